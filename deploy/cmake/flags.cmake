@@ -1,0 +1,30 @@
+# One INTERFACE target carries the language standard, the warnings and the floating-point rules for every target of the project.
+#
+# Same input, same bytes, on every device and at every optimisation level: no contraction of a*b+c (a host compiler may fuse it
+# or not, nvcc fuses by default), no fast-math anywhere. CMake 3.25 knows no CUDA20 dialect, so the standard is passed by hand.
+add_library(cordillera_flags INTERFACE)
+target_compile_features(cordillera_flags INTERFACE cxx_std_20)
+set_property(GLOBAL PROPERTY CXX_STANDARD_REQUIRED ON)
+target_compile_options(cordillera_flags INTERFACE
+  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Werror>
+  $<$<COMPILE_LANGUAGE:CUDA>:-std=c++20 -fmad=false --expt-relaxed-constexpr -Xcompiler=-ffp-contract=off,-Wall,-Wextra>)
+target_include_directories(cordillera_flags INTERFACE ${CMAKE_SOURCE_DIR})
+if(CORDILLERA_SANITIZE)
+  target_compile_options(cordillera_flags INTERFACE
+    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${CORDILLERA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all>)
+  target_link_options(cordillera_flags INTERFACE -fsanitize=${CORDILLERA_SANITIZE})
+endif()
+
+# A test program: cordillera_test(name SOURCES ... LIBS ...)
+function(cordillera_test name)
+  cmake_parse_arguments(T "" "" "SOURCES;LIBS" ${ARGN})
+  if(NOT CORDILLERA_TESTS OR CORDILLERA_GPU_ONLY)
+    return()
+  endif()
+  find_package(GTest REQUIRED)
+  add_executable(${name} ${T_SOURCES})
+  target_link_libraries(${name} PRIVATE cordillera_flags ${T_LIBS} GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE CORDILLERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  include(GoogleTest)
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT 600)
+endfunction()

@@ -1,0 +1,44 @@
+#pragma once
+// The simplifier: one interface, a CPU and a CUDA backend made from the same source, the same bits from both.
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "proto/mesh.h"
+#include "proto/result.h"
+
+namespace cordillera::gpu {
+
+/// One tile to simplify. Borrowed for the call.
+struct SimplifyJob {
+  const proto::TileMesh* input = nullptr;
+  /// Indexed by vertex of input: metres, the height the cost works on (ellipsoidal height minus the sag of the earth's curvature
+  /// relative to the tile, so that a flat sea is seen as curved). Void vertices: any finite value.
+  std::span<const float> elevation;
+  float cell_units = 1;     ///< one cell of the tile's level, in units
+  float tolerance_m = 1;    ///< collapses are taken while the quadric cost stays under tolerance_m^2 * cost_per_tolerance
+  float guard_m = 0;        ///< > 0: no vertex may end up farther than this from the new surface, as far as the collapse can see
+  float rim_units = 0;      ///< how far the rim of a hole may move, in units
+};
+
+/// Simplifies tiles. Every vertex of a result is a vertex of its input (half-edge collapse; positions never move).
+/// Vertices marked kKeep survive; vertices marked kRemove (tile border) are all gone; the tile rectangle stays exactly covered by
+/// triangles of positive area; valence <= 12 inside, 8 on the tile's sides, 4 at its corners (so that four welded tiles stay <= 14).
+class Simplifier {
+ public:
+  virtual ~Simplifier() = default;
+  /// results[i] belongs to jobs[i]. Results do not depend on how jobs are batched.
+  virtual std::vector<proto::TileMesh> simplify(std::span<const SimplifyJob> jobs) = 0;
+  virtual std::string device() const = 0;  ///< "cpu" or "cuda:0 (NVIDIA …)"
+};
+
+/// The regular mesh of (side+1)^2 vertices in which every inner vertex has I(v) = 6 triangles; triangle diagonals run SW-NE.
+/// x and y are multiples of step (units); heights row-major from the south-west, kNoHeight where void; the four corners are kKeep.
+proto::TileMesh grid_mesh(std::int32_t cells, std::int32_t step, std::span<const std::int32_t> heights);
+
+/// "auto", "cpu", "cuda", "cuda:N". auto takes the first CUDA device that works, else the CPU. One Simplifier a thread.
+proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device);
+
+}  // namespace cordillera::gpu

@@ -1,0 +1,39 @@
+#pragma once
+// The true error of a tile: what a client sees against every finest sample the tile covers.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "proto/ellipsoid.h"
+#include "proto/mesh.h"
+
+namespace cordillera::gpu {
+
+/// The error of a surface is the distance, along the ellipsoid's normal, from each valid finest sample to the flat ECEF triangle that
+/// covers it. Two decodings are measured at once: exact lattice positions (.drc) and ECEF rounded to multiples of ecef_step_m (.glb).
+struct SurfaceErrorInput {
+  const proto::Lattice* lattice = nullptr;
+  proto::TileAddress tile;
+  const proto::TileMesh* mesh = nullptr;     ///< void triangles are skipped (their samples count as uncovered when valid)
+  const proto::Samples* samples = nullptr;  ///< finest samples; must contain the tile's window
+  double ecef_step_m = 0;                   ///< > 0
+};
+
+struct SurfaceError {
+  double max_m = 0;                  ///< over both decodings; an upper bound also for samples that chords move to a neighbour triangle
+  double sum_squared_m2 = 0;         ///< of the .drc decoding, each sample once (tile's western and southern border included, eastern and
+                                     ///< northern too: a shared sample counts in every tile that shows it)
+  std::uint32_t samples = 0;         ///< valid samples covered
+  std::uint32_t uncovered = 0;       ///< valid samples in no triangle
+  std::uint32_t overcovered = 0;     ///< invalid samples strictly inside a triangle
+  struct Worst {                     ///< worst sample of a triangle that exceeds the limit asked for
+    std::uint32_t triangle = 0;
+    std::int32_t x = 0, y = 0;       ///< tile-local units
+    double error_m = 0;
+  };
+  std::vector<Worst> over_limit;     ///< one for each triangle whose error exceeds limit_m, in triangle order
+};
+
+SurfaceError surface_error(const SurfaceErrorInput& input, double limit_m);
+
+}  // namespace cordillera::gpu

@@ -1,0 +1,36 @@
+#pragma once
+// The whole way: source -> plan -> blocks -> merges -> published store.
+#include <atomic>
+#include <functional>
+#include <string>
+
+#include "cordillera.pb.h"
+#include "proto/result.h"
+#include "raster/source.h"
+
+namespace cordillera::pipeline {
+
+struct BuildRequest {
+  std::string raster_path;
+  std::string raster_name;   ///< what the user called it
+  raster::Trust trust = raster::Trust::operator_file;
+  std::string id;            ///< dataset id, goes into the manifest
+  std::string store_path;    ///< an unfinished store of the same plan is continued
+  proto::BuildOptions options;
+};
+
+/// Called from one thread at a time, at most a few times a second.
+using ProgressCallback = std::function<void(const proto::Progress&)>;
+
+/// Builds and publishes. Same request, same bytes, whatever threads, device, order or restarts. stop: set to leave early
+/// (type "cancelled"); everything committed so far is kept for the next call.
+proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop);
+
+/// dry-run: what build would make. Opens the source and plans; levels[].tiles, triangles and bytes are estimates.
+struct Estimate {
+  proto::Manifest manifest;
+  double seconds = 0;
+};
+proto::Result<Estimate> estimate(const BuildRequest& request);
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,34 @@
+#pragma once
+// From a finished tile mesh to the bytes a client fetches.
+#include <string>
+
+#include "cordillera.pb.h"
+#include "proto/ellipsoid.h"
+#include "proto/mesh.h"
+#include "proto/result.h"
+
+namespace cordillera::pipeline {
+
+struct EncodeInput {
+  const proto::Lattice* lattice = nullptr;
+  proto::TileAddress tile;
+  const proto::TileMesh* mesh = nullptr;  ///< whole rectangle; only triangles without a void corner are encoded
+  double ecef_step_m = 0;                 ///< power of two; .glb positions are multiples of it
+  double skirt_m = 0;                     ///< how far .glb skirts hang below the tile's border
+  double geometric_error_m = 0;
+  std::string attribution;
+};
+
+/// Draco mesh, lossless: POSITION is int32 (u, v, h): tile-local units from the south-west and steps of kHeightStep_m.
+/// Metadata: z, x, y, side (units a tile side), height_step. The formula:
+///   lon = -180 + (x + u / side) * 180 / 2^z,  lat = -90 + (y + v / side) * 180 / 2^z,  height = h * height_step
+std::string encode_drc(const EncodeInput& input);
+
+/// glTF 2.0 binary, KHR_draco_mesh_compression; ECEF positions rounded to multiples of ecef_step_m, relative to a translation that
+/// is itself a multiple of it, the glTF y-up rotation excepted; normals; skirts as a primitive of their own.
+/// Vertices where two rims touch are split, so every primitive is a manifold.
+std::string encode_glb(const EncodeInput& input);
+
+/// What tiles, tilesets and static exports are made of besides: tileset.json, subtrees. See tileset.h.
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,66 @@
+#pragma once
+// One SQLite file a dataset: tiles by address, bytes by content hash (equal tiles are stored once), a block a transaction.
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cordillera.pb.h"
+#include "proto/lattice.h"
+#include "proto/result.h"
+
+namespace cordillera::pipeline {
+
+/// What a client can fetch of a tile.
+enum class Face : std::uint8_t { drc, glb };
+
+/// A finished tile on its way into the store.
+struct EncodedTile {
+  proto::TileRecord record;
+  std::string drc;
+  std::string glb;
+};
+
+/// What a block or a merge hands to the store in one transaction.
+struct FinishedTask {
+  proto::TileAddress node;                                     ///< the block or the merged parent
+  std::vector<EncodedTile> tiles;                              ///< tiles with at least one triangle
+  std::optional<std::pair<proto::TileAddress, std::string>> mesh;  ///< serialised mesh for the parent's weld; none when all void
+  std::vector<proto::TileAddress> consumed;                    ///< child meshes no longer needed
+};
+
+/// The store while a job writes it. Thread-safe (calls are serialised).
+class StoreWriter {
+ public:
+  /// Creates the file or opens an unfinished one of the same plan; a file of another plan is started anew.
+  static proto::Result<std::unique_ptr<StoreWriter>> open(const std::string& path, const proto::Plan& plan);
+  virtual ~StoreWriter() = default;
+  virtual bool finished(const proto::TileAddress& node) const = 0;   ///< a committed block or merge
+  virtual proto::Result<void> commit(const FinishedTask& task) = 0;  ///< all or nothing
+  virtual std::optional<std::string> mesh(const proto::TileAddress& node) const = 0;
+  /// Sums the records up per level into manifest->levels, tiles, triangles, bytes; writes the manifest; only then can StoreReader
+  /// open the file. Geometric errors are made not to fall towards the root.
+  virtual proto::Result<proto::Manifest> publish(proto::Manifest manifest) = 0;
+};
+
+struct Blob {
+  std::string bytes;
+  std::string etag;  ///< content hash, hex, without quotes
+};
+
+/// A published dataset. Thread-safe.
+class StoreReader {
+ public:
+  /// Refuses a file that was not published.
+  static proto::Result<std::unique_ptr<StoreReader>> open(const std::string& path);
+  virtual ~StoreReader() = default;
+  virtual const proto::Manifest& manifest() const = 0;
+  virtual std::optional<Blob> tile(const proto::TileAddress& tile, Face face) const = 0;
+  virtual std::optional<proto::TileRecord> record(const proto::TileAddress& tile) const = 0;
+  /// Every record of a level between x and y bounds (inclusive), ordered by y then x.
+  virtual std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const = 0;
+};
+
+}  // namespace cordillera::pipeline

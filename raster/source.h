@@ -1,0 +1,41 @@
+#pragma once
+// A digital elevation model as one function: lattice vertex -> ellipsoidal height. The only floor that knows GDAL and GeographicLib.
+#include <memory>
+#include <string>
+
+#include "cordillera.pb.h"
+#include "proto/lattice.h"
+#include "proto/mesh.h"
+#include "proto/result.h"
+
+namespace cordillera::raster {
+
+/// Whether the file may point at other files (VRT, sidecars, archives): yes from the command line, no over HTTP.
+enum class Trust { operator_file, posted_file };
+
+class Source {
+ public:
+  virtual ~Source() = default;
+
+  /// What was read and what was assumed; bbox, sizes, datum. nodata_share, heights and resampling_error are left to the caller.
+  virtual const proto::Source& description() const = 0;
+
+  /// Rectangle of lattice vertices that can be valid: west <= east, south <= north, inclusive; east may exceed the circle
+  /// (data over the antimeridian). Never cuts off a valid vertex.
+  struct Window {
+    std::int64_t west = 0, south = 0, east = 0, north = 0;
+  };
+  virtual Window window(const proto::Lattice& lattice) const = 0;
+
+  /// Heights at columns*rows lattice vertices from (west, south). A vertex's height never depends on the window that asked.
+  /// Columns are taken modulo the circle. Memory is bounded by the window, not by the raster. Not thread-safe: one Source a thread.
+  virtual proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
+                                               std::int32_t columns, std::int32_t rows) = 0;
+};
+
+/// path: the file. name: what the user called it; an .hgt knows its place only by that. Options used: crs, vertical_datum, nodata,
+/// z_scale, z_offset, bbox. Errors name the file or option, what is wrong, and what would be accepted.
+proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust,
+                                                   const proto::BuildOptions& options);
+
+}  // namespace cordillera::raster
