@@ -1,5 +1,6 @@
 #pragma once
 // From a finished tile mesh to the bytes a client fetches.
+#include <array>
 #include <string>
 
 #include "cordillera.pb.h"
@@ -28,7 +29,18 @@ std::string encode_drc(const EncodeInput& input);
 /// is itself a multiple of it, the glTF y-up rotation excepted; normals; skirts as a primitive of their own.
 /// Vertices where two rims touch are split, so every primitive is a manifold.
 std::string encode_glb(const EncodeInput& input);
+// Both give an empty string when the tile has no published triangle.
 
-/// What tiles, tilesets and static exports are made of besides: tileset.json, subtrees. See tileset.h.
+/// For TileRecord::region: west, south, east, north (radians), lowest, highest (metres). Contains every decoded .glb point, skirts too,
+/// and all triangles between them: chords sag and bulge poleward. Longitudes are clamped to [-pi, pi]. Not for empty tiles.
+std::array<double, 6> tile_region(const EncodeInput& input);
+
+/// The finest ecef_step_m that holds any tile of a level: Draco keeps 23 bits of a coordinate exactly. Coarser powers of two are fine;
+/// with a finer one encode_glb may throw std::invalid_argument.
+double smallest_ecef_step_m(int level);
+
+/// Goes into the manifest as drc_formula.
+inline constexpr const char* kDrcFormula =
+    "lon = -180 + (x + u / side) * 180 / 2^z, lat = -90 + (y + v / side) * 180 / 2^z, height = h * height_step";
 
 }  // namespace cordillera::pipeline

@@ -1,0 +1,99 @@
+#pragma once
+// A window: some hundreds of neighbouring vertices of one tile, small enough for a multiprocessor's shared memory (or a core's first
+// cache), simplified on its own. Seams stay locked in one pass and lie inside a window in the next.
+//
+// The mesh is ring-only: a vertex's row lists its neighbours counter-clockwise and triangles are implied, (u, r[i], r[i+1]). A vertex
+// on the tile's border has an open fan from one border neighbour to the other. No triangle array, nothing to repair: after a collapse
+// every touched vertex gathers its own new row.
+#include <cstdint>
+
+#include "gpu/rings.h"
+#include "proto/host_device.h"
+#include "proto/mesh.h"
+
+namespace cordillera::gpu {
+
+inline constexpr std::uint32_t kNever = 0xffffffffu;  ///< key of a vertex that may not collapse
+inline constexpr std::uint32_t kBlocked = 0xfffffffeu;  ///< key of a vertex that found no target; asked again when touched
+inline constexpr int kKeyShift = 19;                  ///< a key is 13 bits of cost over 19 bits of hash: unique enough to order by
+inline constexpr std::uint16_t kOutside = 0x8000;     ///< row entry: slot (low bits) of the vertex's own global row, outside the window
+inline constexpr float kCostPerTolerance = 1.0f;      ///< cost threshold = this x tolerance_m^2 (cells)
+inline constexpr int kWindowVertices = 1152;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
+
+/// Valence caps of a simplified tile: four welded tiles then stay within the contract of 14.
+inline constexpr int kInnerValence = 12;
+inline constexpr int kSideValence = 8;
+inline constexpr int kCornerValence = 4;
+
+/// Vertex marks inside a window, beyond proto::VertexMark.
+enum WindowMark : std::uint8_t {
+  kOnSide = 8,     ///< on the tile's border: open fan
+  kOnCorner = 16,  ///< a corner of the tile
+  kLocked = 32,    ///< a neighbour lies outside the window: may be a target, may not collapse
+};
+
+/// What happened to a vertex: kDead, or kTouched + wave of the last change of its ring, or kStale from the start.
+enum WindowState : std::uint8_t { kClean = 0, kDead = 1, kTouched = 2, kStale = 255 };
+
+/// Pointers into a window's arrays; all indexed by local vertex, rows slot-major (row[slot * stride + vertex]).
+struct WindowView {
+  int stride = 0;
+  std::uint16_t* row = nullptr;
+  std::int32_t* x = nullptr;
+  std::int32_t* y = nullptr;
+  float* elevation = nullptr;
+  float* carried = nullptr;      ///< costs of what already collapsed into the vertex
+  float* spent = nullptr;        ///< share of the error and rim budgets used around the vertex, 0..1
+  float* spent_after = nullptr;  ///< what the target's share would become
+  std::uint32_t* key = nullptr;
+  std::uint16_t* target = nullptr;
+  std::uint8_t* valence = nullptr;
+  std::uint8_t* mark = nullptr;
+  std::uint8_t* state = nullptr;
+
+  CORDILLERA_HD int neighbour(int u, int slot) const { return row[slot * stride + u]; }
+};
+
+/// What is allowed, for all windows of a tile.
+struct Rules {
+  float cells_per_unit = 1;   ///< power of two
+  float inverse_guard = 0;    ///< 1 / metres a removed vertex may lie off the surface; 0: no guard
+  float inverse_rim = 1e30f;  ///< 1 / units a rim may move
+  float first_cost = 0;       ///< threshold of the first wave: what must go is never costlier
+};
+
+CORDILLERA_HD inline int valence_cap(std::uint8_t mark) {
+  return (mark & kOnCorner) ? kCornerValence : (mark & kOnSide) ? kSideValence : kInnerValence;
+}
+CORDILLERA_HD inline std::uint32_t hash32(std::uint32_t v) {
+  v ^= v >> 16;
+  v *= 0x7feb352du;
+  v ^= v >> 15;
+  v *= 0x846ca68bu;
+  return v ^ (v >> 16);
+}
+CORDILLERA_HD inline std::uint32_t float_bits(float f) {
+  union { float f; std::uint32_t u; } bits{f};
+  return bits.u;
+}
+CORDILLERA_HD inline float bits_float(std::uint32_t u) {
+  union { std::uint32_t u; float f; } bits{u};
+  return bits.f;
+}
+CORDILLERA_HD inline std::uint32_t cost_key(float cost) { return (float_bits(cost) >> kKeyShift) << kKeyShift; }
+/// Keys below this have at most this cost (to the key's precision).
+CORDILLERA_HD inline std::uint32_t key_limit(float cost) { return (((float_bits(cost) >> kKeyShift) + 1) << kKeyShift); }
+/// Keys order by cost, rounded down to 4 bits of mantissa, then by a hash of the position, so that neighbours of like cost do not queue.
+CORDILLERA_HD inline std::uint32_t vertex_key(float cost, std::int32_t x, std::int32_t y) {
+  const std::uint32_t h = hash32(static_cast<std::uint32_t>(x) * 0x9e3779b1u ^ hash32(static_cast<std::uint32_t>(y)));
+  return cost_key(cost) | (h & ((1u << kKeyShift) - 1));
+}
+
+// Rows are short: unrolled on the device, so that they live in registers; a plain loop on the host.
+#ifdef __CUDA_ARCH__
+#define CORDILLERA_FOR_ROW(i, n) _Pragma("unroll") for (int i = 0; i < kRowWidth; ++i) if (i < (n))
+#else
+#define CORDILLERA_FOR_ROW(i, n) for (int i = 0; i < (n); ++i)
+#endif
+
+}  // namespace cordillera::gpu

@@ -1,0 +1,56 @@
+#pragma once
+// Border chains: what stays of a tile edge is a function of that edge alone, so that both tiles on it keep the same vertices.
+//
+// An edge at level z is a straight run of tile_units(z) + 1 lattice vertices, counted from its western or southern end. Its chain at
+// the finest level is chosen among all samples, at every other level among the survivors of its two child edges (chains are nested).
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "proto/lattice.h"
+#include "proto/mesh.h"
+
+namespace cordillera::pipeline {
+
+/// The four sides of a tile.
+enum class Side : std::uint8_t { west, east, south, north };
+
+/// Which way an edge runs on the lattice.
+enum class Along : std::uint8_t { east, north };
+
+struct Edge {
+  const proto::Lattice* lattice = nullptr;
+  std::int64_t column = 0;  ///< lattice vertex of the western or southern end
+  std::int64_t row = 0;
+  Along along = Along::east;
+  std::int64_t units = 0;  ///< lattice cells from end to end
+};
+Edge edge_of(const proto::Lattice& lattice, const proto::TileAddress& tile, Side side);
+
+/// The vertices that stay on an edge. Both ends are always there.
+struct Chain {
+  std::vector<std::int32_t> position;  ///< strictly ascending, first 0, last Edge::units
+  std::vector<std::int32_t> height;    ///< indexed as position: kHeightStep_m, kNoHeight where void
+  std::uint32_t dropped_runs = 0;      ///< runs too short for this level, see ChainRule::rim_units
+  friend bool operator==(const Chain& a, const Chain& b) { return a.position == b.position && a.height == b.height; }
+};
+
+/// What a level asks of its chains.
+struct ChainRule {
+  double tolerance_m = 0;          ///< no sample may be farther from its chord, along the ellipsoid's normal
+  std::int32_t rim_units = 0;      ///< runs of data or of void shorter than this vanish, unless they touch an end; 0: none do
+  std::int32_t max_gap_units = 0;  ///< longest chord between two valid vertices where something lies between; 0: any
+};
+
+/// From every sample of the edge: heights has units + 1 elements, kNoHeight where void.
+Chain chain_finest(const Edge& edge, std::span<const std::int32_t> heights, const ChainRule& rule);
+
+/// From the chains of the western/southern half (a) and the eastern/northern half (b) of the edge. heights: all finest samples of the
+/// edge, against which the significance is measured; empty: measured against the vertices of a and b.
+/// a and b must agree on the vertex they share.
+Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, std::span<const std::int32_t> heights, const ChainRule& rule);
+
+/// The same from one chain over the whole edge (two child edges already end to end, as a welded mesh has them).
+Chain simplify_chain(const Edge& edge, const Chain& candidates, std::span<const std::int32_t> heights, const ChainRule& rule);
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,56 @@
+#include "raster/gdal_scope.h"
+
+#include <cpl_conv.h>
+#include <cpl_error.h>
+#include <gdal.h>
+#include <ogr_srs_api.h>
+
+#include <mutex>
+
+namespace cordillera::raster {
+namespace {
+
+constexpr GIntBig kBlockCache_bytes = GIntBig{128} << 20;
+
+void start_gdal() {
+  GDALAllRegister();
+  // Grids fetched over the network would make tiles depend on the day's connection.
+  OSRSetPROJEnableNetwork(0);
+  // GDAL's default is a share of the machine's memory; ours must not grow with the machine or with the raster.
+  if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(kBlockCache_bytes);
+}
+
+}  // namespace
+
+GdalScope::GdalScope(Trust trust) : trust_(trust) {
+  static std::once_flag once;
+  std::call_once(once, start_gdal);
+  CPLPushErrorHandler(CPLQuietErrorHandler);
+  CPLErrorReset();
+  // GeoTIFF 1.0 files name their vertical CRS only on request; without it a declared datum would be lost.
+  CPLSetThreadLocalConfigOption("GTIFF_REPORT_COMPD_CS", "YES");
+  if (trust_ == Trust::posted_file) {
+    CPLSetThreadLocalConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR");
+    CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", "NO");
+  }
+}
+
+GdalScope::~GdalScope() {
+  if (trust_ == Trust::posted_file) {
+    CPLSetThreadLocalConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", nullptr);
+    CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", nullptr);
+  }
+  CPLSetThreadLocalConfigOption("GTIFF_REPORT_COMPD_CS", nullptr);
+  CPLPopErrorHandler();
+}
+
+bool GdalScope::failed() const { return CPLGetLastErrorType() >= CE_Failure; }
+
+std::string GdalScope::message(const std::string& path, const std::string& name) const {
+  std::string text = CPLGetLastErrorMsg();
+  for (std::size_t at = text.find(path); !path.empty() && at != std::string::npos; at = text.find(path, at + name.size()))
+    text.replace(at, path.size(), name);
+  return text;
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,26 @@
+#pragma once
+// GDAL's global state, held still while we talk to it.
+#include <string>
+
+#include "raster/source.h"
+
+namespace cordillera::raster {
+
+/// While it lives, in this thread: GDAL is silent and keeps its last error for us, and a posted file reaches no other file.
+class GdalScope {
+ public:
+  explicit GdalScope(Trust trust);
+  ~GdalScope();
+  GdalScope(const GdalScope&) = delete;
+  GdalScope& operator=(const GdalScope&) = delete;
+
+  /// Whether GDAL reported a failure since the scope began. Some drivers do so and still say that the read succeeded.
+  bool failed() const;
+  /// GDAL's last message with the given path replaced by what the user called the file.
+  std::string message(const std::string& path, const std::string& name) const;
+
+ private:
+  Trust trust_;
+};
+
+}  // namespace cordillera::raster

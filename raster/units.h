@@ -1,0 +1,19 @@
+#pragma once
+// Units of height, in the spellings found in files.
+#include <optional>
+#include <string>
+
+namespace cordillera::raster {
+
+struct HeightUnit {
+  std::string name;          ///< metre, foot, US survey foot, kilometre, ...
+  double metres = 1;
+};
+
+/// The unit a file means by text (any case, singular or plural, with or without punctuation); none when we do not know it.
+std::optional<HeightUnit> height_unit(const std::string& text);
+
+/// The spellings named in messages.
+inline constexpr const char* kAcceptedUnits = "metre, foot, US survey foot, kilometre, centimetre, millimetre, fathom";
+
+}  // namespace cordillera::raster

@@ -1,0 +1,39 @@
+#include "raster/validity.h"
+
+#include <cmath>
+
+#include "proto/mesh.h"
+
+namespace cordillera::raster {
+namespace {
+
+std::string short_number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+}  // namespace
+
+Validity::Validity(const Dataset& dataset) {
+  int has = 0;
+  double nodata = dataset.band->GetNoDataValue(&has);
+  const GDALDataType type = dataset.band->GetRasterDataType();
+  // 64-bit integer bands answer only through functions of their own.
+  if (type == GDT_Int64) nodata = static_cast<double>(dataset.band->GetNoDataValueAsInt64(&has));
+  if (type == GDT_UInt64) nodata = static_cast<double>(dataset.band->GetNoDataValueAsUInt64(&has));
+  if (has != 0) {
+    text_ = "value " + short_number(nodata);
+    if (std::isfinite(nodata)) {
+      // Tags are text or double, pixels are often float32: the same number, rounded differently.
+      const double slack = GDALDataTypeIsFloating(type) ? std::abs(nodata) * 1.2e-7 : 0;
+      nodata_low_ = nodata - slack;
+      nodata_high_ = nodata + slack;
+    }
+  }
+  if (dataset.mask != nullptr) text_ += text_.empty() ? "mask band" : ", mask band";
+  if (!dataset.missing.empty()) text_ += text_.empty() ? "unstored blocks" : ", unstored blocks";
+  if (text_.empty()) text_ = "none";
+}
+
+}  // namespace cordillera::raster

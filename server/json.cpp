@@ -1,0 +1,68 @@
+#include "server/json.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include "server/problems.h"
+
+namespace cordillera::server {
+
+std::string to_json_line(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string text;
+  (void)google::protobuf::util::MessageToJsonString(message, &text, options);
+  return text;
+}
+
+Json to_json(const google::protobuf::Message& message) { return Json::parse(to_json_line(message), nullptr, false); }
+
+bool from_json(const std::string& text, google::protobuf::Message* message) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = true;
+  return google::protobuf::util::JsonStringToMessage(text, message, options).ok();
+}
+
+Json problem_json(const proto::Problem& problem) {
+  const ProblemKind kind = problem_kind(problem.type);
+  Json json;
+  json["type"] = "urn:cordillera:problem:" + kind.slug;
+  json["title"] = kind.title;
+  json["status"] = kind.status;
+  json["detail"] = problem.detail;
+  if (!problem.accepted.empty()) json["accepted"] = problem.accepted;
+  if (!problem.parameter.empty()) json["parameter"] = problem.parameter;
+  return json;
+}
+
+proto::Error to_error(const proto::Problem& problem) {
+  proto::Error error;
+  error.set_type(problem.type);
+  error.set_detail(problem.detail);
+  error.set_accepted(problem.accepted);
+  error.set_parameter(problem.parameter);
+  return error;
+}
+
+proto::Problem to_problem(const proto::Error& error) {
+  return {error.type(), error.detail(), error.accepted(), error.parameter()};
+}
+
+std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+Response json_response(int status, const Json& body) {
+  Response response;
+  response.status = status;
+  response.set("Content-Type", "application/json");
+  response.body = dump(body);
+  return response;
+}
+
+Response problem_response(const proto::Problem& problem) {
+  Response response = json_response(problem_kind(problem.type).status, problem_json(problem));
+  response.headers = {{"Content-Type", "application/problem+json"}, {"Cache-Control", "no-store"}};
+  if (response.status == 503) response.set("Retry-After", "5");
+  return response;
+}
+
+}  // namespace cordillera::server

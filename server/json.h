@@ -1,0 +1,31 @@
+#pragma once
+// JSON of the service: proto messages in proto's JSON with their field names and defaults printed, problems as RFC 9457 has them.
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "cordillera.pb.h"
+#include "proto/result.h"
+#include "server/message.h"
+
+namespace cordillera::server {
+
+using Json = nlohmann::ordered_json;
+
+/// One line of JSON. Doubles that are not finite and text that is not UTF-8 do not occur in our messages.
+std::string to_json_line(const google::protobuf::Message& message);
+Json to_json(const google::protobuf::Message& message);
+/// False if the text is not such a message.
+bool from_json(const std::string& text, google::protobuf::Message* message);
+
+/// type, title, status, detail, accepted, parameter.
+Json problem_json(const proto::Problem& problem);
+
+proto::Error to_error(const proto::Problem& problem);
+proto::Problem to_problem(const proto::Error& error);
+
+Response json_response(int status, const Json& body);
+Response problem_response(const proto::Problem& problem);
+/// Text for humans and machines: bytes that are not UTF-8 are replaced.
+std::string dump(const Json& json);
+
+}  // namespace cordillera::server

@@ -1,0 +1,195 @@
+// The entries of the option table. Help and accepted values are written once, here.
+#include <cmath>
+#include <limits>
+
+#include "proto/lattice.h"
+#include "server/options.h"
+
+namespace cordillera::server {
+namespace {
+
+constexpr double kHuge = 1e12;
+
+Complaint apply_error(std::string_view text, Settings& settings) {
+  double value = 0;
+  if (auto complaint = read_number(text, {0, 1e6}, &value)) return complaint;
+  if (value <= 0) return "not above 0";
+  settings.build.set_error(value);
+  settings.build.clear_keep();
+  return std::nullopt;
+}
+
+Complaint apply_keep(std::string_view text, Settings& settings) {
+  std::vector<double> shares;
+  if (auto complaint = read_numbers(text, {0, 1}, &shares)) return complaint;
+  if (shares.size() > proto::kMaxLevel + 1) return "more shares than there can be levels";
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    if (shares[i] <= 0) return "share " + std::to_string(i + 1) + " is not above 0";
+    if (i > 0 && shares[i] > shares[i - 1]) return "share " + std::to_string(i + 1) + " is greater than the one before";
+  }
+  settings.build.mutable_keep()->Assign(shares.begin(), shares.end());
+  settings.build.clear_error();
+  return std::nullopt;
+}
+
+Complaint apply_datum(std::string_view text, Settings& settings) {
+  std::string value;
+  if (!read_choice(text, {"EGM96", "EGM2008", "EGM84", "ellipsoid"}, &value)) {
+    settings.build.set_vertical_datum(value);
+    return std::nullopt;
+  }
+  if (auto complaint = read_text(text, &value)) return complaint;
+  if (value.empty()) return "empty";
+  settings.build.set_vertical_datum(value);
+  return std::nullopt;
+}
+
+Complaint apply_nodata(std::string_view text, Settings& settings) {
+  std::string value;
+  if (!read_choice(text, {"hole", "fill"}, &value)) {
+    settings.build.set_nodata(value);
+    return std::nullopt;
+  }
+  double height = 0;
+  if (auto complaint = read_number(text, {-kHuge, kHuge}, &height)) return *complaint + ", and neither hole nor fill";
+  settings.build.set_nodata(std::string(text));
+  return std::nullopt;
+}
+
+Complaint apply_bbox(std::string_view text, Settings& settings) {
+  std::vector<double> box;
+  if (auto complaint = read_numbers(text, {-360, 360}, &box)) return complaint;
+  if (box.size() != 4) return std::to_string(box.size()) + " numbers instead of 4";
+  if (std::abs(box[1]) > 90 || std::abs(box[3]) > 90) return "a latitude is beyond a pole";
+  if (box[1] >= box[3]) return "south is not below north";
+  if (std::abs(box[0]) > 180 || std::abs(box[2]) > 180) return "a longitude is outside -180 to 180";
+  if (box[0] == box[2]) return "west equals east";
+  settings.build.mutable_bbox()->Assign(box.begin(), box.end());
+  return std::nullopt;
+}
+
+Complaint apply_memory(std::string_view text, Settings& settings) {
+  std::uint32_t value = 0;
+  if (auto complaint = read_whole(text, {0, 1u << 24}, &value)) return complaint;
+  if (value != 0 && value < 64) return "less than 64";
+  settings.build.set_memory(value);
+  return std::nullopt;
+}
+
+Complaint apply_z_scale(std::string_view text, Settings& settings) {
+  double value = 0;
+  if (auto complaint = read_number(text, {-1e6, 1e6}, &value)) return complaint;
+  if (value == 0) return "0 would flatten everything";
+  settings.build.set_z_scale(value);
+  return std::nullopt;
+}
+
+Complaint apply_z_offset(std::string_view text, Settings& settings) {
+  double value = 0;
+  if (auto complaint = read_number(text, {-1e6, 1e6}, &value)) return complaint;
+  settings.build.set_z_offset(value);
+  return std::nullopt;
+}
+
+using proto::BuildOptions;
+
+template <std::string* (BuildOptions::*field)()>
+Complaint apply_text(std::string_view text, Settings& settings) {
+  return read_text(text, (settings.build.*field)());
+}
+
+template <void (BuildOptions::*set)(std::uint32_t), std::uint32_t greatest>
+Complaint apply_whole(std::string_view text, Settings& settings) {
+  std::uint32_t value = 0;
+  if (auto complaint = read_whole(text, {0, greatest}, &value)) return complaint;
+  (settings.build.*set)(value);
+  return std::nullopt;
+}
+
+Complaint apply_listen(std::string_view text, Settings& settings) {
+  const auto colon = text.rfind(':');
+  std::uint32_t port = 0;
+  if (colon == std::string_view::npos || colon == 0) return "no host before a port";
+  if (auto complaint = read_whole(text.substr(colon + 1), {0, 65535}, &port)) return "port " + *complaint;
+  settings.serve.listen = std::string(text);
+  return std::nullopt;
+}
+
+template <std::string ServeSettings::*field>
+Complaint apply_path(std::string_view text, Settings& settings) {
+  if (text.empty()) return "empty";
+  settings.serve.*field = std::string(text);
+  return std::nullopt;
+}
+
+std::vector<OptionSpec> make_build_options() {
+  constexpr std::uint32_t kLevel = proto::kMaxLevel;
+  const std::string level = "a level from 0 to " + std::to_string(kLevel);
+  return {
+      {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
+       apply_text<&BuildOptions::mutable_name>},
+      {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards", "metres above 0, up to 1000000",
+       apply_error},
+      {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
+       "numbers above 0 up to 1, falling, separated by commas: 0.5,0.25,0.1", apply_keep},
+      {"scheme", "SCHEME", "how tiles divide the earth", "geodetic",
+       [](std::string_view text, Settings& settings) { return read_choice(text, {"geodetic"}, settings.build.mutable_scheme()); }},
+      {"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
+       apply_text<&BuildOptions::mutable_crs>},
+      {"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
+       "EGM96, EGM2008, EGM84, ellipsoid, or a geoid grid file (over HTTP: one that the operator put into the folder datum-grids)",
+       apply_datum},
+      {"nodata", "WHAT", "what becomes of pixels without data", "hole, fill, or a height in metres that is put there", apply_nodata},
+      {"strategy", "NAME", "how meshes are simplified", "waves",
+       [](std::string_view text, Settings& settings) { return read_choice(text, {"waves"}, settings.build.mutable_strategy()); }},
+      {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
+       [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},
+      {"threads", "N", "threads of a build; 0: as many as the machine has", "0 to 1024", apply_whole<&BuildOptions::set_threads, 1024>},
+      {"memory", "MIB", "memory a build may use, MiB; 0: the default", "0, or 64 to 16777216", apply_memory},
+      {"bbox", "W,S,E,N", "build only this box, degrees; west above east crosses the antimeridian",
+       "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
+      {"min-level", "LEVEL", "coarsest level to publish", level, apply_whole<&BuildOptions::set_min_level, kLevel>},
+      {"max-level", "LEVEL", "finest level; default: the first that is as fine as the raster", level,
+       apply_whole<&BuildOptions::set_max_level, kLevel>},
+      {"z-scale", "FACTOR", "height = z-scale * value + z-offset, after the source's own scale and unit", "a number, not 0",
+       apply_z_scale},
+      {"z-offset", "METRES", "see z-scale", "metres", apply_z_offset},
+      {"title", "TEXT", "title carried into every document", "text", apply_text<&BuildOptions::mutable_title>},
+      {"attribution", "TEXT", "attribution carried into every document", "text", apply_text<&BuildOptions::mutable_attribution>},
+      {"dry-run", "", "say levels, tiles, bytes and time expected; build nothing", "1 or 0",
+       [](std::string_view text, Settings& settings) { return read_switch(text, &settings.dry_run); }},
+  };
+}
+
+std::vector<OptionSpec> make_serve_options() {
+  return {
+      {"listen", "HOST:PORT", "where to listen; port 0: any free one", "an address and a port, such as 127.0.0.1:8080", apply_listen},
+      {"data", "DIR", "folder that holds everything the service keeps", "a folder that can be written", apply_path<&ServeSettings::data>},
+      {"web", "DIR", "folder of the viewer page; default: the one built with the program", "a folder",
+       apply_path<&ServeSettings::web>},
+      {"datum-grids", "DIR", "folder of geoid grids that requests may name as vertical_datum", "a folder",
+       apply_path<&ServeSettings::datum_grids>},
+      {"jobs", "N", "builds that run at the same time", "1 to 64",
+       [](std::string_view text, Settings& settings) { return read_whole(text, {1, 64}, &settings.serve.jobs); }},
+      {"body-limit", "MIB", "greatest raster that may be posted, MiB", "1 to 16777216",
+       [](std::string_view text, Settings& settings) { return read_whole(text, {1, 1u << 24}, &settings.serve.body_limit_mib); }},
+      {"log-level", "LEVEL", "what is logged to stderr", "debug, info, warn or error",
+       [](std::string_view text, Settings& settings) {
+         return read_choice(text, {"debug", "info", "warn", "error"}, &settings.serve.log_level);
+       }},
+  };
+}
+
+}  // namespace
+
+const std::vector<OptionSpec>& build_options() {
+  static const std::vector<OptionSpec> table = make_build_options();
+  return table;
+}
+
+const std::vector<OptionSpec>& serve_options() {
+  static const std::vector<OptionSpec> table = make_serve_options();
+  return table;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,48 @@
+#pragma once
+// Text to value, for every place that options come from. A complaint says what is wrong with the text; nullopt: nothing is.
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cordillera::server {
+
+using Complaint = std::optional<std::string>;
+
+/// A finite number within [least, greatest].
+struct NumberRange {
+  double least = 0;
+  double greatest = 0;
+};
+Complaint read_number(std::string_view text, NumberRange range, double* out);
+
+/// A whole number within [least, greatest].
+struct WholeRange {
+  std::uint32_t least = 0;
+  std::uint32_t greatest = 0;
+};
+Complaint read_whole(std::string_view text, WholeRange range, std::uint32_t* out);
+
+/// Numbers between commas; every one within the range.
+Complaint read_numbers(std::string_view text, NumberRange range, std::vector<double>* out);
+
+/// One of the choices, whatever the case; out gets the choice as it is spelt there.
+Complaint read_choice(std::string_view text, const std::vector<std::string>& choices, std::string* out);
+
+/// 1, true, yes, on or nothing; 0, false, no, off.
+Complaint read_switch(std::string_view text, bool* out);
+
+/// UTF-8 without control characters, at most 1000 bytes: it goes into documents and logs.
+Complaint read_text(std::string_view text, std::string* out);
+
+/// cpu, cuda, cuda:N or auto.
+Complaint read_device(std::string_view text, std::string* out);
+
+/// True if text is well-formed UTF-8 (no surrogates, no overlong forms).
+bool is_utf8(std::string_view text);
+
+/// The candidate nearest to name by edit distance, if it is near enough to be what was meant.
+std::optional<std::string> nearest_name(std::string_view name, const std::vector<std::string>& candidates);
+
+}  // namespace cordillera::server

@@ -1,0 +1,125 @@
+#include "server/options.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <set>
+
+namespace cordillera::server {
+namespace {
+
+std::string underscored(std::string name) {
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+/// The combinations that no single option can refuse.
+proto::Result<void> check_together(const Settings& settings, Spelling spelling) {
+  const proto::BuildOptions& build = settings.build;
+  const auto name = [spelling](const char* plain) {
+    return spelt({plain, "", "", "", nullptr}, spelling);
+  };
+  if (build.has_min_level() && build.has_max_level() && build.min_level() > build.max_level()) {
+    return proto::Problem{"option-invalid",
+                          name("min-level") + "=" + std::to_string(build.min_level()) + " is above " + name("max-level") + "=" +
+                              std::to_string(build.max_level()),
+                          "a least level no finer than the finest", name("min-level")};
+  }
+  return {};
+}
+
+std::string trimmed(const std::string& text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string::npos) return "";
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+proto::Problem unknown_option(const std::string& name, const std::vector<OptionSpec>& table, Spelling spelling) {
+  std::vector<std::string> names;
+  std::string all;
+  for (const OptionSpec& option : table) {
+    names.push_back(spelt(option, spelling));
+    all += (all.empty() ? "" : ", ") + names.back();
+  }
+  const auto nearest = nearest_name(name, names);
+  const char* kind = spelling == Spelling::query ? "query parameter" : "option";
+  const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
+  return {"option-unknown",
+          std::string("unknown ") + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all, shown};
+}
+
+}  // namespace
+
+std::string spelt(const OptionSpec& option, Spelling spelling) {
+  switch (spelling) {
+    case Spelling::query: return underscored(option.name);
+    case Spelling::command_line: return "--" + option.name;
+    case Spelling::config_file: return option.name;
+    case Spelling::environment: break;
+  }
+  std::string name = "CORDILLERA_" + underscored(option.name);
+  for (char& c : name) {
+    if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
+  }
+  return name;
+}
+
+proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given, Spelling spelling) {
+  std::set<std::string> seen;
+  for (const auto& [name, value] : given) {
+    const auto option = std::find_if(table.begin(), table.end(), [&, &wanted = name](const OptionSpec& candidate) {
+      return spelt(candidate, spelling) == wanted;
+    });
+    if (option == table.end()) return unknown_option(name, table, spelling);
+    if (!seen.insert(option->name).second) {
+      return proto::Problem{"option-repeated", name + " is given twice", "each option once; lists are separated by commas", name};
+    }
+    if ((option->name == "error" && seen.count("keep") != 0) || (option->name == "keep" && seen.count("error") != 0)) {
+      return proto::Problem{"options-conflict", "error and keep are two ways to say how fine the levels are; both are given",
+                            "one of them", name};
+    }
+    if (const Complaint complaint = option->apply(value, settings)) {
+      const std::string shown = is_utf8(value) ? value.substr(0, 200) : "(not UTF-8)";
+      return proto::Problem{"option-invalid", name + "='" + shown + "': " + *complaint, option->accepted, name};
+    }
+  }
+  if (auto together = check_together(settings, spelling); !together) return together.problem();
+  return settings;
+}
+
+Given environment_layer(const std::vector<OptionSpec>& table) {
+  Given given;
+  for (const OptionSpec& option : table) {
+    const std::string name = spelt(option, Spelling::environment);
+    if (const char* value = std::getenv(name.c_str())) given.emplace_back(name, value);
+  }
+  return given;
+}
+
+proto::Result<Given> config_file_layer(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) return proto::Problem{"file-unreadable", "cannot read the config file " + path, "a readable text file", "--config"};
+  Given given;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    line = trimmed(line);
+    if (line.empty() || line.front() == '#') continue;
+    const auto equals = line.find('=');
+    if (equals == std::string::npos) {
+      return proto::Problem{"config-invalid", path + ":" + std::to_string(number) + ": no '=' in the line", "lines of name = value",
+                            "--config"};
+    }
+    std::string value = trimmed(line.substr(equals + 1));
+    if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);
+    given.emplace_back(trimmed(line.substr(0, equals)), value);
+  }
+  return given;
+}
+
+std::vector<OptionSpec> all_options() {
+  std::vector<OptionSpec> all = serve_options();
+  all.insert(all.end(), build_options().begin(), build_options().end());
+  return all;
+}
+
+}  // namespace cordillera::server

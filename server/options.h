@@ -1,0 +1,65 @@
+#pragma once
+// The one table of options. Query strings, the command line, the config file and environment variables are all read through it, so
+// that a name, a range or a sentence of help cannot differ between them.
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "cordillera.pb.h"
+#include "proto/result.h"
+#include "server/option_values.h"
+
+namespace cordillera::server {
+
+/// What only the service needs.
+struct ServeSettings {
+  std::string listen = "127.0.0.1:8080";
+  std::string data = "cordillera-data";
+  std::string web;                     ///< folder of the viewer; empty: beside the program
+  std::string datum_grids;             ///< folder whose files a request may name as vertical_datum; empty: none
+  std::uint32_t jobs = 1;              ///< builds that run at the same time
+  std::uint32_t body_limit_mib = 16384;
+  std::string log_level = "info";
+};
+
+/// Everything that options can say.
+struct Settings {
+  proto::BuildOptions build;
+  bool dry_run = false;
+  ServeSettings serve;
+};
+
+struct OptionSpec {
+  std::string name;      ///< as on the command line, without the dashes: "vertical-datum"
+  std::string value;     ///< what stands for the value in help: "METRES"; empty: a switch
+  std::string help;
+  std::string accepted;  ///< for problems and help: what values there are
+  Complaint (*apply)(std::string_view text, Settings& settings);
+};
+
+/// What a build takes, over HTTP and on the command line alike.
+const std::vector<OptionSpec>& build_options();
+/// What only `serve` takes.
+const std::vector<OptionSpec>& serve_options();
+/// Both: `serve` takes the build options as the defaults of its requests.
+std::vector<OptionSpec> all_options();
+
+/// How the user spelt a name: vertical_datum, --vertical-datum, vertical-datum or CORDILLERA_VERTICAL_DATUM.
+enum class Spelling { query, command_line, config_file, environment };
+std::string spelt(const OptionSpec& option, Spelling spelling);
+
+/// One layer of options, in the order given: names as the user spelt them.
+using Given = std::vector<std::pair<std::string, std::string>>;
+
+/// Puts a layer over settings. error and keep replace each other between layers; within one layer they are a contradiction.
+/// An unknown name, a repeated one or a bad value is a Problem that names it and what is accepted.
+proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given, Spelling spelling);
+
+/// The variables of the table that are set in this process's environment.
+Given environment_layer(const std::vector<OptionSpec>& table);
+
+/// Lines of `name = value`; # starts a comment; a value may stand in double quotes.
+proto::Result<Given> config_file_layer(const std::string& path);
+
+}  // namespace cordillera::server

@@ -1,0 +1,61 @@
+#include "server/problems.h"
+
+#include <vector>
+
+namespace cordillera::server {
+namespace {
+
+// What the service itself says. Slugs of raster and pipeline need an entry only where 422 is not the right status.
+const std::vector<ProblemKind>& table() {
+  static const std::vector<ProblemKind> kinds = {
+      {"body-empty", 400, "No raster was sent"},
+      {"body-incomplete", 400, "The upload ended before its end"},
+      {"request-invalid", 400, "The request is not valid HTTP"},
+      {"option-unknown", 400, "Unknown option"},
+      {"option-repeated", 400, "Option given twice"},
+      {"option-invalid", 400, "Bad value of an option"},
+      {"options-conflict", 400, "Options that exclude each other"},
+      {"option-forbidden", 403, "The operator does not allow this value"},
+      {"not-found", 404, "No such resource"},
+      {"dataset-unknown", 404, "No such dataset"},
+      {"tile-unknown", 404, "No such tile"},
+      {"method-not-allowed", 405, "Method not allowed here"},
+      {"dataset-not-ready", 409, "The dataset is not ready"},
+      {"dataset-failed", 409, "The dataset could not be built"},
+      {"idempotency-key-in-use", 409, "A request with this Idempotency-Key is under way"},
+      {"length-required", 411, "The length of the body is not known"},
+      {"body-too-large", 413, "The raster is too large"},
+      {"uri-too-long", 414, "The address is too long"},
+      {"body-form", 415, "A form instead of a raster"},
+      {"expectation-failed", 417, "Unknown expectation"},
+      {"idempotency-key-reused", 422, "The Idempotency-Key belongs to another request"},
+      {"job-crashed", 500, "The build's process ended abnormally"},
+      {"internal", 500, "Something went wrong in the service"},
+      {"device-lost", 500, "The GPU was lost"},
+      {"memory-limit", 422, "The build needs more memory than it may use"},
+      {"service-stopping", 503, "The service is stopping"},
+      {"service-busy", 503, "Too many clients are waiting"},
+      {"storage-full", 507, "No room left to store this"},
+  };
+  return kinds;
+}
+
+std::string title_of(std::string_view slug) {
+  std::string title(slug);
+  for (char& c : title) {
+    if (c == '-') c = ' ';
+  }
+  if (!title.empty() && title[0] >= 'a' && title[0] <= 'z') title[0] = static_cast<char>(title[0] - 'a' + 'A');
+  return title;
+}
+
+}  // namespace
+
+ProblemKind problem_kind(std::string_view slug) {
+  for (const ProblemKind& kind : table()) {
+    if (kind.slug == slug) return kind;
+  }
+  return {std::string(slug), 422, title_of(slug)};
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,17 @@
+#pragma once
+// Which HTTP status a problem is, and what it is called: one table for the whole service.
+#include <string>
+#include <string_view>
+
+namespace cordillera::server {
+
+struct ProblemKind {
+  std::string slug;   ///< Problem::type
+  int status = 0;
+  std::string title;
+};
+
+/// The entry of a slug. A slug the table does not know comes from a build: 422, its title made from its words.
+ProblemKind problem_kind(std::string_view slug);
+
+}  // namespace cordillera::server

@@ -1,0 +1,31 @@
+# cmake -DNPM=… -DSOURCE=… -DWORK=… -DOUTPUT=… -P make_viewer.cmake
+# Puts the viewer together in OUTPUT. The file `complete` appears last; a failure is a warning, so that a build without a network
+# still ends, and the next build tries again.
+file(REMOVE ${OUTPUT}/complete)
+set(lock ${SOURCE}/package-lock.json)
+file(SHA256 ${lock} wanted)
+set(have "")
+if(EXISTS ${WORK}/installed)
+  file(READ ${WORK}/installed have)
+endif()
+if(NOT have STREQUAL wanted)
+  file(COPY ${SOURCE}/package.json ${lock} DESTINATION ${WORK})
+  execute_process(
+    COMMAND ${NPM} ci --ignore-scripts --no-audit --no-fund --loglevel=error --fetch-retries=1
+    WORKING_DIRECTORY ${WORK} RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE reason)
+  if(NOT status EQUAL 0)
+    message(WARNING "The viewer was left out: npm ci failed (${status}). The server works without it.\n${reason}")
+    return()
+  endif()
+  file(WRITE ${WORK}/installed ${wanted})
+endif()
+
+set(cesium ${WORK}/node_modules/cesium)
+foreach(part Cesium.js Assets ThirdParty Widgets Workers)
+  file(COPY ${cesium}/Build/Cesium/${part} DESTINATION ${OUTPUT}/cesium)
+endforeach()
+file(COPY ${cesium}/LICENSE.md DESTINATION ${OUTPUT}/cesium)
+foreach(file index.html style.css viewer.js terrain_style.js dataset_panel.js)
+  file(COPY ${SOURCE}/${file} DESTINATION ${OUTPUT})
+endforeach()
+file(TOUCH ${OUTPUT}/complete)

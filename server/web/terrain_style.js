@@ -1,0 +1,69 @@
+// How terrain looks: one light from the north-west, as on a relief map, and a colour that follows the height.
+const { Cartesian3, Cesium3DTileStyle, CustomShader, DirectionalLight, ImageBasedLighting, Math: CesiumMath, Matrix4, Transforms, UniformType } =
+  window.Cesium;
+
+const kLightAzimuth_deg = 315;
+const kLightElevation_deg = 38;
+
+// A sun that stands still over the dataset: the real one would leave half the world's datasets in the night.
+export function relief_light(center) {
+  const azimuth = CesiumMath.toRadians(kLightAzimuth_deg);
+  const elevation = CesiumMath.toRadians(kLightElevation_deg);
+  const towards_light = new Cartesian3(
+    Math.sin(azimuth) * Math.cos(elevation), Math.cos(azimuth) * Math.cos(elevation), Math.sin(elevation));
+  const frame = Transforms.eastNorthUpToFixedFrame(center);
+  const direction = Cartesian3.negate(Matrix4.multiplyByPointAsVector(frame, towards_light, new Cartesian3()), new Cartesian3());
+  return new DirectionalLight({ direction, intensity: 3.0 });
+}
+
+// Plain ambient light: the sky reflections that Cesium would otherwise compute cost more than the terrain and wash it out.
+export function plain_ambient() {
+  const grey = new Cartesian3(0.20, 0.22, 0.26);
+  const none = Cartesian3.ZERO;
+  return new ImageBasedLighting({ sphericalHarmonicCoefficients: [grey, none, none, none, none, none, none, none, none] });
+}
+
+// The height is computed from the position relative to the camera: 32-bit world coordinates only know half metres, which shows as
+// bands on low terrain. A sphere through the camera's own height is right within metres as far as a camera sees detail.
+export function height_tint(min_height_m, max_height_m) {
+  return new CustomShader({
+    uniforms: {
+      u_camera_up: { type: UniformType.VEC3, value: new Cartesian3(0, 0, 1) },
+      u_camera_height: { type: UniformType.FLOAT, value: 0 },
+      u_low: { type: UniformType.FLOAT, value: min_height_m },
+      u_range: { type: UniformType.FLOAT, value: Math.max(max_height_m - min_height_m, 1) },
+    },
+    fragmentShaderText: `
+      float height_above_ellipsoid(vec3 position) {
+        vec3 up = normalize(czm_viewRotation3D * u_camera_up);
+        float rise = dot(position, up);
+        float across = dot(position, position) - rise * rise;
+        float radius = 6371000.0 + u_camera_height + rise;
+        return u_camera_height + rise + across / (sqrt(radius * radius + across) + radius);
+      }
+      vec3 tint(float share) {
+        vec3 low = vec3(0.30, 0.42, 0.27);
+        vec3 middle = vec3(0.66, 0.60, 0.40);
+        vec3 high = vec3(0.50, 0.41, 0.34);
+        vec3 top = vec3(0.95, 0.95, 0.96);
+        vec3 colour = mix(low, middle, smoothstep(0.0, 0.40, share));
+        colour = mix(colour, high, smoothstep(0.40, 0.75, share));
+        return mix(colour, top, smoothstep(0.80, 1.0, share));
+      }
+      void fragmentMain(FragmentInput fsInput, inout czm_modelMaterial material) {
+        float share = (height_above_ellipsoid(fsInput.attributes.positionEC) - u_low) / u_range;
+        material.diffuse = tint(clamp(share, 0.0, 1.0));
+      }`,
+  });
+}
+
+// To be called before each frame: the shader cannot know where the camera is on the globe.
+export function follow_camera(shader, camera, ellipsoid) {
+  shader.setUniform("u_camera_up", ellipsoid.geodeticSurfaceNormal(camera.positionWC, new Cartesian3()));
+  shader.setUniform("u_camera_height", camera.positionCartographic.height);
+}
+
+// Without the tint: the tiles' own material.
+export function own_material() {
+  return new Cesium3DTileStyle();
+}

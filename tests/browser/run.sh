@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# Looks at the viewer in headless Chromium: tests/browser/run.sh BUILD [PICTURES]
+#   BUILD      a build folder with bin/cordillera and share/web
+#   PICTURES   where the screenshots are left; build/browser by default
+# tests/browser/run.sh --can-run says what is missing and exits with 1 if anything is.
+# The shipped sample and, as a control that the test can fail, a flat raster are posted to a server of its own.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+chromium=$(command -v chromium || command -v chromium-browser || true)
+
+if [[ "${1:-}" == --can-run ]]; then
+  missing=()
+  [[ -n $chromium ]] || missing+=(chromium)
+  command -v npm >/dev/null || missing+=(npm)
+  [[ -e $root/build/release/share/web/complete ]] || missing+=("the viewer in build/release/share/web")
+  [[ ${#missing[@]} -eq 0 ]] && exit 0
+  printf '\nThe browser tests are left out; missing: %s\n' "$(printf '%s, ' "${missing[@]}" | sed 's/, $//')"
+  exit 1
+fi
+
+build=$(cd "${1:?usage: tests/browser/run.sh BUILD [PICTURES]}" && pwd)
+pictures=${2:-$root/build/browser}
+mkdir -p "$pictures"
+modules=$root/build/browser-modules
+work=$(mktemp -d)
+server=
+cleanup() {
+  [[ -z $server ]] || { kill -TERM "$server" 2>/dev/null && wait "$server"; } || true
+  rm -rf "$work"
+}
+trap cleanup EXIT
+
+# npm works in a folder of its own, so that a checkout stays clean.
+mkdir -p "$modules"
+cp "$here"/package.json "$here"/package-lock.json "$modules"
+(cd "$modules" && npm ci --ignore-scripts --no-audit --no-fund --loglevel=error >/dev/null)
+cp "$here"/*.mjs "$modules"
+
+port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+url=http://127.0.0.1:$port
+"$build/bin/cordillera" serve --listen "127.0.0.1:$port" --data "$work/data" >"$work/server.log" 2>&1 &
+server=$!
+for _ in $(seq 1 100); do curl -fs -o /dev/null "$url/readyz" && break; sleep 0.2; done
+
+sample=$root/deploy/sample/white_mountains_srtm3.tif
+gdal_create -q -of GTiff -ot Int16 -outsize 300 300 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr 10 46.3 10.3 46 "$work/flat.tif"
+post() { curl -fsS -T "$1" -X POST -H 'Prefer: wait=300' "$url/v1/datasets?name=$(basename "$1")" | python3 -c 'import json, sys; print(json.load(sys.stdin)["id"])'; }
+terrain=$(post "$sample")
+flat=$(post "$work/flat.tif")
+python3 "$root/deploy/client.py" watch "$url" "$terrain"
+python3 "$root/deploy/client.py" watch "$url" "$flat"
+
+python3 "$here/known_heights.py" "$sample" >"$work/known.json"
+cd "$modules"
+node look.mjs --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" --known "$work/known.json" --pictures "$pictures"
