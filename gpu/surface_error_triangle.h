@@ -42,7 +42,7 @@ CORDILLERA_HD inline void set_rows(Extent& e, const TileFacts& tile, std::int32_
   const double rs = s.radius_m + down * s.cos_lat, rn = n.radius_m + down * n.cos_lat;
   e.least_radius_m = most(0, least(rs, rn));
   e.most_radius_m = (straddles ? proto::kSemiMajor_m : most(s.radius_m, n.radius_m)) + up;
-  // Only one row can be a pole's; the next row inward bounds the corners that are not on it.
+  // Where a row is a pole's, the next row inward bounds the corners that are not on the pole.
   const proto::RowFrame& s2 = s.radius_m > 0 || low == high ? s : tile.rows[low + 1];
   const proto::RowFrame& n2 = n.radius_m > 0 || low == high ? n : tile.rows[high - 1];
   e.off_pole_radius_m = most(0, least(s2.radius_m + down * s2.cos_lat, n2.radius_m + down * n2.cos_lat));
@@ -126,7 +126,7 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
   t.exact = plane_of(c[0].exact, c[1].exact, c[2].exact);
   t.rounded = plane_of(c[0].rounded, c[1].rounded, c[2].rounded);
   t.exact_range = height_range(extent.low_m, extent.high_m, extent.edge2_m2, 1e-6);
-  t.rounded_range = height_range(extent.low_m, extent.high_m, extent.edge2_m2 * 1.01 + 4 * tile.step_m * tile.step_m, tile.step_m);
+  t.rounded_range = height_range(extent.low_m, extent.high_m, extent.edge2_m2 * 1.01 + 400 * tile.step_m * tile.step_m, tile.step_m);
   return t;
 }
 

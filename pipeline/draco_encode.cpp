@@ -11,7 +11,10 @@ namespace {
 // Measured on terrain tiles (see README): 5 is the slowest speed at which Draco still takes its fast connectivity coder; slower ones
 // save a few per cent and cost two times the time, faster ones the reverse.
 constexpr int kSpeed = 5;
-constexpr int kNormalBits = 8;
+constexpr int kNormalBits = 10;
+// Draco's entropy coder counts symbols in a table as long as the greatest one. Tiles a dozen levels above the finest would need
+// gigabytes of it; there are a handful of them in a dataset, so their integers go in as they are.
+constexpr std::int32_t kMaxCodedSide = 1 << 20;
 
 template <class Scalar>
 constexpr draco::DataType draco_type() {
@@ -60,6 +63,7 @@ std::string draco_encode(const LatticeMesh& mesh) {
   metadata->AddEntryDouble("height_step", mesh.height_step);
   out.AddMetadata(std::move(metadata));
   draco::Encoder encoder;
+  if (mesh.side > kMaxCodedSide) encoder.options().SetGlobalBool("use_built_in_attribute_compression", false);
   return encode(encoder, out);
 }
 

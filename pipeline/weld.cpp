@@ -130,7 +130,7 @@ proto::Result<TileMesh> weld(const WeldInput& input) {
         return proto::Problem{"weld-mismatch",
                               "children " + std::to_string(seam.first) + " and " + std::to_string(c) + " differ on their common border", "", ""};
     }
-    append(parent, *children[c], c, number);
+    append(parent, *children[c], c, number[c]);
   }
   return parent;
 }

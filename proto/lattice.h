@@ -11,7 +11,7 @@
 namespace cordillera::proto {
 
 inline constexpr int kTileCells = 256;
-inline constexpr int kMaxLevel = 22;  ///< finest level allowed: 256 << 22 = 2^30 units a side of tile 0
+inline constexpr int kMaxLevel = 21;  ///< finest level allowed (cells of 4 cm): window columns, wrapped once, fit 32 bits
 
 /// How tiles divide the earth. Geodetic: EPSG:4326, two roots at level 0, x = 0 is the western hemisphere.
 enum class Scheme : std::uint8_t { geodetic };

@@ -28,30 +28,25 @@ bool is_hgt(const std::string& name) {
 /// look for sidecars find none. Removed as soon as the file is open.
 class Link {
  public:
-  static std::optional<Link> make(const std::string& target, const std::string& name) {
+  Link(const std::string& target, const std::string& name) {
     std::error_code error;
     std::string folder = (fs::temp_directory_path(error) / "cordillera-XXXXXX").string();
-    if (error || mkdtemp(folder.data()) == nullptr) return std::nullopt;
-    Link link;
-    link.folder_ = folder;
-    link.path_ = (fs::path(folder) / safe(name)).string();
-    fs::create_symlink(fs::absolute(target, error), link.path_, error);
-    if (error) return std::nullopt;
-    return link;
+    if (error || mkdtemp(folder.data()) == nullptr) return;
+    folder_ = folder;
+    const std::string path = (fs::path(folder) / safe(name)).string();
+    fs::create_symlink(fs::absolute(target, error), path, error);
+    if (!error) path_ = path;
   }
-  Link(Link&& other) noexcept : folder_(std::exchange(other.folder_, {})), path_(std::exchange(other.path_, {})) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
-  Link& operator=(Link&&) = delete;
   ~Link() {
     std::error_code ignored;
     if (!path_.empty()) fs::remove(path_, ignored);
     if (!folder_.empty()) fs::remove(folder_, ignored);
   }
-  const std::string& path() const { return path_; }
+  const std::string& path() const { return path_; }  ///< empty: could not be made
 
  private:
-  Link() = default;
   static std::string safe(std::string name) {
     for (char& c : name)
       if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-' && c != '_') c = '_';
@@ -127,8 +122,8 @@ proto::Result<Dataset> open_dataset(const std::string& path, const std::string& 
   std::optional<Link> link;
   dataset.path = path;
   if (trust == Trust::posted_file || (hgt && fs::path(path).filename() != dataset.name)) {
-    link = Link::make(path, dataset.name);
-    if (!link) return Problem{"internal", "no temporary folder to open " + dataset.name + " in", "", ""};
+    link.emplace(path, dataset.name);
+    if (link->path().empty()) return Problem{"internal", "no temporary folder to open " + dataset.name + " in", "", ""};
     dataset.path = link->path();
   }
   dataset.handle = open_handle(dataset.path, trust, hgt);

@@ -27,6 +27,13 @@ class Source {
   };
   virtual Window window(const proto::Lattice& lattice) const = 0;
 
+  /// Whether all vertices of the rectangle are certainly void, told cheaply: it lies outside the window, or over blocks that a sparse
+  /// file never stored. False means: sample to know.
+  virtual bool empty(const proto::Lattice&, std::int64_t /*west*/, std::int64_t /*south*/, std::int64_t /*columns*/,
+                     std::int64_t /*rows*/) const {
+    return false;
+  }
+
   /// Heights at columns*rows lattice vertices from (west, south). A vertex's height never depends on the window that asked.
   /// Columns are taken modulo the circle. Memory is bounded by the window, not by the raster. Not thread-safe: one Source a thread.
   virtual proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,

@@ -1,5 +1,5 @@
 // How terrain looks: one light from the north-west, as on a relief map, and a colour that follows the height.
-const { Cartesian3, Cesium3DTileStyle, CustomShader, DirectionalLight, ImageBasedLighting, Math: CesiumMath, Matrix4, Transforms, UniformType } =
+const { Cartesian3, CustomShader, DirectionalLight, ImageBasedLighting, Math: CesiumMath, Matrix4, Transforms, UniformType } =
   window.Cesium;
 
 const kLightAzimuth_deg = 315;
@@ -42,9 +42,9 @@ export function height_tint(min_height_m, max_height_m) {
         return u_camera_height + rise + across / (sqrt(radius * radius + across) + radius);
       }
       vec3 tint(float share) {
-        vec3 low = vec3(0.30, 0.42, 0.27);
-        vec3 middle = vec3(0.66, 0.60, 0.40);
-        vec3 high = vec3(0.50, 0.41, 0.34);
+        vec3 low = vec3(0.22, 0.36, 0.20);
+        vec3 middle = vec3(0.60, 0.53, 0.33);
+        vec3 high = vec3(0.43, 0.34, 0.28);
         vec3 top = vec3(0.95, 0.95, 0.96);
         vec3 colour = mix(low, middle, smoothstep(0.0, 0.40, share));
         colour = mix(colour, high, smoothstep(0.40, 0.75, share));
@@ -61,9 +61,4 @@ export function height_tint(min_height_m, max_height_m) {
 export function follow_camera(shader, camera, ellipsoid) {
   shader.setUniform("u_camera_up", ellipsoid.geodeticSurfaceNormal(camera.positionWC, new Cartesian3()));
   shader.setUniform("u_camera_height", camera.positionCartographic.height);
-}
-
-// Without the tint: the tiles' own material.
-export function own_material() {
-  return new Cesium3DTileStyle();
 }

@@ -16,12 +16,12 @@ async function fetch_json(url) {
 }
 
 function make_globe() {
+  // The default credit is the logo of a hosted service that this page does not use.
+  Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit('<a href="https://cesium.com/cesiumjs/" rel="noreferrer">CesiumJS</a>', true);
   const widget = new Cesium.CesiumWidget("globe", {
     baseLayer: false,
     scene3DOnly: true,
-    requestRenderMode: false,
     msaaSamples: 4,
-    contextOptions: { webgl: { preserveDrawingBuffer: true } },
   });
   const scene = widget.scene;
   scene.globe.baseColor = Color.fromCssColorString("#2b3d52");
@@ -56,7 +56,9 @@ async function show_dataset(id) {
   const base = `v1/datasets/${encodeURIComponent(id)}`;
   page.tilesLoaded = false;
   const manifest = await fetch_json(`${base}/manifest.json`);
-  const tileset = await Cesium.Cesium3DTileset.fromUrl(`${base}/tileset.json`, { maximumScreenSpaceError: 2, enablePick: true });
+  const tileset = await Cesium.Cesium3DTileset.fromUrl(`${base}/tileset.json`, {
+    maximumScreenSpaceError: 2, enablePick: true, enableDebugWireframe: true,
+  });
   tileset.environmentMapManager.enabled = false;
   tileset.imageBasedLighting = plain_ambient();
   if (page.tileset) page.scene.primitives.remove(page.tileset);

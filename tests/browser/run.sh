@@ -1,28 +1,26 @@
 #!/usr/bin/env bash
 # Looks at the viewer in headless Chromium: tests/browser/run.sh BUILD [PICTURES]
 #   BUILD      a build folder with bin/cordillera and share/web
-#   PICTURES   where the screenshots are left; build/browser by default
-# tests/browser/run.sh --can-run says what is missing and exits with 1 if anything is.
+#   PICTURES   where the screenshots are left; BUILD/browser by default
+# Exits with 77, and says what is missing, where it cannot run.
 # The shipped sample and, as a control that the test can fail, a flat raster are posted to a server of its own.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 chromium=$(command -v chromium || command -v chromium-browser || true)
 
-if [[ "${1:-}" == --can-run ]]; then
-  missing=()
-  [[ -n $chromium ]] || missing+=(chromium)
-  command -v npm >/dev/null || missing+=(npm)
-  [[ -e $root/build/release/share/web/complete ]] || missing+=("the viewer in build/release/share/web")
-  [[ ${#missing[@]} -eq 0 ]] && exit 0
-  printf '\nThe browser tests are left out; missing: %s\n' "$(printf '%s, ' "${missing[@]}" | sed 's/, $//')"
-  exit 1
-fi
-
 build=$(cd "${1:?usage: tests/browser/run.sh BUILD [PICTURES]}" && pwd)
-pictures=${2:-$root/build/browser}
+missing=()
+[[ -n $chromium ]] || missing+=(Chromium)
+command -v npm >/dev/null || missing+=(npm)
+[[ -e $build/share/web/complete ]] || missing+=("the viewer in $build/share/web")
+if [[ ${#missing[@]} -gt 0 ]]; then
+  printf 'The browser test is left out; missing: %s\n' "$(printf '%s, ' "${missing[@]}" | sed 's/, $//')"
+  exit 77
+fi
+pictures=${2:-$build/browser}
 mkdir -p "$pictures"
-modules=$root/build/browser-modules
+modules=$build/browser/npm
 work=$(mktemp -d)
 server=
 cleanup() {

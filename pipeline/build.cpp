@@ -1,0 +1,183 @@
+#include "pipeline/build.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "gpu/simplify.h"
+#include "pipeline/builder.h"
+#include "pipeline/encode.h"
+#include "pipeline/pilot.h"
+#include "pipeline/plan.h"
+#include "pipeline/store.h"
+#include "proto/ellipsoid.h"
+#include "proto/version.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+/// Tells progress no more often than a few times a second, with the time left as the rate so far suggests.
+class Teller {
+ public:
+  explicit Teller(const ProgressCallback& callback) : callback_(callback) {}
+  void stage(const std::string& name, double total) {
+    progress_.set_stage(name);
+    progress_.set_total(total);
+    started_ = Clock::now();
+    first_ = -1;
+    tell(0, Urgency::now);
+  }
+  enum class Urgency { when_due, now };
+  void tell(double done, Urgency urgency = Urgency::when_due) {
+    const auto now = Clock::now();
+    if (urgency == Urgency::when_due && now - last_ < std::chrono::milliseconds(200)) return;
+    last_ = now;
+    if (first_ < 0) first_ = done;
+    const double seconds = std::chrono::duration<double>(now - started_).count();
+    progress_.set_done(done);
+    const double moved = done - first_;
+    progress_.set_seconds_left(moved > 0 && seconds > 1 ? seconds * (progress_.total() - done) / moved : -1);
+    if (callback_) callback_(progress_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const ProgressCallback& callback_;
+  proto::Progress progress_;
+  Clock::time_point started_, last_;
+  double first_ = -1;
+};
+
+double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
+  const raster::Source::Window w = node_window(plan, node);
+  return w.west > w.east || w.south > w.north ? 0 : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
+}
+
+proto::Result<void> build_blocks(Builder& builder, const proto::Plan& plan, StoreWriter& store, Teller& teller, const std::atomic<bool>& stop) {
+  const std::vector<proto::TileAddress> blocks = touched_tiles(plan, static_cast<int>(plan.block_level()));
+  double total = 0, done = 0;
+  for (const proto::TileAddress& node : blocks) total += samples_of(plan, node);
+  teller.stage("build", total);
+  for (const proto::TileAddress& node : blocks) {
+    const double samples = samples_of(plan, node);
+    if (!store.finished(node)) {
+      if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
+      auto task = builder.block(node, [&](double share) { teller.tell(done + share * samples); });
+      if (!task.ok()) return task.problem();
+      if (const auto committed = store.commit(*task); !committed.ok()) return committed.problem();
+    }
+    done += samples;
+    teller.tell(done);
+  }
+  return {};
+}
+
+proto::Result<void> merge_upwards(Builder& builder, const proto::Plan& plan, StoreWriter& store, Teller& teller, const std::atomic<bool>& stop) {
+  double total = 0, done = 0;
+  const int min_level = static_cast<int>(plan.min_level());
+  for (int z = static_cast<int>(plan.block_level()) - 1; z >= min_level; --z) total += static_cast<double>(touched_tiles(plan, z).size());
+  if (total == 0) return {};
+  teller.stage("merge", total);
+  for (int z = static_cast<int>(plan.block_level()) - 1; z >= min_level; --z) {
+    for (const proto::TileAddress& node : touched_tiles(plan, z)) {
+      if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
+      if (!store.finished(node)) {
+        auto task = builder.merge(node, store);
+        if (!task.ok()) return task.problem();
+        if (const auto committed = store.commit(*task); !committed.ok()) return committed.problem();
+      }
+      teller.tell(++done);
+    }
+  }
+  return {};
+}
+
+proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source) {
+  proto::Manifest manifest;
+  manifest.set_id(request.id);
+  manifest.set_name(request.options.name().empty() ? request.raster_name : request.options.name());
+  manifest.set_title(request.options.title().empty() ? manifest.name() : request.options.title());
+  manifest.set_attribution(request.options.attribution());
+  manifest.set_program(plan.program());
+  *manifest.mutable_source() = source;
+  *manifest.mutable_options() = plan.options();
+  manifest.set_scheme(plan.scheme());
+  manifest.set_min_level(plan.min_level());
+  manifest.set_max_level(plan.finest_level());
+  const proto::Lattice lattice = lattice_of(plan);
+  manifest.set_cell_m(proto::cell_height_m(lattice, (plan.window(1) + plan.window(3)) / 2));
+  manifest.set_height_datum("WGS 84 ellipsoid");
+  manifest.set_height_step(proto::kHeightStep_m);
+  manifest.set_drc_formula(kDrcFormula);
+  manifest.mutable_source()->set_lattice_samples(static_cast<double>(plan.window(2) - plan.window(0) + 1.0) *
+                                                 static_cast<double>(plan.window(3) - plan.window(1) + 1.0));
+  return manifest;
+}
+
+proto::Result<std::unique_ptr<raster::Source>> open(const BuildRequest& request) {
+  return raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+}
+
+}  // namespace
+
+proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {
+  Teller teller(progress);
+  teller.stage("open", 1);
+  const auto source = open(request);
+  if (!source.ok()) return source.problem();
+  auto plan = make_plan(**source, request.options);
+  if (!plan.ok()) return plan.problem();
+  plan->set_program(proto::kProgram);
+  Workers workers(request.options.threads());
+  Builder builder(*plan, workers, [&] { return open(request); }, request.options.device(), stop);
+  if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
+  if (request.options.keep_size() > 0) {
+    teller.stage("plan", 1);
+    if (const auto piloted = run_pilot(builder.source(), builder.simplifier(), *plan, stop); !piloted.ok()) return piloted.problem();
+    builder.use(*plan);
+  }
+  auto store = StoreWriter::open(request.store_path, *plan);
+  if (!store.ok()) return store.problem();
+  if (const auto built = build_blocks(builder, *plan, **store, teller, stop); !built.ok()) return built.problem();
+  if (const auto merged = merge_upwards(builder, *plan, **store, teller, stop); !merged.ok()) return merged.problem();
+  teller.stage("publish", 1);
+  proto::Manifest manifest = blank_manifest(request, *plan, (*source)->description());
+  auto published = (*store)->publish(std::move(manifest));
+  if (published.ok()) published->set_device(builder.device());
+  teller.tell(1, Teller::Urgency::now);
+  return published;
+}
+
+proto::Result<Estimate> estimate(const BuildRequest& request) {
+  constexpr double kSamplesPerSecond = 0.8e6;  // a core, measured on the sample and rounded down
+  constexpr double kTriangleShare = 0.35, kBytesPerTriangle = 5;
+  const auto source = open(request);
+  if (!source.ok()) return source.problem();
+  const auto plan = make_plan(**source, request.options);
+  if (!plan.ok()) return plan.problem();
+  Estimate estimate;
+  estimate.manifest = blank_manifest(request, *plan, (*source)->description());
+  estimate.manifest.set_program(proto::kProgram);
+  const double samples = estimate.manifest.source().lattice_samples();
+  double tiles = 0, triangles = 0;
+  for (const proto::LevelPlan& level : plan->levels()) {
+    const int up = static_cast<int>(plan->finest_level() - level.level());
+    const double share = request.options.keep_size() > 0 ? kept_share(request.options, up) : kTriangleShare * std::ldexp(1, -2 * up);
+    proto::LevelSummary* summary = estimate.manifest.add_levels();
+    summary->set_level(level.level());
+    summary->set_target(level.target());
+    summary->set_tiles(static_cast<std::uint32_t>(touched_tiles(*plan, static_cast<int>(level.level())).size()));
+    summary->set_triangles(static_cast<std::uint32_t>(std::min(4e9, std::max(2.0, 2 * samples * share))));
+    summary->set_drc_bytes(0.4 * kBytesPerTriangle * summary->triangles());
+    summary->set_glb_bytes(0.6 * kBytesPerTriangle * summary->triangles());
+    tiles += summary->tiles();
+    triangles += summary->triangles();
+  }
+  estimate.manifest.set_tiles(static_cast<std::uint32_t>(std::min(4e9, tiles)));
+  estimate.manifest.set_triangles(static_cast<std::uint32_t>(std::min(4e9, triangles)));
+  estimate.manifest.set_bytes(kBytesPerTriangle * triangles);
+  const unsigned threads = Workers(request.options.threads()).threads();
+  estimate.seconds = samples / kSamplesPerSecond / threads;
+  return estimate;
+}
+
+}  // namespace cordillera::pipeline

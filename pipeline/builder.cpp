@@ -1,0 +1,207 @@
+#include "pipeline/builder.h"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+
+#include "gpu/device_lost.h"
+#include "pipeline/mesh_record.h"
+#include "pipeline/plan.h"
+#include "pipeline/tile_output.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr std::int64_t kStripRows = 128;  // of a block's samples, read by one worker at a time
+
+constexpr std::size_t kBatchTiles = 64;   // on a GPU; 0.4 GB of host memory while they are prepared
+
+using Tiles = std::map<proto::TileAddress, BuiltTile>;
+
+std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& tiles) {
+  std::array<const BuiltTile*, 4> children{};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const auto found = tiles.find(tile.child(static_cast<int>(c)));
+    if (found != tiles.end()) children[c] = &found->second;
+  }
+  return children;
+}
+
+const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
+
+}  // namespace
+
+Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop)
+    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), device_(std::move(device)), stop_(stop) {}
+
+proto::Result<void> Builder::prepare() {
+  for (unsigned k = 0; k < workers_.threads(); ++k) {
+    auto source = open_();
+    if (!source.ok()) return source.problem();
+    sources_.push_back(std::move(*source));
+  }
+  auto simplifier = gpu::make_simplifier(device_);
+  if (!simplifier.ok()) return simplifier.problem();
+  simplifiers_.push_back(std::move(*simplifier));
+  if (device() == "cpu") fall_back_to_cpu();
+  return {};
+}
+
+void Builder::fall_back_to_cpu() {
+  simplifiers_.clear();
+  for (unsigned k = 0; k < workers_.threads(); ++k) simplifiers_.push_back(gpu::make_simplifier("cpu").value());
+}
+
+proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
+  const raster::Source::Window window = node_window(plan_, node);
+  proto::Samples samples;
+  if (window.west > window.east || window.south > window.north) return samples;
+  if (source().empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1)) return samples;
+  samples.west = window.west;
+  samples.south = window.south;
+  samples.columns = static_cast<std::int32_t>(window.east - window.west + 1);
+  samples.rows = static_cast<std::int32_t>(window.north - window.south + 1);
+  const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
+  samples.height.resize(count);
+  samples.flat_water.resize(count);
+  std::mutex mutex;
+  std::optional<proto::Problem> problem;
+  const auto strips = static_cast<std::size_t>((samples.rows + kStripRows - 1) / kStripRows);
+  workers_.each(strips, [&](std::size_t strip, unsigned worker) {
+    if (stop_) return;
+    const std::int64_t from = static_cast<std::int64_t>(strip) * kStripRows;
+    const auto rows = static_cast<std::int32_t>(std::min<std::int64_t>(kStripRows, samples.rows - from));
+    const auto part = sources_[worker]->sample(lattice_, samples.west, samples.south + from, samples.columns, rows);
+    if (!part.ok()) {
+      const std::lock_guard lock(mutex);
+      if (!problem) problem = part.problem();
+      return;
+    }
+    const auto at = static_cast<std::ptrdiff_t>(from * samples.columns);
+    std::copy(part->height.begin(), part->height.end(), samples.height.begin() + at);
+    std::copy(part->flat_water.begin(), part->flat_water.end(), samples.flat_water.begin() + at);
+  });
+  if (problem) return *problem;
+  return samples;
+}
+
+std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare) {
+  std::vector<std::optional<BuiltTile>> tiles(count);
+  if (device() == "cpu") {
+    simplify_on_cpu(context, prepare, tiles);
+  } else {
+    try {
+      simplify_batched(context, prepare, tiles);
+    } catch (const gpu::DeviceLost&) {
+      fall_back_to_cpu();  // same bytes
+      simplify_on_cpu(context, prepare, tiles);
+    }
+  }
+  std::vector<BuiltTile> built;
+  for (std::optional<BuiltTile>& tile : tiles) {
+    if (tile) built.push_back(std::move(*tile));
+  }
+  return built;
+}
+
+void Builder::simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles) {
+  workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
+    if (stop_) return;
+    std::optional<PreparedTile> prepared = prepare(k);
+    if (prepared) tiles[k] = complete(context, *prepared, *simplifiers_[worker]);
+  });
+}
+
+void Builder::simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles) {
+  for (std::size_t from = 0; from < tiles.size() && !stop_; from += kBatchTiles) {
+    const std::size_t count = std::min(kBatchTiles, tiles.size() - from);
+    std::vector<std::optional<PreparedTile>> maybe(count);
+    workers_.each(count, [&](std::size_t k, unsigned) { maybe[k] = prepare(from + k); });
+    std::vector<PreparedTile> prepared;
+    std::vector<std::size_t> place;
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!maybe[k]) continue;
+      prepared.push_back(std::move(*maybe[k]));
+      place.push_back(from + k);
+    }
+    std::vector<std::optional<BuiltTile>> built(prepared.size());
+    simplify_batch(context, prepared, built);
+    for (std::size_t k = 0; k < place.size(); ++k) tiles[place[k]] = std::move(built[k]);
+  }
+}
+
+void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built) {
+  std::vector<std::size_t> open(prepared.size());
+  for (std::size_t k = 0; k < open.size(); ++k) open[k] = k;
+  for (int attempt = 0; !open.empty() && !stop_; ++attempt) {
+    std::vector<gpu::SimplifyJob> jobs;
+    for (const std::size_t k : open) jobs.push_back(prepared[k].job(context));
+    std::vector<proto::TileMesh> meshes = simplifiers_.front()->simplify(jobs);
+    workers_.each(open.size(), [&](std::size_t n, unsigned) {
+      built[open[n]] = finish(context, prepared[open[n]], std::move(meshes[n]), attempt);
+    });
+    std::erase_if(open, [&](std::size_t k) { return built[k].has_value(); });
+  }
+}
+
+void Builder::encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task) {
+  std::vector<std::optional<EncodedTile>> encoded(tiles.size());
+  workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
+    if (!stop_) encoded[k] = encode_tile(context, tiles[k], plan_.options().attribution());
+  });
+  for (std::optional<EncodedTile>& tile : encoded) {
+    if (tile) task.tiles.push_back(std::move(*tile));
+  }
+}
+
+proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const std::function<void(double)>& share) {
+  FinishedTask task;
+  task.node = node;
+  const proto::Result<proto::Samples> samples = read(node);
+  if (!samples.ok()) return samples.problem();
+  const bool any = std::any_of(samples->height.begin(), samples->height.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
+  if (!any) return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
+  share(0.2);
+  Tiles below;
+  for (int z = lattice_.finest_level; z >= node.z; --z) {
+    const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &*samples};
+    const std::vector<proto::TileAddress> addresses = touched_tiles(plan_, z, node);
+    std::vector<BuiltTile> built = simplify(context, addresses.size(), [&](std::size_t k) {
+      return z == lattice_.finest_level ? prepare_finest(context, addresses[k])
+                                        : prepare_parent(context, addresses[k], children_of(addresses[k], below));
+    });
+    if (stop_) return kCancelled;
+    encode(context, built, task);
+    below.clear();
+    for (BuiltTile& tile : built) below.emplace(tile.tile, std::move(tile));
+    share(z == lattice_.finest_level ? 0.7 : 0.9);
+  }
+  if (stop_) return kCancelled;
+  if (node.z > static_cast<int>(plan_.min_level()) && !below.empty()) task.mesh = {node, to_bytes(below.begin()->second)};
+  return task;
+}
+
+proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const StoreWriter& store) {
+  FinishedTask task;
+  task.node = node;
+  std::array<BuiltTile, 4> tiles;
+  std::array<const BuiltTile*, 4> children{};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const proto::TileAddress child = node.child(static_cast<int>(c));
+    const std::optional<std::string> bytes = store.mesh(child);
+    if (!bytes) continue;
+    proto::Result<BuiltTile> tile = tile_from_bytes(child, *bytes);
+    if (!tile.ok()) return tile.problem();
+    tiles[c] = std::move(*tile);
+    children[c] = &tiles[c];
+    task.consumed.push_back(child);
+  }
+  const LevelContext context{&lattice_, &level_plan(plan_, node.z), plan_.promise(), nullptr};
+  const std::vector<BuiltTile> built = simplify(context, 1, [&](std::size_t) { return prepare_parent(context, node, children); });
+  if (stop_) return kCancelled;
+  encode(context, built, task);
+  if (node.z > static_cast<int>(plan_.min_level()) && !built.empty()) task.mesh = {node, to_bytes(built.front())};
+  return task;
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,58 @@
+#pragma once
+// Blocks and merges: the tasks of a build. A task needs nothing but the plan, its node and the source (a merge: its children's stored
+// meshes), so it can run in any order, anywhere, twice, with the same bytes.
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gpu/simplify.h"
+#include "pipeline/store.h"
+#include "pipeline/tile_mesh.h"
+#include "pipeline/workers.h"
+#include "raster/source.h"
+
+namespace cordillera::pipeline {
+
+class Builder {
+ public:
+  /// Opens one more handle on the source; called once a worker.
+  using OpenSource = std::function<proto::Result<std::unique_ptr<raster::Source>>()>;
+
+  Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop);
+  proto::Result<void> prepare();  ///< opens sources and simplifiers
+  raster::Source& source() { return *sources_.front(); }
+  gpu::Simplifier& simplifier() { return *simplifiers_.front(); }
+  std::string device() const { return simplifiers_.front()->device(); }
+  /// The targets are in the plan's copy that the caller changed: take them over.
+  void use(const proto::Plan& plan) { plan_ = plan; }
+
+  /// Tiles of all levels below and including the block, from the finest up.
+  proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
+  /// One parent above the blocks.
+  proto::Result<FinishedTask> merge(const proto::TileAddress& node, const StoreWriter& store);
+
+ private:
+  /// Makes tile k of a level ready; nullopt: it has no data.
+  using Prepare = std::function<std::optional<PreparedTile>(std::size_t k)>;
+  proto::Result<proto::Samples> read(const proto::TileAddress& node);
+  std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare);
+  void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
+  void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
+  void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
+  void encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task);
+  void fall_back_to_cpu();
+
+  proto::Plan plan_;
+  proto::Lattice lattice_;
+  Workers& workers_;
+  OpenSource open_;
+  std::string device_;
+  const std::atomic<bool>& stop_;
+  std::vector<std::unique_ptr<raster::Source>> sources_;          ///< one a worker
+  std::vector<std::unique_ptr<gpu::Simplifier>> simplifiers_;     ///< CPU: one a worker; CUDA: one
+};
+
+}  // namespace cordillera::pipeline

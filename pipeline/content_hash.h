@@ -1,0 +1,12 @@
+#pragma once
+// The name of bytes: equal bytes are stored once, and an ETag stays the same over a rebuild that changes nothing.
+#include <string>
+#include <string_view>
+
+namespace cordillera::pipeline {
+
+/// First 16 bytes of SHA-256.
+std::string content_hash(std::string_view bytes);
+std::string hex(std::string_view bytes);
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,178 @@
+#include "pipeline/plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proto/ellipsoid.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr double kDefaultErrorCells = 0.25;   // error= when nothing is asked: a quarter of the finest cell
+constexpr double kChainShare = 0.5;           // of the target: border chains leave the tile's inside as much again
+constexpr double kStepsPerTile = 65536;       // .glb quantisation: 16 bits a tile side
+constexpr double kStepShare = 1.0 / 16;       // of the target: quantisation must not spend the promise
+constexpr double kMostSteps = 1 << 22;        // float32 positions stay exact
+constexpr double kRimExtentShare = 1.0 / 64;  // small data keeps its outline, however coarse the level
+
+double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }
+
+std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+
+/// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre.
+int finest_level(const proto::Source& source) {
+  const double pixel_m = std::sqrt(source.pixel_height_m() * source.pixel_width_m());
+  const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
+  for (int z = 0; z < proto::kMaxLevel; ++z) {
+    const proto::Lattice lattice{proto::Scheme::geodetic, z};
+    const double row = (latitude + 90) / 180 * static_cast<double>(lattice.rows());
+    // A source of exactly one lattice spacing must not fall to the next level by the last bit of its pixel size.
+    if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6)) return z;
+  }
+  return proto::kMaxLevel;
+}
+
+proto::Result<void> check_options(const proto::BuildOptions& options) {
+  if (options.has_error() && options.keep_size() > 0) {
+    return proto::Problem{"conflicting-options", "error and keep are both given", "one of them", "keep"};
+  }
+  if (options.has_error() && !(options.error() > 0 && options.error() < 1e6)) {
+    return proto::Problem{"bad-option", "error is not a positive number of metres", "0.001 to 1000000", "error"};
+  }
+  double before = 1;
+  for (const double share : options.keep()) {
+    if (!(share > 0 && share <= before)) {
+      return proto::Problem{"bad-option", "keep is not a falling list of shares", "numbers in (0, 1], finest level first", "keep"};
+    }
+    before = share;
+  }
+  if (!options.scheme().empty() && options.scheme() != "geodetic") {
+    return proto::Problem{"bad-option", "scheme \"" + options.scheme() + "\" is not known", "geodetic", "scheme"};
+  }
+  if (!options.strategy().empty() && options.strategy() != "waves") {
+    return proto::Problem{"bad-option", "strategy \"" + options.strategy() + "\" is not known", "waves", "strategy"};
+  }
+  return {};
+}
+
+proto::Result<std::pair<int, int>> level_range(const proto::Source& source, const proto::BuildOptions& options) {
+  const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source);
+  const int coarsest = static_cast<int>(options.min_level());
+  if (finest > proto::kMaxLevel) {
+    return proto::Problem{"bad-option", "max_level " + std::to_string(finest) + " is too fine",
+                          "0 to " + std::to_string(proto::kMaxLevel), "max_level"};
+  }
+  if (coarsest > finest) {
+    return proto::Problem{"bad-option", "min_level " + std::to_string(coarsest) + " is above the finest level " + std::to_string(finest),
+                          "0 to " + std::to_string(finest), "min_level"};
+  }
+  return std::pair{finest, coarsest};
+}
+
+/// Coarsest level at which every node holds at most kBlockSamples of the window.
+int block_level(const proto::Lattice& lattice, const raster::Source::Window& window, int coarsest) {
+  for (int z = coarsest; z < lattice.finest_level; ++z) {
+    const std::int64_t across = lattice.tile_units(z) + 1;
+    const std::int64_t columns = std::min(window.east - window.west + 1, across), rows = std::min(window.north - window.south + 1, across);
+    if (columns * rows <= kBlockSamples) return z;
+  }
+  return lattice.finest_level;
+}
+
+}  // namespace
+
+proto::Lattice lattice_of(const proto::Plan& plan) {
+  return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
+}
+
+const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) { return plan.levels(static_cast<int>(plan.finest_level()) - level); }
+
+void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const int z = static_cast<int>(level.level());
+  const std::int64_t extent = std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
+  const std::int64_t reach = std::min(extent, lattice.tile_units(z));
+  const double unit_m = proto::cell_height_m(lattice, lattice.rows() / 2);
+  level.set_chain_tolerance(kChainShare * level.target());
+  const double reach_m = static_cast<double>(reach) * unit_m;
+  const double step = std::min(reach_m / kStepsPerTile, level.target() * kStepShare);
+  level.set_ecef_step(power_of_two_below(std::max(step, reach_m / kMostSteps)));
+  const double cell = static_cast<double>(lattice.cell_units(z));
+  level.set_rim_tolerance(std::min(cell, std::max(1.0, std::floor(static_cast<double>(extent) * kRimExtentShare))));
+}
+
+proto::Result<proto::Plan> make_plan(const raster::Source& source, const proto::BuildOptions& options) {
+  if (const auto checked = check_options(options); !checked.ok()) return checked.problem();
+  const auto range = level_range(source.description(), options);
+  if (!range.ok()) return range.problem();
+  proto::Plan plan;
+  plan.set_scheme("geodetic");
+  plan.set_finest_level(static_cast<std::uint32_t>(range->first));
+  plan.set_min_level(static_cast<std::uint32_t>(range->second));
+  const proto::Lattice lattice = lattice_of(plan);
+  const raster::Source::Window window = source.window(lattice);
+  if (window.west > window.east || window.south > window.north) {
+    return proto::Problem{"no-data", "no vertex of the tile lattice lies inside the raster (or bbox)", "a larger bbox or a finer max_level", "bbox"};
+  }
+  for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
+  plan.set_block_level(static_cast<std::uint32_t>(block_level(lattice, window, range->second)));
+  plan.set_promise(options.keep_size() == 0);
+  *plan.mutable_options() = options;
+  // How and where it is built changes no byte, so it is no part of the plan.
+  plan.mutable_options()->clear_device();
+  plan.mutable_options()->clear_threads();
+  plan.mutable_options()->clear_memory();
+  const std::int64_t middle = (window.south + window.north) / 2;
+  const double error = options.has_error() ? options.error() : kDefaultErrorCells * proto::cell_height_m(lattice, middle);
+  for (int z = range->first; z >= range->second; --z) {
+    proto::LevelPlan* level = plan.add_levels();
+    level->set_level(static_cast<std::uint32_t>(z));
+    level->set_target(std::ldexp(error, range->first - z));
+    derive_level(plan, *level);
+  }
+  return plan;
+}
+
+std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level, const proto::TileAddress& node) {
+  std::vector<proto::TileAddress> tiles = touched_tiles(plan, level);
+  const int down = level - node.z;
+  std::erase_if(tiles, [&](const proto::TileAddress& t) { return (t.x >> down) != node.x || (t.y >> down) != node.y; });
+  return tiles;
+}
+
+std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t units = lattice.tile_units(level);
+  // Closed rectangles: data that only touches a tile's border gives that tile a border to share.
+  const std::int64_t x0 = floor_divide(plan.window(0) - 1, units), x1 = floor_divide(plan.window(2), units);
+  const std::int64_t y0 = std::max<std::int64_t>(0, floor_divide(plan.window(1) - 1, units));
+  const std::int64_t y1 = std::min<std::int64_t>(proto::tiles_up(level) - 1, floor_divide(plan.window(3), units));
+  const std::int64_t across = proto::tiles_across(level);
+  std::vector<std::int32_t> columns;
+  for (std::int64_t x = x0; x <= std::min(x1, x0 + across - 1); ++x) columns.push_back(static_cast<std::int32_t>(((x % across) + across) % across));
+  std::sort(columns.begin(), columns.end());
+  std::vector<proto::TileAddress> tiles;
+  for (std::int64_t y = y0; y <= y1; ++y) {
+    for (const std::int32_t x : columns) tiles.push_back({level, x, static_cast<std::int32_t>(y)});
+  }
+  return tiles;
+}
+
+raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t units = lattice.tile_units(node.z), circle = lattice.columns();
+  raster::Source::Window result{INT64_MAX, std::max<std::int64_t>(lattice.south(node), plan.window(1)), INT64_MIN,
+                                std::min<std::int64_t>(lattice.south(node) + units, plan.window(3))};
+  for (int turn = -1; turn <= 2; ++turn) {
+    const std::int64_t west = std::max<std::int64_t>(lattice.west(node) + turn * circle, plan.window(0));
+    const std::int64_t east = std::min<std::int64_t>(lattice.west(node) + turn * circle + units, plan.window(2));
+    if (west > east) continue;
+    // Data on both ends of the circle: the whole node, once.
+    if (result.west <= result.east && west - result.west > units) return {lattice.west(node), result.south, lattice.west(node) + units, result.north};
+    result.west = std::min(result.west, west);
+    result.east = std::max(result.east, east);
+  }
+  return result;
+}
+
+}  // namespace cordillera::pipeline

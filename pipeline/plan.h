@@ -1,0 +1,30 @@
+#pragma once
+// The numbers fixed before any tile is built.
+#include "cordillera.pb.h"
+#include "proto/lattice.h"
+#include "proto/result.h"
+#include "raster/source.h"
+
+namespace cordillera::pipeline {
+
+/// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
+inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
+
+/// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
+proto::Result<proto::Plan> make_plan(const raster::Source& source, const proto::BuildOptions& options);
+
+/// Sets chain tolerance, .glb step and rim tolerance of a level from its target.
+void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
+
+proto::Lattice lattice_of(const proto::Plan& plan);
+const proto::LevelPlan& level_plan(const proto::Plan& plan, int level);
+
+/// Tiles of level z whose closed rectangle touches the plan's window; x modulo the circle, ordered by y then x, none twice.
+std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level);
+/// The same below one node.
+std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level, const proto::TileAddress& node);
+
+/// The lattice vertices of node's closed rectangle inside the plan's window: what a block reads. west may exceed the circle.
+raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node);
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,67 @@
+#include "pipeline/put_back.h"
+
+#include <algorithm>
+
+namespace cordillera::pipeline {
+namespace {
+
+/// Valid vertices by square, so that the nearest are found without looking at all.
+class VertexSquares {
+ public:
+  explicit VertexSquares(const proto::TileMesh& mesh) : mesh_(mesh), size_(std::max(1, mesh.side / kAcross + 1)) {
+    std::vector<std::uint32_t> count(kAcross * kAcross + 1, 0);
+    for (std::size_t v = 0; v < mesh.vertices(); ++v) ++count[square(mesh.x[v], mesh.y[v]) + 1];
+    for (std::size_t s = 1; s < count.size(); ++s) count[s] += count[s - 1];
+    start_ = count;
+    vertices_.resize(mesh.vertices());
+    for (std::size_t v = 0; v < mesh.vertices(); ++v) vertices_[count[square(mesh.x[v], mesh.y[v])]++] = static_cast<std::uint32_t>(v);
+  }
+
+  /// Removable vertices around (x, y), nearest first, at most `most`. Looks two squares far.
+  std::vector<std::uint32_t> nearest(std::int32_t x, std::int32_t y, std::size_t most) const {
+    std::vector<std::pair<std::int64_t, std::uint32_t>> found;
+    const int cx = x / size_, cy = y / size_;
+    for (int sy = std::max(0, cy - 2); sy <= std::min(kAcross - 1, cy + 2); ++sy) {
+      for (int sx = std::max(0, cx - 2); sx <= std::min(kAcross - 1, cx + 2); ++sx) {
+        const std::size_t s = static_cast<std::size_t>(sy) * kAcross + static_cast<std::size_t>(sx);
+        for (std::uint32_t k = start_[s]; k < start_[s + 1]; ++k) {
+          const std::uint32_t v = vertices_[k];
+          if (mesh_.mark[v] & (proto::kVoid | proto::kKeep | proto::kRemove)) continue;
+          const std::int64_t dx = mesh_.x[v] - x, dy = mesh_.y[v] - y;
+          found.emplace_back(dx * dx + dy * dy, v);
+        }
+      }
+    }
+    std::sort(found.begin(), found.end());
+    std::vector<std::uint32_t> result;
+    for (std::size_t k = 0; k < std::min(most, found.size()); ++k) result.push_back(found[k].second);
+    return result;
+  }
+
+ private:
+  static constexpr int kAcross = 64;
+  std::size_t square(std::int32_t x, std::int32_t y) const {
+    return static_cast<std::size_t>(y / size_) * kAcross + static_cast<std::size_t>(x / size_);
+  }
+  const proto::TileMesh& mesh_;
+  std::int32_t size_;
+  std::vector<std::uint32_t> start_, vertices_;
+};
+
+}  // namespace
+
+std::uint32_t put_back(proto::TileMesh& input, const std::vector<gpu::SurfaceError::Worst>& samples, int attempt) {
+  const VertexSquares squares(input);
+  const std::size_t most = std::size_t{1} << std::min(attempt, 10);
+  std::uint32_t marked = 0;
+  for (const gpu::SurfaceError::Worst& worst : samples) {
+    for (const std::uint32_t v : squares.nearest(worst.x, worst.y, most)) {
+      if (input.mark[v] & proto::kKeep) continue;
+      input.mark[v] |= proto::kKeep;
+      ++marked;
+    }
+  }
+  return marked;
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,100 @@
+#include "pipeline/sqlite.h"
+
+#include <sqlite3.h>
+
+#include <cctype>
+
+namespace cordillera::pipeline {
+namespace {
+
+// A file name as SQLite's URIs want it: %, ? and # would mean something else.
+std::string uri(const std::string& path) {
+  static constexpr char kHex[] = "0123456789ABCDEF";
+  std::string out = "file:";
+  for (const char ch : path) {
+    const auto byte = static_cast<unsigned char>(ch);
+    if (std::isalnum(byte) || ch == '/' || ch == '.' || ch == '-' || ch == '_') {
+      out += ch;
+    } else {
+      out += {'%', kHex[byte >> 4], kHex[byte & 15]};
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Database::Database(const std::string& path, Mode mode) {
+  const bool create = mode == Mode::create;
+  const int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (create ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
+  const std::string name = uri(path) + (create ? "" : "?immutable=1");
+  if (sqlite3_open_v2(name.c_str(), &handle_, flags, nullptr) == SQLITE_OK) return;
+  const std::string why = handle_ ? sqlite3_errmsg(handle_) : "out of memory";
+  sqlite3_close(handle_);
+  throw StoreError(why);
+}
+
+Database::~Database() { sqlite3_close(handle_); }
+
+void Database::fail() const { throw StoreError(sqlite3_errmsg(handle_)); }
+
+void Database::execute(const std::string& sql) {
+  if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
+}
+
+std::int64_t Database::integer(const std::string& sql) {
+  Statement statement(*this, sql);
+  return statement.step() ? statement.integer(0) : 0;
+}
+
+Statement::Statement(Database& database, const std::string& sql) : database_(database) {
+  if (sqlite3_prepare_v2(database.handle(), sql.c_str(), -1, &handle_, nullptr) != SQLITE_OK) database.fail();
+}
+
+Statement::~Statement() { sqlite3_finalize(handle_); }
+
+bool Statement::step() {
+  switch (sqlite3_step(handle_)) {
+    case SQLITE_ROW: return true;
+    case SQLITE_DONE: return false;
+    default: {
+      const std::string why = sqlite3_errmsg(database_.handle());
+      rewind();
+      throw StoreError(why);
+    }
+  }
+}
+
+void Statement::rewind() { sqlite3_reset(handle_); }
+
+void Statement::put(int place, std::int64_t value) {
+  if (sqlite3_bind_int64(handle_, place, value) != SQLITE_OK) database_.fail();
+}
+void Statement::put(int place, double value) {
+  if (sqlite3_bind_double(handle_, place, value) != SQLITE_OK) database_.fail();
+}
+void Statement::put(int place, std::string_view blob) {
+  const char* data = blob.empty() ? "" : blob.data();  // a null pointer would bind NULL
+  if (sqlite3_bind_blob64(handle_, place, data, blob.size(), SQLITE_STATIC) != SQLITE_OK) database_.fail();
+}
+
+std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(handle_, column); }
+double Statement::real(int column) const { return sqlite3_column_double(handle_, column); }
+std::string_view Statement::blob(int column) const {
+  const void* data = sqlite3_column_blob(handle_, column);
+  return data ? std::string_view(static_cast<const char*>(data), static_cast<std::size_t>(sqlite3_column_bytes(handle_, column)))
+              : std::string_view();
+}
+
+Transaction::Transaction(Database& database) : database_(database) { database_.execute("BEGIN IMMEDIATE"); }
+
+Transaction::~Transaction() {
+  if (open_) sqlite3_exec(database_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+void Transaction::commit() {
+  database_.execute("COMMIT");
+  open_ = false;
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,88 @@
+#pragma once
+// SQLite, as much of it as the store needs: a connection, statements that are prepared once, transactions that roll back by themselves.
+// The only door to sqlite3.h. Failures are StoreError exceptions inside the store and become Problems at its faces.
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace cordillera::pipeline {
+
+/// The store's file cannot be read or written: disk full, damaged, gone.
+class StoreError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class Database {
+ public:
+  enum class Mode { create, published };  ///< published: read-only, nobody may write the file while it is open
+  Database(const std::string& path, Mode mode);
+  ~Database();
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  void execute(const std::string& sql);
+  std::int64_t integer(const std::string& sql);  ///< first column of the first row; 0 when there is none
+  sqlite3* handle() const { return handle_; }
+  [[noreturn]] void fail() const;
+
+ private:
+  sqlite3* handle_ = nullptr;
+};
+
+class Statement {
+ public:
+  Statement(Database& database, const std::string& sql);
+  ~Statement();
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  /// Starts over with new values, in the order of the question marks. Blobs must outlive the last step.
+  template <class... Values>
+  Statement& bind(const Values&... values) {
+    rewind();
+    int place = 0;
+    (put(++place, values), ...);
+    return *this;
+  }
+  bool step();  ///< true: a row is there
+  void run() {
+    step();
+    rewind();
+  }
+  std::int64_t integer(int column) const;
+  double real(int column) const;
+  std::string_view blob(int column) const;  ///< until the next step
+
+ private:
+  void rewind();
+  void put(int place, std::int64_t value);
+  void put(int place, std::int32_t value) { put(place, std::int64_t{value}); }
+  void put(int place, std::uint32_t value) { put(place, std::int64_t{value}); }
+  void put(int place, double value);
+  void put(int place, std::string_view blob);
+  void put(int place, const std::string& blob) { put(place, std::string_view(blob)); }
+
+  Database& database_;
+  sqlite3_stmt* handle_ = nullptr;
+};
+
+/// Rolls back unless commit() was reached.
+class Transaction {
+ public:
+  explicit Transaction(Database& database);
+  ~Transaction();
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  void commit();
+
+ private:
+  Database& database_;
+  bool open_ = true;
+};
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,42 @@
+#pragma once
+// The tables of a dataset's file.
+//
+//   meta    'plan' while it is written and after, 'manifest' once it is published: nothing else says that it is
+//   tiles   a row a tile that has triangles; drc and glb name rows of blobs
+//   blobs   bytes by content hash
+//   tasks   committed blocks and merges                               } only while it is written
+//   meshes  meshes that wait for their parent's weld                   }
+//   nodes   a row a tile that has triangles itself or below it, with the region and the error of it all: made when published
+//
+// Rows are addressed by content or by place, so what they hold does not depend on the order of commits.
+
+namespace cordillera::pipeline {
+
+inline constexpr int kApplicationId = 0x43446C72;  ///< "CDlr"
+inline constexpr int kSchemaVersion = 1;
+
+inline constexpr const char* kCreateTables = R"(
+CREATE TABLE meta(key TEXT PRIMARY KEY, value BLOB NOT NULL) WITHOUT ROWID;
+CREATE TABLE tiles(level INT, y INT, x INT, record BLOB NOT NULL, drc BLOB NOT NULL, glb BLOB NOT NULL, error REAL NOT NULL,
+  west REAL, south REAL, east REAL, north REAL, low REAL, high REAL, PRIMARY KEY(level, y, x)) WITHOUT ROWID;
+CREATE TABLE blobs(id INTEGER PRIMARY KEY, hash BLOB NOT NULL UNIQUE, bytes BLOB NOT NULL);
+CREATE TABLE tasks(level INT, y INT, x INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID;
+CREATE TABLE meshes(id INTEGER PRIMARY KEY, level INT, y INT, x INT, bytes BLOB NOT NULL, UNIQUE(level, y, x));
+)";
+
+inline constexpr const char* kCreateNodes = R"(
+CREATE TABLE nodes(level INT, y INT, x INT, error REAL, west REAL, south REAL, east REAL, north REAL, low REAL, high REAL,
+  PRIMARY KEY(level, y, x)) WITHOUT ROWID;
+)";
+
+/// Level ?1 of nodes: its own tiles, and its children together.
+inline constexpr const char* kFillNodes = R"(
+INSERT INTO nodes
+SELECT ?1, y, x, max(error), min(west), min(south), max(east), max(north), min(low), max(high) FROM (
+  SELECT y, x, error, west, south, east, north, low, high FROM tiles WHERE level = ?1
+  UNION ALL
+  SELECT y >> 1 AS y, x >> 1 AS x, error, west, south, east, north, low, high FROM nodes WHERE level = ?1 + 1)
+GROUP BY y, x
+)";
+
+}  // namespace cordillera::pipeline

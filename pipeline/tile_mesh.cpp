@@ -1,0 +1,173 @@
+#include "pipeline/tile_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "pipeline/border.h"
+#include "pipeline/chain.h"
+#include "pipeline/composed_error.h"
+#include "pipeline/put_back.h"
+#include "pipeline/weld.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
+constexpr int kAttempts = 16;        // a promise that cannot be kept by then is stated as it is
+constexpr int kMaxGapCells = 64;     // longest border chord: its neighbours inside need something to hold on to
+constexpr double kCollapseShare = 0.95;  // of the error budget: quantisation and what the collapse cannot see need the rest
+
+/// Heights minus the sag of the ellipsoid relative to the tile's centre, so that a flat sea costs what its curvature costs.
+/// Second order is enough: it steers the collapse only; errors are measured exactly.
+std::vector<float> elevations(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh) {
+  const double radians = lattice.cell_deg() * std::numbers::pi / 180;
+  const double middle = mesh.side / 2.0;
+  const proto::RowFrame row = proto::row_frames(lattice, lattice.south(tile) + mesh.side / 2, 1).front();
+  const double along_column = proto::kSemiMajor_m * radians * radians / 2;
+  const double along_row = along_column * row.cos_lat * row.cos_lat;
+  std::vector<float> elevation(mesh.vertices());
+  for (std::size_t v = 0; v < elevation.size(); ++v) {
+    const double dx = mesh.x[v] - middle, dy = mesh.y[v] - middle;
+    elevation[v] = static_cast<float>(mesh.height[v] * proto::kHeightStep_m - along_row * dx * dx - along_column * dy * dy);
+  }
+  return elevation;
+}
+
+ChainRule chain_rule(const LevelContext& context) {
+  ChainRule rule;
+  rule.tolerance_m = context.level->chain_tolerance();
+  rule.rim_units = static_cast<std::int32_t>(context.level->rim_tolerance());
+  const auto cell = context.lattice->cell_units(static_cast<int>(context.level->level()));
+  rule.max_gap_units = static_cast<std::int32_t>(std::min<std::int64_t>(kMaxGapCells * cell, INT32_MAX));
+  return rule;
+}
+
+/// Finest samples along an edge; columns are modulo the circle, outside the window there is no data.
+std::vector<std::int32_t> edge_samples(const proto::Lattice& lattice, const proto::Samples& samples, const Edge& edge) {
+  std::vector<std::int32_t> heights(static_cast<std::size_t>(edge.units) + 1, proto::kNoHeight);
+  for (std::int64_t k = 0; k <= edge.units; ++k) {
+    const std::int64_t j = edge.row + (edge.along == Along::north ? k : 0);
+    std::int64_t i = edge.column + (edge.along == Along::east ? k : 0);
+    while (i < samples.west) i += lattice.columns();
+    while (i - lattice.columns() >= samples.west) i -= lattice.columns();
+    if (j < samples.south || j >= samples.south + samples.rows || i >= samples.west + samples.columns) continue;
+    heights[static_cast<std::size_t>(k)] = samples.at(i, j);
+  }
+  return heights;
+}
+
+void must(const proto::Result<void>& result) {
+  if (!result.ok()) throw std::logic_error("tile mesh: " + result.problem().detail);
+}
+
+void apply_chains(const LevelContext& context, PreparedTile& prepared, bool finest) {
+  const ChainRule rule = chain_rule(context);
+  for (const Side side : kSides) {
+    const Edge edge = edge_of(*context.lattice, prepared.tile, side);
+    std::vector<std::int32_t> heights;
+    if (context.samples) heights = edge_samples(*context.lattice, *context.samples, edge);
+    const Chain chain = finest ? chain_finest(edge, heights, rule)
+                               : simplify_chain(edge, border_chain(prepared.input, side), heights, rule);
+    must(apply_chain(prepared.input, side, chain));
+  }
+}
+
+}  // namespace
+
+gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
+  gpu::SimplifyJob job;
+  job.input = &input;
+  job.elevation = elevation;
+  job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
+  job.tolerance_m = static_cast<float>(context.level->target());
+  const double left = context.level->target() - inherited_error_m;
+  if (context.promise) job.guard_m = static_cast<float>(std::max(kCollapseShare * left, 1e-6));
+  job.rim_units = static_cast<float>(context.level->rim_tolerance());
+  return job;
+}
+
+std::optional<PreparedTile> prepare_finest(const LevelContext& context, const proto::TileAddress& tile) {
+  const proto::Lattice& lattice = *context.lattice;
+  const proto::Samples& samples = *context.samples;
+  constexpr std::int32_t kAcross = proto::kTileCells + 1;
+  std::vector<std::int32_t> heights(static_cast<std::size_t>(kAcross) * kAcross, proto::kNoHeight);
+  bool any = false;
+  Edge row{&lattice, lattice.west(tile), lattice.south(tile), Along::east, proto::kTileCells};
+  for (std::int32_t r = 0; r < kAcross; ++r, ++row.row) {
+    const std::vector<std::int32_t> line = edge_samples(lattice, samples, row);
+    std::copy(line.begin(), line.end(), heights.begin() + static_cast<std::ptrdiff_t>(r) * kAcross);
+    any = any || std::any_of(line.begin(), line.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
+  }
+  if (!any) return std::nullopt;
+  PreparedTile prepared{tile, gpu::grid_mesh(proto::kTileCells, 1, heights), {}, 0, 0};
+  prepared.elevation = elevations(lattice, tile, prepared.input);
+  apply_chains(context, prepared, true);
+  return prepared;
+}
+
+std::optional<PreparedTile> prepare_parent(const LevelContext& context, const proto::TileAddress& tile,
+                                           const std::array<const BuiltTile*, 4>& children) {
+  WeldInput input;
+  input.child_side = static_cast<std::int32_t>(context.lattice->tile_units(tile.z + 1));
+  double inherited = 0;
+  bool any = false;
+  for (std::size_t c = 0; c < 4; ++c) {
+    if (!children[c]) continue;
+    any = true;
+    input.children[c] = &children[c]->mesh;
+    inherited = std::max(inherited, children[c]->max_error_m);
+  }
+  if (!any) return std::nullopt;
+  proto::Result<proto::TileMesh> welded = weld(input);
+  if (!welded.ok()) throw std::logic_error("weld: " + welded.problem().detail);
+  PreparedTile prepared{tile, std::move(*welded), {}, inherited, 0};
+  prepared.elevation = elevations(*context.lattice, tile, prepared.input);
+  apply_chains(context, prepared, false);
+  return prepared;
+}
+
+std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
+  BuiltTile built;
+  built.tile = prepared.tile;
+  built.put_back = prepared.put_back;
+  const double limit = context.promise ? context.level->target() : INFINITY;
+  if (context.samples) {
+    gpu::SurfaceErrorInput input;
+    input.lattice = context.lattice;
+    input.tile = prepared.tile;
+    input.mesh = &mesh;
+    input.samples = context.samples;
+    input.ecef_step_m = context.level->ecef_step();
+    built.measured = gpu::surface_error(input, limit);
+    built.max_error_m = built.measured.max_m;
+    if (!built.measured.over_limit.empty() && attempt < kAttempts) {
+      const std::uint32_t back = put_back(prepared.input, built.measured.over_limit, attempt);
+      prepared.put_back += back;
+      if (back > 0) return std::nullopt;
+    }
+  } else {
+    built.composed = true;
+    const ComposedError step = composed_error(*context.lattice, prepared.tile, prepared.input, mesh, context.level->ecef_step());
+    built.max_error_m = prepared.inherited_error_m + step.max_m;
+    if (built.max_error_m > limit && attempt < kAttempts) {
+      const std::uint32_t back = put_back(prepared.input, {{0, step.x, step.y, step.max_m}}, attempt);
+      prepared.put_back += back;
+      if (back > 0) return std::nullopt;
+    }
+  }
+  built.mesh = std::move(mesh);
+  return built;
+}
+
+BuiltTile complete(const LevelContext& context, PreparedTile& prepared, gpu::Simplifier& simplifier) {
+  for (int attempt = 0;; ++attempt) {
+    const gpu::SimplifyJob job = prepared.job(context);
+    std::vector<proto::TileMesh> meshes = simplifier.simplify({&job, 1});
+    std::optional<BuiltTile> built = finish(context, prepared, std::move(meshes.front()), attempt);
+    if (built) return std::move(*built);
+  }
+}
+
+}  // namespace cordillera::pipeline

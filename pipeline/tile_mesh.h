@@ -1,0 +1,59 @@
+#pragma once
+// From samples or four children to a tile's finished mesh: the pure function at the heart of a dataset.
+//
+//   finest level:   mesh = simplify( grid(samples),  border chains, target )
+//   coarser levels: mesh = simplify( weld(children), border chains, target )
+#include <array>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "cordillera.pb.h"
+#include "gpu/simplify.h"
+#include "gpu/surface_error.h"
+#include "proto/lattice.h"
+#include "proto/mesh.h"
+
+namespace cordillera::pipeline {
+
+/// A finished mesh of a tile. Covers the whole rectangle; may be void throughout.
+struct BuiltTile {
+  proto::TileAddress tile;
+  proto::TileMesh mesh;
+  double max_error_m = 0;  ///< stated
+  bool composed = false;   ///< bound by composition instead of measured against finest samples
+  gpu::SurfaceError measured;
+  std::uint32_t put_back = 0;
+};
+
+/// What every tile of a level shares.
+struct LevelContext {
+  const proto::Lattice* lattice = nullptr;
+  const proto::LevelPlan* level = nullptr;
+  bool promise = false;                     ///< stated errors may not exceed level->target()
+  const proto::Samples* samples = nullptr;  ///< finest samples of the block; nullptr above the blocks
+};
+
+/// A tile ready to be simplified: input mesh with border chains applied. nullopt: no valid sample, nothing to do.
+struct PreparedTile {
+  proto::TileAddress tile;
+  proto::TileMesh input;
+  std::vector<float> elevation;
+  double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
+  std::uint32_t put_back = 0;
+
+  gpu::SimplifyJob job(const LevelContext& context) const;
+};
+std::optional<PreparedTile> prepare_finest(const LevelContext& context, const proto::TileAddress& tile);
+/// children: index bit 0 east, bit 1 north; nullptr where a child has no data.
+std::optional<PreparedTile> prepare_parent(const LevelContext& context, const proto::TileAddress& tile,
+                                           const std::array<const BuiltTile*, 4>& children);
+
+/// Measures the result of prepared's simplification. Nullopt when the promise is broken and vertices were put back (marked kKeep in
+/// prepared): simplify again.
+std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt);
+
+/// All of it for one tile: prepared -> simplified (and again, until the promise holds) -> finished.
+BuiltTile complete(const LevelContext& context, PreparedTile& prepared, gpu::Simplifier& simplifier);
+
+}  // namespace cordillera::pipeline

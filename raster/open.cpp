@@ -1,0 +1,141 @@
+// open_source: the checks in the order in which a user would want to hear of them.
+#include <algorithm>
+#include <cmath>
+
+#include "raster/crs.h"
+#include "raster/gdal_scope.h"
+#include "raster/raster_source.h"
+#include "raster/units.h"
+
+namespace cordillera::raster {
+namespace {
+
+using proto::Problem;
+
+/// Below this, pixels of a planet are a mistake in the georeference (degrees taken for metres).
+constexpr double kSmallestPixel_m = 1e-3;
+
+proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z_scale_given) {
+  const std::string band = dataset.band->GetUnitType();
+  const std::string text = band.empty() ? crs.height_unit : band;
+  if (text.empty()) return HeightUnit{"metre", 1};
+  if (const auto unit = height_unit(text)) return *unit;
+  if (z_scale_given) return HeightUnit{text, 1};
+  return Problem{"unit-unknown", "the heights of " + dataset.name + " are in \"" + text + "\", a unit not known here",
+                 std::string(kAcceptedUnits) + ", or z_scale= to say what takes them to metres", "z_scale"};
+}
+
+proto::Result<HeightRule> height_rule(const Dataset& dataset, const Crs& crs, const HeightUnit& unit, const SourceOptions& options) {
+  const double scale = dataset.band->GetScale() * unit.metres * (crs.depth ? -1 : 1);
+  const double offset = dataset.band->GetOffset() * unit.metres * (crs.depth ? -1 : 1);
+  HeightRule rule;
+  rule.scale = scale * options.z_scale;
+  rule.offset_m = offset * options.z_scale + options.z_offset_m;
+  rule.voids = options.voids;
+  rule.void_height_m = options.void_height_m;
+  if (!std::isfinite(rule.scale) || rule.scale == 0 || !std::isfinite(rule.offset_m))
+    return Problem{"raster-scale", dataset.name + " has a scale or offset that gives no heights", "a band scale other than 0 and a finite offset", ""};
+  return rule;
+}
+
+/// Where data can lie, in pixel coordinates, and on the earth.
+proto::Result<Footprint> place_on_earth(SourceParts& parts, const Crs& crs) {
+  const Dataset& d = parts.dataset;
+  parts.point = d.pixel_is_point && d.columns > 1 && d.rows > 1;  // a line of points has no area: then each stands for its pixel
+  const double rim = parts.point ? 0.5 : 0;
+  const Footprint f = footprint(*parts.placement, {rim, rim, d.columns - rim, d.rows - rim});
+  if (!(f.safe.north_deg > f.safe.south_deg))
+    return Problem{"crs-not-transformable", "no part of " + d.name + " lies on the earth in its CRS, " + crs.label, "a CRS that fits the coordinates", ""};
+  parts.full_circle = f.full_circle;
+  parts.area = f.safe;
+  parts.pole_longitude_deg = f.full_circle ? 0 : (f.tight.west_deg + f.tight.east_deg) / 2;
+  return f;
+}
+
+proto::Result<void> clip_to_bbox(SourceParts& parts, Footprint& f) {
+  if (!parts.options.bbox) return {};
+  const auto safe = intersect(f.safe, *parts.options.bbox), tight = intersect(f.tight, *parts.options.bbox);
+  if (!safe || !tight)
+    return Problem{"bbox-outside-raster", "the bbox does not touch " + parts.dataset.name, "a bbox over the data, in degrees", "bbox"};
+  // A full circle clipped on both sides of the antimeridian is the bbox itself.
+  parts.area = f.full_circle ? Area{parts.options.bbox->west_deg, safe->south_deg, parts.options.bbox->east_deg, safe->north_deg} : *safe;
+  f.tight = f.full_circle ? Area{parts.area.west_deg, tight->south_deg, parts.area.east_deg, tight->north_deg} : *tight;
+  parts.full_circle = f.full_circle && parts.area.east_deg - parts.area.west_deg >= 360;
+  return {};
+}
+
+GroundSize pixel_size(const SourceParts& parts) {
+  const double c = (parts.dataset.columns - 1) / 2.0, r = (parts.dataset.rows - 1) / 2.0;
+  GroundSize size = ground_size(*parts.placement, c, r);
+  if (size.width_m > 0 && size.height_m > 0) return size;
+  return ground_size(*parts.placement, c / 2, r / 2);
+}
+
+void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const Footprint& f, const GroundSize& size) {
+  proto::Source& s = parts.description;
+  const Dataset& d = parts.dataset;
+  s.set_file(d.name);
+  s.set_driver(d.driver);
+  s.set_columns(static_cast<std::uint32_t>(d.columns));
+  s.set_rows(static_cast<std::uint32_t>(d.rows));
+  s.set_data_type(d.signed_byte ? "Int8" : GDALGetDataTypeName(d.band->GetRasterDataType()));
+  s.set_crs(crs.label);
+  s.set_crs_from(crs.from);
+  s.set_vertical_datum(parts.datum.name);
+  s.set_vertical_datum_from(parts.datum.from);
+  s.set_unit(unit.name);
+  s.set_scale(parts.height_rule.scale);
+  s.set_offset(parts.height_rule.offset_m);
+  s.set_nodata(Validity(d).text());
+  s.set_pixel(d.pixel_is_point ? "point" : "area");
+  s.set_pixel_width_m(size.width_m);
+  s.set_pixel_height_m(size.height_m);
+  const auto turned = [&](double lon, double top) { return lon - 360 * std::ceil((lon - top) / 360); };
+  s.add_bbox(parts.full_circle ? -180 : turned(f.tight.west_deg, 180));
+  s.add_bbox(f.tight.south_deg);
+  s.add_bbox(parts.full_circle ? 180 : turned(f.tight.east_deg, 180));
+  s.add_bbox(f.tight.north_deg);
+}
+
+bool all_blocks_missing(const Dataset& d) {
+  return !d.missing.empty() && std::all_of(d.missing.begin(), d.missing.end(), [](bool missing) { return missing; });
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+  auto checked = check_options(options);
+  if (!checked) return checked.problem();
+  auto dataset = open_dataset(path, name, trust);
+  if (!dataset) return dataset.problem();
+  const GdalScope scope(trust);
+  SourceParts parts;
+  parts.options = *checked;
+  parts.dataset = std::move(*dataset);
+  auto crs = resolve_crs(parts.dataset, options.crs());
+  if (!crs) return crs.problem();
+  auto unit = unit_of(parts.dataset, *crs, options.has_z_scale());
+  if (!unit) return unit.problem();
+  auto rule = height_rule(parts.dataset, *crs, *unit, parts.options);
+  if (!rule) return rule.problem();
+  parts.height_rule = *rule;
+  auto placement = Placement::make(parts.dataset, *crs);
+  if (!placement) return placement.problem();
+  parts.placement = std::move(*placement);
+  auto f = place_on_earth(parts, *crs);
+  if (!f) return f.problem();
+  if (auto clipped = clip_to_bbox(parts, *f); !clipped.ok()) return clipped.problem();
+  const GroundSize size = pixel_size(parts);
+  if (!(size.width_m > kSmallestPixel_m && size.height_m > kSmallestPixel_m))
+    return Problem{"crs-mismatch", "a pixel of " + parts.dataset.name + " in its CRS, " + crs->label + ", would be smaller than a millimetre",
+                   "a raster whose CRS fits its coordinates", crs->from == "request" ? "crs" : ""};
+  if (all_blocks_missing(parts.dataset) && parts.options.voids != VoidRule::value)
+    return Problem{"raster-all-nodata", parts.dataset.name + " is a sparse file without a single stored block", "a raster with some data", ""};
+  auto datum = resolve_vertical(options.vertical_datum(), crs->declared_datum, trust, f->tight);
+  if (!datum) return datum.problem();
+  parts.datum = std::move(*datum);
+  describe(parts, *crs, *unit, *f, size);
+  return std::unique_ptr<Source>(std::make_unique<RasterSource>(std::move(parts)));
+}
+
+}  // namespace cordillera::raster

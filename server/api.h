@@ -1,0 +1,53 @@
+#pragma once
+// The HTTP API as a function: Request -> Response. Thread-safe; a request may wait (uploads, Prefer: wait, event streams).
+#include <optional>
+#include <string>
+
+#include "server/json.h"
+#include "server/message.h"
+#include "server/routes.h"
+#include "server/service.h"
+
+namespace cordillera::server {
+
+class Api {
+ public:
+  explicit Api(Service& service) : service_(service) {}
+
+  Response handle(const Request& request);
+  /// What a request with a body can be refused for before a byte of it is read (Expect: 100-continue).
+  std::optional<Response> refuse_early(const Request& request);
+
+ private:
+  Response dispatch(const Request& request, const Route& route);
+  Response index() const;
+  Response health(Resource resource);
+  Response list();
+  Response status(const std::string& id);
+  Response remove(const std::string& id);
+
+  Service& service_;
+};
+
+// The parts, a file each.
+
+/// POST /v1/datasets.
+Response post_dataset(Service& service, const Request& request);
+/// What is wrong with a POST's query and headers.
+std::optional<proto::Problem> check_post(Service& service, const Request& request);
+
+/// GET …/events.
+Response event_stream(Service& service, const Dataset& dataset);
+
+/// manifest, tileset, subtree and tile of a dataset that is ready.
+Response published(Service& service, const Dataset& dataset, const Route& route);
+
+/// State, progress, error, links and, once it is ready, a summary. prefix: the dataset's address relative to the document's.
+Json status_json(Service& service, const Dataset& dataset, const std::string& prefix);
+
+/// An answer with a validator: 304 if the client has it already.
+Response if_changed(const Request& request, Response response);
+
+proto::Problem unknown_dataset(const std::string& id);
+
+}  // namespace cordillera::server

@@ -1,0 +1,125 @@
+// How far a dataset is: as a document, and as a stream of events.
+#include <memory>
+
+#include "server/api.h"
+#include "server/json.h"
+
+namespace cordillera::server {
+namespace {
+
+constexpr auto kKeepAlive = std::chrono::seconds(10);  // proxies close connections on which nothing moves
+
+Json progress_json(const proto::Progress& progress) {
+  Json json;
+  json["stage"] = progress.stage();
+  json["done"] = progress.done();
+  json["total"] = progress.total();
+  json["share"] = progress.total() > 0 ? std::min(1.0, progress.done() / progress.total()) : 0.0;
+  json["seconds_left"] = progress.seconds_left() < 0 ? Json(nullptr) : Json(progress.seconds_left());
+  return json;
+}
+
+Json links_json(const std::string& prefix, bool ready) {
+  Json links;
+  links["self"] = prefix;
+  links["events"] = prefix + "/events";
+  if (!ready) return links;
+  links["manifest"] = prefix + "/manifest.json";
+  links["tileset"] = prefix + "/tileset.json";
+  links["drc"] = prefix + "/tiles/{z}/{x}/{y}.drc";
+  links["glb"] = prefix + "/tiles/{z}/{x}/{y}.glb";
+  return links;
+}
+
+/// The few numbers that a list of datasets shows; manifest.json has all.
+Json summary_json(const proto::Manifest& manifest) {
+  Json json;
+  json["title"] = manifest.title();
+  json["scheme"] = manifest.scheme();
+  json["min_level"] = manifest.min_level();
+  json["max_level"] = manifest.max_level();
+  json["bounds"] = std::vector<double>(manifest.bounds().begin(), manifest.bounds().end());
+  json["tiles"] = manifest.tiles();
+  json["triangles"] = manifest.triangles();
+  json["bytes"] = manifest.bytes();
+  return json;
+}
+
+std::string event_text(const std::string& name, const Json& data) {
+  return "event: " + name + "\ndata: " + data.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n\n";
+}
+
+/// One client's stream: what it has seen, and whether it has seen the end.
+class EventStream {
+ public:
+  EventStream(Service& service, std::string id, Token token) : service_(service), id_(std::move(id)), token_(std::move(token)) {}
+
+  std::optional<std::string> next() {
+    if (ended_ || service_.stopping()) return std::nullopt;
+    if (started_) {
+      const auto now = service_.hub().wait(id_, seen_, kKeepAlive);
+      if (service_.stopping()) return std::nullopt;
+      if (now.version == seen_ && service_.registry().find(id_)) return ": waiting\n\n";
+    }
+    started_ = true;
+    // The version is read before the state: a change in between is then news again, and never lost.
+    const auto now = service_.hub().now(id_);
+    seen_ = now.version;
+    const auto dataset = service_.registry().find(id_);
+    ended_ = !dataset || dataset->state == State::ready || dataset->state == State::failed;
+    if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
+    if (dataset->state == State::ready) return event_text("ready", status_json(service_, *dataset, "../" + id_));
+    if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
+    Json data = progress_json(now.progress.value_or(proto::Progress{}));
+    data["state"] = to_string(dataset->state);
+    return event_text("progress", data);
+  }
+
+ private:
+  Service& service_;
+  std::string id_;
+  Token token_;
+  std::uint64_t seen_ = 0;
+  bool started_ = false;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+Json status_json(Service& service, const Dataset& dataset, const std::string& prefix) {
+  Json json;
+  json["id"] = dataset.id;
+  json["name"] = dataset.name;
+  json["state"] = to_string(dataset.state);
+  json["created"] = dataset.created;
+  const auto now = service.hub().now(dataset.id);
+  const bool unfinished = dataset.state == State::queued || dataset.state == State::running;
+  json["progress"] = unfinished && now.progress ? progress_json(*now.progress) : Json(nullptr);
+  json["error"] = dataset.problem ? problem_json(*dataset.problem) : Json(nullptr);
+  json["links"] = links_json(prefix, dataset.state == State::ready);
+  json["manifest"] = nullptr;
+  if (dataset.state != State::ready) return json;
+  const auto reader = service.library().open(dataset.id);
+  if (reader) {
+    json["manifest"] = summary_json((*reader)->manifest());
+  } else {
+    json["error"] = problem_json(reader.problem());
+  }
+  return json;
+}
+
+Response event_stream(Service& service, const Dataset& dataset) {
+  Token token = service.wait_token();
+  if (!token) {
+    return problem_response({"service-busy", "too many clients are waiting for events", "asking GET /v1/datasets/{id} now and then", ""});
+  }
+  Response response;
+  response.set("Content-Type", "text/event-stream");
+  response.set("Cache-Control", "no-store");
+  response.set("X-Accel-Buffering", "no");  // a proxy that collects the stream would defeat it
+  const auto stream = std::make_shared<EventStream>(service, dataset.id, std::move(token));
+  response.next_piece = [stream] { return stream->next(); };
+  return response;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,33 @@
+#pragma once
+// A job in a process of its own: what a driver, a memory limit or a cancel ends is the child, not the service.
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "cordillera.pb.h"
+#include "proto/result.h"
+
+namespace cordillera::server {
+
+/// The descriptor on which a child reports: JSON lines of proto::Progress.
+inline constexpr int kReportDescriptor = 3;
+/// In a job's folder.
+inline constexpr const char* kJobFile = "job.json";
+inline constexpr const char* kStoreFile = "dataset.sqlite";
+
+using ProgressSink = std::function<void(const proto::Progress&)>;
+/// Does the job in a folder; the estimate is there if it was a dry run. stop: leave early (type "cancelled").
+using JobRunner = std::function<proto::Result<std::optional<proto::Estimate>>(const std::filesystem::path& folder,
+                                                                             const ProgressSink& progress,
+                                                                             const std::atomic<bool>& stop)>;
+
+/// Runs `program job FOLDER`. The child gets no descriptor but stdin (empty), stderr and the report. stop: SIGTERM, then SIGKILL.
+/// A child that ends without saying why is a Problem "job-crashed" that names the signal or exit code.
+JobRunner child_runner(const std::string& program);
+
+/// What the child does: `cordillera job FOLDER`. Returns the exit code.
+int job_main(const std::string& folder, int parent);
+
+}  // namespace cordillera::server

@@ -1,0 +1,30 @@
+#pragma once
+// What `cordillera` does, a command a function. Each returns the exit code: 0 done, 1 failed or bad input, 2 wrong usage.
+#include <string>
+
+#include "server/options.h"
+
+namespace cordillera::server {
+
+inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
+
+/// cordillera serve. program: path of this binary, for its child processes.
+int serve_command(const Settings& settings, const std::string& program);
+
+/// cordillera build: a static folder, or one .sqlite file if the output is called so.
+int build_command(const Settings& settings, const std::string& raster, const std::string& output);
+
+enum class Show { table, json };
+/// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file.
+int info_command(const std::string& path, Show show);
+
+/// cordillera decode: what a fetched .drc or .glb tile holds, counted after decoding.
+int decode_command(const std::string& path);
+
+/// One line to stderr.
+void complain(const proto::Problem& problem);
+
+/// The manifest as a table a person reads.
+std::string manifest_table(const proto::Manifest& manifest);
+
+}  // namespace cordillera::server

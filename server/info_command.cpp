@@ -1,0 +1,52 @@
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+#include "pipeline/manifest_json.h"
+#include "pipeline/store.h"
+#include "server/commands.h"
+#include "server/json.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+proto::Result<proto::Manifest> read_manifest(const std::string& path) {
+  std::error_code error;
+  const std::string accepted = "a folder that `cordillera build` wrote, or a dataset's .sqlite file";
+  if (!fs::exists(path, error)) return proto::Problem{"file-unreadable", "there is no " + path, accepted, "path"};
+  if (fs::is_directory(path, error) && !fs::exists(fs::path(path) / "manifest.json", error)) {
+    const auto store = fs::path(path) / "dataset.sqlite";
+    if (fs::exists(store, error)) return read_manifest(store.string());
+    return proto::Problem{"file-unreadable", path + " holds no manifest.json", accepted, "path"};
+  }
+  if (!fs::is_directory(path, error)) {
+    const auto reader = pipeline::StoreReader::open(path);
+    return reader ? proto::Result<proto::Manifest>((*reader)->manifest()) : reader.problem();
+  }
+  std::ifstream file(fs::path(path) / "manifest.json");
+  std::ostringstream text;
+  text << file.rdbuf();
+  proto::Manifest manifest;
+  if (!from_json(text.str(), &manifest)) {
+    return proto::Problem{"file-unreadable", path + "/manifest.json is no manifest", accepted, "path"};
+  }
+  return manifest;
+}
+
+}  // namespace
+
+int info_command(const std::string& path, Show show) {
+  const auto manifest = read_manifest(path);
+  if (!manifest) {
+    complain(manifest.problem());
+    return kFailed;
+  }
+  std::cout << (show == Show::json ? pipeline::manifest_json(*manifest) : manifest_table(*manifest));
+  std::cout << (show == Show::json ? "\n" : "") << std::flush;
+  return kDone;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,112 @@
+// The child's side of a job: limit this process, build, report.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <new>
+#include <sstream>
+
+#include "pipeline/build.h"
+#include "server/child.h"
+#include "server/json.h"
+
+namespace cordillera::server {
+namespace {
+
+std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
+
+constexpr rlim_t kMiB = rlim_t{1} << 20;
+
+void limit(__rlimit_resource resource, rlim_t value) {
+  rlimit now{};
+  getrlimit(resource, &now);
+  now.rlim_cur = std::min(now.rlim_max, value);
+  now.rlim_max = now.rlim_cur;
+  setrlimit(resource, &now);
+}
+
+/// What a raster from a stranger may cost. Address space is generous (stacks, mapped files, arenas of many threads), and not limited
+/// where CUDA may be used: its driver reserves far more than it ever touches.
+void restrict_process(const proto::BuildOptions& options) {
+  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_FSIZE, 1024 * 1024 * kMiB);
+  if (options.device() == "cpu") {
+    const rlim_t memory = options.memory() == 0 ? 4096 : options.memory();
+    limit(RLIMIT_AS, (4 * memory + 8192) * kMiB);
+  }
+  // If the machine runs out of memory, the kernel should take the build and not the service.
+  std::ofstream("/proc/self/oom_score_adj") << 500;
+}
+
+/// False when the parent is dead: the pipe has no reader.
+bool report(const proto::Progress& progress) {
+  const std::string line = to_json_line(progress) + "\n";
+  std::size_t sent = 0;
+  while (sent < line.size()) {
+    const ssize_t count = write(kReportDescriptor, line.data() + sent, line.size() - sent);
+    if (count <= 0 && errno != EINTR) return false;
+    if (count > 0) sent += static_cast<std::size_t>(count);
+  }
+  return true;
+}
+
+int fail(const proto::Problem& problem) {
+  proto::Progress progress;
+  *progress.mutable_error() = to_error(problem);
+  report(progress);
+  return 1;
+}
+
+int build_job(const proto::Job& job, const std::filesystem::path& folder) {
+  pipeline::BuildRequest request;
+  request.raster_path = (folder / job.raster()).string();
+  request.raster_name = job.name();
+  request.trust = raster::Trust::posted_file;
+  request.id = job.id();
+  request.store_path = (folder / kStoreFile).string();
+  request.options = job.options();
+  if (job.dry_run()) {
+    const auto found = pipeline::estimate(request);
+    if (!found) return fail(found.problem());
+    proto::Progress progress;
+    *progress.mutable_estimate()->mutable_manifest() = found->manifest;
+    progress.mutable_estimate()->set_seconds(found->seconds);
+    return report(progress) ? 0 : 1;
+  }
+  const auto sink = [](const proto::Progress& progress) {
+    if (!report(progress)) g_stop = true;
+  };
+  const auto built = pipeline::build(request, sink, g_stop);
+  return built ? 0 : fail(built.problem());
+}
+
+}  // namespace
+
+int job_main(const std::string& folder, int parent) {
+  // From here on this process ends with its parent; the parent may have ended before.
+  prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0);
+  if (parent != 0 && getppid() != parent) return 1;
+  if (fcntl(kReportDescriptor, F_GETFD) == -1) return 2;
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGTERM, [](int) { g_stop = true; });
+  std::ifstream file(std::filesystem::path(folder) / kJobFile);
+  std::ostringstream text;
+  text << file.rdbuf();
+  proto::Job job;
+  if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
+  restrict_process(job.options());
+  try {
+    return build_job(job, folder);
+  } catch (const std::bad_alloc&) {
+    return fail({"memory-limit", "the build needs more memory than it may use", "more memory=, fewer threads= or a lower max_level=",
+                 "memory"});
+  } catch (const std::exception& error) {
+    return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});
+  }
+}
+
+}  // namespace cordillera::server

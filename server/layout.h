@@ -1,0 +1,21 @@
+#pragma once
+// What lies where in the data folder.
+#include <filesystem>
+#include <string>
+
+#include "server/child.h"
+
+namespace cordillera::server {
+
+struct Layout {
+  std::filesystem::path root;
+
+  std::filesystem::path lock() const { return root / "lock"; }
+  std::filesystem::path registry() const { return root / "registry.sqlite"; }
+  std::filesystem::path incoming() const { return root / "incoming"; }  ///< uploads under way; emptied at every start
+  std::filesystem::path datasets() const { return root / "datasets"; }
+  std::filesystem::path dataset(const std::string& id) const { return datasets() / id; }
+  std::filesystem::path store(const std::string& id) const { return dataset(id) / kStoreFile; }
+};
+
+}  // namespace cordillera::server

@@ -1,0 +1,30 @@
+#include "server/library.h"
+
+#include <algorithm>
+
+namespace cordillera::server {
+
+namespace {
+constexpr std::size_t kMostOpen = 64;  // a few descriptors each
+}
+
+proto::Result<std::shared_ptr<pipeline::StoreReader>> Library::open(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return entry.first == id; });
+  if (found != open_.end()) {
+    open_.splice(open_.begin(), open_, found);
+    return open_.front().second;
+  }
+  auto reader = pipeline::StoreReader::open(layout_.store(id).string());
+  if (!reader) return reader.problem();
+  open_.emplace_front(id, std::shared_ptr<pipeline::StoreReader>(std::move(reader.value())));
+  if (open_.size() > kMostOpen) open_.pop_back();
+  return open_.front().second;
+}
+
+void Library::forget(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  open_.remove_if([&](const auto& entry) { return entry.first == id; });
+}
+
+}  // namespace cordillera::server

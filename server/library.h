@@ -1,0 +1,27 @@
+#pragma once
+// Published stores, kept open while they are being read.
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "pipeline/store.h"
+#include "server/layout.h"
+
+namespace cordillera::server {
+
+/// Thread-safe. A reader that was handed out outlives forget().
+class Library {
+ public:
+  explicit Library(Layout layout) : layout_(std::move(layout)) {}
+  proto::Result<std::shared_ptr<pipeline::StoreReader>> open(const std::string& id);
+  void forget(const std::string& id);
+
+ private:
+  Layout layout_;
+  std::mutex mutex_;
+  std::list<std::pair<std::string, std::shared_ptr<pipeline::StoreReader>>> open_;  ///< the last used first
+};
+
+}  // namespace cordillera::server

@@ -1,0 +1,61 @@
+#include "server/progress_bar.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace cordillera::server {
+namespace {
+
+constexpr auto kPlainPause = std::chrono::seconds(5);
+constexpr int kBar = 30;
+
+double share_of(const proto::Progress& progress) {
+  return progress.total() > 0 ? std::clamp(progress.done() / progress.total(), 0.0, 1.0) : 0.0;
+}
+
+std::string time_text(double seconds) {
+  const long whole = std::lround(seconds);
+  if (whole < 60) return std::to_string(whole) + " s";
+  if (whole < 3600) return std::to_string(whole / 60) + " min " + std::to_string(whole % 60) + " s";
+  return std::to_string(whole / 3600) + " h " + std::to_string(whole / 60 % 60) + " min";
+}
+
+}  // namespace
+
+std::string progress_text(const proto::Progress& progress) {
+  std::string text = progress.stage();
+  if (progress.total() <= 0) return text;
+  char counts[96];
+  std::snprintf(counts, sizeof counts, " %.0f/%.0f %3.0f %%", progress.done(), progress.total(), std::floor(100 * share_of(progress)));
+  text += counts;
+  if (progress.seconds_left() >= 0 && progress.done() < progress.total()) text += ", " + time_text(progress.seconds_left()) + " left";
+  return text;
+}
+
+ProgressBar::ProgressBar() : terminal_(isatty(STDERR_FILENO) != 0) {}
+
+void ProgressBar::show(const proto::Progress& progress) {
+  const auto now = std::chrono::steady_clock::now();
+  if (terminal_) {
+    std::string bar(static_cast<std::size_t>(std::lround(kBar * share_of(progress))), '#');
+    bar.resize(kBar, '.');
+    std::fprintf(stderr, "\r[%s] %s\033[K", bar.c_str(), progress_text(progress).c_str());
+    std::fflush(stderr);
+    open_ = true;
+    return;
+  }
+  if (progress.stage() == stage_ && now - last_ < kPlainPause) return;
+  stage_ = progress.stage();
+  last_ = now;
+  std::fprintf(stderr, "%s\n", progress_text(progress).c_str());
+}
+
+void ProgressBar::finish() {
+  if (open_) std::fprintf(stderr, "\r\033[K");
+  open_ = false;
+}
+
+}  // namespace cordillera::server

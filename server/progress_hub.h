@@ -1,0 +1,46 @@
+#pragma once
+// The last progress of every job, and a way to wait for the next: event streams and Prefer: wait hang here.
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "cordillera.pb.h"
+
+namespace cordillera::server {
+
+/// Thread-safe.
+class ProgressHub {
+ public:
+  struct Snapshot {
+    std::uint64_t version = 0;  ///< grows with every change of this dataset; 0: nothing was ever said
+    std::optional<proto::Progress> progress;
+  };
+
+  void publish(const std::string& id, const proto::Progress& progress);
+  /// The dataset's state changed: wakes whoever waits for it.
+  void touch(const std::string& id);
+  void forget(const std::string& id);
+
+  Snapshot now(const std::string& id) const;
+  /// Returns when the version is another than `seen`, the time is over or the hub is closed.
+  Snapshot wait(const std::string& id, std::uint64_t seen, std::chrono::milliseconds longest) const;
+
+  /// No one waits any more.
+  void close();
+  bool closed() const;
+
+ private:
+  Snapshot snapshot(const std::string& id) const;
+
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  std::map<std::string, Snapshot> last_;
+  std::uint64_t clock_ = 0;
+  bool closed_ = false;
+};
+
+}  // namespace cordillera::server

@@ -1,0 +1,49 @@
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <iostream>
+#include <thread>
+
+#include "server/commands.h"
+#include "server/http.h"
+#include "server/log.h"
+#include "server/web.h"
+
+namespace cordillera::server {
+
+int serve_command(const Settings& given, const std::string& program) {
+  Settings settings = given;
+  if (settings.serve.web.empty()) settings.serve.web = default_web_folder(program);
+  start_log(settings.serve.log_level);
+
+  auto service = Service::open(settings, child_runner(program));
+  if (!service) {
+    complain(service.problem());
+    return kFailed;
+  }
+  Api api(**service);
+  auto http = HttpServer::bind(api, settings.serve.listen);
+  if (!http) {
+    complain(http.problem());
+    return kFailed;
+  }
+
+  boost::asio::io_context io;
+  boost::asio::signal_set signals(io, SIGINT, SIGTERM);
+  signals.async_wait([&](const boost::system::error_code& error, int) {
+    if (error) return;
+    log_info("stopping: running builds go on at the next start");
+    (*service)->stop();
+    (*http)->stop();
+  });
+  std::thread waiter([&] { io.run(); });
+
+  const std::string host = settings.serve.listen.substr(0, settings.serve.listen.rfind(':'));
+  log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " + settings.serve.data);
+  (*http)->run();
+  io.stop();
+  waiter.join();
+  log_info("stopped");
+  return kDone;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,97 @@
+#include "server/service.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "server/log.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A descriptor that holds the lock, or -1.
+int lock_file(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  if (descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  if (descriptor >= 0) close(descriptor);
+  return -1;
+}
+
+/// Folders of datasets that the registry does not know: an upload or a delete was cut off.
+void remove_orphans(const Layout& layout, const Registry& registry) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(layout.datasets(), error)) {
+    const std::string id = entry.path().filename().string();
+    if (registry.find(id)) continue;
+    log_info("removing " + id + ", which no dataset owns");
+    std::error_code ignored;
+    fs::remove_all(entry.path(), ignored);
+  }
+}
+
+}  // namespace
+
+Service::Service(const Settings& settings, int lock)
+    : settings_(settings), layout_{settings.serve.data}, lock_(lock), library_(layout_) {}
+
+proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, JobRunner runner) {
+  const Layout layout{settings.serve.data};
+  const auto unusable = [&](const std::string& why) {
+    return proto::Problem{"data-unusable", "cannot use the data folder " + layout.root.string() + ": " + why,
+                          "a folder that can be written and that no other server uses", "--data"};
+  };
+  std::error_code error;
+  fs::create_directories(layout.root, error);
+  if (error) return unusable(error.message());
+  const int lock = lock_file(layout.lock());
+  if (lock < 0) return unusable("another server uses it, or it cannot be written");
+  std::unique_ptr<Service> service(new Service(settings, lock));
+
+  fs::remove_all(layout.incoming(), error);
+  fs::create_directories(layout.incoming(), error);
+  if (!error) fs::create_directories(layout.datasets(), error);
+  if (error) return unusable(error.message());
+  auto registry = Registry::open(layout.registry().string());
+  if (!registry) return registry.problem();
+  service->registry_ = std::move(registry.value());
+  remove_orphans(layout, *service->registry_);
+  service->queue_ = std::make_unique<JobQueue>(layout, *service->registry_, service->hub_, std::move(runner), settings.serve.jobs);
+  service->queue_->resume();
+  return service;
+}
+
+Service::~Service() {
+  stop();
+  queue_.reset();
+  close(lock_);
+}
+
+void Service::stop() {
+  hub_.close();
+  if (queue_) queue_->stop();
+}
+
+Token Service::wait_token() {
+  const std::lock_guard lock(mutex_);
+  if (waiting_ >= kMostWaiting) return nullptr;
+  ++waiting_;
+  return Token(this, [](void* service) {
+    auto* self = static_cast<Service*>(service);
+    const std::lock_guard inner(self->mutex_);
+    --self->waiting_;
+  });
+}
+
+Token Service::key_token(const std::string& idempotency_key) {
+  const std::lock_guard lock(mutex_);
+  if (!keys_.insert(idempotency_key).second) return nullptr;
+  return Token(this, [idempotency_key](void* service) {
+    auto* self = static_cast<Service*>(service);
+    const std::lock_guard inner(self->mutex_);
+    self->keys_.erase(idempotency_key);
+  });
+}
+
+}  // namespace cordillera::server

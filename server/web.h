@@ -1,0 +1,18 @@
+#pragma once
+// The viewer's files, and a plain page in their place.
+#include <string>
+#include <vector>
+
+#include "server/message.h"
+#include "server/registry.h"
+
+namespace cordillera::server {
+
+/// Where the build or the installation puts the viewer: <program's folder>/../share/web or ../share/cordillera/web. May not exist.
+std::string default_web_folder(const std::string& program);
+
+/// The file of a path like /, /index.html or /assets/viewer.js. Nothing outside the folder is ever read.
+/// Without a viewer, / is a page that says what is missing and lists the datasets.
+Response page(const std::string& folder, const std::string& path, const std::vector<Dataset>& datasets);
+
+}  // namespace cordillera::server

@@ -1,0 +1,43 @@
+// A headless Chromium that draws WebGL in software and talks to nobody but the server under test.
+import { chromium } from "playwright-core";
+
+const kArguments = [
+  "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
+  "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
+const kPatience_ms = 240000;
+
+export function open_browser(executablePath) {
+  return chromium.launch({ executablePath, args: kArguments });
+}
+
+// Whatever a developer would see in red in the browser's tools, and every request that leaves the server.
+function collect_complaints(page, url) {
+  const complaints = [];
+  page.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("requestfailed", (request) => complaints.push(`${request.url()}: ${request.failure()?.errorText}`));
+  page.on("response", (response) => { if (response.status() >= 400) complaints.push(`${response.url()}: ${response.status()}`); });
+  page.on("request", (request) => {
+    if (!["data:", "blob:"].includes(new URL(request.url()).protocol) && !request.url().startsWith(url)) {
+      complaints.push(`a request to somewhere else: ${request.url()}`);
+    }
+  });
+  return complaints;
+}
+
+export async function open_dataset(browser, url, id) {
+  const page = await browser.newPage({ viewport: { width: 900, height: 600 } });
+  page.setDefaultTimeout(kPatience_ms);
+  const complaints = collect_complaints(page, url);
+  await page.goto(`${url}/?dataset=${id}`);
+  await tiles_loaded(page);
+  return { page, complaints };
+}
+
+// Loaded, and drawn once more, so that the picture is the one with the tiles. Fails with the page's own words.
+export async function tiles_loaded(page) {
+  await page.waitForFunction(() => window.cordillera?.tilesLoaded || window.cordillera?.error);
+  const error = await page.evaluate(() => window.cordillera.error);
+  if (error) throw new Error(`the viewer says: ${error}`);
+  await page.evaluate(() => window.cordillera.scene.render());
+}

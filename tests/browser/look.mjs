@@ -1,0 +1,100 @@
+// Looks at the viewer as a person would: does it load, is there relief, are there cracks, is it in the right place?
+//   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --known known.json --pictures FOLDER
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { parseArgs } from "node:util";
+
+import { open_browser, open_dataset } from "./browser.mjs";
+import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
+
+// Shades of a hillshade spread; a flat raster has one shade. Of 255; the sample has about 25, the flat raster below 1.
+const kLeastRelief = 8;
+// Geoid interpolation, float32 positions, and steps of 2^-10 m.
+const kHeightTolerance_m = 0.2;
+
+const names = ["chromium", "url", "terrain", "flat", "known", "pictures"];
+const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
+
+const check = async (what, body) => {
+  await body();
+  console.log(`ok  ${what}`);
+};
+
+function assert_relief(deviation) {
+  assert.ok(deviation >= kLeastRelief, `shades deviate by ${deviation.toFixed(2)} of 255, less than ${kLeastRelief}`);
+}
+
+// Every height within what the manifest states for the finest level, at the source's own pixels.
+function assert_heights(found, known, manifest) {
+  const allowed_m = manifest.levels[0].stated_max_error + manifest.source.resampling_error + kHeightTolerance_m;
+  known.forEach(({ lon, lat, height }, i) => {
+    assert.ok(found[i] !== null, `no terrain at ${lon}, ${lat}`);
+    const off_m = Math.abs(found[i] - height);
+    assert.ok(off_m <= allowed_m, `${off_m.toFixed(2)} m off at ${lon}, ${lat}, more than ${allowed_m.toFixed(2)} m`);
+  });
+  return allowed_m;
+}
+
+async function look_at_terrain(browser) {
+  const { page, complaints } = await open_dataset(browser, given.url, given.terrain);
+  const manifest = await page.evaluate(() => window.cordillera.manifest);
+  await page.screenshot({ path: `${given.pictures}/terrain.png` });
+
+  await check("cracks: none from above, at three distances and two refinements", async () => {
+    await set_background(page, "#ff00ff");
+    for (const share of [0.9, 0.4, 0.1]) {
+      for (const error_px of [2, 24]) {
+        await look_straight_down(page, { share, error_px });
+        assert.equal(await crack_share(page), 0, `background shows through at ${share} of the data's extent, ${error_px} px`);
+      }
+    }
+  });
+  await check("cracks: the background is seen where there is no terrain (control)", async () => {
+    await page.evaluate(() => { window.cordillera.tileset.show = false; });
+    assert.equal(await crack_share(page), 1);
+    await page.evaluate(() => { window.cordillera.tileset.show = true; });
+  });
+  await check("relief: shades spread", async () => {
+    await look_straight_down(page, { share: 0.7, error_px: 2 });
+    await page.screenshot({ path: `${given.pictures}/relief.png` });
+    const deviation = await luminance_deviation(page);
+    assert_relief(deviation);
+    console.log(`    ${deviation.toFixed(1)} of 255`);
+  });
+
+  const known = JSON.parse(readFileSync(given.known, "utf8"));
+  await load_everything(page);
+  await check(`place: heights at ${known.length} pixels of the source`, async () => {
+    const allowed_m = assert_heights(await heights_at(page, known), known, manifest);
+    console.log(`    within ${allowed_m.toFixed(2)} m`);
+  });
+  await check("place: heights 300 m to the north do not fit (control)", async () => {
+    const shifted = known.map((place) => ({ ...place, lat: place.lat + 0.0027 }));
+    const found = await heights_at(page, shifted);
+    assert.throws(() => assert_heights(found, known, manifest), /m off at/);
+  });
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
+}
+
+async function look_at_flat(browser) {
+  const { page, complaints } = await open_dataset(browser, given.url, given.flat);
+  await check("relief: a flat raster has none (control)", async () => {
+    await set_background(page, "#ff00ff");
+    await look_straight_down(page, { share: 0.7, error_px: 2 });
+    await page.screenshot({ path: `${given.pictures}/flat.png` });
+    assert.equal(await crack_share(page), 0);
+    const deviation = await luminance_deviation(page);
+    assert.throws(() => assert_relief(deviation), /shades deviate/);
+    console.log(`    ${deviation.toFixed(1)} of 255`);
+  });
+  assert.deepEqual(complaints, [], "the browser complained");
+}
+
+const browser = await open_browser(given.chromium);
+try {
+  await look_at_terrain(browser);
+  await look_at_flat(browser);
+} finally {
+  await browser.close();
+}

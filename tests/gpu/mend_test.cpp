@@ -1,0 +1,137 @@
+#include "gpu/mend.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string>
+
+#include "gpu/simplify.h"
+#include "tests/pipeline/mesh_laws.h"
+
+namespace cordillera::gpu {
+namespace {
+
+using proto::TileMesh;
+
+enum class Labels { none, holes, random };
+
+TileMesh grid(std::int32_t cells, Labels labels, std::mt19937& random) {
+  std::vector<std::int32_t> heights(static_cast<std::size_t>((cells + 1) * (cells + 1)), 0);
+  for (std::size_t k = 0; k < heights.size(); ++k) {
+    const std::size_t i = k % (cells + 1), j = k / (cells + 1);
+    const bool hole = labels == Labels::random ? random() % 2 == 0 : labels == Labels::holes && (i / 11 + j / 7) % 3 == 0;
+    heights[k] = hole ? proto::kNoHeight : 100;
+  }
+  return grid_mesh(cells, 1, heights);
+}
+
+// Only every stride-th border vertex stays.
+std::size_t thin_border(TileMesh& mesh, std::int32_t stride) {
+  std::size_t gone = 0;
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    if (!test::on_west_or_east(mesh, v) && !test::on_south_or_north(mesh, v)) continue;
+    const bool stays = mesh.x[v] % stride == 0 && mesh.y[v] % stride == 0;
+    mesh.mark[v] = static_cast<std::uint8_t>((mesh.mark[v] & proto::kVoid) | (stays ? proto::kKeep : proto::kRemove));
+    gone += stays ? 0 : 1;
+  }
+  return gone;
+}
+
+void expect_mended(const TileMesh& input, const std::string& what) {
+  auto rings = rings_from_triangles(input);
+  ASSERT_TRUE(rings.ok()) << what << rings.problem().detail;
+  EXPECT_EQ(mend(*rings, input), 0u) << what;
+  const TileMesh mesh = mesh_from_rings(input, *rings);
+  EXPECT_EQ(test::broken_law(mesh), "") << what;
+  std::size_t kept = 0, gone = 0, want = 0;
+  for (const std::uint8_t mark : mesh.mark) {
+    kept += mark & proto::kKeep ? 1 : 0;
+    gone += mark & proto::kRemove ? 1 : 0;
+  }
+  for (const std::uint8_t mark : input.mark) want += mark & proto::kKeep ? 1 : 0;
+  EXPECT_EQ(kept, want) << what;
+  EXPECT_EQ(gone, 0u) << what;
+  const test::Valences most = test::valences(mesh);
+  EXPECT_LE(most.inside, 14u) << what;
+  EXPECT_LE(most.sides, 8u) << what;
+  EXPECT_LE(most.corners, 4u) << what;
+  if (std::getenv("MEND_VERBOSE")) printf("%s: inside %zu vertices %zu of %zu\n", what.c_str(), most.inside, mesh.vertices(), input.vertices());
+}
+
+TEST(Mend, HarshChainsOnGrids) {
+  std::mt19937 random(1);
+  for (const std::int32_t cells : {16, 32, 64, 128, 256})
+    for (const std::int32_t stride : {2, 8, 16, cells / 4, cells})
+      for (const Labels labels : {Labels::none, Labels::holes, Labels::random}) {
+        if (cells == 256 && stride < 16) continue;
+        TileMesh mesh = grid(cells, labels, random);
+        ASSERT_GT(thin_border(mesh, stride), 0u);
+        expect_mended(mesh, std::to_string(cells) + " stride " + std::to_string(stride) + " labels " + std::to_string(static_cast<int>(labels)));
+      }
+}
+
+TEST(Mend, RandomChains) {
+  std::mt19937 random(2);
+  for (int round = 0; round < 60; ++round) {
+    TileMesh mesh = grid(32, static_cast<Labels>(round % 3), random);
+    thin_border(mesh, 32);
+    const std::uint32_t one_in = 2 + round % 9;
+    for (std::size_t v = 0; v < mesh.vertices(); ++v)
+      if ((mesh.mark[v] & proto::kRemove) && random() % one_in == 0) mesh.mark[v] ^= proto::kRemove | proto::kKeep;
+    expect_mended(mesh, "round " + std::to_string(round));
+  }
+}
+
+TEST(Mend, SomeInnerVerticesMustStay) {
+  std::mt19937 random(3);
+  TileMesh mesh = grid(64, Labels::holes, random);
+  thin_border(mesh, 16);
+  for (std::size_t v = 0; v < mesh.vertices(); ++v)
+    if (!(mesh.mark[v] & proto::kRemove) && random() % 20 == 0) mesh.mark[v] |= proto::kKeep;
+  expect_mended(mesh, "kept inside");
+}
+
+TEST(Mend, EasyChainsTouchNothingInside) {
+  std::mt19937 random(4);
+  TileMesh mesh = grid(64, Labels::holes, random);
+  const std::size_t gone = thin_border(mesh, 2);
+  auto rings = rings_from_triangles(mesh);
+  ASSERT_EQ(mend(*rings, mesh), 0u);
+  EXPECT_EQ(mesh_from_rings(mesh, *rings).vertices(), mesh.vertices() - gone);
+}
+
+TEST(Rings, GridThereAndBack) {
+  std::mt19937 random(5);
+  const TileMesh mesh = grid(16, Labels::none, random);
+  const auto rings = rings_from_triangles(mesh);
+  ASSERT_TRUE(rings.ok());
+  const std::uint32_t centre = 8 * 17 + 8;
+  EXPECT_EQ(rings.value().valence[centre], 6u);
+  EXPECT_EQ(rings.value().open[centre], 0u);
+  EXPECT_EQ(rings.value().ring(centre)[0], centre - 18);
+  const auto south_west = rings.value().ring(0);
+  EXPECT_EQ(std::vector<std::uint32_t>(south_west.begin(), south_west.end()), (std::vector<std::uint32_t>{1, 18, 17}));
+  EXPECT_EQ(rings.value().triangles_at(0), 2u);
+  const TileMesh back = mesh_from_rings(mesh, *rings);
+  EXPECT_EQ(back.triangles.size(), mesh.triangles.size());
+  EXPECT_EQ(test::broken_law(back), "");
+}
+
+TEST(Rings, RefusesWhatIsNoManifold) {
+  std::mt19937 random(6);
+  const TileMesh good = grid(16, Labels::none, random);
+  TileMesh bad = good;
+  bad.triangles.push_back(bad.triangles[40]);
+  EXPECT_FALSE(rings_from_triangles(bad).ok()) << "a triangle twice";
+  bad = good;
+  bad.triangles.erase(bad.triangles.begin() + 40);
+  EXPECT_FALSE(rings_from_triangles(bad).ok()) << "a triangle missing";
+  bad = good;
+  std::swap(bad.triangles[40][0], bad.triangles[40][1]);
+  EXPECT_EQ(rings_from_triangles(bad).problem().type, "mesh-not-manifold") << "a triangle upside down";
+}
+
+}  // namespace
+}  // namespace cordillera::gpu

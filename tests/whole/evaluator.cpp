@@ -1,0 +1,153 @@
+#include "evaluator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace cordillera::whole {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kA = 6378137.0, kF = 1 / 298.257223563, kE2 = kF * (2 - kF);
+
+Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/// Geodetic latitude in degrees by fixed-point iteration; quick, since terrain is near the ellipsoid.
+double latitude_deg(const Point& p) {
+  const double r = std::hypot(p[0], p[1]);
+  double lat = std::atan2(p[2], r * (1 - kE2));
+  for (int k = 0; k < 6; ++k) {
+    const double s = std::sin(lat), n = kA / std::sqrt(1 - kE2 * s * s);
+    lat = std::atan2(p[2] + n * kE2 * s, r);
+  }
+  return lat / kDegree;
+}
+
+struct Box {
+  double west = 1e9, east = -1e9, south = 1e9, north = -1e9;
+};
+
+/// Where a triangle can be seen: its edges followed in space, with room to spare. centre: longitudes are counted from there.
+Box seen_box(const DecodedSurface& s, const std::array<std::uint32_t, 3>& t, double centre) {
+  constexpr int kSteps = 8;
+  Box box;
+  for (unsigned k = 0; k < 3; ++k) {
+    const Point &a = s.points[t[k]], &b = s.points[t[(k + 1) % 3]];
+    for (int step = 0; step < kSteps; ++step) {
+      const double w = static_cast<double>(step) / kSteps;
+      const Point p = {a[0] + w * (b[0] - a[0]), a[1] + w * (b[1] - a[1]), a[2] + w * (b[2] - a[2])};
+      const double lat = latitude_deg(p);
+      box.south = std::min(box.south, lat);
+      box.north = std::max(box.north, lat);
+      if (std::hypot(p[0], p[1]) < 1e-6) continue;  // a pole has every longitude
+      const double lon = std::remainder(std::atan2(p[1], p[0]) / kDegree - centre, 360.0);
+      box.west = std::min(box.west, lon);
+      box.east = std::max(box.east, lon);
+    }
+  }
+  const double room = 0.15 * std::max(box.east - box.west, box.north - box.south) + 1e-7;
+  return {box.west - room, box.east + room, box.south - room, box.north + room};
+}
+
+/// Which triangles may be seen from a place of the tile.
+class Bins {
+ public:
+  Bins(const DecodedSurface& surface, const proto::TileAddress& tile) {
+    across_ = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(surface.triangles.size()))), 1, 512);
+    extent_ = 180.0 / std::ldexp(1.0, tile.z);
+    centre_ = -180 + (tile.x + 0.5) * extent_;
+    south_ = -90 + tile.y * extent_;
+    bins_.resize(static_cast<std::size_t>(across_) * static_cast<std::size_t>(across_));
+    for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
+      const Box box = seen_box(surface, surface.triangles[t], centre_);
+      if (box.west > box.east) continue;
+      for (int j = index(box.south - south_); j <= index(box.north - south_); ++j)
+        for (int i = index(box.west + extent_ / 2); i <= index(box.east + extent_ / 2); ++i) bin(i, j).push_back(t);
+    }
+  }
+  const std::vector<std::uint32_t>& at(double lon, double lat) {
+    return bin(index(lon - centre_ + extent_ / 2), index(lat - south_));
+  }
+
+ private:
+  int index(double from_edge) const { return static_cast<int>(std::clamp(from_edge / extent_ * across_, 0.0, across_ - 1.0)); }
+  std::vector<std::uint32_t>& bin(int i, int j) { return bins_[static_cast<std::size_t>(j * across_ + i)]; }
+
+  int across_ = 1;
+  double extent_ = 0, centre_ = 0, south_ = 0;
+  std::vector<std::vector<std::uint32_t>> bins_;
+};
+
+/// Distance along the ray, either way; none when it misses. The grace is for rays along a shared edge.
+std::optional<double> ray(const Point& from, const Point& along, const Point& a, const Point& b, const Point& c) {
+  constexpr double kGrace = 1e-7, kFarSide_m = 4e6;
+  const Point e1 = minus(b, a), e2 = minus(c, a), p = cross(along, e2);
+  const double det = dot(e1, p), size2 = std::max(dot(e1, e1), dot(e2, e2));
+  if (std::abs(det) <= 1e-12 * size2) return std::nullopt;  // seen edge-on, or without area
+  const Point s = minus(from, a), q = cross(s, e1);
+  const double u = dot(s, p) / det, v = dot(along, q) / det;
+  if (u < -kGrace || v < -kGrace || u + v > 1 + kGrace) return std::nullopt;
+  const double t = dot(e2, q) / det;
+  if (std::abs(t) > kFarSide_m) return std::nullopt;
+  return t;
+}
+
+}  // namespace
+
+Point ecef_point(double longitude_deg, double latitude_deg, double height_m) {
+  const double lon = longitude_deg * kDegree, lat = latitude_deg * kDegree;
+  const double n = kA / std::sqrt(1 - kE2 * std::sin(lat) * std::sin(lat));
+  const double r = std::abs(latitude_deg) == 90 ? 0 : (n + height_m) * std::cos(lat);
+  return {r * std::cos(lon), r * std::sin(lon), (n * (1 - kE2) + height_m) * std::sin(lat)};
+}
+
+DecodedSurface surface_of(const DecodedTile& tile, double height_step_m) {
+  DecodedSurface s;
+  s.triangles = tile.triangles;
+  const double extent = 180.0 / std::ldexp(1.0, tile.tile.z);
+  for (std::size_t k = 0; k < tile.u.size(); ++k) {
+    const double lon = -180 + (tile.tile.x + static_cast<double>(tile.u[k]) / tile.side) * extent;
+    const double lat = -90 + (tile.tile.y + static_cast<double>(tile.v[k]) / tile.side) * extent;
+    s.points.push_back(ecef_point(lon, lat, tile.h[k] * height_step_m));
+  }
+  return s;
+}
+
+Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile, const TrueHeight& truth,
+                 std::int64_t stride) {
+  Bins bins(surface, tile);
+  Measured result;
+  double squares = 0;
+  const std::int64_t west = lattice.west(tile), south = lattice.south(tile), side = lattice.tile_units(tile.z);
+  for (std::int64_t j = south; j <= south + side; j += stride) {
+    for (std::int64_t i = west; i <= west + side; i += stride) {
+      const std::optional<double> height = truth(i, j);
+      if (!height) continue;
+      const double lon = lattice.longitude_deg(i), lat = lattice.latitude_deg(j);
+      const Point from = ecef_point(lon, lat, *height), along = minus(ecef_point(lon, lat, 1), ecef_point(lon, lat, 0));
+      double nearest = INFINITY, worst = -1;
+      for (const std::uint32_t t : bins.at(lon, lat)) {
+        const auto& c = surface.triangles[t];
+        const auto hit = ray(from, along, surface.points[c[0]], surface.points[c[1]], surface.points[c[2]]);
+        if (!hit) continue;
+        nearest = std::min(nearest, std::abs(*hit));
+        worst = std::max(worst, std::abs(*hit));
+      }
+      if (worst < 0) {
+        ++result.uncovered;
+        continue;
+      }
+      ++result.samples;
+      squares += nearest * nearest;
+      if (worst > result.max_m) result.max_m = worst, result.worst_i = i, result.worst_j = j;
+    }
+  }
+  if (result.samples > 0) result.rmse_m = std::sqrt(squares / static_cast<double>(result.samples));
+  return result;
+}
+
+}  // namespace cordillera::whole
