@@ -43,7 +43,7 @@ def progress_line(status):
     progress = status.get("progress") or {}
     stage = progress.get("stage") or status["state"]
     done, total = progress.get("done", 0), progress.get("total", 0)
-    share = min(done / total, 1) if total else 0
+    share = 1 if status["state"] == "ready" else min(done / total, 1) if total else 0
     left = progress.get("seconds_left", -1)
     bar = "#" * round(30 * share) + "." * (30 - round(30 * share))
     return f"{stage:8} [{bar}] {100 * share:3.0f} %" + (f"  {left:.0f} s left" if left >= 0 and share < 1 else "")

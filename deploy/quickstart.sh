@@ -44,6 +44,7 @@ if [[ -z $build ]]; then
   build=$root/build/release
   "$here/build.sh" cordillera
 fi
+build=$(cd "$build" 2>/dev/null && pwd) || fail "no such build folder: CORDILLERA_BUILD=$CORDILLERA_BUILD"
 cordillera=$build/bin/cordillera
 [[ -x $cordillera ]] || fail "no program at $cordillera"
 if [[ ! -e $build/share/web/complete ]]; then
@@ -104,9 +105,10 @@ python3 "$here/client.py" report "$url" "$id" "$work/tile"
 for face in drc glb; do
   curl -fsS -o "$work/fetched.$face" "$(cat "$work/tile.$face")" || fail "the tile $(cat "$work/tile.$face") could not be fetched"
   printf 'decoded: '
-  "$cordillera" decode "$work/fetched.$face" || fail "the .$face tile could not be decoded"
+  (cd "$work" && "$cordillera" decode "fetched.$face") || fail "the .$face tile could not be decoded"
 done
 if [[ $once == yes ]]; then
+  printf '\n--once: the server stops now; start it again with\n%s serve --listen 127.0.0.1:%s --data %s\n' "$cordillera" "$port" "$data"
   exit 0
 fi
 printf '\nThe server goes on; Ctrl-C stops it.\n'

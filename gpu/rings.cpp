@@ -83,7 +83,7 @@ Fan chain_wedges(std::span<Wedge> fan, std::span<std::uint32_t> row, std::uint8_
     std::swap(fan[i + 1], fan[next]);
     row[i + 1] = fan[i + 1].from;
   }
-  valence = static_cast<std::uint8_t>(fan.size()-(fan.size()>5));
+  valence = static_cast<std::uint8_t>(fan.size());
   if (fan.back().to == fan[0].from) return fan.size() < 3 ? Fan::broken : Fan::closed;
   if (fan.size() == kRowWidth) return Fan::broken;
   row[valence++] = fan.back().to;

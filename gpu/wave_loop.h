@@ -30,7 +30,7 @@ struct WaveLists {
   std::uint16_t* stale = nullptr;       ///< of these, the ones to evaluate first
   int* counts = nullptr;                ///< 3
 };
-enum WaveList : unsigned { kTouchedList = 1, kCandidateList = 2, kStaleList = 4 };
+inline constexpr unsigned kTouchedList = 1, kCandidateList = 2, kStaleList = 4;  ///< bits of Classify's answer
 
 /// Which lists a vertex belongs to in the coming wave. Lazy: a vertex whose ring changed keeps its old key as an estimate and is
 /// evaluated again only when that key is under the threshold.
@@ -41,7 +41,7 @@ struct Classify {
   CORDILLERA_HD unsigned operator()(int u) const {
     const std::uint8_t state = w.state[u];
     if (state == kDead) return 0;
-    unsigned lists = state == touched ? kTouchedList : 0;
+    unsigned lists = state == touched ? kTouchedList : 0u;
     // A blocked vertex gets another chance when its surroundings change.
     const bool retry = w.key[u] == kBlocked && state == touched;
     if (w.key[u] < threshold || retry) lists |= state == kClean ? kCandidateList : (kCandidateList | kStaleList);

@@ -89,7 +89,8 @@ proto::TileMesh extract(const BatchMesh& mesh, std::size_t tile, const SimplifyJ
       rings.neighbour[u * kRowWidth + k] = mesh.row[v * kRowWidth + k] - static_cast<std::uint32_t>(from);
     }
   }
-  mend(rings, *job.input);
+  const std::uint32_t left = mend(rings, *job.input);
+  if (left > 0) internal_error(std::to_string(left) + " border vertices could not be removed");
   return mesh_from_rings(*job.input, rings);
 }
 

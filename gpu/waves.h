@@ -55,7 +55,8 @@ class WaveSimplifier final : public Simplifier {
   std::string device() const override { return backend_.name(); }
 
  private:
-  static constexpr int kPasses = 3;
+  static constexpr int kPasses = 3;       // seams of one pass lie inside windows of the next
+  static constexpr int kMostPasses = 12;
   void simplify_batch(std::span<const SimplifyJob> jobs, std::vector<proto::TileMesh>& results);
   Backend backend_;
 };

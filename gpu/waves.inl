@@ -29,7 +29,7 @@ void WaveSimplifier<Backend>::simplify_batch(std::span<const SimplifyJob> jobs, 
   }
   backend_.begin(mesh);
   std::vector<std::size_t> alive_before(jobs.size(), SIZE_MAX);
-  for (int p = 0; p < kPasses; ++p) {
+  for (int p = 0; p < kMostPasses; ++p) {
     pass.cut = {};
     std::vector<std::uint32_t> alive;
     for (std::size_t t = 0; t < jobs.size(); ++t) {
@@ -37,8 +37,8 @@ void WaveSimplifier<Backend>::simplify_batch(std::span<const SimplifyJob> jobs, 
       for (std::size_t v = mesh.first[t]; v < mesh.first[t + 1]; ++v) {
         if (!(mesh.mark[v] & kGone)) alive.push_back(static_cast<std::uint32_t>(v));
       }
-      // A tile that the last pass hardly changed is done: a rule of the tile alone, whatever it is batched with.
-      if (50 * alive.size() > 49 * alive_before[t] && p > 1) continue;
+      // Plain terrain goes on while passes still pay; a rule of the tile alone, whatever it is batched with.
+      if (p >= kPasses && 10 * alive.size() > 9 * alive_before[t]) continue;
       alive_before[t] = alive.size();
       cut_windows(alive, mesh.x.data(), mesh.y.data(), jobs[t].input->side, p, static_cast<std::uint32_t>(t), pass.cut);
     }

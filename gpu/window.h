@@ -17,7 +17,7 @@ inline constexpr std::uint32_t kNever = 0xffffffffu;  ///< key of a vertex that 
 inline constexpr std::uint32_t kBlocked = 0xfffffffeu;  ///< key of a vertex that found no target; asked again when touched
 inline constexpr int kKeyShift = 19;                  ///< a key is 13 bits of cost over 19 bits of hash: unique enough to order by
 inline constexpr std::uint16_t kOutside = 0x8000;     ///< row entry: slot (low bits) of the vertex's own global row, outside the window
-inline constexpr float kCostPerTolerance = 1.0f;      ///< cost threshold = this x tolerance_m^2 (cells)
+inline constexpr float kCostPerTolerance = 1.5f;      ///< cost threshold = this x tolerance_m^2 (cells)
 inline constexpr int kWindowVertices = 1152;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
 
 /// Valence caps of a simplified tile: four welded tiles then stay within the contract of 14.

@@ -1,5 +1,6 @@
 #pragma once
 // One SQLite file a dataset: tiles by address, bytes by content hash (equal tiles are stored once), a block a transaction.
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,10 +32,12 @@ struct FinishedTask {
   std::vector<proto::TileAddress> consumed;                    ///< child meshes no longer needed
 };
 
-/// The store while a job writes it. Thread-safe (calls are serialised).
+/// The store while a job writes it. Thread-safe (calls are serialised). Reads that fail (disk gone, file damaged) throw StoreError,
+/// here and in StoreReader.
 class StoreWriter {
  public:
-  /// Creates the file or opens an unfinished one of the same plan; a file of another plan is started anew.
+  /// Creates the file or opens an unfinished one of the same plan; a file of another plan is started anew. A published one of the same
+  /// plan has everything finished, and publish gives its manifest again. A file that is no store is refused, and so is one in use.
   static proto::Result<std::unique_ptr<StoreWriter>> open(const std::string& path, const proto::Plan& plan);
   virtual ~StoreWriter() = default;
   virtual bool finished(const proto::TileAddress& node) const = 0;   ///< a committed block or merge
@@ -43,6 +46,14 @@ class StoreWriter {
   /// Sums the records up per level into manifest->levels, tiles, triangles, bytes; writes the manifest; only then can StoreReader
   /// open the file. Geometric errors are made not to fall towards the root.
   virtual proto::Result<proto::Manifest> publish(proto::Manifest manifest) = 0;
+};
+
+/// A node of the tile tree as 3D Tiles sees it: it has triangles itself or tiles below it have.
+struct TileExtent {
+  proto::TileAddress tile;
+  bool content = false;          ///< it has triangles itself
+  double geometric_error_m = 0;  ///< greatest stated error of it and all below it
+  std::array<double, 6> region{};  ///< as TileRecord::region, of it and all below it
 };
 
 struct Blob {
@@ -61,6 +72,8 @@ class StoreReader {
   virtual std::optional<proto::TileRecord> record(const proto::TileAddress& tile) const = 0;
   /// Every record of a level between x and y bounds (inclusive), ordered by y then x.
   virtual std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const = 0;
+  /// Every node of a level between bounds (inclusive), ordered by y then x. Unless overridden: those that have records.
+  virtual std::vector<TileExtent> extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const;
 };
 
 }  // namespace cordillera::pipeline

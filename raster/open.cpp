@@ -90,10 +90,12 @@ void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const 
   s.set_pixel(d.pixel_is_point ? "point" : "area");
   s.set_pixel_width_m(size.width_m);
   s.set_pixel_height_m(size.height_m);
-  const auto turned = [&](double lon, double top) { return lon - 360 * std::ceil((lon - top) / 360); };
-  s.add_bbox(parts.full_circle ? -180 : turned(f.tight.west_deg, 180));
+  // West in [-180, 180), east in (-180, 180]: west > east says that the data crosses the antimeridian.
+  const double west = f.tight.west_deg - 360 * std::floor((f.tight.west_deg + 180) / 360);
+  const double east = f.tight.east_deg - 360 * std::ceil((f.tight.east_deg - 180) / 360);
+  s.add_bbox(parts.full_circle ? -180 : west);
   s.add_bbox(f.tight.south_deg);
-  s.add_bbox(parts.full_circle ? 180 : turned(f.tight.east_deg, 180));
+  s.add_bbox(parts.full_circle ? 180 : east);
   s.add_bbox(f.tight.north_deg);
 }
 

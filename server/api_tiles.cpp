@@ -18,7 +18,7 @@ Response document(std::string bytes, const char* type, const std::string& etag) 
   Response response;
   response.set("Content-Type", type);
   response.set("Cache-Control", kCacheControl);
-  response.set("ETag", "\"" + etag + "\"");
+  response.set("ETag", quoted(etag));
   response.body = std::move(bytes);
   return response;
 }

@@ -42,4 +42,7 @@ struct Response {
   }
 };
 
+/// An entity tag as it stands in a header.
+inline std::string quoted(const std::string& tag) { return std::string(1, '"').append(tag).append(1, '"'); }
+
 }  // namespace cordillera::server

@@ -99,7 +99,7 @@ Response page(const std::string& folder, const std::string& path, const std::vec
   response.body = bytes.str();
   response.set("Content-Type", content_type(*file));
   response.set("Cache-Control", "no-cache");
-  response.set("ETag", "\"" + digest(response.body).substr(0, 32) + "\"");
+  response.set("ETag", quoted(digest(response.body).substr(0, 32)));
   return response;
 }
 

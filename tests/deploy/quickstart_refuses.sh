@@ -29,5 +29,8 @@ listener=$!
 while [[ ! -s $work/port ]]; do sleep 0.1; done
 refuses "port $(cat "$work/port") is taken" --port "$(cat "$work/port")"
 
-build=$work/empty
+build=$work/nowhere
+refuses "no such build folder"
+build=$work
+mkdir "$work/bin"
 refuses "no program at"

@@ -1,4 +1,4 @@
-#include "evaluator.h"
+#include "tests/whole/evaluator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -64,7 +64,7 @@ class Bins {
     bins_.resize(static_cast<std::size_t>(across_) * static_cast<std::size_t>(across_));
     for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
       const Box box = seen_box(surface, surface.triangles[t], centre_);
-      if (box.west > box.east) continue;
+      if (box.west > extent_ / 2 || box.east < -extent_ / 2 || box.south > south_ + extent_ || box.north < south_) continue;
       for (int j = index(box.south - south_); j <= index(box.north - south_); ++j)
         for (int i = index(box.west + extent_ / 2); i <= index(box.east + extent_ / 2); ++i) bin(i, j).push_back(t);
     }
@@ -82,18 +82,42 @@ class Bins {
   std::vector<std::vector<std::uint32_t>> bins_;
 };
 
-/// Distance along the ray, either way; none when it misses. The grace is for rays along a shared edge.
-std::optional<double> ray(const Point& from, const Point& along, const Point& a, const Point& b, const Point& c) {
-  constexpr double kGrace = 1e-7, kFarSide_m = 4e6;
+struct Ray {
+  Point from, along;
+  double grace = 0;  ///< in barycentric weights
+};
+constexpr double kEdgeGrace = 1e-7;  // a ray along an edge that two triangles share
+constexpr double kSideGrace = 0.02;  // at most, for a sample on the tile's side, which chords leave: as little as finds a triangle
+
+/// Distance along the ray, either way; none when it misses.
+std::optional<double> hit_of(const Ray& ray, const Point& a, const Point& b, const Point& c) {
+  constexpr double kFarSide_m = 4e6;
+  const Point &from = ray.from, &along = ray.along;
   const Point e1 = minus(b, a), e2 = minus(c, a), p = cross(along, e2);
   const double det = dot(e1, p), size2 = std::max(dot(e1, e1), dot(e2, e2));
   if (std::abs(det) <= 1e-12 * size2) return std::nullopt;  // seen edge-on, or without area
   const Point s = minus(from, a), q = cross(s, e1);
   const double u = dot(s, p) / det, v = dot(along, q) / det;
-  if (u < -kGrace || v < -kGrace || u + v > 1 + kGrace) return std::nullopt;
+  if (u < -ray.grace || v < -ray.grace || u + v > 1 + ray.grace) return std::nullopt;
   const double t = dot(e2, q) / det;
   if (std::abs(t) > kFarSide_m) return std::nullopt;
   return t;
+}
+
+struct Hits {
+  double nearest_m = INFINITY, worst_m = -1;
+};
+
+Hits hits_of(const Ray& ray, const DecodedSurface& surface, const std::vector<std::uint32_t>& candidates) {
+  Hits hits;
+  for (const std::uint32_t t : candidates) {
+    const auto& c = surface.triangles[t];
+    const auto hit = hit_of(ray, surface.points[c[0]], surface.points[c[1]], surface.points[c[2]]);
+    if (!hit) continue;
+    hits.nearest_m = std::min(hits.nearest_m, std::abs(*hit));
+    hits.worst_m = std::max(hits.worst_m, std::abs(*hit));
+  }
+  return hits;
 }
 
 }  // namespace
@@ -128,22 +152,21 @@ Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, c
       const std::optional<double> height = truth(i, j);
       if (!height) continue;
       const double lon = lattice.longitude_deg(i), lat = lattice.latitude_deg(j);
-      const Point from = ecef_point(lon, lat, *height), along = minus(ecef_point(lon, lat, 1), ecef_point(lon, lat, 0));
-      double nearest = INFINITY, worst = -1;
-      for (const std::uint32_t t : bins.at(lon, lat)) {
-        const auto& c = surface.triangles[t];
-        const auto hit = ray(from, along, surface.points[c[0]], surface.points[c[1]], surface.points[c[2]]);
-        if (!hit) continue;
-        nearest = std::min(nearest, std::abs(*hit));
-        worst = std::max(worst, std::abs(*hit));
+      Ray ray{ecef_point(lon, lat, *height), minus(ecef_point(lon, lat, 1), ecef_point(lon, lat, 0)), kEdgeGrace};
+      const auto& candidates = bins.at(lon, lat);
+      Hits hits = hits_of(ray, surface, candidates);
+      const bool on_side = i == west || j == south || i == west + side || j == south + side;
+      while (on_side && hits.worst_m < 0 && ray.grace < kSideGrace) {
+        ray.grace *= 2;
+        hits = hits_of(ray, surface, candidates);
       }
-      if (worst < 0) {
+      if (hits.worst_m < 0) {
         ++result.uncovered;
         continue;
       }
       ++result.samples;
-      squares += nearest * nearest;
-      if (worst > result.max_m) result.max_m = worst, result.worst_i = i, result.worst_j = j;
+      squares += hits.nearest_m * hits.nearest_m;
+      if (hits.worst_m > result.max_m) result.max_m = hits.worst_m, result.worst_i = i, result.worst_j = j;
     }
   }
   if (result.samples > 0) result.rmse_m = std::sqrt(squares / static_cast<double>(result.samples));

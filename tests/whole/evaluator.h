@@ -42,7 +42,9 @@ struct Measured {
   double max_m = 0;            ///< greatest |error|; where a ray meets several triangles, the worst of them
   double rmse_m = 0;           ///< where a ray meets several triangles, the nearest of them
   std::uint64_t samples = 0;   ///< with data and seen
-  std::uint64_t uncovered = 0;  ///< with data, but no triangle there
+  std::uint64_t uncovered = 0;  ///< with data, but no triangle there. A tile's equatorward side is a row of chords that bend into
+                                ///< the tile: samples on the side itself are still seen, those between are the neighbour's, so append
+                                ///< its triangles to the surface where a chord is long
   std::int64_t worst_i = 0, worst_j = 0;
 };
 

@@ -1,10 +1,9 @@
-#include "laws.h"
+#include "tests/whole/laws.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <sstream>
-#include <unordered_map>
 
 namespace cordillera::whole {
 namespace {

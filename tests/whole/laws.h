@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "evaluator.h"
+#include "tests/whole/evaluator.h"
 
 namespace cordillera::whole {
 

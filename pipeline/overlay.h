@@ -1,0 +1,50 @@
+#pragma once
+// Pairs of triangles of two meshes that share ground, and the ground they share.
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "proto/mesh.h"
+
+namespace cordillera::pipeline {
+
+/// A point between lattice vertices, tile-local units.
+struct PlanPoint {
+  double x = 0, y = 0;
+};
+
+/// The common part of two triangles: a convex polygon of at most six corners. Rounding may add a corner to each stretch that a side
+/// cuts off: 3, then 4, 6 and 9 at the very most.
+struct Common {
+  int count = 0;
+  std::array<PlanPoint, 9> corner;
+};
+
+/// Empty when the triangles do not meet; may have no area when they only touch.
+Common common_part(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint, 3>& b);
+
+/// No corner is void.
+bool is_published(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
+
+std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
+
+/// Finds the published triangles of a mesh whose boxes meet a box.
+class TriangleIndex {
+ public:
+  explicit TriangleIndex(const proto::TileMesh& mesh);
+  /// Ascending, each once; replaces what found held.
+  void meeting(const std::array<PlanPoint, 3>& triangle, std::vector<std::uint32_t>& found) const;
+
+ private:
+  struct Cells {
+    std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  };
+  Cells cells_of(const std::array<PlanPoint, 3>& triangle) const;
+
+  double cells_per_unit_ = 1;
+  std::int32_t across_ = 1;
+  std::vector<std::uint32_t> start_;     // indexed by cell, one more at the end
+  std::vector<std::uint32_t> triangle_;  // by cell
+};
+
+}  // namespace cordillera::pipeline

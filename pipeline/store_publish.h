@@ -1,0 +1,14 @@
+#pragma once
+// The last step of a store: nodes, sums and bounds of all tiles. Runs inside the caller's transaction.
+#include "cordillera.pb.h"
+#include "pipeline/sqlite.h"
+
+namespace cordillera::pipeline {
+
+/// Fills the nodes table. Levels finest .. 0.
+void make_nodes(Database& database, int finest_level);
+
+/// Fills levels, tiles, triangles, bytes, bounds, and what the store's format itself says (scheme, levels, height step, formula).
+void summarise(Database& database, const proto::Plan& plan, proto::Manifest& manifest);
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,173 @@
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <mutex>
+
+#include "pipeline/content_hash.h"
+#include "pipeline/sqlite.h"
+#include "pipeline/store.h"
+#include "pipeline/store_schema.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using proto::Problem;
+using proto::TileAddress;
+
+constexpr std::size_t kConnections = 4;
+// A window of few rows is asked row by row: the key finds each run of columns at once. A tall one is one scan.
+constexpr std::int32_t kFewRows = 256;
+
+Problem refused(const std::string& type, const std::string& path, const std::string& why) {
+  return {type, path + " " + why, "the store of a dataset whose build has finished", ""};
+}
+
+struct Connection {
+  explicit Connection(const std::string& path)
+      : database(path, Database::Mode::published),
+        drc(database, "SELECT hash, bytes FROM tiles JOIN blobs ON hash = drc WHERE level = ? AND y = ? AND x = ?"),
+        glb(database, "SELECT hash, bytes FROM tiles JOIN blobs ON hash = glb WHERE level = ? AND y = ? AND x = ?"),
+        records(database, "SELECT record FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
+        nodes(database,
+              "SELECT n.y, n.x, n.error, n.west, n.south, n.east, n.north, n.low, n.high, "
+              "EXISTS(SELECT 1 FROM tiles t WHERE t.level = n.level AND t.y = n.y AND t.x = n.x) "
+              "FROM nodes n WHERE n.level = ? AND n.y BETWEEN ? AND ? AND n.x BETWEEN ? AND ? ORDER BY n.y, n.x") {}
+  std::mutex mutex;
+  Database database;
+  Statement drc, glb, records, nodes;
+};
+
+template <class Row>
+void for_each_row(Statement& statement, std::array<std::int32_t, 5> window, const Row& row) {
+  const auto [level, x0, y0, x1, y1] = window;
+  const std::int32_t tall = y1 - y0 >= kFewRows ? y1 - y0 : 0;
+  for (std::int32_t y = y0; y <= y1; y += tall + 1) {
+    statement.bind(level, y, y + tall, x0, x1);
+    while (statement.step()) row();
+  }
+}
+
+class SqliteReader final : public StoreReader {
+ private:
+  // A few connections, one thread each: tiles are small and mostly in the page cache, so nobody waits long.
+  // (Stands first: a deduced return type must be known before it is used.)
+  template <class Use>
+  auto with_connection(const Use& use) const {
+    const std::size_t first = turn_.fetch_add(1, std::memory_order_relaxed);
+    for (std::size_t k = 0; k < kConnections; ++k) {
+      Connection& c = *connections_[(first + k) % kConnections];
+      if (const std::unique_lock lock(c.mutex, std::try_to_lock); lock) return use(c);
+    }
+    Connection& c = *connections_[first % kConnections];
+    const std::lock_guard lock(c.mutex);
+    return use(c);
+  }
+
+ public:
+  SqliteReader(const std::string& path, proto::Manifest manifest) : manifest_(std::move(manifest)) {
+    for (auto& c : connections_) c = std::make_unique<Connection>(path);
+  }
+
+  const proto::Manifest& manifest() const override { return manifest_; }
+
+  std::optional<Blob> tile(const TileAddress& tile, Face face) const override {
+    return with_connection([&](Connection& c) -> std::optional<Blob> {
+      Statement& get = face == Face::drc ? c.drc : c.glb;
+      if (!get.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
+      return Blob{std::string(get.blob(1)), hex(get.blob(0))};
+    });
+  }
+
+  std::optional<proto::TileRecord> record(const TileAddress& tile) const override {
+    auto found = records(tile.z, tile.x, tile.y, tile.x, tile.y);
+    if (found.empty()) return std::nullopt;
+    return std::move(found[0]);
+  }
+
+  std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const override {
+    return with_connection([&](Connection& c) {
+      std::vector<proto::TileRecord> out;
+      for_each_row(c.records, {level, x0, y0, x1, y1}, [&] {
+        const std::string_view bytes = c.records.blob(0);
+        if (!out.emplace_back().ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("a tile record is damaged");
+      });
+      return out;
+    });
+  }
+
+  std::vector<TileExtent> extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const override {
+    return with_connection([&](Connection& c) {
+      std::vector<TileExtent> out;
+      for_each_row(c.nodes, {level, x0, y0, x1, y1}, [&] {
+        TileExtent& e = out.emplace_back();
+        e.tile = {level, static_cast<std::int32_t>(c.nodes.integer(1)), static_cast<std::int32_t>(c.nodes.integer(0))};
+        e.geometric_error_m = c.nodes.real(2);
+        for (int k = 0; k < 6; ++k) e.region[static_cast<std::size_t>(k)] = c.nodes.real(3 + k);
+        e.content = c.nodes.integer(9) != 0;
+      });
+      return out;
+    });
+  }
+
+ private:
+  proto::Manifest manifest_;
+  std::array<std::unique_ptr<Connection>, kConnections> connections_;
+  mutable std::atomic<std::size_t> turn_{0};
+};
+
+proto::Result<proto::Manifest> published_manifest(const std::string& path) {
+  Database database(path, Database::Mode::published);
+  if (database.integer("PRAGMA application_id") != kApplicationId) return refused("store-unknown", path, "is no store of Cordillera");
+  if (database.integer("PRAGMA user_version") != kSchemaVersion) {
+    return refused("store-version", path, "was written by another version of Cordillera");
+  }
+  Statement row(database, "SELECT value FROM meta WHERE key = 'manifest'");
+  if (!row.step()) return refused("store-unpublished", path, "is not finished");
+  proto::Manifest manifest;
+  const std::string_view bytes = row.blob(0);
+  if (!manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return refused("store-damaged", path, "has a damaged manifest");
+  return manifest;
+}
+
+// The size the header promises; a copy that was cut short has less.
+bool whole(const std::string& path, std::int64_t size) {
+  Database database(path, Database::Mode::published);
+  return database.integer("PRAGMA page_count") * database.integer("PRAGMA page_size") <= size &&
+         database.integer("SELECT count(*) FROM sqlite_schema WHERE name IN ('tiles', 'blobs', 'nodes')") == 3;
+}
+
+}  // namespace
+
+std::vector<TileExtent> StoreReader::extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const {
+  std::vector<TileExtent> out;
+  for (const proto::TileRecord& record : records(level, x0, y0, x1, y1)) {
+    TileExtent& e = out.emplace_back();
+    e.tile = {level, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+    e.content = true;
+    e.geometric_error_m = record.max_error();
+    for (int k = 0; k < std::min(6, record.region_size()); ++k) e.region[static_cast<std::size_t>(k)] = record.region(k);
+  }
+  return out;
+}
+
+proto::Result<std::unique_ptr<StoreReader>> StoreReader::open(const std::string& path) {
+  struct stat file {};
+  if (stat(path.c_str(), &file) != 0) return refused("store-missing", path, "does not exist");
+  if (!S_ISREG(file.st_mode)) return refused("store-unknown", path, "is no file");
+  // Opened as immutable, a file is read without its journal. A journal with something in it means that the last write was cut short.
+  if (struct stat journal {}; stat((path + "-journal").c_str(), &journal) == 0 && journal.st_size > 0) {
+    return refused("store-unpublished", path, "was left in the middle of a write");
+  }
+  try {
+    auto manifest = published_manifest(path);
+    if (!manifest) return manifest.problem();
+    if (!whole(path, file.st_size)) return refused("store-damaged", path, "is cut short");
+    return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(path, *std::move(manifest)));
+  } catch (const StoreError& e) {
+    return refused("store-damaged", path, std::string("cannot be read as a store: ") + e.what());
+  }
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,171 @@
+#include <filesystem>
+#include <mutex>
+
+#include "pipeline/content_hash.h"
+#include "pipeline/sqlite.h"
+#include "pipeline/store.h"
+#include "pipeline/store_publish.h"
+#include "pipeline/store_schema.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using proto::Problem;
+using proto::TileAddress;
+
+Problem write_problem(const std::string& path, const std::string& why) {
+  return {"store-write", "the store " + path + " cannot be written: " + why, "a writable file on a disk with free space, used by one job at a time", ""};
+}
+
+constexpr const char* kPutTile =
+    "INSERT OR REPLACE INTO tiles(level, y, x, record, drc, glb, error, west, south, east, north, low, high) "
+    "VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)";
+
+// Everything that is asked for while tiles are made. Gone once the tables are.
+struct WorkStatements {
+  explicit WorkStatements(Database& d)
+      : put_tile(d, kPutTile),
+        put_blob(d, "INSERT OR IGNORE INTO blobs(hash, bytes) VALUES(?, ?)"),
+        put_task(d, "INSERT OR REPLACE INTO tasks(level, y, x) VALUES(?, ?, ?)"),
+        has_task(d, "SELECT 1 FROM tasks WHERE level = ? AND y = ? AND x = ?"),
+        put_mesh(d, "INSERT OR REPLACE INTO meshes(level, y, x, bytes) VALUES(?, ?, ?, ?)"),
+        get_mesh(d, "SELECT bytes FROM meshes WHERE level = ? AND y = ? AND x = ?"),
+        drop_mesh(d, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?") {}
+  Statement put_tile, put_blob, put_task, has_task, put_mesh, get_mesh, drop_mesh;
+};
+
+class SqliteWriter final : public StoreWriter {
+ public:
+  SqliteWriter(std::string path, proto::Plan plan) : path_(std::move(path)), plan_(std::move(plan)) {}
+
+  /// False: the file belongs to another plan. Throws StoreError.
+  bool start() {
+    database_ = std::make_unique<Database>(path_, Database::Mode::create);
+    // One writer; a commit is on the disk when it returns. Blobs are written once: a rollback journal holds old pages only.
+    database_->execute("PRAGMA locking_mode=EXCLUSIVE; PRAGMA auto_vacuum=INCREMENTAL; PRAGMA journal_mode=TRUNCATE; PRAGMA synchronous=FULL");
+    Transaction transaction(*database_);
+    if (database_->integer("SELECT count(*) FROM sqlite_schema") == 0) create();
+    if (database_->integer("PRAGMA application_id") != kApplicationId) throw StoreError("it is no store of Cordillera");
+    if (database_->integer("PRAGMA user_version") != kSchemaVersion) return false;
+    Statement plan(*database_, "SELECT value FROM meta WHERE key = 'plan'");
+    if (!plan.step() || plan.blob(0) != plan_.SerializeAsString()) return false;
+    transaction.commit();
+    if (!read_manifest()) work_ = std::make_unique<WorkStatements>(*database_);
+    return true;
+  }
+
+  bool finished(const TileAddress& node) const override {
+    const std::lock_guard lock(mutex_);
+    if (published_) return true;
+    const bool there = work_->has_task.bind(node.z, node.y, node.x).step();
+    work_->has_task.bind();
+    return there;
+  }
+
+  proto::Result<void> commit(const FinishedTask& task) override {
+    const std::lock_guard lock(mutex_);
+    if (published_) return write_problem(path_, "it is published");
+    try {
+      Transaction transaction(*database_);
+      for (const EncodedTile& tile : task.tiles) put(tile);
+      if (task.mesh) {
+        const TileAddress& at = task.mesh->first;
+        work_->put_mesh.bind(at.z, at.y, at.x, task.mesh->second).run();
+      }
+      for (const TileAddress& child : task.consumed) work_->drop_mesh.bind(child.z, child.y, child.x).run();
+      work_->put_task.bind(task.node.z, task.node.y, task.node.x).run();
+      transaction.commit();
+      return {};
+    } catch (const StoreError& e) {
+      return write_problem(path_, e.what());
+    }
+  }
+
+  std::optional<std::string> mesh(const TileAddress& node) const override {
+    const std::lock_guard lock(mutex_);
+    if (published_ || !work_->get_mesh.bind(node.z, node.y, node.x).step()) return std::nullopt;
+    std::string bytes(work_->get_mesh.blob(0));
+    work_->get_mesh.bind();
+    return bytes;
+  }
+
+  proto::Result<proto::Manifest> publish(proto::Manifest manifest) override {
+    const std::lock_guard lock(mutex_);
+    if (published_) return *published_;
+    try {
+      work_.reset();  // their tables are about to go
+      publish_in_one(manifest);
+      published_ = manifest;
+      return manifest;
+    } catch (const StoreError& e) {
+      work_ = std::make_unique<WorkStatements>(*database_);
+      return write_problem(path_, e.what());
+    }
+  }
+
+ private:
+  void create() {
+    database_->execute(kCreateTables);
+    database_->execute("PRAGMA application_id=" + std::to_string(kApplicationId));
+    database_->execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));
+    Statement(*database_, "INSERT INTO meta(key, value) VALUES('plan', ?)").bind(plan_.SerializeAsString()).run();
+  }
+
+  bool read_manifest() {
+    Statement row(*database_, "SELECT value FROM meta WHERE key = 'manifest'");
+    if (!row.step()) return false;
+    published_.emplace();
+    const std::string_view bytes = row.blob(0);
+    if (!published_->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("its manifest is damaged");
+    return true;
+  }
+
+  void put(const EncodedTile& tile) {
+    proto::TileRecord record = tile.record;
+    record.set_drc_bytes(static_cast<std::uint32_t>(tile.drc.size()));
+    record.set_glb_bytes(static_cast<std::uint32_t>(tile.glb.size()));
+    if (record.region_size() != 6) throw StoreError("a tile without a region of six numbers");
+    const std::string drc = content_hash(tile.drc), glb = content_hash(tile.glb), bytes = record.SerializeAsString();
+    work_->put_blob.bind(drc, tile.drc).run();
+    work_->put_blob.bind(glb, tile.glb).run();
+    const auto& r = record.region();
+    work_->put_tile.bind(record.level(), record.y(), record.x(), bytes, drc, glb, record.max_error(), r[0], r[1], r[2], r[3], r[4], r[5])
+        .run();
+  }
+
+  void publish_in_one(proto::Manifest& manifest) {
+    Transaction transaction(*database_);
+    database_->execute("DROP TABLE tasks; DROP TABLE meshes");
+    make_nodes(*database_, static_cast<int>(plan_.finest_level()));
+    summarise(*database_, plan_, manifest);
+    Statement(*database_, "INSERT INTO meta(key, value) VALUES('manifest', ?)").bind(manifest.SerializeAsString()).run();
+    database_->execute("PRAGMA incremental_vacuum");
+    transaction.commit();
+  }
+
+  std::string path_;
+  proto::Plan plan_;
+  mutable std::mutex mutex_;
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<WorkStatements> work_;
+  std::optional<proto::Manifest> published_;
+};
+
+}  // namespace
+
+proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& path, const proto::Plan& plan) {
+  try {
+    auto writer = std::make_unique<SqliteWriter>(path, plan);
+    if (!writer->start()) {
+      writer = std::make_unique<SqliteWriter>(path, plan);
+      std::error_code ignored;
+      for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);
+      if (!writer->start()) return write_problem(path, "the old file could not be removed");
+    }
+    return std::unique_ptr<StoreWriter>(std::move(writer));
+  } catch (const StoreError& e) {
+    return write_problem(path, e.what());
+  }
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,147 @@
+#include "tests/bench/pyramid/pyramid.h"
+
+#include <bit>
+#include <chrono>
+#include <map>
+#include <stdexcept>
+
+#include "pipeline/border.h"
+#include "pipeline/chain.h"
+#include "pipeline/weld.h"
+
+namespace cordillera::bench {
+namespace {
+
+using proto::TileAddress;
+using proto::TileMesh;
+using pipeline::Along;
+using pipeline::ChainRule;
+using pipeline::Edge;
+using pipeline::Side;
+
+constexpr int kFinest = 14;
+
+double seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+struct Pyramid {
+  Terrain kind;
+  int across;
+  float tolerance_m;
+  proto::Lattice lattice{proto::Scheme::geodetic, kFinest};
+  TileAddress corner{kFinest, 16384 + 640, 12288};  ///< divisible by every `across` in use
+
+  std::int32_t height(std::int64_t column, std::int64_t row) const {
+    const std::int64_t x = column - lattice.west(corner), y = row - lattice.south(corner);
+    const std::int64_t end = std::int64_t{across} * proto::kTileCells;
+    if (x < 0 || y < 0 || x > end || y > end) return proto::kNoHeight;
+    return terrain_height(kind, x, y);
+  }
+
+  ChainRule rule(int z) const {
+    const auto cell = static_cast<std::int32_t>(lattice.cell_units(z));
+    return {0.5 * tolerance_m * cell, cell, 0};
+  }
+
+  void chains(TileMesh& mesh, const TileAddress& tile) const {
+    for (const Side side : {Side::west, Side::east, Side::south, Side::north}) {
+      const Edge edge = pipeline::edge_of(lattice, tile, side);
+      std::vector<std::int32_t> heights;
+      for (std::int64_t k = 0; k <= edge.units; ++k) {
+        heights.push_back(height(edge.column + (edge.along == Along::east ? k : 0), edge.row + (edge.along == Along::north ? k : 0)));
+      }
+      const auto chain = tile.z == kFinest ? pipeline::chain_finest(edge, heights, rule(tile.z))
+                                           : pipeline::simplify_chain(edge, pipeline::border_chain(mesh, side), heights, rule(tile.z));
+      const auto applied = pipeline::apply_chain(mesh, side, chain);
+      if (!applied.ok()) throw std::logic_error(applied.problem().detail);
+    }
+  }
+
+  TileMesh grid(const TileAddress& tile) const {
+    std::vector<std::int32_t> heights;
+    for (std::int64_t r = 0; r <= proto::kTileCells; ++r) {
+      for (std::int64_t c = 0; c <= proto::kTileCells; ++c) heights.push_back(height(lattice.west(tile) + c, lattice.south(tile) + r));
+    }
+    return gpu::grid_mesh(proto::kTileCells, 1, heights);
+  }
+
+  TileMesh welded(const TileAddress& tile, const std::map<TileAddress, TileMesh>& below) const {
+    pipeline::WeldInput input;
+    input.child_side = static_cast<std::int32_t>(lattice.tile_units(tile.z + 1));
+    for (int c = 0; c < 4; ++c) {
+      const auto found = below.find(tile.child(c));
+      if (found != below.end()) input.children[static_cast<std::size_t>(c)] = &found->second;
+    }
+    auto mesh = pipeline::weld(input);
+    if (!mesh.ok()) throw std::logic_error(mesh.problem().detail);
+    return std::move(*mesh);
+  }
+};
+
+void add(std::uint64_t& hash, std::uint64_t value) {
+  for (int k = 0; k < 8; ++k) hash = (hash ^ ((value >> (8 * k)) & 255)) * 1099511628211ull;
+}
+
+void add_mesh(std::uint64_t& hash, const TileMesh& mesh) {
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    add(hash, static_cast<std::uint32_t>(mesh.x[v]) | static_cast<std::uint64_t>(static_cast<std::uint32_t>(mesh.y[v])) << 32);
+    add(hash, static_cast<std::uint32_t>(mesh.height[v]) | static_cast<std::uint64_t>(mesh.mark[v]) << 32);
+  }
+  for (const auto& t : mesh.triangles) {
+    add(hash, t[0] | static_cast<std::uint64_t>(t[1]) << 32);
+    add(hash, t[2]);
+  }
+}
+
+}  // namespace
+
+std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier) {
+  const Pyramid pyramid{kind, across, tolerance_m};
+  const int top = kFinest - std::countr_zero(static_cast<unsigned>(across));
+  std::map<TileAddress, TileMesh> below;
+  std::vector<LevelFigures> figures;
+  for (int z = kFinest; z >= top; --z) {
+    LevelFigures level;
+    level.level = z;
+    const double start = seconds();
+    std::map<TileAddress, TileMesh> input;
+    const int down = kFinest - z;
+    for (int y = 0; y < across >> down; ++y) {
+      for (int x = 0; x < across >> down; ++x) {
+        const TileAddress tile{z, (pyramid.corner.x >> down) + x, (pyramid.corner.y >> down) + y};
+        TileMesh mesh = z == kFinest ? pyramid.grid(tile) : pyramid.welded(tile, below);
+        pyramid.chains(mesh, tile);
+        level.vertices_in += mesh.vertices();
+        input.emplace(tile, std::move(mesh));
+      }
+    }
+    level.tiles = input.size();
+    std::vector<std::vector<float>> elevations;
+    std::vector<gpu::SimplifyJob> jobs;
+    const auto cell = static_cast<float>(pyramid.lattice.cell_units(z));
+    for (const auto& [tile, mesh] : input) {
+      elevations.emplace_back(mesh.vertices());
+      for (std::size_t v = 0; v < mesh.vertices(); ++v) elevations.back()[v] = static_cast<float>(mesh.height[v]) / 1024.0f;
+    }
+    for (const auto& [tile, mesh] : input) {
+      jobs.push_back({&mesh, elevations[jobs.size()], cell, tolerance_m * cell, tolerance_m * cell * (z == kFinest ? 1.0f : 0.5f), cell});
+    }
+    const double ready = seconds();
+    std::vector<TileMesh> meshes = simplifier.simplify(jobs);
+    level.prepare_s = ready - start;
+    level.simplify_s = seconds() - ready;
+    level.hash = 14695981039346656037ull;
+    below.clear();
+    std::size_t k = 0;
+    for (const auto& [tile, mesh] : input) {
+      add(level.hash, static_cast<std::uint64_t>(tile.x) << 32 | static_cast<std::uint32_t>(tile.y));
+      add_mesh(level.hash, meshes[k]);
+      level.vertices += meshes[k].vertices();
+      level.triangles += meshes[k].triangles.size();
+      below.emplace(tile, std::move(meshes[k++]));
+    }
+    figures.push_back(level);
+  }
+  return figures;
+}
+
+}  // namespace cordillera::bench

@@ -1,0 +1,174 @@
+// From raw values to metres: types, scale, offset, units, and everything that is no height.
+#include <cmath>
+#include <limits>
+
+#include "fixture.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+using Value = RasterTest;
+
+constexpr int kLevel = 8;
+
+Spec aligned(const std::string& type) {
+  Spec spec;
+  spec.type = type;
+  spec.geotransform = cells_of(kLevel, 70000, 50000);
+  return spec;
+}
+
+/// Height inside the area of pixel (c, r): at its centre, two levels finer would do; one finer is its centre exactly.
+double pixel_m(raster::Source& source, int c, int r) { return height_m(source, lattice(kLevel + 1), 2 * (70000 + c) + 1, 2 * (50000 - r) - 1); }
+
+TEST_F(Value, EveryTypeIsRead) {
+  for (const char* type : {"Byte", "UInt16", "Int16", "UInt32", "Int32", "Int64", "UInt64", "Float32", "Float64"}) {
+    Spec spec = aligned(type);
+    spec.value = [](int c, int r) { return 10 * r + c; };
+    const auto source = must_open(write(spec));
+    ASSERT_TRUE(source) << type;
+    EXPECT_EQ(source->description().data_type(), type);
+    EXPECT_EQ(pixel_m(*source, 3, 5), 53) << type;
+  }
+  Spec bytes = aligned("Byte");
+  bytes.create = {"PIXELTYPE=SIGNEDBYTE"};
+  bytes.value = [](int, int) { return 251; };
+  EXPECT_EQ(pixel_m(*must_open(write(bytes)), 2, 2), -5);
+  EXPECT_EQ(problem_type(write(aligned("CFloat32"))), "raster-type");
+}
+
+TEST_F(Value, ScaleOffsetAndUnit) {
+  const struct { const char* unit; double metres; } units[] = {
+      {"", 1}, {"m", 1}, {"Metre", 1}, {"meters", 1}, {"ft", 0.3048}, {"Foot", 0.3048}, {"feet", 0.3048}, {"US survey foot", 1200.0 / 3937},
+      {"US_survey_foot", 1200.0 / 3937}, {"ftUS", 1200.0 / 3937}, {"Foot_US", 1200.0 / 3937}, {"km", 1000}, {"kilometre", 1000}, {"cm", 0.01}};
+  for (const auto& unit : units) {
+    Spec spec = aligned("Int16");
+    spec.unit = unit.unit, spec.scale = 0.5, spec.offset = -3;
+    spec.value = [](int, int) { return 20; };
+    const auto source = must_open(write(spec));
+    ASSERT_TRUE(source) << unit.unit;
+    EXPECT_NEAR(pixel_m(*source, 1, 1), 7 * unit.metres, 0.0005) << unit.unit;
+    EXPECT_DOUBLE_EQ(source->description().scale(), 0.5 * unit.metres);
+    EXPECT_DOUBLE_EQ(source->description().offset(), -3 * unit.metres);
+  }
+  Spec odd = aligned("Int16");
+  odd.unit = "furlong";
+  const std::string file = write(odd);
+  EXPECT_EQ(problem_type(file), "unit-unknown");
+  proto::BuildOptions options = plain_options();
+  options.set_z_scale(2);
+  options.set_z_offset(5);
+  EXPECT_EQ(pixel_m(*must_open(file, options), 1, 1), 205);
+}
+
+TEST_F(Value, UnitOfTheVerticalAxis) {
+  Spec spec = aligned("Float32");
+  spec.crs = "EPSG:4269+6360";  // NAVD88 height in US survey feet
+  const auto source = must_open(write(spec));
+  ASSERT_TRUE(source);
+  EXPECT_NEAR(pixel_m(*source, 1, 1), 100 * 1200.0 / 3937, 0.0005);
+}
+
+TEST_F(Value, NodataInAllItsForms) {
+  const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
+  const struct { const char* type; std::optional<double> nodata; double raw; } cases[] = {
+      {"Int16", -32768, -32768}, {"UInt16", 0, 0}, {"Float32", -9999, -9999}, {"Float32", -3.4e38, -3.4e38}, {"Float32", -3.40282e38, -3.4028234663852886e38},
+      {"Float32", -9999.9, -9999.9}, {"Float32", nan, nan}, {"Float32", std::nullopt, nan}, {"Float32", std::nullopt, inf}, {"Float32", std::nullopt, -inf},
+      {"Float32", std::nullopt, 3.4e38}, {"Float64", std::nullopt, -1.7e308}, {"Float32", -inf, -inf}, {"Int32", std::nullopt, -2147483648.0},
+      {"Int64", -99, -99}, {"Float32", std::nullopt, 20000}};
+  for (const auto& k : cases) {
+    Spec spec = aligned(k.type);
+    spec.nodata = k.nodata;
+    spec.value = [&](int c, int r) { return c == 3 && r == 4 ? k.raw : 100.0; };
+    const auto source = must_open(write(spec));
+    ASSERT_TRUE(source) << k.type << k.raw;
+    EXPECT_TRUE(std::isnan(pixel_m(*source, 3, 4))) << k.type << " " << k.raw;
+    EXPECT_EQ(pixel_m(*source, 4, 4), 100) << k.type << " " << k.raw;  // a neighbour's void does not leak into the mean
+  }
+}
+
+TEST_F(Value, MaskAndAlphaBands) {
+  Spec masked = aligned("Float32");
+  masked.mask = [](int c, int r) { return !(c == 3 && r == 4); };
+  const auto source = must_open(write(masked));
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().nodata(), "mask band");
+  EXPECT_TRUE(std::isnan(pixel_m(*source, 3, 4)));
+  EXPECT_EQ(pixel_m(*source, 2, 4), 100);
+  Spec alpha = aligned("Byte");
+  alpha.bands = 2, alpha.create = {"ALPHA=YES"};
+  alpha.value = [](int c, int r) { return c == 3 && r == 4 ? 0.0 : 9.0; };
+  const auto second = must_open(write(alpha));
+  ASSERT_TRUE(second);
+  EXPECT_TRUE(std::isnan(pixel_m(*second, 3, 4)));
+}
+
+TEST_F(Value, NodataOption) {
+  Spec spec = aligned("Float32");
+  spec.columns = spec.rows = 20, spec.nodata = -1;
+  spec.value = [](int c, int r) { return c >= 5 && c <= 9 && r >= 5 && r <= 9 ? -1.0 : 2.0 * c + r; };
+  const std::string file = write(spec);
+  proto::BuildOptions options = plain_options();
+  options.set_nodata("fill");
+  EXPECT_NEAR(pixel_m(*must_open(file, options), 7, 7), 21, 0.01);  // the middle of a plane, by symmetry
+  options.set_nodata("33.5");
+  options.set_z_scale(2);  // bears on the source's values, not on the height put into voids
+  EXPECT_EQ(pixel_m(*must_open(file, options), 7, 7), 33.5);
+  EXPECT_EQ(pixel_m(*must_open(file, options), 1, 1), 6);
+  options.set_nodata("hole");
+  EXPECT_TRUE(std::isnan(pixel_m(*must_open(file, options), 7, 7)));
+  for (const char* wrong : {"holes", "1e9", "nan", "7m"}) {
+    options.set_nodata(wrong);
+    EXPECT_EQ(problem_type(file, options), "option-invalid") << wrong;
+  }
+}
+
+TEST_F(Value, FillReachesOnlySoFar) {
+  Spec spec = aligned("Float32");
+  spec.columns = 400, spec.rows = 8, spec.nodata = -1;
+  spec.value = [](int c, int) { return c == 0 ? 50.0 : -1.0; };
+  proto::BuildOptions options = plain_options();
+  options.set_nodata("fill");
+  const auto source = must_open(write(spec), options);
+  EXPECT_EQ(pixel_m(*source, 100, 4), 50);
+  EXPECT_TRUE(std::isnan(pixel_m(*source, 101, 4)));
+}
+
+TEST_F(Value, UnstoredBlocksOfASparseFileAreVoid) {
+  Spec spec = aligned("Float32");
+  spec.columns = spec.rows = 512;
+  spec.create = {"SPARSE_OK=TRUE", "TILED=YES", "BLOCKXSIZE=128", "BLOCKYSIZE=128", "COMPRESS=DEFLATE"};
+  spec.value = [](int c, int r) { return c >= 128 && c < 256 && r >= 128 && r < 256 ? 5.0 : 0.0; };
+  const auto source = must_open(write(spec));
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().nodata(), "unstored blocks");
+  EXPECT_EQ(pixel_m(*source, 200, 200), 5);
+  EXPECT_TRUE(std::isnan(pixel_m(*source, 300, 200)));
+  EXPECT_TRUE(source->empty(lattice(kLevel), 70300, 50000 - 400, 60, 60));
+  EXPECT_FALSE(source->empty(lattice(kLevel), 70100, 50000 - 200, 60, 60));
+  EXPECT_TRUE(source->empty(lattice(kLevel), 10, 10, 60, 60));
+}
+
+TEST_F(Value, Bbox) {
+  Spec spec = aligned("Float32");
+  const std::string file = write(spec);
+  const proto::Lattice l = lattice(kLevel);
+  proto::BuildOptions options = plain_options();
+  for (const double v : {l.longitude_deg(70002), l.latitude_deg(50000 - 6), l.longitude_deg(70005), l.latitude_deg(50000 - 3)}) options.add_bbox(v);
+  const auto source = must_open(file, options);
+  ASSERT_TRUE(source);
+  const auto w = source->window(l);
+  EXPECT_EQ(w.west, 70002);
+  EXPECT_EQ(w.east, 70005);
+  EXPECT_EQ(w.south, 49994);
+  EXPECT_EQ(w.north, 49997);
+  EXPECT_TRUE(std::isnan(height_m(*source, l, 70001, 49995)));
+  EXPECT_EQ(height_m(*source, l, 70002, 49995), 100);
+  options.set_bbox(0, 100), options.set_bbox(2, 110);
+  EXPECT_EQ(problem_type(file, options), "bbox-outside-raster");
+  options.set_bbox(1, 60);
+  EXPECT_EQ(problem_type(file, options), "option-invalid");
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test

@@ -1,0 +1,283 @@
+// The API as a function, with played jobs.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fixture.h"
+
+namespace cordillera::server {
+namespace {
+
+using testing::HasSubstr;
+
+const std::map<std::string, std::string> kWait = {{"prefer", "wait=20"}};
+
+std::string posted_id(const Response& response) { return body_of(response)["id"]; }
+
+TEST(Api, APostBecomesTiles) {
+  TestService test;
+  const Response posted = test.post("GOOD", {{"name", "Alps.tif"}}, kWait);
+  ASSERT_EQ(posted.status, 201) << posted.body;
+  const std::string id = posted_id(posted);
+  EXPECT_EQ(id.rfind("alps-", 0), 0u);
+  EXPECT_EQ(posted.header("Location"), "datasets/" + id);
+  EXPECT_EQ(body_of(posted)["links"]["tileset"], "datasets/" + id + "/tileset.json");
+
+  const std::string base = "/v1/datasets/" + id;
+  EXPECT_EQ(body_of(test.get(base))["state"], "ready");
+  EXPECT_EQ(body_of(test.get(base))["links"]["manifest"], id + "/manifest.json");
+  EXPECT_EQ(body_of(test.get(base))["manifest"]["tiles"], 2);
+  EXPECT_EQ(test.get(base + "/tiles/1/1/1.drc").body, "drc of 1");
+  EXPECT_EQ(test.get(base + "/tiles/0/0/0.glb").header("Content-Type"), "model/gltf-binary");
+  EXPECT_EQ(test.get(base + "/tiles/W/1/1/1.glb").body, "glb of 1");
+  EXPECT_EQ(test.get(base + "/manifest.json").status, 200);
+  EXPECT_EQ(test.get(base + "/tileset.json").status, 200);
+  EXPECT_EQ(test.get(base + "/subtrees/W/0/0/0.subtree").status, 200);
+  EXPECT_EQ(test.get(base + "/subtrees/E/1/0/0.subtree").status, 404);
+  EXPECT_FALSE(std::filesystem::exists(test.data() / "datasets" / id / "source.tif")) << "a built raster is not kept";
+}
+
+TEST(Api, DocumentsHoldOnlyRelativeAddresses) {
+  TestService test;
+  const std::string id = posted_id(test.post("GOOD", {}, kWait));
+  for (const std::string path : {"/v1", "/v1/datasets", "/v1/datasets/" + id, "/v1/datasets/" + id + "/tileset.json"}) {
+    EXPECT_THAT(test.get(path).body, Not(HasSubstr("\"/"))) << path;
+    EXPECT_THAT(test.get(path).body, Not(HasSubstr("http://"))) << path;
+  }
+}
+
+TEST(Api, UnchangedTilesCostA304) {
+  TestService test;
+  const std::string tile = "/v1/datasets/" + posted_id(test.post("GOOD", {}, kWait)) + "/tiles/1/1/1.drc";
+  const Response first = test.get(tile);
+  const std::string etag = first.header("ETag");
+  ASSERT_GT(etag.size(), 10u);
+  EXPECT_THAT(first.header("Cache-Control"), HasSubstr("no-cache"));
+  for (const std::string& tag : {etag, "W/" + etag, "\"other\", " + etag, std::string("*")}) {
+    const Response again = test.get(tile, {{"if-none-match", tag}});
+    EXPECT_EQ(again.status, 304) << tag;
+    EXPECT_EQ(again.header("ETag"), etag);
+    EXPECT_TRUE(again.body.empty());
+  }
+  EXPECT_EQ(test.get(tile, {{"if-none-match", "\"other\""}}).status, 200);
+}
+
+TEST(Api, AMissingTileSaysWhichThereAre) {
+  TestService test;
+  const std::string base = "/v1/datasets/" + posted_id(test.post("GOOD", {}, kWait));
+  const Response missing = test.get(base + "/tiles/1/3/0.drc");
+  EXPECT_EQ(missing.status, 404);
+  EXPECT_EQ(slug_of(missing), "tile-unknown");
+  EXPECT_THAT(std::string(body_of(missing)["accepted"]), HasSubstr("levels 0 to 1"));
+  EXPECT_THAT(std::string(body_of(missing)["accepted"]), HasSubstr("x 1..1, y 1..1"));
+  EXPECT_EQ(test.get(base + "/tiles/25/0/0.drc").status, 404);
+  EXPECT_EQ(slug_of(test.get("/v1/datasets/nobody/tiles/0/0/0.drc")), "dataset-unknown");
+  EXPECT_EQ(slug_of(test.get(base + "/tiles/0/0/0.png")), "not-found");
+}
+
+TEST(Api, AFailedBuildIsAProblem) {
+  TestService test;
+  const Response posted = test.post("BAD", {{"name", "photo.png"}}, kWait);
+  EXPECT_EQ(posted.status, 422);
+  EXPECT_EQ(slug_of(posted), "raster-unreadable");
+  const Json list = body_of(test.get("/v1/datasets"))["datasets"];
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0]["state"], "failed");
+  EXPECT_THAT(std::string(list[0]["error"]["detail"]), HasSubstr("photo.png"));
+  const std::string base = "/v1/datasets/" + std::string(list[0]["id"]);
+  EXPECT_EQ(test.get(base + "/tiles/0/0/0.drc").status, 409);
+  EXPECT_EQ(test.send("DELETE", base).status, 204);
+  EXPECT_EQ(test.leftovers(), 0u);
+}
+
+TEST(Api, ACrashedChildHarmsNobodyElse) {
+  TestService test;
+  const Response posted = test.post("CRASH", {}, kWait);
+  EXPECT_EQ(posted.status, 500);
+  EXPECT_EQ(slug_of(posted), "job-crashed");
+  EXPECT_EQ(test.post("GOOD", {}, kWait).status, 201);
+}
+
+TEST(Api, ALostGpuMeansTheCpu) {
+  TestService test;
+  EXPECT_EQ(test.post("LOST", {}, kWait).status, 201);
+}
+
+TEST(Api, BadRequestsLeaveNothing) {
+  TestService test;
+  EXPECT_EQ(slug_of(test.post("")), "body-empty");
+  EXPECT_EQ(slug_of(test.post("GOOD", {{"eror", "1"}})), "option-unknown");
+  EXPECT_EQ(body_of(test.post("GOOD", {{"error", "x"}}))["parameter"], "error");
+  EXPECT_EQ(test.post("GOOD", {}, {{"content-type", "multipart/form-data; boundary=x"}}).status, 415);
+  EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-length", "9"}})), "body-incomplete");
+  EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-length", "-9"}})), "request-invalid");
+  EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"prefer", "wait=soon"}})), "option-invalid");
+  EXPECT_EQ(slug_of(test.post("GOOD", {{"vertical_datum", "/etc/passwd"}})), "option-forbidden");
+  EXPECT_EQ(slug_of(test.post("GOOD", {{"crs", "/etc/passwd"}})), "option-forbidden");
+  EXPECT_EQ(slug_of(test.post("GOOD", {{"crs", "+proj=longlat +nadgrids=/etc/passwd"}})), "option-forbidden");
+  EXPECT_EQ(test.leftovers(), 0u);
+  EXPECT_TRUE(body_of(test.get("/v1/datasets"))["datasets"].empty());
+}
+
+TEST(Api, ABodyBeyondTheLimitIsRefused) {
+  Settings settings;
+  settings.serve.body_limit_mib = 1;
+  TestService test(settings);
+  const std::string large(std::size_t{1} << 20 | 1, 'x');
+  EXPECT_EQ(test.post(large).status, 413);
+  Request chunked;
+  chunked.method = "POST";
+  chunked.path = "/v1/datasets";
+  chunked.headers = {{"transfer-encoding", "chunked"}};
+  chunked.read_body = [&](const Request::Sink& sink) { return sink(large); };
+  EXPECT_EQ(test.api().handle(chunked).status, 413);
+  EXPECT_EQ(test.leftovers(), 0u);
+}
+
+TEST(Api, ADryRunBuildsNothing) {
+  TestService test;
+  const Response answer = test.post("GOOD", {{"dry_run", "1"}});
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(body_of(answer)["manifest"]["tiles"], 99);
+  EXPECT_EQ(body_of(answer)["seconds"], 12.0);
+  EXPECT_EQ(test.post("BAD", {{"dry_run", "1"}}).status, 422);
+  EXPECT_EQ(test.leftovers(), 0u);
+}
+
+TEST(Api, TheSameKeyGivesTheSameDataset) {
+  TestService test;
+  const std::map<std::string, std::string> key = {{"idempotency-key", "k1"}, {"prefer", "wait=20"}};
+  const Response first = test.post("GOOD", {{"error", "1"}}, key);
+  const Response again = test.post("GOOD", {{"error", "1"}}, key);
+  EXPECT_EQ(again.status, 201);
+  EXPECT_EQ(posted_id(again), posted_id(first));
+  EXPECT_EQ(slug_of(test.post("GOOD", {{"error", "2"}}, key)), "idempotency-key-reused");
+  EXPECT_EQ(slug_of(test.post("GOOD2", {{"error", "1"}}, key)), "idempotency-key-reused");
+  EXPECT_EQ(body_of(test.get("/v1/datasets"))["datasets"].size(), 1u);
+  const auto held = test.service().key_token("k2");
+  EXPECT_EQ(test.post("GOOD", {}, {{"idempotency-key", "k2"}}).status, 409);
+}
+
+TEST(Api, DeletingEndsARunningBuild) {
+  TestService test;
+  const Response posted = test.post("SLOW");
+  ASSERT_EQ(posted.status, 202);
+  const std::string path = "/v1/datasets/" + posted_id(posted);
+  for (int i = 0; i < 1000 && body_of(test.get(path))["progress"].is_null(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_EQ(body_of(test.get(path))["state"], "running");
+  EXPECT_EQ(body_of(test.get(path))["progress"]["share"], 0.3);
+  const Response tile = test.get(path + "/tiles/0/0/0.drc");
+  EXPECT_EQ(tile.status, 409);
+  const std::string queued = posted_id(test.post("GOOD"));
+  EXPECT_EQ(body_of(test.get("/v1/datasets/" + queued))["state"], "queued");
+  EXPECT_EQ(test.send("DELETE", path).status, 204);
+  EXPECT_EQ(test.get(path).status, 404);
+  EXPECT_EQ(test.send("DELETE", path).status, 404);
+  EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + queued).status, 204);
+  EXPECT_EQ(test.leftovers(), 0u);
+}
+
+TEST(Api, ARestartTakesUpWhatWasUnfinished) {
+  TestService test;
+  const std::string slow = posted_id(test.post("SLOW"));
+  const std::string good = posted_id(test.post("GOOD"));
+  test.stop();
+  std::filesystem::create_directories(test.data() / "incoming" / "half");
+  std::filesystem::create_directories(test.data() / "datasets" / "orphan");
+  std::ofstream(test.data() / "datasets" / slow / "source") << "GOOD";
+  test.start();
+  for (int i = 0; i < 1000 && body_of(test.get("/v1/datasets/" + good))["state"] != "ready"; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_EQ(body_of(test.get("/v1/datasets/" + slow))["state"], "ready");
+  EXPECT_EQ(body_of(test.get("/v1/datasets/" + good))["state"], "ready");
+  EXPECT_FALSE(std::filesystem::exists(test.data() / "incoming" / "half"));
+  EXPECT_FALSE(std::filesystem::exists(test.data() / "datasets" / "orphan"));
+}
+
+TEST(Api, TwoServersDoNotShareAFolder) {
+  TestService test;
+  const auto second = Service::open(test.settings(), play_job);
+  ASSERT_FALSE(second);
+  EXPECT_EQ(second.problem().type, "data-unusable");
+}
+
+TEST(Api, EventsTellProgressAndTheEnd) {
+  TestService test;
+  const std::string id = posted_id(test.post("SLOW"));
+  for (int i = 0; i < 1000 && !test.service().hub().now(id).progress; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  Response stream = test.get("/v1/datasets/" + id + "/events");
+  ASSERT_EQ(stream.header("Content-Type"), "text/event-stream");
+  const std::string first = stream.next_piece().value_or("");
+  EXPECT_THAT(first, HasSubstr("event: progress\ndata: {\"stage\":\"build\",\"done\":3.0,\"total\":10.0"));
+  EXPECT_THAT(first, HasSubstr("\"seconds_left\":7.0"));
+  test.send("DELETE", "/v1/datasets/" + id);
+  std::string last;
+  while (auto piece = stream.next_piece()) last = *piece;
+  EXPECT_THAT(last, HasSubstr("event: failed"));
+
+  const std::string good = posted_id(test.post("GOOD", {}, kWait));
+  Response done = test.get("/v1/datasets/" + good + "/events");
+  EXPECT_THAT(done.next_piece().value_or(""), HasSubstr("event: ready"));
+  EXPECT_FALSE(done.next_piece());
+}
+
+TEST(Api, WaitingClientsAreCounted) {
+  TestService test;
+  const std::string id = posted_id(test.post("SLOW"));
+  std::vector<Response> streams;
+  for (int i = 0; i < kMostWaiting; ++i) streams.push_back(test.get("/v1/datasets/" + id + "/events"));
+  EXPECT_EQ(test.get("/v1/datasets/" + id + "/events").status, 503);
+  streams.clear();
+  EXPECT_EQ(test.get("/v1/datasets/" + id + "/events").status, 200);
+}
+
+TEST(Api, EveryAnswerMayBeReadFromElsewhere) {
+  TestService test;
+  for (const char* path : {"/", "/v1", "/nothing", "/v1/nothing", "/healthz", "/readyz"}) {
+    EXPECT_EQ(test.get(path).header("Access-Control-Allow-Origin"), "*") << path;
+  }
+  const Response preflight = test.send("OPTIONS", "/v1/datasets/a/tiles/0/0/0.drc");
+  EXPECT_EQ(preflight.status, 204);
+  EXPECT_THAT(preflight.header("Access-Control-Allow-Methods"), HasSubstr("GET"));
+  EXPECT_EQ(test.send("PUT", "/v1/datasets").status, 405);
+  EXPECT_EQ(test.send("DELETE", "/v1").header("Allow"), "GET, HEAD, OPTIONS");
+}
+
+TEST(Api, ThePageNeverLeavesItsFolder) {
+  TestService test;
+  EXPECT_THAT(test.get("/").body, HasSubstr("viewer is not installed"));
+  test.post("GOOD", {{"name", "<script>"}}, kWait);
+  EXPECT_THAT(test.get("/").body, HasSubstr("&lt;script&gt;"));
+  std::filesystem::create_directories(test.folder() / "web" / "assets");
+  std::ofstream(test.folder() / "web" / "index.html") << "viewer";
+  std::ofstream(test.folder() / "web" / "assets" / "a.js") << "code";
+  std::ofstream(test.folder() / "secret") << "secret";
+  std::filesystem::create_symlink(test.folder() / "secret", test.folder() / "web" / "link");
+  EXPECT_EQ(test.get("/").body, "viewer");
+  EXPECT_EQ(test.get("/assets/a.js").header("Content-Type"), "text/javascript; charset=utf-8");
+  for (const char* path : {"/../secret", "/assets/../../secret", "//secret", "/link", "/assets"}) {
+    EXPECT_EQ(test.get(path).status, 404) << path;
+  }
+}
+
+TEST(Api, TheOperatorsGridsAndLimitsHold) {
+  TempFolder grids;
+  std::ofstream(grids.path() / "local.tif") << "grid";
+  Settings settings;
+  settings.serve.datum_grids = grids.path().string();
+  settings.build.set_threads(2);
+  TestService test(settings);
+  const Response posted = test.post("GOOD", {{"vertical_datum", "local.tif"}, {"threads", "50"}});
+  ASSERT_EQ(posted.status, 202);
+  const auto dataset = test.service().registry().find(posted_id(posted));
+  EXPECT_EQ(dataset->options.vertical_datum(), (grids.path() / "local.tif").string());
+  EXPECT_EQ(dataset->options.threads(), 2u);
+  const Response other = test.post("GOOD", {{"vertical_datum", "remote.tif"}});
+  EXPECT_EQ(other.status, 403);
+  EXPECT_THAT(std::string(body_of(other)["accepted"]), HasSubstr("local.tif"));
+}
+
+}  // namespace
+}  // namespace cordillera::server

@@ -1,0 +1,177 @@
+#pragma once
+// A service on a folder of its own. Its jobs are played: what the posted "raster" says decides how the build goes.
+//   GOOD…  a store with two tiles        BAD…   a problem            SLOW…  runs until it is stopped
+//   LOST…  the GPU is lost, the CPU works  CRASH… the child's end by a signal, as the real runner tells it
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "pipeline/store.h"
+#include "server/api.h"
+#include "server/json.h"
+
+namespace cordillera::server {
+
+class TempFolder {
+ public:
+  TempFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "cordillera-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~TempFolder() { std::filesystem::remove_all(path_); }
+  TempFolder(const TempFolder&) = delete;
+  TempFolder& operator=(const TempFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string file_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+inline pipeline::EncodedTile test_tile(std::uint32_t level, std::uint32_t x, std::uint32_t y) {
+  pipeline::EncodedTile tile;
+  tile.record.set_level(level);
+  tile.record.set_x(x);
+  tile.record.set_y(y);
+  tile.record.set_triangles(2);
+  for (const double value : {-3.1, -1.5, 0.0, 1.5, 0.0, 100.0}) tile.record.add_region(value);
+  tile.drc = "drc of " + std::to_string(level);
+  tile.glb = "glb of " + std::to_string(level);
+  tile.record.set_drc_bytes(static_cast<std::uint32_t>(tile.drc.size()));
+  tile.record.set_glb_bytes(static_cast<std::uint32_t>(tile.glb.size()));
+  return tile;
+}
+
+/// Levels 0 and 1, a tile each, in the western hemisphere.
+inline void make_store(const std::string& path, const std::string& id) {
+  proto::Plan plan;
+  plan.set_scheme("geodetic");
+  plan.set_finest_level(1);
+  for (const std::uint32_t level : {1u, 0u}) plan.add_levels()->set_level(level);
+  auto writer = pipeline::StoreWriter::open(path, plan);
+  if (!writer) throw std::runtime_error(writer.problem().line());
+  pipeline::FinishedTask task;
+  task.tiles = {test_tile(1, 1, 1), test_tile(0, 0, 0)};
+  if (auto done = (*writer)->commit(task); !done) throw std::runtime_error(done.problem().line());
+  proto::Manifest manifest;
+  manifest.set_id(id);
+  manifest.set_name("test");
+  manifest.set_scheme("geodetic");
+  manifest.set_max_level(1);
+  for (const double value : {-90.0, 0.0, -10.0, 45.0, 0.0, 100.0}) manifest.add_bounds(value);
+  if (auto done = (*writer)->publish(manifest); !done) throw std::runtime_error(done.problem().line());
+}
+
+inline proto::Result<std::optional<proto::Estimate>> play_job(const std::filesystem::path& folder, const ProgressSink& progress,
+                                                              const std::atomic<bool>& stop) {
+  proto::Job job;
+  if (!from_json(file_text(folder / kJobFile), &job)) return proto::Problem{"internal", "no job", "", ""};
+  const std::string raster = file_text(folder / job.raster());
+  proto::Progress step;
+  step.set_stage("build");
+  step.set_total(10);
+  step.set_done(3);
+  step.set_seconds_left(7);
+  if (progress) progress(step);
+  if (raster.rfind("BAD", 0) == 0) return proto::Problem{"raster-unreadable", job.name() + " is no raster", "GeoTIFF", ""};
+  if (raster.rfind("CRASH", 0) == 0) return proto::Problem{"job-crashed", "ended by signal SIGSEGV", "", ""};
+  if (raster.rfind("LOST", 0) == 0 && job.options().device() != "cpu") return proto::Problem{"device-lost", "the GPU is gone", "", ""};
+  while (raster.rfind("SLOW", 0) == 0) {
+    if (stop) return proto::Problem{"cancelled", "cancelled", "", ""};
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  if (job.dry_run()) {
+    proto::Estimate estimate;
+    estimate.set_seconds(12);
+    estimate.mutable_manifest()->set_tiles(99);
+    return std::optional(estimate);
+  }
+  make_store((folder / kStoreFile).string(), job.id());
+  return std::optional<proto::Estimate>();
+}
+
+/// A service with played jobs.
+class TestService {
+ public:
+  explicit TestService(Settings settings = {}) {
+    settings.serve.data = (folder_.path() / "data").string();
+    settings.serve.web = (folder_.path() / "web").string();
+    settings_ = settings;
+    start();
+  }
+  void start() {
+    auto opened = Service::open(settings_, play_job);
+    if (!opened) throw std::runtime_error(opened.problem().line());
+    service_ = std::move(opened.value());
+    api_ = std::make_unique<Api>(*service_);
+  }
+  void stop() {
+    api_.reset();
+    service_.reset();
+  }
+  Api& api() { return *api_; }
+  Service& service() { return *service_; }
+  const Settings& settings() const { return settings_; }
+  std::filesystem::path data() const { return settings_.serve.data; }
+  std::filesystem::path folder() const { return folder_.path(); }
+
+  Response get(const std::string& path, const std::map<std::string, std::string>& headers = {}) {
+    Request request;
+    request.path = path;
+    request.headers = headers;
+    return api_->handle(request);
+  }
+  Response send(const std::string& method, const std::string& path) {
+    Request request;
+    request.method = method;
+    request.path = path;
+    return api_->handle(request);
+  }
+  Response post(const std::string& body, const Given& query = {}, std::map<std::string, std::string> headers = {}) {
+    Request request;
+    request.method = "POST";
+    request.path = "/v1/datasets";
+    request.query = query;
+    headers.emplace("content-length", std::to_string(body.size()));
+    request.headers = headers;
+    request.read_body = [body](const Request::Sink& sink) {
+      for (std::size_t i = 0; i < body.size(); i += 3) {
+        if (!sink(std::string_view(body).substr(i, 3))) return false;
+      }
+      return true;
+    };
+    return api_->handle(request);
+  }
+  /// Files and folders below data/incoming and data/datasets.
+  std::size_t leftovers() const {
+    std::size_t count = 0;
+    for (const char* name : {"incoming", "datasets"}) {
+      for ([[maybe_unused]] const auto& entry : std::filesystem::recursive_directory_iterator(data() / name)) ++count;
+    }
+    return count;
+  }
+
+ private:
+  TempFolder folder_;
+  Settings settings_;
+  std::unique_ptr<Service> service_;
+  std::unique_ptr<Api> api_;
+};
+
+inline Json body_of(const Response& response) { return Json::parse(response.body); }
+inline std::string slug_of(const Response& response) {
+  const std::string type = body_of(response).value("type", "");
+  return type.substr(type.rfind(':') + 1);
+}
+
+}  // namespace cordillera::server

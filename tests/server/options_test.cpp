@@ -1,0 +1,146 @@
+// The one table of options, through every door that leads to it.
+#include "server/options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+namespace cordillera::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+proto::Result<Settings> query(const Given& given) { return with_layer({}, build_options(), given, Spelling::query); }
+
+TEST(Options, EveryNameOfTheIssueIsThereOnce) {
+  std::set<std::string> names;
+  for (const OptionSpec& option : build_options()) EXPECT_TRUE(names.insert(option.name).second) << option.name;
+  for (const char* name : {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory",
+                           "bbox", "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name"}) {
+    EXPECT_EQ(names.count(name), 1u) << name;
+  }
+  for (const OptionSpec& option : all_options()) {
+    EXPECT_FALSE(option.help.empty()) << option.name;
+    EXPECT_FALSE(option.accepted.empty()) << option.name;
+  }
+}
+
+TEST(Options, OneOptionHasFourSpellings) {
+  const OptionSpec option{"vertical-datum", "", "", "", nullptr};
+  EXPECT_EQ(spelt(option, Spelling::query), "vertical_datum");
+  EXPECT_EQ(spelt(option, Spelling::command_line), "--vertical-datum");
+  EXPECT_EQ(spelt(option, Spelling::config_file), "vertical-datum");
+  EXPECT_EQ(spelt(option, Spelling::environment), "CORDILLERA_VERTICAL_DATUM");
+}
+
+TEST(Options, EveryValueArrivesInItsField) {
+  const auto settings = query({{"error", "2.5"}, {"scheme", "Geodetic"}, {"crs", "EPSG:32632"}, {"vertical_datum", "egm2008"},
+                               {"nodata", "-9999"}, {"strategy", "waves"}, {"device", "CUDA:1"}, {"threads", "4"}, {"memory", "512"},
+                               {"bbox", "170,-20,-170,20"}, {"min_level", "3"}, {"max_level", "12"}, {"z_scale", "-0.1"},
+                               {"z_offset", "-7.5"}, {"title", "Höhe"}, {"attribution", "me"}, {"dry_run", ""}, {"name", "a.tif"}});
+  ASSERT_TRUE(settings) << settings.problem().line();
+  const proto::BuildOptions& build = settings->build;
+  EXPECT_EQ(build.error(), 2.5);
+  EXPECT_EQ(build.scheme(), "geodetic");
+  EXPECT_EQ(build.crs(), "EPSG:32632");
+  EXPECT_EQ(build.vertical_datum(), "EGM2008");
+  EXPECT_EQ(build.nodata(), "-9999");
+  EXPECT_EQ(build.device(), "cuda:1");
+  EXPECT_EQ(build.threads(), 4u);
+  EXPECT_EQ(build.memory(), 512u);
+  EXPECT_THAT(build.bbox(), ElementsAre(170, -20, -170, 20));
+  EXPECT_EQ(build.min_level(), 3u);
+  EXPECT_EQ(build.max_level(), 12u);
+  EXPECT_EQ(build.z_scale(), -0.1);
+  EXPECT_EQ(build.z_offset(), -7.5);
+  EXPECT_EQ(build.title(), "Höhe");
+  EXPECT_TRUE(settings->dry_run);
+  EXPECT_EQ(build.name(), "a.tif");
+}
+
+TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {"error", "0"}, {"error", "-1"}, {"error", "nan"}, {"error", "inf"}, {"error", "1 m"}, {"error", ""}, {"error", "0x10"},
+      {"keep", "0.5,0.6"}, {"keep", "0.5,"}, {"keep", "1.5"}, {"keep", "0"}, {"keep", "a"}, {"scheme", "mercator"},
+      {"vertical_datum", ""}, {"nodata", "holes!"}, {"strategy", "magic"}, {"device", "gpu"}, {"device", "cuda:"}, {"device", "cuda:x"},
+      {"threads", "-1"}, {"threads", "1.5"}, {"threads", "1025"}, {"threads", "99999999999999999999"}, {"memory", "63"},
+      {"bbox", "1,2,3"}, {"bbox", "0,10,10,0"}, {"bbox", "0,-91,1,1"}, {"bbox", "5,0,5,1"}, {"bbox", "0,0,200,1"}, {"min_level", "23"},
+      {"max_level", "-1"}, {"z_scale", "0"}, {"z_offset", "x"}, {"dry_run", "perhaps"}, {"title", std::string("a\nb")},
+      {"title", "\xff"}, {"title", std::string(1001, 'a')}};
+  for (const auto& [name, value] : bad) {
+    const auto settings = query({{name, value}});
+    ASSERT_FALSE(settings) << name << "=" << value;
+    EXPECT_EQ(settings.problem().type, "option-invalid") << name << "=" << value;
+    EXPECT_EQ(settings.problem().parameter, name);
+    EXPECT_FALSE(settings.problem().accepted.empty());
+  }
+}
+
+TEST(Options, AnUnknownNameSuggestsItsNeighbour) {
+  const auto over_http = query({{"vertical-datum", "EGM96"}});
+  ASSERT_FALSE(over_http);
+  EXPECT_EQ(over_http.problem().type, "option-unknown");
+  EXPECT_THAT(over_http.problem().detail, HasSubstr("did you mean vertical_datum?"));
+  const auto typed = with_layer({}, build_options(), {{"--eror", "1"}}, Spelling::command_line);
+  ASSERT_FALSE(typed);
+  EXPECT_THAT(typed.problem().detail, HasSubstr("did you mean --error?"));
+  const auto far = query({{"frobnicate", "1"}});
+  ASSERT_FALSE(far);
+  EXPECT_THAT(far.problem().detail, Not(HasSubstr("did you mean")));
+  EXPECT_THAT(far.problem().accepted, HasSubstr("max_level"));
+  const auto serve_only = query({{"listen", "0.0.0.0:1"}});
+  EXPECT_FALSE(serve_only) << "a request must not set what only the operator may";
+}
+
+TEST(Options, ContradictionsAreRefused) {
+  EXPECT_EQ(query({{"error", "1"}, {"keep", "0.5"}}).problem().type, "options-conflict");
+  EXPECT_EQ(query({{"error", "1"}, {"error", "2"}}).problem().type, "option-repeated");
+  const auto levels = query({{"min_level", "9"}, {"max_level", "3"}});
+  EXPECT_EQ(levels.problem().parameter, "min_level");
+}
+
+TEST(Options, ALaterLayerWins) {
+  auto settings = with_layer({}, build_options(), {{"error", "5"}, {"threads", "2"}}, Spelling::config_file);
+  ASSERT_TRUE(settings);
+  settings = with_layer(*settings, build_options(), {{"keep", "0.5,0.25"}}, Spelling::query);
+  ASSERT_TRUE(settings);
+  EXPECT_FALSE(settings->build.has_error()) << "keep in a request replaces the operator's error";
+  EXPECT_THAT(settings->build.keep(), ElementsAre(0.5, 0.25));
+  EXPECT_EQ(settings->build.threads(), 2u);
+}
+
+TEST(Options, TheEnvironmentIsALayer) {
+  setenv("CORDILLERA_Z_OFFSET", "-3", 1);
+  const Given given = environment_layer(build_options());
+  unsetenv("CORDILLERA_Z_OFFSET");
+  ASSERT_THAT(given, ElementsAre(std::pair<std::string, std::string>("CORDILLERA_Z_OFFSET", "-3")));
+  EXPECT_EQ(with_layer({}, build_options(), given, Spelling::environment)->build.z_offset(), -3);
+}
+
+TEST(Options, TheConfigFileIsALayer) {
+  const auto path = std::filesystem::temp_directory_path() / "cordillera-options-test.conf";
+  std::ofstream(path) << "# comment\n\n keep = 0.5,0.25 \ntitle = \"two words\"\nlisten=[::1]:0\n";
+  const auto given = config_file_layer(path.string());
+  ASSERT_TRUE(given);
+  const auto settings = with_layer({}, all_options(), *given, Spelling::config_file);
+  ASSERT_TRUE(settings) << settings.problem().line();
+  EXPECT_EQ(settings->build.title(), "two words");
+  EXPECT_EQ(settings->serve.listen, "[::1]:0");
+  std::ofstream(path) << "just words\n";
+  EXPECT_THAT(config_file_layer(path.string()).problem().detail, HasSubstr(":1:"));
+  std::filesystem::remove(path);
+  EXPECT_FALSE(config_file_layer(path.string()));
+}
+
+TEST(Options, Utf8IsTold) {
+  EXPECT_TRUE(is_utf8("aé€😀"));
+  for (const char* bad : {"\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80", "\x80", "a\xe2\x82"}) EXPECT_FALSE(is_utf8(bad));
+}
+
+}  // namespace
+}  // namespace cordillera::server

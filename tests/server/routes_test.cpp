@@ -1,0 +1,86 @@
+#include "server/routes.h"
+
+#include <gtest/gtest.h>
+
+#include "server/json.h"
+#include "server/problems.h"
+#include "server/upload.h"
+
+namespace cordillera::server {
+namespace {
+
+TEST(Routes, TilesHaveOneAddressEach) {
+  const Route drc = parse_route("/v1/datasets/alps-1/tiles/9/270/401.drc");
+  EXPECT_EQ(drc.resource, Resource::tile);
+  EXPECT_EQ(drc.id, "alps-1");
+  EXPECT_EQ(drc.address, (proto::TileAddress{9, 270, 401}));
+  EXPECT_EQ(drc.face, pipeline::Face::drc);
+  EXPECT_EQ(parse_route("/v1/datasets/a/tiles/0/1/0.glb").face, pipeline::Face::glb);
+}
+
+TEST(Routes, TheTwoRootsMapToAbsoluteAddresses) {
+  EXPECT_EQ(parse_route("/v1/datasets/a/tiles/W/3/5/2.glb").address, (proto::TileAddress{3, 5, 2}));
+  EXPECT_EQ(parse_route("/v1/datasets/a/tiles/E/3/5/2.glb").address, (proto::TileAddress{3, 13, 2}));
+  EXPECT_EQ(parse_route("/v1/datasets/a/tiles/E/3/8/2.glb").resource, Resource::none) << "a root is 8 columns wide at level 3";
+  const Route subtree = parse_route("/v1/datasets/a/subtrees/E/4/1/2.subtree");
+  EXPECT_EQ(subtree.resource, Resource::subtree);
+  EXPECT_EQ(subtree.hemisphere, 'E');
+  EXPECT_EQ(subtree.address, (proto::TileAddress{4, 1, 2}));
+}
+
+TEST(Routes, TheRestIsFound) {
+  EXPECT_EQ(parse_route("/v1").resource, Resource::index);
+  EXPECT_EQ(parse_route("/v1/datasets").resource, Resource::datasets);
+  EXPECT_EQ(parse_route("/v1/datasets/a").resource, Resource::dataset);
+  EXPECT_EQ(parse_route("/v1/datasets/a/events").resource, Resource::events);
+  EXPECT_EQ(parse_route("/v1/datasets/a/manifest.json").resource, Resource::manifest);
+  EXPECT_EQ(parse_route("/v1/datasets/a/tileset.json").resource, Resource::tileset);
+  EXPECT_EQ(parse_route("/healthz").resource, Resource::health);
+  EXPECT_EQ(parse_route("/readyz").resource, Resource::readiness);
+  EXPECT_EQ(parse_route("/").resource, Resource::page);
+  EXPECT_EQ(parse_route("/assets/viewer.js").resource, Resource::page);
+}
+
+TEST(Routes, WrongSpellingsAreNothing) {
+  for (const char* path :
+       {"", "v1", "/v1/", "/v1/other", "/v1/datasets/", "/v1/datasets/..", "/v1/datasets/A", "/v1/datasets/a b", "/v1/datasets/a/",
+        "/v1/datasets/a/b", "/v1/datasets/a/tiles", "/v1/datasets/a/tiles/1/2/3", "/v1/datasets/a/tiles/1/2/3.png",
+        "/v1/datasets/a/tiles/1/2/.drc", "/v1/datasets/a/tiles/01/2/3.drc", "/v1/datasets/a/tiles/-1/2/3.drc",
+        "/v1/datasets/a/tiles/1/2/99999999999.drc", "/v1/datasets/a/tiles/31/2/3.drc", "/v1/datasets/a/tiles/1/2/3/4.drc",
+        "/v1/datasets/a/tiles/N/1/2/3.drc", "/v1/datasets/a/subtrees/1/2/3.subtree", "/v1/datasets/a/subtrees/W/1/2/3.json"}) {
+    EXPECT_EQ(parse_route(path).resource, Resource::none) << path;
+  }
+}
+
+TEST(Problems, OneTableGivesStatusAndTitle) {
+  EXPECT_EQ(problem_kind("dataset-unknown").status, 404);
+  EXPECT_EQ(problem_kind("body-too-large").status, 413);
+  const ProblemKind unknown = problem_kind("raster-not-georeferenced");
+  EXPECT_EQ(unknown.status, 422);
+  EXPECT_EQ(unknown.title, "Raster not georeferenced");
+}
+
+TEST(Problems, TheDocumentIsWhatRfc9457Says) {
+  const Response response = problem_response({"option-invalid", "error='x': not a number", "metres", "error"});
+  EXPECT_EQ(response.status, 400);
+  EXPECT_EQ(response.header("Content-Type"), "application/problem+json");
+  const Json json = Json::parse(response.body);
+  EXPECT_EQ(json["type"], "urn:cordillera:problem:option-invalid");
+  EXPECT_EQ(json["status"], 400);
+  EXPECT_EQ(json["parameter"], "error");
+  EXPECT_EQ(json["accepted"], "metres");
+}
+
+TEST(Ids, AreReadableAndSafe) {
+  EXPECT_EQ(make_id("Mont Blanc (2020).TIF").substr(0, 16), "mont-blanc-2020-");
+  EXPECT_NE(make_id("a.tif"), make_id("a.tif"));
+  for (const char* name : {"", "../../etc/passwd", "名前", "/", "----", "x\"<>&"}) {
+    EXPECT_EQ(parse_route("/v1/datasets/" + make_id(name)).resource, Resource::dataset) << name;
+  }
+  EXPECT_EQ(suffix_of("N44W072.HGT"), ".hgt");
+  EXPECT_EQ(suffix_of("a/../x.t/f"), "");
+  EXPECT_EQ(suffix_of("noext"), "");
+}
+
+}  // namespace
+}  // namespace cordillera::server
