@@ -16,10 +16,10 @@ using proto::TileMesh;
 
 // How much the mend may change, in the order in which it gives in.
 struct Licence {
-  std::uint32_t inside = 0;   // cap of inner valences; 0: as asked
-  int flips = 0;              // for one border vertex; bounded because flips may go to and fro
-  int removals = 0;           // of inner vertices, for one border vertex
-  int rings = 0;              // how far from it
+  std::uint32_t inside = 0;  // cap of inner valences; 0: as asked
+  int flips = 0;             // for one border vertex; bounded because flips may go to and fro
+  int removals = 0;          // of inner vertices, for one border vertex
+  int rings = 0;             // how far from it
   bool rims_may_move = false;
 };
 constexpr int kAll = INT_MAX;
@@ -59,7 +59,9 @@ class Mender {
     std::vector<std::uint32_t> found;
     for (std::uint32_t v = 0; v < rings_.vertices(); ++v)
       if (rings_.valence[v] > 0 && (mesh_.mark[v] & proto::kRemove) && sides(v) == 1) found.push_back(v);
-    const auto along = [&](std::uint32_t v) { return std::countr_zero(static_cast<std::uint32_t>(on_upright(v) ? mesh_.y[v] : mesh_.x[v])); };
+    const auto along = [&](std::uint32_t v) {
+      return std::countr_zero(static_cast<std::uint32_t>(on_upright(v) ? mesh_.y[v] : mesh_.x[v]));
+    };
     std::stable_sort(found.begin(), found.end(), [&](std::uint32_t a, std::uint32_t b) { return along(a) < along(b); });
     return found;
   }
@@ -122,8 +124,10 @@ class Mender {
     std::array<std::uint32_t, 2 * kRowWidth> row{};
     std::uint32_t count = 0;
     for (const std::uint32_t w : rings_.ring(u)) {
-      if (w != old) row[count++] = w;
-      else count = static_cast<std::uint32_t>(std::copy(others.begin(), others.end(), row.begin() + count) - row.begin());
+      if (w != old)
+        row[count++] = w;
+      else
+        count = static_cast<std::uint32_t>(std::copy(others.begin(), others.end(), row.begin() + count) - row.begin());
     }
     std::copy(row.begin(), row.begin() + count, rings_.row(u).begin());
     rings_.valence[u] = static_cast<std::uint8_t>(count);
@@ -178,8 +182,8 @@ class Mender {
     return on_upright(v) ? std::abs(mesh_.x[w] - mesh_.x[v]) : std::abs(mesh_.y[w] - mesh_.y[v]);
   }
 
-  // One inner vertex around v, those next to the border first: they stand between the border's far vertices. Where none can go, one
-  // around its neighbours, and so on.
+  // One inner vertex around v, those next to the border first: they stand between the border's far vertices. Where none can go,
+  // one around its neighbours, and so on.
   bool remove_inner_near(std::uint32_t v, const Licence& licence) {
     std::vector<std::uint32_t> near{v};
     for (int ring = 0; ring < licence.rings; ++ring) {
@@ -188,9 +192,8 @@ class Mender {
         const auto around = rings_.ring(near[k]);
         near.insert(near.end(), around.begin(), around.end());
       }
-      std::sort(near.begin(), near.end(), [&](std::uint32_t a, std::uint32_t b) {
-        return std::pair(depth(v, a), a) < std::pair(depth(v, b), b);
-      });
+      std::sort(near.begin(), near.end(),
+                [&](std::uint32_t a, std::uint32_t b) { return std::pair(depth(v, a), a) < std::pair(depth(v, b), b); });
       near.erase(std::unique(near.begin(), near.end()), near.end());
       for (const std::uint32_t w : near)
         if (may_go(w, licence) && remove(w)) return true;
@@ -202,9 +205,12 @@ class Mender {
   bool remove_with_relief(std::uint32_t v, const Licence& licence) {
     int flips = 0, removals = 0;
     while (!remove(v)) {
-      if (flips < licence.flips && flip_near(v)) ++flips;
-      else if (removals < licence.removals && remove_inner_near(v, licence)) ++removals;
-      else return false;
+      if (flips < licence.flips && flip_near(v))
+        ++flips;
+      else if (removals < licence.removals && remove_inner_near(v, licence))
+        ++removals;
+      else
+        return false;
     }
     return true;
   }

@@ -32,7 +32,8 @@ class Search {
     std::uint32_t count = 0;
     for (std::uint32_t k = part.from + 1; k < part.to; ++k)
       if (positive(p_, part.from, k, part.to)) order[count++] = k;
-    std::stable_sort(order.begin(), order.begin() + count, [&](std::uint32_t a, std::uint32_t b) { return p_.budget[a] > p_.budget[b]; });
+    std::stable_sort(order.begin(), order.begin() + count,
+                     [&](std::uint32_t a, std::uint32_t b) { return p_.budget[a] > p_.budget[b]; });
     return count;
   }
 
@@ -95,7 +96,8 @@ Filled fill_from(const Polygon& polygon, std::uint32_t apex, Diagonals& diagonal
     if (!positive(polygon, apex, a, b)) return Filled::no;
     if (step == 1) continue;
     if (polygon.budget[a] <= 0) return Filled::no;
-    diagonals.at[diagonals.count++] = {static_cast<std::uint8_t>(std::min(apex, a)), static_cast<std::uint8_t>(std::max(apex, a))};
+    diagonals.at[diagonals.count++] = {static_cast<std::uint8_t>(std::min(apex, a)),
+                                       static_cast<std::uint8_t>(std::max(apex, a))};
   }
   return Filled::yes;
 }

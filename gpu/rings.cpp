@@ -96,8 +96,8 @@ bool on_side(const TileMesh& mesh, std::size_t v) {
 
 Problem not_manifold(const TileMesh& mesh, std::size_t v, std::size_t triangles) {
   return {"mesh-not-manifold",
-          "the " + std::to_string(triangles) + " triangles around vertex " + std::to_string(v) + " at (" + std::to_string(mesh.x[v]) +
-              ", " + std::to_string(mesh.y[v]) + ") are not one fan",
+          "the " + std::to_string(triangles) + " triangles around vertex " + std::to_string(v) + " at (" +
+              std::to_string(mesh.x[v]) + ", " + std::to_string(mesh.y[v]) + ") are not one fan",
           "a manifold of valence <= " + std::to_string(kRowWidth) + " over the whole tile", ""};
 }
 

@@ -14,9 +14,9 @@ namespace cordillera::gpu {
 /// Most neighbours a vertex may ever have, and the width of a row.
 inline constexpr std::uint32_t kRowWidth = 14;
 
-/// Row v holds the neighbours of vertex v counter-clockwise. Closed rows (inner vertices) start at their lowest neighbour; open rows
-/// (vertices on a side of the tile) start at the border neighbour from which the fan runs counter-clockwise to the other one.
-/// The triangles at v are (v, r[i], r[i + 1]), and in a closed row also (v, r[last], r[0]).
+/// Row v holds the neighbours of vertex v counter-clockwise. Closed rows (inner vertices) start at their lowest neighbour; open
+/// rows (vertices on a side of the tile) start at the border neighbour from which the fan runs counter-clockwise to the other
+/// one. The triangles at v are (v, r[i], r[i + 1]), and in a closed row also (v, r[last], r[0]).
 struct Rings {
   std::vector<std::uint32_t> neighbour;  ///< kRowWidth a vertex; beyond valence[v]: unspecified
   std::vector<std::uint8_t> valence;     ///< indexed by vertex: neighbours in use; 0 = the vertex is not in the mesh
@@ -26,9 +26,13 @@ struct Rings {
   std::span<const std::uint32_t> ring(std::uint32_t v) const {
     return {neighbour.data() + static_cast<std::size_t>(v) * kRowWidth, valence[v]};
   }
-  std::span<std::uint32_t> row(std::uint32_t v) { return {neighbour.data() + static_cast<std::size_t>(v) * kRowWidth, kRowWidth}; }
+  std::span<std::uint32_t> row(std::uint32_t v) {
+    return {neighbour.data() + static_cast<std::size_t>(v) * kRowWidth, kRowWidth};
+  }
   /// Triangles around v.
-  std::uint32_t triangles_at(std::uint32_t v) const { return valence[v] == 0 ? 0u : static_cast<std::uint32_t>(valence[v] - open[v]); }
+  std::uint32_t triangles_at(std::uint32_t v) const {
+    return valence[v] == 0 ? 0u : static_cast<std::uint32_t>(valence[v] - open[v]);
+  }
 };
 
 /// Fails with "mesh-not-manifold" when the triangles around a vertex are no single fan, when a row would be wider than kRowWidth,

@@ -1,90 +1,13 @@
 #include "gpu/surface_error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "gpu/surface_error_triangle.h"
+#include "gpu/surface_error_window.h"
 
 namespace cordillera::gpu {
 namespace {
-
-using proto::TileMesh;
-
-/// Where the tile's samples lie in the window given. A window that ends inside the tile, or that meets it on both sides of the
-/// antimeridian, leaves up to two stretches of columns.
-class SampleWindow {
- public:
-  struct Stretch {
-    Span columns;              ///< tile-local
-    std::int64_t shift = 0;    ///< sample column = tile-local column + shift
-  };
-
-  SampleWindow(const SurfaceErrorInput& in, std::int64_t side) : samples_(*in.samples) {
-    const std::int64_t circle = in.lattice->columns();
-    const std::int64_t base = ((in.lattice->west(in.tile) - samples_.west) % circle + circle) % circle;
-    const Span first{0, std::min<std::int64_t>(side, samples_.columns - 1 - base)};
-    const std::int64_t seam = std::max(circle - base, first.last + 1);
-    const Span second{seam, std::min<std::int64_t>(side, samples_.columns - 1 + circle - base)};
-    stretches_ = {Stretch{first, base}, Stretch{second, base - circle}};
-    row_shift_ = in.lattice->south(in.tile) - samples_.south;
-    rows_ = {std::max<std::int64_t>(0, -row_shift_), std::min<std::int64_t>(side, samples_.rows - 1 - row_shift_)};
-  }
-
-  const Span& rows() const { return rows_; }
-  const std::array<Stretch, 2>& stretches() const { return stretches_; }
-  /// First sample of tile-local row y; y in rows().
-  const std::int32_t* row(std::int64_t y) const {
-    return samples_.height.data() + static_cast<std::size_t>((y + row_shift_) * samples_.columns);
-  }
-  std::int32_t at(std::int64_t x, std::int64_t y) const {
-    if (y < rows_.first || y > rows_.last) return proto::kNoHeight;
-    for (const Stretch& s : stretches_)
-      if (x >= s.columns.first && x <= s.columns.last) return row(y)[x + s.shift];
-    return proto::kNoHeight;
-  }
-
- private:
-  const proto::Samples& samples_;
-  std::array<Stretch, 2> stretches_;
-  std::int64_t row_shift_ = 0;
-  Span rows_;
-};
-
-Span intersection(const Span& a, const Span& b) { return {std::max(a.first, b.first), std::min(a.last, b.last)}; }
-std::uint64_t length(const Span& s) { return s.last < s.first ? 0 : static_cast<std::uint64_t>(s.last - s.first + 1); }
-
-std::uint64_t count_valid(const std::int32_t* heights, std::size_t n) {
-  std::uint64_t valid = 0;
-  for (std::size_t k = 0; k < n; ++k) valid += heights[k] != proto::kNoHeight ? 1 : 0;
-  return valid;
-}
-
-/// Edges of void triangles whose ends both have data: the published triangle across must count their samples.
-class Rims {
- public:
-  explicit Rims(const TileMesh& mesh) {
-    if (std::none_of(mesh.mark.begin(), mesh.mark.end(), [](std::uint8_t m) { return (m & proto::kVoid) != 0; })) return;
-    on_rim_.assign(mesh.vertices(), 0);
-    for (const auto& t : mesh.triangles) {
-      for (int k = 0; k < 3; ++k) {
-        const std::uint32_t a = t[k], b = t[(k + 1) % 3], other = t[(k + 2) % 3];
-        if (((mesh.mark[a] | mesh.mark[b]) & proto::kVoid) != 0 || (mesh.mark[other] & proto::kVoid) == 0) continue;
-        edges_.push_back(std::uint64_t{b} << 32 | a);
-        on_rim_[a] = on_rim_[b] = 1;
-      }
-    }
-    std::sort(edges_.begin(), edges_.end());
-  }
-  bool contains(std::uint32_t from, std::uint32_t to) const {
-    return !edges_.empty() && on_rim_[from] != 0 && on_rim_[to] != 0 &&
-           std::binary_search(edges_.begin(), edges_.end(), std::uint64_t{from} << 32 | to);
-  }
-
- private:
-  std::vector<std::uint64_t> edges_;  ///< as the triangle across runs along them
-  std::vector<std::uint8_t> on_rim_;
-};
 
 class Measurement {
  public:
@@ -130,10 +53,11 @@ class Measurement {
   static std::uint32_t saturated(std::uint64_t n) { return static_cast<std::uint32_t>(std::min<std::uint64_t>(n, UINT32_MAX)); }
 
   void count_window() {
+    const auto across = static_cast<std::uint64_t>(mesh_.side) + 1;
     for (std::int64_t y = window_.rows().first; y <= window_.rows().last; ++y)
       for (const auto& s : window_.stretches())
         valid_ += count_valid(window_.row(y) + s.columns.first + s.shift, static_cast<std::size_t>(length(s.columns)));
-    all_valid_ = valid_ == static_cast<std::uint64_t>(mesh_.side + std::int64_t{1}) * static_cast<std::uint64_t>(mesh_.side + std::int64_t{1});
+    all_valid_ = valid_ == across * across;
   }
 
   void place_vertices() {
@@ -175,8 +99,8 @@ class Measurement {
     result_.max_m = std::max(result_.max_m, worst_.error_m);
     if (worst_.error_m <= limit_m_) return;
     const Best& put = inside_.error_m > limit_m_ ? inside_ : worst_;
-    result_.over_limit.push_back({static_cast<std::uint32_t>(index), static_cast<std::int32_t>(put.x),
-                                  static_cast<std::int32_t>(put.y), worst_.error_m});
+    result_.over_limit.push_back(
+        {static_cast<std::uint32_t>(index), static_cast<std::int32_t>(put.x), static_cast<std::int32_t>(put.y), worst_.error_m});
   }
 
   void row(const MeasuredTriangle& t, std::int64_t y) {
@@ -185,14 +109,31 @@ class Measurement {
     if (y < window_.rows().first || y > window_.rows().last) return;
     const std::int32_t* samples = window_.row(y);
     for (const auto& s : window_.stretches()) {
-      const Span shown = intersection(spans.shown, s.columns);
-      if (length(shown) == 0) continue;
+      const Span shown = intersection(spans.shown, s.columns), closed = intersection(spans.closed, s.columns);
       const std::int32_t* heights = samples + s.shift;
-      const Span owned = intersection(spans.owned, s.columns);
-      count(t, heights, owned, intersection(spans.strict, s.columns));
-      const double row_max = std::max(exact_row(t, y, heights, shown, owned), rounded_row(t, y, heights, shown));
-      if (row_max > worst_.error_m) worst_ = {shown.first, y, row_max};
-      if (row_max > limit_m_) find_worst(t, y, heights, shown, spans.closed);
+      if (length(closed) > 0) inside(t, y, heights, closed, spans, s.columns);
+      if (!t.plan.slack) continue;
+      const bool apart = length(spans.closed) == 0;
+      beyond(t, y, heights, {shown.first, apart ? shown.last : std::min(shown.last, spans.closed.first - 1)});
+      if (!apart) beyond(t, y, heights, {std::max(shown.first, spans.closed.last + 1), shown.last});
+    }
+  }
+
+  void inside(const MeasuredTriangle& t, std::int64_t y, const std::int32_t* heights, const Span& closed, const RowSpans& spans,
+              const Span& columns) {
+    const Span owned = intersection(spans.owned, columns);
+    count(t, heights, owned, intersection(spans.strict, columns));
+    const double row_max = std::max(exact_row(t, y, heights, closed, owned), rounded_row(t, y, heights, closed));
+    if (row_max > worst_.error_m) worst_ = {closed.first, y, row_max};
+    if (row_max > limit_m_) find_worst(t, y, heights, closed);
+  }
+
+  /// Samples outside the plan triangle that its chords may show: few, so each is tried for itself.
+  void beyond(const MeasuredTriangle& t, std::int64_t y, const std::int32_t* heights, const Span& span) {
+    for (std::int64_t x = span.first; x <= span.last; ++x) {
+      if (heights[x] == proto::kNoHeight) continue;
+      const double e = t.error_beyond(rows_[y], columns_[x], heights[x] * proto::kHeightStep_m);
+      if (e > worst_.error_m) worst_ = {x, y, e};
     }
   }
 
@@ -227,12 +168,13 @@ class Measurement {
     return greatest;
   }
 
-  double exact_row(const MeasuredTriangle& t, std::int64_t y, const std::int32_t* heights, const Span& shown, const Span& owned) {
+  double exact_row(const MeasuredTriangle& t, std::int64_t y, const std::int32_t* heights, const Span& closed,
+                   const Span& owned) {
     if (!t.exact.shows()) return 0;
     const PlaneRow plane(t.exact, rows_[y]);
     double out[kBlock], greatest = 0;
-    for (std::int64_t x = shown.first; x <= shown.last; x += kBlock) {
-      const std::int64_t last = std::min<std::int64_t>(x + kBlock - 1, shown.last);
+    for (std::int64_t x = closed.first; x <= closed.last; x += kBlock) {
+      const std::int64_t last = std::min<std::int64_t>(x + kBlock - 1, closed.last);
       greatest = std::max(greatest, errors(plane, t.exact_range, heights, x, static_cast<std::size_t>(last - x + 1), out));
       const Span summed = intersection(owned, {x, last});
       for (std::int64_t i = summed.first; i <= summed.last; ++i) sum_.add(square_steps(out[i - x]));
@@ -240,21 +182,21 @@ class Measurement {
     return greatest;
   }
 
-  double rounded_row(const MeasuredTriangle& t, std::int64_t y, const std::int32_t* heights, const Span& shown) const {
+  double rounded_row(const MeasuredTriangle& t, std::int64_t y, const std::int32_t* heights, const Span& closed) const {
     if (!t.rounded.shows()) return 0;
     const PlaneRow plane(t.rounded, rows_[y]);
     double out[kBlock], greatest = 0;
-    for (std::int64_t x = shown.first; x <= shown.last; x += kBlock) {
-      const std::int64_t n = std::min<std::int64_t>(kBlock, shown.last - x + 1);
+    for (std::int64_t x = closed.first; x <= closed.last; x += kBlock) {
+      const std::int64_t n = std::min<std::int64_t>(kBlock, closed.last - x + 1);
       greatest = std::max(greatest, errors(plane, t.rounded_range, heights, x, static_cast<std::size_t>(n), out));
     }
     return greatest;
   }
 
   /// The slow way, for rows above the limit only: which sample it is.
-  void find_worst(const MeasuredTriangle& t, std::int64_t y, const std::int32_t* heights, const Span& shown, const Span& closed) {
+  void find_worst(const MeasuredTriangle& t, std::int64_t y, const std::int32_t* heights, const Span& closed) {
     const PlaneRow exact(t.exact, rows_[y]), rounded(t.rounded, rows_[y]);
-    for (std::int64_t x = shown.first; x <= shown.last; ++x) {
+    for (std::int64_t x = closed.first; x <= closed.last; ++x) {
       if (heights[x] == proto::kNoHeight) continue;
       const double h = heights[x] * proto::kHeightStep_m, s = sin_lon_[x], c = cos_lon_[x];
       double e = 0;
@@ -263,7 +205,7 @@ class Measurement {
       if (y == worst_.y && e == worst_.error_m) worst_.x = x;
       bool corner = false;
       for (const PlanEdge& edge : t.plan.edge) corner |= edge.x == x && edge.y == y;
-      if (!corner && x >= closed.first && x <= closed.last && e > inside_.error_m) inside_ = {x, y, e};
+      if (!corner && e > inside_.error_m) inside_ = {x, y, e};
     }
   }
 
@@ -281,7 +223,7 @@ class Measurement {
   }
 
   const SurfaceErrorInput& in_;
-  const TileMesh& mesh_;
+  const proto::TileMesh& mesh_;
   double limit_m_;
   SampleWindow window_;
   Rims rims_;
@@ -291,12 +233,12 @@ class Measurement {
   std::span<const proto::ColumnFrame> columns_;
   std::vector<double> sin_lon_, cos_lon_;  ///< columns_, so that a row's loop reads them in order
   TileFacts tile_;
-  std::vector<Corner> corners_;            ///< indexed by vertex
-  std::vector<std::uint8_t> published_;    ///< indexed by vertex: in a triangle that exists
+  std::vector<Corner> corners_;          ///< indexed by vertex
+  std::vector<std::uint8_t> published_;  ///< indexed by vertex: in a triangle that exists
   std::uint64_t valid_ = 0, covered_ = 0, summed_ = 0, overcovered_ = 0;
   bool all_valid_ = false;
   SquareSum sum_;
-  Best worst_, inside_;                    ///< of the triangle at hand
+  Best worst_, inside_;  ///< of the triangle at hand
   SurfaceError result_;
 };
 

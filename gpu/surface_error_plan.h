@@ -28,7 +28,7 @@ struct Span {
 
 /// The samples of one row.
 struct RowSpans {
-  Span shown;   ///< every sample that a ray might see on this triangle
+  Span shown;   ///< every sample that a ray might see on this triangle; contains closed
   Span owned;   ///< samples that count for this triangle: interior and owned edges. Corners belong to the vertices
   Span strict;  ///< interior
   Span closed;  ///< with all edges and corners

@@ -61,9 +61,17 @@ struct PlaneRow {
   }
 };
 
+/// Does the line through foot along up meet the triangle, or pass it by less than a millimetre? edge_m: its longest edge.
+CORDILLERA_HD inline bool meets(const proto::Vec3& foot, const proto::Vec3& up, const proto::Vec3 (&corner)[3], double edge_m) {
+  const proto::Vec3 a = corner[0] - foot, b = corner[1] - foot, c = corner[2] - foot;
+  const double grace = -1e-3 * edge_m;
+  return proto::dot(up, proto::cross(a, b)) >= grace && proto::dot(up, proto::cross(b, c)) >= grace &&
+         proto::dot(up, proto::cross(c, a)) >= grace;
+}
+
 /// Heights that no point of the flat triangle can leave. The top: height over a convex body is a convex function. The bottom: the
-/// ball of kLeastRadius_m that touches the body from inside leaves out every corner, so (R - d)^2 >= R^2 - (longest edge)^2 / 3 for
-/// a point of the triangle at depth d. Clamping to it tames planes that roundings tilted, and extrapolation beyond an edge.
+/// ball of kLeastRadius_m that touches the body from inside leaves out every corner, so (R - d)^2 >= R^2 - (longest edge)^2 / 3
+/// for a point of the triangle at depth d. Clamping to it tames planes that roundings tilted, and extrapolation beyond an edge.
 struct HeightRange {
   double low_m = 0, high_m = 0;
   CORDILLERA_HD double clamp(double height_m) const {

@@ -1,11 +1,11 @@
 #pragma once
 // How far from its plan triangle a flat triangle in space can be seen.
 //
-// The edge of a flat triangle is a chord: seen along the ellipsoid's normals it bends away from the straight lattice line between its
-// ends (towards the pole by about dlon^2 / 16 sin 2lat, and along the parallel by about dlon dlat tan(lat) / 4). So a ray may meet the
-// triangle at a sample outside its plan, and this is an upper bound of how far outside. Let a point of the triangle have barycentric
-// weights w; its place in plan is the weighted mean of the corners' angles. With x the corners' deviations from that mean,
-// sum(w x) = 0, variance <= range^2 / 4, covariance of two ranges <= product / 4, |x - sin x| <= |x|^3 / 6:
+// The edge of a flat triangle is a chord: seen along the ellipsoid's normals it bends away from the straight lattice line between
+// its ends (towards the pole by about dlon^2 / 16 sin 2lat, and along the parallel by about dlon dlat tan(lat) / 4). So a ray may
+// meet the triangle at a sample outside its plan, and this is an upper bound of how far outside. Let a point of the triangle have
+// barycentric weights w; its place in plan is the weighted mean of the corners' angles. With x the corners' deviations from that
+// mean, sum(w x) = 0, variance <= range^2 / 4, covariance of two ranges <= product / 4, |x - sin x| <= |x|^3 / 6:
 //   along the parallel   tan(du) <= (dr dlon / 4 + r dlon^3 / 24) / (r_min (1 - dlon^2 / 8)),   r: distance from the axis
 //   along the meridian   (M + h) dv <= M' dlat^2 / 8 + M dlat^3 / 24 + dh dlat / 4 + r dlon^2 / 8 |sin lat|
 // where the last term is the parallel's bulge: the mean of the corners comes nearer to the axis by no more than r dlon^2 / 8.
@@ -19,12 +19,12 @@ namespace cordillera::gpu {
 /// What a triangle (or a whole tile) spans.
 struct Extent {
   double dlon_rad = 0, dlat_rad = 0;
-  double low_m = 0, high_m = 0;                    ///< corners' heights
-  double edge2_m2 = 0;                             ///< square of the longest edge
-  double least_radius_m = 0, most_radius_m = 0;    ///< corners' distances from the axis; most also between the corners
-  double off_pole_radius_m = 0;                    ///< least distance from the axis of the corners that are not on it
-  double most_sin_lat = 0;                         ///< greatest |sin(latitude)|
-  double step_m = 0;                               ///< rounding of ECEF coordinates
+  double low_m = 0, high_m = 0;                  ///< corners' heights
+  double edge2_m2 = 0;                           ///< square of the longest edge
+  double least_radius_m = 0, most_radius_m = 0;  ///< corners' distances from the axis; most also between the corners
+  double off_pole_radius_m = 0;                  ///< least distance from the axis of the corners that are not on it
+  double most_sin_lat = 0;                       ///< greatest |sin(latitude)|
+  double step_m = 0;                             ///< rounding of ECEF coordinates
 };
 
 /// Upper bounds in radians.

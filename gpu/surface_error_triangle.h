@@ -1,5 +1,6 @@
 #pragma once
 // All that is needed to measure one triangle of a tile, gathered from the mesh. Host and device use the same functions.
+#include <cmath>
 #include <cstdint>
 
 #include "gpu/surface_error_plan.h"
@@ -28,6 +29,25 @@ struct MeasuredTriangle {
   PlanTriangle plan;
   Plane exact, rounded;
   HeightRange exact_range, rounded_range;
+  proto::Vec3 exact_corner[3], rounded_corner[3];
+  double edge_m = 0;  ///< the longest
+
+  /// The error at a sample beyond the edges in plan: 0 unless a ray really meets the triangle there.
+  CORDILLERA_HD double error_beyond(const proto::RowFrame& row, const proto::ColumnFrame& column, double height_m) const {
+    const proto::Vec3 foot = proto::ecef(row, column, 0), up = proto::normal(row, column);
+    double error = 0;
+    if (exact.shows() && meets(foot, up, exact_corner, edge_m)) error = distance(exact, exact_range, row, column, height_m);
+    if (rounded.shows() && meets(foot, up, rounded_corner, edge_m))
+      error = detail::most(error, distance(rounded, rounded_range, row, column, height_m));
+    return error;
+  }
+
+ private:
+  CORDILLERA_HD static double distance(const Plane& plane, const HeightRange& range, const proto::RowFrame& row,
+                                       const proto::ColumnFrame& column, double height_m) {
+    const double d = range.clamp(PlaneRow(plane, row).height_m(column.sin_lon, column.cos_lon)) - height_m;
+    return d < 0 ? -d : d;
+  }
 };
 
 namespace detail {
@@ -111,6 +131,8 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
     south = p.y < south ? p.y : south;
     north = p.y > north ? p.y : north;
     extent.edge2_m2 = most(extent.edge2_m2, detail::distance2(p.exact, q.exact));
+    t.exact_corner[k] = p.exact;
+    t.rounded_corner[k] = p.rounded;
   }
   t.plan.columns = {west, east};
   t.plan.rows = {south, north};
@@ -123,10 +145,12 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
                       t.plan.columns.last < tile.side ? t.plan.columns.last : tile.side};
     t.plan.rows = {t.plan.rows.first > 0 ? t.plan.rows.first : 0, t.plan.rows.last < tile.side ? t.plan.rows.last : tile.side};
   }
+  t.edge_m = sqrt(extent.edge2_m2);
   t.exact = plane_of(c[0].exact, c[1].exact, c[2].exact);
   t.rounded = plane_of(c[0].rounded, c[1].rounded, c[2].rounded);
   t.exact_range = height_range(extent.low_m, extent.high_m, extent.edge2_m2, 1e-6);
-  t.rounded_range = height_range(extent.low_m, extent.high_m, extent.edge2_m2 * 1.01 + 400 * tile.step_m * tile.step_m, tile.step_m);
+  t.rounded_range =
+      height_range(extent.low_m, extent.high_m, extent.edge2_m2 * 1.01 + 400 * tile.step_m * tile.step_m, tile.step_m);
   return t;
 }
 

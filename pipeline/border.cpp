@@ -47,9 +47,10 @@ proto::Result<void> apply_chain(TileMesh& mesh, Side side, const Chain& chain) {
     mesh.mark[v] = static_cast<std::uint8_t>((mesh.mark[v] & proto::kVoid) | (stays ? proto::kKeep : proto::kRemove));
   }
   if (next == chain.position.size()) return {};
-  return proto::Problem{"chain-not-in-mesh",
-                        "vertex " + std::to_string(chain.position[next]) + " of a border chain is not on that side of the mesh, or differs there",
-                        "", ""};
+  return proto::Problem{
+      "chain-not-in-mesh",
+      "vertex " + std::to_string(chain.position[next]) + " of a border chain is not on that side of the mesh, or differs there",
+      "", ""};
 }
 
 }  // namespace cordillera::pipeline

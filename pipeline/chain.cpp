@@ -67,7 +67,8 @@ void mark_candidates(std::vector<Placed>& placed, const Chain& candidates) {
   }
 }
 
-// How far the chord a-b is from s, along the normal at s: |t| at the points of the lines s + t up and a + r (b - a) that are closest.
+// How far the chord a-b is from s, along the normal at s: |t| at the points of the lines s + t up and a + r (b - a) that are
+// closest.
 double distance_to_chord_m(const Placed& a, const Vec3& chord, const Placed& s) {
   const Vec3 w = a.at - s.at;
   const double along = dot(s.up, chord), height = dot(s.up, w);
@@ -237,7 +238,8 @@ Chain chain_finest(const Edge& edge, std::span<const std::int32_t> heights, cons
   return reduce(std::move(all), place_all(edge, heights), rule);
 }
 
-Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, std::span<const std::int32_t> heights, const ChainRule& rule) {
+Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, std::span<const std::int32_t> heights,
+                   const ChainRule& rule) {
   Chain both = a;
   for (std::size_t k = 1; k < b.position.size(); ++k) {
     both.position.push_back(b.position[k] + a.position.back());

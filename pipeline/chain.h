@@ -1,8 +1,9 @@
 #pragma once
 // Border chains: what stays of a tile edge is a function of that edge alone, so that both tiles on it keep the same vertices.
 //
-// An edge at level z is a straight run of tile_units(z) + 1 lattice vertices, counted from its western or southern end. Its chain at
-// the finest level is chosen among all samples, at every other level among the survivors of its two child edges (chains are nested).
+// An edge at level z is a straight run of tile_units(z) + 1 lattice vertices, counted from its western or southern end. Its chain
+// at the finest level is chosen among all samples, at every other level among the survivors of its two child edges (chains are
+// nested).
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -45,10 +46,11 @@ struct ChainRule {
 /// From every sample of the edge: heights has units + 1 elements, kNoHeight where void.
 Chain chain_finest(const Edge& edge, std::span<const std::int32_t> heights, const ChainRule& rule);
 
-/// From the chains of the western/southern half (a) and the eastern/northern half (b) of the edge. heights: all finest samples of the
-/// edge, against which the significance is measured; empty: measured against the vertices of a and b.
-/// a and b must agree on the vertex they share.
-Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, std::span<const std::int32_t> heights, const ChainRule& rule);
+/// From the chains of the western/southern half (a) and the eastern/northern half (b) of the edge. heights: all finest samples of
+/// the edge, against which the significance is measured; empty: measured against the vertices of a and b. a and b must agree on
+/// the vertex they share.
+Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, std::span<const std::int32_t> heights,
+                   const ChainRule& rule);
 
 /// The same from one chain over the whole edge (two child edges already end to end, as a welded mesh has them).
 Chain simplify_chain(const Edge& edge, const Chain& candidates, std::span<const std::int32_t> heights, const ChainRule& rule);

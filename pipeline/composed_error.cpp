@@ -38,7 +38,10 @@ struct Over {
 class Ground {
  public:
   Ground(const proto::Lattice& lattice, const proto::TileAddress& tile)
-      : lattice_(lattice), west_(lattice.west(tile)), south_(lattice.south(tile)), cell_rad_(2 * kPi / static_cast<double>(lattice.columns())) {}
+      : lattice_(lattice),
+        west_(lattice.west(tile)),
+        south_(lattice.south(tile)),
+        cell_rad_(2 * kPi / static_cast<double>(lattice.columns())) {}
 
   // Between lattice vertices by the addition theorems from the vertex to the south-west: no library function of the fraction.
   Place place(PlanPoint p) const {
@@ -90,6 +93,9 @@ Plane plane_of(const std::vector<Vec3>& at, const std::array<std::uint32_t, 3>& 
   return {at[t[0]], cross(at[t[1]] - at[t[0]], at[t[2]] - at[t[0]])};
 }
 
+// On a pole row two corners are one point: such a triangle shows nothing.
+bool has_area(const Plane& plane) { return dot(plane.normal, plane.normal) > 1e-6; }
+
 Over over(const Plane& plane, const Place& place) {
   const double rise = dot(plane.normal, place.up);
   // Half a degree from upright counts as upright: no terrain is, only triangles over a good part of the globe.
@@ -105,22 +111,26 @@ Over over(const Plane& plane, const Place& place) {
 // metre), which brings in the difference of the slopes. A function that curves by c at most is within c d^2 / 6 of the linear one
 // between the corners of a triangle of diameter d.
 double apart_m(const Plane& a, const Plane& b, const Common& ground, const Ground& on) {
-  double most = 0, steepest2 = 0, turning = 0, diameter2 = 0;
+  double most = 0, steepest2 = 0, turning = 0, bent = 0, diameter2 = 0;
   std::array<Vec3, 9> corner;
   for (int k = 0; k < ground.count; ++k) {
     const Place place = on.place(ground.corner[k]);
     const Over first = over(a, place), second = over(b, place);
     if (first.upright || second.upright) return kFarthest_m;
     most = std::max(most, std::abs(first.height_m - second.height_m));
-    const Vec3 bend = first.slope - second.slope;
+    const Vec3 difference = first.slope - second.slope;
+    const double bend = std::sqrt(dot(difference, difference));
+    bent = std::max(bent, bend);
     steepest2 = std::max({steepest2, dot(first.slope, first.slope), dot(second.slope, second.slope)});
-    turning = std::max(turning, std::sqrt(dot(bend, bend)) * place.tan_lat);
+    turning = std::max(turning, bend * place.tan_lat);
     corner[k] = place.at;
     for (int j = 0; j < k; ++j) diameter2 = std::max(diameter2, dot(place.at - corner[j], place.at - corner[j]));
   }
   const double radius_m = proto::kSemiMajor_m * (1 - 2 * proto::kFlattening);  // the least radius of curvature there is, about
-  const double curvature = (2 * steepest2 + turning + most / radius_m) / radius_m;
-  return std::min(kFarthest_m, most + kMargin * curvature * diameter2 / 6);
+  const double share = kMargin * diameter2 / (6 * radius_m);
+  // Around a pole parallels turn without limit, but no surface departs by more than its slope times the way.
+  const double turned = std::min(turning * share, bent * std::sqrt(diameter2));
+  return std::min(kFarthest_m, most + (2 * steepest2 + most / radius_m) * share + turned);
 }
 
 }  // namespace
@@ -136,10 +146,12 @@ double composed_error_m(const ComposedErrorInput& input) {
     if (!is_published(welded, t)) continue;
     const auto plan = plan_of(welded, t);
     const Plane plane = plane_of(at_welded, t);
+    if (!has_area(plane)) continue;
     index.meeting(plan, near);
     for (const std::uint32_t k : near) {
+      const Plane other = plane_of(at_parent, parent.triangles[k]);
       const Common common = common_part(plan, plan_of(parent, parent.triangles[k]));
-      if (common.count > 2) most = std::max(most, apart_m(plane, plane_of(at_parent, parent.triangles[k]), common, ground));
+      if (common.count > 2 && has_area(other)) most = std::max(most, apart_m(plane, other, common, ground));
     }
   }
   return most;

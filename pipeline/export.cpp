@@ -61,23 +61,16 @@ void write_face(const StoreReader& store, const proto::TileAddress& tile, Face f
   to.write(face == Face::drc ? drc_path(tile) : glb_path(tile), blob->bytes);
 }
 
-// A row of tiles at a time, so that memory does not grow with the level.
-void write_level(const StoreReader& store, int level, Workplace& to) {
-  const std::int32_t last_x = proto::tiles_across(level) - 1;
-  const auto column = store.extents(0, 0, 0, 1, 0);
-  std::vector<proto::TileAddress> rows = {};
-  for (const TileExtent& root : column) rows.push_back(root.tile);
-  for (std::int32_t y = 0; y < proto::tiles_up(level); ++y) {
-    for (const TileExtent& node : store.extents(level, 0, y, last_x, y)) {
-      if (node.content) {
-        write_face(store, node.tile, Face::drc, to);
-        write_face(store, node.tile, Face::glb, to);
-      }
-      if (level % kSubtreeLevels != 0) continue;
-      const auto bytes = subtree(store, hemisphere_of(node.tile), level, implicit_x(node.tile), node.tile.y);
-      if (bytes) to.write(subtree_path(node.tile), *bytes);
-    }
+// Depth first, so that memory does not grow with the dataset.
+void write_tree(const StoreReader& store, const TileExtent& node, Workplace& to) {
+  const auto& [z, x, y] = node.tile;
+  if (node.content) {
+    write_face(store, node.tile, Face::drc, to);
+    write_face(store, node.tile, Face::glb, to);
   }
+  if (const auto bytes = subtree(store, hemisphere_of(node.tile), z, implicit_x(node.tile), y)) to.write(subtree_path(node.tile), *bytes);
+  if (z >= static_cast<int>(store.manifest().max_level())) return;
+  for (const TileExtent& child : store.extents(z + 1, 2 * x, 2 * y, 2 * x + 1, 2 * y + 1)) write_tree(store, child, to);
 }
 
 void move_into_place(const Workplace& from, const fs::path& folder) {
@@ -118,9 +111,9 @@ proto::Result<void> check_export_folder(const std::string& folder) {
 proto::Result<void> export_static(const StoreReader& store, const std::string& folder) {
   if (const auto usable = check_export_folder(folder); !usable) return usable;
   try {
-    const fs::path target = (fs::path(folder) / "").lexically_normal().parent_path();  // without a slash at the end
+    const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
     Workplace work(target.string() + ".partial-" + std::to_string(getpid()));
-    for (int level = 0; level <= static_cast<int>(store.manifest().max_level()); ++level) write_level(store, level, work);
+    for (const TileExtent& root : store.extents(0, 0, 0, 1, 0)) write_tree(store, root, work);
     work.write("tileset.json", tileset_json(store));
     work.write("manifest.json", manifest_json(store.manifest()));
     move_into_place(work, target);

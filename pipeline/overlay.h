@@ -13,8 +13,8 @@ struct PlanPoint {
   double x = 0, y = 0;
 };
 
-/// The common part of two triangles: a convex polygon of at most six corners. Rounding may add a corner to each stretch that a side
-/// cuts off: 3, then 4, 6 and 9 at the very most.
+/// The common part of two triangles: a convex polygon of at most six corners. Rounding may add a corner to each stretch that a
+/// side cuts off: 3, then 4, 6 and 9 at the very most.
 struct Common {
   int count = 0;
   std::array<PlanPoint, 9> corner;

@@ -156,15 +156,18 @@ proto::Result<std::unique_ptr<StoreReader>> StoreReader::open(const std::string&
   struct stat file {};
   if (stat(path.c_str(), &file) != 0) return refused("store-missing", path, "does not exist");
   if (!S_ISREG(file.st_mode)) return refused("store-unknown", path, "is no file");
-  // Opened as immutable, a file is read without its journal. A journal with something in it means that the last write was cut short.
-  if (struct stat journal {}; stat((path + "-journal").c_str(), &journal) == 0 && journal.st_size > 0) {
-    return refused("store-unpublished", path, "was left in the middle of a write");
+  // Opened as immutable, a file is read without its log. A log with something in it means that the last write was cut short.
+  for (const char* log : {"-wal", "-journal"}) {
+    struct stat beside {};
+    if (stat((path + log).c_str(), &beside) == 0 && beside.st_size > 0) {
+      return refused("store-unpublished", path, "is being written, or was left in the middle of it");
+    }
   }
   try {
     auto manifest = published_manifest(path);
     if (!manifest) return manifest.problem();
     if (!whole(path, file.st_size)) return refused("store-damaged", path, "is cut short");
-    return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(path, *std::move(manifest)));
+    return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(path, std::move(manifest).value()));
   } catch (const StoreError& e) {
     return refused("store-damaged", path, std::string("cannot be read as a store: ") + e.what());
   }

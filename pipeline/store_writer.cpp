@@ -41,16 +41,17 @@ class SqliteWriter final : public StoreWriter {
   /// False: the file belongs to another plan. Throws StoreError.
   bool start() {
     database_ = std::make_unique<Database>(path_, Database::Mode::create);
-    // One writer; a commit is on the disk when it returns. Blobs are written once: a rollback journal holds old pages only.
-    database_->execute("PRAGMA locking_mode=EXCLUSIVE; PRAGMA auto_vacuum=INCREMENTAL; PRAGMA journal_mode=TRUNCATE; PRAGMA synchronous=FULL");
-    Transaction transaction(*database_);
-    if (database_->integer("SELECT count(*) FROM sqlite_schema") == 0) create();
-    if (database_->integer("PRAGMA application_id") != kApplicationId) throw StoreError("it is no store of Cordillera");
-    if (database_->integer("PRAGMA user_version") != kSchemaVersion) return false;
-    Statement plan(*database_, "SELECT value FROM meta WHERE key = 'plan'");
-    if (!plan.step() || plan.blob(0) != plan_.SerializeAsString()) return false;
-    transaction.commit();
-    if (!read_manifest()) work_ = std::make_unique<WorkStatements>(*database_);
+    database_->execute("PRAGMA locking_mode=EXCLUSIVE; PRAGMA synchronous=FULL; PRAGMA auto_vacuum=INCREMENTAL");
+    const bool fresh = database_->integer("SELECT count(*) FROM sqlite_schema") == 0;
+    if (!fresh && !same_plan()) return false;
+    if (!fresh && read_manifest()) {
+      settle();
+      return true;
+    }
+    // A commit is one sync of the log; it is on the disk when commit() returns.
+    database_->execute("PRAGMA journal_mode=WAL");
+    if (fresh) create();
+    work_ = std::make_unique<WorkStatements>(*database_);
     return true;
   }
 
@@ -95,20 +96,39 @@ class SqliteWriter final : public StoreWriter {
     try {
       work_.reset();  // their tables are about to go
       publish_in_one(manifest);
+      settle();
       published_ = manifest;
       return manifest;
     } catch (const StoreError& e) {
-      work_ = std::make_unique<WorkStatements>(*database_);
+      if (!read_manifest()) work_ = std::make_unique<WorkStatements>(*database_);
       return write_problem(path_, e.what());
     }
   }
 
  private:
+  bool same_plan() {
+    if (database_->integer("PRAGMA application_id") != kApplicationId) throw StoreError("it is no store of Cordillera");
+    if (database_->integer("PRAGMA user_version") != kSchemaVersion) return false;
+    Statement plan(*database_, "SELECT value FROM meta WHERE key = 'plan'");
+    return plan.step() && plan.blob(0) == plan_.SerializeAsString();
+  }
+
+  // Readers take a published file as it is, without a log beside it. Nothing is left to do with it here: it is closed.
+  void settle() {
+    {
+      Statement mode(*database_, "PRAGMA journal_mode=DELETE");
+      if (!mode.step() || mode.blob(0) != "delete") throw StoreError("its log cannot be folded in");
+    }
+    database_.reset();
+  }
+
   void create() {
+    Transaction transaction(*database_);
     database_->execute(kCreateTables);
     database_->execute("PRAGMA application_id=" + std::to_string(kApplicationId));
     database_->execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));
     Statement(*database_, "INSERT INTO meta(key, value) VALUES('plan', ?)").bind(plan_.SerializeAsString()).run();
+    transaction.commit();
   }
 
   bool read_manifest() {

@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
 constexpr int kAttempts = 16;        // a promise that cannot be kept by then is stated as it is
-constexpr int kMaxGapCells = 64;     // longest border chord: its neighbours inside need something to hold on to
+constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
+constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
 constexpr double kCollapseShare = 0.95;  // of the error budget: quantisation and what the collapse cannot see need the rest
 
 /// Heights minus the sag of the ellipsoid relative to the tile's centre, so that a flat sea costs what its curvature costs.
@@ -39,8 +40,6 @@ ChainRule chain_rule(const LevelContext& context) {
   ChainRule rule;
   rule.tolerance_m = context.level->chain_tolerance();
   rule.rim_units = static_cast<std::int32_t>(context.level->rim_tolerance());
-  const auto cell = context.lattice->cell_units(static_cast<int>(context.level->level()));
-  rule.max_gap_units = static_cast<std::int32_t>(std::min<std::int64_t>(kMaxGapCells * cell, INT32_MAX));
   return rule;
 }
 
@@ -81,9 +80,9 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   job.input = &input;
   job.elevation = elevation;
   job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
-  job.tolerance_m = static_cast<float>(context.level->target());
+  job.tolerance_m = static_cast<float>(context.level->target() / caution);
   const double left = context.level->target() - inherited_error_m;
-  if (context.promise) job.guard_m = static_cast<float>(std::max(kCollapseShare * left, 1e-6));
+  if (context.promise) job.guard_m = static_cast<float>(std::max(kCollapseShare * left / caution, 1e-6));
   job.rim_units = static_cast<float>(context.level->rim_tolerance());
   return job;
 }
@@ -101,7 +100,7 @@ std::optional<PreparedTile> prepare_finest(const LevelContext& context, const pr
     any = any || std::any_of(line.begin(), line.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
   }
   if (!any) return std::nullopt;
-  PreparedTile prepared{tile, gpu::grid_mesh(proto::kTileCells, 1, heights), {}, 0, 0};
+  PreparedTile prepared{tile, gpu::grid_mesh(proto::kTileCells, 1, heights), {}};
   prepared.elevation = elevations(lattice, tile, prepared.input);
   apply_chains(context, prepared, true);
   return prepared;
@@ -122,7 +121,7 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
   if (!any) return std::nullopt;
   proto::Result<proto::TileMesh> welded = weld(input);
   if (!welded.ok()) throw std::logic_error("weld: " + welded.problem().detail);
-  PreparedTile prepared{tile, std::move(*welded), {}, inherited, 0};
+  PreparedTile prepared{tile, std::move(*welded), {}, inherited};
   prepared.elevation = elevations(*context.lattice, tile, prepared.input);
   apply_chains(context, prepared, false);
   return prepared;
@@ -140,8 +139,8 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
     input.mesh = &mesh;
     input.samples = context.samples;
     input.ecef_step_m = context.level->ecef_step();
-    built.measured = gpu::surface_error(input, limit);
-    built.max_error_m = built.measured.max_m;
+    built.measured = gpu::surface_error(input, limit - kGrace_m);
+    built.max_error_m = built.measured.max_m + kGrace_m;
     if (!built.measured.over_limit.empty() && attempt < kAttempts) {
       const std::uint32_t back = put_back(prepared.input, built.measured.over_limit, attempt);
       prepared.put_back += back;
@@ -149,12 +148,11 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
     }
   } else {
     built.composed = true;
-    const ComposedError step = composed_error(*context.lattice, prepared.tile, prepared.input, mesh, context.level->ecef_step());
-    built.max_error_m = prepared.inherited_error_m + step.max_m;
+    const double step_m = composed_error_m({context.lattice, prepared.tile, &prepared.input, &mesh});
+    built.max_error_m = prepared.inherited_error_m + step_m + kRoundingSteps * context.level->ecef_step();
     if (built.max_error_m > limit && attempt < kAttempts) {
-      const std::uint32_t back = put_back(prepared.input, {{0, step.x, step.y, step.max_m}}, attempt);
-      prepared.put_back += back;
-      if (back > 0) return std::nullopt;
+      prepared.caution *= 2;  // a bound has no worst sample to put back: take less everywhere
+      return std::nullopt;
     }
   }
   built.mesh = std::move(mesh);

@@ -41,6 +41,7 @@ struct PreparedTile {
   std::vector<float> elevation;
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
   std::uint32_t put_back = 0;
+  double caution = 1;  ///< tolerances are divided by it
 
   gpu::SimplifyJob job(const LevelContext& context) const;
 };

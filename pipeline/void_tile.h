@@ -8,10 +8,10 @@
 
 namespace cordillera::pipeline {
 
-/// A triangulation of the rectangle whose border vertices are exactly those of the four chains (indexed by Side), with their heights
-/// and labels; all inner vertices are void and no triangle is without a void corner. Nested squares, each with half the vertices of
-/// the one around it: valence <= 9 inside, 5 on the sides, 4 at the corners, and twice as many vertices as the border has.
-/// side >= 8; the chains agree at the corners. Corners are kKeep.
+/// A triangulation of the rectangle whose border vertices are exactly those of the four chains (indexed by Side), with their
+/// heights and labels; all inner vertices are void and no triangle is without a void corner. Nested squares, each with half the
+/// vertices of the one around it: valence <= 9 inside, 5 on the sides, 4 at the corners, and twice as many vertices as the border
+/// has. side >= 8; the chains agree at the corners. Corners are kKeep.
 proto::TileMesh void_tile(std::int32_t side, const std::array<Chain, 4>& border);
 
 /// The chain of a side without any data: two void corners.

@@ -33,10 +33,14 @@ struct Ends {
 Ends ends_of(std::size_t child, Side side) {
   const std::size_t sw = (child & 1) + 3 * (child >> 1);
   switch (side) {
-    case Side::west: return {sw, sw + 3};
-    case Side::east: return {sw + 1, sw + 4};
-    case Side::south: return {sw, sw + 1};
-    default: return {sw + 3, sw + 4};
+    case Side::west:
+      return {sw, sw + 3};
+    case Side::east:
+      return {sw + 1, sw + 4};
+    case Side::south:
+      return {sw, sw + 1};
+    default:
+      return {sw + 3, sw + 4};
   }
 }
 
@@ -127,8 +131,9 @@ proto::Result<TileMesh> weld(const WeldInput& input) {
   for (std::size_t c = 0; c < 4; ++c) {
     for (const Seam& seam : kSeams) {
       if (seam.second == c && !join(seam, children, number))
-        return proto::Problem{"weld-mismatch",
-                              "children " + std::to_string(seam.first) + " and " + std::to_string(c) + " differ on their common border", "", ""};
+        return proto::Problem{
+            "weld-mismatch",
+            "children " + std::to_string(seam.first) + " and " + std::to_string(c) + " differ on their common border", "", ""};
     }
     append(parent, *children[c], c, number[c]);
   }

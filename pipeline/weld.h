@@ -18,9 +18,9 @@ struct WeldInput {
   std::array<std::array<const Chain*, 4>, 4> outer{};
 };
 
-/// The mesh over the parent's rectangle: vertices of the children in their order, shared ones once; triangles in the same order; all
-/// marks but kVoid cleared, the parent's four corners kKeep. Fails with "weld-mismatch" when two children differ on a common border
-/// in a position, height or label.
+/// The mesh over the parent's rectangle: vertices of the children in their order, shared ones once; triangles in the same order;
+/// all marks but kVoid cleared, the parent's four corners kKeep. Fails with "weld-mismatch" when two children differ on a common
+/// border in a position, height or label.
 proto::Result<proto::TileMesh> weld(const WeldInput& input);
 
 }  // namespace cordillera::pipeline

@@ -108,15 +108,12 @@ bool write_pgm_from_gtx(const std::string& gtx_path, const std::string& pgm_path
 
 std::string ensure_egm96_pgm() {
   std::error_code error;
-  const std::vector<fs::path> folders = cache_folders();
-  for (const fs::path& folder : folders)
-    if (fs::is_regular_file(folder / "egm96-15.pgm", error)) return (folder / "egm96-15.pgm").string();
   const std::string gtx = find_gtx();
-  if (gtx.empty()) return "";
-  for (const fs::path& folder : folders) {
-    fs::create_directories(folder, error);
+  for (const fs::path& folder : cache_folders()) {
     const std::string path = (folder / "egm96-15.pgm").string();
-    if (!error && write_pgm_from_gtx(gtx, path)) return path;
+    if (fs::is_regular_file(path, error)) return path;
+    fs::create_directories(folder, error);
+    if (!gtx.empty() && !error && write_pgm_from_gtx(gtx, path)) return path;
   }
   return "";
 }

@@ -20,27 +20,35 @@ void start_gdal() {
   if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(kBlockCache_bytes);
 }
 
+struct Setting {
+  const char* key;
+  const char* value;
+  bool posted_only;
+};
+constexpr std::array<Setting, GdalScope::kSettingCount> kSettings{{
+    // GeoTIFF 1.0 files name their vertical CRS only on request; without it a declared datum would be lost.
+    {"GTIFF_REPORT_COMPD_CS", "YES", false},
+    {"GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR", true},
+    {"GDAL_PAM_ENABLED", "NO", true},
+}};
+
 }  // namespace
 
-GdalScope::GdalScope(Trust trust) : trust_(trust) {
+GdalScope::GdalScope(Trust trust) {
   static std::once_flag once;
   std::call_once(once, start_gdal);
   CPLPushErrorHandler(CPLQuietErrorHandler);
   CPLErrorReset();
-  // GeoTIFF 1.0 files name their vertical CRS only on request; without it a declared datum would be lost.
-  CPLSetThreadLocalConfigOption("GTIFF_REPORT_COMPD_CS", "YES");
-  if (trust_ == Trust::posted_file) {
-    CPLSetThreadLocalConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR");
-    CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", "NO");
+  for (std::size_t k = 0; k < kSettings.size(); ++k) {
+    const Setting& setting = kSettings[k];
+    if (const char* before = CPLGetThreadLocalConfigOption(setting.key, nullptr)) before_[k] = before, was_set_[k] = true;
+    if (!setting.posted_only || trust == Trust::posted_file) CPLSetThreadLocalConfigOption(setting.key, setting.value);
   }
 }
 
 GdalScope::~GdalScope() {
-  if (trust_ == Trust::posted_file) {
-    CPLSetThreadLocalConfigOption("GDAL_DISABLE_READDIR_ON_OPEN", nullptr);
-    CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", nullptr);
-  }
-  CPLSetThreadLocalConfigOption("GTIFF_REPORT_COMPD_CS", nullptr);
+  for (std::size_t k = 0; k < kSettings.size(); ++k)
+    CPLSetThreadLocalConfigOption(kSettings[k].key, was_set_[k] ? before_[k].c_str() : nullptr);
   CPLPopErrorHandler();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 // GDAL's global state, held still while we talk to it.
+#include <array>
 #include <string>
 
 #include "raster/source.h"
@@ -19,8 +20,11 @@ class GdalScope {
   /// GDAL's last message with the given path replaced by what the user called the file.
   std::string message(const std::string& path, const std::string& name) const;
 
+  static constexpr std::size_t kSettingCount = 3;
+
  private:
-  Trust trust_;
+  std::array<std::string, kSettingCount> before_;  ///< scopes nest: what to put back
+  std::array<bool, kSettingCount> was_set_{};
 };
 
 }  // namespace cordillera::raster

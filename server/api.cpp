@@ -7,7 +7,8 @@
 namespace cordillera::server {
 namespace {
 
-/// Reading is open to every origin. Writing is not announced to foreign pages: a browser then asks first, and is not answered yes.
+/// Reading is open to every origin. Writing is not announced to foreign pages: a browser then asks first, and is not answered
+/// yes.
 void add_cors(Response& response) {
   response.set("Access-Control-Allow-Origin", "*");
   response.set("Access-Control-Expose-Headers", "ETag, Location, Content-Length, Retry-After");
@@ -24,8 +25,8 @@ Response preflight(Resource resource) {
 }
 
 Response method_not_allowed(const Request& request, Resource resource) {
-  auto response = problem_response({"method-not-allowed", request.method.substr(0, 20) + " is not possible here",
-                                    allowed_methods(resource), ""});
+  auto response = problem_response(
+      {"method-not-allowed", request.method.substr(0, 20) + " is not possible here", allowed_methods(resource), ""});
   response.set("Allow", allowed_methods(resource));
   return response;
 }
@@ -79,14 +80,19 @@ Response Api::dispatch(const Request& request, const Route& route) {
   }
   if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);
   switch (route.resource) {
-    case Resource::index: return index();
+    case Resource::index:
+      return index();
     case Resource::health:
-    case Resource::readiness: return health(route.resource);
+    case Resource::readiness:
+      return health(route.resource);
     case Resource::page:
       return if_changed(request, page(service_.settings().serve.web, request.path, service_.registry().list()));
-    case Resource::datasets: return request.method == "POST" ? post_dataset(service_, request) : list();
-    case Resource::dataset: return request.method == "DELETE" ? remove(route.id) : status(route.id);
-    default: break;
+    case Resource::datasets:
+      return request.method == "POST" ? post_dataset(service_, request) : list();
+    case Resource::dataset:
+      return request.method == "DELETE" ? remove(route.id) : status(route.id);
+    default:
+      break;
   }
   const auto dataset = service_.registry().find(route.id);
   if (!dataset) return problem_response(unknown_dataset(route.id));

@@ -20,7 +20,7 @@ constexpr int kLongestWait_s = 600;
 struct Posting {
   Settings settings;
   std::string name;
-  std::string key;                        ///< Idempotency-Key, or empty
+  std::string key;  ///< Idempotency-Key, or empty
   std::string options_hash;
   Seconds wait{0};
   std::optional<std::uint64_t> expected;  ///< bytes of the body, if that is known
@@ -60,13 +60,15 @@ std::optional<proto::Problem> check_body(const Request& request, Posting& postin
 std::optional<proto::Problem> check_headers(const Request& request, Posting& posting) {
   posting.key = request.header("idempotency-key").value_or("");
   if (posting.key.size() > 255 || !is_utf8(posting.key)) {
-    return proto::Problem{"option-invalid", "the Idempotency-Key is too long or not text", "up to 255 characters", "Idempotency-Key"};
+    return proto::Problem{"option-invalid", "the Idempotency-Key is too long or not text", "up to 255 characters",
+                          "Idempotency-Key"};
   }
   const std::string prefer = request.header("prefer").value_or("");
   const auto wait = prefer.find("wait=");
   if (wait == std::string::npos) return std::nullopt;
   const auto first = wait + 5;
-  const auto seconds = digits<int>(std::string_view(prefer).substr(first, prefer.find_first_not_of("0123456789", first) - first));
+  const auto seconds =
+      digits<int>(std::string_view(prefer).substr(first, prefer.find_first_not_of("0123456789", first) - first));
   if (!seconds || *seconds < 0) {
     return proto::Problem{"option-invalid", "Prefer: wait names no number of seconds", "wait=SECONDS", "Prefer"};
   }
@@ -81,7 +83,8 @@ proto::Result<Posting> read_posting(Service& service, const Request& request) {
   posting.settings = std::move(settings.value());
   if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
   if (auto refused = check_headers(request, posting)) return *refused;
-  if (auto refused = check_body(request, posting, std::uint64_t{service.settings().serve.body_limit_mib} << 20)) return *refused;
+  if (auto refused = check_body(request, posting, std::uint64_t{service.settings().serve.body_limit_mib} << 20))
+    return *refused;
   const std::string& name = posting.settings.build.name();
   posting.name = name.empty() ? "raster" : name;
   posting.options_hash = digest(to_json_line(posting.settings.build) + (posting.settings.dry_run ? "dry" : ""));
@@ -89,7 +92,8 @@ proto::Result<Posting> read_posting(Service& service, const Request& request) {
 }
 
 proto::Problem key_reused(const std::string& what) {
-  return {"idempotency-key-reused", "this Idempotency-Key was used with " + what, "a new key for a new request", "Idempotency-Key"};
+  return {"idempotency-key-reused", "this Idempotency-Key was used with " + what, "a new key for a new request",
+          "Idempotency-Key"};
 }
 
 std::string now_text() {
@@ -135,9 +139,9 @@ Response accepted(Service& service, const std::string& id, const Posting& postin
   const auto dataset = service.registry().find(id);
   if (!dataset) return problem_response(unknown_dataset(id));
   const bool failed = posting.wait.count() > 0 && dataset->state == State::failed && dataset->problem;
-  Response response = failed ? problem_response(*dataset->problem)
-                             : json_response(dataset->state == State::ready ? 201 : 202,
-                                             status_json(service, *dataset, "datasets/" + id));
+  Response response =
+      failed ? problem_response(*dataset->problem)
+             : json_response(dataset->state == State::ready ? 201 : 202, status_json(service, *dataset, "datasets/" + id));
   response.set("Location", "datasets/" + id);
   if (waiting) response.set("Preference-Applied", "wait=" + std::to_string(posting.wait.count()));
   return response;
@@ -180,8 +184,8 @@ Response post_dataset(Service& service, const Request& request) {
   if (!posting->key.empty()) {
     key = service.key_token(posting->key);
     if (!key) {
-      return problem_response({"idempotency-key-in-use", "a request with this Idempotency-Key is under way", "trying again later",
-                               "Idempotency-Key"});
+      return problem_response({"idempotency-key-in-use", "a request with this Idempotency-Key is under way",
+                               "trying again later", "Idempotency-Key"});
     }
     earlier = service.registry().find_by_key(posting->key);
     if (earlier && earlier->options_hash != posting->options_hash) return problem_response(key_reused("other options"));

@@ -52,7 +52,8 @@ std::string event_text(const std::string& name, const Json& data) {
 /// One client's stream: what it has seen, and whether it has seen the end.
 class EventStream {
  public:
-  EventStream(Service& service, std::string id, Token token) : service_(service), id_(std::move(id)), token_(std::move(token)) {}
+  EventStream(Service& service, std::string id, Token token)
+      : service_(service), id_(std::move(id)), token_(std::move(token)) {}
 
   std::optional<std::string> next() {
     if (ended_ || service_.stopping()) return std::nullopt;
@@ -111,7 +112,8 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
 Response event_stream(Service& service, const Dataset& dataset) {
   Token token = service.wait_token();
   if (!token) {
-    return problem_response({"service-busy", "too many clients are waiting for events", "asking GET /v1/datasets/{id} now and then", ""});
+    return problem_response(
+        {"service-busy", "too many clients are waiting for events", "asking GET /v1/datasets/{id} now and then", ""});
   }
   Response response;
   response.set("Content-Type", "text/event-stream");

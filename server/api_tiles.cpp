@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "pipeline/manifest_json.h"
+#include "pipeline/subtree.h"
 #include "pipeline/tileset.h"
 #include "server/api.h"
 #include "server/digest.h"
@@ -32,14 +33,17 @@ Response document(std::string bytes, const char* type) {
 std::string range_text(const proto::Manifest& manifest, int level) {
   if (manifest.bounds_size() < 4) return "";
   const double per_deg = proto::tiles_up(level) / 180.0;
-  const auto tile = [per_deg](double deg, std::int32_t count) {
+  const auto first = [per_deg](double deg, std::int32_t count) {
     return std::clamp(static_cast<std::int32_t>(std::floor(deg * per_deg)), 0, count - 1);
   };
+  const auto last = [per_deg](double deg, std::int32_t count) {
+    return std::clamp(static_cast<std::int32_t>(std::ceil(deg * per_deg)) - 1, 0, count - 1);
+  };
   const auto across = proto::tiles_across(level), up = proto::tiles_up(level);
-  const auto span = [](std::int32_t first, std::int32_t last) { return std::to_string(first) + ".." + std::to_string(last); };
+  const auto span = [](std::int32_t from, std::int32_t to) { return std::to_string(from) + ".." + std::to_string(to); };
   return "; at level " + std::to_string(level) + " x " +
-         span(tile(manifest.bounds(0) + 180, across), tile(manifest.bounds(2) + 180, across)) + ", y " +
-         span(tile(manifest.bounds(1) + 90, up), tile(manifest.bounds(3) + 90, up));
+         span(first(manifest.bounds(0) + 180, across), last(manifest.bounds(2) + 180, across)) + ", y " +
+         span(first(manifest.bounds(1) + 90, up), last(manifest.bounds(3) + 90, up));
 }
 
 Response no_tile(const proto::Manifest& manifest, const Route& route) {

@@ -42,31 +42,12 @@ int dry_run(const pipeline::BuildRequest& request) {
   return kDone;
 }
 
-/// What must not be overwritten: a folder with something in it that no build of ours wrote.
-std::optional<proto::Problem> check_output(const fs::path& output) {
-  std::error_code error;
-  if (!fs::exists(output, error)) return std::nullopt;
-  const bool ours = fs::is_directory(output, error) && (fs::is_empty(output, error) || fs::exists(output / "manifest.json", error));
-  if (ours) return std::nullopt;
-  return proto::Problem{"output-occupied", output.string() + " holds something that no build wrote",
-                        "a new or empty folder, or one that an earlier build wrote", "--output"};
-}
-
-/// The finished folder takes the place of an older one in one step.
-proto::Result<void> put_in_place(const fs::path& finished, const fs::path& output) {
-  std::error_code error;
-  fs::remove_all(output, error);
-  if (!error) fs::rename(finished, output, error);
-  if (!error) return {};
-  return proto::Problem{"output-failed", "cannot write " + output.string() + ": " + error.message(), "a folder that can be written",
-                        "--output"};
-}
-
 proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request) {
   signal(SIGINT, [](int) { g_stop = true; });
   signal(SIGTERM, [](int) { g_stop = true; });
   ProgressBar bar;
-  auto manifest = pipeline::build(request, [&](const proto::Progress& progress) { bar.show(progress); }, g_stop);
+  auto manifest = pipeline::build(
+      request, [&](const proto::Progress& progress) { bar.show(progress); }, g_stop);
   bar.finish();
   return manifest;
 }
@@ -74,8 +55,6 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
 proto::Result<void> export_to(const std::string& store, const fs::path& folder) {
   const auto reader = pipeline::StoreReader::open(store);
   if (!reader) return reader.problem();
-  std::error_code ignored;
-  fs::remove_all(folder, ignored);
   return pipeline::export_static(**reader, folder.string());
 }
 
@@ -83,20 +62,22 @@ int build_folder(pipeline::BuildRequest request, const std::string& output) {
   // "out/" and "out" are one folder.
   fs::path place = fs::absolute(output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
-  if (auto occupied = check_output(place)) return fail(*occupied);
-  // Beside the output, so that the finished folder can be renamed into its place. Kept after a stop: the next run goes on there.
+  if (const auto usable = pipeline::check_export_folder(place.string()); !usable) return fail(usable.problem());
+  // Kept after a stop: the next run goes on there.
   const fs::path work = place.parent_path() / (place.filename().string() + ".building");
   std::error_code error;
   fs::create_directories(work, error);
-  if (error) return fail({"output-failed", "cannot create " + work.string() + ": " + error.message(), "a folder that can be written", "--output"});
+  if (error) {
+    return fail({"output-failed", "cannot create " + work.string() + ": " + error.message(), "a folder that can be written",
+                 "--output"});
+  }
   request.store_path = (work / kStoreFile).string();
   const auto manifest = build_store(request);
   if (!manifest) {
     if (manifest.problem().type != "cancelled") fs::remove_all(work, error);
     return fail(manifest.problem());
   }
-  auto done = export_to(request.store_path, work / "static");
-  if (done) done = put_in_place(work / "static", place);
+  const auto done = export_to(request.store_path, place);
   fs::remove_all(work, error);
   if (!done) return fail(done.problem());
   std::cout << manifest_table(*manifest) << "written to " << place.string() << "\n";

@@ -17,7 +17,7 @@ namespace cordillera::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kPatience = std::chrono::seconds(5);    // between SIGTERM and SIGKILL
+constexpr auto kPatience = std::chrono::seconds(5);         // between SIGTERM and SIGKILL
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // a child gone mad must not fill our memory
 
 struct Child {
@@ -48,7 +48,8 @@ std::optional<Child> spawn(const std::string& program, const std::string& folder
   const std::string parent = std::to_string(getpid());
   const char* arguments[] = {program.c_str(), "job", folder.c_str(), "--parent", parent.c_str(), nullptr};
   Child child;
-  const int failed = posix_spawn(&child.pid, program.c_str(), &actions, &attributes, const_cast<char* const*>(arguments), environ);
+  const int failed =
+      posix_spawn(&child.pid, program.c_str(), &actions, &attributes, const_cast<char* const*>(arguments), environ);
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   close(ends[1]);
@@ -134,7 +135,8 @@ proto::Problem crashed(int status) {
 proto::Result<std::optional<proto::Estimate>> run(const std::string& program, const std::filesystem::path& folder,
                                                   const ProgressSink& progress, const std::atomic<bool>& stop) {
   const auto child = spawn(program, folder.string());
-  if (!child) return proto::Problem{"internal", "cannot start the process that builds: " + std::string(strerror(errno)), "", ""};
+  if (!child)
+    return proto::Problem{"internal", "cannot start the process that builds: " + std::string(strerror(errno)), "", ""};
   log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
   Report report{progress, {}, {}, {}};
   listen_to(*child, report, stop);

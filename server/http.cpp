@@ -9,7 +9,7 @@
 namespace cordillera::server {
 namespace {
 
-constexpr int kBacklog = 512;                                // httplib's own 5 drops the connections of a map that zooms
+constexpr int kBacklog = 512;                                    // httplib's own 5 drops the connections of a map that zooms
 constexpr std::uint64_t kMostDrained = std::uint64_t{64} << 20;  // of a refused body, so that the client reads the refusal
 
 std::string lower(std::string text) {
@@ -53,7 +53,8 @@ std::vector<std::pair<std::string, std::string>> query_of(const std::string& tar
     rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
     if (pair.empty()) continue;
     const auto equals = pair.find('=');
-    query.emplace_back(decoded(pair.substr(0, equals)), equals == std::string_view::npos ? "" : decoded(pair.substr(equals + 1)));
+    query.emplace_back(decoded(pair.substr(0, equals)),
+                       equals == std::string_view::npos ? "" : decoded(pair.substr(equals + 1)));
   }
   return query;
 }
@@ -67,7 +68,8 @@ Request to_request(const httplib::Request& from) {
   return request;
 }
 
-/// Sends the body and then says that writing failed: the one way to make httplib close a connection whose request was not wholly read.
+/// Sends the body and then says that writing failed: the one way to make httplib close a connection whose request was not
+/// wholly read.
 void send_and_close(httplib::Response& to, const std::string& body, const std::string& type) {
   to.set_header("Connection", "close");
   to.set_content_provider(body.size(), type, [body](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
@@ -126,7 +128,8 @@ class HttplibServer : public HttpServer, private httplib::Server {
     set_keep_alive_timeout(5);
     set_read_timeout(60);
     set_write_timeout(60);
-    set_payload_max_length(std::numeric_limits<std::size_t>::max());  // the API has a limit of its own, which chunked bodies meet too
+    set_payload_max_length(
+        std::numeric_limits<std::size_t>::max());  // the API has a limit of its own, which chunked bodies meet too
     set_default_headers({{"Server", "Cordillera"}});
     const auto plain = [this](const httplib::Request& from, httplib::Response& to) { answer(from, to); };
     const auto with_body = [this](const httplib::Request& from, httplib::Response& to, const httplib::ContentReader& reader) {
@@ -154,8 +157,10 @@ class HttplibServer : public HttpServer, private httplib::Server {
   /// Errors that httplib finds itself come without a body.
   static void explain(httplib::Response& to) {
     if (!to.body.empty() || to.has_header("Content-Type") || to.content_provider_) return;
-    const char* type = to.status == 414 ? "uri-too-long" : to.status == 417 ? "expectation-failed"
-                       : to.status >= 500 ? "internal" : "request-invalid";
+    const char* type = to.status == 414   ? "uri-too-long"
+                       : to.status == 417 ? "expectation-failed"
+                       : to.status >= 500 ? "internal"
+                                          : "request-invalid";
     const char* detail = to.status >= 500 ? "the service failed to answer this request" : "the request is not valid HTTP/1.1";
     Json problem = problem_json({type, detail, "", ""});
     problem["status"] = to.status;
@@ -201,7 +206,8 @@ proto::Result<std::unique_ptr<HttpServer>> HttpServer::bind(Api& api, const std:
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   auto server = std::make_unique<HttplibServer>(api);
   if (!server->bind_to(host, std::atoi(listen.substr(colon + 1).c_str()))) {
-    return proto::Problem{"listen-failed", "cannot listen on " + listen, "an address of this machine and a port that is free", "--listen"};
+    return proto::Problem{"listen-failed", "cannot listen on " + listen, "an address of this machine and a port that is free",
+                          "--listen"};
   }
   return std::unique_ptr<HttpServer>(std::move(server));
 }

@@ -6,7 +6,6 @@
 #include "pipeline/manifest_json.h"
 #include "pipeline/store.h"
 #include "server/commands.h"
-#include "server/json.h"
 
 namespace cordillera::server {
 namespace {
@@ -29,11 +28,9 @@ proto::Result<proto::Manifest> read_manifest(const std::string& path) {
   std::ifstream file(fs::path(path) / "manifest.json");
   std::ostringstream text;
   text << file.rdbuf();
-  proto::Manifest manifest;
-  if (!from_json(text.str(), &manifest)) {
-    return proto::Problem{"file-unreadable", path + "/manifest.json is no manifest", accepted, "path"};
-  }
-  return manifest;
+  const auto manifest = pipeline::parse_manifest_json(text.str());
+  if (manifest) return *manifest;
+  return proto::Problem{"file-unreadable", path + "/manifest.json is no manifest", accepted, "path"};
 }
 
 }  // namespace
@@ -45,7 +42,7 @@ int info_command(const std::string& path, Show show) {
     return kFailed;
   }
   std::cout << (show == Show::json ? pipeline::manifest_json(*manifest) : manifest_table(*manifest));
-  std::cout << (show == Show::json ? "\n" : "") << std::flush;
+  std::cout << std::flush;
   return kDone;
 }
 

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <new>
 #include <sstream>
+#include <thread>
 
 #include "pipeline/build.h"
 #include "server/child.h"
@@ -28,15 +29,22 @@ void limit(__rlimit_resource resource, rlim_t value) {
   setrlimit(resource, &now);
 }
 
-/// What a raster from a stranger may cost. Address space is generous (stacks, mapped files, arenas of many threads), and not limited
-/// where CUDA may be used: its driver reserves far more than it ever touches.
+/// Whether the build may talk to a GPU: its driver reserves far more address space than it ever touches.
+bool may_use_cuda(const proto::BuildOptions& options) {
+  std::error_code ignored;
+  const auto exists = [&](const char* device) { return std::filesystem::exists(device, ignored); };
+  return options.device() != "cpu" && (exists("/dev/nvidiactl") || exists("/dev/dxg"));
+}
+
+/// What a raster from a stranger may cost. Address space is generous, and more so with threads: each has a stack and an arena.
 void restrict_process(const proto::BuildOptions& options) {
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 1024 * 1024 * kMiB);
-  if (options.device() == "cpu") {
+  if (!may_use_cuda(options)) {
     const rlim_t memory = options.memory() == 0 ? 4096 : options.memory();
-    limit(RLIMIT_AS, (4 * memory + 8192) * kMiB);
+    const rlim_t threads = options.threads() == 0 ? std::thread::hardware_concurrency() : options.threads();
+    limit(RLIMIT_AS, (4 * memory + 8192 + 256 * threads) * kMiB);
   }
   // If the machine runs out of memory, the kernel should take the build and not the service.
   std::ofstream("/proc/self/oom_score_adj") << 500;
@@ -102,8 +110,8 @@ int job_main(const std::string& folder, int parent) {
   try {
     return build_job(job, folder);
   } catch (const std::bad_alloc&) {
-    return fail({"memory-limit", "the build needs more memory than it may use", "more memory=, fewer threads= or a lower max_level=",
-                 "memory"});
+    return fail({"memory-limit", "the build needs more memory than it may use",
+                 "more memory=, fewer threads= or a lower max_level=", "memory"});
   } catch (const std::exception& error) {
     return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});
   }

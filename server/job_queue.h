@@ -23,7 +23,8 @@ class JobQueue {
   /// Queues again whatever a former process left unfinished, oldest first.
   void resume();
   void enqueue(const std::string& id);
-  /// Ends a running build and returns when it has ended. Remove the dataset from the registry first: then it can't start any more.
+  /// Ends a running build and returns when it has ended. Remove the dataset from the registry first: then it can't start any
+  /// more.
   void cancel(const std::string& id);
   /// What a build of the raster in this folder would make; waits for its turn beside the builds.
   proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const proto::Job& job);

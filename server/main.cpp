@@ -1,7 +1,7 @@
 // The command line. Every option of `build` and `serve` comes from the one table in options.h.
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <iostream>
+#include <functional>
 
 #include "server/child.h"
 #include "server/commands.h"
@@ -33,7 +33,8 @@ void add_options(CLI::App& command, const std::vector<OptionSpec>& table, Readin
     }
   }
   command.add_option("--config", reading.config, "file with lines of name = value")->type_name("FILE");
-  command.footer("Options also come from the environment (CORDILLERA_ERROR=2 …) and from the config file; the command line wins.");
+  command.footer(
+      "Options also come from the environment (CORDILLERA_ERROR=2 …) and from the config file; the command line wins.");
   command.allow_extras();
 }
 
@@ -71,6 +72,14 @@ std::optional<proto::Problem> check_extras(const CLI::App& command, const std::v
     if (!unknown) return unknown.problem();
   }
   return std::nullopt;
+}
+
+/// Runs a command with what its options say, or tells what is wrong with them.
+int with_settings(const CLI::App& command, const std::vector<OptionSpec>& table, const Reading& reading,
+                  const std::function<int(const Settings&)>& run) {
+  if (auto extra = check_extras(command, table)) return wrong_usage(*extra);
+  const auto settings = settings_from(table, reading);
+  return settings ? run(*settings) : wrong_usage(settings.problem());
 }
 
 std::string own_path() {
@@ -121,13 +130,12 @@ int main(int count, char** words) {
   if (*decode) return decode_command(tile);
   if (*info) return info_command(subject, as_json ? Show::json : Show::table);
 
-  const bool building = *build;
-  const auto& table = building ? build_options() : serve_table;
-  if (auto extra = check_extras(building ? *build : *serve, table)) return wrong_usage(*extra);
-  const auto settings = settings_from(table, building ? build_reading : serve_reading);
-  if (!settings) return wrong_usage(settings.problem());
-  if (building && output.empty() && !settings->dry_run) {
-    return wrong_usage({"usage", "build needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output"});
+  if (*build) {
+    return with_settings(*build, build_options(), build_reading, [&](const Settings& settings) {
+      if (!output.empty() || settings.dry_run) return build_command(settings, raster, output);
+      return wrong_usage({"usage", "build needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output"});
+    });
   }
-  return building ? build_command(*settings, raster, output) : serve_command(*settings, own_path());
+  return with_settings(*serve, serve_table, serve_reading,
+                       [](const Settings& settings) { return serve_command(settings, own_path()); });
 }

@@ -26,11 +26,11 @@ std::string source_lines(const proto::Source& source) {
   std::string out = text("source    %.200s: %u x %u %s, %s\n", source.file().c_str(), source.columns(), source.rows(),
                          source.data_type().c_str(), source.driver().c_str());
   out += text("crs       %.300s (%s)\n", source.crs().c_str(), source.crs_from().c_str());
-  out += text("heights   above %.200s (%s), unit %.50s\n", source.vertical_datum().c_str(), source.vertical_datum_from().c_str(),
-              source.unit().c_str());
+  out += text("heights   above %.200s (%s), unit %.50s\n", source.vertical_datum().c_str(),
+              source.vertical_datum_from().c_str(), source.unit().c_str());
   out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
-  out += text("range     %.2f to %.2f m above the ellipsoid; resampling error %.3f m\n", source.min_height(), source.max_height(),
-              source.resampling_error());
+  out += text("range     %.2f to %.2f m above the ellipsoid; resampling error %.3f m\n", source.min_height(),
+              source.max_height(), source.resampling_error());
   return out;
 }
 
@@ -40,14 +40,14 @@ void complain(const proto::Problem& problem) { std::cerr << "cordillera: " << pr
 
 std::string manifest_table(const proto::Manifest& manifest) {
   std::string out = source_lines(manifest.source());
-  out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m; built on %s\n", manifest.tiles(), manifest.min_level(),
-              manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m(),
-              manifest.device().c_str());
+  out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m; built on %s\n", manifest.tiles(),
+              manifest.min_level(), manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(),
+              manifest.cell_m(), manifest.device().c_str());
   out += "\nlevel   tiles  triangles        .drc        .glb   target m  max error m     rmse m\n";
   for (const proto::LevelSummary& level : manifest.levels()) {
     out += text("%5u %7u %10u %11s %11s %10.3f %11.3f%s %10.3f\n", level.level(), level.tiles(), level.triangles(),
-                bytes_text(level.drc_bytes()).c_str(), bytes_text(level.glb_bytes()).c_str(), level.target(), level.stated_max_error(),
-                level.composed() ? "*" : " ", level.rmse());
+                bytes_text(level.drc_bytes()).c_str(), bytes_text(level.glb_bytes()).c_str(), level.target(),
+                level.stated_max_error(), level.composed() ? "*" : " ", level.rmse());
   }
   for (const proto::LevelSummary& level : manifest.levels()) {
     if (level.composed()) return out + "* a bound composed from finer levels; the others are measured\n";

@@ -128,23 +128,30 @@ std::vector<OptionSpec> make_build_options() {
   return {
       {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
        apply_text<&BuildOptions::mutable_name>},
-      {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards", "metres above 0, up to 1000000",
-       apply_error},
+      {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards",
+       "metres above 0, up to 1000000", apply_error},
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
        "numbers above 0 up to 1, falling, separated by commas: 0.5,0.25,0.1", apply_keep},
       {"scheme", "SCHEME", "how tiles divide the earth", "geodetic",
-       [](std::string_view text, Settings& settings) { return read_choice(text, {"geodetic"}, settings.build.mutable_scheme()); }},
+       [](std::string_view text, Settings& settings) {
+         return read_choice(text, {"geodetic"}, settings.build.mutable_scheme());
+       }},
       {"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
        apply_text<&BuildOptions::mutable_crs>},
       {"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
-       "EGM96, EGM2008, EGM84, ellipsoid, or a geoid grid file (over HTTP: one that the operator put into the folder datum-grids)",
+       "EGM96, EGM2008, EGM84, ellipsoid, or a geoid grid file (over HTTP: the bare name of one in the operator's geoid "
+       "folders)",
        apply_datum},
-      {"nodata", "WHAT", "what becomes of pixels without data", "hole, fill, or a height in metres that is put there", apply_nodata},
+      {"nodata", "WHAT", "what becomes of pixels without data", "hole, fill, or a height in metres that is put there",
+       apply_nodata},
       {"strategy", "NAME", "how meshes are simplified", "waves",
-       [](std::string_view text, Settings& settings) { return read_choice(text, {"waves"}, settings.build.mutable_strategy()); }},
+       [](std::string_view text, Settings& settings) {
+         return read_choice(text, {"waves"}, settings.build.mutable_strategy());
+       }},
       {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
        [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},
-      {"threads", "N", "threads of a build; 0: as many as the machine has", "0 to 1024", apply_whole<&BuildOptions::set_threads, 1024>},
+      {"threads", "N", "threads of a build; 0: as many as the machine has", "0 to 1024",
+       apply_whole<&BuildOptions::set_threads, 1024>},
       {"memory", "MIB", "memory a build may use, MiB; 0: the default", "0, or 64 to 16777216", apply_memory},
       {"bbox", "W,S,E,N", "build only this box, degrees; west above east crosses the antimeridian",
        "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
@@ -155,7 +162,8 @@ std::vector<OptionSpec> make_build_options() {
        apply_z_scale},
       {"z-offset", "METRES", "see z-scale", "metres", apply_z_offset},
       {"title", "TEXT", "title carried into every document", "text", apply_text<&BuildOptions::mutable_title>},
-      {"attribution", "TEXT", "attribution carried into every document", "text", apply_text<&BuildOptions::mutable_attribution>},
+      {"attribution", "TEXT", "attribution carried into every document", "text",
+       apply_text<&BuildOptions::mutable_attribution>},
       {"dry-run", "", "say levels, tiles, bytes and time expected; build nothing", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.dry_run); }},
   };
@@ -163,16 +171,22 @@ std::vector<OptionSpec> make_build_options() {
 
 std::vector<OptionSpec> make_serve_options() {
   return {
-      {"listen", "HOST:PORT", "where to listen; port 0: any free one", "an address and a port, such as 127.0.0.1:8080", apply_listen},
-      {"data", "DIR", "folder that holds everything the service keeps", "a folder that can be written", apply_path<&ServeSettings::data>},
+      {"listen", "HOST:PORT", "where to listen; port 0: any free one", "an address and a port, such as 127.0.0.1:8080",
+       apply_listen},
+      {"data", "DIR", "folder that holds everything the service keeps", "a folder that can be written",
+       apply_path<&ServeSettings::data>},
       {"web", "DIR", "folder of the viewer page; default: the one built with the program", "a folder",
        apply_path<&ServeSettings::web>},
-      {"datum-grids", "DIR", "folder of geoid grids that requests may name as vertical_datum", "a folder",
-       apply_path<&ServeSettings::datum_grids>},
+      {"geoids", "DIRS", "folders of geoid grids that requests may name as vertical_datum", "folders, separated by colons",
+       apply_path<&ServeSettings::geoids>},
       {"jobs", "N", "builds that run at the same time", "1 to 64",
-       [](std::string_view text, Settings& settings) { return read_whole(text, {1, 64}, &settings.serve.jobs); }},
+       [](std::string_view text, Settings& settings) {
+         return read_whole(text, {1, 64}, &settings.serve.jobs);
+       }},
       {"body-limit", "MIB", "greatest raster that may be posted, MiB", "1 to 16777216",
-       [](std::string_view text, Settings& settings) { return read_whole(text, {1, 1u << 24}, &settings.serve.body_limit_mib); }},
+       [](std::string_view text, Settings& settings) {
+         return read_whole(text, {1, 1u << 24}, &settings.serve.body_limit_mib);
+       }},
       {"log-level", "LEVEL", "what is logged to stderr", "debug, info, warn or error",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"debug", "info", "warn", "error"}, &settings.serve.log_level);

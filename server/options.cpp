@@ -16,9 +16,7 @@ std::string underscored(std::string name) {
 /// The combinations that no single option can refuse.
 proto::Result<void> check_together(const Settings& settings, Spelling spelling) {
   const proto::BuildOptions& build = settings.build;
-  const auto name = [spelling](const char* plain) {
-    return spelt({plain, "", "", "", nullptr}, spelling);
-  };
+  const auto name = [spelling](const char* plain) { return spelt({plain, "", "", "", nullptr}, spelling); };
   if (build.has_min_level() && build.has_max_level() && build.min_level() > build.max_level()) {
     return proto::Problem{"option-invalid",
                           name("min-level") + "=" + std::to_string(build.min_level()) + " is above " + name("max-level") + "=" +
@@ -45,17 +43,22 @@ proto::Problem unknown_option(const std::string& name, const std::vector<OptionS
   const char* kind = spelling == Spelling::query ? "query parameter" : "option";
   const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
   return {"option-unknown",
-          std::string("unknown ") + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all, shown};
+          std::string("unknown ") + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all,
+          shown};
 }
 
 }  // namespace
 
 std::string spelt(const OptionSpec& option, Spelling spelling) {
   switch (spelling) {
-    case Spelling::query: return underscored(option.name);
-    case Spelling::command_line: return "--" + option.name;
-    case Spelling::config_file: return option.name;
-    case Spelling::environment: break;
+    case Spelling::query:
+      return underscored(option.name);
+    case Spelling::command_line:
+      return "--" + option.name;
+    case Spelling::config_file:
+      return option.name;
+    case Spelling::environment:
+      break;
   }
   std::string name = "CORDILLERA_" + underscored(option.name);
   for (char& c : name) {
@@ -64,7 +67,8 @@ std::string spelt(const OptionSpec& option, Spelling spelling) {
   return name;
 }
 
-proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given, Spelling spelling) {
+proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given,
+                                   Spelling spelling) {
   std::set<std::string> seen;
   for (const auto& [name, value] : given) {
     const auto option = std::find_if(table.begin(), table.end(), [&, &wanted = name](const OptionSpec& candidate) {
@@ -72,7 +76,8 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
     });
     if (option == table.end()) return unknown_option(name, table, spelling);
     if (!seen.insert(option->name).second) {
-      return proto::Problem{"option-repeated", name + " is given twice", "each option once; lists are separated by commas", name};
+      return proto::Problem{"option-repeated", name + " is given twice", "each option once; lists are separated by commas",
+                            name};
     }
     if ((option->name == "error" && seen.count("keep") != 0) || (option->name == "keep" && seen.count("error") != 0)) {
       return proto::Problem{"options-conflict", "error and keep are two ways to say how fine the levels are; both are given",
@@ -98,7 +103,8 @@ Given environment_layer(const std::vector<OptionSpec>& table) {
 
 proto::Result<Given> config_file_layer(const std::string& path) {
   std::ifstream file(path);
-  if (!file) return proto::Problem{"file-unreadable", "cannot read the config file " + path, "a readable text file", "--config"};
+  if (!file)
+    return proto::Problem{"file-unreadable", "cannot read the config file " + path, "a readable text file", "--config"};
   Given given;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
@@ -106,8 +112,8 @@ proto::Result<Given> config_file_layer(const std::string& path) {
     if (line.empty() || line.front() == '#') continue;
     const auto equals = line.find('=');
     if (equals == std::string::npos) {
-      return proto::Problem{"config-invalid", path + ":" + std::to_string(number) + ": no '=' in the line", "lines of name = value",
-                            "--config"};
+      return proto::Problem{"config-invalid", path + ":" + std::to_string(number) + ": no '=' in the line",
+                            "lines of name = value", "--config"};
     }
     std::string value = trimmed(line.substr(equals + 1));
     if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);

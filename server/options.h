@@ -1,6 +1,6 @@
 #pragma once
-// The one table of options. Query strings, the command line, the config file and environment variables are all read through it, so
-// that a name, a range or a sentence of help cannot differ between them.
+// The one table of options. Query strings, the command line, the config file and environment variables are all read through it,
+// so that a name, a range or a sentence of help cannot differ between them.
 #include <string>
 #include <string_view>
 #include <utility>
@@ -16,9 +16,9 @@ namespace cordillera::server {
 struct ServeSettings {
   std::string listen = "127.0.0.1:8080";
   std::string data = "cordillera-data";
-  std::string web;                     ///< folder of the viewer; empty: beside the program
-  std::string datum_grids;             ///< folder whose files a request may name as vertical_datum; empty: none
-  std::uint32_t jobs = 1;              ///< builds that run at the same time
+  std::string web;         ///< folder of the viewer; empty: beside the program
+  std::string geoids;      ///< folders, separated by colons, whose grids a request may name as vertical_datum
+  std::uint32_t jobs = 1;  ///< builds that run at the same time
   std::uint32_t body_limit_mib = 16384;
   std::string log_level = "info";
 };
@@ -31,8 +31,8 @@ struct Settings {
 };
 
 struct OptionSpec {
-  std::string name;      ///< as on the command line, without the dashes: "vertical-datum"
-  std::string value;     ///< what stands for the value in help: "METRES"; empty: a switch
+  std::string name;   ///< as on the command line, without the dashes: "vertical-datum"
+  std::string value;  ///< what stands for the value in help: "METRES"; empty: a switch
   std::string help;
   std::string accepted;  ///< for problems and help: what values there are
   Complaint (*apply)(std::string_view text, Settings& settings);
@@ -54,7 +54,8 @@ using Given = std::vector<std::pair<std::string, std::string>>;
 
 /// Puts a layer over settings. error and keep replace each other between layers; within one layer they are a contradiction.
 /// An unknown name, a repeated one or a bad value is a Problem that names it and what is accepted.
-proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given, Spelling spelling);
+proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given,
+                                   Spelling spelling);
 
 /// The variables of the table that are set in this process's environment.
 Given environment_layer(const std::vector<OptionSpec>& table);

@@ -14,6 +14,8 @@ const std::vector<ProblemKind>& table() {
       {"option-unknown", 400, "Unknown option"},
       {"option-repeated", 400, "Option given twice"},
       {"option-invalid", 400, "Bad value of an option"},
+      {"bad-option", 400, "Bad value of an option"},
+      {"conflicting-options", 400, "Options that exclude each other"},
       {"options-conflict", 400, "Options that exclude each other"},
       {"option-forbidden", 403, "The operator does not allow this value"},
       {"not-found", 404, "No such resource"},

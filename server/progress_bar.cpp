@@ -29,9 +29,11 @@ std::string progress_text(const proto::Progress& progress) {
   std::string text = progress.stage();
   if (progress.total() <= 0) return text;
   char counts[96];
-  std::snprintf(counts, sizeof counts, " %.0f/%.0f %3.0f %%", progress.done(), progress.total(), std::floor(100 * share_of(progress)));
+  std::snprintf(counts, sizeof counts, " %.0f/%.0f %3.0f %%", progress.done(), progress.total(),
+                std::floor(100 * share_of(progress)));
   text += counts;
-  if (progress.seconds_left() >= 0 && progress.done() < progress.total()) text += ", " + time_text(progress.seconds_left()) + " left";
+  if (progress.seconds_left() >= 0 && progress.done() < progress.total())
+    text += ", " + time_text(progress.seconds_left()) + " left";
   return text;
 }
 

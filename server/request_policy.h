@@ -7,8 +7,9 @@
 
 namespace cordillera::server {
 
-/// Makes a request's options safe to hand to a job: a vertical datum that is a file must be one of the operator's grids (it becomes
-/// that file's path), a CRS must not name a file or an address, and threads and memory stay within what the operator set.
+/// Makes a request's options safe to hand to a job: neither CRS nor vertical datum may name a path or an address (a geoid grid
+/// is named by its bare file name and looked for in the operator's folders), and threads and memory stay within what the
+/// operator set.
 std::optional<proto::Problem> apply_policy(const Settings& server, proto::BuildOptions& options);
 
 }  // namespace cordillera::server

@@ -1,11 +1,12 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <iostream>
+#include <cstdlib>
 #include <thread>
 
 #include "server/commands.h"
 #include "server/http.h"
 #include "server/log.h"
+#include "server/request_policy.h"
 #include "server/web.h"
 
 namespace cordillera::server {
@@ -14,6 +15,13 @@ int serve_command(const Settings& given, const std::string& program) {
   Settings settings = given;
   if (settings.serve.web.empty()) settings.serve.web = default_web_folder(program);
   start_log(settings.serve.log_level);
+  // Where raster looks for geoid grids, in the processes that build.
+  if (!settings.serve.geoids.empty()) setenv("CORDILLERA_GEOIDS", settings.serve.geoids.c_str(), 1);
+  // What is a default of every request must be something that a request may ask for.
+  if (auto refused = apply_policy(settings, settings.build)) {
+    complain(*refused);
+    return kUsage;
+  }
 
   auto service = Service::open(settings, child_runner(program));
   if (!service) {

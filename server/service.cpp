@@ -57,7 +57,8 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   if (!registry) return registry.problem();
   service->registry_ = std::move(registry.value());
   remove_orphans(layout, *service->registry_);
-  service->queue_ = std::make_unique<JobQueue>(layout, *service->registry_, service->hub_, std::move(runner), settings.serve.jobs);
+  service->queue_ =
+      std::make_unique<JobQueue>(layout, *service->registry_, service->hub_, std::move(runner), settings.serve.jobs);
   service->queue_->resume();
   return service;
 }

@@ -17,8 +17,8 @@ using Token = std::shared_ptr<void>;
 
 class Service {
  public:
-  /// Creates the data folder, locks it (two servers on one folder would ruin each other's work), removes what a former process left
-  /// half-made and queues its unfinished builds again.
+  /// Creates the data folder, locks it (two servers on one folder would ruin each other's work), removes what a former process
+  /// left half-made and queues its unfinished builds again.
   static proto::Result<std::unique_ptr<Service>> open(const Settings& settings, JobRunner runner);
   ~Service();
 

@@ -13,13 +13,23 @@ namespace {
 namespace fs = std::filesystem;
 
 const char* content_type(const fs::path& path) {
-  static const std::pair<const char*, const char*> types[] = {
-      {".html", "text/html; charset=utf-8"}, {".js", "text/javascript; charset=utf-8"}, {".mjs", "text/javascript; charset=utf-8"},
-      {".css", "text/css; charset=utf-8"},   {".json", "application/json"},             {".wasm", "application/wasm"},
-      {".svg", "image/svg+xml"},             {".png", "image/png"},                     {".jpg", "image/jpeg"},
-      {".gif", "image/gif"},                 {".ico", "image/x-icon"},                  {".xml", "application/xml"},
-      {".txt", "text/plain; charset=utf-8"}, {".map", "application/json"},              {".glb", "model/gltf-binary"},
-      {".ktx2", "image/ktx2"},               {".woff2", "font/woff2"}};
+  static const std::pair<const char*, const char*> types[] = {{".html", "text/html; charset=utf-8"},
+                                                              {".js", "text/javascript; charset=utf-8"},
+                                                              {".mjs", "text/javascript; charset=utf-8"},
+                                                              {".css", "text/css; charset=utf-8"},
+                                                              {".json", "application/json"},
+                                                              {".wasm", "application/wasm"},
+                                                              {".svg", "image/svg+xml"},
+                                                              {".png", "image/png"},
+                                                              {".jpg", "image/jpeg"},
+                                                              {".gif", "image/gif"},
+                                                              {".ico", "image/x-icon"},
+                                                              {".xml", "application/xml"},
+                                                              {".txt", "text/plain; charset=utf-8"},
+                                                              {".map", "application/json"},
+                                                              {".glb", "model/gltf-binary"},
+                                                              {".ktx2", "image/ktx2"},
+                                                              {".woff2", "font/woff2"}};
   for (const auto& [suffix, type] : types) {
     if (path.extension() == suffix) return type;
   }
@@ -30,11 +40,20 @@ std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
@@ -44,7 +63,8 @@ Response plain_page(const std::vector<Dataset>& datasets) {
   std::string html =
       "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Cordillera</title>"
       "<style>body{font:16px/1.5 sans-serif;max-width:50em;margin:3em auto;padding:0 1em}code{background:#eee}</style>"
-      "<h1>Cordillera</h1><p>The service works, but its viewer is not installed: it is taken from npm when the project is built. "
+      "<h1>Cordillera</h1><p>The service works, but its viewer is not installed: it is taken from npm when the project is "
+      "built. "
       "Install Node.js with npm and build again, or name a folder that holds it with <code>--web</code>.</p>"
       "<p><a href=\"v1\">API</a></p><h2>Datasets</h2>";
   if (datasets.empty()) {
@@ -55,7 +75,8 @@ Response plain_page(const std::vector<Dataset>& datasets) {
     const std::string base = "v1/datasets/" + dataset.id;
     html += "<li><a href=\"" + base + "\">" + escaped(dataset.name) + "</a> (" + to_string(dataset.state) + ")";
     if (dataset.state == State::ready) {
-      html += ": <a href=\"" + base + "/tileset.json\">tileset.json</a>, <a href=\"" + base + "/manifest.json\">manifest.json</a>";
+      html +=
+          ": <a href=\"" + base + "/tileset.json\">tileset.json</a>, <a href=\"" + base + "/manifest.json\">manifest.json</a>";
     }
     html += "</li>";
   }

@@ -8,7 +8,8 @@
 
 namespace cordillera::server {
 
-/// Where the build or the installation puts the viewer: <program's folder>/../share/web or ../share/cordillera/web. May not exist.
+/// Where the build or the installation puts the viewer: <program's folder>/../share/web or ../share/cordillera/web. May not
+/// exist.
 std::string default_web_folder(const std::string& program);
 
 /// The file of a path like /, /index.html or /assets/viewer.js. Nothing outside the folder is ever read.

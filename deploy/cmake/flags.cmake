@@ -6,7 +6,7 @@ add_library(cordillera_flags INTERFACE)
 target_compile_features(cordillera_flags INTERFACE cxx_std_20)
 set_property(GLOBAL PROPERTY CXX_STANDARD_REQUIRED ON)
 target_compile_options(cordillera_flags INTERFACE
-  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-array-bounds -Werror>
+  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wno-array-bounds $<$<BOOL:${CORDILLERA_WERROR}>:-Werror>>
   $<$<COMPILE_LANGUAGE:CUDA>:-std=c++20 -fmad=false --expt-relaxed-constexpr -Xcompiler=-ffp-contract=off,-Wall,-Wextra>)
 target_include_directories(cordillera_flags INTERFACE ${CMAKE_SOURCE_DIR})
 if(CORDILLERA_SANITIZE)

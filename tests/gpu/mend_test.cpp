@@ -57,7 +57,8 @@ void expect_mended(const TileMesh& input, const std::string& what) {
   EXPECT_LE(most.inside, 14u) << what;
   EXPECT_LE(most.sides, 8u) << what;
   EXPECT_LE(most.corners, 4u) << what;
-  if (std::getenv("MEND_VERBOSE")) printf("%s: inside %zu vertices %zu of %zu\n", what.c_str(), most.inside, mesh.vertices(), input.vertices());
+  if (std::getenv("MEND_VERBOSE"))
+    printf("%s: inside %zu vertices %zu of %zu\n", what.c_str(), most.inside, mesh.vertices(), input.vertices());
 }
 
 TEST(Mend, HarshChainsOnGrids) {
@@ -68,7 +69,8 @@ TEST(Mend, HarshChainsOnGrids) {
         if (cells == 256 && stride < 16) continue;
         TileMesh mesh = grid(cells, labels, random);
         ASSERT_GT(thin_border(mesh, stride), 0u);
-        expect_mended(mesh, std::to_string(cells) + " stride " + std::to_string(stride) + " labels " + std::to_string(static_cast<int>(labels)));
+        expect_mended(mesh, std::to_string(cells) + " stride " + std::to_string(stride) + " labels " +
+                                std::to_string(static_cast<int>(labels)));
       }
 }
 

@@ -27,12 +27,15 @@ long double product(const Point& a, const Point& b) { return a[0] * b[0] + a[1] 
 
 /// Textbook geodetic to ECEF, with the library's sines.
 Point position(const Lattice& lattice, std::int64_t i, std::int64_t j, long double h) {
-  const long double lon = (-180 + 360.0L * i / lattice.columns()) * M_PIl / 180, lat = (-90 + 180.0L * j / lattice.rows()) * M_PIl / 180;
+  const long double lon = (-180 + 360.0L * i / lattice.columns()) * M_PIl / 180,
+                    lat = (-90 + 180.0L * j / lattice.rows()) * M_PIl / 180;
   const long double f = 1 / 298.257223563L, e2 = f * (2 - f), n = 6378137 / std::sqrt(1 - e2 * std::sin(lat) * std::sin(lat));
   const long double r = 2 * std::abs(j - lattice.rows() / 2) == lattice.rows() ? 0 : (n + h) * std::cos(lat);
   return {r * std::cos(lon), r * std::sin(lon), (n * (1 - e2) + h) * std::sin(lat)};
 }
-Point up(const Lattice& lattice, std::int64_t i, std::int64_t j) { return minus(position(lattice, i, j, 1), position(lattice, i, j, 0)); }
+Point up(const Lattice& lattice, std::int64_t i, std::int64_t j) {
+  return minus(position(lattice, i, j, 1), position(lattice, i, j, 0));
+}
 
 struct Scene {
   Lattice lattice;
@@ -110,7 +113,7 @@ Scene scene(int finest, TileAddress tile, std::int32_t cells, double step_m, con
 }
 
 struct Brute {
-  double max_m = 0;         ///< over both decodings and all hits
+  double max_m = 0;                    ///< over both decodings and all hits
   double least_sum = 0, most_sum = 0;  ///< of squares; a sample on several triangles may take any of them
   std::uint32_t samples = 0, uncovered = 0, overcovered = 0, hits = 0;
 };
@@ -143,7 +146,8 @@ Brute brute(const Scene& s) {
       one.x[k] = s.mesh.x[t[k]];
       one.y[k] = s.mesh.y[t[k]];
       one.exact[k] = position(s.lattice, s.west() + one.x[k], s.south() + one.y[k], s.mesh.height[t[k]] / 1024.0L);
-      for (unsigned c = 0; c < 3; ++c) one.rounded[k][c] = std::nearbyint(static_cast<double>(one.exact[k][c]) / s.step_m) * s.step_m;
+      for (unsigned c = 0; c < 3; ++c)
+        one.rounded[k][c] = std::nearbyint(static_cast<double>(one.exact[k][c]) / s.step_m) * s.step_m;
     }
     const Point n = cross_product(minus(one.exact[1], one.exact[0]), minus(one.exact[2], one.exact[0]));
     one.area = product(n, n) > 0;
@@ -292,7 +296,8 @@ TEST(surface_error, antimeridian_and_window_do_not_change_it) {
   for (std::int64_t r = 0; r < s.samples.rows; ++r)
     for (std::int64_t c = 0; c < columns; ++c) {
       const std::int64_t x = (c + 100) % columns;
-      circle_samples.height.push_back(x <= s.mesh.side ? s.samples.height[static_cast<std::size_t>(r * s.samples.columns + x)] : 0);
+      circle_samples.height.push_back(x <= s.mesh.side ? s.samples.height[static_cast<std::size_t>(r * s.samples.columns + x)]
+                                                       : 0);
     }
   s.samples = circle_samples;
   EXPECT_EQ(s.measure().max_m, whole.max_m);
@@ -334,7 +339,7 @@ TEST(surface_error, names_the_worst_sample_of_each_triangle_above_the_limit) {
 }
 
 TEST(surface_error, coarse_rounding_is_seen) {
-  Scene s = scene(14, {14, 20000, 8192}, 64, 2, sea);  // a step of 2 m on cells of 4.9 m
+  Scene s = scene(14, {14, 20000, 8192}, 32, 2, sea);  // a step of 2 m on cells of 4.9 m
   agree(s, 1.6);
   EXPECT_GT(s.measure().max_m, 0.5);
   EXPECT_LT(s.measure().sum_squared_m2, 1e-3);

@@ -22,20 +22,27 @@ TileMesh surface(std::int32_t cells, std::int32_t side, const std::function<doub
   std::vector<std::int32_t> heights;
   for (std::int32_t j = 0; j <= cells; ++j)
     for (std::int32_t i = 0; i <= cells; ++i)
-      heights.push_back(static_cast<std::int32_t>(1024 * height_m(static_cast<double>(i) / cells, static_cast<double>(j) / cells)));
+      heights.push_back(
+          static_cast<std::int32_t>(1024 * height_m(static_cast<double>(i) / cells, static_cast<double>(j) / cells)));
   return gpu::grid_mesh(cells, side / cells, heights);
 }
 
 Vec3 geodetic(double longitude_deg, double latitude_deg, double height_m) {
-  const double lon = longitude_deg * M_PI / 180, lat = latitude_deg * M_PI / 180, e2 = proto::kFlattening * (2 - proto::kFlattening);
+  const double lon = longitude_deg * M_PI / 180, lat = latitude_deg * M_PI / 180,
+               e2 = proto::kFlattening * (2 - proto::kFlattening);
   const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * std::sin(lat) * std::sin(lat));
-  return {(n + height_m) * std::cos(lat) * std::cos(lon), (n + height_m) * std::cos(lat) * std::sin(lon), (n * (1 - e2) + height_m) * std::sin(lat)};
+  return {(n + height_m) * std::cos(lat) * std::cos(lon), (n + height_m) * std::cos(lat) * std::sin(lon),
+          (n * (1 - e2) + height_m) * std::sin(lat)};
 }
 
 // Height of the surface over a place, by looking through all triangles and solving for where the vertical line meets.
 double height_over(const TileMesh& mesh, const proto::Lattice& lattice, const proto::TileAddress& tile, double x, double y) {
-  const auto lon = [&](double i) { return -180 + 360 * (static_cast<double>(lattice.west(tile)) + i) / static_cast<double>(lattice.columns()); };
-  const auto lat = [&](double j) { return -90 + 180 * (static_cast<double>(lattice.south(tile)) + j) / static_cast<double>(lattice.rows()); };
+  const auto lon = [&](double i) {
+    return -180 + 360 * (static_cast<double>(lattice.west(tile)) + i) / static_cast<double>(lattice.columns());
+  };
+  const auto lat = [&](double j) {
+    return -90 + 180 * (static_cast<double>(lattice.south(tile)) + j) / static_cast<double>(lattice.rows());
+  };
   for (const auto& t : mesh.triangles) {
     const auto p = plan_of(mesh, t);
     bool inside = true;
@@ -69,7 +76,8 @@ Sampled compare(int finest, proto::TileAddress tile, int rough) {
   TileMesh coarse = surface(8, side, terrain);
   // Every other border vertex away: the coarse mesh is then no grid any more.
   for (std::size_t v = 0; v < coarse.vertices(); ++v)
-    if ((coarse.x[v] == 0 || coarse.y[v] == 0) && (coarse.x[v] + coarse.y[v]) / (side / 8) % 2 == 1) coarse.mark[v] |= proto::kRemove;
+    if ((coarse.x[v] == 0 || coarse.y[v] == 0) && (coarse.x[v] + coarse.y[v]) / (side / 8) % 2 == 1)
+      coarse.mark[v] |= proto::kRemove;
   auto rings = gpu::rings_from_triangles(coarse);
   EXPECT_EQ(gpu::mend(*rings, coarse), 0u);
   coarse = gpu::mesh_from_rings(coarse, *rings);
@@ -77,7 +85,8 @@ Sampled compare(int finest, proto::TileAddress tile, int rough) {
   for (int k = 0; k < 6000; ++k) {
     std::uniform_real_distribution<double> anywhere(0, side);
     const double x = anywhere(random), y = anywhere(random);
-    result.sampled_m = std::max(result.sampled_m, std::abs(height_over(fine, lattice, tile, x, y) - height_over(coarse, lattice, tile, x, y)));
+    result.sampled_m =
+        std::max(result.sampled_m, std::abs(height_over(fine, lattice, tile, x, y) - height_over(coarse, lattice, tile, x, y)));
   }
   return result;
 }
@@ -88,8 +97,8 @@ TEST(ComposedError, BoundsWhatSamplingFinds) {
     proto::TileAddress tile;
     int rough;
   };
-  for (const Case& c : {Case{14, {12, 5000, 2900}, 1}, Case{14, {10, 1200, 700}, 1}, Case{10, {7, 150, 100}, 1}, Case{10, {7, 10, 126}, 3},
-                        Case{8, {5, 40, 16}, 0}, Case{8, {4, 20, 12}, 2}, Case{6, {3, 8, 6}, 1}}) {
+  for (const Case& c : {Case{14, {12, 5000, 2900}, 1}, Case{14, {10, 1200, 700}, 1}, Case{10, {7, 150, 100}, 1},
+                        Case{10, {7, 10, 126}, 3}, Case{8, {5, 40, 16}, 0}, Case{8, {4, 20, 12}, 2}, Case{6, {3, 8, 6}, 1}}) {
     const Sampled s = compare(c.finest, c.tile, c.rough);
     EXPECT_GE(s.stated_m, s.sampled_m) << "level " << c.tile.z;
     EXPECT_LE(s.stated_m, 1.35 * s.sampled_m + 0.01) << "level " << c.tile.z << ": the bound is too weak to be of use";
@@ -111,6 +120,19 @@ TEST(ComposedError, OneVertexOff) {
   const double found = composed_error_m({&lattice, {10, 700, 650}, &spike, &flat});
   EXPECT_NEAR(found, 30, 0.02);
   EXPECT_GE(found, 30 - 1e-6);
+}
+
+TEST(ComposedError, PolesAreNoExceptionAndTheGlobeHasABound) {
+  const proto::Lattice lattice{proto::Scheme::geodetic, 4};
+  const auto hills = [](double u, double v) { return 1200 * std::sin(7 * u) * v * (1 - v); };
+  for (const int z : {0, 1, 3}) {
+    const auto side = static_cast<std::int32_t>(lattice.tile_units(z));
+    const TileMesh fine = surface(32, side, hills), coarse = surface(16, side, hills);
+    const double found = composed_error_m({&lattice, {z, 0, 0}, &fine, &coarse});
+    // A chord over 11.25 degrees sags 30.7 km, over half of them 7.7 km; twice as finely a level.
+    EXPECT_GT(found, 15000 / std::pow(4.0, z)) << z;
+    EXPECT_LT(found, 120000 / std::pow(4.0, z)) << z;
+  }
 }
 
 TEST(ComposedError, VoidsAreNotCompared) {

@@ -70,7 +70,8 @@ TEST(VoidTile, PublishesNothingWhicheverCornersHaveData) {
   for (int corners = 0; corners < 16; ++corners) {
     const auto at = [&](int x, int y) { return corners >> (x + 2 * y) & 1 ? 5 : kNoHeight; };
     const auto side = [](std::int32_t a, std::int32_t b) { return Chain{{0, 64}, {a, b}, 0}; };
-    const TileMesh mesh = void_tile(64, {side(at(0, 0), at(0, 1)), side(at(1, 0), at(1, 1)), side(at(0, 0), at(1, 0)), side(at(0, 1), at(1, 1))});
+    const TileMesh mesh =
+        void_tile(64, {side(at(0, 0), at(0, 1)), side(at(1, 0), at(1, 1)), side(at(0, 0), at(1, 0)), side(at(0, 1), at(1, 1))});
     EXPECT_EQ(test::broken_law(mesh), "");
     EXPECT_EQ(published(mesh), 0u) << corners;
   }

@@ -29,6 +29,10 @@ struct Spec {
   std::vector<std::string> create;  ///< creation options
   std::string driver = "GTiff";
   bool georeferenced = true;
+  struct Part {
+    int column, row, size;
+  };
+  std::optional<Part> only;  ///< set: only this square is written, the rest of a sparse file never
 };
 
 /// A folder of its own for each test, removed afterwards.

@@ -44,7 +44,7 @@ inline pipeline::EncodedTile test_tile(std::uint32_t level, std::uint32_t x, std
   tile.record.set_x(x);
   tile.record.set_y(y);
   tile.record.set_triangles(2);
-  for (const double value : {-3.1, -1.5, 0.0, 1.5, 0.0, 100.0}) tile.record.add_region(value);
+  for (const double value : {-1.5, 0.1, -0.1, 0.7, 0.0, 100.0}) tile.record.add_region(value);  // radians, within both tiles
   tile.drc = "drc of " + std::to_string(level);
   tile.glb = "glb of " + std::to_string(level);
   tile.record.set_drc_bytes(static_cast<std::uint32_t>(tile.drc.size()));
@@ -85,7 +85,8 @@ inline proto::Result<std::optional<proto::Estimate>> play_job(const std::filesys
   if (progress) progress(step);
   if (raster.rfind("BAD", 0) == 0) return proto::Problem{"raster-unreadable", job.name() + " is no raster", "GeoTIFF", ""};
   if (raster.rfind("CRASH", 0) == 0) return proto::Problem{"job-crashed", "ended by signal SIGSEGV", "", ""};
-  if (raster.rfind("LOST", 0) == 0 && job.options().device() != "cpu") return proto::Problem{"device-lost", "the GPU is gone", "", ""};
+  if (raster.rfind("LOST", 0) == 0 && job.options().device() != "cpu")
+    return proto::Problem{"device-lost", "the GPU is gone", "", ""};
   while (raster.rfind("SLOW", 0) == 0) {
     if (stop) return proto::Problem{"cancelled", "cancelled", "", ""};
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

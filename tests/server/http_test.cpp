@@ -33,7 +33,8 @@ class Http : public testing::Test {
 
   /// Output of `curl -s ARGUMENTS`, which may use $U for the server's address.
   std::string curl(const std::string& arguments) {
-    const std::string command = "cd '" + test_.folder().string() + "' && U=" + base_ + " && curl -s -m 30 " + arguments + " 2>&1";
+    const std::string command =
+        "cd '" + test_.folder().string() + "' && U=" + base_ + " && curl -s -m 30 " + arguments + " 2>&1";
     FILE* pipe = popen(command.c_str(), "r");
     std::string output;
     char bytes[4096];
@@ -46,7 +47,9 @@ class Http : public testing::Test {
     EXPECT_EQ(json["state"], "ready") << json.dump();
     return json["id"];
   }
-  void write(const std::string& name, const std::string& bytes) { std::ofstream(test_.folder() / name, std::ios::binary) << bytes; }
+  void write(const std::string& name, const std::string& bytes) {
+    std::ofstream(test_.folder() / name, std::ios::binary) << bytes;
+  }
 
   int connected() {
     const int descriptor = socket(AF_INET, SOCK_STREAM, 0);
@@ -66,7 +69,8 @@ class Http : public testing::Test {
 
 TEST_F(Http, CurlPostsAFileAndGetsTiles) {
   write("dem.tif", "GOOD" + std::string(3 << 20, 'x'));  // large enough for curl to say Expect: 100-continue
-  const std::string posted = curl("-D - -H 'Prefer: wait=20' --data-binary @dem.tif \"$U/v1/datasets?name=My%20dem.tif&error=2.5\"");
+  const std::string posted =
+      curl("-D - -H 'Prefer: wait=20' --data-binary @dem.tif \"$U/v1/datasets?name=My%20dem.tif&error=2.5\"");
   EXPECT_THAT(posted, HasSubstr("HTTP/1.1 100 Continue"));
   EXPECT_THAT(posted, HasSubstr("HTTP/1.1 201 Created"));
   EXPECT_THAT(posted, HasSubstr("Location: datasets/my-dem-"));
@@ -81,7 +85,8 @@ TEST_F(Http, CurlPostsAFileAndGetsTiles) {
 TEST_F(Http, ChunkedUploads) {
   write("dem.tif", "GOOD" + std::string(200000, 'x'));
   EXPECT_EQ(curl("-o /dev/null -w '%{http_code}' -H 'Transfer-Encoding: chunked' -H 'Prefer: wait=20' --data-binary @dem.tif "
-                 "$U/v1/datasets"), "201");
+                 "$U/v1/datasets"),
+            "201");
   EXPECT_EQ(curl("-o /dev/null -w '%{http_code}' -X POST -H 'Prefer: wait=20' -T - $U/v1/datasets < dem.tif"), "201");
 }
 
@@ -130,7 +135,8 @@ TEST_F(Http, ARefusedLargeBodyIsNotAskedFor) {
   EXPECT_THAT(curl("-H 'Expect:' --data-binary @dem.tif $U/v1/datasets?error=x"), HasSubstr("option-invalid"));
   write("huge.tif", "");
   std::filesystem::resize_file(test_.folder() / "huge.tif", std::uintmax_t{1} << 28);
-  EXPECT_THAT(curl("-o /dev/null -w '%{http_code}' -H 'Expect:' --data-binary @huge.tif $U/v1/datasets?error=x"), HasSubstr("400"));
+  EXPECT_THAT(curl("-o /dev/null -w '%{http_code}' -H 'Expect:' --data-binary @huge.tif $U/v1/datasets?error=x"),
+              HasSubstr("400"));
 }
 
 TEST_F(Http, HalfAnUploadLeavesNothing) {

@@ -20,8 +20,9 @@ proto::Result<Settings> query(const Given& given) { return with_layer({}, build_
 TEST(Options, EveryNameOfTheIssueIsThereOnce) {
   std::set<std::string> names;
   for (const OptionSpec& option : build_options()) EXPECT_TRUE(names.insert(option.name).second) << option.name;
-  for (const char* name : {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory",
-                           "bbox", "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name"}) {
+  for (const char* name :
+       {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory", "bbox",
+        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
   for (const OptionSpec& option : all_options()) {
@@ -39,10 +40,24 @@ TEST(Options, OneOptionHasFourSpellings) {
 }
 
 TEST(Options, EveryValueArrivesInItsField) {
-  const auto settings = query({{"error", "2.5"}, {"scheme", "Geodetic"}, {"crs", "EPSG:32632"}, {"vertical_datum", "egm2008"},
-                               {"nodata", "-9999"}, {"strategy", "waves"}, {"device", "CUDA:1"}, {"threads", "4"}, {"memory", "512"},
-                               {"bbox", "170,-20,-170,20"}, {"min_level", "3"}, {"max_level", "12"}, {"z_scale", "-0.1"},
-                               {"z_offset", "-7.5"}, {"title", "Höhe"}, {"attribution", "me"}, {"dry_run", ""}, {"name", "a.tif"}});
+  const auto settings = query({{"error", "2.5"},
+                               {"scheme", "Geodetic"},
+                               {"crs", "EPSG:32632"},
+                               {"vertical_datum", "egm2008"},
+                               {"nodata", "-9999"},
+                               {"strategy", "waves"},
+                               {"device", "CUDA:1"},
+                               {"threads", "4"},
+                               {"memory", "512"},
+                               {"bbox", "170,-20,-170,20"},
+                               {"min_level", "3"},
+                               {"max_level", "12"},
+                               {"z_scale", "-0.1"},
+                               {"z_offset", "-7.5"},
+                               {"title", "Höhe"},
+                               {"attribution", "me"},
+                               {"dry_run", ""},
+                               {"name", "a.tif"}});
   ASSERT_TRUE(settings) << settings.problem().line();
   const proto::BuildOptions& build = settings->build;
   EXPECT_EQ(build.error(), 2.5);
@@ -64,14 +79,43 @@ TEST(Options, EveryValueArrivesInItsField) {
 }
 
 TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
-  const std::vector<std::pair<std::string, std::string>> bad = {
-      {"error", "0"}, {"error", "-1"}, {"error", "nan"}, {"error", "inf"}, {"error", "1 m"}, {"error", ""}, {"error", "0x10"},
-      {"keep", "0.5,0.6"}, {"keep", "0.5,"}, {"keep", "1.5"}, {"keep", "0"}, {"keep", "a"}, {"scheme", "mercator"},
-      {"vertical_datum", ""}, {"nodata", "holes!"}, {"strategy", "magic"}, {"device", "gpu"}, {"device", "cuda:"}, {"device", "cuda:x"},
-      {"threads", "-1"}, {"threads", "1.5"}, {"threads", "1025"}, {"threads", "99999999999999999999"}, {"memory", "63"},
-      {"bbox", "1,2,3"}, {"bbox", "0,10,10,0"}, {"bbox", "0,-91,1,1"}, {"bbox", "5,0,5,1"}, {"bbox", "0,0,200,1"}, {"min_level", "23"},
-      {"max_level", "-1"}, {"z_scale", "0"}, {"z_offset", "x"}, {"dry_run", "perhaps"}, {"title", std::string("a\nb")},
-      {"title", "\xff"}, {"title", std::string(1001, 'a')}};
+  const std::vector<std::pair<std::string, std::string>> bad = {{"error", "0"},
+                                                                {"error", "-1"},
+                                                                {"error", "nan"},
+                                                                {"error", "inf"},
+                                                                {"error", "1 m"},
+                                                                {"error", ""},
+                                                                {"error", "0x10"},
+                                                                {"keep", "0.5,0.6"},
+                                                                {"keep", "0.5,"},
+                                                                {"keep", "1.5"},
+                                                                {"keep", "0"},
+                                                                {"keep", "a"},
+                                                                {"scheme", "mercator"},
+                                                                {"vertical_datum", ""},
+                                                                {"nodata", "holes!"},
+                                                                {"strategy", "magic"},
+                                                                {"device", "gpu"},
+                                                                {"device", "cuda:"},
+                                                                {"device", "cuda:x"},
+                                                                {"threads", "-1"},
+                                                                {"threads", "1.5"},
+                                                                {"threads", "1025"},
+                                                                {"threads", "99999999999999999999"},
+                                                                {"memory", "63"},
+                                                                {"bbox", "1,2,3"},
+                                                                {"bbox", "0,10,10,0"},
+                                                                {"bbox", "0,-91,1,1"},
+                                                                {"bbox", "5,0,5,1"},
+                                                                {"bbox", "0,0,200,1"},
+                                                                {"min_level", "23"},
+                                                                {"max_level", "-1"},
+                                                                {"z_scale", "0"},
+                                                                {"z_offset", "x"},
+                                                                {"dry_run", "perhaps"},
+                                                                {"title", std::string("a\nb")},
+                                                                {"title", "\xff"},
+                                                                {"title", std::string(1001, 'a')}};
   for (const auto& [name, value] : bad) {
     const auto settings = query({{name, value}});
     ASSERT_FALSE(settings) << name << "=" << value;
@@ -139,7 +183,8 @@ TEST(Options, TheConfigFileIsALayer) {
 
 TEST(Options, Utf8IsTold) {
   EXPECT_TRUE(is_utf8("aé€😀"));
-  for (const char* bad : {"\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80", "\x80", "a\xe2\x82"}) EXPECT_FALSE(is_utf8(bad));
+  for (const char* bad : {"\xc3", "\xc0\x80", "\xed\xa0\x80", "\xf5\x80\x80\x80", "\x80", "a\xe2\x82"})
+    EXPECT_FALSE(is_utf8(bad));
 }
 
 }  // namespace

@@ -42,12 +42,28 @@ TEST(Routes, TheRestIsFound) {
 }
 
 TEST(Routes, WrongSpellingsAreNothing) {
-  for (const char* path :
-       {"", "v1", "/v1/", "/v1/other", "/v1/datasets/", "/v1/datasets/..", "/v1/datasets/A", "/v1/datasets/a b", "/v1/datasets/a/",
-        "/v1/datasets/a/b", "/v1/datasets/a/tiles", "/v1/datasets/a/tiles/1/2/3", "/v1/datasets/a/tiles/1/2/3.png",
-        "/v1/datasets/a/tiles/1/2/.drc", "/v1/datasets/a/tiles/01/2/3.drc", "/v1/datasets/a/tiles/-1/2/3.drc",
-        "/v1/datasets/a/tiles/1/2/99999999999.drc", "/v1/datasets/a/tiles/31/2/3.drc", "/v1/datasets/a/tiles/1/2/3/4.drc",
-        "/v1/datasets/a/tiles/N/1/2/3.drc", "/v1/datasets/a/subtrees/1/2/3.subtree", "/v1/datasets/a/subtrees/W/1/2/3.json"}) {
+  for (const char* path : {"",
+                           "v1",
+                           "/v1/",
+                           "/v1/other",
+                           "/v1/datasets/",
+                           "/v1/datasets/..",
+                           "/v1/datasets/A",
+                           "/v1/datasets/a b",
+                           "/v1/datasets/a/",
+                           "/v1/datasets/a/b",
+                           "/v1/datasets/a/tiles",
+                           "/v1/datasets/a/tiles/1/2/3",
+                           "/v1/datasets/a/tiles/1/2/3.png",
+                           "/v1/datasets/a/tiles/1/2/.drc",
+                           "/v1/datasets/a/tiles/01/2/3.drc",
+                           "/v1/datasets/a/tiles/-1/2/3.drc",
+                           "/v1/datasets/a/tiles/1/2/99999999999.drc",
+                           "/v1/datasets/a/tiles/31/2/3.drc",
+                           "/v1/datasets/a/tiles/1/2/3/4.drc",
+                           "/v1/datasets/a/tiles/N/1/2/3.drc",
+                           "/v1/datasets/a/subtrees/1/2/3.subtree",
+                           "/v1/datasets/a/subtrees/W/1/2/3.json"}) {
     EXPECT_EQ(parse_route(path).resource, Resource::none) << path;
   }
 }

@@ -87,7 +87,8 @@ struct Ray {
   double grace = 0;  ///< in barycentric weights
 };
 constexpr double kEdgeGrace = 1e-7;  // a ray along an edge that two triangles share
-constexpr double kSideGrace = 0.02;  // at most, for a sample on the tile's side, which chords leave: as little as finds a triangle
+constexpr double kSideGrace =
+    0.02;  // at most, for a sample on the tile's side, which chords leave: as little as finds a triangle
 
 /// Distance along the ray, either way; none when it misses.
 std::optional<double> hit_of(const Ray& ray, const Point& a, const Point& b, const Point& c) {
@@ -141,8 +142,8 @@ DecodedSurface surface_of(const DecodedTile& tile, double height_step_m) {
   return s;
 }
 
-Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile, const TrueHeight& truth,
-                 std::int64_t stride) {
+Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile,
+                 const TrueHeight& truth, std::int64_t stride) {
   Bins bins(surface, tile);
   Measured result;
   double squares = 0;

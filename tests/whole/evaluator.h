@@ -1,8 +1,8 @@
 #pragma once
 // The independent judge of stated errors: what a client decoded, ray by ray, in plain double precision.
 //
-// Nothing here is shared with gpu/surface_error: textbook geodesy with the library's sines, Möller and Trumbore's ray-triangle test
-// (doi:10.1080/10867651.1997.10487468), candidates from a grid of bins over longitude and latitude.
+// Nothing here is shared with gpu/surface_error: textbook geodesy with the library's sines, Möller and Trumbore's ray-triangle
+// test (doi:10.1080/10867651.1997.10487468), candidates from a grid of bins over longitude and latitude.
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -21,8 +21,8 @@ Point ecef_point(double longitude_deg, double latitude_deg, double height_m);
 /// A decoded .drc: tile-local units from the south-west, height steps. Points of triangles only.
 struct DecodedTile {
   proto::TileAddress tile;
-  std::int32_t side = 0;                                 ///< units a tile side
-  std::vector<std::int32_t> u, v, h;                     ///< indexed by vertex
+  std::int32_t side = 0;                                ///< units a tile side
+  std::vector<std::int32_t> u, v, h;                    ///< indexed by vertex
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise seen from above
 };
 
@@ -39,17 +39,17 @@ DecodedSurface surface_of(const DecodedTile& tile, double height_step_m = 1.0 / 
 using TrueHeight = std::function<std::optional<double>(std::int64_t i, std::int64_t j)>;
 
 struct Measured {
-  double max_m = 0;            ///< greatest |error|; where a ray meets several triangles, the worst of them
-  double rmse_m = 0;           ///< where a ray meets several triangles, the nearest of them
-  std::uint64_t samples = 0;   ///< with data and seen
+  double max_m = 0;             ///< greatest |error|; where a ray meets several triangles, the worst of them
+  double rmse_m = 0;            ///< where a ray meets several triangles, the nearest of them
+  std::uint64_t samples = 0;    ///< with data and seen
   std::uint64_t uncovered = 0;  ///< with data, but no triangle there. A tile's equatorward side is a row of chords that bend into
-                                ///< the tile: samples on the side itself are still seen, those between are the neighbour's, so append
-                                ///< its triangles to the surface where a chord is long
+                                ///< the tile: samples on the side itself are still seen, those between are the neighbour's, so
+                                ///< append its triangles to the surface where a chord is long
   std::int64_t worst_i = 0, worst_j = 0;
 };
 
 /// Measures every `stride`-th sample (1: all) of the tile's closed rectangle along the ellipsoid's normal.
-Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile, const TrueHeight& truth,
-                 std::int64_t stride = 1);
+Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile,
+                 const TrueHeight& truth, std::int64_t stride = 1);
 
 }  // namespace cordillera::whole

@@ -39,7 +39,8 @@ TEST(evaluator, full_grid_has_no_error) {
   const auto hills = [](std::int64_t i, std::int64_t j) {
     return static_cast<std::int32_t>(1024 * 50 * std::sin(0.3 * static_cast<double>(i) + 0.2 * static_cast<double>(j)));
   };
-  const Measured m = measure(surface_of(grid(tile, 256, hills)), {{}, 12}, tile, [&](auto i, auto j) { return hills(i, j) / 1024.0; });
+  const Measured m =
+      measure(surface_of(grid(tile, 256, hills)), {{}, 12}, tile, [&](auto i, auto j) { return hills(i, j) / 1024.0; });
   EXPECT_LT(m.max_m, 1e-4);
   EXPECT_EQ(m.samples, 257u * 257u);
   EXPECT_EQ(m.uncovered, 0u);
@@ -107,8 +108,8 @@ void expect_stated(int z, proto::TileAddress tile, std::int32_t cells, double ro
 }
 
 TEST(evaluator, agrees_with_what_is_stated) {
-  for (const double rough_m : {0.0, 300.0, 6000.0})
-    for (const std::int32_t cells : {128, 32, 8}) {
+  for (const double rough_m : {0.0, 6000.0})
+    for (const std::int32_t cells : {64, 8}) {
       expect_stated(14, {14, 20000, 13653}, cells, rough_m);
       expect_stated(8, {8, 511, 100}, cells, rough_m);
       expect_stated(5, {5, 0, 26}, cells, rough_m);
@@ -118,7 +119,7 @@ TEST(evaluator, agrees_with_what_is_stated) {
 }
 
 /// Steep triangles whose chords leave the straight lattice lines by more than a sample, over a terrain that follows those lines:
-/// the error is largest where a triangle shows samples that lie beyond its edge in plan.
+/// near the edges a sample is shown by another triangle than the one that holds it in plan.
 TEST(evaluator, chords_show_samples_beyond_the_edge) {
   const proto::Lattice lattice{{}, 10};
   const proto::TileAddress tile{8, 300, 213};
@@ -146,8 +147,7 @@ TEST(evaluator, chords_show_samples_beyond_the_edge) {
   const gpu::SurfaceError stated = gpu::surface_error(in, 1e9);
   const Measured m = measure(surface_of(decoded), lattice, tile, [&](auto i, auto j) { return samples.at(i, j) / 1024.0; });
   EXPECT_GE(stated.max_m, m.max_m - 1e-3);
-  EXPECT_LE(stated.max_m, m.max_m * 1.2);
-  printf("%f %f %f\n", stated.max_m, m.max_m, m.rmse_m);
+  EXPECT_LE(stated.max_m, m.max_m * 1.01);
 }
 
 }  // namespace

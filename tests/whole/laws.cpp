@@ -109,11 +109,16 @@ std::map<Place, std::int32_t> places(const DecodedTile& t) {
 /// Is the place on the tile's rectangle?
 bool touches(const DecodedTile& t, const Place& p) {
   const std::int64_t circle = std::int64_t{t.side} * proto::tiles_across(t.tile.z);
-  const std::int64_t i = ((p.first - std::int64_t{t.tile.x} * t.side) % circle + circle) % circle, j = p.second - std::int64_t{t.tile.y} * t.side;
+  const std::int64_t i = ((p.first - std::int64_t{t.tile.x} * t.side) % circle + circle) % circle,
+                     j = p.second - std::int64_t{t.tile.y} * t.side;
   return i <= t.side && j >= 0 && j <= t.side;
 }
 
-std::string words(const Place& p) { return "(" + std::to_string(p.first) + ", " + std::to_string(p.second) + ")"; }
+std::string words(const Place& p) {
+  std::ostringstream s;
+  s << "(" << p.first << ", " << p.second << ")";
+  return s.str();
+}
 
 /// A vertex of b strictly inside an edge of a on the tile's side.
 Violation inside_edge(const DecodedTile& a, const DecodedTile& b) {
@@ -138,7 +143,8 @@ Violation inside_edge(const DecodedTile& a, const DecodedTile& b) {
 Violation missing(const std::map<Place, std::int32_t>& from, const DecodedTile& a, const std::map<Place, std::int32_t>& in,
                   const DecodedTile& b) {
   for (const auto& [place, height] : from)
-    if (touches(b, place) && !in.contains(place)) return "vertex " + words(place) + " of " + name(a) + " is missing in " + name(b);
+    if (touches(b, place) && !in.contains(place))
+      return "vertex " + words(place) + " of " + name(a) + " is missing in " + name(b);
   return std::nullopt;
 }
 

@@ -15,19 +15,20 @@ enum class Holes { none, allowed };
 
 inline constexpr std::size_t kMostTriangles = 14;  ///< at a vertex
 
-/// In plan: corners inside the tile, every triangle of positive integer area, no two of them overlapping, the tile covered exactly.
-/// doubled_area: what the triangles' doubled areas must add up to where holes are allowed; none: no more than the tile.
+/// In plan: corners inside the tile, every triangle of positive integer area, no two of them overlapping, the tile covered
+/// exactly. doubled_area: what the triangles' doubled areas must add up to where holes are allowed; none: no more than the tile.
 Violation plan_violation(const DecodedTile& tile, Holes holes, std::optional<std::int64_t> doubled_area = std::nullopt);
 
-/// Each directed edge used once; without holes, edges without a partner only on the tile's sides; the triangles at a vertex are one
-/// fan; no more than kMostTriangles of them; no vertex without a triangle.
+/// Each directed edge used once; without holes, edges without a partner only on the tile's sides; the triangles at a vertex are
+/// one fan; no more than kMostTriangles of them; no vertex without a triangle.
 Violation manifold_violation(const DecodedTile& tile, Holes holes);
 
-/// a and b of one level that touch (also over the antimeridian): along their common edge (or at the common corner) a place has one
-/// height, and no vertex of one lies inside an edge of the other; without holes both have exactly the same vertices.
+/// a and b of one level that touch (also over the antimeridian): along their common edge (or at the common corner) a place has
+/// one height, and no vertex of one lies inside an edge of the other; without holes both have exactly the same vertices.
 Violation neighbour_violation(const DecodedTile& a, const DecodedTile& b, Holes holes);
 
-/// A tile both ways a client can fetch it. points: those of the .glb's terrain primitive, ECEF, in double (float32 + translation).
+/// A tile both ways a client can fetch it. points: those of the .glb's terrain primitive, ECEF, in double (float32 +
+/// translation).
 struct BothFaces {
   DecodedTile drc;
   std::vector<Point> points;

@@ -148,8 +148,10 @@ TEST(laws, glb_points) {
     off.points[10][0] += 1e-6;
     EXPECT_THAT(glb_neighbour_violation(a, off, step_m), Optional(HasSubstr("differ")));
     off.points[10][0] += 2;
-    EXPECT_THAT(glb_neighbour_violation(a, off, step_m), Optional(HasSubstr("is not in the .glb of tile 3/" + std::to_string(y))));
-    EXPECT_THAT(glb_neighbour_violation(off, a, step_m), Optional(HasSubstr("is not in the .glb of tile 3/" + std::to_string(y))));
+    EXPECT_THAT(glb_neighbour_violation(a, off, step_m),
+                Optional(HasSubstr("is not in the .glb of tile 3/" + std::to_string(y))));
+    EXPECT_THAT(glb_neighbour_violation(off, a, step_m),
+                Optional(HasSubstr("is not in the .glb of tile 3/" + std::to_string(y))));
   }
 }
 

@@ -1,0 +1,254 @@
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "pipeline/decode.h"
+#include "pipeline/export.h"
+#include "pipeline/json.h"
+#include "pipeline/little_endian.h"
+#include "pipeline/manifest_json.h"
+#include "pipeline/subtree.h"
+#include "pipeline/tile_path.h"
+#include "pipeline/tileset.h"
+#include "tests/pipeline/store_synthetic.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Lattice;
+using proto::TileAddress;
+using namespace testing;
+
+const Lattice kLattice{proto::Scheme::geodetic, 7};
+
+/// Level 7 on both sides of Greenwich; level 4 has lost its content in the west, level 0 in both halves.
+class Dataset {
+ public:
+  Dataset() {
+    auto writer = StoreWriter::open(folder_ / "a.db", synthetic_plan(7, 1));
+    EXPECT_TRUE(writer.ok());
+    for (FinishedTask& task : synthetic_tasks(kLattice, {7, 126, 80}, {7, 131, 85}, hills_with_voids())) {
+      if (task.node.z == 0 || (task.node.z == 4 && task.node.x == 15)) task.tiles.clear();
+      EXPECT_TRUE((*writer)->commit(task).ok());
+    }
+    EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
+    reader_ = StoreReader::open(folder_ / "a.db").value().release();
+  }
+  ~Dataset() { delete reader_; }
+  const StoreReader& store() const { return *reader_; }
+  const TemporaryFolder& folder() const { return folder_; }
+
+ private:
+  TemporaryFolder folder_;
+  const StoreReader* reader_ = nullptr;
+};
+
+const StoreReader& shared_store() {
+  static const Dataset dataset;
+  return dataset.store();
+}
+
+std::string read_file(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// A subtree file read as the specification says, apart from the code that wrote it.
+struct ParsedSubtree {
+  Json json;
+  std::string binary;
+
+  explicit ParsedSubtree(const std::string& bytes) {
+    EXPECT_EQ(bytes.substr(0, 4), "subt");
+    EXPECT_EQ(little_endian_at<std::uint32_t>(bytes, 4), 1U);
+    const auto json_size = little_endian_at<std::uint64_t>(bytes, 8), binary_size = little_endian_at<std::uint64_t>(bytes, 16);
+    EXPECT_EQ(json_size % 8 + binary_size % 8, 0U);
+    EXPECT_EQ(bytes.size(), 24 + json_size + binary_size);
+    json = Json::parse(bytes.substr(24, json_size));
+    binary = bytes.substr(24 + json_size);
+  }
+  bool available(const Json& availability, std::size_t index) const {
+    if (availability.contains("constant")) return availability["constant"] == 1;
+    const Json& view = json["bufferViews"][availability["bitstream"].get<std::size_t>()];
+    return binary[view["byteOffset"].get<std::size_t>() + index / 8] >> (index % 8) & 1;
+  }
+  double number(const char* property, std::size_t index) const {
+    const auto view = json["propertyTables"][0]["properties"][property]["values"].get<std::size_t>();
+    return std::bit_cast<double>(
+        little_endian_at<std::uint64_t>(binary, json["bufferViews"][view]["byteOffset"].get<std::size_t>() + 8 * index));
+  }
+};
+
+/// What a viewer finds by walking the implicit tilesets: absolute address -> has content. Checks metadata on the way.
+std::map<TileAddress, bool> walk(const StoreReader& store, char hemisphere) {
+  std::map<TileAddress, bool> found;
+  std::vector<std::array<std::int32_t, 3>> roots = {{0, 0, 0}};
+  while (!roots.empty()) {
+    const auto [level, x, y] = roots.back();
+    roots.pop_back();
+    const auto bytes = subtree(store, hemisphere, level, x, y);
+    if (!bytes) {
+      ADD_FAILURE() << "a subtree that another one promised is missing";
+      continue;
+    }
+    const ParsedSubtree file(*bytes);
+    std::size_t index = 0, row = 0;
+    for (int depth = 0; depth <= kSubtreeLevels; ++depth) {
+      for (std::uint32_t m = 0; m < 1U << (2 * depth); ++m) {
+        std::int32_t cx = x << depth, cy = y << depth;
+        for (int bit = 0; bit < depth; ++bit) {
+          cx += static_cast<std::int32_t>(m >> (2 * bit) & 1) << bit;
+          cy += static_cast<std::int32_t>(m >> (2 * bit + 1) & 1) << bit;
+        }
+        if (depth == kSubtreeLevels) {
+          if (file.available(file.json["childSubtreeAvailability"], m)) roots.push_back({level + depth, cx, cy});
+          continue;
+        }
+        const std::size_t here = index++;
+        if (!file.available(file.json["tileAvailability"], here)) continue;
+        const TileAddress tile = *absolute_tile(hemisphere, level + depth, cx, cy);
+        const bool content = file.available(file.json["contentAvailability"][0], here);
+        found[tile] = content;
+        if (content) {
+          EXPECT_LE(file.number("region", 6 * row + 0), store.record(tile)->region(0));
+          EXPECT_GE(file.number("region", 6 * row + 5), store.record(tile)->region(5));
+          EXPECT_GE(file.number("geometric_error", row), store.record(tile)->max_error());
+          EXPECT_LT(file.number("geometric_error", row), empty_error_m(store.manifest()));
+        } else {
+          EXPECT_EQ(file.number("geometric_error", row), empty_error_m(store.manifest()));
+        }
+        ++row;
+      }
+    }
+    EXPECT_EQ(file.json["propertyTables"][0]["count"], row);
+  }
+  return found;
+}
+
+TEST(Subtree, AViewerFindsEveryTileAndNoOther) {
+  const StoreReader& store = shared_store();
+  std::size_t contents = 0, empty = 0;
+  for (const char hemisphere : {'W', 'E'}) {
+    for (const auto& [tile, content] : walk(store, hemisphere)) {
+      EXPECT_EQ(hemisphere_of(tile), hemisphere);
+      EXPECT_EQ(store.record(tile).has_value(), content) << drc_path(tile);
+      contents += content;
+      empty += !content;
+    }
+  }
+  EXPECT_EQ(contents, store.manifest().tiles());
+  EXPECT_GE(empty, 3U);
+}
+
+TEST(Subtree, NoneWhereNothingIs) {
+  const StoreReader& store = shared_store();
+  EXPECT_FALSE(subtree(store, 'W', 5, 0, 0));
+  EXPECT_FALSE(subtree(store, 'W', 1, 0, 0)) << "no subtree starts at level 1";
+  EXPECT_FALSE(subtree(store, 'X', 0, 0, 0));
+  EXPECT_FALSE(subtree(store, 'E', 0, 1, 0));
+  EXPECT_FALSE(subtree(store, 'E', -5, 0, 0));
+}
+
+TEST(Tileset, TwoImplicitRootsUnderOne) {
+  const StoreReader& store = shared_store();
+  const Json json = Json::parse(tileset_json(store));
+  EXPECT_EQ(json["asset"]["version"], "1.1");
+  EXPECT_EQ(json["asset"]["extras"]["attribution"], "Nobody <nobody@example.org>");
+  EXPECT_EQ(json["asset"]["extras"]["cesium"]["credits"][0]["html"], "Nobody &lt;nobody@example.org&gt;");
+  const Json& root = json["root"];
+  EXPECT_FALSE(root.contains("content"));
+  ASSERT_EQ(root["children"].size(), 2U);
+  EXPECT_EQ(root["children"][0]["content"]["uri"], "tiles/W/{level}/{x}/{y}.glb");
+  EXPECT_EQ(root["children"][1]["implicitTiling"]["subtrees"]["uri"], "subtrees/E/{level}/{x}/{y}.subtree");
+  EXPECT_EQ(root["children"][1]["implicitTiling"]["availableLevels"], 8);
+  EXPECT_GE(root["geometricError"], root["children"][0]["geometricError"]);
+  EXPECT_LE(root["boundingVolume"]["region"][0], root["children"][0]["boundingVolume"]["region"][0]);
+}
+
+TEST(Tileset, OnlyTheHemisphereThatHasData) {
+  const TemporaryFolder folder;
+  auto writer = StoreWriter::open(folder / "a.db", synthetic_plan(7));
+  ASSERT_TRUE(writer.ok());
+  FinishedTask task;
+  task.node = {7, 200, 80};
+  task.tiles.push_back(*synthetic_tile(kLattice, task.node, hills()));
+  ASSERT_TRUE((*writer)->commit(task).ok());
+  ASSERT_TRUE((*writer)->publish(synthetic_manifest()).ok());
+  const auto store = StoreReader::open(folder / "a.db");
+  ASSERT_TRUE(store.ok());
+  const Json json = Json::parse(tileset_json(**store));
+  ASSERT_EQ(json["root"]["children"].size(), 1U);
+  EXPECT_EQ(json["root"]["children"][0]["content"]["uri"], "tiles/E/{level}/{x}/{y}.glb");
+  EXPECT_FALSE(subtree(**store, 'W', 0, 0, 0));
+}
+
+TEST(TilesetPaths, OneNameATileAFace) {
+  const auto absolute = parse_tile_path("7/129/80.drc"), east = parse_tile_path("E/7/1/80.glb");
+  ASSERT_TRUE(absolute && east);
+  EXPECT_EQ(absolute->tile, (TileAddress{7, 129, 80}));
+  EXPECT_EQ(absolute->face, Face::drc);
+  EXPECT_EQ(east->tile, absolute->tile);
+  EXPECT_EQ(east->face, Face::glb);
+  EXPECT_EQ(glb_path(east->tile), "tiles/E/7/1/80.glb");
+  EXPECT_EQ(drc_path(east->tile), "tiles/7/129/80.drc");
+  EXPECT_EQ(parse_tile_path("W/0/0/0.glb")->tile, (TileAddress{0, 0, 0}));
+  for (const char* bad : {"", "7/129/80", "7/129/80.png", "07/129/80.drc", "7/-1/80.drc", "7/256/80.drc", "7/1/128.drc", "E/7/128/80.glb",
+                          "7/1/2/3.drc", "7//2.drc", "7/1/2 .drc", "99/0/0.drc", "w/7/1/80.glb", "7/99999999999/1.drc", "../7/1/80.drc"}) {
+    EXPECT_FALSE(parse_tile_path(bad)) << bad;
+  }
+  EXPECT_EQ(parse_subtree_path("W/5/31/20.subtree")->x, 31);
+  for (const char* bad : {"5/31/20.subtree", "W/5/32/20.subtree", "W/5/31/20.glb", "W/5/31.subtree"}) EXPECT_FALSE(parse_subtree_path(bad)) << bad;
+}
+
+TEST(TilesetExport, PathsAreTheServicesAndTilesDecode) {
+  const TemporaryFolder folder;
+  const StoreReader& store = shared_store();
+  const fs::path out = folder / "out";
+  ASSERT_TRUE(export_static(store, out.string() + "/").ok());
+  EXPECT_EQ(read_file(out / "tileset.json"), tileset_json(store));
+  EXPECT_EQ(read_file(out / "manifest.json"), manifest_json(store.manifest()));
+  std::size_t drc = 0, glb = 0, subtrees = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out)) {
+    if (!entry.is_regular_file()) continue;
+    const std::string name = fs::relative(entry.path(), out / "tiles").generic_string();
+    if (const auto path = parse_tile_path(name)) {
+      EXPECT_EQ(read_file(entry.path()), store.tile(path->tile, path->face)->bytes);
+      EXPECT_EQ(name.starts_with('W') || name.starts_with('E'), path->face == Face::glb);
+      (path->face == Face::glb ? glb : drc) += 1;
+    }
+    if (const auto path = parse_subtree_path(fs::relative(entry.path(), out / "subtrees").generic_string())) {
+      EXPECT_EQ(read_file(entry.path()), *subtree(store, path->hemisphere, path->level, path->x, path->y));
+      ++subtrees;
+    }
+  }
+  EXPECT_EQ(drc, store.manifest().tiles());
+  EXPECT_EQ(glb, store.manifest().tiles());
+  EXPECT_EQ(subtrees, 6U);
+  EXPECT_TRUE(decode_glb(read_file(out / "tiles/E/7/1/80.glb")).ok());
+}
+
+TEST(TilesetExport, ReplacesAnEarlierExportAndNothingElse) {
+  const TemporaryFolder folder;
+  const StoreReader& store = shared_store();
+  const fs::path out = folder / "out";
+  fs::create_directories(out);
+  ASSERT_TRUE(export_static(store, out).ok()) << "an empty folder is fine";
+  fs::remove(out / "tileset.json");
+  ASSERT_TRUE(export_static(store, out).ok()) << "an earlier export is replaced";
+  EXPECT_TRUE(fs::exists(out / "tileset.json"));
+  std::ofstream(out / "thesis.doc") << "the only copy";
+  EXPECT_EQ(export_static(store, out).problem().type, "export-folder-in-use");
+  EXPECT_TRUE(fs::exists(out / "thesis.doc"));
+  std::ofstream(folder / "file") << "x";
+  EXPECT_FALSE(export_static(store, folder / "file").ok());
+  std::size_t entries = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder / ".")) ++entries;
+  EXPECT_EQ(entries, 2U) << "something temporary was left";
+}
+
+}  // namespace
+}  // namespace cordillera::pipeline

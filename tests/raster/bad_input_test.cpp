@@ -1,0 +1,135 @@
+// Files that are broken, hostile or something else: a Problem, never a crash, a hang or nonsense.
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "fixture.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+using raster::Trust;
+using BadInput = RasterTest;
+
+std::string bytes_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Opens and samples everything at a level; the problem's slug or empty.
+std::string outcome(const std::string& file, int level, Trust trust = Trust::posted_file) {
+  auto source = open(file, plain_options(), trust);
+  if (!source.ok()) return source.problem().type;
+  const proto::Lattice l = lattice(level);
+  const auto w = (*source)->window(l);
+  auto s = (*source)->sample(l, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1));
+  return s.ok() ? "" : s.problem().type;
+}
+
+TEST_F(BadInput, WhatIsNoRasterIsSaidToBeSo) {
+  using namespace std::string_literals;
+  EXPECT_EQ(problem_type(write_text("", "empty.tif")), "raster-empty");
+  EXPECT_EQ(problem_type(write_text("\x89PNG\r\n\x1a\n\0\0\0\rIHDR"s, "photo.png")), "raster-format-unsupported");
+  EXPECT_EQ(problem_type(write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 5\n", "lfs.tif")), "raster-format-unsupported");
+  EXPECT_EQ(problem_type(write_text("PK\x03\x04 zip", "dem.zip")), "raster-format-unsupported");
+  EXPECT_EQ(problem_type(write_text("<!DOCTYPE html><html>404</html>", "dem.tif")), "raster-format-unsupported");
+  EXPECT_EQ(problem_type(write_text("II*\0garbage"s, "dem.tif")), "raster-format-unsupported");
+  EXPECT_EQ(problem_type(write_text("ncols 100000\nnrows 100000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3", "dem.asc")), "raster-truncated");
+}
+
+TEST_F(BadInput, ThreeBands) {
+  Spec spec;
+  spec.bands = 3;
+  EXPECT_EQ(problem_type(write(spec)), "raster-bands");
+}
+
+TEST_F(BadInput, EveryTruncationIsRefused) {
+  for (const char* compress : {"NONE", "DEFLATE", "LZW"}) {
+    for (const char* tiled : {"YES", "NO"}) {
+      Spec spec;
+      spec.columns = spec.rows = 300, spec.type = "Int16";
+      spec.create = {std::string("COMPRESS=") + compress, std::string("TILED=") + tiled};
+      spec.value = [](int c, int r) { return (c * 7919 + r * 104729) % 3000; };
+      const std::string good = bytes_of(write(spec));
+      for (int tenth = 0; tenth < 10; ++tenth) {
+        const std::string cut = write_text(good.substr(0, good.size() * static_cast<std::size_t>(tenth) / 10), "cut.tif");
+        EXPECT_NE(outcome(cut, 7), "") << compress << " " << tiled << " " << tenth;
+      }
+      EXPECT_EQ(outcome(write_text(good, "whole.tif"), 7), "");
+    }
+  }
+}
+
+TEST_F(BadInput, DamagedBlocksAreFoundOnReading) {
+  Spec spec;
+  spec.columns = spec.rows = 300, spec.create = {"COMPRESS=DEFLATE", "TILED=YES"};
+  spec.value = [](int c, int r) { return static_cast<std::uint32_t>(c * 2654435761u ^ r * 40503u) % 3001; };
+  std::string bytes = bytes_of(write(spec));
+  ASSERT_GT(bytes.size(), 20000u);
+  for (std::size_t at = bytes.size() / 2; at < bytes.size() / 2 + 2000; ++at) bytes[at] = static_cast<char>(at * 31);
+  EXPECT_EQ(outcome(write_text(bytes, "damaged.tif"), 7), "raster-unreadable");
+}
+
+TEST_F(BadInput, FlippedBytesNeverCrash) {
+  Spec spec;
+  spec.columns = spec.rows = 64, spec.create = {"COMPRESS=DEFLATE"};
+  const std::string good = bytes_of(write(spec));
+  int refused = 0;
+  for (std::size_t at = 0; at < good.size(); at += 3) {
+    std::string bytes = good;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x5a);
+    refused += !outcome(write_text(bytes, "flipped.tif"), 3).empty();
+  }
+  EXPECT_GT(refused, 0);
+}
+
+TEST_F(BadInput, AHugeSparseRasterCostsNothing) {
+  Spec spec;
+  spec.crs = "EPSG:32632", spec.columns = spec.rows = 100000, spec.geotransform = {500000, 1, 0, 5300000, 0, -1};
+  spec.create = {"SPARSE_OK=TRUE", "TILED=YES", "BLOCKXSIZE=512", "BLOCKYSIZE=512", "BIGTIFF=YES"};
+  spec.only = Spec::Part{50000, 50000, 512};
+  const std::string file = write(spec);
+  const auto start = std::chrono::steady_clock::now();
+  const auto source = must_open(file);
+  ASSERT_TRUE(source);
+  const proto::Lattice l = lattice(17);
+  const auto w = source->window(l);
+  std::int64_t valid = 0, sampled = 0;
+  for (std::int64_t j = w.south; j <= w.north; j += 4096) {
+    for (std::int64_t i = w.west; i <= w.east; i += 4096) {
+      if (source->empty(l, i, j, 4096, 4096)) continue;
+      for (std::int64_t jj = j; jj < j + 4096; jj += 256) {
+        for (std::int64_t ii = i; ii < i + 4096; ii += 256) {
+          if (source->empty(l, ii, jj, 256, 256)) continue;
+          auto s = source->sample(l, ii, jj, 256, 256);
+          ASSERT_TRUE(s.ok());
+          ++sampled;
+          for (const std::int32_t h : s->height) valid += h != proto::kNoHeight;
+        }
+      }
+    }
+  }
+  EXPECT_GT(valid, 100000);
+  EXPECT_LT(sampled, 200);
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 20);
+}
+
+TEST_F(BadInput, TheCollection) {
+  const std::string folder = real_dems() + "/bad";
+  if (real_dems().empty() || !std::filesystem::is_directory(folder)) GTEST_SKIP() << "no collection of bad files: set CORDILLERA_TEST_DATA";
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (entry.path().extension() != ".tif") continue;
+    ++files;
+    for (const Trust trust : {Trust::operator_file, Trust::posted_file}) {
+      const std::string type = outcome(entry.path().string(), 0, trust);
+      EXPECT_EQ(type.empty(), entry.path().filename() == "geotools_1x1_neginf_nodata.tif") << entry.path() << " " << type;
+    }
+  }
+  EXPECT_GT(files, 10);
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test

@@ -1,0 +1,101 @@
+// Which files are raster files, and what a posted one may reach.
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "fixture.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+using raster::Trust;
+using Format = RasterTest;
+
+std::string hgt_bytes() {
+  std::string bytes;
+  for (int r = 0; r < 1201; ++r)
+    for (int c = 0; c < 1201; ++c) bytes += {static_cast<char>((c + r) >> 8), static_cast<char>((c + r) & 255)};
+  return bytes;
+}
+
+TEST_F(Format, AnHgtKnowsItsPlaceByNameOnly) {
+  const std::string body = write_text(hgt_bytes(), "upload.part");
+  for (const Trust trust : {Trust::operator_file, Trust::posted_file}) {
+    const auto source = must_open(body, plain_options(), trust, "N44W072.hgt");
+    ASSERT_TRUE(source);
+    EXPECT_EQ(source->description().driver(), "SRTMHGT");
+    EXPECT_EQ(source->description().file(), "N44W072.hgt");
+    EXPECT_DOUBLE_EQ(source->description().bbox(0), -72);
+    EXPECT_DOUBLE_EQ(source->description().bbox(1), 44);
+    // 44.5 N, 71.5 W is the middle point.
+    const proto::Lattice l = lattice(10);
+    const auto w = source->window(l);
+    const double c = (l.longitude_deg(w.west + 700) + 72) * 1200, r = (45 - l.latitude_deg(w.south + 700)) * 1200;
+    EXPECT_NEAR(height_m(*source, l, w.west + 700, w.south + 700), c + r, 0.01);
+  }
+  EXPECT_EQ(problem_type(body, plain_options(), Trust::posted_file, "mountain.hgt"), "hgt-name");
+  EXPECT_NE(problem_type(body, plain_options(), Trust::posted_file, "mountain.tif"), "");
+  EXPECT_EQ(problem_type(write_text(hgt_bytes().substr(0, 100000), "short"), plain_options(), Trust::posted_file, "N44W072.hgt"), "hgt-name");
+}
+
+TEST_F(Format, EsriAscii) {
+  const std::string file = write_text("ncols 3\nnrows 2\nxllcorner 10\nyllcorner 45\ncellsize 0.5\nNODATA_value -9999\n1 2 3\n4 -9999 6\n", "a.asc");
+  EXPECT_EQ(problem_type(file), "raster-without-crs");
+  proto::BuildOptions options = plain_options();
+  options.set_crs("EPSG:4326");
+  const auto source = must_open(file, options, Trust::posted_file, "a.asc");
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().driver(), "AAIGrid");
+  const proto::Lattice l = lattice(6);
+  EXPECT_TRUE(std::isnan(height_m(*source, l, std::llround((190.75) / l.cell_deg()), std::llround(135.25 / l.cell_deg()))));
+  EXPECT_NEAR(height_m(*source, l, std::llround(190.05 / l.cell_deg()), std::llround(135.95 / l.cell_deg())), 1, 0.2);
+}
+
+TEST_F(Format, APostedFileReachesNoOther) {
+  Spec spec;
+  spec.crs = "";
+  const std::string file = write(spec, "bare.tif");
+  // Sidecars beside it: a CRS by PAM, a world file, an external mask.
+  write_text("<PAMDataset><SRS>EPSG:4326</SRS></PAMDataset>", "bare.tif.aux.xml");
+  EXPECT_EQ(problem_type(file, plain_options(), Trust::operator_file), "");
+  EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file), "raster-without-crs");
+  EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file, "bare.tif"), "raster-without-crs");
+  const std::string vrt = write_text("<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><SRS>EPSG:4326</SRS><GeoTransform>10,0.01,0,45,0,-0.01</GeoTransform>"
+                                     "<VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"1\">bare.tif</SourceFilename>"
+                                     "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>", "a.vrt");
+  EXPECT_EQ(problem_type(vrt, plain_options(), Trust::posted_file), "raster-format-unsupported");
+  EXPECT_EQ(problem_type(vrt, plain_options(), Trust::operator_file), "");
+  EXPECT_EQ(problem_type("/vsimem/none.tif", plain_options(), Trust::posted_file), "raster-not-found");
+  EXPECT_EQ(problem_type(path("none.tif")), "raster-not-found");
+}
+
+TEST_F(Format, NamesCannotEscape) {
+  const std::string file = write({}, "dem.tif");
+  for (const char* name : {"../../etc/passwd", "a b;c.tif", "..", ".tif", "", "\xc3\xa9t\xc3\xa9.tif"})
+    EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file, name), "") << name;
+}
+
+TEST_F(Format, CloudOptimised) {
+  Spec spec;
+  spec.columns = spec.rows = 700, spec.driver = "COG", spec.create = {"COMPRESS=DEFLATE"};
+  spec.geotransform = {10, 0.001, 0, 45, 0, -0.001};
+  const auto source = must_open(write(spec), plain_options(), Trust::posted_file);
+  ASSERT_TRUE(source);
+  EXPECT_EQ(valid_share(whole(*source, lattice(8))), 1.0);
+}
+
+TEST_F(Format, NothingIsLeftInTheTemporaryFolder) {
+  const auto count = [] {
+    int n = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::temp_directory_path()))
+      n += entry.path().filename().string().rfind("cordillera-", 0) == 0 && entry.path().filename().string().size() == 17;
+    return n;
+  };
+  const std::string file = write({});
+  const int before = count();
+  const auto source = must_open(file, plain_options(), Trust::posted_file);
+  EXPECT_EQ(count(), before);
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test

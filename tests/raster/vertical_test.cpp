@@ -1,0 +1,133 @@
+// Which surface heights count from, and the way to the ellipsoid.
+#include <unistd.h>
+
+#include <GeographicLib/Geoid.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "fixture.h"
+#include "raster/geoid.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A cache of its own, so that EGM96 is made anew from PROJ's grid.
+class Vertical : public RasterTest {
+ protected:
+  Vertical() { setenv("CORDILLERA_CACHE", path("cache").c_str(), 1); }
+  ~Vertical() override { unsetenv("CORDILLERA_CACHE"); }
+  /// Regional geoid grid: 3 x 3 points from 9 E, 44 N at half a degree, height 40 + lon + 2 lat.
+  std::string write_geoid(const std::string& name, double west = 9) const {
+    Spec grid;
+    grid.columns = grid.rows = 5, grid.geotransform = {west - 0.25, 0.5, 0, 46.25, 0, -0.5};
+    grid.value = [west](int c, int r) { return -60 + (west + 0.5 * c) + 2 * (46 - 0.5 * r); };
+    return write(grid, name);
+  }
+};
+
+TEST_F(Vertical, Egm96IsTheDocumentedDefault) {
+  const auto source = must_open(write({}), {});
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().vertical_datum(), "EGM96");
+  EXPECT_EQ(source->description().vertical_datum_from(), "default");
+  EXPECT_TRUE(fs::exists(path("cache/egm96-15.pgm")));
+  const GeographicLib::Geoid geoid("egm96-15", path("cache"));
+  const proto::Lattice l = lattice(7);
+  const auto w = source->window(l);
+  EXPECT_NEAR(height_m(*source, l, w.west, w.south), 100 + geoid(l.latitude_deg(w.south), l.longitude_deg(w.west)), 0.001);
+  // Published: the undulation of EGM96 at 16:46:33 N 3:00:34 W is 28.7 m within a decimetre.
+  EXPECT_NEAR(geoid(16 + 46 / 60.0 + 33 / 3600.0, -(3 + 34 / 3600.0)), 28.7, 0.1);
+}
+
+TEST_F(Vertical, TheRewrittenGridEqualsTheRealOne) {
+  const std::string real = real_dems();
+  if (real.empty() || !fs::exists(real + "/geoid/egm96-15.pgm")) GTEST_SKIP() << "no real geoid grid: set CORDILLERA_TEST_DATA";
+  const GeographicLib::Geoid theirs("egm96-15", real + "/geoid");
+  const std::string made = raster::ensure_egm96_pgm();
+  ASSERT_EQ(made, path("cache/egm96-15.pgm"));
+  const GeographicLib::Geoid ours("egm96-15", path("cache"));
+  // Two roundings of one grid to steps of 3 mm: equal at all but a few points in ten thousand, there by one step.
+  int points = 0, different = 0;
+  for (double lat = -90; lat <= 90; lat += 0.75) {
+    for (double lon = -180; lon < 180; lon += 0.75) {
+      const double difference = std::abs(ours(lat, lon) - theirs(lat, lon));
+      ASSERT_LT(difference, 0.003) << lat << ", " << lon;
+      ++points;
+      different += difference > 1e-6;
+    }
+  }
+  EXPECT_LT(different, points / 200);
+}
+
+TEST_F(Vertical, DeclaredBySource) {
+  const struct { const char* crs; const char* datum; const char* from; } cases[] = {
+      {"EPSG:4326+5773", "EGM96", "source"}, {"EPSG:32632+5773", "EGM96", "source"}, {"EPSG:4979", "ellipsoid", "source"}, {"EPSG:4326+5703", "EGM96", "default"}};
+  for (const auto& k : cases) {
+    Spec spec;
+    spec.crs = k.crs;
+    if (std::string(k.crs).find("32632") != std::string::npos) spec.geotransform = {500000, 100, 0, 5000000, 0, -100};
+    const auto source = must_open(write(spec), {});
+    ASSERT_TRUE(source) << k.crs;
+    EXPECT_EQ(source->description().vertical_datum(), k.datum) << k.crs;
+    EXPECT_EQ(source->description().vertical_datum_from(), k.from) << k.crs;
+    const proto::Lattice l = lattice(12);
+    const auto w = source->window(l);
+    const double height = height_m(*source, l, (w.west + w.east) / 2, (w.south + w.north) / 2);
+    // Shifted once, not twice: the geoid is 30 to 55 m above the ellipsoid here.
+    const bool ellipsoidal = std::string(k.datum) == "ellipsoid";
+    EXPECT_TRUE(ellipsoidal ? height == 100 : height > 130 && height < 155) << height;
+  }
+}
+
+TEST_F(Vertical, ARegionalGridIsReadAndMustCover) {
+  proto::BuildOptions options;
+  options.set_vertical_datum(write_geoid("regional.tif"));
+  Spec spec;
+  spec.columns = spec.rows = 80;
+  const std::string dem = write(spec);
+  const auto source = must_open(dem, options);
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().vertical_datum(), "regional.tif");
+  const proto::Lattice l = lattice(7);
+  const auto w = source->window(l);
+  const double lon = l.longitude_deg(w.west + 3), lat = l.latitude_deg(w.south + 5);
+  EXPECT_NEAR(height_m(*source, l, w.west + 3, w.south + 5), 100 - 60 + lon + 2 * lat, 0.01);
+  options.set_vertical_datum(write_geoid("elsewhere.tif", 10.3));
+  EXPECT_EQ(problem_type(dem, options), "geoid-does-not-cover");
+}
+
+TEST_F(Vertical, PostedFilesNameOnlyGridsOfTheOperator) {
+  const std::string grid = write_geoid("regional.tif"), dem = write({});
+  proto::BuildOptions options;
+  options.set_vertical_datum(grid);
+  EXPECT_EQ(problem_type(dem, options, raster::Trust::posted_file), "geoid-not-found");
+  options.set_vertical_datum("regional.tif");
+  EXPECT_EQ(problem_type(dem, options, raster::Trust::posted_file), "geoid-not-found");
+  setenv("CORDILLERA_GEOIDS", fs::path(grid).parent_path().c_str(), 1);
+  EXPECT_EQ(problem_type(dem, options, raster::Trust::posted_file), "");
+  unsetenv("CORDILLERA_GEOIDS");
+}
+
+TEST_F(Vertical, MissingAndWrongGrids) {
+  proto::BuildOptions options;
+  const std::string dem = write({});
+  for (const char* missing : {"EGM2008", "EGM84", "no-such-grid.gtx", "nonsense"}) {
+    options.set_vertical_datum(missing);
+    setenv("CORDILLERA_GEOIDS", path("none").c_str(), 1);
+    auto refused = open(dem, options);
+    if (refused.ok()) continue;  // this machine has the grid
+    EXPECT_EQ(refused.problem().type, "geoid-not-found");
+    EXPECT_EQ(refused.problem().parameter, "vertical_datum");
+  }
+  unsetenv("CORDILLERA_GEOIDS");
+  options.set_vertical_datum(write_text("P5\n# Origin 44N 9E\n4 4\n65535\n0123456789012345678901234567890", "regional.pgm"));
+  EXPECT_EQ(problem_type(dem, options), "geoid-invalid");
+  options.set_vertical_datum(write_text("no grid", "grid.gtx"));
+  EXPECT_EQ(problem_type(dem, options), "geoid-invalid");
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test
