@@ -44,9 +44,9 @@ def progress_line(status):
     stage = progress.get("stage") or status["state"]
     done, total = progress.get("done", 0), progress.get("total", 0)
     share = 1 if status["state"] == "ready" else min(done / total, 1) if total else 0
-    left = progress.get("seconds_left", -1)
+    left = progress.get("seconds_left")  # null while nobody can know
     bar = "#" * round(30 * share) + "." * (30 - round(30 * share))
-    return f"{stage:8} [{bar}] {100 * share:3.0f} %" + (f"  {left:.0f} s left" if left >= 0 and share < 1 else "")
+    return f"{stage:8} [{bar}] {100 * share:3.0f} %" + (f"  {left:.0f} s left" if left is not None and left >= 0 and share < 1 else "")
 
 
 def watch(url, dataset):

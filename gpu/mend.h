@@ -7,7 +7,7 @@
 
 namespace cordillera::gpu {
 
-/// Valences that the mend keeps to; a vertex that is above its cap already may only fall.
+/// Valences that the mend keeps to (void vertices: 4 more inside, 2 on a side, 1 at a corner); a vertex that is above its cap already may only fall.
 struct ValenceCaps {
   std::uint32_t inside = 12;
   std::uint32_t side = 8;
@@ -17,7 +17,7 @@ struct ValenceCaps {
 /// Removes from rings the vertices that mesh marks kRemove, those on the sides of the tile first the finest positions, by a
 /// collapse along the border or, where that is blocked, by other triangles for their star; where valences block that too, edges
 /// near it are flipped and inner vertices (not kKeep) removed, those first whose removal moves no rim. Only as a last resort do
-/// inner valences rise to kRowWidth, or rims move. mesh gives positions and marks, indexed as rings; its triangles are not read.
+/// inner valences rise to kMostValence, or rims move. mesh gives positions and marks, indexed as rings; its triangles are not read.
 /// Returns how many such vertices are left.
 std::uint32_t mend(Rings& rings, const proto::TileMesh& mesh, const ValenceCaps& caps = {});
 

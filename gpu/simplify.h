@@ -23,9 +23,12 @@ struct SimplifyJob {
   float rim_units = 0;      ///< how far the rim of a hole may move, in units
 };
 
-/// Simplifies tiles. Every vertex of a result is a vertex of its input (half-edge collapse; positions never move).
-/// Vertices marked kKeep survive; vertices marked kRemove (tile border) are all gone; the tile rectangle stays exactly covered by
-/// triangles of positive area; valence <= 12 inside, 8 on the tile's sides, 4 at its corners (so that four welded tiles stay <= 14).
+/// Simplifies tiles. Every vertex of a result is a vertex of its input (half-edge collapse; positions do not move, but for a border vertex
+/// that steps inside where nothing else can take it off the border).
+/// Vertices marked kKeep survive, unless they stand in the way of the border; vertices marked kRemove (tile border) are gone (where one is
+/// left, its surroundings were too sparse: keep some of them and ask again); the tile rectangle stays exactly covered by
+/// triangles of positive area; valence <= 14 inside, 8 on the tile's
+/// sides, 4 at its corners, so that four welded tiles stay <= 14; void vertices a few more, see rings.h.
 class Simplifier {
  public:
   virtual ~Simplifier() = default;

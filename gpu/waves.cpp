@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gpu/mend.h"
+#include "gpu/nudge.h"
 
 namespace cordillera::gpu {
 namespace {
@@ -89,9 +90,10 @@ proto::TileMesh extract(const BatchMesh& mesh, std::size_t tile, const SimplifyJ
       rings.neighbour[u * kRowWidth + k] = mesh.row[v * kRowWidth + k] - static_cast<std::uint32_t>(from);
     }
   }
-  const std::uint32_t left = mend(rings, *job.input);
-  if (left > 0) internal_error(std::to_string(left) + " border vertices could not be removed");
-  return mesh_from_rings(*job.input, rings);
+  if (mend(rings, *job.input) == 0) return mesh_from_rings(*job.input, rings);
+  proto::TileMesh moved = *job.input;
+  nudge_inwards(rings, moved);
+  return mesh_from_rings(moved, rings);
 }
 
 }  // namespace cordillera::gpu

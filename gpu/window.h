@@ -20,10 +20,12 @@ inline constexpr std::uint16_t kOutside = 0x8000;     ///< row entry: slot (low 
 inline constexpr float kCostPerTolerance = 1.5f;      ///< cost threshold = this x tolerance_m^2 (cells)
 inline constexpr int kWindowVertices = 1152;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
 
-/// Valence caps of a simplified tile: four welded tiles then stay within the contract of 14.
+/// Valence caps of the waves. Four welded tiles must stay within 14: with at most 8 on a side and 4 at a corner they do. The waves stay
+/// one below on the border, so that the mend finds room to take out the last border vertices.
 inline constexpr int kInnerValence = 12;
-inline constexpr int kSideValence = 8;
-inline constexpr int kCornerValence = 4;
+inline constexpr int kVoidValence = 9;  ///< inside holes: dense rims would fill up the few void vertices, and nothing could move there
+inline constexpr int kSideValence = 7;
+inline constexpr int kCornerValence = 3;
 
 /// Vertex marks inside a window, beyond proto::VertexMark.
 enum WindowMark : std::uint8_t {
@@ -63,7 +65,10 @@ struct Rules {
 };
 
 CORDILLERA_HD inline int valence_cap(std::uint8_t mark) {
-  return (mark & kOnCorner) ? kCornerValence : (mark & kOnSide) ? kSideValence : kInnerValence;
+  const bool none = (mark & proto::kVoid) != 0;
+  if (mark & kOnCorner) return none ? kCornerValence + 1 : kCornerValence;
+  if (mark & kOnSide) return none ? kSideValence + 2 : kSideValence;
+  return none ? kVoidValence : kInnerValence;
 }
 CORDILLERA_HD inline std::uint32_t hash32(std::uint32_t v) {
   v ^= v >> 16;
@@ -91,7 +96,7 @@ CORDILLERA_HD inline std::uint32_t vertex_key(float cost, std::int32_t x, std::i
 
 // Rows are short: unrolled on the device, so that they live in registers; a plain loop on the host.
 #ifdef __CUDA_ARCH__
-#define CORDILLERA_FOR_ROW(i, n) _Pragma("unroll") for (int i = 0; i < kRowWidth; ++i) if (i < (n))
+#define CORDILLERA_FOR_ROW(i, n) _Pragma("unroll") for (int i = 0; i < static_cast<int>(kRowWidth); ++i) if (i < (n))
 #else
 #define CORDILLERA_FOR_ROW(i, n) for (int i = 0; i < (n); ++i)
 #endif

@@ -8,8 +8,8 @@
 namespace cordillera::pipeline {
 namespace {
 
-// Measured on terrain tiles (see README): 5 is the slowest speed at which Draco still takes its fast connectivity coder; slower ones
-// save a few per cent and cost two times the time, faster ones the reverse.
+// Measured on an irregular terrain tile of 8,192 triangles, .drc and .glb: speed 3 saves 7-9 % and takes twice the time to encode and
+// two to three times to decode; 5 and 7 give the same bytes; 10 costs 0-8 % more and saves nothing worth it.
 constexpr int kSpeed = 5;
 constexpr int kNormalBits = 10;
 // Draco's entropy coder counts symbols in a table as long as the greatest one. Tiles a dozen levels above the finest would need

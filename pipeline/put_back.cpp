@@ -64,4 +64,30 @@ std::uint32_t put_back(proto::TileMesh& input, const std::vector<gpu::SurfaceErr
   return marked;
 }
 
+std::uint32_t keep_support(proto::TileMesh& input, const proto::TileMesh& simplified, std::int32_t cell_units, int attempt) {
+  std::uint32_t left = 0;
+  const auto keep_nearest = [&](std::int64_t x, std::int64_t y) {
+    std::int64_t least = INT64_MAX;
+    std::size_t best = 0;
+    for (std::size_t v = 0; v < input.vertices(); ++v) {
+      const bool inside = input.x[v] > 0 && input.y[v] > 0 && input.x[v] < input.side && input.y[v] < input.side;
+      const std::int64_t dx = input.x[v] - x, dy = input.y[v] - y;
+      if (!inside || dx * dx + dy * dy >= least) continue;
+      least = dx * dx + dy * dy;
+      best = v;
+    }
+    if (least != INT64_MAX) input.mark[best] |= proto::kKeep;
+  };
+  for (std::size_t v = 0; v < simplified.vertices(); ++v) {
+    if (!(simplified.mark[v] & proto::kRemove)) continue;
+    ++left;
+    const std::int64_t x = simplified.x[v], y = simplified.y[v];
+    const std::int64_t in_x = x == 0 ? 1 : x == input.side ? -1 : 0, in_y = y == 0 ? 1 : y == input.side ? -1 : 0;
+    for (std::int64_t d = std::max(1, cell_units >> attempt); d < input.side; d *= 2) {
+      for (int across = -attempt - 1; across <= attempt + 1; ++across) keep_nearest(x + in_x * d + in_y * across * d, y + in_y * d + in_x * across * d);
+    }
+  }
+  return left;
+}
+
 }  // namespace cordillera::pipeline

@@ -12,4 +12,9 @@ namespace cordillera::pipeline {
 /// Returns how many were marked; 0: there is nothing left to put back near any of them.
 std::uint32_t put_back(proto::TileMesh& input, const std::vector<gpu::SurfaceError::Worst>& samples, int attempt);
 
+/// Where the simplified mesh still has a border vertex that must go, its surroundings had become too sparse to close the gap within the
+/// valences: marks kKeep some inner vertices of input at doubling distances, more with every attempt. Returns how many border
+/// vertices are left in simplified.
+std::uint32_t keep_support(proto::TileMesh& input, const proto::TileMesh& simplified, std::int32_t cell_units, int attempt);
+
 }  // namespace cordillera::pipeline

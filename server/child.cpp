@@ -46,7 +46,7 @@ std::optional<Child> spawn(const std::string& program, const std::string& folder
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
 
   const std::string parent = std::to_string(getpid());
-  const char* arguments[] = {program.c_str(), "job", folder.c_str(), "--parent", parent.c_str(), nullptr};
+  const char* arguments[] = {"cordillera", "job", folder.c_str(), "--parent", parent.c_str(), nullptr};
   Child child;
   const int failed =
       posix_spawn(&child.pid, program.c_str(), &actions, &attributes, const_cast<char* const*>(arguments), environ);

@@ -8,7 +8,7 @@ namespace cordillera::server {
 
 inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
 
-/// cordillera serve. program: path of this binary, for its child processes.
+/// cordillera serve. program: path of this binary; the viewer lies beside it.
 int serve_command(const Settings& settings, const std::string& program);
 
 /// cordillera build: a static folder, or one .sqlite file if the output is called so.

@@ -79,7 +79,13 @@ int with_settings(const CLI::App& command, const std::vector<OptionSpec>& table,
                   const std::function<int(const Settings&)>& run) {
   if (auto extra = check_extras(command, table)) return wrong_usage(*extra);
   const auto settings = settings_from(table, reading);
-  return settings ? run(*settings) : wrong_usage(settings.problem());
+  if (!settings) return wrong_usage(settings.problem());
+  try {
+    return run(*settings);
+  } catch (const std::exception& error) {
+    complain({"internal", std::string("this should not have happened: ") + error.what(), "", ""});
+    return kFailed;
+  }
 }
 
 std::string own_path() {

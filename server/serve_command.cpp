@@ -23,7 +23,8 @@ int serve_command(const Settings& given, const std::string& program) {
     return kUsage;
   }
 
-  auto service = Service::open(settings, child_runner(program));
+  // Not the path: an upgrade may have put another program there since.
+  auto service = Service::open(settings, child_runner("/proc/self/exe"));
   if (!service) {
     complain(service.problem());
     return kFailed;

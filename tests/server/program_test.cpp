@@ -177,7 +177,7 @@ TEST_F(Program, ServesARealBuild) {
 TEST_F(Program, AChildThatIsKilledIsAProblemAndTheServiceGoesOn) {
   start_server();
   const Json posted = curl(post_arguments("&error=0.001&max_level=16&threads=1"));
-  ASSERT_EQ(posted["state"], "queued");
+  ASSERT_TRUE(posted.contains("id")) << posted.dump();
   const int child = child_process();
   ASSERT_GT(child, 0) << file_text(log_);
   kill(child, SIGKILL);
