@@ -47,10 +47,8 @@ class Mender {
     return int{mesh_.x[v] == 0 || mesh_.x[v] == mesh_.side} + int{mesh_.y[v] == 0 || mesh_.y[v] == mesh_.side};
   }
   std::uint32_t cap(std::uint32_t v) const {
-    // Void vertices may fill their rows, now (inside) or once four tiles are welded (side: 10 + 10 - 2, corner: 4 x 5 - 4).
-    const std::uint32_t more = is_void(v) ? 1 : 0;
-    if (sides(v) == 0) return caps_.inside + 4 * more;
-    return sides(v) == 1 ? caps_.side + 2 * more : caps_.corner + more;
+    if (is_void(v)) return sides(v) == 0 ? kVoidInside : sides(v) == 1 ? kVoidSide : kVoidCorner;
+    return sides(v) == 0 ? caps_.inside : sides(v) == 1 ? caps_.side : caps_.corner;
   }
 
   // Finest positions first, so that the border thins evenly and no star grows long.

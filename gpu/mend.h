@@ -7,7 +7,7 @@
 
 namespace cordillera::gpu {
 
-/// Valences that the mend keeps to (void vertices: 4 more inside, 2 on a side, 1 at a corner); a vertex that is above its cap already may only fall.
+/// Valences that the mend keeps to (void vertices: see rings.h); a vertex that is above its cap already may only fall.
 struct ValenceCaps {
   std::uint32_t inside = 12;
   std::uint32_t side = 8;

@@ -14,7 +14,9 @@ namespace cordillera::gpu {
 /// Most neighbours a vertex with data may have: the contract of every published tile.
 inline constexpr std::uint32_t kMostValence = 14;
 /// Width of a row. Void vertices, which nobody sees, may fill it: they border dense rims.
-inline constexpr std::uint32_t kRowWidth = 18;
+inline constexpr std::uint32_t kRowWidth = 24;
+/// Most neighbours a void vertex may have inside, on a side and at a corner of a simplified tile: welded, they fit a row.
+inline constexpr std::uint32_t kVoidInside = 20, kVoidSide = 13, kVoidCorner = 7;
 
 /// Row v holds the neighbours of vertex v counter-clockwise. Closed rows (inner vertices) start at their lowest neighbour; open
 /// rows (vertices on a side of the tile) start at the border neighbour from which the fan runs counter-clockwise to the other

@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kBlocked = 0xfffffffeu;  ///< key of a vertex tha
 inline constexpr int kKeyShift = 19;                  ///< a key is 13 bits of cost over 19 bits of hash: unique enough to order by
 inline constexpr std::uint16_t kOutside = 0x8000;     ///< row entry: slot (low bits) of the vertex's own global row, outside the window
 inline constexpr float kCostPerTolerance = 1.5f;      ///< cost threshold = this x tolerance_m^2 (cells)
-inline constexpr int kWindowVertices = 1152;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
+inline constexpr int kWindowVertices = 1092;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
 
 /// Valence caps of the waves. Four welded tiles must stay within 14: with at most 8 on a side and 4 at a corner they do. The waves stay
 /// one below on the border, so that the mend finds room to take out the last border vertices.
@@ -65,10 +65,8 @@ struct Rules {
 };
 
 CORDILLERA_HD inline int valence_cap(std::uint8_t mark) {
-  const bool none = (mark & proto::kVoid) != 0;
-  if (mark & kOnCorner) return none ? kCornerValence + 1 : kCornerValence;
-  if (mark & kOnSide) return none ? kSideValence + 2 : kSideValence;
-  return none ? kVoidValence : kInnerValence;
+  if (mark & kOnSide) return (mark & kOnCorner) ? kCornerValence : kSideValence;
+  return (mark & proto::kVoid) ? kVoidValence : kInnerValence;
 }
 CORDILLERA_HD inline std::uint32_t hash32(std::uint32_t v) {
   v ^= v >> 16;

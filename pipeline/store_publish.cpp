@@ -93,6 +93,14 @@ void add_bounds(Database& database, int level, proto::Manifest& manifest) {
   for (const double degrees : {lon.west_deg, box.real(0) * kDegrees, lon.east_deg, box.real(1) * kDegrees}) manifest.add_bounds(degrees);
 }
 
+// What the source turned out to hold, from the finest level's sums.
+void describe_source(const proto::LevelSummary& finest, proto::Source& source) {
+  if (source.lattice_samples() > 0) source.set_nodata_share(std::max(0.0, 1 - finest.valid_samples() / source.lattice_samples()));
+  if (finest.valid_samples() > 0) source.set_flat_water_share(finest.flat_samples() / finest.valid_samples());
+  source.set_min_height(finest.min_height());
+  source.set_max_height(finest.max_height());
+}
+
 }  // namespace
 
 void make_nodes(Database& database, int finest_level) {
@@ -117,6 +125,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
     if (sum.tiles() > 0 && finest == nullptr) finest = &sum;
   }
   if (finest == nullptr) throw StoreError("no tile has a triangle");
+  describe_source(*finest, *manifest.mutable_source());
   add_bounds(database, static_cast<int>(finest->level()), manifest);
   manifest.add_bounds(finest->min_height());
   manifest.add_bounds(finest->max_height());

@@ -129,7 +129,7 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
 
 std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   const auto cell = static_cast<std::int32_t>(context.lattice->cell_units(prepared.tile.z));
-  if (auto l = keep_support(prepared.input, mesh, cell, attempt); l > 0) { fprintf(stderr, "support z %d left %u attempt %d\n", prepared.tile.z, l, attempt);
+  if (keep_support(prepared.input, mesh, cell, attempt) > 0) {
     if (attempt < kAttempts) return std::nullopt;
     throw std::logic_error("tile mesh: border vertices could not be removed");
   }
@@ -148,7 +148,7 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
     built.max_error_m = built.measured.max_m + kGrace_m;
     if (!built.measured.over_limit.empty() && attempt < kAttempts) {
       const std::uint32_t back = put_back(prepared.input, built.measured.over_limit, attempt);
-      prepared.put_back += back; if (attempt>2) fprintf(stderr, "put back z %d attempt %d max %f over %zu back %u\n", prepared.tile.z, attempt, built.max_error_m, built.measured.over_limit.size(), back);
+      prepared.put_back += back;
       if (back > 0) return std::nullopt;
     }
   } else {
