@@ -38,6 +38,7 @@ class Mender {
         std::erase_if(left, [&](std::uint32_t v) { return remove_with_relief(v, licence); });
       }
     }
+    relax();
     return static_cast<std::uint32_t>(left.size());
   }
 
@@ -151,6 +152,17 @@ class Mender {
     put(c, a, at_c);
     put(d, b, at_d);
     return true;
+  }
+
+  // Turns edges away from vertices with data that have more neighbours than the contract allows: a weld may leave such.
+  void relax() {
+    for (std::uint32_t v = 0; v < rings_.vertices(); ++v) {
+      if (is_void(v)) continue;
+      for (std::uint32_t k = 0; rings_.valence[v] > kMostValence && k < rings_.valence[v];) {
+        if (flip(v, k)) k = 0;
+        else ++k;
+      }
+    }
   }
 
   // Edges of the full neighbours of v that do not end in v.

@@ -185,7 +185,8 @@ struct Evaluate {
       if (best < 0) break;
       const float after = budget(s, u, best);
       if (keeps_orientation(s, best) && (after <= 1.0f || (mark & proto::kRemove))) {
-        if ((mark & proto::kRemove) && least > rules.first_cost) least = rules.first_cost;
+        // First of all, while the inside is still dense enough to close the gap; among themselves by cost.
+        if (mark & proto::kRemove) least = 1e-6f * rules.first_cost * (least / (least + rules.first_cost));
         w.key[u] = vertex_key(least, w.x[u], w.y[u]);
         w.target[u] = static_cast<std::uint16_t>(w.neighbour(u, best));
         w.spent_after[u] = after;
@@ -211,7 +212,9 @@ struct Evaluate {
       // Both on the tile's border share one triangle, else two.
       const int lost = (w.mark[u] & kOnSide) ? 3 : 4;
       const bool full = s.count + w.valence[v] - lost > valence_cap(w.mark[v]);
-      cost[i] = (((allowed >> i) & 1u) && !full) ? c : INFINITY;
+      // What must go takes no more in: its own star must stay small enough to be closed.
+      const bool leaving = (w.mark[v] & proto::kRemove) && !(w.mark[u] & kOnSide);
+      cost[i] = (((allowed >> i) & 1u) && !full && !leaving) ? c : INFINITY;
     }
   }
 

@@ -9,6 +9,9 @@
 namespace cordillera::gpu {
 namespace {
 
+// Welded, 11 + 11 - 2 and 4 x 6 - 4 still fit a row; what stays above the contract inside is brought down by flips.
+constexpr ValenceCaps kMendCaps{kInnerValence, 11, 6};
+
 // A mesh that the project itself made is broken: nothing a user could mend, so no Problem.
 [[noreturn]] void internal_error(const std::string& detail) { throw std::logic_error("simplifier: " + detail); }
 
@@ -90,7 +93,7 @@ proto::TileMesh extract(const BatchMesh& mesh, std::size_t tile, const SimplifyJ
       rings.neighbour[u * kRowWidth + k] = mesh.row[v * kRowWidth + k] - static_cast<std::uint32_t>(from);
     }
   }
-  if (mend(rings, *job.input) == 0) return mesh_from_rings(*job.input, rings);
+  if (mend(rings, *job.input, kMendCaps) == 0) return mesh_from_rings(*job.input, rings);
   proto::TileMesh moved = *job.input;
   nudge_inwards(rings, moved);
   return mesh_from_rings(moved, rings);

@@ -53,7 +53,8 @@ void Builder::fall_back_to_cpu() {
 }
 
 proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
-  const raster::Source::Window window = node_window(plan_, node);
+  // Border chains look one cell of the level to either side.
+  const raster::Source::Window window = node_window(plan_, node, lattice_.cell_units(node.z));
   proto::Samples samples;
   if (window.west > window.east || window.south > window.north) return samples;
   if (source().empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1)) return samples;

@@ -79,13 +79,57 @@ double distance_to_chord_m(const Placed& a, const Vec3& chord, const Placed& s) 
   return t < 0 ? -t : t;
 }
 
+// A line of samples beside the edge, indexed by position; `valid` where there is data.
+struct Witness {
+  std::vector<Placed> at;
+  std::vector<char> valid;
+};
+
+std::vector<Witness> witnesses(const Edge& edge, const EdgeHeights& heights) {
+  std::vector<Witness> lines;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const std::span<const std::int32_t> line = heights.beside[side];
+    if (line.empty()) continue;
+    Edge beside = edge;
+    (edge.along == Along::east ? beside.row : beside.column) += side == 0 ? -heights.offset : heights.offset;
+    Witness witness{std::vector<Placed>(line.size()), std::vector<char>(line.size(), 0)};
+    for (const Placed& placed : place_all(beside, line)) {
+      witness.at[static_cast<std::size_t>(placed.position)] = placed;
+      witness.valid[static_cast<std::size_t>(placed.position)] = 1;
+    }
+    lines.push_back(std::move(witness));
+  }
+  return lines;
+}
+
 // Indices into the placed samples; first and last stay.
 struct Piece {
   std::size_t first = 0, last = 0;
 };
 
+// Everything that significance is measured against.
+struct Terrain {
+  std::vector<Placed> line;
+  std::vector<Witness> beside;
+
+  // How far the sample is from the piece's chord, on the edge or on a line beside it, whichever is farther.
+  double deviation_m(const Piece& piece, const Vec3& chord, std::size_t k) const {
+    const Placed &a = line[piece.first], &b = line[piece.last];
+    double most = distance_to_chord_m(a, chord, line[k]);
+    for (const Witness& witness : beside) {
+      const auto from = static_cast<std::size_t>(a.position), to = static_cast<std::size_t>(b.position);
+      const auto here = static_cast<std::size_t>(line[k].position);
+      if (!witness.valid[from] || !witness.valid[to] || !witness.valid[here]) continue;
+      const Vec3 beside_chord = witness.at[to].at - witness.at[from].at;
+      most = std::max(most, distance_to_chord_m(witness.at[from], beside_chord, witness.at[here]));
+    }
+    return most;
+  }
+};
+
 // Where to break the piece; first when it may stay whole.
-std::size_t split_of(const std::vector<Placed>& s, const Piece& piece, const ChainRule& rule) {
+std::size_t split_of(const Terrain& terrain, const Piece& piece, const ChainRule& rule) {
+  const std::vector<Placed>& s = terrain.line;
   const Placed &a = s[piece.first], &b = s[piece.last];
   const Vec3 chord = b.at - a.at;
   const std::int64_t middle2 = std::int64_t{a.position} + b.position;
@@ -93,7 +137,7 @@ std::size_t split_of(const std::vector<Placed>& s, const Piece& piece, const Cha
   std::size_t significant = piece.first, middle = piece.first;
   std::int64_t off_middle2 = INT64_MAX;
   for (std::size_t k = piece.first + 1; k < piece.last; ++k) {
-    const double d = distance_to_chord_m(a, chord, s[k]);
+    const double d = terrain.deviation_m(piece, chord, k);
     if (d > worst) worst = d;
     if (!s[k].candidate) continue;
     if (d > most) {
@@ -111,15 +155,15 @@ std::size_t split_of(const std::vector<Placed>& s, const Piece& piece, const Cha
 }
 
 // Douglas-Peucker from the top, along one run of data; sets kept for positions.
-void keep_significant(const std::vector<Placed>& s, Piece run, const ChainRule& rule, std::vector<std::int32_t>& kept) {
+void keep_significant(const Terrain& terrain, Piece run, const ChainRule& rule, std::vector<std::int32_t>& kept) {
   std::vector<Piece> open{run};
   while (!open.empty()) {
     const Piece piece = open.back();
     open.pop_back();
     if (piece.last <= piece.first + 1) continue;
-    const std::size_t split = split_of(s, piece, rule);
+    const std::size_t split = split_of(terrain, piece, rule);
     if (split == piece.first) continue;
-    kept.push_back(s[split].position);
+    kept.push_back(terrain.line[split].position);
     open.push_back({piece.first, split});
     open.push_back({split, piece.last});
   }
@@ -173,6 +217,12 @@ std::int32_t void_representative(const Chain& chain, const Run& run) {
   return best;
 }
 
+void keep_voids(const Chain& chain, const ChainRule& rule, std::vector<std::int32_t>& kept) {
+  for (std::size_t k = 0; k < chain.position.size(); ++k) {
+    if (chain.height[k] == kNoHeight && chain.position[k] % rule.void_gap_units == 0) kept.push_back(chain.position[k]);
+  }
+}
+
 Piece piece_of(const std::vector<Placed>& placed, std::int32_t from, std::int32_t to) {
   const auto index = [&](std::int32_t position) {
     std::size_t low = 0, high = placed.size();
@@ -199,19 +249,20 @@ Chain only(const Chain& chain, std::vector<std::int32_t>& kept) {
   return result;
 }
 
-Chain reduce(Chain candidates, std::vector<Placed> placed, const ChainRule& rule) {
+Chain reduce(Chain candidates, Terrain terrain, const ChainRule& rule) {
   candidates.dropped_runs = 0;
-  mark_candidates(placed, candidates);
+  mark_candidates(terrain.line, candidates);
   // Voids first: two stretches of data that a small hole parts are one stretch, and not each too short.
   std::vector<Run> runs = without_short_runs(runs_of(candidates), false, rule, candidates);
   runs = without_short_runs(runs, true, rule, candidates);
   std::vector<std::int32_t> kept{candidates.position.front(), candidates.position.back()};
+  if (rule.void_gap_units > 0) keep_voids(candidates, rule, kept);
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const std::int32_t from = candidates.position[runs[k].first], to = candidates.position[runs[k].last];
     if (runs[k].valid) {
       kept.push_back(from);
       kept.push_back(to);
-      keep_significant(placed, piece_of(placed, from, to), rule, kept);
+      keep_significant(terrain, piece_of(terrain.line, from, to), rule, kept);
     } else if (k > 0 && k + 1 < runs.size()) {
       kept.push_back(void_representative(candidates, runs[k]));
     }
@@ -230,16 +281,15 @@ Edge edge_of(const proto::Lattice& lattice, const proto::TileAddress& tile, Side
   return edge;
 }
 
-Chain chain_finest(const Edge& edge, std::span<const std::int32_t> heights, const ChainRule& rule) {
+Chain chain_finest(const Edge& edge, const EdgeHeights& heights, const ChainRule& rule) {
   Chain all;
-  all.height.assign(heights.begin(), heights.end());
-  all.position.resize(heights.size());
-  for (std::size_t k = 0; k < heights.size(); ++k) all.position[k] = static_cast<std::int32_t>(k);
-  return reduce(std::move(all), place_all(edge, heights), rule);
+  all.height.assign(heights.edge.begin(), heights.edge.end());
+  all.position.resize(heights.edge.size());
+  for (std::size_t k = 0; k < heights.edge.size(); ++k) all.position[k] = static_cast<std::int32_t>(k);
+  return reduce(std::move(all), {place_all(edge, heights.edge), witnesses(edge, heights)}, rule);
 }
 
-Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, std::span<const std::int32_t> heights,
-                   const ChainRule& rule) {
+Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeHeights& heights, const ChainRule& rule) {
   Chain both = a;
   for (std::size_t k = 1; k < b.position.size(); ++k) {
     both.position.push_back(b.position[k] + a.position.back());
@@ -248,8 +298,17 @@ Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, std::span<c
   return simplify_chain(edge, both, heights, rule);
 }
 
-Chain simplify_chain(const Edge& edge, const Chain& candidates, std::span<const std::int32_t> heights, const ChainRule& rule) {
-  return reduce(candidates, heights.empty() ? place_vertices(edge, candidates) : place_all(edge, heights), rule);
+Chain simplify_chain(const Edge& edge, const Chain& candidates, const EdgeHeights& heights, const ChainRule& rule) {
+  if (heights.edge.empty()) return reduce(candidates, {place_vertices(edge, candidates), {}}, rule);
+  return reduce(candidates, {place_all(edge, heights.edge), witnesses(edge, heights)}, rule);
+}
+
+Chain void_chain(std::int32_t units, std::int32_t void_gap_units) {
+  Chain chain;
+  for (std::int64_t k = 0; k < units; k += void_gap_units > 0 ? void_gap_units : units) chain.position.push_back(static_cast<std::int32_t>(k));
+  chain.position.push_back(units);
+  chain.height.assign(chain.position.size(), kNoHeight);
+  return chain;
 }
 
 }  // namespace cordillera::pipeline

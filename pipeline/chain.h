@@ -4,6 +4,7 @@
 // An edge at level z is a straight run of tile_units(z) + 1 lattice vertices, counted from its western or southern end. Its chain
 // at the finest level is chosen among all samples, at every other level among the survivors of its two child edges (chains are
 // nested).
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -40,11 +41,27 @@ struct Chain {
 struct ChainRule {
   double tolerance_m = 0;          ///< no sample may be farther from its chord, along the ellipsoid's normal
   std::int32_t rim_units = 0;      ///< runs of data or of void shorter than this vanish, unless they touch an end; 0: none do
+  /// Void vertices at multiples of this stay: nobody sees them, and dense rims beside an edge need something to hold on to. Twice as much
+  /// a level upwards, so that chains stay nested. 0: one vertex a run.
+  std::int32_t void_gap_units = 0;
   std::int32_t max_gap_units = 0;  ///< longest chord between two valid vertices where something lies between; 0: any
 };
 
-/// From every sample of the edge: heights has units + 1 elements, kNoHeight where void.
-Chain chain_finest(const Edge& edge, std::span<const std::int32_t> heights, const ChainRule& rule);
+/// Finest samples that significance is measured against; units + 1 elements each, kNoHeight where void; empty: not at hand.
+/// The lines beside the edge, `offset` units away on either side, are witnesses: where terrain next to a plain edge is rough, the edge
+/// keeps vertices for the triangles that must end there. Both tiles on the edge see the same three lines.
+struct EdgeHeights {
+  std::span<const std::int32_t> edge;
+  std::array<std::span<const std::int32_t>, 2> beside;  ///< south or west of the edge, north or east of it
+  std::int64_t offset = 0;
+
+  EdgeHeights() = default;
+  EdgeHeights(std::span<const std::int32_t> line) : edge(line) {}         // NOLINT: implicit on purpose
+  EdgeHeights(const std::vector<std::int32_t>& line) : edge(line) {}  // NOLINT: implicit on purpose
+};
+
+/// From every sample of the edge.
+Chain chain_finest(const Edge& edge, const EdgeHeights& heights, const ChainRule& rule);
 
 /// From the chains of the western/southern half (a) and the eastern/northern half (b) of the edge. heights: all finest samples of
 /// the edge, against which the significance is measured; empty: measured against the vertices of a and b. a and b must agree on
@@ -53,6 +70,9 @@ Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, std::span<c
                    const ChainRule& rule);
 
 /// The same from one chain over the whole edge (two child edges already end to end, as a welded mesh has them).
-Chain simplify_chain(const Edge& edge, const Chain& candidates, std::span<const std::int32_t> heights, const ChainRule& rule);
+Chain simplify_chain(const Edge& edge, const Chain& candidates, const EdgeHeights& heights, const ChainRule& rule);
+
+/// The chain of an edge without any data; gap 0: its two ends.
+Chain void_chain(std::int32_t units, std::int32_t void_gap_units = 0);
 
 }  // namespace cordillera::pipeline

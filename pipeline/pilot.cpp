@@ -54,7 +54,7 @@ proto::Result<void> Pilot::read() {
   // Tiles of the data's edge may be empty: look on from each chosen place until one has data.
   for (std::size_t k = 0; k < wanted; ++k) {
     for (std::size_t at = k * all.size() / wanted; at < (k + 1) * all.size() / wanted; ++at) {
-      const raster::Source::Window w = node_window(plan, all[at]);
+      const raster::Source::Window w = node_window(plan, all[at], lattice.cell_units(top));
       auto read = source.sample(lattice, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1));
       if (!read.ok()) return read.problem();
       if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};

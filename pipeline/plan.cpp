@@ -12,8 +12,10 @@ constexpr double kDefaultErrorCells = 0.25;   // error= when nothing is asked: a
 constexpr double kChainShare = 0.5;           // of the target: border chains leave the tile's inside as much again
 constexpr double kStepsPerTile = 65536;       // .glb quantisation: 16 bits a tile side
 constexpr double kStepShare = 1.0 / 16;       // of the target: quantisation must not spend the promise
-constexpr double kMostSteps = 1 << 22;        // float32 positions stay exact
-constexpr double kRimExtentShare = 1.0 / 64;  // small data keeps its outline, however coarse the level
+constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
+constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
+constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
+constexpr double kRelief_m = 8192;             // within a tile, and its skirts, quantisation must have room for
 
 double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }
 
@@ -96,9 +98,10 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   level.set_chain_tolerance(kChainShare * level.target());
   const double reach_m = static_cast<double>(reach) * unit_m;
   const double step = std::min(reach_m / kStepsPerTile, level.target() * kStepShare);
-  level.set_ecef_step(power_of_two_below(std::max(step, reach_m / kMostSteps)));
+  const double room_m = reach_m + kRelief_m + 2 * level.target();
+  level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
   const double cell = static_cast<double>(lattice.cell_units(z));
-  level.set_rim_tolerance(std::min(cell, std::max(1.0, std::floor(static_cast<double>(extent) * kRimExtentShare))));
+  level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent) * kRimExtentShare)));
 }
 
 proto::Result<proto::Plan> make_plan(const raster::Source& source, const proto::BuildOptions& options) {
@@ -158,17 +161,19 @@ std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level
   return tiles;
 }
 
-raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node) {
+raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node, std::int64_t around) {
   const proto::Lattice lattice = lattice_of(plan);
-  const std::int64_t units = lattice.tile_units(node.z), circle = lattice.columns();
-  raster::Source::Window result{INT64_MAX, std::max<std::int64_t>(lattice.south(node), plan.window(1)), INT64_MIN,
-                                std::min<std::int64_t>(lattice.south(node) + units, plan.window(3))};
-  for (int turn = -1; turn <= 2; ++turn) {
-    const std::int64_t west = std::max<std::int64_t>(lattice.west(node) + turn * circle, plan.window(0));
-    const std::int64_t east = std::min<std::int64_t>(lattice.west(node) + turn * circle + units, plan.window(2));
+  const std::int64_t circle = lattice.columns();
+  const std::int64_t units = std::min(lattice.tile_units(node.z) + 2 * around, circle);
+  const std::int64_t node_west = lattice.west(node) - around, node_south = lattice.south(node) - around;
+  raster::Source::Window result{INT64_MAX, std::max<std::int64_t>(node_south, plan.window(1)), INT64_MIN,
+                                std::min<std::int64_t>(lattice.south(node) + lattice.tile_units(node.z) + around, plan.window(3))};
+  for (int turn = -2; turn <= 2; ++turn) {
+    const std::int64_t west = std::max<std::int64_t>(node_west + turn * circle, plan.window(0));
+    const std::int64_t east = std::min<std::int64_t>(node_west + turn * circle + units, plan.window(2));
     if (west > east) continue;
     // Data on both ends of the circle: the whole node, once.
-    if (result.west <= result.east && west - result.west > units) return {lattice.west(node), result.south, lattice.west(node) + units, result.north};
+    if (result.west <= result.east && west - result.west > units) return {node_west, result.south, node_west + units, result.north};
     result.west = std::min(result.west, west);
     result.east = std::max(result.east, east);
   }

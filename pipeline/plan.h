@@ -24,7 +24,8 @@ std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level
 /// The same below one node.
 std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level, const proto::TileAddress& node);
 
-/// The lattice vertices of node's closed rectangle inside the plan's window: what a block reads. west may exceed the circle.
-raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node);
+/// The lattice vertices of node's closed rectangle, and `around` units more on every side, inside the plan's window: what a block reads.
+/// west may exceed the circle.
+raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node, std::int64_t around = 0);
 
 }  // namespace cordillera::pipeline

@@ -67,6 +67,7 @@ std::uint32_t put_back(proto::TileMesh& input, const std::vector<gpu::SurfaceErr
 std::uint32_t keep_support(proto::TileMesh& input, const proto::TileMesh& simplified, std::int32_t cell_units, int attempt) {
   std::uint32_t left = 0;
   const auto keep_nearest = [&](std::int64_t x, std::int64_t y) {
+    if (x < 0 || y < 0 || x > input.side || y > input.side) return;
     std::int64_t least = INT64_MAX;
     std::size_t best = 0;
     for (std::size_t v = 0; v < input.vertices(); ++v) {

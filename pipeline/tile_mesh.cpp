@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
 constexpr int kAttempts = 16;        // a promise that cannot be kept by then is stated as it is
+constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
 constexpr double kCollapseShare = 0.95;  // of the error budget: quantisation and what the collapse cannot see need the rest
@@ -36,10 +37,15 @@ std::vector<float> elevations(const proto::Lattice& lattice, const proto::TileAd
   return elevation;
 }
 
+std::int32_t void_gap(const LevelContext& context, int level) {
+  return static_cast<std::int32_t>(kVoidGapCells * context.lattice->cell_units(level));
+}
+
 ChainRule chain_rule(const LevelContext& context) {
   ChainRule rule;
   rule.tolerance_m = context.level->chain_tolerance();
   rule.rim_units = static_cast<std::int32_t>(context.level->rim_tolerance());
+  rule.void_gap_units = void_gap(context, static_cast<int>(context.level->level()));
   return rule;
 }
 
@@ -57,6 +63,20 @@ std::vector<std::int32_t> edge_samples(const proto::Lattice& lattice, const prot
   return heights;
 }
 
+/// The edge's samples and those one cell of the level beside it; lines holds them.
+EdgeHeights edge_heights(const LevelContext& context, const Edge& edge, std::array<std::vector<std::int32_t>, 3>& lines) {
+  EdgeHeights heights;
+  heights.offset = context.lattice->cell_units(static_cast<int>(context.level->level()));
+  for (int k = -1; k <= 1; ++k) {
+    Edge line = edge;
+    (edge.along == Along::east ? line.row : line.column) += k * heights.offset;
+    lines[static_cast<std::size_t>(k + 1)] = edge_samples(*context.lattice, *context.samples, line);
+  }
+  heights.edge = lines[1];
+  heights.beside = {lines[0], lines[2]};
+  return heights;
+}
+
 void must(const proto::Result<void>& result) {
   if (!result.ok()) throw std::logic_error("tile mesh: " + result.problem().detail);
 }
@@ -65,8 +85,8 @@ void apply_chains(const LevelContext& context, PreparedTile& prepared, bool fine
   const ChainRule rule = chain_rule(context);
   for (const Side side : kSides) {
     const Edge edge = edge_of(*context.lattice, prepared.tile, side);
-    std::vector<std::int32_t> heights;
-    if (context.samples) heights = edge_samples(*context.lattice, *context.samples, edge);
+    std::array<std::vector<std::int32_t>, 3> lines;
+    const EdgeHeights heights = context.samples ? edge_heights(context, edge, lines) : EdgeHeights{};
     const Chain chain = finest ? chain_finest(edge, heights, rule)
                                : simplify_chain(edge, border_chain(prepared.input, side), heights, rule);
     must(apply_chain(prepared.input, side, chain));
@@ -110,10 +130,14 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
                                            const std::array<const BuiltTile*, 4>& children) {
   WeldInput input;
   input.child_side = static_cast<std::int32_t>(context.lattice->tile_units(tile.z + 1));
+  const Chain empty = void_chain(input.child_side, void_gap(context, tile.z + 1));
   double inherited = 0;
   bool any = false;
   for (std::size_t c = 0; c < 4; ++c) {
-    if (!children[c]) continue;
+    if (!children[c]) {
+      input.outer[c].fill(&empty);
+      continue;
+    }
     any = true;
     input.children[c] = &children[c]->mesh;
     inherited = std::max(inherited, children[c]->max_error_m);

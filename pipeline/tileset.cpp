@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "pipeline/json.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline {
 namespace {
+
+constexpr double kPi = std::numbers::pi;
 
 // Attributions come from users and end up in a viewer's page.
 std::string html(const std::string& text) {
@@ -64,10 +67,17 @@ std::array<double, 6> joined(const std::array<double, 6>& a, const std::array<do
           std::max(a[3], b[3]), std::min(a[4], b[4]), std::max(a[5], b[5])};
 }
 
+// The root's region is what clients cut into quarters until they have read a subtree, so it is the whole hemisphere and not the data's
+// own extent: quarters of that would lie elsewhere, and a client would cull subtrees that it should fetch.
+std::array<double, 6> hemisphere(const TileExtent& node) {
+  const double west = node.tile.x == 0 ? -kPi : 0;
+  return {west, -kPi / 2, west + kPi, kPi / 2, node.region[4], node.region[5]};
+}
+
 Json implicit_root(const TileExtent& node, const proto::Manifest& manifest) {
   const std::string side = node.tile.x == 0 ? "W" : "E";
   Json tile;
-  tile["boundingVolume"] = {{"region", node.region}};
+  tile["boundingVolume"] = {{"region", hemisphere(node)}};
   tile["geometricError"] = node.content ? node.geometric_error_m : empty_error_m(manifest);
   tile["refine"] = "REPLACE";
   tile["content"] = {{"uri", "tiles/" + side + "/{level}/{x}/{y}.glb"}};

@@ -134,6 +134,4 @@ TileMesh void_tile(std::int32_t side, const std::array<Chain, 4>& border) {
   return mesh;
 }
 
-Chain void_chain(std::int32_t units) { return {{0, units}, {proto::kNoHeight, proto::kNoHeight}, 0}; }
-
 }  // namespace cordillera::pipeline

@@ -14,7 +14,4 @@ namespace cordillera::pipeline {
 /// has. side >= 8; the chains agree at the corners. Corners are kKeep.
 proto::TileMesh void_tile(std::int32_t side, const std::array<Chain, 4>& border);
 
-/// The chain of a side without any data: two void corners.
-Chain void_chain(std::int32_t units);
-
 }  // namespace cordillera::pipeline

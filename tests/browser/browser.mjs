@@ -5,6 +5,8 @@ const kArguments = [
   "--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update",
   "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
 const kPatience_ms = 240000;
+const kQuietFrames = 8;
+const kFramePause_ms = 100;
 
 export function open_browser(executablePath) {
   return chromium.launch({ executablePath, args: kArguments });
@@ -34,10 +36,17 @@ export async function open_dataset(browser, url, id) {
   return { page, complaints };
 }
 
-// Loaded, and drawn once more, so that the picture is the one with the tiles. Fails with the page's own words.
+// Loaded, and still so some frames later: a tileset learns what it lacks, and shows what it got, only as frames and
+// moments go by (requests wait for the camera to stand still). Fails with the page's own words.
 export async function tiles_loaded(page) {
-  await page.waitForFunction(() => window.cordillera?.tilesLoaded || window.cordillera?.error);
-  const error = await page.evaluate(() => window.cordillera.error);
-  if (error) throw new Error(`the viewer says: ${error}`);
-  await page.evaluate(() => window.cordillera.scene.render());
+  for (let quiet = 0; quiet < kQuietFrames;) {
+    await page.waitForFunction(() => window.cordillera?.tilesLoaded || window.cordillera?.error);
+    const { error, loaded } = await page.evaluate(() => {
+      window.cordillera.scene.render();
+      return { error: window.cordillera.error, loaded: window.cordillera.tilesLoaded };
+    });
+    if (error) throw new Error(`the viewer says: ${error}`);
+    await page.waitForTimeout(kFramePause_ms);
+    quiet = loaded ? quiet + 1 : 0;
+  }
 }

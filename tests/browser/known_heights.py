@@ -1,33 +1,52 @@
 #!/usr/bin/env python3
-"""Ellipsoidal heights at pixel centres of a north-up EPSG:4326 raster above EGM96, found without any code of the project:
-the values by gdallocationinfo, the geoid by PROJ. Prints JSON: [{"lon", "lat", "height"}, ...]."""
+"""Ellipsoidal heights at vertices of the finest lattice, of a north-up EPSG:4326 raster above EGM96 whose samples are points, found
+without any code of the project: the samples by gdallocationinfo, bilinear between them, the geoid by PROJ.
+
+  known_heights.py RASTER MANIFEST       prints JSON: [{"lon", "lat", "height"}, ...]"""
 import json
+import math
 import subprocess
 import sys
 
-GRID = 5  # points a side
+GRID = 5  # places a side
+CELLS = 256  # a tile side
+UNDULATION = "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=vgridshift +grids=egm96_15.gtx +multiplier=1"
 
 
-def run(command, text):
+def run(command, text=""):
     return subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout
 
 
-def main(path):
-    info = json.loads(run(["gdalinfo", "-json", path], ""))
+def bilinear(raster, column, row):
+    x, y = math.floor(column), math.floor(row)
+    fx, fy = column - x, row - y
+    corners = "".join(f"{x + i} {y + j}\n" for j in (0, 1) for i in (0, 1))
+    a, b, c, d = map(float, run(["gdallocationinfo", "-valonly", raster], corners).split())
+    return (a * (1 - fx) + b * fx) * (1 - fy) + (c * (1 - fx) + d * fx) * fy
+
+
+def places(raster, manifest):
+    """Lattice vertices, a tenth of the raster away from its rim (rims may move), with their heights above the geoid."""
+    info = json.loads(run(["gdalinfo", "-json", raster]))
     columns, rows = info["size"]
     west, step_x, _, north, _, step_y = info["geoTransform"]
-    # Inside by a tenth: at the very rim a moved border is allowed.
-    pixels = [(columns // 10 + i * (columns * 8 // 10) // (GRID - 1), rows // 10 + j * (rows * 8 // 10) // (GRID - 1))
-              for j in range(GRID) for i in range(GRID)]
-    values = run(["gdallocationinfo", "-valonly", path], "".join(f"{x} {y}\n" for x, y in pixels)).split()
-    places = [(west + (x + 0.5) * step_x, north + (y + 0.5) * step_y) for x, y in pixels]
-    pipeline = "+proj=pipeline +step +proj=unitconvert +xy_in=deg +xy_out=rad +step +proj=vgridshift +grids=egm96_15.gtx +multiplier=1"
-    lines = run(["gdaltransform", "-ct", pipeline], "".join(f"{lon!r} {lat!r} {v}\n" for (lon, lat), v in zip(places, values)))
-    heights = [float(line.split()[2]) for line in lines.splitlines()]
-    undulations = [height - float(value) for height, value in zip(heights, values)]
-    if len(heights) != GRID * GRID or max(map(abs, undulations)) < 0.5:
+    cell = 180 / 2 ** manifest["levels"][0]["level"] / CELLS
+    for j in range(GRID):
+        for i in range(GRID):
+            wanted_x, wanted_y = columns * (0.1 + 0.8 * i / (GRID - 1)), rows * (0.1 + 0.8 * j / (GRID - 1))
+            lon = -180 + round((west + wanted_x * step_x + 180) / cell) * cell
+            lat = -90 + round((north + wanted_y * step_y + 90) / cell) * cell
+            yield lon, lat, bilinear(raster, (lon - west) / step_x - 0.5, (lat - north) / step_y - 0.5)
+
+
+def main(raster, manifest_path):
+    with open(manifest_path, encoding="utf-8") as manifest:
+        found = list(places(raster, json.load(manifest)))
+    lines = run(["gdaltransform", "-ct", UNDULATION], "".join(f"{lon!r} {lat!r} {value!r}\n" for lon, lat, value in found)).splitlines()
+    heights = [float(line.split()[2]) for line in lines]
+    if len(heights) != len(found) or any(abs(height - value) < 0.5 for height, (_, _, value) in zip(heights, found)):
         sys.exit("PROJ did not apply the geoid: is proj-data installed?")
-    print(json.dumps([{"lon": lon, "lat": lat, "height": height} for (lon, lat), height in zip(places, heights)]))
+    print(json.dumps([{"lon": lon, "lat": lat, "height": height} for (lon, lat, _), height in zip(found, heights)]))
 
 
-main(sys.argv[1])
+main(*sys.argv[1:])

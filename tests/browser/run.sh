@@ -49,6 +49,7 @@ flat=$(post "$work/flat.tif")
 python3 "$root/deploy/client.py" watch "$url" "$terrain"
 python3 "$root/deploy/client.py" watch "$url" "$flat"
 
-python3 "$here/known_heights.py" "$sample" >"$work/known.json"
+curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
+python3 "$here/known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
 cd "$modules"
 node look.mjs --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" --known "$work/known.json" --pictures "$pictures"

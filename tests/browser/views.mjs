@@ -28,23 +28,22 @@ export async function look_straight_down(page, { share, error_px }) {
     // The wider side of the picture must stay on the data as well.
     const range_m = (share * across_m) / aspectRatio / 2 / Math.tan(fovy / 2);
     tileset.maximumScreenSpaceError = error_px;
+    tileset.cullRequestsWhileMoving = false;
     scene.camera.setView({
       destination: Cartesian3.fromDegrees(longitude, latitude, max_height + range_m),
       orientation: { heading: 0, pitch: -CesiumMath.PI_OVER_TWO, roll: 0 },
     });
   }, { share, error_px });
-  await settle(page);
+  await tiles_loaded(page);
 }
 
 // Every tile of the finest level under the whole data: the screen-space error asked for cannot be met by any other.
 export async function load_everything(page) {
   await look_straight_down(page, { share: 2.2, error_px: 0.001 });
-}
-
-// A camera that moved needs some frames before the tileset knows what it lacks.
-async function settle(page) {
-  for (let i = 0; i < 3; ++i) await page.evaluate(() => window.cordillera.scene.render());
-  await tiles_loaded(page);
+  await page.waitForFunction(() => {
+    const { tileset, manifest } = window.cordillera;
+    return tileset.statistics.selected === manifest.levels[0].tiles;
+  });
 }
 
 // The picture of this very frame: the drawing buffer is gone once the frame is shown.
@@ -74,10 +73,17 @@ function measure(page, kind) {
 export const crack_share = (page) => measure(page, "cracks");
 export const luminance_deviation = (page) => measure(page, "luminance");
 
-// Ellipsoidal heights of the loaded surface, by intersecting its triangles; null where there is none.
+// Ellipsoidal heights of the loaded surface, by intersecting its triangles with the ellipsoid's normal; null where there is none.
+// The tileset's own getHeight looks towards the Earth's centre, which is metres to the side on a mountain.
 export function heights_at(page, places) {
   return page.evaluate((all) => {
     const { scene, tileset } = window.cordillera;
-    return all.map(({ lon, lat }) => tileset.getHeight(window.Cesium.Cartographic.fromDegrees(lon, lat), scene) ?? null);
+    const { Cartesian3, Cartographic, Ellipsoid, Ray } = window.Cesium;
+    return all.map(({ lon, lat }) => {
+      const above = Cartesian3.fromDegrees(lon, lat, 20000);
+      const down = Cartesian3.negate(Ellipsoid.WGS84.geodeticSurfaceNormal(above, new Cartesian3()), new Cartesian3());
+      const hit = tileset.pick(new Ray(above, down), scene.frameState, new Cartesian3());
+      return hit ? Cartographic.fromCartesian(hit).height : null;
+    });
   }, places);
 }

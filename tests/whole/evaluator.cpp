@@ -53,14 +53,12 @@ Box seen_box(const DecodedSurface& s, const std::array<std::uint32_t, 3>& t, dou
   return {box.west - room, box.east + room, box.south - room, box.north + room};
 }
 
-/// Which triangles may be seen from a place of the tile.
+/// Which triangles may be seen from a place of a square window of extent_deg from its south-western corner.
 class Bins {
  public:
-  Bins(const DecodedSurface& surface, const proto::TileAddress& tile) {
+  Bins(const DecodedSurface& surface, double west_deg, double south_deg, double extent_deg)
+      : extent_(extent_deg), centre_(west_deg + extent_deg / 2), south_(south_deg) {
     across_ = std::clamp(static_cast<int>(std::sqrt(static_cast<double>(surface.triangles.size()))), 1, 512);
-    extent_ = 180.0 / std::ldexp(1.0, tile.z);
-    centre_ = -180 + (tile.x + 0.5) * extent_;
-    south_ = -90 + tile.y * extent_;
     bins_.resize(static_cast<std::size_t>(across_) * static_cast<std::size_t>(across_));
     for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
       const Box box = seen_box(surface, surface.triangles[t], centre_);
@@ -143,13 +141,14 @@ DecodedSurface surface_of(const DecodedTile& tile, double height_step_m) {
 }
 
 Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile,
-                 const TrueHeight& truth, std::int64_t stride) {
-  Bins bins(surface, tile);
+                 const TrueHeight& truth, const SampleWindow& window, std::int64_t stride) {
+  const std::int64_t across = std::max({window.east - window.west, window.north - window.south, std::int64_t{1}});
+  Bins bins(surface, lattice.longitude_deg(window.west), lattice.latitude_deg(window.south), static_cast<double>(across) * lattice.cell_deg());
   Measured result;
   double squares = 0;
   const std::int64_t west = lattice.west(tile), south = lattice.south(tile), side = lattice.tile_units(tile.z);
-  for (std::int64_t j = south; j <= south + side; j += stride) {
-    for (std::int64_t i = west; i <= west + side; i += stride) {
+  for (std::int64_t j = window.south; j <= window.north; j += stride) {
+    for (std::int64_t i = window.west; i <= window.east; i += stride) {
       const std::optional<double> height = truth(i, j);
       if (!height) continue;
       const double lon = lattice.longitude_deg(i), lat = lattice.latitude_deg(j);
@@ -172,6 +171,12 @@ Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, c
   }
   if (result.samples > 0) result.rmse_m = std::sqrt(squares / static_cast<double>(result.samples));
   return result;
+}
+
+Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile,
+                 const TrueHeight& truth, std::int64_t stride) {
+  const std::int64_t west = lattice.west(tile), south = lattice.south(tile), side = lattice.tile_units(tile.z);
+  return measure(surface, lattice, tile, truth, {west, south, west + side, south + side}, stride);
 }
 
 }  // namespace cordillera::whole

@@ -48,7 +48,16 @@ struct Measured {
   std::int64_t worst_i = 0, worst_j = 0;
 };
 
-/// Measures every `stride`-th sample (1: all) of the tile's closed rectangle along the ellipsoid's normal.
+/// A closed rectangle of finest lattice vertices. Columns are not taken modulo the circle.
+struct SampleWindow {
+  std::int64_t west = 0, south = 0, east = 0, north = 0;
+};
+
+/// Measures every `stride`-th sample (1: all) of the window along the ellipsoid's normal. The window may leave the tile's rectangle.
+Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile,
+                 const TrueHeight& truth, const SampleWindow& window, std::int64_t stride);
+
+/// Measures every `stride`-th sample (1: all) of the tile's closed rectangle.
 Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile,
                  const TrueHeight& truth, std::int64_t stride = 1);
 

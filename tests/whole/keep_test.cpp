@@ -1,0 +1,71 @@
+// keep= gives the shares asked for, and borders take part in the thinning.
+#include <gmock/gmock.h>
+
+#include "tests/whole/judge.h"
+
+namespace cordillera::whole {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr std::int64_t kTile = proto::kTileCells;
+
+/// Triangles of the finest grid between valid samples.
+double grid_triangles(const Built& built) {
+  double count = 0;
+  const proto::Samples& s = built.samples;
+  for (std::int64_t j = s.south; j + 1 < s.south + s.rows; ++j)
+    for (std::int64_t i = s.west; i + 1 < s.west + s.columns; ++i)
+      count += built.truth(i, j) && built.truth(i + 1, j) && built.truth(i, j + 1) && built.truth(i + 1, j + 1) ? 2 : 0;
+  return count;
+}
+
+TEST(keep, gives_the_shares_asked_for) {
+  proto::BuildOptions options = plain_options();
+  for (const double share : {0.5, 0.25, 0.1}) options.add_keep(share);
+  const Built built = build_dem(points_of({13, 9000 * kTile, 6000 * kTile}, 3 * kTile + 1, 2 * kTile + 1, rough(50)), options);
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  const double grid = grid_triangles(built);
+  double wanted = 1;
+  for (const auto& [z, share] : {std::pair{13, 0.5}, {12, 0.25}, {11, 0.1}, {10, 0.04}}) {
+    wanted = share * grid;
+    EXPECT_NEAR(static_cast<double>(built.triangles(z)) / wanted, 1, 0.1) << "level " << z << ": " << built.triangles(z) << " of " << wanted;
+  }
+}
+
+TEST(keep, works_with_holes) {
+  const HeightOf ground = rough(51), gaps = rough(52);
+  proto::BuildOptions options = plain_options();
+  for (const double share : {0.3, 0.1}) options.add_keep(share);
+  const auto height = [&](int c, int r) { return gaps(c, r) > 900 ? kNoData : ground(c, r); };
+  const Built built = build_dem(points_of({13, 9000 * kTile + 99, 6000 * kTile + 77}, 500, 400, height), options);
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  EXPECT_NEAR(static_cast<double>(built.triangles(13)) / (0.3 * grid_triangles(built)), 1, 0.1);
+}
+
+/// Vertices a cell of length on the tile's border, over the same inside: a straight line of length L through n vertices spread evenly
+/// over an area A passes L * sqrt(n / A) of them.
+double border_density(const Built& built, int level) {
+  double border = 0, border_length = 0, inside = 0, area = 0;
+  for (const auto& [at, tile] : built.levels.at(level)) {
+    const DecodedTile& t = tile.drc;
+    for (std::size_t k = 0; k < t.u.size(); ++k) {
+      const bool on_border = t.u[k] == 0 || t.v[k] == 0 || t.u[k] == t.side || t.v[k] == t.side;
+      ++(on_border ? border : inside);
+    }
+    border_length += 4.0 * t.side;
+    area += static_cast<double>(t.side) * t.side;
+  }
+  return border / border_length / std::sqrt(inside / area);
+}
+
+TEST(keep, borders_are_no_denser_than_the_inside) {
+  // 4 x 4 tiles, filled to their sides: the level above has 2 x 2, the next 1.
+  for (const std::uint32_t seed : {60u, 61u}) {
+    const Built built = build_dem(points_of({13, 9000 * kTile, 6000 * kTile}, 4 * kTile + 1, 4 * kTile + 1, rough(seed)), plain_options());
+    for (const int z : {13, 12, 11}) EXPECT_LE(border_density(built, z), 1.5) << "level " << z << ", seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace cordillera::whole

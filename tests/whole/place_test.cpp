@@ -1,0 +1,88 @@
+// Places where lattices break: the antimeridian, the poles, far projections. And rough ground on many seeds.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/whole/judge.h"
+
+namespace cordillera::whole {
+namespace {
+
+using testing::IsEmpty;
+using testing::Le;
+using testing::Optional;
+
+constexpr std::int64_t kTile = proto::kTileCells;
+
+class Rough : public testing::TestWithParam<int> {};
+TEST_P(Rough, obeys_the_laws) {
+  const int seed = GetParam();
+  const Corner corner{11 + seed % 3, 2000 * kTile + 37 * seed, 1100 * kTile + 91 * seed};
+  const double error = std::ldexp(1.0, seed % 5);
+  const Built built = build_dem(points_of(corner, 500 - 13 * seed, 300 + 17 * seed, rough(static_cast<std::uint32_t>(seed))), with_error(error));
+  EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty());
+}
+INSTANTIATE_TEST_SUITE_P(place, Rough, testing::Range(1, 7));
+
+TEST(place, over_the_antimeridian) {
+  // 512 + 300 columns at level 10; both sides of the line must meet on every level, level 0 included.
+  const std::int64_t circle = 2 * kTile << 10;
+  const Corner corner{10, circle - 300, 600 * kTile + 100};
+  const HeightOf ground = rough(21);
+  const Built built = build_dem(points_of(corner, 600, 250, ground), with_error(10));
+  ASSERT_EQ(built.lattice.finest_level, 10);
+  EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty());
+  EXPECT_THAT(error_at(built, 10, 0, corner.north - 120, ground(300, 120)), Optional(Le(10.001)));
+  EXPECT_EQ(built.levels.at(0).size(), 2u);
+}
+
+class Pole : public testing::TestWithParam<const char*> {};
+TEST_P(Pole, is_one_point) {
+  // 120 x 120 pixels of 500 m around the pole; the pole is a corner of the four middle pixels.
+  const bool north = std::string(GetParam()) == "EPSG:3413";
+  Dem dem;
+  dem.columns = dem.rows = 120;
+  dem.geotransform = {-30000, 500, 0, 30000, 0, -500};
+  dem.crs = GetParam();
+  dem.height = [](int c, int r) { return 2000 + 300 * std::cos(0.1 * c) * std::sin(0.13 * r) - 0.2 * std::hypot(c - 59.5, r - 59.5); };
+  proto::BuildOptions options = with_error(20);
+  options.set_max_level(6);
+  const Built built = build_dem(dem, options);
+  EXPECT_THAT(judge(built, {20000, 0}), IsEmpty());
+  const std::int64_t row = north ? built.lattice.rows() : 0;
+  for (const auto& [z, level] : built.levels) {
+    std::optional<std::int32_t> height;
+    for (const auto& [at, tile] : level) {
+      for (std::size_t k = 0; k < tile.drc.u.size(); ++k) {
+        if (built.lattice.south(at) + tile.drc.v[k] != row) continue;
+        EXPECT_EQ(height.value_or(tile.drc.h[k]), tile.drc.h[k]) << "level " << z;
+        height = tile.drc.h[k];
+      }
+    }
+    EXPECT_TRUE(height.has_value()) << "level " << z;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(place, Pole, testing::Values("EPSG:3413", "EPSG:3031"));
+
+TEST(place, rotated_in_utm) {
+  // 200 x 150 pixels of 30 m, turned by 25 degrees.
+  const double turn = 25 * std::numbers::pi / 180, s = 30 * std::sin(turn), c = 30 * std::cos(turn);
+  Dem dem;
+  dem.columns = 200;
+  dem.rows = 150;
+  dem.geotransform = {500000, c, s, 4500000, s, -c};
+  dem.crs = "EPSG:32633";
+  dem.height = rough(33);
+  const Built built = build_dem(dem, with_error(8));
+  EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty());
+  // 500 km east in zone 33 is 15 degrees east; a place well inside, and one in the corner that turning left empty.
+  const double metres_a_degree = 111000;
+  const auto column = [&](double east_m) { return std::llround((180 + 15 + east_m / (metres_a_degree * std::cos(40.65 * std::numbers::pi / 180))) / built.lattice.cell_deg()); };
+  const auto row = [&](double north_m) { return std::llround((90 + 40.650) / built.lattice.cell_deg() + north_m / metres_a_degree / built.lattice.cell_deg()); };
+  EXPECT_TRUE(covered(built, built.lattice.finest_level, column(3600), row(-600)));
+  EXPECT_FALSE(covered(built, built.lattice.finest_level, column(300), row(1800)));
+}
+
+}  // namespace
+}  // namespace cordillera::whole

@@ -1,0 +1,87 @@
+// The laws on every real elevation model of the optional test data, and the Los Angeles pair.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/plan.h"
+#include "tests/whole/judge.h"
+
+namespace cordillera::whole {
+namespace {
+
+using testing::IsEmpty;
+
+constexpr double kMostSamples = 1.0e6;  ///< larger ones are built to a coarser level
+
+std::vector<std::string> files() {
+  std::vector<std::string> found;
+  if (real_dems().empty()) return {""};
+  for (const auto& entry : std::filesystem::directory_iterator(real_dems())) {
+    const std::string extension = entry.path().extension().string();
+    if (extension == ".tif" || extension == ".hgt" || extension == ".dem") found.push_back(entry.path().filename().string());
+  }
+  std::sort(found.begin(), found.end());
+  return found.empty() ? std::vector<std::string>{""} : found;
+}
+
+/// The finest level at which the window holds no more than kMostSamples.
+void bound_samples(const std::string& path, proto::BuildOptions& options) {
+  const auto source = raster::open_source(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, options);
+  ASSERT_TRUE(source.ok()) << source.problem().line();
+  const auto plan = pipeline::make_plan(**source, options);
+  ASSERT_TRUE(plan.ok()) << plan.problem().line();
+  double samples = (plan->window(2) - plan->window(0) + 1.0) * (plan->window(3) - plan->window(1) + 1.0);
+  int level = static_cast<int>(plan->finest_level());
+  for (; samples > kMostSamples; samples /= 4) --level;
+  options.set_max_level(static_cast<std::uint32_t>(level));
+}
+
+class RealDem : public testing::TestWithParam<std::string> {};
+TEST_P(RealDem, obeys_the_laws) {
+  if (GetParam().empty()) GTEST_SKIP() << "no real elevation models: set CORDILLERA_TEST_DATA to a folder of them";
+  const std::string path = real_dems() + "/" + GetParam();
+  proto::BuildOptions options;
+  options.set_threads(2);
+  options.set_device("cpu");
+  ASSERT_NO_FATAL_FAILURE(bound_samples(path, options));
+  const Built built = build_file(path, options);
+  EXPECT_THAT(judge(built, {8000, 0}), IsEmpty());
+  EXPECT_GT(built.triangles(built.lattice.finest_level), 100u);
+}
+INSTANTIATE_TEST_SUITE_P(whole, RealDem, testing::ValuesIn(files()), [](const auto& param) {
+  std::string name = param.param.empty() ? "absent" : param.param;
+  std::replace_if(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+});
+
+TEST(real_dem, the_los_angeles_pair_agrees) {
+  const std::string geoid = real_dems() + "/geoid/egm_08_los_angeles.tif";
+  if (real_dems().empty() || !std::filesystem::exists(geoid)) GTEST_SKIP() << "no Los Angeles pair: set CORDILLERA_TEST_DATA to a folder that has it";
+  proto::BuildOptions orthometric = with_error(1), ellipsoidal = with_error(1);
+  orthometric.set_vertical_datum(geoid);
+  const Built a = build_file(real_dems() + "/glo30_los_angeles_egm2008.tif", orthometric);
+  const Built b = build_file(real_dems() + "/glo30_los_angeles_ellipsoid.tif", ellipsoidal);
+  ASSERT_EQ(a.samples.height.size(), b.samples.height.size());
+  EXPECT_GT(a.samples.height.size(), 100000u);
+  double worst = 0;
+  for (std::size_t k = 0; k < a.samples.height.size(); ++k)
+    worst = std::max(worst, std::abs(a.samples.height[k] - b.samples.height[k]) * proto::kHeightStep_m);
+  EXPECT_LE(worst, 0.1);
+  // And as decoded: the vertices of one stand on the other, within what it states.
+  EXPECT_THAT(judge(a, {8000, 0}), IsEmpty());
+  int compared = 0;
+  for (const auto& [at, tile] : a.finest()) {
+    for (std::size_t k = 0; k < tile.drc.u.size(); k += 101) {
+      const std::int64_t i = a.lattice.west(at) + tile.drc.u[k], j = a.lattice.south(at) + tile.drc.v[k];
+      const auto off = error_at(b, b.lattice.finest_level, i, j, tile.drc.h[k] * proto::kHeightStep_m);
+      ASSERT_TRUE(off.has_value());
+      EXPECT_LE(*off, 0.1 + tile.record.max_error() + b.stated_m(b.lattice.finest_level));
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 10);
+}
+
+}  // namespace
+}  // namespace cordillera::whole

@@ -1,0 +1,106 @@
+// Same bytes whatever the threads, and whether the build was stopped half-way.
+#include <gmock/gmock.h>
+
+#include <atomic>
+
+#include "pipeline/build.h"
+#include "tests/whole/built.h"
+
+namespace cordillera::whole {
+namespace {
+
+constexpr std::int64_t kTile = proto::kTileCells;
+
+using Bytes = std::map<std::pair<proto::TileAddress, int>, std::string>;
+
+/// Everything a client can fetch of a store's tiles, and what is stated of them.
+Bytes published(const std::string& path) {
+  const auto store = pipeline::StoreReader::open(path);
+  Bytes bytes;
+  if (!store.ok()) {
+    ADD_FAILURE() << store.problem().line();
+    return bytes;
+  }
+  for (int z = 0; z <= static_cast<int>((*store)->manifest().max_level()); ++z) {
+    for (const proto::TileRecord& record : (*store)->records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
+      const proto::TileAddress at{z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+      bytes[{at, 0}] = (*store)->tile(at, pipeline::Face::drc)->bytes;
+      bytes[{at, 1}] = (*store)->tile(at, pipeline::Face::glb)->bytes;
+      bytes[{at, 2}] = record.SerializeAsString();
+    }
+  }
+  return bytes;
+}
+
+class SameBytes : public testing::Test {
+ protected:
+  SameBytes() {
+    const HeightOf ground = rough(70), gaps = rough(71);
+    const auto height = [&](int c, int r) { return gaps(c, r) > 1100 ? kNoData : ground(c, r); };
+    write(points_of({13, 9000 * kTile + 55, 6000 * kTile + 66}, 600, 500, height), folder_.path("dem.tif"));
+    request_.raster_path = folder_.path("dem.tif");
+    request_.raster_name = "dem.tif";
+    request_.id = "test";
+    request_.options = plain_options();
+  }
+  Bytes build(const std::string& name, unsigned threads) {
+    request_.options.set_threads(threads);
+    request_.store_path = folder_.path(name);
+    const auto built = pipeline::build(request_, nullptr, never_);
+    EXPECT_TRUE(built.ok()) << built.problem().line();
+    return published(request_.store_path);
+  }
+  /// Sets the stop flag at the n-th word of progress; whether that came in time.
+  bool stopped(const std::string& name, int after) {
+    request_.store_path = folder_.path(name);
+    std::atomic<bool> stop = false;
+    int calls = 0;
+    const auto built = pipeline::build(request_, [&](const proto::Progress&) { stop = stop || ++calls >= after; }, stop);
+    if (built.ok()) return false;
+    EXPECT_EQ(built.problem().type, "cancelled");
+    return true;
+  }
+
+  Folder folder_;
+  pipeline::BuildRequest request_;
+  const std::atomic<bool> never_ = false;
+};
+
+void expect_same(const Bytes& a, const Bytes& b) {
+  EXPECT_GT(a.size(), 30u);
+  ASSERT_EQ(a.size(), b.size());
+  for (const auto& [key, bytes] : a) {
+    const auto other = b.find(key);
+    ASSERT_NE(other, b.end());
+    EXPECT_TRUE(bytes == other->second) << key.first.z << "/" << key.first.x << "/" << key.first.y << ", face " << key.second;
+  }
+}
+
+TEST_F(SameBytes, on_one_thread_and_on_four) { expect_same(build("one", 1), build("four", 4)); }
+
+TEST_F(SameBytes, with_keep_on_one_thread_and_on_four) {
+  for (const double share : {0.2, 0.05}) request_.options.add_keep(share);
+  expect_same(build("one", 1), build("four", 4));
+}
+
+TEST_F(SameBytes, after_a_stop_and_another_start) {
+  // A sub-tree of two tiles across is a block at most here, so that there are blocks and merges to stop between.
+  const Bytes whole = build("whole", 2);
+  int stops = 0;
+  for (int after = 2; after < 40; after += 1) {
+    const bool in_time = stopped("parts", after);
+    stops += in_time ? 1 : 0;
+    if (!in_time) break;
+  }
+  EXPECT_GT(stops, 1);
+  expect_same(whole, build("parts", 2));
+}
+
+TEST_F(SameBytes, when_built_again) {
+  const Bytes first = build("a", 2), second = build("b", 2), published_again = build("a", 2);
+  expect_same(first, second);
+  expect_same(first, published_again);
+}
+
+}  // namespace
+}  // namespace cordillera::whole
