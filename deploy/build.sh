@@ -19,7 +19,7 @@ if [[ ${#targets[@]} -eq 0 ]]; then
   exit
 fi
 # The viewer is a target only where npm is.
-if cmake --build build/release --target help | grep -q '^viewer:'; then
+if cmake --build build/release --target help | grep '^viewer:' >/dev/null; then
   targets+=(viewer)
 fi
 cmake --build build/release --target "${targets[@]}"

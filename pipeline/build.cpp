@@ -1,5 +1,7 @@
 #include "pipeline/build.h"
 
+#include <malloc.h>
+
 #include <chrono>
 #include <cmath>
 
@@ -120,6 +122,9 @@ proto::Result<std::unique_ptr<raster::Source>> open(const BuildRequest& request)
 }  // namespace
 
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {
+  // Tile meshes come and go by the megabyte: given back to the system each time, half of the build would be page faults.
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   Teller teller(progress);
   teller.stage("open", 1);
   const auto source = open(request);

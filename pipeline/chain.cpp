@@ -87,13 +87,11 @@ struct Witness {
 
 std::vector<Witness> witnesses(const Edge& edge, const EdgeHeights& heights) {
   std::vector<Witness> lines;
-  for (std::size_t side = 0; side < 2; ++side) {
-    const std::span<const std::int32_t> line = heights.beside[side];
-    if (line.empty()) continue;
+  for (const EdgeHeights::Line& line : heights.beside) {
     Edge beside = edge;
-    (edge.along == Along::east ? beside.row : beside.column) += side == 0 ? -heights.offset : heights.offset;
-    Witness witness{std::vector<Placed>(line.size()), std::vector<char>(line.size(), 0)};
-    for (const Placed& placed : place_all(beside, line)) {
+    (edge.along == Along::east ? beside.row : beside.column) += line.offset;
+    Witness witness{std::vector<Placed>(line.heights.size()), std::vector<char>(line.heights.size(), 0)};
+    for (const Placed& placed : place_all(beside, line.heights)) {
       witness.at[static_cast<std::size_t>(placed.position)] = placed;
       witness.valid[static_cast<std::size_t>(placed.position)] = 1;
     }

@@ -48,12 +48,15 @@ struct ChainRule {
 };
 
 /// Finest samples that significance is measured against; units + 1 elements each, kNoHeight where void; empty: not at hand.
-/// The lines beside the edge, `offset` units away on either side, are witnesses: where terrain next to a plain edge is rough, the edge
-/// keeps vertices for the triangles that must end there. Both tiles on the edge see the same three lines.
+/// Lines beside the edge are witnesses: where terrain next to a plain edge is rough, the edge keeps vertices for the triangles that must
+/// end there. Both tiles on the edge see the same lines.
 struct EdgeHeights {
+  struct Line {
+    std::int64_t offset = 0;  ///< units north (east) of the edge, or south (west) when negative
+    std::vector<std::int32_t> heights;
+  };
   std::span<const std::int32_t> edge;
-  std::array<std::span<const std::int32_t>, 2> beside;  ///< south or west of the edge, north or east of it
-  std::int64_t offset = 0;
+  std::span<const Line> beside;
 
   EdgeHeights() = default;
   EdgeHeights(std::span<const std::int32_t> line) : edge(line) {}         // NOLINT: implicit on purpose

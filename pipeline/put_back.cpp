@@ -1,6 +1,7 @@
 #include "pipeline/put_back.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace cordillera::pipeline {
 namespace {
@@ -8,8 +9,11 @@ namespace {
 /// Valid vertices by square, so that the nearest are found without looking at all.
 class VertexSquares {
  public:
-  explicit VertexSquares(const proto::TileMesh& mesh) : mesh_(mesh), size_(std::max(1, mesh.side / kAcross + 1)) {
-    std::vector<std::uint32_t> count(kAcross * kAcross + 1, 0);
+  explicit VertexSquares(const proto::TileMesh& mesh)
+      : mesh_(mesh),
+        across_(std::clamp(static_cast<int>(std::sqrt(static_cast<double>(mesh.vertices()) / kPerSquare)), 1, mesh.side)),
+        size_(mesh.side / across_ + 1) {
+    std::vector<std::uint32_t> count(static_cast<std::size_t>(across_) * static_cast<std::size_t>(across_) + 1, 0);
     for (std::size_t v = 0; v < mesh.vertices(); ++v) ++count[square(mesh.x[v], mesh.y[v]) + 1];
     for (std::size_t s = 1; s < count.size(); ++s) count[s] += count[s - 1];
     start_ = count;
@@ -21,9 +25,9 @@ class VertexSquares {
   std::vector<std::uint32_t> nearest(std::int32_t x, std::int32_t y, std::size_t most) const {
     std::vector<std::pair<std::int64_t, std::uint32_t>> found;
     const int cx = x / size_, cy = y / size_;
-    for (int sy = std::max(0, cy - 2); sy <= std::min(kAcross - 1, cy + 2); ++sy) {
-      for (int sx = std::max(0, cx - 2); sx <= std::min(kAcross - 1, cx + 2); ++sx) {
-        const std::size_t s = static_cast<std::size_t>(sy) * kAcross + static_cast<std::size_t>(sx);
+    for (int sy = std::max(0, cy - 2); sy <= std::min(across_ - 1, cy + 2); ++sy) {
+      for (int sx = std::max(0, cx - 2); sx <= std::min(across_ - 1, cx + 2); ++sx) {
+        const std::size_t s = static_cast<std::size_t>(sy) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(sx);
         for (std::uint32_t k = start_[s]; k < start_[s + 1]; ++k) {
           const std::uint32_t v = vertices_[k];
           if (mesh_.mark[v] & (proto::kVoid | proto::kKeep | proto::kRemove)) continue;
@@ -32,19 +36,20 @@ class VertexSquares {
         }
       }
     }
-    std::sort(found.begin(), found.end());
+    const std::size_t wanted = std::min(most, found.size());
+    std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(wanted), found.end());
     std::vector<std::uint32_t> result;
-    for (std::size_t k = 0; k < std::min(most, found.size()); ++k) result.push_back(found[k].second);
+    for (std::size_t k = 0; k < wanted; ++k) result.push_back(found[k].second);
     return result;
   }
 
  private:
-  static constexpr int kAcross = 64;
+  static constexpr double kPerSquare = 6;  // vertices, on average
   std::size_t square(std::int32_t x, std::int32_t y) const {
-    return static_cast<std::size_t>(y / size_) * kAcross + static_cast<std::size_t>(x / size_);
+    return static_cast<std::size_t>(y / size_) * static_cast<std::size_t>(across_) + static_cast<std::size_t>(x / size_);
   }
   const proto::TileMesh& mesh_;
-  std::int32_t size_;
+  std::int32_t across_, size_;
   std::vector<std::uint32_t> start_, vertices_;
 };
 
@@ -52,7 +57,7 @@ class VertexSquares {
 
 std::uint32_t put_back(proto::TileMesh& input, const std::vector<gpu::SurfaceError::Worst>& samples, int attempt) {
   const VertexSquares squares(input);
-  const std::size_t most = std::size_t{1} << std::min(attempt, 10);
+  const std::size_t most = std::size_t{1} << std::min(attempt, 5);
   std::uint32_t marked = 0;
   for (const gpu::SurfaceError::Worst& worst : samples) {
     for (const std::uint32_t v : squares.nearest(worst.x, worst.y, most)) {

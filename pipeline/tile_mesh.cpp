@@ -15,7 +15,8 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
-constexpr int kAttempts = 16;        // a promise that cannot be kept by then is stated as it is
+constexpr int kAttempts = 10;        // a promise that cannot be kept by then is stated as it is
+constexpr int kPatience = 2;         // attempts before the error must fall with each
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
@@ -63,19 +64,27 @@ std::vector<std::int32_t> edge_samples(const proto::Lattice& lattice, const prot
   return heights;
 }
 
-/// The edge's samples and those one cell of the level beside it; lines holds them.
-EdgeHeights edge_heights(const LevelContext& context, const Edge& edge, std::array<std::vector<std::int32_t>, 3>& lines) {
-  EdgeHeights heights;
-  heights.offset = context.lattice->cell_units(static_cast<int>(context.level->level()));
-  for (int k = -1; k <= 1; ++k) {
-    Edge line = edge;
-    (edge.along == Along::east ? line.row : line.column) += k * heights.offset;
-    lines[static_cast<std::size_t>(k + 1)] = edge_samples(*context.lattice, *context.samples, line);
+/// The edge's samples, and lines at doubling distances up to one cell of the level on both sides.
+struct EdgeLines {
+  std::vector<std::int32_t> edge;
+  std::vector<EdgeHeights::Line> beside;
+
+  EdgeLines(const LevelContext& context, const Edge& at) : edge(edge_samples(*context.lattice, *context.samples, at)) {
+    const std::int64_t cell = context.lattice->cell_units(static_cast<int>(context.level->level()));
+    for (std::int64_t distance = 1; distance <= cell; distance *= 2) {
+      for (const std::int64_t offset : {-distance, distance}) {
+        Edge line = at;
+        (at.along == Along::east ? line.row : line.column) += offset;
+        beside.push_back({offset, edge_samples(*context.lattice, *context.samples, line)});
+      }
+    }
   }
-  heights.edge = lines[1];
-  heights.beside = {lines[0], lines[2]};
-  return heights;
-}
+  EdgeHeights heights() const {
+    EdgeHeights all(edge);
+    all.beside = beside;
+    return all;
+  }
+};
 
 void must(const proto::Result<void>& result) {
   if (!result.ok()) throw std::logic_error("tile mesh: " + result.problem().detail);
@@ -85,8 +94,9 @@ void apply_chains(const LevelContext& context, PreparedTile& prepared, bool fine
   const ChainRule rule = chain_rule(context);
   for (const Side side : kSides) {
     const Edge edge = edge_of(*context.lattice, prepared.tile, side);
-    std::array<std::vector<std::int32_t>, 3> lines;
-    const EdgeHeights heights = context.samples ? edge_heights(context, edge, lines) : EdgeHeights{};
+    std::optional<EdgeLines> lines;
+    if (context.samples) lines.emplace(context, edge);
+    const EdgeHeights heights = lines ? lines->heights() : EdgeHeights{};
     const Chain chain = finest ? chain_finest(edge, heights, rule)
                                : simplify_chain(edge, border_chain(prepared.input, side), heights, rule);
     must(apply_chain(prepared.input, side, chain));
@@ -170,7 +180,10 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
     input.ecef_step_m = context.level->ecef_step();
     built.measured = gpu::surface_error(input, limit - kGrace_m);
     built.max_error_m = built.measured.max_m + kGrace_m;
-    if (!built.measured.over_limit.empty() && attempt < kAttempts) {
+    const bool better = built.max_error_m < prepared.best_error_m;
+    prepared.best_error_m = std::min(prepared.best_error_m, built.max_error_m);
+    // Where more vertices do not help any more, the error is stated as it is.
+    if (!built.measured.over_limit.empty() && attempt < kAttempts && (better || attempt < kPatience)) {
       const std::uint32_t back = put_back(prepared.input, built.measured.over_limit, attempt);
       prepared.put_back += back;
       if (back > 0) return std::nullopt;

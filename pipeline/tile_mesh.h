@@ -4,6 +4,7 @@
 //   finest level:   mesh = simplify( grid(samples),  border chains, target )
 //   coarser levels: mesh = simplify( weld(children), border chains, target )
 #include <array>
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -41,6 +42,7 @@ struct PreparedTile {
   std::vector<float> elevation;
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
   std::uint32_t put_back = 0;
+  double best_error_m = INFINITY;
   double caution = 1;  ///< tolerances are divided by it
 
   gpu::SimplifyJob job(const LevelContext& context) const;

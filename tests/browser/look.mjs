@@ -55,7 +55,7 @@ async function look_at_terrain(browser) {
     await page.evaluate(() => { window.cordillera.tileset.show = true; });
   });
   await check("relief: shades spread", async () => {
-    await look_straight_down(page, { share: 0.7, error_px: 2 });
+    await look_straight_down(page, { share: 0.7, error_px: 0.5 });
     await page.screenshot({ path: `${given.pictures}/relief.png` });
     const deviation = await luminance_deviation(page);
     assert_relief(deviation);
@@ -81,7 +81,7 @@ async function look_at_flat(browser) {
   const { page, complaints } = await open_dataset(browser, given.url, given.flat);
   await check("relief: a flat raster has none (control)", async () => {
     await set_background(page, "#ff00ff");
-    await look_straight_down(page, { share: 0.7, error_px: 2 });
+    await look_straight_down(page, { share: 0.7, error_px: 0.5 });
     await page.screenshot({ path: `${given.pictures}/flat.png` });
     assert.equal(await crack_share(page), 0);
     const deviation = await luminance_deviation(page);

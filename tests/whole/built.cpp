@@ -46,6 +46,18 @@ std::int64_t turn(const DecodedTile& t, std::uint32_t a, std::uint32_t b, std::i
   return (std::int64_t{t.u[b]} - t.u[a]) * (v - t.v[a]) - (std::int64_t{t.v[b]} - t.v[a]) * (u - t.u[a]);
 }
 
+/// The triangles whose box in plan, three times as large, holds (u, v).
+DecodedTile near(const DecodedTile& t, std::int64_t u, std::int64_t v) {
+  DecodedTile some = t;
+  std::erase_if(some.triangles, [&](const auto& c) {
+    const auto [west, east] = std::minmax({t.u[c[0]], t.u[c[1]], t.u[c[2]]});
+    const auto [south, north] = std::minmax({t.v[c[0]], t.v[c[1]], t.v[c[2]]});
+    const std::int32_t room = std::max(east - west, north - south);
+    return u < west - room || u > east + room || v < south - room || v > north + room;
+  });
+  return some;
+}
+
 }  // namespace
 
 std::optional<double> Built::truth(std::int64_t i, std::int64_t j) const {
@@ -122,7 +134,8 @@ std::optional<double> error_at(const Built& built, int level, std::int64_t i, st
     const std::int64_t circle = built.lattice.columns(), west = built.lattice.west(at);
     const std::int64_t here = west + ((i - west) % circle + circle) % circle;
     if (here > west + built.lattice.tile_units(level)) continue;
-    const Measured measured = measure(surface_of(tile.drc), built.lattice, at, [&](std::int64_t, std::int64_t) { return std::optional(expected_m); }, {here, j, here, j}, 1);
+    const DecodedTile some = near(tile.drc, here - west, j - built.lattice.south(at));
+    const Measured measured = measure(surface_of(some), built.lattice, at, [&](std::int64_t, std::int64_t) { return std::optional(expected_m); }, {here, j, here, j}, 1);
     if (measured.samples > 0) return measured.max_m;
   }
   return std::nullopt;

@@ -20,7 +20,7 @@ double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + 
 double latitude_deg(const Point& p) {
   const double r = std::hypot(p[0], p[1]);
   double lat = std::atan2(p[2], r * (1 - kE2));
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < 3; ++k) {
     const double s = std::sin(lat), n = kA / std::sqrt(1 - kE2 * s * s);
     lat = std::atan2(p[2] + n * kE2 * s, r);
   }
@@ -33,13 +33,15 @@ struct Box {
 
 /// Where a triangle can be seen: its edges followed in space, with room to spare. centre: longitudes are counted from there.
 Box seen_box(const DecodedSurface& s, const std::array<std::uint32_t, 3>& t, double centre) {
-  constexpr int kSteps = 8;
+  constexpr double kStraight_m = 10000;  // a longer edge bends by more than metres on its way
   Box box;
   for (unsigned k = 0; k < 3; ++k) {
     const Point &a = s.points[t[k]], &b = s.points[t[(k + 1) % 3]];
-    for (int step = 0; step < kSteps; ++step) {
-      const double w = static_cast<double>(step) / kSteps;
-      const Point p = {a[0] + w * (b[0] - a[0]), a[1] + w * (b[1] - a[1]), a[2] + w * (b[2] - a[2])};
+    const Point edge = minus(b, a);
+    const int steps = dot(edge, edge) < kStraight_m * kStraight_m ? 1 : 8;
+    for (int step = 0; step < steps; ++step) {
+      const double w = static_cast<double>(step) / steps;
+      const Point p = {a[0] + w * edge[0], a[1] + w * edge[1], a[2] + w * edge[2]};
       const double lat = latitude_deg(p);
       box.south = std::min(box.south, lat);
       box.north = std::max(box.north, lat);
