@@ -12,6 +12,7 @@
 #include "pipeline/plan.h"
 #include "pipeline/store.h"
 #include "proto/ellipsoid.h"
+#include "proto/mesh.h"
 #include "proto/version.h"
 
 namespace cordillera::pipeline {
@@ -146,6 +147,8 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   if (const auto merged = merge_upwards(builder, *plan, **store, teller, stop); !merged.ok()) return merged.problem();
   teller.stage("publish", 1);
   proto::Manifest manifest = blank_manifest(request, *plan, (*source)->description());
+  const double resampled_m = (*source)->resampling_error_m(lattice_of(*plan));
+  manifest.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);
   auto published = (*store)->publish(std::move(manifest));
   if (published.ok()) published->set_device(builder.device());
   teller.tell(1, Teller::Urgency::now);

@@ -27,18 +27,19 @@ struct Run {
   bool valid = false;
 };
 
-std::vector<Placed> place_all(const Edge& edge, std::span<const std::int32_t> heights) {
+// heights are those at positions first, first + 1, ...
+std::vector<Placed> place_all(const Edge& edge, std::span<const std::int32_t> heights, std::int64_t first = 0) {
   const std::size_t count = heights.size();
   const bool east = edge.along == Along::east;
-  const auto rows = proto::row_frames(*edge.lattice, edge.row, east ? 1 : count);
-  const auto columns = proto::column_frames(*edge.lattice, edge.column, east ? count : 1);
+  const auto rows = proto::row_frames(*edge.lattice, edge.row + (east ? 0 : first), east ? 1 : count);
+  const auto columns = proto::column_frames(*edge.lattice, edge.column + (east ? first : 0), east ? count : 1);
   std::vector<Placed> placed;
   placed.reserve(count);
   for (std::size_t k = 0; k < count; ++k) {
     if (heights[k] == kNoHeight) continue;
     const auto& row = rows[east ? 0 : k];
     const auto& column = columns[east ? k : 0];
-    placed.push_back({static_cast<std::int32_t>(k), false, proto::ecef(row, column, heights[k] * proto::kHeightStep_m),
+    placed.push_back({static_cast<std::int32_t>(first + static_cast<std::int64_t>(k)), false, proto::ecef(row, column, heights[k] * proto::kHeightStep_m),
                       proto::normal(row, column)});
   }
   return placed;
@@ -79,7 +80,7 @@ double distance_to_chord_m(const Placed& a, const Vec3& chord, const Placed& s) 
   return t < 0 ? -t : t;
 }
 
-// A line of samples beside the edge, indexed by position; `valid` where there is data.
+// A line of samples beside the edge, indexed by position - first; `valid` where there is data.
 struct Witness {
   std::vector<Placed> at;
   std::vector<char> valid;
@@ -91,9 +92,10 @@ std::vector<Witness> witnesses(const Edge& edge, const EdgeHeights& heights) {
     Edge beside = edge;
     (edge.along == Along::east ? beside.row : beside.column) += line.offset;
     Witness witness{std::vector<Placed>(line.heights.size()), std::vector<char>(line.heights.size(), 0)};
-    for (const Placed& placed : place_all(beside, line.heights)) {
-      witness.at[static_cast<std::size_t>(placed.position)] = placed;
-      witness.valid[static_cast<std::size_t>(placed.position)] = 1;
+    for (const Placed& placed : place_all(beside, line.heights, heights.first)) {
+      const auto at = static_cast<std::size_t>(placed.position - heights.first);
+      witness.at[at] = placed;
+      witness.valid[at] = 1;
     }
     lines.push_back(std::move(witness));
   }
@@ -109,14 +111,15 @@ struct Piece {
 struct Terrain {
   std::vector<Placed> line;
   std::vector<Witness> beside;
+  std::int64_t first = 0;  // position of the witnesses' first sample
 
   // How far the sample is from the piece's chord, on the edge or on a line beside it, whichever is farther.
   double deviation_m(const Piece& piece, const Vec3& chord, std::size_t k) const {
     const Placed &a = line[piece.first], &b = line[piece.last];
     double most = distance_to_chord_m(a, chord, line[k]);
     for (const Witness& witness : beside) {
-      const auto from = static_cast<std::size_t>(a.position), to = static_cast<std::size_t>(b.position);
-      const auto here = static_cast<std::size_t>(line[k].position);
+      const auto from = static_cast<std::size_t>(a.position - first), to = static_cast<std::size_t>(b.position - first);
+      const auto here = static_cast<std::size_t>(line[k].position - first);
       if (!witness.valid[from] || !witness.valid[to] || !witness.valid[here]) continue;
       const Vec3 beside_chord = witness.at[to].at - witness.at[from].at;
       most = std::max(most, distance_to_chord_m(witness.at[from], beside_chord, witness.at[here]));
@@ -215,9 +218,11 @@ std::int32_t void_representative(const Chain& chain, const Run& run) {
   return best;
 }
 
-void keep_voids(const Chain& chain, const ChainRule& rule, std::vector<std::int32_t>& kept) {
+// Vertices that nobody sees, or sees as one point, but that triangles of the tile's inside can end at.
+void keep_support(const Edge& edge, const Chain& chain, const ChainRule& rule, std::vector<std::int32_t>& kept) {
+  const bool pole = edge.along == Along::east && (edge.row == 0 || edge.row == edge.lattice->rows());
   for (std::size_t k = 0; k < chain.position.size(); ++k) {
-    if (chain.height[k] == kNoHeight && chain.position[k] % rule.void_gap_units == 0) kept.push_back(chain.position[k]);
+    if ((pole || chain.height[k] == kNoHeight) && chain.position[k] % rule.void_gap_units == 0) kept.push_back(chain.position[k]);
   }
 }
 
@@ -247,14 +252,14 @@ Chain only(const Chain& chain, std::vector<std::int32_t>& kept) {
   return result;
 }
 
-Chain reduce(Chain candidates, Terrain terrain, const ChainRule& rule) {
+Chain reduce(const Edge& edge, Chain candidates, Terrain terrain, const ChainRule& rule) {
   candidates.dropped_runs = 0;
   mark_candidates(terrain.line, candidates);
   // Voids first: two stretches of data that a small hole parts are one stretch, and not each too short.
   std::vector<Run> runs = without_short_runs(runs_of(candidates), false, rule, candidates);
   runs = without_short_runs(runs, true, rule, candidates);
   std::vector<std::int32_t> kept{candidates.position.front(), candidates.position.back()};
-  if (rule.void_gap_units > 0) keep_voids(candidates, rule, kept);
+  if (rule.void_gap_units > 0) keep_support(edge, candidates, rule, kept);
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const std::int32_t from = candidates.position[runs[k].first], to = candidates.position[runs[k].last];
     if (runs[k].valid) {
@@ -284,7 +289,7 @@ Chain chain_finest(const Edge& edge, const EdgeHeights& heights, const ChainRule
   all.height.assign(heights.edge.begin(), heights.edge.end());
   all.position.resize(heights.edge.size());
   for (std::size_t k = 0; k < heights.edge.size(); ++k) all.position[k] = static_cast<std::int32_t>(k);
-  return reduce(std::move(all), {place_all(edge, heights.edge), witnesses(edge, heights)}, rule);
+  return reduce(edge, std::move(all), {place_all(edge, heights.edge), witnesses(edge, heights), 0}, rule);
 }
 
 Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeHeights& heights, const ChainRule& rule) {
@@ -297,8 +302,8 @@ Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeH
 }
 
 Chain simplify_chain(const Edge& edge, const Chain& candidates, const EdgeHeights& heights, const ChainRule& rule) {
-  if (heights.edge.empty()) return reduce(candidates, {place_vertices(edge, candidates), {}}, rule);
-  return reduce(candidates, {place_all(edge, heights.edge), witnesses(edge, heights)}, rule);
+  if (heights.edge.empty()) return reduce(edge, candidates, {place_vertices(edge, candidates), {}, 0}, rule);
+  return reduce(edge, candidates, {place_all(edge, heights.edge, heights.first), witnesses(edge, heights), heights.first}, rule);
 }
 
 Chain void_chain(std::int32_t units, std::int32_t void_gap_units) {

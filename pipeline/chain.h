@@ -41,20 +41,22 @@ struct Chain {
 struct ChainRule {
   double tolerance_m = 0;          ///< no sample may be farther from its chord, along the ellipsoid's normal
   std::int32_t rim_units = 0;      ///< runs of data or of void shorter than this vanish, unless they touch an end; 0: none do
-  /// Void vertices at multiples of this stay: nobody sees them, and dense rims beside an edge need something to hold on to. Twice as much
-  /// a level upwards, so that chains stay nested. 0: one vertex a run.
-  std::int32_t void_gap_units = 0;
   std::int32_t max_gap_units = 0;  ///< longest chord between two valid vertices where something lies between; 0: any
+  /// Void vertices at multiples of this stay: nobody sees them, and dense rims beside an edge need something to hold on to. Twice as much
+  /// a level upwards, so that chains stay nested. On a pole's row, which is one point, so do all others. 0: one vertex a run.
+  std::int32_t void_gap_units = 0;
 };
 
-/// Finest samples that significance is measured against; units + 1 elements each, kNoHeight where void; empty: not at hand.
+/// Finest samples that significance is measured against, at positions first, first + 1, ...; kNoHeight where void, and there is no data
+/// beyond them; empty: not at hand.
 /// Lines beside the edge are witnesses: where terrain next to a plain edge is rough, the edge keeps vertices for the triangles that must
 /// end there. Both tiles on the edge see the same lines.
 struct EdgeHeights {
   struct Line {
     std::int64_t offset = 0;  ///< units north (east) of the edge, or south (west) when negative
-    std::vector<std::int32_t> heights;
+    std::vector<std::int32_t> heights;  ///< as many as the edge's
   };
+  std::int64_t first = 0;
   std::span<const std::int32_t> edge;
   std::span<const Line> beside;
 
@@ -63,7 +65,7 @@ struct EdgeHeights {
   EdgeHeights(const std::vector<std::int32_t>& line) : edge(line) {}  // NOLINT: implicit on purpose
 };
 
-/// From every sample of the edge.
+/// From every sample of the edge: heights.first is 0, and there are units + 1.
 Chain chain_finest(const Edge& edge, const EdgeHeights& heights, const ChainRule& rule);
 
 /// From the chains of the western/southern half (a) and the eastern/northern half (b) of the edge. heights: all finest samples of

@@ -15,8 +15,8 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
-constexpr int kAttempts = 10;        // a promise that cannot be kept by then is stated as it is
-constexpr int kPatience = 2;         // attempts before the error must fall with each
+constexpr int kAttempts = 14;        // a promise that cannot be kept by then is stated as it is
+constexpr int kPatience = 5;         // attempts before the error must fall with each
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
@@ -50,12 +50,30 @@ ChainRule chain_rule(const LevelContext& context) {
   return rule;
 }
 
-/// Finest samples along an edge; columns are modulo the circle, outside the window there is no data.
-std::vector<std::int32_t> edge_samples(const proto::Lattice& lattice, const proto::Samples& samples, const Edge& edge) {
-  std::vector<std::int32_t> heights(static_cast<std::size_t>(edge.units) + 1, proto::kNoHeight);
-  for (std::int64_t k = 0; k <= edge.units; ++k) {
-    const std::int64_t j = edge.row + (edge.along == Along::north ? k : 0);
-    std::int64_t i = edge.column + (edge.along == Along::east ? k : 0);
+/// Positions first .. first + count - 1 of an edge.
+struct Stretch {
+  std::int64_t first = 0, count = 0;
+};
+Stretch whole(const Edge& edge) { return {0, edge.units + 1}; }
+
+/// The stretch of an edge that the samples can cover: a coarse edge may be a thousand times as long as the data.
+Stretch covered(const proto::Samples& samples, const proto::Lattice& lattice, const Edge& edge) {
+  std::int64_t from = edge.along == Along::east ? samples.west - edge.column : samples.south - edge.row;
+  const std::int64_t length = edge.along == Along::east ? samples.columns : samples.rows;
+  if (edge.along == Along::east) {
+    while (from > edge.units) from -= lattice.columns();
+    while (from + length <= 0) from += lattice.columns();
+  }
+  const std::int64_t first = std::max<std::int64_t>(from, 0);
+  return {first, std::max<std::int64_t>(std::min(from + length, edge.units + 1) - first, 0)};
+}
+
+/// Finest samples along a stretch of an edge; columns are modulo the circle, outside the window there is no data.
+std::vector<std::int32_t> edge_samples(const proto::Lattice& lattice, const proto::Samples& samples, const Edge& edge, const Stretch& at) {
+  std::vector<std::int32_t> heights(static_cast<std::size_t>(at.count), proto::kNoHeight);
+  for (std::int64_t k = 0; k < at.count; ++k) {
+    const std::int64_t j = edge.row + (edge.along == Along::north ? at.first + k : 0);
+    std::int64_t i = edge.column + (edge.along == Along::east ? at.first + k : 0);
     while (i < samples.west) i += lattice.columns();
     while (i - lattice.columns() >= samples.west) i -= lattice.columns();
     if (j < samples.south || j >= samples.south + samples.rows || i >= samples.west + samples.columns) continue;
@@ -69,18 +87,22 @@ struct EdgeLines {
   std::vector<std::int32_t> edge;
   std::vector<EdgeHeights::Line> beside;
 
-  EdgeLines(const LevelContext& context, const Edge& at) : edge(edge_samples(*context.lattice, *context.samples, at)) {
+  Stretch stretch;
+
+  EdgeLines(const LevelContext& context, const Edge& at, const Stretch& where)
+      : edge(edge_samples(*context.lattice, *context.samples, at, where)), stretch(where) {
     const std::int64_t cell = context.lattice->cell_units(static_cast<int>(context.level->level()));
     for (std::int64_t distance = 1; distance <= cell; distance *= 2) {
       for (const std::int64_t offset : {-distance, distance}) {
         Edge line = at;
         (at.along == Along::east ? line.row : line.column) += offset;
-        beside.push_back({offset, edge_samples(*context.lattice, *context.samples, line)});
+        beside.push_back({offset, edge_samples(*context.lattice, *context.samples, line, where)});
       }
     }
   }
   EdgeHeights heights() const {
     EdgeHeights all(edge);
+    all.first = stretch.first;
     all.beside = beside;
     return all;
   }
@@ -95,7 +117,7 @@ void apply_chains(const LevelContext& context, PreparedTile& prepared, bool fine
   for (const Side side : kSides) {
     const Edge edge = edge_of(*context.lattice, prepared.tile, side);
     std::optional<EdgeLines> lines;
-    if (context.samples) lines.emplace(context, edge);
+    if (context.samples) lines.emplace(context, edge, finest ? whole(edge) : covered(*context.samples, *context.lattice, edge));
     const EdgeHeights heights = lines ? lines->heights() : EdgeHeights{};
     const Chain chain = finest ? chain_finest(edge, heights, rule)
                                : simplify_chain(edge, border_chain(prepared.input, side), heights, rule);
@@ -125,7 +147,7 @@ std::optional<PreparedTile> prepare_finest(const LevelContext& context, const pr
   bool any = false;
   Edge row{&lattice, lattice.west(tile), lattice.south(tile), Along::east, proto::kTileCells};
   for (std::int32_t r = 0; r < kAcross; ++r, ++row.row) {
-    const std::vector<std::int32_t> line = edge_samples(lattice, samples, row);
+    const std::vector<std::int32_t> line = edge_samples(lattice, samples, row, whole(row));
     std::copy(line.begin(), line.end(), heights.begin() + static_cast<std::ptrdiff_t>(r) * kAcross);
     any = any || std::any_of(line.begin(), line.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
   }

@@ -37,6 +37,7 @@ class RasterSource : public Source {
   bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override;
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override;
+  double resampling_error_m(const proto::Lattice& lattice) override;
 
  private:
   /// A rectangle of the samples asked for.
@@ -44,6 +45,12 @@ class RasterSource : public Source {
     std::int32_t c0, r0, columns, rows;
   };
   struct Job;  ///< one call of sample()
+  /// sample() without asking first whether anything is there.
+  proto::Result<proto::Samples> sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
+                                               std::int32_t rows);
+  double undulation_m(double latitude_deg, double longitude_deg) const;
+  PixelWindow pixels_in_area() const;
+  double deviation_m(const proto::Lattice& lattice, std::int64_t column, std::int64_t row);
   const KernelFrame& frame_for(const proto::Lattice& lattice);
   void place_samples(Job& job) const;
   proto::Result<void> resample(Job& job, const Rect& rect);

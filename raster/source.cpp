@@ -140,14 +140,19 @@ void RasterSource::place_samples(Job& job) const {
   }
 }
 
+/// 0 when the source's heights are ellipsoidal.
+double RasterSource::undulation_m(double latitude_deg, double longitude_deg) const {
+  if (!parts_.datum.geoid) return 0;
+  return std::nearbyint(parts_.datum.geoid->undulation_m(latitude_deg, longitude_deg) / kUndulationStep_m) * kUndulationStep_m;
+}
+
 void RasterSource::store(Job& job, std::size_t at, double height_m, bool flat) const {
   if (parts_.datum.geoid) {
     const std::int64_t i = job.samples.west + static_cast<std::int64_t>(at) % job.samples.columns;
     const std::int64_t j = job.samples.south + static_cast<std::int64_t>(at) / job.samples.columns;
     const bool pole = j == 0 || j == job.lattice.rows();
     const double longitude = pole ? parts_.pole_longitude_deg : job.lattice.longitude_deg(modulo(i, job.lattice.columns()));
-    const double undulation = parts_.datum.geoid->undulation_m(job.lattice.latitude_deg(j), longitude);
-    height_m += std::nearbyint(undulation / kUndulationStep_m) * kUndulationStep_m;
+    height_m += undulation_m(job.lattice.latitude_deg(j), longitude);
   }
   if (!(std::abs(height_m) <= proto::kMaxHeight_m)) return;
   job.samples.height[at] = static_cast<std::int32_t>(std::nearbyint(height_m / proto::kHeightStep_m));
@@ -210,16 +215,23 @@ proto::Result<void> RasterSource::resample_wide(Job& job, std::size_t at) {
   return {};
 }
 
-proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
-                                                   std::int32_t rows) {
+proto::Result<proto::Samples> RasterSource::sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
+                                                           std::int32_t columns, std::int32_t rows) {
   const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   proto::Samples samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
-  if (count == 0 || empty(lattice, west, south, columns, rows)) return samples;
   const GdalScope scope(parts_.dataset.trust);
   Job job{lattice, std::move(samples), Kernel(frame_for(lattice)), std::vector<Place>(count), std::vector<std::uint8_t>(count, 0)};
   place_samples(job);
   if (auto done = resample(job, {0, 0, columns, rows}); !done.ok()) return done.problem();
   return std::move(job.samples);
+}
+
+proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
+                                                   std::int32_t rows) {
+  const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  if (count == 0 || empty(lattice, west, south, columns, rows))
+    return proto::Samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
+  return sample_present(lattice, west, south, columns, rows);
 }
 
 }  // namespace cordillera::raster

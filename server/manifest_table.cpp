@@ -40,9 +40,11 @@ void complain(const proto::Problem& problem) { std::cerr << "cordillera: " << pr
 
 std::string manifest_table(const proto::Manifest& manifest) {
   std::string out = source_lines(manifest.source());
-  out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m; built on %s\n", manifest.tiles(),
+  out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(),
               manifest.min_level(), manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(),
-              manifest.cell_m(), manifest.device().c_str());
+              manifest.cell_m());
+  if (!manifest.device().empty()) out += text("; built on %.200s", manifest.device().c_str());
+  out += "\n";
   out += "\nlevel   tiles  triangles        .drc        .glb   target m  max error m     rmse m\n";
   for (const proto::LevelSummary& level : manifest.levels()) {
     out += text("%5u %7u %10u %11s %11s %10.3f %11.3f%s %10.3f\n", level.level(), level.tiles(), level.triangles(),
