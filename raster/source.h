@@ -41,7 +41,7 @@ class Source {
 
   /// How far the lattice is from the source's own pixels: the greatest deviation, in metres, between the height of a pixel at its centre
   /// (unit, scale, nodata rule and datum applied, as in sample()) and the lattice cell there, cut from south-west to north-east. Over
-  /// some 4096 pixels spread evenly, always the same ones: a lower bound of the true maximum. Voids, and cells with a void vertex, are
+  /// at most 4096 pixels spread evenly, always the same ones: a lower bound of the true maximum. Voids, and cells with a void vertex, are
   /// left out. About a second at most for lattices as fine as the raster; a failed read is left out too, for sample() to tell.
   virtual double resampling_error_m(const proto::Lattice&) { return 0; }
 };

@@ -75,6 +75,9 @@ TEST_F(ResamplingError, OnlyWhatTheTilesShow) {
   proto::BuildOptions options = plain_options();
   for (const double v : {l.longitude_deg(70008), l.latitude_deg(50000 - 14), l.longitude_deg(70014), l.latitude_deg(50000 - 8)}) options.add_bbox(v);
   EXPECT_EQ(error_m(file, options), 0);
+  Spec wide = spike_at(beside_lattice(0, 0), 11, 11);
+  wide.columns = wide.rows = 1000;
+  EXPECT_NEAR(error_m(write(wide), options), 75, 0.002);  // every pixel under a small bbox is asked, however large the raster
   Spec torn = spike_at(beside_lattice(0, 0), 8, 8);
   torn.nodata = -1;
   torn.value = [](int c, int r) { return c == 8 && r == 8 ? 100.0 : c >= 6 && c <= 9 && r >= 6 && r <= 10 ? -1 : 0; };

@@ -3,6 +3,7 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <stdexcept>
@@ -43,6 +44,17 @@ double smooth_noise(std::uint32_t seed, double x, double y) {
   const double u = eased(x - fx), v = eased(y - fy);
   return (1 - v) * ((1 - u) * hashed(seed, i, j) + u * hashed(seed, i + 1, j)) +
          v * ((1 - u) * hashed(seed, i, j + 1) + u * hashed(seed, i + 1, j + 1));
+}
+
+constexpr int kBlock = 256;
+
+void write_block(GDALRasterBand& band, const Dem& dem, int column, int row) {
+  const int columns = std::min(kBlock, dem.columns - column), rows = std::min(kBlock, dem.rows - row);
+  std::vector<double> values;
+  for (int r = row; r < row + rows; ++r)
+    for (int c = column; c < column + columns; ++c) values.push_back(dem.height(c, r));
+  if (std::all_of(values.begin(), values.end(), [](double v) { return v == kNoData; })) return;
+  must(band.RasterIO(GF_Write, column, row, columns, rows, values.data(), columns, rows, GDT_Float64, 0, 0, nullptr) == CE_None, "block");
 }
 
 }  // namespace
@@ -90,7 +102,9 @@ Folder::~Folder() {
 void write(const Dem& dem, const std::string& path) {
   GDALAllRegister();
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-  const GDALDatasetUniquePtr file(driver->Create(path.c_str(), dem.columns, dem.rows, 1, GDT_Float32, nullptr));
+  CPLStringList create;
+  for (const char* option : {"TILED=YES", "BLOCKXSIZE=256", "BLOCKYSIZE=256", "SPARSE_OK=TRUE"}) create.AddString(option);
+  const GDALDatasetUniquePtr file(driver->Create(path.c_str(), dem.columns, dem.rows, 1, GDT_Float32, create.List()));
   must(file != nullptr, path);
   OGRSpatialReference crs;
   must(crs.SetFromUserInput(dem.crs.c_str()) == OGRERR_NONE, dem.crs);
@@ -100,11 +114,8 @@ void write(const Dem& dem, const std::string& path) {
   if (dem.points) file->SetMetadataItem("AREA_OR_POINT", "Point");
   GDALRasterBand* band = file->GetRasterBand(1);
   must(band->SetNoDataValue(kNoData) == CE_None, path);
-  std::vector<double> line(static_cast<std::size_t>(dem.columns));
-  for (int r = 0; r < dem.rows; ++r) {
-    for (int c = 0; c < dem.columns; ++c) line[static_cast<std::size_t>(c)] = dem.height(c, r);
-    must(band->RasterIO(GF_Write, 0, r, dem.columns, 1, line.data(), dem.columns, 1, GDT_Float64, 0, 0, nullptr) == CE_None, path);
-  }
+  for (int r = 0; r < dem.rows; r += kBlock)
+    for (int c = 0; c < dem.columns; c += kBlock) write_block(*band, dem, c, r);
 }
 
 std::string real_dems() {

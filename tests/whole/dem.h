@@ -60,7 +60,7 @@ class Folder {
   std::filesystem::path path_;
 };
 
-/// Throws std::runtime_error when GDAL cannot.
+/// Blocks without any data are never stored (a sparse file). Throws std::runtime_error when GDAL cannot.
 void write(const Dem& dem, const std::string& path);
 
 /// Folder of real elevation models: $CORDILLERA_TEST_DATA, else ../shared/dem beside the checkout; empty when absent.
