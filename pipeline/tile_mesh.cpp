@@ -15,7 +15,7 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
-constexpr int kAttempts = 14;        // a promise that cannot be kept by then is stated as it is
+constexpr int kAttempts = 20;        // a promise that cannot be kept by then is stated as it is
 constexpr int kPatience = 5;         // attempts before the error must fall with each
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
@@ -202,8 +202,10 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
     input.ecef_step_m = context.level->ecef_step();
     built.measured = gpu::surface_error(input, limit - kGrace_m);
     built.max_error_m = built.measured.max_m + kGrace_m;
-    const bool better = built.max_error_m < prepared.best_error_m;
+    const std::size_t over = built.measured.over_limit.size();
+    const bool better = built.max_error_m < prepared.best_error_m || over < prepared.fewest_over;
     prepared.best_error_m = std::min(prepared.best_error_m, built.max_error_m);
+    prepared.fewest_over = std::min(prepared.fewest_over, over);
     // Where more vertices do not help any more, the error is stated as it is.
     if (!built.measured.over_limit.empty() && attempt < kAttempts && (better || attempt < kPatience)) {
       const std::uint32_t back = put_back(prepared.input, built.measured.over_limit, attempt);

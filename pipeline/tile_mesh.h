@@ -43,6 +43,7 @@ struct PreparedTile {
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
   std::uint32_t put_back = 0;
   double best_error_m = INFINITY;
+  std::size_t fewest_over = SIZE_MAX;  ///< triangles over the target
   double caution = 1;  ///< tolerances are divided by it
 
   gpu::SimplifyJob job(const LevelContext& context) const;
