@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
 constexpr int kAttempts = 20;        // a promise that cannot be kept by then is stated as it is
+constexpr int kComposedAttempts = 4;   // each takes less everywhere, and above the blocks tiles are large
 constexpr int kPatience = 5;         // attempts before the error must fall with each
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
@@ -216,7 +217,7 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
     built.composed = true;
     const double step_m = composed_error_m({context.lattice, prepared.tile, &prepared.input, &mesh});
     built.max_error_m = prepared.inherited_error_m + step_m + kRoundingSteps * context.level->ecef_step();
-    if (built.max_error_m > limit && attempt < kAttempts) {
+    if (built.max_error_m > limit && attempt < kComposedAttempts) {
       prepared.caution *= 2;  // a bound has no worst sample to put back: take less everywhere
       return std::nullopt;
     }
