@@ -21,7 +21,7 @@ bool fits(const proto::TileMesh& mesh, std::span<const std::uint32_t> ring, std:
 bool has_room(const Rings& rings, const proto::TileMesh& mesh, std::uint32_t v) {
   const bool on_x = mesh.x[v] == 0 || mesh.x[v] == mesh.side, on_y = mesh.y[v] == 0 || mesh.y[v] == mesh.side;
   const bool none = (mesh.mark[v] & proto::kVoid) != 0;
-  const std::uint32_t most = on_x && on_y ? (none ? kVoidCorner : 6u) : (none ? kVoidSide : 11u);
+  const std::uint32_t most = on_x && on_y ? (none ? kVoidCorner : kMendedCorner) : (none ? kVoidSide : kMendedSide);
   return rings.valence[v] < most;
 }
 

@@ -17,6 +17,8 @@ inline constexpr std::uint32_t kMostValence = 14;
 inline constexpr std::uint32_t kRowWidth = 24;
 /// Most neighbours a void vertex may have inside, on a side and at a corner of a simplified tile: welded, they fit a row.
 inline constexpr std::uint32_t kVoidInside = 20, kVoidSide = 13, kVoidCorner = 7;
+/// The same of a vertex with data on a side and at a corner: 11 + 11 - 2 and 4 x 6 - 4, welded, fit a row too.
+inline constexpr std::uint32_t kMendedSide = 11, kMendedCorner = 6;
 
 /// Row v holds the neighbours of vertex v counter-clockwise. Closed rows (inner vertices) start at their lowest neighbour; open
 /// rows (vertices on a side of the tile) start at the border neighbour from which the fan runs counter-clockwise to the other

@@ -27,8 +27,8 @@ struct SimplifyJob {
 /// that steps inside where nothing else can take it off the border).
 /// Vertices marked kKeep survive, unless they stand in the way of the border; vertices marked kRemove (tile border) are gone (where one is
 /// left, its surroundings were too sparse: keep some of them and ask again); the tile rectangle stays exactly covered by
-/// triangles of positive area; valence <= 14 inside, 8 on the tile's
-/// sides, 4 at its corners, so that four welded tiles stay <= 14; void vertices a few more, see rings.h.
+/// triangles of positive area; valence <= 14 inside (a weld may leave more, which the next simplification brings down by flips), and on
+/// the tile's border at most what rings.h says.
 class Simplifier {
  public:
   virtual ~Simplifier() = default;

@@ -9,8 +9,8 @@
 namespace cordillera::gpu {
 namespace {
 
-// Welded, 11 + 11 - 2 and 4 x 6 - 4 still fit a row; what stays above the contract inside is brought down by flips.
-constexpr ValenceCaps kMendCaps{kInnerValence, 11, 6};
+// What a weld leaves above the contract inside is brought down by flips.
+constexpr ValenceCaps kMendCaps{kInnerValence, kMendedSide, kMendedCorner};
 
 // A mesh that the project itself made is broken: nothing a user could mend, so no Problem.
 [[noreturn]] void internal_error(const std::string& detail) { throw std::logic_error("simplifier: " + detail); }
