@@ -19,10 +19,6 @@ struct SurfaceErrorInput {
   /// Finest samples. What lies outside their window counts as invalid. Columns are taken modulo the circle.
   const proto::Samples* samples = nullptr;
   double ecef_step_m = 0;  ///< > 0, a power of two
-  /// Optional, for callers that measure many tiles of a row or column: frames of the tile's rows and columns, side + 1 each, from
-  /// its south-western corner. Empty: made in the call.
-  std::span<const proto::RowFrame> row_frames;
-  std::span<const proto::ColumnFrame> column_frames;
 };
 
 struct SurfaceError {

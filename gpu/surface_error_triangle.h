@@ -9,20 +9,21 @@
 
 namespace cordillera::gpu {
 
-/// A corner: tile-local units, height, and its two decodings.
+/// A corner: tile-local units, height, its two decodings, and the frame of its row.
 struct Corner {
   std::int32_t x = 0, y = 0;
   double height_m = 0;
   proto::Vec3 exact, rounded;
+  proto::RowFrame row;
 };
 
-/// Facts of the tile that every triangle uses. rows: the tile's frames, indexed by tile-local y.
+/// Facts of the tile that every triangle uses.
 struct TileFacts {
   std::int32_t side = 0;
   double unit_rad = 0;  ///< one unit, along either axis
   double step_m = 0;
   std::int32_t small_units = 0;  ///< triangles no larger than this show no sample outside their plan
-  const proto::RowFrame* rows = nullptr;
+  proto::RowFrame off_south_pole, off_north_pole;  ///< the rows next to the poles
 };
 
 struct MeasuredTriangle {
@@ -54,17 +55,16 @@ namespace detail {
 
 CORDILLERA_HD inline double distance2(const proto::Vec3& a, const proto::Vec3& b) { return proto::dot(a - b, a - b); }
 
-/// Distances from the axis and the greatest |sin(latitude)| between rows low and high.
-CORDILLERA_HD inline void set_rows(Extent& e, const TileFacts& tile, std::int32_t low, std::int32_t high) {
-  const proto::RowFrame &s = tile.rows[low], &n = tile.rows[high];
+/// Distances from the axis and the greatest |sin(latitude)| between two rows, s the southern one.
+CORDILLERA_HD inline void set_rows(Extent& e, const TileFacts& tile, const proto::RowFrame& s, const proto::RowFrame& n) {
   const double up = most(e.high_m, 0), down = least(e.low_m, 0);
   const bool straddles = s.sin_lat < 0 && n.sin_lat > 0;
   const double rs = s.radius_m + down * s.cos_lat, rn = n.radius_m + down * n.cos_lat;
   e.least_radius_m = most(0, least(rs, rn));
   e.most_radius_m = (straddles ? proto::kSemiMajor_m : most(s.radius_m, n.radius_m)) + up;
   // Where a row is a pole's, the next row inward bounds the corners that are not on the pole.
-  const proto::RowFrame& s2 = s.radius_m > 0 || low == high ? s : tile.rows[low + 1];
-  const proto::RowFrame& n2 = n.radius_m > 0 || low == high ? n : tile.rows[high - 1];
+  const proto::RowFrame& s2 = s.radius_m > 0 ? s : tile.off_south_pole;
+  const proto::RowFrame& n2 = n.radius_m > 0 ? n : tile.off_north_pole;
   e.off_pole_radius_m = most(0, least(s2.radius_m + down * s2.cos_lat, n2.radius_m + down * n2.cos_lat));
   e.most_sin_lat = most(s.sin_lat < 0 ? -s.sin_lat : s.sin_lat, n.sin_lat < 0 ? -n.sin_lat : n.sin_lat);
 }
@@ -89,12 +89,13 @@ CORDILLERA_HD inline void widen(MeasuredTriangle& t, const TileFacts& tile, cons
 }  // namespace detail
 
 /// The largest square of units whose triangles surely show no sample outside their plan, whatever their place in the tile.
-CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, double low_m, double high_m) {
+CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, const proto::RowFrame& south, const proto::RowFrame& north,
+                                              double low_m, double high_m) {
   Extent e;
   e.low_m = low_m;
   e.high_m = high_m;
   e.step_m = tile.step_m;
-  detail::set_rows(e, tile, 0, tile.side);
+  detail::set_rows(e, tile, south, north);
   const double r0 = e.least_radius_m, r1 = e.most_radius_m;
   for (std::int32_t size = 1024; size > 0; size /= 2) {
     e.dlon_rad = e.dlat_rad = size * tile.unit_rad;
@@ -119,6 +120,7 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
   using detail::most;
   MeasuredTriangle t;
   std::int32_t west = c[0].x, east = c[0].x, south = c[0].y, north = c[0].y;
+  const proto::RowFrame *south_row = &c[0].row, *north_row = &c[0].row;
   Extent extent;
   extent.step_m = tile.step_m;
   extent.low_m = least(c[0].height_m, least(c[1].height_m, c[2].height_m));
@@ -128,6 +130,8 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
     t.plan.edge[k] = {p.x, p.y, std::int64_t{q.x} - p.x, std::int64_t{q.y} - p.y, 0, (owned >> k & 1) != 0};
     west = p.x < west ? p.x : west;
     east = p.x > east ? p.x : east;
+    south_row = p.y < south ? &p.row : south_row;
+    north_row = p.y > north ? &p.row : north_row;
     south = p.y < south ? p.y : south;
     north = p.y > north ? p.y : north;
     extent.edge2_m2 = most(extent.edge2_m2, detail::distance2(p.exact, q.exact));
@@ -139,7 +143,7 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
   if (east - west > tile.small_units || north - south > tile.small_units) {
     extent.dlon_rad = (east - west) * tile.unit_rad;
     extent.dlat_rad = (north - south) * tile.unit_rad;
-    detail::set_rows(extent, tile, south, north);
+    detail::set_rows(extent, tile, *south_row, *north_row);
     detail::widen(t, tile, extent);
     t.plan.columns = {t.plan.columns.first > 0 ? t.plan.columns.first : 0,
                       t.plan.columns.last < tile.side ? t.plan.columns.last : tile.side};

@@ -35,9 +35,9 @@ struct Over {
   bool upright = false;
 };
 
-class Ground {
+class Earth {
  public:
-  Ground(const proto::Lattice& lattice, const proto::TileAddress& tile)
+  Earth(const proto::Lattice& lattice, const proto::TileAddress& tile)
       : lattice_(lattice),
         west_(lattice.west(tile)),
         south_(lattice.south(tile)),
@@ -46,8 +46,8 @@ class Ground {
   // Between lattice vertices by the addition theorems from the vertex to the south-west: no library function of the fraction.
   Place place(PlanPoint p) const {
     const double column = std::floor(p.x), row = std::floor(p.y);
-    const proto::ColumnFrame c = proto::column_frames(lattice_, west_ + static_cast<std::int64_t>(column), 1).front();
-    const proto::RowFrame r = proto::row_frames(lattice_, south_ + static_cast<std::int64_t>(row), 1).front();
+    const proto::ColumnFrame c = proto::column_frame(lattice_, west_ + static_cast<std::int64_t>(column));
+    const proto::RowFrame r = proto::row_frame(lattice_, south_ + static_cast<std::int64_t>(row));
     proto::ColumnFrame here_c;
     proto::RowFrame here_r = r;
     turn(c.sin_lon, c.cos_lon, (p.x - column) * cell_rad_, here_c.sin_lon, here_c.cos_lon);
@@ -62,14 +62,8 @@ class Ground {
     return {proto::ecef(here_r, here_c, 0), proto::normal(here_r, here_c), tan_lat};
   }
 
-  std::vector<Vec3> positions(const TileMesh& mesh) const {
-    std::vector<Vec3> all(mesh.vertices());
-    for (std::size_t v = 0; v < all.size(); ++v) {
-      const auto c = proto::column_frames(lattice_, west_ + mesh.x[v], 1).front();
-      const auto r = proto::row_frames(lattice_, south_ + mesh.y[v], 1).front();
-      all[v] = proto::ecef(r, c, mesh.height[v] * proto::kHeightStep_m);
-    }
-    return all;
+  Vec3 at(const gpu::MeshPoint& p) const {
+    return proto::ecef(proto::row_frame(lattice_, south_ + p.y), proto::column_frame(lattice_, west_ + p.x), p.height * proto::kHeightStep_m);
   }
 
  private:
@@ -89,9 +83,7 @@ class Ground {
   double cell_rad_;
 };
 
-Plane plane_of(const std::vector<Vec3>& at, const std::array<std::uint32_t, 3>& t) {
-  return {at[t[0]], cross(at[t[1]] - at[t[0]], at[t[2]] - at[t[0]])};
-}
+Plane plane_of(const Vec3& a, const Vec3& b, const Vec3& c) { return {a, cross(b - a, c - a)}; }
 
 // On a pole row two corners are one point: such a triangle shows nothing.
 bool has_area(const Plane& plane) { return dot(plane.normal, plane.normal) > 1e-6; }
@@ -110,7 +102,7 @@ Over over(const Plane& plane, const Place& place) {
 // difference of two planes the first term cancels. Lines of the lattice are no great circles (a parallel turns by tan(lat) / R a
 // metre), which brings in the difference of the slopes. A function that curves by c at most is within c d^2 / 6 of the linear one
 // between the corners of a triangle of diameter d.
-double apart_m(const Plane& a, const Plane& b, const Common& ground, const Ground& on) {
+double apart_m(const Plane& a, const Plane& b, const Common& ground, const Earth& on) {
   double most = 0, steepest2 = 0, turning = 0, bent = 0, diameter2 = 0;
   std::array<Vec3, 9> corner;
   for (int k = 0; k < ground.count; ++k) {
@@ -133,28 +125,95 @@ double apart_m(const Plane& a, const Plane& b, const Common& ground, const Groun
   return std::min(kFarthest_m, most + (2 * steepest2 + most / radius_m) * share + turned);
 }
 
+std::int64_t twice_area(const gpu::MeshPoint& a, const gpu::MeshPoint& b, const gpu::MeshPoint& c) {
+  return (std::int64_t{b.x} - a.x) * (std::int64_t{c.y} - a.y) - (std::int64_t{b.y} - a.y) * (std::int64_t{c.x} - a.x);
+}
+
+bool same_place(const gpu::MeshPoint& a, const gpu::MeshPoint& b) { return a.x == b.x && a.y == b.y; }
+
 }  // namespace
 
-double composed_error_m(const ComposedErrorInput& input) {
-  const Ground ground(*input.lattice, input.tile);
-  const TileMesh &welded = *input.welded, &parent = *input.parent;
-  const std::vector<Vec3> at_welded = ground.positions(welded), at_parent = ground.positions(parent);
-  const TriangleIndex index(parent);
-  std::vector<std::uint32_t> near;
-  double most = 0;
-  for (const auto& t : welded.triangles) {
-    if (!is_published(welded, t)) continue;
-    const auto plan = plan_of(welded, t);
-    const Plane plane = plane_of(at_welded, t);
-    if (!has_area(plane)) continue;
-    index.meeting(plan, near);
+class ComposedMeter::Ground {
+ public:
+  Ground(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded)
+      : earth_(lattice, tile), welded_(welded), index_(welded), at_(welded.vertices()) {
+    for (std::uint32_t v = 0; v < at_.size(); ++v) at_[v] = earth_.at(point(v));
+  }
+
+  gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
+    gpu::TriangleError error;
+    const Plane plane = plane_of(earth_.at(corners[0]), earth_.at(corners[1]), earth_.at(corners[2]));
+    if (!has_area(plane)) return error;
+    std::array<PlanPoint, 3> plan;
+    for (std::size_t k = 0; k < 3; ++k) plan[k] = {static_cast<double>(corners[k].x), static_cast<double>(corners[k].y)};
+    std::vector<std::uint32_t> near;
+    index_.meeting(plan, near);
     for (const std::uint32_t k : near) {
-      const Plane other = plane_of(at_parent, parent.triangles[k]);
-      const Common common = common_part(plan, plan_of(parent, parent.triangles[k]));
-      if (common.count > 2 && has_area(other)) most = std::max(most, apart_m(plane, other, common, ground));
+      const auto& t = welded_.triangles[k];
+      if (is_same(t, corners)) return {};
+      const Plane other = plane_of(at_[t[0]], at_[t[1]], at_[t[2]]);
+      const Common common = common_part(plan, plan_of(welded_, t));
+      if (common.count > 2 && has_area(other)) error.error_m = std::max(error.error_m, apart_m(other, plane, common, earth_));
+    }
+    if (error.error_m > limit_m) find_farthest(corners, plane, near, error);
+    return error;
+  }
+
+ private:
+  gpu::MeshPoint point(std::uint32_t v) const { return {welded_.x[v], welded_.y[v], welded_.height[v]}; }
+
+  bool is_same(const std::array<std::uint32_t, 3>& t, const std::array<gpu::MeshPoint, 3>& corners) const {
+    return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
+      const gpu::MeshPoint p = point(v);
+      return std::any_of(corners.begin(), corners.end(), [&](const gpu::MeshPoint& c) { return same_place(c, p) && c.height == p.height; });
+    });
+  }
+
+  void find_farthest(const std::array<gpu::MeshPoint, 3>& c, const Plane& plane, const std::vector<std::uint32_t>& near,
+                     gpu::TriangleError& error) const {
+    double farthest_m = -1;
+    for (const std::uint32_t k : near) {
+      for (const std::uint32_t v : welded_.triangles[k]) {
+        const gpu::MeshPoint p = point(v);
+        if (p.x == 0 || p.y == 0 || p.x == welded_.side || p.y == welded_.side) continue;
+        if (same_place(p, c[0]) || same_place(p, c[1]) || same_place(p, c[2])) continue;
+        if (twice_area(c[0], c[1], p) < 0 || twice_area(c[1], c[2], p) < 0 || twice_area(c[2], c[0], p) < 0) continue;
+        const Over here = over(plane, earth_.place({static_cast<double>(p.x), static_cast<double>(p.y)}));
+        const double apart = here.upright ? kFarthest_m : std::abs(here.height_m - p.height * proto::kHeightStep_m);
+        if (apart <= farthest_m) continue;
+        farthest_m = apart;
+        error.helps = true;
+        error.point = p;
+      }
     }
   }
-  return most;
+
+  Earth earth_;
+  const TileMesh& welded_;
+  TriangleIndex index_;
+  std::vector<Vec3> at_;  // indexed by welded vertex
+};
+
+ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded)
+    : ground_(std::make_unique<Ground>(lattice, tile, welded)) {}
+ComposedMeter::~ComposedMeter() = default;
+
+gpu::TriangleError ComposedMeter::measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
+  return ground_->measure(corners, limit_m);
+}
+
+double ComposedMeter::greatest_m(const TileMesh& parent, double limit_m, std::vector<std::uint32_t>& over) const {
+  double greatest = 0;
+  for (std::uint32_t k = 0; k < parent.triangles.size(); ++k) {
+    const auto& t = parent.triangles[k];
+    if (!is_published(parent, t)) continue;
+    std::array<gpu::MeshPoint, 3> corners;
+    for (std::size_t c = 0; c < 3; ++c) corners[c] = {parent.x[t[c]], parent.y[t[c]], parent.height[t[c]]};
+    const double error_m = measure(corners, INFINITY).error_m;
+    greatest = std::max(greatest, error_m);
+    if (error_m > limit_m) over.push_back(k);
+  }
+  return greatest;
 }
 
 }  // namespace cordillera::pipeline

@@ -1,21 +1,33 @@
 #pragma once
 // Above the blocks the finest samples are out of reach: the error of a parent is bounded by composition,
 // stated(parent) <= max(stated(children)) + the distance between the children's surface and the parent's.
+#include <memory>
+#include <vector>
+
+#include "gpu/refine.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline {
 
-struct ComposedErrorInput {
-  const proto::Lattice* lattice = nullptr;
-  proto::TileAddress tile;                    ///< the parent
-  const proto::TileMesh* welded = nullptr;    ///< its children, as welded
-  const proto::TileMesh* parent = nullptr;    ///< its mesh; the same rectangle
-};
+/// Measures triangles of a parent against its children's surface: an upper bound of the distance between the two published surfaces, flat
+/// ECEF triangles both, along the ellipsoid's normal, in metres, wherever both exist. They are compared at every vertex of their overlay
+/// (welded vertices, and crossings of edges); between these, where the distance is not quite linear because normals turn, a bound of its
+/// curvature is added. The point that helps is the welded vertex that is farthest from the triangle.
+class ComposedMeter final : public gpu::ErrorMeter {
+ public:
+  /// welded: the children of tile as one mesh. Borrowed, as is lattice.
+  ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& welded);
+  ~ComposedMeter() override;
 
-/// An upper bound of the distance between the two published surfaces, flat ECEF triangles both, along the ellipsoid's normal, in
-/// metres, wherever both exist. Both surfaces are compared at every vertex of their overlay (welded vertices, and crossings of
-/// edges); between these, where the distance is not quite linear because normals turn, a bound of its curvature is added.
-double composed_error_m(const ComposedErrorInput& input);
+  gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
+
+  /// The greatest error of parent's published triangles; those above limit_m are appended to over.
+  double greatest_m(const proto::TileMesh& parent, double limit_m, std::vector<std::uint32_t>& over) const;
+
+ private:
+  class Ground;
+  std::unique_ptr<Ground> ground_;
+};
 
 }  // namespace cordillera::pipeline

@@ -36,23 +36,23 @@ int finest_level(const proto::Source& source) {
 
 proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (options.has_error() && options.keep_size() > 0) {
-    return proto::Problem{"conflicting-options", "error and keep are both given", "one of them", "keep"};
+    return proto::Problem{"options-conflict", "error and keep are both given", "one of them", "keep"};
   }
   if (options.has_error() && !(options.error() > 0 && options.error() < 1e6)) {
-    return proto::Problem{"bad-option", "error is not a positive number of metres", "0.001 to 1000000", "error"};
+    return proto::Problem{"option-invalid", "error is not a positive number of metres", "above 0, below 1000000", "error"};
   }
   double before = 1;
   for (const double share : options.keep()) {
     if (!(share > 0 && share <= before)) {
-      return proto::Problem{"bad-option", "keep is not a falling list of shares", "numbers in (0, 1], finest level first", "keep"};
+      return proto::Problem{"option-invalid", "keep is not a falling list of shares", "numbers in (0, 1], finest level first", "keep"};
     }
     before = share;
   }
   if (!options.scheme().empty() && options.scheme() != "geodetic") {
-    return proto::Problem{"bad-option", "scheme \"" + options.scheme() + "\" is not known", "geodetic", "scheme"};
+    return proto::Problem{"option-invalid", "scheme \"" + options.scheme() + "\" is not known", "geodetic", "scheme"};
   }
   if (!options.strategy().empty() && options.strategy() != "waves") {
-    return proto::Problem{"bad-option", "strategy \"" + options.strategy() + "\" is not known", "waves", "strategy"};
+    return proto::Problem{"option-invalid", "strategy \"" + options.strategy() + "\" is not known", "waves", "strategy"};
   }
   return {};
 }
@@ -61,11 +61,11 @@ proto::Result<std::pair<int, int>> level_range(const proto::Source& source, cons
   const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source);
   const int coarsest = static_cast<int>(options.min_level());
   if (finest > proto::kMaxLevel) {
-    return proto::Problem{"bad-option", "max_level " + std::to_string(finest) + " is too fine",
+    return proto::Problem{"option-invalid", "max_level " + std::to_string(finest) + " is too fine",
                           "0 to " + std::to_string(proto::kMaxLevel), "max_level"};
   }
   if (coarsest > finest) {
-    return proto::Problem{"bad-option", "min_level " + std::to_string(coarsest) + " is above the finest level " + std::to_string(finest),
+    return proto::Problem{"option-invalid", "min_level " + std::to_string(coarsest) + " is above the finest level " + std::to_string(finest),
                           "0 to " + std::to_string(finest), "min_level"};
   }
   return std::pair{finest, coarsest};

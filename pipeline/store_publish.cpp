@@ -49,7 +49,7 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
   const std::string level = std::to_string(plan.level());
   sum.set_level(plan.level());
   sum.set_target(plan.target());
-  sum.set_rmse(samples > 0 ? std::sqrt(squares / samples) : 0);
+  if (samples > 0 && !sum.composed()) sum.set_rmse(std::sqrt(squares / samples));
   sum.set_drc_bytes(blob_bytes(database, "SELECT drc FROM tiles WHERE level = " + level));
   sum.set_glb_bytes(blob_bytes(database, "SELECT glb FROM tiles WHERE level = " + level));
   return sum;
@@ -124,7 +124,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   for (const proto::LevelSummary& sum : manifest.levels()) {
     if (sum.tiles() > 0 && finest == nullptr) finest = &sum;
   }
-  if (finest == nullptr) throw StoreError("no tile has a triangle");
+  if (finest == nullptr) throw NothingToPublish();
   describe_source(*finest, *manifest.mutable_source());
   add_bounds(database, static_cast<int>(finest->level()), manifest);
   manifest.add_bounds(finest->min_height());

@@ -5,19 +5,18 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "gpu/sample_meter.h"
 #include "pipeline/border.h"
 #include "pipeline/chain.h"
 #include "pipeline/composed_error.h"
-#include "pipeline/put_back.h"
+#include "pipeline/support.h"
 #include "pipeline/weld.h"
 
 namespace cordillera::pipeline {
 namespace {
 
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
-constexpr int kAttempts = 20;        // a promise that cannot be kept by then is stated as it is
-constexpr int kComposedAttempts = 4;   // each takes less everywhere, and above the blocks tiles are large
-constexpr int kPatience = 5;         // attempts before the error must fall with each
+constexpr int kAttempts = 20;  // to empty the border of what its chain dropped
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
@@ -133,9 +132,9 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   job.input = &input;
   job.elevation = elevation;
   job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
-  job.tolerance_m = static_cast<float>(context.level->target() / caution);
+  job.tolerance_m = static_cast<float>(context.level->target());
   const double left = context.level->target() - inherited_error_m;
-  if (context.promise) job.guard_m = static_cast<float>(std::max(kCollapseShare * left / caution, 1e-6));
+  if (context.promise) job.guard_m = static_cast<float>(std::max(kCollapseShare * left, 1e-6));
   job.rim_units = static_cast<float>(context.level->rim_tolerance());
   return job;
 }
@@ -184,6 +183,43 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
   return prepared;
 }
 
+namespace {
+
+/// Against every finest sample; what exceeds the limit is refined.
+void measure(const LevelContext& context, BuiltTile& built, double limit_m) {
+  gpu::SurfaceErrorInput input;
+  input.lattice = context.lattice;
+  input.tile = built.tile;
+  input.mesh = &built.mesh;
+  input.samples = context.samples;
+  input.ecef_step_m = context.level->ecef_step();
+  built.measured = gpu::surface_error(input, limit_m - kGrace_m);
+  if (!built.measured.over_limit.empty()) {
+    std::vector<std::uint32_t> over;
+    for (const auto& worst : built.measured.over_limit) over.push_back(worst.triangle);
+    built.put_back = gpu::refine(built.mesh, gpu::SampleMeter(input), limit_m - kGrace_m, over).inserted;
+    built.measured = gpu::surface_error(input, limit_m - kGrace_m);
+  }
+  built.max_error_m = built.measured.max_m + kGrace_m;
+}
+
+/// Against the children's surfaces, whose own errors are known.
+void compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
+  const double before_m = prepared.inherited_error_m + kRoundingSteps * context.level->ecef_step();
+  const ComposedMeter meter(*context.lattice, built.tile, prepared.input);
+  std::vector<std::uint32_t> over;
+  double step_m = meter.greatest_m(built.mesh, limit_m - before_m, over);
+  if (!over.empty()) {
+    built.put_back = gpu::refine(built.mesh, meter, limit_m - before_m, over).inserted;
+    over.clear();
+    step_m = meter.greatest_m(built.mesh, limit_m - before_m, over);
+  }
+  built.composed = true;
+  built.max_error_m = before_m + step_m;
+}
+
+}  // namespace
+
 std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   const auto cell = static_cast<std::int32_t>(context.lattice->cell_units(prepared.tile.z));
   if (keep_support(prepared.input, mesh, cell, attempt) > 0) {
@@ -192,37 +228,15 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
   }
   BuiltTile built;
   built.tile = prepared.tile;
-  built.put_back = prepared.put_back;
-  const double limit = context.promise ? context.level->target() : INFINITY;
-  if (context.samples) {
-    gpu::SurfaceErrorInput input;
-    input.lattice = context.lattice;
-    input.tile = prepared.tile;
-    input.mesh = &mesh;
-    input.samples = context.samples;
-    input.ecef_step_m = context.level->ecef_step();
-    built.measured = gpu::surface_error(input, limit - kGrace_m);
-    built.max_error_m = built.measured.max_m + kGrace_m;
-    const std::size_t over = built.measured.over_limit.size();
-    const bool better = built.max_error_m < prepared.best_error_m || over < prepared.fewest_over;
-    prepared.best_error_m = std::min(prepared.best_error_m, built.max_error_m);
-    prepared.fewest_over = std::min(prepared.fewest_over, over);
-    // Where more vertices do not help any more, the error is stated as it is.
-    if (!built.measured.over_limit.empty() && attempt < kAttempts && (better || attempt < kPatience)) {
-      const std::uint32_t back = put_back(prepared.input, built.measured.over_limit, attempt);
-      prepared.put_back += back;
-      if (back > 0) return std::nullopt;
-    }
-  } else {
-    built.composed = true;
-    const double step_m = composed_error_m({context.lattice, prepared.tile, &prepared.input, &mesh});
-    built.max_error_m = prepared.inherited_error_m + step_m + kRoundingSteps * context.level->ecef_step();
-    if (built.max_error_m > limit && attempt < kComposedAttempts) {
-      prepared.caution *= 2;  // a bound has no worst sample to put back: take less everywhere
-      return std::nullopt;
-    }
-  }
   built.mesh = std::move(mesh);
+  const double limit_m = context.promise ? context.level->target() : INFINITY;
+  context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
+  // Refinement leaves hardly anything: where valences around a border vertex gave it no room, another mesh will.
+  std::uint32_t kept = 0;
+  if (attempt < kAttempts) {
+    for (const auto& worst : built.measured.over_limit) kept += keep_around(prepared.input, worst.x, worst.y, std::size_t{8} << std::min(attempt, 6));
+  }
+  if (kept > 0) return std::nullopt;
   return built;
 }
 

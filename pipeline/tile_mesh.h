@@ -24,7 +24,7 @@ struct BuiltTile {
   double max_error_m = 0;  ///< stated
   bool composed = false;   ///< bound by composition instead of measured against finest samples
   gpu::SurfaceError measured;
-  std::uint32_t put_back = 0;
+  std::uint32_t put_back = 0;  ///< vertices, for the promise
 };
 
 /// What every tile of a level shares.
@@ -41,10 +41,6 @@ struct PreparedTile {
   proto::TileMesh input;
   std::vector<float> elevation;
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
-  std::uint32_t put_back = 0;
-  double best_error_m = INFINITY;
-  std::size_t fewest_over = SIZE_MAX;  ///< triangles over the target
-  double caution = 1;  ///< tolerances are divided by it
 
   gpu::SimplifyJob job(const LevelContext& context) const;
 };
@@ -53,11 +49,11 @@ std::optional<PreparedTile> prepare_finest(const LevelContext& context, const pr
 std::optional<PreparedTile> prepare_parent(const LevelContext& context, const proto::TileAddress& tile,
                                            const std::array<const BuiltTile*, 4>& children);
 
-/// Measures the result of prepared's simplification. Nullopt when the promise is broken and vertices were put back (marked kKeep in
-/// prepared): simplify again.
+/// Measures the result of prepared's simplification and, where the promise is broken, puts vertices back. Nullopt when the border is not
+/// as its chain wants it: more is marked kKeep in prepared, simplify again.
 std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt);
 
-/// All of it for one tile: prepared -> simplified (and again, until the promise holds) -> finished.
+/// All of it for one tile: prepared -> simplified (and again, until the border is right) -> finished.
 BuiltTile complete(const LevelContext& context, PreparedTile& prepared, gpu::Simplifier& simplifier);
 
 }  // namespace cordillera::pipeline

@@ -39,24 +39,27 @@ Direction circle(std::int64_t i, std::int64_t n) {
 
 }  // namespace
 
+RowFrame row_frame(const Lattice& lattice, std::int64_t row) {
+  const double e2 = kFlattening * (2 - kFlattening);
+  const Direction lat = circle(std::clamp<std::int64_t>(row, 0, lattice.rows()) - lattice.rows() / 2, 2 * lattice.rows());
+  const double n = kSemiMajor_m / std::sqrt(1 - e2 * lat.sin * lat.sin);
+  return {lat.sin, lat.cos, rounded(n * lat.cos, kDistanceStep_m), rounded(n * (1 - e2) * lat.sin, kDistanceStep_m)};
+}
+
+ColumnFrame column_frame(const Lattice& lattice, std::int64_t column) {
+  const Direction lon = circle(column - lattice.columns() / 2, lattice.columns());
+  return {lon.sin, lon.cos};
+}
+
 std::vector<RowFrame> row_frames(const Lattice& lattice, std::int64_t south, std::size_t count) {
   std::vector<RowFrame> frames(count);
-  const double e2 = kFlattening * (2 - kFlattening);
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::int64_t row = std::clamp<std::int64_t>(south + static_cast<std::int64_t>(k), 0, lattice.rows());
-    const Direction lat = circle(row - lattice.rows() / 2, 2 * lattice.rows());
-    const double n = kSemiMajor_m / std::sqrt(1 - e2 * lat.sin * lat.sin);
-    frames[k] = {lat.sin, lat.cos, rounded(n * lat.cos, kDistanceStep_m), rounded(n * (1 - e2) * lat.sin, kDistanceStep_m)};
-  }
+  for (std::size_t k = 0; k < count; ++k) frames[k] = row_frame(lattice, south + static_cast<std::int64_t>(k));
   return frames;
 }
 
 std::vector<ColumnFrame> column_frames(const Lattice& lattice, std::int64_t west, std::size_t count) {
   std::vector<ColumnFrame> frames(count);
-  for (std::size_t k = 0; k < count; ++k) {
-    const Direction lon = circle(west + static_cast<std::int64_t>(k) - lattice.columns() / 2, lattice.columns());
-    frames[k] = {lon.sin, lon.cos};
-  }
+  for (std::size_t k = 0; k < count; ++k) frames[k] = column_frame(lattice, west + static_cast<std::int64_t>(k));
   return frames;
 }
 

@@ -38,9 +38,13 @@ struct ColumnFrame {
   double sin_lon = 0, cos_lon = 0;
 };
 
-/// Rows south .. south+count-1 (0 = south pole). Rows outside [0, rows()] are clamped to the pole.
+/// Row 0 is the south pole; rows outside [0, rows()] are clamped to the pole. Columns are taken modulo the circle.
+RowFrame row_frame(const Lattice& lattice, std::int64_t row);
+ColumnFrame column_frame(const Lattice& lattice, std::int64_t column);
+
+/// Rows south .. south+count-1.
 std::vector<RowFrame> row_frames(const Lattice& lattice, std::int64_t south, std::size_t count);
-/// Columns west .. west+count-1; taken modulo the circle.
+/// Columns west .. west+count-1.
 std::vector<ColumnFrame> column_frames(const Lattice& lattice, std::int64_t west, std::size_t count);
 
 /// Earth-centred, earth-fixed position in metres of the point at ellipsoidal height height_m.

@@ -316,15 +316,6 @@ TEST(surface_error, outside_the_window_is_invalid) {
   EXPECT_GT(s.measure().overcovered, 20000u);
 }
 
-TEST(surface_error, frames_given_change_nothing) {
-  const Scene s = scene(6, {6, 70, 53}, 16, 1.0 / 16, hills);
-  const auto rows = proto::row_frames(s.lattice, s.south(), 257);
-  const auto columns = proto::column_frames(s.lattice, s.west(), 257);
-  const SurfaceErrorInput in{&s.lattice, s.tile, &s.mesh, &s.samples, s.step_m, rows, columns};
-  EXPECT_EQ(surface_error(in, 1).max_m, s.measure(1).max_m);
-  EXPECT_EQ(surface_error(in, 1).sum_squared_m2, s.measure(1).sum_squared_m2);
-}
-
 TEST(surface_error, names_the_worst_sample_of_each_triangle_above_the_limit) {
   Scene s = scene(14, {14, 20000, 8192}, 4, 1.0 / 256, sea);
   s.samples.height[100 * 257 + 90] = 50 * 1024;

@@ -1,0 +1,359 @@
+#include "gpu/refine.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <queue>
+#include <tuple>
+#include <vector>
+
+#include "gpu/rings.h"
+
+namespace cordillera::gpu {
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+using Id = std::uint32_t;
+constexpr Id kNone = UINT32_MAX;
+constexpr std::uint32_t kReserve = 2;  // places at a vertex that edges turned for shape leave to insertions
+constexpr int kMostHarms = 16;  // at a vertex: edges turned beyond the limit might turn back for ever
+
+constexpr unsigned after(unsigned k) { return k == 2 ? 0 : k + 1; }
+constexpr unsigned before(unsigned k) { return k == 0 ? 2 : k - 1; }
+
+class Refinement {
+ public:
+  Refinement(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m) : mesh_(mesh), meter_(meter), limit_m_(limit_m) {
+    join();
+    error_.resize(mesh_.triangles.size());
+    known_.assign(mesh_.triangles.size(), 0);
+    stamp_.assign(mesh_.triangles.size(), 0);
+    valence_.assign(mesh_.vertices(), 0);
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      for (unsigned k = 0; k < 3; ++k) {
+        ++valence_[mesh_.triangles[t][k]];
+        if (across_[t][k] == kNone) ++valence_[mesh_.triangles[t][k]];  // one neighbour more than triangles on the border
+      }
+    }
+  }
+
+  Refined run(std::span<const Id> over) {
+    for (const Id t : over) queue(t);
+    while (!worst_.empty()) {
+      const auto [error_m, t, stamp] = worst_.top();
+      worst_.pop();
+      if (stamp != stamp_[t]) continue;
+      if (!insert(t)) ++blocked_;
+    }
+    for (Id t = 0; t < mesh_.triangles.size() && blocked_ > 0; ++t) {
+      if (known_[t] && error_[t].error_m > limit_m_) ++result_.over;
+    }
+    return result_;
+  }
+
+ private:
+  struct Entry {
+    double error_m;
+    Id triangle;
+    std::uint32_t stamp;
+    bool operator<(const Entry& other) const {  // worst first; among equals the lowest triangle
+      return std::tuple(error_m, other.triangle) < std::tuple(other.error_m, triangle);
+    }
+  };
+
+  // across_[t][k]: the triangle beyond the edge from corner k to the next.
+  void join() {
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> edges;
+    edges.reserve(3 * mesh_.triangles.size());
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      for (unsigned k = 0; k < 3; ++k) {
+        const auto [low, high] = std::minmax(mesh_.triangles[t][k], mesh_.triangles[t][after(k)]);
+        edges.emplace_back(std::uint64_t{low} << 32 | high, 3 * t + k);
+      }
+    }
+    std::sort(edges.begin(), edges.end());
+    across_.assign(mesh_.triangles.size(), {kNone, kNone, kNone});
+    for (std::size_t e = 0; e + 1 < edges.size(); ++e) {
+      if (edges[e].first != edges[e + 1].first) continue;
+      const std::uint32_t a = edges[e].second, b = edges[e + 1].second;
+      across_[a / 3][a % 3] = b / 3;
+      across_[b / 3][b % 3] = a / 3;
+    }
+  }
+
+  bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
+  bool published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }
+  std::uint32_t cap(std::uint32_t v) const {
+    const int sides = int{mesh_.x[v] == 0 || mesh_.x[v] == mesh_.side} + int{mesh_.y[v] == 0 || mesh_.y[v] == mesh_.side};
+    if (sides == 0) return is_void(v) ? kVoidInside : kMostValence;
+    return sides == 1 ? kVoidSide : kVoidCorner;  // the promise may use what fits a row when welded, and the mend rather does not
+  }
+  bool has_room(std::uint32_t v, std::uint32_t reserve = 0) const { return valence_[v] + reserve < cap(v); }
+
+  MeshPoint point(std::uint32_t v) const { return {mesh_.x[v], mesh_.y[v], mesh_.height[v]}; }
+  TriangleError measured(const Triangle& t) const {
+    return published(t) ? meter_.measure({point(t[0]), point(t[1]), point(t[2])}, limit_m_) : TriangleError{};
+  }
+  const TriangleError& error(Id t) {
+    if (!known_[t]) {
+      error_[t] = measured(mesh_.triangles[t]);
+      known_[t] = 1;
+    }
+    return error_[t];
+  }
+  void queue(Id t) {
+    if (error(t).error_m > limit_m_) worst_.push({error(t).error_m, t, stamp_[t]});
+  }
+  void set(Id t, const Triangle& corners, const std::array<Id, 3>& across) {
+    mesh_.triangles[t] = corners;
+    across_[t] = across;
+    known_[t] = 0;
+    ++stamp_[t];
+  }
+  Id add() {
+    mesh_.triangles.push_back({});
+    across_.push_back({});
+    error_.emplace_back();
+    known_.push_back(0);
+    stamp_.push_back(0);
+    return static_cast<Id>(mesh_.triangles.size() - 1);
+  }
+  void relink(Id t, Id old, Id now) {
+    if (t == kNone) return;
+    for (Id& other : across_[t])
+      if (other == old) {
+        other = now;
+        return;
+      }
+  }
+  unsigned corner_of(Id t, std::uint32_t v) const {
+    const Triangle& c = mesh_.triangles[t];
+    return c[0] == v ? 0 : c[1] == v ? 1 : 2;
+  }
+
+  std::int64_t twice_area(const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) const {
+    return std::int64_t{b.x - a.x} * (c.y - a.y) - std::int64_t{b.y - a.y} * (c.x - a.x);
+  }
+  std::int64_t twice_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const { return twice_area(point(a), point(b), point(c)); }
+
+  std::uint32_t append(const MeshPoint& p, std::uint32_t valence) {
+    mesh_.x.push_back(p.x);
+    mesh_.y.push_back(p.y);
+    mesh_.height.push_back(p.height);
+    mesh_.mark.push_back(0);
+    valence_.push_back(valence);
+    ++result_.inserted;
+    return static_cast<std::uint32_t>(mesh_.vertices() - 1);
+  }
+
+  bool insert(Id t) {
+    const TriangleError found = error(t);
+    if (!found.helps) return turn(t);
+    const Triangle c = mesh_.triangles[t];
+    for (unsigned k = 0; k < 3; ++k) {
+      if (twice_area(point(c[k]), point(c[after(k)]), found.point) == 0) return split_edge(t, k, found.point);
+    }
+    return split_inside(t, found.point);
+  }
+
+  bool split_inside(Id t, const MeshPoint& p) {
+    const std::uint32_t stamp = stamp_[t];
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::uint32_t v = mesh_.triangles[t][k];
+      if (has_room(v)) continue;
+      relieve(t, v);
+      if (stamp_[t] != stamp) return true;  // the triangle itself was turned: it is queued again
+      if (!has_room(v)) return false;
+    }
+    const Triangle c = mesh_.triangles[t];
+    const std::array<Id, 3> beyond = across_[t];
+    const std::uint32_t v = append(p, 3);
+    const Id t1 = add(), t2 = add();
+    set(t, {c[0], c[1], v}, {beyond[0], t1, t2});
+    set(t1, {c[1], c[2], v}, {beyond[1], t2, t});
+    set(t2, {c[2], c[0], v}, {beyond[2], t, t1});
+    relink(beyond[1], t, t1);
+    relink(beyond[2], t, t2);
+    for (const std::uint32_t corner : c) ++valence_[corner];
+    settle(v, {t, t1, t2});
+    return true;
+  }
+
+  bool split_edge(Id t, unsigned k, const MeshPoint& p) {
+    const Id u = across_[t][k];
+    if (u == kNone) return false;
+    const std::uint32_t stamp = stamp_[t], a = mesh_.triangles[t][k], b = mesh_.triangles[t][after(k)], c = mesh_.triangles[t][before(k)];
+    const unsigned j = corner_of(u, b);  // u runs b -> a, then d
+    const std::uint32_t d = mesh_.triangles[u][before(j)];
+    for (const auto& [at, v] : {std::pair{t, c}, std::pair{u, d}}) {
+      if (has_room(v)) continue;
+      relieve(at, v);
+      if (stamp_[t] != stamp) return true;
+      if (across_[t][k] != u || mesh_.triangles[u][before(corner_of(u, b))] != d) return false;
+      if (!has_room(v)) return false;
+    }
+    const unsigned i = corner_of(u, b);
+    const Id bc = across_[t][after(k)], ca = across_[t][before(k)], ad = across_[u][after(i)], db = across_[u][before(i)];
+    const std::uint32_t v = append(p, 4);
+    const Id t1 = add(), u1 = add();
+    set(t, {a, v, c}, {u1, t1, ca});
+    set(t1, {v, b, c}, {u, bc, t});
+    set(u, {b, v, d}, {t1, u1, db});
+    set(u1, {v, a, d}, {t, ad, u});
+    relink(bc, t, t1);
+    relink(ad, u, u1);
+    ++valence_[c];
+    ++valence_[d];
+    settle(v, {t, t1, u, u1});
+    return true;
+  }
+
+  // The quadrilateral around the edge of t from corner k: a, d, b, c counter-clockwise.
+  struct Quad {
+    Id t = kNone, u = kNone;
+    std::uint32_t a = 0, b = 0, c = 0, d = 0;
+    unsigned k = 0, j = 0;
+  };
+  // Published, convex, and with room for the other diagonal.
+  bool can_flip(Id t, unsigned k, Quad& q, std::uint32_t reserve) const {
+    q.t = t, q.k = k, q.u = across_[t][k];
+    if (q.u == kNone) return false;
+    const Triangle& c = mesh_.triangles[t];
+    q.a = c[k], q.b = c[after(k)], q.c = c[before(k)];
+    q.j = corner_of(q.u, q.b);
+    q.d = mesh_.triangles[q.u][before(q.j)];
+    if (is_void(q.a) || is_void(q.b) || is_void(q.c) || is_void(q.d)) return false;
+    return has_room(q.c, reserve) && has_room(q.d, reserve) && twice_area(q.a, q.d, q.c) > 0 && twice_area(q.d, q.b, q.c) > 0;
+  }
+  // Is d inside the circle through a, b, c? Doubles: a tie decided wrongly costs a little shape, and all machines decide alike.
+  bool better_shaped(const Quad& q) const {
+    const auto from = [&](std::uint32_t v) {
+      return std::pair(static_cast<double>(mesh_.x[v] - mesh_.x[q.d]), static_cast<double>(mesh_.y[v] - mesh_.y[q.d]));
+    };
+    const auto [ax, ay] = from(q.a);
+    const auto [bx, by] = from(q.b);
+    const auto [cx, cy] = from(q.c);
+    const double a2 = ax * ax + ay * ay, b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
+    const double in_circle = ax * (by * c2 - b2 * cy) - ay * (bx * c2 - b2 * cx) + a2 * (bx * cy - by * cx);
+    return in_circle > 1e-9 * (a2 + b2 + c2) * (a2 + b2 + c2);
+  }
+  // What the greater error of two triangles must stay below for their edge to be turned; none when there is no reason to. Over the limit
+  // the error has to fall; below it the shape may improve. So refinement ends: the errors over the limit only ever fall.
+  std::optional<double> bound_for(const Quad& q) {
+    const double now_m = std::max(error(q.t).error_m, error(q.u).error_m);
+    if (now_m > limit_m_) return now_m;
+    if (better_shaped(q)) return std::nextafter(limit_m_, INFINITY);
+    return std::nullopt;
+  }
+  // Turns the edge if the greater error of the new triangles is below bound_m.
+  bool flip(const Quad& q, double bound_m) {
+    const Triangle first{q.a, q.d, q.c}, second{q.d, q.b, q.c};
+    const TriangleError e1 = measured(first);
+    if (e1.error_m >= bound_m) return false;
+    const TriangleError e2 = measured(second);
+    if (e2.error_m >= bound_m) return false;
+    const Id bc = across_[q.t][after(q.k)], ca = across_[q.t][before(q.k)];
+    const Id ad = across_[q.u][after(q.j)], db = across_[q.u][before(q.j)];
+    set(q.t, first, {ad, q.u, ca});
+    set(q.u, second, {db, bc, q.t});
+    relink(ad, q.u, q.t);
+    relink(bc, q.t, q.u);
+    error_[q.t] = e1, error_[q.u] = e2;
+    known_[q.t] = known_[q.u] = 1;
+    --valence_[q.a], --valence_[q.b];
+    ++valence_[q.c], ++valence_[q.d];
+    ++result_.flipped;
+    return true;
+  }
+
+  // Turns edges opposite a new vertex while that pays, and queues what is over the limit.
+  void settle(std::uint32_t v, std::vector<Id> around) {
+    std::vector<Id> open = around;
+    while (!open.empty()) {
+      const Id t = open.back();
+      open.pop_back();
+      Quad q;
+      if (!can_flip(t, after(corner_of(t, v)), q, kReserve)) continue;
+      const std::optional<double> bound_m = bound_for(q);
+      if (!bound_m || !flip(q, *bound_m)) continue;
+      open.push_back(q.t);
+      open.push_back(q.u);
+      around.push_back(q.u);
+    }
+    std::sort(around.begin(), around.end());
+    around.erase(std::unique(around.begin(), around.end()), around.end());
+    for (const Id t : around) queue(t);
+  }
+
+  // The greater error of the triangles that turning the edge gives.
+  double after_flip_m(const Quad& q) const {
+    return std::max(measured({q.a, q.d, q.c}).error_m, measured({q.d, q.b, q.c}).error_m);
+  }
+  bool flip_and_queue(const Quad& q) {
+    if (q.t == kNone) return false;
+    flip(q, INFINITY);
+    queue(q.t);
+    queue(q.u);
+    return true;
+  }
+  // Harm is repaired by insertions, but not for ever.
+  bool may_harm(std::uint32_t v) { return ++harmed_[v] <= kMostHarms; }
+
+  // No corner more would help: a sliver, which rounding tilts. Turns the edge of it that does least harm.
+  bool turn(Id t) {
+    Quad best;
+    double least_m = INFINITY;
+    for (unsigned k = 0; k < 3; ++k) {
+      Quad q;
+      if (!can_flip(t, k, q, 0)) continue;
+      const double error_m = after_flip_m(q);
+      if (error_m >= least_m) continue;
+      least_m = error_m;
+      best = q;
+    }
+    if (best.t == kNone || (least_m >= error(t).error_m && !may_harm(mesh_.triangles[t][0]))) return false;
+    return flip_and_queue(best);
+  }
+
+  // Takes a neighbour from v, a corner of t that is over the limit: turns the edge at v that does least harm. Beyond the limit not too often.
+  void relieve(Id start, std::uint32_t v) {
+    Quad best;
+    double least_m = INFINITY;
+    Id t = start;
+    do {
+      Quad q;
+      if (can_flip(t, corner_of(t, v), q, 0)) {
+        const double error_m = after_flip_m(q);
+        if (error_m < least_m) {
+          least_m = error_m;
+          best = q;
+        }
+      }
+      t = across_[t][before(corner_of(t, v))];  // counter-clockwise around v
+    } while (t != kNone && t != start);
+    if (least_m > limit_m_ && !may_harm(v)) return;
+    flip_and_queue(best);
+  }
+
+  proto::TileMesh& mesh_;
+  const ErrorMeter& meter_;
+  double limit_m_;
+  std::vector<std::array<Id, 3>> across_;
+  std::vector<TriangleError> error_;
+  std::vector<char> known_;
+  std::vector<std::uint32_t> stamp_;    // indexed by triangle: changes when its corners do
+  std::vector<std::uint32_t> valence_;  // indexed by vertex: neighbours
+  std::map<std::uint32_t, int> harmed_;  // indexed by vertex: edges turned there beyond the limit
+  std::priority_queue<Entry> worst_;
+  std::uint32_t blocked_ = 0;
+  Refined result_;
+};
+
+}  // namespace
+
+Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over) {
+  return over.empty() ? Refined{} : Refinement(mesh, meter, limit_m).run(over);
+}
+
+}  // namespace cordillera::gpu

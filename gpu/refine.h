@@ -1,0 +1,43 @@
+#pragma once
+// Refinement: vertices go in where a simplified mesh is farther from the truth than was promised.
+//
+// Greedy insertion (M. Garland, P. Heckbert, "Fast polygonal approximation of terrains and height fields", 1995): the worst triangle
+// gets the point that is worst in it, and edges around the new vertex are turned while that lessens the greater error of their two
+// triangles. Collapses see one vertex at a time; this is what makes an error in metres a promise.
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "proto/mesh.h"
+
+namespace cordillera::gpu {
+
+/// Tile-local units, and height in kHeightStep_m.
+struct MeshPoint {
+  std::int32_t x = 0, y = 0, height = 0;
+};
+
+struct TriangleError {
+  double error_m = 0;
+  bool helps = false;  ///< is there a point that could become a vertex; looked for only where the error exceeds the limit
+  MeshPoint point;     ///< in the closed triangle, none of its corners, not on the tile's border
+};
+
+/// Measures triangles with data at all corners. Pure: the same corners get the same answer.
+class ErrorMeter {
+ public:
+  virtual ~ErrorMeter() = default;
+  virtual TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const = 0;
+};
+
+struct Refined {
+  std::uint32_t inserted = 0;  ///< vertices, appended to the mesh
+  std::uint32_t flipped = 0;   ///< edges
+  std::uint32_t over = 0;      ///< triangles still over the limit: no point helps there, or valences leave no room
+};
+
+/// Inserts points until no triangle reachable from `over` exceeds limit_m. over: indices of mesh.triangles, those that may exceed it; all
+/// others must not. Keeps the laws of a tile: positive area, exact cover, labels, border and valences (rings.h) as they are.
+Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over);
+
+}  // namespace cordillera::gpu

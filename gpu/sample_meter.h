@@ -1,0 +1,18 @@
+#pragma once
+// The error of a triangle against the finest samples, for refinement.
+#include "gpu/refine.h"
+#include "gpu/surface_meter.h"
+
+namespace cordillera::gpu {
+
+/// As surface_error measures it, both decodings; the point that helps is the worst sample inside. Borrows what input points to.
+class SampleMeter final : public ErrorMeter {
+ public:
+  explicit SampleMeter(const SurfaceErrorInput& input);
+  TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const override;
+
+ private:
+  SurfaceMeter meter_;
+};
+
+}  // namespace cordillera::gpu

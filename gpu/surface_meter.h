@@ -1,0 +1,195 @@
+#pragma once
+// Measures triangles of a tile, one at a time, against the finest samples below them.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "gpu/surface_error.h"
+#include "gpu/surface_error_triangle.h"
+#include "gpu/surface_error_window.h"
+
+namespace cordillera::gpu {
+
+/// A sample and how far the triangle is from it; error_m < 0: none.
+struct WorstSample {
+  std::int64_t x = 0, y = 0;
+  double error_m = -1;
+};
+
+struct TriangleWorst {
+  WorstSample any;     ///< of all samples the triangle may show; where the error is within the limit, x is not looked for
+  WorstSample inside;  ///< of rows over the limit: samples in the closed triangle that could become vertices
+};
+
+class SurfaceMeter {
+ public:
+  /// Borrows what input points to. low_m and high_m: no corner that will be measured is lower or higher.
+  SurfaceMeter(const SurfaceErrorInput& in, double low_m, double high_m)
+      : lattice_(*in.lattice),
+        west_(in.lattice->west(in.tile)),
+        south_(in.lattice->south(in.tile)),
+        side_(in.mesh->side),
+        window_(in, in.mesh->side) {
+    // Of the samples only: a coarse tile has many more rows and columns than it has data.
+    rows_ = proto::row_frames(lattice_, south_ + window_.rows().first, length(window_.rows()));
+    for (std::size_t k = 0; k < strips_.size(); ++k) {
+      Strip& strip = strips_[k];
+      strip.columns = window_.stretches()[k].columns;
+      strip.shift = window_.stretches()[k].shift;
+      for (const proto::ColumnFrame& c : proto::column_frames(lattice_, west_ + strip.columns.first, length(strip.columns))) {
+        strip.sin_lon.push_back(c.sin_lon);
+        strip.cos_lon.push_back(c.cos_lon);
+      }
+    }
+    tile_.side = side_;
+    tile_.unit_rad = M_PI / static_cast<double>(lattice_.rows());
+    tile_.step_m = in.ecef_step_m;
+    tile_.off_south_pole = proto::row_frame(lattice_, 1);
+    tile_.off_north_pole = proto::row_frame(lattice_, lattice_.rows() - 1);
+    tile_.small_units = small_units(tile_, proto::row_frame(lattice_, south_), proto::row_frame(lattice_, south_ + side_), low_m, high_m);
+  }
+
+  const SampleWindow& window() const { return window_; }
+
+  Corner corner(std::int32_t x, std::int32_t y, std::int32_t height) const {
+    const double h = height * proto::kHeightStep_m;
+    const proto::RowFrame row = proto::row_frame(lattice_, south_ + y);
+    const proto::Vec3 p = proto::ecef(row, proto::column_frame(lattice_, west_ + x), h);
+    return {x, y, h, p, round_to(p, tile_.step_m), row};
+  }
+  /// owned: see measured_triangle.
+  MeasuredTriangle triangle(const Corner (&corners)[3], unsigned owned) const { return measured_triangle(tile_, corners, owned); }
+
+  /// Tally: row(spans) for each row, samples(triangle, heights, owned, strict) and errors(first, owned, out) for each stretch of samples in it.
+  template <class Tally>
+  TriangleWorst worst(const MeasuredTriangle& t, double limit_m, Tally& tally) const {
+    TriangleWorst worst;
+    for (std::int64_t y = t.plan.rows.first; y <= t.plan.rows.last; ++y) row(t, y, limit_m, tally, worst);
+    return worst;
+  }
+
+ private:
+  static constexpr std::size_t kBlock = 256;
+  static constexpr std::size_t kLanes = 8;
+
+  /// Columns of samples and their frames, indexed by column - columns.first, so that a row's loop reads them in order.
+  struct Strip {
+    Span columns;
+    std::int64_t shift = 0;
+    std::vector<double> sin_lon, cos_lon;
+    proto::ColumnFrame frame(std::int64_t x) const {
+      const auto k = static_cast<std::size_t>(x - columns.first);
+      return {sin_lon[k], cos_lon[k]};
+    }
+  };
+  const proto::RowFrame& frame(std::int64_t y) const { return rows_[static_cast<std::size_t>(y - window_.rows().first)]; }
+
+  template <class Tally>
+  void row(const MeasuredTriangle& t, std::int64_t y, double limit_m, Tally& tally, TriangleWorst& worst) const {
+    const RowSpans spans = t.plan.row(y);
+    tally.row(spans);
+    if (y < window_.rows().first || y > window_.rows().last) return;
+    const std::int32_t* samples = window_.row(y);
+    for (const Strip& s : strips_) {
+      const Span shown = intersection(spans.shown, s.columns), closed = intersection(spans.closed, s.columns);
+      const std::int32_t* heights = samples + s.shift;
+      if (length(closed) > 0) {
+        const Span owned = intersection(spans.owned, s.columns);
+        tally.samples(t, heights, owned, intersection(spans.strict, s.columns));
+        const double row_max = std::max(exact_row(t, s, y, heights, closed, owned, tally), rounded_row(t, s, y, heights, closed));
+        if (row_max > worst.any.error_m) worst.any = {closed.first, y, row_max};
+        if (row_max > limit_m) find_worst(t, s, y, heights, closed, worst);
+      }
+      if (!t.plan.slack) continue;
+      const bool apart = length(spans.closed) == 0;
+      beyond(t, s, y, heights, {shown.first, apart ? shown.last : std::min(shown.last, spans.closed.first - 1)}, worst);
+      if (!apart) beyond(t, s, y, heights, {std::max(shown.first, spans.closed.last + 1), shown.last}, worst);
+    }
+  }
+
+  /// Samples outside the plan triangle that its chords may show: few, so each is tried for itself.
+  void beyond(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& span, TriangleWorst& worst) const {
+    for (std::int64_t x = span.first; x <= span.last; ++x) {
+      if (heights[x] == proto::kNoHeight) continue;
+      const double e = t.error_beyond(frame(y), s.frame(x), heights[x] * proto::kHeightStep_m);
+      if (e > worst.any.error_m) worst.any = {x, y, e};
+    }
+  }
+
+  /// |plane - sample| for n columns from first; 0 where the sample is invalid. Returns the greatest.
+  double errors(const PlaneRow& plane, const HeightRange& range, const Strip& strip, const std::int32_t* heights, std::int64_t first, std::size_t n,
+                double* out) const {
+    const double *s = strip.sin_lon.data() + (first - strip.columns.first), *c = strip.cos_lon.data() + (first - strip.columns.first);
+    const std::int32_t* h = heights + first;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double e = std::abs(range.clamp(plane.height_m(s[k], c[k])) - h[k] * proto::kHeightStep_m);
+      out[k] = h[k] == proto::kNoHeight ? 0 : e;
+    }
+    double greatest = 0;
+    std::size_t k = 0;
+    if (n >= 2 * kLanes) {
+      double lanes[kLanes] = {};
+      for (; k + kLanes <= n; k += kLanes)
+        for (std::size_t l = 0; l < kLanes; ++l) lanes[l] = out[k + l] > lanes[l] ? out[k + l] : lanes[l];
+      greatest = *std::max_element(lanes, lanes + kLanes);
+    }
+    for (; k < n; ++k) greatest = std::max(greatest, out[k]);
+    return greatest;
+  }
+
+  template <class Tally>
+  double exact_row(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& closed, const Span& owned,
+                   Tally& tally) const {
+    if (!t.exact.shows()) return 0;
+    const PlaneRow plane(t.exact, frame(y));
+    double out[kBlock], greatest = 0;
+    for (std::int64_t x = closed.first; x <= closed.last; x += kBlock) {
+      const std::int64_t last = std::min<std::int64_t>(x + kBlock - 1, closed.last);
+      greatest = std::max(greatest, errors(plane, t.exact_range, s, heights, x, static_cast<std::size_t>(last - x + 1), out));
+      tally.errors(x, intersection(owned, {x, last}), out);
+    }
+    return greatest;
+  }
+
+  double rounded_row(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& closed) const {
+    if (!t.rounded.shows()) return 0;
+    const PlaneRow plane(t.rounded, frame(y));
+    double out[kBlock], greatest = 0;
+    for (std::int64_t x = closed.first; x <= closed.last; x += kBlock) {
+      const std::int64_t n = std::min<std::int64_t>(kBlock, closed.last - x + 1);
+      greatest = std::max(greatest, errors(plane, t.rounded_range, s, heights, x, static_cast<std::size_t>(n), out));
+    }
+    return greatest;
+  }
+
+  /// The slow way, for rows above the limit only: which sample it is.
+  void find_worst(const MeasuredTriangle& t, const Strip& strip, std::int64_t y, const std::int32_t* heights, const Span& closed,
+                  TriangleWorst& worst) const {
+    const PlaneRow exact(t.exact, frame(y)), rounded(t.rounded, frame(y));
+    for (std::int64_t x = closed.first; x <= closed.last; ++x) {
+      if (heights[x] == proto::kNoHeight) continue;
+      const auto [s, c] = strip.frame(x);
+      const double h = heights[x] * proto::kHeightStep_m;
+      double e = 0;
+      if (t.exact.shows()) e = std::abs(t.exact_range.clamp(exact.height_m(s, c)) - h);
+      if (t.rounded.shows()) e = std::max(e, std::abs(t.rounded_range.clamp(rounded.height_m(s, c)) - h));
+      if (y == worst.any.y && e == worst.any.error_m) worst.any.x = x;
+      // The tile's border is for its chain to choose, and corners are vertices already.
+      bool taken = x == 0 || x == side_ || y == 0 || y == side_;
+      for (const PlanEdge& edge : t.plan.edge) taken |= edge.x == x && edge.y == y;
+      if (!taken && e > worst.inside.error_m) worst.inside = {x, y, e};
+    }
+  }
+
+  const proto::Lattice& lattice_;
+  std::int64_t west_, south_;
+  std::int32_t side_;
+  SampleWindow window_;
+  std::vector<proto::RowFrame> rows_;  ///< indexed by tile-local y - window_.rows().first
+  std::array<Strip, 2> strips_;
+  TileFacts tile_;
+};
+
+}  // namespace cordillera::gpu

@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""Which file may include what: the floors of CONTRIBUTING.md, and the home of every header that is not ours.
+
+  includes.py [ROOT]       prints what breaks a rule, a line each; exit code 1 if anything does"""
+import fnmatch
+import os
+import re
+import sys
+
+# A floor may include itself and these. raster and gpu stand side by side and never see each other.
+BELOW = {
+    "proto": [],
+    "raster": ["proto"],
+    "gpu": ["proto"],
+    "pipeline": ["proto", "raster", "gpu"],
+    "server": ["proto", "raster", "gpu", "pipeline"],
+}
+SOURCES = (".h", ".hpp", ".inl", ".c", ".cc", ".cpp", ".cu", ".cuh")
+
+# protoc writes these into the build folder. They need protobuf, which proto's plain headers and gpu do without.
+GENERATED = "*.pb.h"
+WITHOUT_PROTOBUF = ("proto", "gpu")
+
+# Headers of packages, and the only files that may include them: another library should cost a file or two.
+HOMES = [
+    ("httplib.h", ["server/http.cpp"]),
+    ("CLI/*", ["server/main.cpp"]),
+    ("spdlog/*", ["server/log.cpp"]),
+    ("nlohmann/*", ["pipeline/json.h", "server/json.h"]),
+    ("google/protobuf/*", ["pipeline/manifest_json.cpp", "server/json.cpp"]),
+    ("openssl/*", ["pipeline/content_hash.cpp", "server/digest.cpp"]),
+    ("sqlite3.h", ["pipeline/sqlite.*", "server/registry.cpp"]),
+    ("boost/asio*", ["pipeline/workers.cpp", "server/job_queue.*", "server/serve_command.cpp"]),
+    ("draco/*", ["pipeline/draco_*"]),
+    ("gdal*", ["raster/*"]),
+    ("ogr*", ["raster/*"]),
+    ("cpl_*", ["raster/*"]),
+    ("GeographicLib/*", ["raster/*"]),
+    ("cuda*", ["gpu/*.cu", "gpu/*.cuh"]),
+    ("cub/*", ["gpu/*.cu", "gpu/*.cuh"]),
+]
+# C++ names its own headers without an ending. With one: what POSIX and Linux have and C++ has not.
+SYSTEM = re.compile(r"[a-z_]+|sys/\w+\.h|(dirent|fcntl|malloc|poll|pwd|signal|spawn|string|time|unistd)\.h")
+
+# A block comment that begins a line may hold an #include that is none.
+COMMENT = re.compile(r"^[ \t]*/\*.*?\*/", re.DOTALL | re.MULTILINE)
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"]', re.MULTILINE)
+
+
+def sources(root):
+    """Files of the floors, relative to the root."""
+    for floor in BELOW:
+        for folder, folders, names in os.walk(os.path.join(root, floor)):
+            folders[:] = [name for name in folders if name != "node_modules"]
+            for name in sorted(names):
+                if name.endswith(SOURCES):
+                    yield os.path.relpath(os.path.join(folder, name), root)
+
+
+def includes(root, path):
+    with open(os.path.join(root, path), encoding="utf-8") as file:
+        text = COMMENT.sub(lambda comment: "\n" * comment[0].count("\n"), file.read())
+    for match in INCLUDE.finditer(text):
+        yield text.count("\n", 0, match.start(1)) + 1, match[1] == "<", match[2]
+
+
+def homes_of(header):
+    return next((homes for pattern, homes in HOMES if fnmatch.fnmatchcase(header, pattern)), None)
+
+
+def wrong_package(path, header, in_angles):
+    """A header that is not ours: why path may not include it."""
+    homes = homes_of(header)
+    if homes is None:
+        if in_angles and SYSTEM.fullmatch(header):
+            return None
+        return f"{header} has no home: use what is there, or give it a file of its own and name that in tests/tree/includes.py"
+    if any(fnmatch.fnmatchcase(path, home) for home in homes):
+        return None
+    return f"{header} stays in {' and '.join(homes)}"
+
+
+def wrong_floor(root, path, header):
+    """A header of the project: why path may not include it."""
+    floor, other = path.split(os.sep)[0], header.split("/")[0]
+    if other not in BELOW:
+        return f"{header}: {floor} does not look into {other}"
+    if other != floor and other not in BELOW[floor]:
+        return f"{header}: includes only go down, and {other} is not below {floor}"
+    if not os.path.isfile(os.path.join(root, header)):
+        return f"{header}: no such file; paths start at the repository's root"
+    return None
+
+
+def wrong(root, path, in_angles, header):
+    if fnmatch.fnmatchcase(header, GENERATED) and "/" not in header:
+        return f"{header}: {path.split(os.sep)[0]} builds without protobuf" if path.startswith(WITHOUT_PROTOBUF) else None
+    first = header.split("/")[0]
+    if "/" in header and homes_of(header) is None and os.path.isdir(os.path.join(root, first)):
+        return wrong_floor(root, path, header)
+    if not in_angles and homes_of(header) is None:
+        return f"{header}: paths start at the repository's root"
+    return wrong_package(path, header, in_angles)
+
+
+def findings(root):
+    """What breaks a rule, in words; and the number of includes that were looked at."""
+    found, seen = [], 0
+    for path in sources(root):
+        for line, in_angles, header in includes(root, path):
+            seen += 1
+            why = wrong(root, path, in_angles, header)
+            if why:
+                found.append(f"{path}:{line}: {why}")
+    return found, seen
+
+
+def main():
+    root = sys.argv[1] if len(sys.argv) > 1 else os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+    found, seen = findings(root)
+    for line in found:
+        print(line)
+    if seen == 0:
+        sys.exit(f"{root}: no include in any floor; is this the repository's root?")
+    print(f"{seen} includes, {len(found)} of them wrong")
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()
