@@ -76,8 +76,9 @@ def print_table(manifest):
     print(f"{'level':>5} {'tiles':>8} {'triangles':>12} {'.drc bytes':>12} {'.glb bytes':>12} {'max error m':>12} {'RMSE m':>9}")
     for level in manifest["levels"]:
         error = ("<=" if level["composed"] else "") + f"{level['stated_max_error']:.3f}"
+        rmse = f"{level['rmse']:.3f}" if "rmse" in level else "-"  # bounds have none
         print(f"{level['level']:5} {level['tiles']:8,} {level['triangles']:12,} {level['drc_bytes']:12,.0f} {level['glb_bytes']:12,.0f} "
-              f"{error:>12} {level['rmse']:9.3f}")
+              f"{error:>12} {rmse:>9}")
     print(f"{'all':>5} {manifest['tiles']:8,} {manifest['triangles']:12,}   {manifest['bytes']:,.0f} bytes, equal tiles counted once")
     if any(level["composed"] for level in manifest["levels"]):
         print("<= : a bound, composed of measured steps; the others were measured at every sample of the finest level")

@@ -4,7 +4,7 @@
 #   deploy/quickstart.sh [dem.tif] [--once] [--port N] [--OPTION VALUE]...
 #
 # Without a DEM the sample beside this script is taken. Other options go to the server as query parameters of the POST:
-# --error 2, --crs EPSG:2056, --vertical-datum ellipsoid, ... The data folder is ./data or $CORDILLERA_DATA.
+# --error 2, --crs EPSG:2056, --vertical-datum ellipsoid, ... The data folder is the server's own: ./cordillera-data or $CORDILLERA_DATA.
 # --once stops the server at the end; the exit code is 0 only if a tile that was fetched can be decoded.
 # CORDILLERA_BUILD names a build folder that is used as it is instead of building in build/release.
 set -euo pipefail
@@ -60,12 +60,10 @@ else
   while port_is_busy "$port"; do port=$((port + 1)); done
   [[ $port -eq 8080 ]] || printf 'Port 8080 is taken by another program: using %s instead.\n' "$port"
 fi
-data=${CORDILLERA_DATA:-$PWD/data}
-mkdir -p "$data"
 url=http://127.0.0.1:$port
-say "Server on $url, data in $data"
+say "Server on $url"
 work=$(mktemp -d)
-"$cordillera" serve --listen "127.0.0.1:$port" --data "$data" >"$work/server.log" 2>&1 &
+"$cordillera" serve --listen "127.0.0.1:$port" --log-level info >"$work/server.log" 2>&1 &
 server=$!
 cleanup() {
   if kill -0 "$server" 2>/dev/null; then
@@ -83,6 +81,8 @@ for _ in $(seq 1 150); do
   sleep 0.2
 done
 curl -fsS -o "$work/ready" "$url/readyz" || { cat "$work/server.log" >&2; fail "the server did not become ready in 30 s"; }
+data=$(sed -n 's/.*data in //p' "$work/server.log")
+printf 'data in %s\n' "$data"
 
 # --- post ---
 say "POST $(basename "$dem") ($(stat -Lc %s "$dem") bytes)"

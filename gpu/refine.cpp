@@ -17,6 +17,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 using Id = std::uint32_t;
 constexpr Id kNone = UINT32_MAX;
 constexpr std::uint32_t kReserve = 2;  // places at a vertex that edges turned for shape leave to insertions
+constexpr int kMostSteps = 64;  // of a walk from triangle to triangle
 constexpr int kMostHarms = 16;  // at a vertex: edges turned beyond the limit might turn back for ever
 
 constexpr unsigned after(unsigned k) { return k == 2 ? 0 : k + 1; }
@@ -38,15 +39,18 @@ class Refinement {
     }
   }
 
-  Refined run(std::span<const Id> over) {
+  Refined run(std::span<const Id> over, std::size_t most) {
     for (const Id t : over) queue(t);
-    while (!worst_.empty()) {
+    while (!worst_.empty() && result_.inserted < most) {
       const auto [error_m, t, stamp] = worst_.top();
       worst_.pop();
       if (stamp != stamp_[t]) continue;
-      if (!insert(t)) ++blocked_;
+      const std::uint32_t before = result_.inserted + result_.flipped;
+      insert(t);
+      // What went in beside it may have left it as it was.
+      if (stamp == stamp_[t] && result_.inserted + result_.flipped > before) queue(t);
     }
-    for (Id t = 0; t < mesh_.triangles.size() && blocked_ > 0; ++t) {
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
       if (known_[t] && error_[t].error_m > limit_m_) ++result_.over;
     }
     return result_;
@@ -147,14 +151,37 @@ class Refinement {
     return static_cast<std::uint32_t>(mesh_.vertices() - 1);
   }
 
-  bool insert(Id t) {
+  void insert(Id t) {
     const TriangleError found = error(t);
-    if (!found.helps) return turn(t);
-    const Triangle c = mesh_.triangles[t];
-    for (unsigned k = 0; k < 3; ++k) {
-      if (twice_area(point(c[k]), point(c[after(k)]), found.point) == 0) return split_edge(t, k, found.point);
+    const Id at = found.helps ? triangle_with(found.point, t) : kNone;
+    if (at == kNone) {
+      turn(t);
+      return;
     }
-    return split_inside(t, found.point);
+    const Triangle c = mesh_.triangles[at];
+    for (unsigned k = 0; k < 3; ++k) {
+      if (twice_area(point(c[k]), point(c[after(k)]), found.point) == 0) {
+        split_edge(at, k, found.point);
+        return;
+      }
+    }
+    split_inside(at, found.point);
+  }
+
+  // The published triangle that holds p as no corner; a walk from t, which in an odd mesh might go in circles.
+  Id triangle_with(const MeshPoint& p, Id t) const {
+    for (int step = 0; step < kMostSteps; ++step) {
+      const Triangle& c = mesh_.triangles[t];
+      unsigned k = 0;
+      while (k < 3 && twice_area(point(c[k]), point(c[after(k)]), p) >= 0) ++k;
+      if (k == 3) {
+        const bool taken = std::any_of(c.begin(), c.end(), [&](std::uint32_t v) { return mesh_.x[v] == p.x && mesh_.y[v] == p.y; });
+        return taken || !published(c) ? kNone : t;
+      }
+      t = across_[t][k];
+      if (t == kNone) return kNone;
+    }
+    return kNone;
   }
 
   bool split_inside(Id t, const MeshPoint& p) {
@@ -346,14 +373,14 @@ class Refinement {
   std::vector<std::uint32_t> valence_;  // indexed by vertex: neighbours
   std::map<std::uint32_t, int> harmed_;  // indexed by vertex: edges turned there beyond the limit
   std::priority_queue<Entry> worst_;
-  std::uint32_t blocked_ = 0;
   Refined result_;
 };
 
 }  // namespace
 
-Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over) {
-  return over.empty() ? Refined{} : Refinement(mesh, meter, limit_m).run(over);
+Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over,
+               std::size_t most) {
+  return over.empty() ? Refined{} : Refinement(mesh, meter, limit_m).run(over, most);
 }
 
 }  // namespace cordillera::gpu

@@ -20,7 +20,7 @@ struct MeshPoint {
 struct TriangleError {
   double error_m = 0;
   bool helps = false;  ///< is there a point that could become a vertex; looked for only where the error exceeds the limit
-  MeshPoint point;     ///< in the closed triangle, none of its corners, not on the tile's border
+  MeshPoint point;     ///< in the triangle or near it, not on the tile's border
 };
 
 /// Measures triangles with data at all corners. Pure: the same corners get the same answer.
@@ -37,7 +37,7 @@ struct Refined {
 };
 
 /// Inserts points until no triangle reachable from `over` exceeds limit_m. over: indices of mesh.triangles, those that may exceed it; all
-/// others must not. Keeps the laws of a tile: positive area, exact cover, labels, border and valences (rings.h) as they are.
-Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over);
+/// others must not. At most `most` points go in: samples come to an end by themselves, points of a surface need not. Keeps the laws of a tile: positive area, exact cover, labels, border and valences (rings.h) as they are.
+Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over, std::size_t most);
 
 }  // namespace cordillera::gpu

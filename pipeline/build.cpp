@@ -116,6 +116,13 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   return manifest;
 }
 
+/// A raster, or the part of it inside bbox, all of whose samples are void.
+proto::Problem without_data(const BuildRequest& request) {
+  const bool boxed = request.options.bbox_size() > 0;
+  return {"raster-all-nodata", request.raster_name + " has no data" + (boxed ? " inside the bbox" : "") + ": nowhere do three neighbouring samples have heights",
+          "a raster with some data, or nodata= with a height to put there", boxed ? "bbox" : ""};
+}
+
 proto::Result<std::unique_ptr<raster::Source>> open(const BuildRequest& request) {
   return raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
 }
@@ -149,8 +156,9 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   proto::Manifest manifest = blank_manifest(request, *plan, (*source)->description());
   const double resampled_m = (*source)->resampling_error_m(lattice_of(*plan));
   manifest.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);
+  manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));
-  if (published.ok()) published->set_device(builder.device());
+  if (!published.ok() && published.problem().type == "no-data") return without_data(request);
   teller.tell(1, Teller::Urgency::now);
   return published;
 }

@@ -102,14 +102,22 @@ Over over(const Plane& plane, const Place& place) {
 // difference of two planes the first term cancels. Lines of the lattice are no great circles (a parallel turns by tan(lat) / R a
 // metre), which brings in the difference of the slopes. A function that curves by c at most is within c d^2 / 6 of the linear one
 // between the corners of a triangle of diameter d.
-double apart_m(const Plane& a, const Plane& b, const Common& ground, const Earth& on) {
+struct Apart {
+  double most_m = 0;  // an upper bound
+  PlanPoint at;       // the corner of the common ground where they are farthest apart
+};
+
+Apart apart(const Plane& a, const Plane& b, const Common& ground, const Earth& on) {
+  PlanPoint at = ground.corner[0];
   double most = 0, steepest2 = 0, turning = 0, bent = 0, diameter2 = 0;
   std::array<Vec3, 9> corner;
   for (int k = 0; k < ground.count; ++k) {
     const Place place = on.place(ground.corner[k]);
     const Over first = over(a, place), second = over(b, place);
-    if (first.upright || second.upright) return kFarthest_m;
-    most = std::max(most, std::abs(first.height_m - second.height_m));
+    if (first.upright || second.upright) return {kFarthest_m, ground.corner[k]};
+    const double here = std::abs(first.height_m - second.height_m);
+    if (here > most) at = ground.corner[k];
+    most = std::max(most, here);
     const Vec3 difference = first.slope - second.slope;
     const double bend = std::sqrt(dot(difference, difference));
     bent = std::max(bent, bend);
@@ -122,7 +130,7 @@ double apart_m(const Plane& a, const Plane& b, const Common& ground, const Earth
   const double share = kMargin * diameter2 / (6 * radius_m);
   // Around a pole parallels turn without limit, but no surface departs by more than its slope times the way.
   const double turned = std::min(turning * share, bent * std::sqrt(diameter2));
-  return std::min(kFarthest_m, most + (2 * steepest2 + most / radius_m) * share + turned);
+  return {std::min(kFarthest_m, most + (2 * steepest2 + most / radius_m) * share + turned), at};
 }
 
 std::int64_t twice_area(const gpu::MeshPoint& a, const gpu::MeshPoint& b, const gpu::MeshPoint& c) {
@@ -148,14 +156,23 @@ class ComposedMeter::Ground {
     for (std::size_t k = 0; k < 3; ++k) plan[k] = {static_cast<double>(corners[k].x), static_cast<double>(corners[k].y)};
     std::vector<std::uint32_t> near;
     index_.meeting(plan, near);
+    PlanPoint worst;
+    std::uint32_t over = 0;
     for (const std::uint32_t k : near) {
       const auto& t = welded_.triangles[k];
       if (is_same(t, corners)) return {};
       const Plane other = plane_of(at_[t[0]], at_[t[1]], at_[t[2]]);
       const Common common = common_part(plan, plan_of(welded_, t));
-      if (common.count > 2 && has_area(other)) error.error_m = std::max(error.error_m, apart_m(other, plane, common, earth_));
+      if (common.count <= 2 || !has_area(other)) continue;
+      const Apart here = apart(other, plane, common, earth_);
+      if (here.most_m <= error.error_m) continue;
+      error.error_m = here.most_m;
+      worst = here.at;
+      over = k;
     }
-    if (error.error_m > limit_m) find_farthest(corners, plane, near, error);
+    if (error.error_m <= limit_m) return error;
+    find_farthest(corners, plane, near, error);
+    if (!error.helps) find_nearest(corners, worst, welded_.triangles[over], error);
     return error;
   }
 
@@ -169,15 +186,33 @@ class ComposedMeter::Ground {
     });
   }
 
+  bool on_border(const gpu::MeshPoint& p) const { return p.x == 0 || p.y == 0 || p.x == welded_.side || p.y == welded_.side; }
+  bool could_be_corner(const std::array<gpu::MeshPoint, 3>& c, const gpu::MeshPoint& p) const {
+    if (on_border(p)) return false;
+    if (same_place(p, c[0]) || same_place(p, c[1]) || same_place(p, c[2])) return false;
+    return twice_area(c[0], c[1], p) >= 0 && twice_area(c[1], c[2], p) >= 0 && twice_area(c[2], c[0], p) >= 0;
+  }
+
+  // Where edges cross and no vertex lies between: the nearest end of the children's edges there.
+  void find_nearest(const std::array<gpu::MeshPoint, 3>& c, PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
+    double nearest = INFINITY;
+    for (const std::uint32_t v : triangle) {
+      const gpu::MeshPoint p = point(v);
+      const double distance = std::hypot(p.x - at.x, p.y - at.y);
+      if (distance >= nearest || on_border(p) || same_place(p, c[0]) || same_place(p, c[1]) || same_place(p, c[2])) continue;
+      nearest = distance;
+      error.helps = true;
+      error.point = p;
+    }
+  }
+
   void find_farthest(const std::array<gpu::MeshPoint, 3>& c, const Plane& plane, const std::vector<std::uint32_t>& near,
                      gpu::TriangleError& error) const {
     double farthest_m = -1;
     for (const std::uint32_t k : near) {
       for (const std::uint32_t v : welded_.triangles[k]) {
         const gpu::MeshPoint p = point(v);
-        if (p.x == 0 || p.y == 0 || p.x == welded_.side || p.y == welded_.side) continue;
-        if (same_place(p, c[0]) || same_place(p, c[1]) || same_place(p, c[2])) continue;
-        if (twice_area(c[0], c[1], p) < 0 || twice_area(c[1], c[2], p) < 0 || twice_area(c[2], c[0], p) < 0) continue;
+        if (!could_be_corner(c, p)) continue;
         const Over here = over(plane, earth_.place({static_cast<double>(p.x), static_cast<double>(p.y)}));
         const double apart = here.upright ? kFarthest_m : std::abs(here.height_m - p.height * proto::kHeightStep_m);
         if (apart <= farthest_m) continue;

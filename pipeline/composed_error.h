@@ -13,7 +13,9 @@ namespace cordillera::pipeline {
 /// Measures triangles of a parent against its children's surface: an upper bound of the distance between the two published surfaces, flat
 /// ECEF triangles both, along the ellipsoid's normal, in metres, wherever both exist. They are compared at every vertex of their overlay
 /// (welded vertices, and crossings of edges); between these, where the distance is not quite linear because normals turn, a bound of its
-/// curvature is added. The point that helps is the welded vertex that is farthest from the triangle.
+/// curvature is added. The point that helps is the welded vertex that is farthest from the triangle
+/// or, where edges cross and no vertex lies between, an end of
+/// these edges.
 class ComposedMeter final : public gpu::ErrorMeter {
  public:
   /// welded: the children of tile as one mesh. Borrowed, as is lattice.

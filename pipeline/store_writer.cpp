@@ -99,6 +99,9 @@ class SqliteWriter final : public StoreWriter {
       settle();
       published_ = manifest;
       return manifest;
+    } catch (const NothingToPublish& e) {
+      work_ = std::make_unique<WorkStatements>(*database_);
+      return Problem{"no-data", path_ + " cannot be published: " + e.what(), "a raster with data", ""};
     } catch (const StoreError& e) {
       if (!read_manifest()) work_ = std::make_unique<WorkStatements>(*database_);
       return write_problem(path_, e.what());

@@ -18,6 +18,8 @@ namespace {
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
 constexpr int kAttempts = 20;  // to empty the border of what its chain dropped
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
+constexpr int kComposedAttempts = 3;  // above the blocks, each with half the tolerance
+constexpr double kLeastStepShare = 0.25;  // of the target, for the step above the blocks, even where children left less
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
 constexpr double kCollapseShare = 0.95;  // of the error budget: quantisation and what the collapse cannot see need the rest
@@ -132,9 +134,9 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   job.input = &input;
   job.elevation = elevation;
   job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
-  job.tolerance_m = static_cast<float>(context.level->target());
+  job.tolerance_m = static_cast<float>(context.level->target() / caution);
   const double left = context.level->target() - inherited_error_m;
-  if (context.promise) job.guard_m = static_cast<float>(std::max(kCollapseShare * left, 1e-6));
+  if (context.promise) job.guard_m = static_cast<float>(std::max(kCollapseShare * left / caution, 1e-6));
   job.rim_units = static_cast<float>(context.level->rim_tolerance());
   return job;
 }
@@ -197,7 +199,7 @@ void measure(const LevelContext& context, BuiltTile& built, double limit_m) {
   if (!built.measured.over_limit.empty()) {
     std::vector<std::uint32_t> over;
     for (const auto& worst : built.measured.over_limit) over.push_back(worst.triangle);
-    built.put_back = gpu::refine(built.mesh, gpu::SampleMeter(input), limit_m - kGrace_m, over).inserted;
+    built.put_back = gpu::refine(built.mesh, gpu::SampleMeter(input), limit_m - kGrace_m, over, SIZE_MAX).inserted;
     built.measured = gpu::surface_error(input, limit_m - kGrace_m);
   }
   built.max_error_m = built.measured.max_m + kGrace_m;
@@ -207,12 +209,12 @@ void measure(const LevelContext& context, BuiltTile& built, double limit_m) {
 void compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
   const double before_m = prepared.inherited_error_m + kRoundingSteps * context.level->ecef_step();
   const ComposedMeter meter(*context.lattice, built.tile, prepared.input);
+  const double left_m = std::max(limit_m - before_m, kLeastStepShare * limit_m);
   std::vector<std::uint32_t> over;
-  double step_m = meter.greatest_m(built.mesh, limit_m - before_m, over);
+  double step_m = meter.greatest_m(built.mesh, left_m, over);
   if (!over.empty()) {
-    built.put_back = gpu::refine(built.mesh, meter, limit_m - before_m, over).inserted;
-    over.clear();
-    step_m = meter.greatest_m(built.mesh, limit_m - before_m, over);
+    built.put_back = gpu::refine(built.mesh, meter, left_m, over, prepared.input.vertices()).inserted;
+    step_m = meter.greatest_m(built.mesh, left_m, over);
   }
   built.composed = true;
   built.max_error_m = before_m + step_m;
@@ -231,6 +233,10 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
   built.mesh = std::move(mesh);
   const double limit_m = context.promise ? context.level->target() : INFINITY;
   context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
+  if (built.composed && built.max_error_m > limit_m && attempt < kComposedAttempts) {
+    prepared.caution *= 2;
+    return std::nullopt;
+  }
   // Refinement leaves hardly anything: where valences around a border vertex gave it no room, another mesh will.
   std::uint32_t kept = 0;
   if (attempt < kAttempts) {

@@ -41,6 +41,7 @@ struct PreparedTile {
   proto::TileMesh input;
   std::vector<float> elevation;
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
+  double caution = 1;            ///< tolerances are divided by it
 
   gpu::SimplifyJob job(const LevelContext& context) const;
 };

@@ -36,6 +36,9 @@ Response post_dataset(Service& service, const Request& request);
 /// What is wrong with a POST's query and headers.
 std::optional<proto::Problem> check_post(Service& service, const Request& request);
 
+/// What a build of the raster in the folder would make; nothing is kept.
+Response dry_run(Service& service, const proto::Job& job, const std::filesystem::path& folder);
+
 /// GET …/events.
 Response event_stream(Service& service, const Dataset& dataset);
 

@@ -105,16 +105,14 @@ std::string now_text() {
   return text;
 }
 
-Response dry_run(Service& service, const Posting& posting, const Upload& upload) {
+proto::Job dry_job(const Posting& posting, const Upload& upload) {
   proto::Job job;
   job.set_id("dry-run");
   job.set_name(posting.name);
   job.set_raster(upload.raster());
   job.set_dry_run(true);
   *job.mutable_options() = posting.settings.build;
-  const auto estimate = service.queue().dry_run(upload.folder(), job);
-  if (!estimate) return problem_response(estimate.problem());
-  return json_response(200, {{"dry_run", true}, {"seconds", estimate->seconds()}, {"manifest", to_json(estimate->manifest())}});
+  return job;
 }
 
 /// Waits until the dataset is ready or has failed, or the client's time is over.
@@ -196,7 +194,7 @@ Response post_dataset(Service& service, const Request& request) {
     return problem_response(received.problem());
   }
   if (earlier && earlier->body_hash != upload.body_hash()) return problem_response(key_reused("another raster"));
-  if (posting->settings.dry_run) return dry_run(service, *posting, upload);
+  if (posting->settings.dry_run) return dry_run(service, dry_job(*posting, upload), upload.folder());
   if (!earlier) return create(service, *posting, upload);
   key.reset();
   return accepted(service, earlier->id, *posting);

@@ -9,6 +9,14 @@ namespace {
 
 constexpr auto kKeepAlive = std::chrono::seconds(10);  // proxies close connections on which nothing moves
 
+/// What is known of a job that has not said anything yet.
+proto::Progress before_the_first(State state) {
+  proto::Progress progress;
+  progress.set_stage(to_string(state));
+  progress.set_seconds_left(-1);
+  return progress;
+}
+
 Json progress_json(const proto::Progress& progress) {
   Json json;
   json["stage"] = progress.stage();
@@ -71,7 +79,7 @@ class EventStream {
     if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
     if (dataset->state == State::ready) return event_text("ready", status_json(service_, *dataset, "../" + id_));
     if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
-    Json data = progress_json(now.progress.value_or(proto::Progress{}));
+    Json data = progress_json(now.progress.value_or(before_the_first(dataset->state)));
     data["state"] = to_string(dataset->state);
     return event_text("progress", data);
   }

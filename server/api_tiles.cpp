@@ -81,7 +81,7 @@ Response published(Service& service, const Dataset& dataset, const Route& route)
     return response;
   }
   const auto reader = service.library().open(dataset.id);
-  if (!reader) return problem_response({"internal", reader.problem().detail, "", ""});
+  if (!reader) return problem_response(reader.problem());
   const pipeline::StoreReader& store = **reader;
   switch (route.resource) {
     case Resource::manifest: return document(pipeline::manifest_json(store.manifest()), "application/json");

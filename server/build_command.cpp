@@ -1,5 +1,6 @@
 // Raster -> store -> static folder, in this process: the operator's own file needs no fence around it.
 #include <signal.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <filesystem>
@@ -9,7 +10,7 @@
 #include "pipeline/export.h"
 #include "server/child.h"
 #include "server/commands.h"
-#include "server/json.h"
+#include "server/memory_limit.h"
 #include "server/progress_bar.h"
 
 namespace cordillera::server {
@@ -37,12 +38,12 @@ pipeline::BuildRequest request_for(const Settings& settings, const std::string& 
 int dry_run(const pipeline::BuildRequest& request) {
   const auto estimate = pipeline::estimate(request);
   if (!estimate) return fail(estimate.problem());
-  std::cout << manifest_table(estimate->manifest) << "dry run: nothing was built; the numbers are estimates, time about "
-            << static_cast<long>(estimate->seconds + 0.5) << " s\n";
+  std::cout << estimate_table(estimate->manifest, estimate->seconds);
   return kDone;
 }
 
 proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request) {
+  on_out_of_memory(STDERR_FILENO, "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
   signal(SIGINT, [](int) { g_stop = true; });
   signal(SIGTERM, [](int) { g_stop = true; });
   ProgressBar bar;
@@ -88,6 +89,7 @@ int build_folder(pipeline::BuildRequest request, const std::string& output) {
 
 int build_command(const Settings& settings, const std::string& raster, const std::string& output) {
   pipeline::BuildRequest request = request_for(settings, raster);
+  limit_memory(request.options);
   if (settings.dry_run) return dry_run(request);
   if (!output.ends_with(".sqlite")) return build_folder(request, output);
   request.store_path = output;

@@ -129,7 +129,7 @@ proto::Problem crashed(int status) {
     how = std::string("by signal SIG") + (name ? name : std::to_string(WTERMSIG(status)).c_str());
   }
   return {"job-crashed", "the process that built this dataset was ended " + how + "; the service itself is unharmed",
-          "posting again, with less memory= or fewer threads= if it was killed for memory", ""};
+          "posting again, with fewer threads= or less memory= if the machine ran out of memory", ""};
 }
 
 proto::Result<std::optional<proto::Estimate>> run(const std::string& program, const std::filesystem::path& folder,

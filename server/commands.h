@@ -26,5 +26,7 @@ void complain(const proto::Problem& problem);
 
 /// The manifest as a table a person reads.
 std::string manifest_table(const proto::Manifest& manifest);
+/// What a dry run found, as a table.
+std::string estimate_table(const proto::Manifest& manifest, double seconds);
 
 }  // namespace cordillera::server

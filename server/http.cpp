@@ -130,7 +130,8 @@ class HttplibServer : public HttpServer, private httplib::Server {
     set_write_timeout(60);
     set_payload_max_length(
         std::numeric_limits<std::size_t>::max());  // the API has a limit of its own, which chunked bodies meet too
-    set_default_headers({{"Server", "Cordillera"}});
+    // Without a word from us httplib would promise ranges in every answer to a HEAD.
+    set_default_headers({{"Server", "Cordillera"}, {"Accept-Ranges", "none"}});
     const auto plain = [this](const httplib::Request& from, httplib::Response& to) { answer(from, to); };
     const auto with_body = [this](const httplib::Request& from, httplib::Response& to, const httplib::ContentReader& reader) {
       answer_with_body(from, to, reader);
@@ -157,19 +158,18 @@ class HttplibServer : public HttpServer, private httplib::Server {
   /// Errors that httplib finds itself come without a body.
   static void explain(httplib::Response& to) {
     if (!to.body.empty() || to.has_header("Content-Type") || to.content_provider_) return;
-    const char* type = to.status == 414   ? "uri-too-long"
-                       : to.status == 417 ? "expectation-failed"
-                       : to.status >= 500 ? "internal"
-                                          : "request-invalid";
-    const char* detail = to.status >= 500 ? "the service failed to answer this request" : "the request is not valid HTTP/1.1";
-    Json problem = problem_json({type, detail, "", ""});
-    problem["status"] = to.status;
     to.set_header("Access-Control-Allow-Origin", "*");
-    to.set_content(dump(problem), "application/problem+json");
+    fill(to, problem_response(problem_of(to.status)), Connection::keep);
+  }
+  static proto::Problem problem_of(int httplibs_status) {
+    if (httplibs_status == 414) return {"uri-too-long", "the address is too long", "an address of at most 8 KiB", ""};
+    if (httplibs_status == 416) return {"range-invalid", "the Range header cannot be read", "no Range header: ranges are answered with the whole", "Range"};
+    if (httplibs_status >= 500) return {"internal", "the service failed to answer this request", "", ""};
+    return {"request-invalid", "the request is not valid HTTP/1.1", "a request line, headers and a body as RFC 9112 has them", ""};
   }
 
   void answer(const httplib::Request& from, httplib::Response& to) {
-    // Ranges are answered with the whole, as any server may: httplib would cut error documents and 304s as well.
+    // Ranges are answered with the whole, as any server may: tiles are small, and httplib would cut error documents and 304s as well.
     const_cast<httplib::Request&>(from).ranges.clear();
     fill(to, api_.handle(to_request(from)), Connection::keep);
   }

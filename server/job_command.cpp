@@ -8,11 +8,12 @@
 #include <fstream>
 #include <new>
 #include <sstream>
-#include <thread>
 
+#include "gpu/device_lost.h"
 #include "pipeline/build.h"
 #include "server/child.h"
 #include "server/json.h"
+#include "server/memory_limit.h"
 
 namespace cordillera::server {
 namespace {
@@ -29,23 +30,13 @@ void limit(__rlimit_resource resource, rlim_t value) {
   setrlimit(resource, &now);
 }
 
-/// Whether the build may talk to a GPU: its driver reserves far more address space than it ever touches.
-bool may_use_cuda(const proto::BuildOptions& options) {
-  std::error_code ignored;
-  const auto exists = [&](const char* device) { return std::filesystem::exists(device, ignored); };
-  return options.device() != "cpu" && (exists("/dev/nvidiactl") || exists("/dev/dxg"));
-}
-
-/// What a raster from a stranger may cost. Address space is generous, and more so with threads: each has a stack and an arena.
-void restrict_process(const proto::BuildOptions& options) {
+/// What a raster from a stranger may cost.
+void restrict_process(proto::BuildOptions& options) {
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 1024 * 1024 * kMiB);
-  if (!may_use_cuda(options)) {
-    const rlim_t memory = options.memory() == 0 ? 4096 : options.memory();
-    const rlim_t threads = options.threads() == 0 ? std::thread::hardware_concurrency() : options.threads();
-    limit(RLIMIT_AS, (4 * memory + 8192 + 256 * threads) * kMiB);
-  }
+  if (options.memory() == 0) options.set_memory(default_memory_mib(options));
+  limit_memory(options);
   // If the machine runs out of memory, the kernel should take the build and not the service.
   std::ofstream("/proc/self/oom_score_adj") << 500;
 }
@@ -62,10 +53,14 @@ bool report(const proto::Progress& progress) {
   return true;
 }
 
-int fail(const proto::Problem& problem) {
+proto::Progress failure(const proto::Problem& problem) {
   proto::Progress progress;
   *progress.mutable_error() = to_error(problem);
-  report(progress);
+  return progress;
+}
+
+int fail(const proto::Problem& problem) {
+  report(failure(problem));
   return 1;
 }
 
@@ -106,12 +101,15 @@ int job_main(const std::string& folder, int parent) {
   text << file.rdbuf();
   proto::Job job;
   if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
-  restrict_process(job.options());
+  restrict_process(*job.mutable_options());
+  const proto::Problem starved = out_of_memory(job.options(), job.name());
+  on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
   try {
     return build_job(job, folder);
   } catch (const std::bad_alloc&) {
-    return fail({"memory-limit", "the build needs more memory than it may use",
-                 "more memory=, fewer threads= or a lower max_level=", "memory"});
+    return fail(starved);
+  } catch (const gpu::DeviceLost& lost) {
+    return fail({"device-lost", lost.what(), "auto, cpu", "device"});  // the service tries once more on the CPU
   } catch (const std::exception& error) {
     return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});
   }

@@ -16,6 +16,8 @@ bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
   return file.good();
 }
 
+proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
+
 proto::Problem cannot_write(const std::filesystem::path& folder) {
   return {"storage-full", "cannot write into the folder of " + folder.filename().string(), "", ""};
 }
@@ -121,7 +123,7 @@ proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& fo
   {
     std::unique_lock lock(mutex_);
     ended_.wait(lock, [&] { return stopping_ || dry_runs_free_ > 0; });
-    if (stopping_) return proto::Problem{"service-stopping", "the service is stopping", "trying again later", ""};
+    if (stopping_) return stopped();
     --dry_runs_free_;
   }
   auto outcome = write_job(folder, job) ? runner_(folder, nullptr, stopping_)
@@ -131,6 +133,7 @@ proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& fo
     ++dry_runs_free_;
   }
   ended_.notify_all();
+  if (!outcome && outcome.problem().type == "cancelled") return stopped();
   if (!outcome) return outcome.problem();
   if (!*outcome) return proto::Problem{"internal", "the dry run gave no estimate", "", ""};
   return **outcome;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/log.h"
+
 namespace cordillera::server {
 
 namespace {
@@ -16,7 +18,10 @@ proto::Result<std::shared_ptr<pipeline::StoreReader>> Library::open(const std::s
     return open_.front().second;
   }
   auto reader = pipeline::StoreReader::open(layout_.store(id).string());
-  if (!reader) return reader.problem();
+  if (!reader) {
+    log_warning("dataset " + id + ": " + reader.problem().detail);  // with its place on this machine, which is nobody else's business
+    return proto::Problem{"internal", "what was built of dataset " + id + " can no longer be read", "posting the raster again", ""};
+  }
   open_.emplace_front(id, std::shared_ptr<pipeline::StoreReader>(std::move(reader.value())));
   if (open_.size() > kMostOpen) open_.pop_back();
   return open_.front().second;

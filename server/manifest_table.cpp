@@ -3,6 +3,7 @@
 #include <iostream>
 
 #include "server/commands.h"
+#include "server/progress_bar.h"
 
 namespace cordillera::server {
 namespace {
@@ -28,10 +29,16 @@ std::string source_lines(const proto::Source& source) {
   out += text("crs       %.300s (%s)\n", source.crs().c_str(), source.crs_from().c_str());
   out += text("heights   above %.200s (%s), unit %.50s\n", source.vertical_datum().c_str(),
               source.vertical_datum_from().c_str(), source.unit().c_str());
-  out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
-  out += text("range     %.2f to %.2f m above the ellipsoid; resampling error %.3f m\n", source.min_height(),
-              source.max_height(), source.resampling_error());
   return out;
+}
+
+/// A figure in metres, or a dash where there is none.
+std::string metres_text(double metres, bool known) { return known ? text("%.3f", metres) : "-"; }
+
+std::string level_line(const proto::LevelSummary& level) {
+  return text("%5u %7u %10u %11s %11s %10.3f %11.3f%s %10s\n", level.level(), level.tiles(), level.triangles(),
+              bytes_text(level.drc_bytes()).c_str(), bytes_text(level.glb_bytes()).c_str(), level.target(), level.stated_max_error(),
+              level.composed() ? "*" : " ", metres_text(level.rmse(), level.has_rmse()).c_str());
 }
 
 }  // namespace
@@ -39,21 +46,38 @@ std::string source_lines(const proto::Source& source) {
 void complain(const proto::Problem& problem) { std::cerr << "cordillera: " << problem.line() << "\n"; }
 
 std::string manifest_table(const proto::Manifest& manifest) {
-  std::string out = source_lines(manifest.source());
+  const proto::Source& source = manifest.source();
+  std::string out = source_lines(source);
+  out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
+  out += text("range     %.2f to %.2f m above the ellipsoid; resampling error %.3f m\n", source.min_height(),
+              source.max_height(), source.resampling_error());
   out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(),
               manifest.min_level(), manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(),
               manifest.cell_m());
   if (!manifest.device().empty()) out += text("; built on %.200s", manifest.device().c_str());
   out += "\n";
   out += "\nlevel   tiles  triangles        .drc        .glb   target m  max error m     rmse m\n";
+  bool composed = false;
   for (const proto::LevelSummary& level : manifest.levels()) {
-    out += text("%5u %7u %10u %11s %11s %10.3f %11.3f%s %10.3f\n", level.level(), level.tiles(), level.triangles(),
-                bytes_text(level.drc_bytes()).c_str(), bytes_text(level.glb_bytes()).c_str(), level.target(),
-                level.stated_max_error(), level.composed() ? "*" : " ", level.rmse());
+    out += level_line(level);
+    composed = composed || level.composed();
   }
+  return composed ? out + "* a bound composed from finer levels, without an RMSE; the others are measured\n" : out;
+}
+
+std::string estimate_table(const proto::Manifest& manifest, double seconds) {
+  const bool shares = manifest.options().keep_size() > 0;
+  std::string out = source_lines(manifest.source());
+  out += text("nodata    %.100s\n", manifest.source().nodata().c_str());
+  out += text("tiles     about %u in levels %u to %u, %u triangles, %s; cell %.2f m\n", manifest.tiles(), manifest.min_level(),
+              manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m());
+  out += "\nlevel  ~tiles ~triangles       ~.drc       ~.glb   target m\n";
   for (const proto::LevelSummary& level : manifest.levels()) {
-    if (level.composed()) return out + "* a bound composed from finer levels; the others are measured\n";
+    out += text("%5u %7u %10u %11s %11s %10s\n", level.level(), level.tiles(), level.triangles(), bytes_text(level.drc_bytes()).c_str(),
+                bytes_text(level.glb_bytes()).c_str(), metres_text(level.target(), !shares).c_str());
   }
+  out += "dry run: nothing was built. Levels" + std::string(shares ? "" : " and targets") + " are those of the build; what has a ~ is a rough guess, and so is the time: " +
+         duration_text(seconds) + ".\nErrors are measured when tiles are built.\n";
   return out;
 }
 

@@ -3,17 +3,17 @@
 #include <limits>
 
 #include "proto/lattice.h"
+#include "proto/mesh.h"
 #include "server/options.h"
 
 namespace cordillera::server {
 namespace {
 
-constexpr double kHuge = 1e12;
-
 Complaint apply_error(std::string_view text, Settings& settings) {
   double value = 0;
   if (auto complaint = read_number(text, {0, 1e6}, &value)) return complaint;
   if (value <= 0) return "not above 0";
+  if (value >= 1e6) return "not below 1000000";
   settings.build.set_error(value);
   settings.build.clear_keep();
   return std::nullopt;
@@ -51,7 +51,7 @@ Complaint apply_nodata(std::string_view text, Settings& settings) {
     return std::nullopt;
   }
   double height = 0;
-  if (auto complaint = read_number(text, {-kHuge, kHuge}, &height)) return *complaint + ", and neither hole nor fill";
+  if (auto complaint = read_number(text, {-proto::kMaxHeight_m, proto::kMaxHeight_m}, &height)) return *complaint + ", and neither hole nor fill";
   settings.build.set_nodata(std::string(text));
   return std::nullopt;
 }
@@ -129,7 +129,7 @@ std::vector<OptionSpec> make_build_options() {
       {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
        apply_text<&BuildOptions::mutable_name>},
       {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards",
-       "metres above 0, up to 1000000", apply_error},
+       "metres above 0, below 1000000", apply_error},
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
        "numbers above 0 up to 1, falling, separated by commas: 0.5,0.25,0.1", apply_keep},
       {"scheme", "SCHEME", "how tiles divide the earth", "geodetic",
@@ -142,7 +142,7 @@ std::vector<OptionSpec> make_build_options() {
        "EGM96, EGM2008, EGM84, ellipsoid, or a geoid grid file (over HTTP: the bare name of one in the operator's geoid "
        "folders)",
        apply_datum},
-      {"nodata", "WHAT", "what becomes of pixels without data", "hole, fill, or a height in metres that is put there",
+      {"nodata", "WHAT", "what becomes of pixels without data", "hole, fill, or a height in metres, -16384 to 16384, that is put there",
        apply_nodata},
       {"strategy", "NAME", "how meshes are simplified", "waves",
        [](std::string_view text, Settings& settings) {
@@ -152,7 +152,8 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},
       {"threads", "N", "threads of a build; 0: as many as the machine has", "0 to 1024",
        apply_whole<&BuildOptions::set_threads, 1024>},
-      {"memory", "MIB", "memory a build may use, MiB; 0: the default", "0, or 64 to 16777216", apply_memory},
+      {"memory", "MIB", "memory a build may use on top of the program, MiB; takes a thread for each 96 MiB at most; 0: the default",
+       "0, or 64 to 16777216", apply_memory},
       {"bbox", "W,S,E,N", "build only this box, degrees; west above east crosses the antimeridian",
        "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
       {"min-level", "LEVEL", "coarsest level to publish", level, apply_whole<&BuildOptions::set_min_level, kLevel>},

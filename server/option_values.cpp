@@ -113,7 +113,7 @@ Complaint read_device(std::string_view text, std::string* out) {
   std::uint32_t index = 0;
   const bool numbered = word.rfind("cuda:", 0) == 0 && !read_whole(word.substr(5), {0, 255}, &index);
   if (word != "auto" && word != "cpu" && word != "cuda" && !numbered) return "no such device";
-  *out = word;
+  *out = numbered ? "cuda:" + std::to_string(index) : word;
   return std::nullopt;
 }
 

@@ -16,24 +16,23 @@ double share_of(const proto::Progress& progress) {
   return progress.total() > 0 ? std::clamp(progress.done() / progress.total(), 0.0, 1.0) : 0.0;
 }
 
-std::string time_text(double seconds) {
+}  // namespace
+
+std::string duration_text(double seconds) {
   const long whole = std::lround(seconds);
+  if (whole < 1) return "less than a second";
   if (whole < 60) return std::to_string(whole) + " s";
   if (whole < 3600) return std::to_string(whole / 60) + " min " + std::to_string(whole % 60) + " s";
   return std::to_string(whole / 3600) + " h " + std::to_string(whole / 60 % 60) + " min";
 }
 
-}  // namespace
-
 std::string progress_text(const proto::Progress& progress) {
   std::string text = progress.stage();
-  if (progress.total() <= 0) return text;
-  char counts[96];
-  std::snprintf(counts, sizeof counts, " %.0f/%.0f %3.0f %%", progress.done(), progress.total(),
-                std::floor(100 * share_of(progress)));
-  text += counts;
+  if (progress.total() <= 1) return text;  // a stage of one step is there or over
+  // What is counted (samples, tiles) differs from stage to stage and tells a person nothing; the share does.
+  text.append(" ").append(std::to_string(static_cast<int>(std::floor(100 * share_of(progress))))).append(" %");
   if (progress.seconds_left() >= 0 && progress.done() < progress.total())
-    text += ", " + time_text(progress.seconds_left()) + " left";
+    text += ", " + duration_text(progress.seconds_left()) + " left";
   return text;
 }
 

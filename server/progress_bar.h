@@ -21,7 +21,10 @@ class ProgressBar {
   std::chrono::steady_clock::time_point last_;
 };
 
-/// "build    12/40 30 % 1 min 20 s left"; without a total only the stage.
+/// "build 30 %, 1 min 20 s left"; only the stage where there is nothing to count.
 std::string progress_text(const proto::Progress& progress);
+
+/// As a person says it: "40 s", "1 min 20 s", "2 h 5 min".
+std::string duration_text(double seconds);
 
 }  // namespace cordillera::server

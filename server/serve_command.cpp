@@ -1,6 +1,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <cstdlib>
+#include <filesystem>
 #include <thread>
 
 #include "server/commands.h"
@@ -47,7 +48,8 @@ int serve_command(const Settings& given, const std::string& program) {
   std::thread waiter([&] { io.run(); });
 
   const std::string host = settings.serve.listen.substr(0, settings.serve.listen.rfind(':'));
-  log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " + settings.serve.data);
+  log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " +
+           std::filesystem::absolute(settings.serve.data).string());
   (*http)->run();
   io.stop();
   waiter.join();

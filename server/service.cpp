@@ -19,6 +19,17 @@ int lock_file(const fs::path& path) {
   return -1;
 }
 
+/// A folder with somebody else's files must not become ours: what no dataset owns is removed from it.
+bool is_ours(const Layout& layout) {
+  std::error_code error;
+  if (fs::exists(layout.registry(), error)) return true;
+  for (const auto& entry : fs::directory_iterator(layout.root, error)) {
+    const bool started = entry.path() == layout.lock() || entry.path() == layout.incoming() || entry.path() == layout.datasets();
+    if (!started || (entry.is_directory(error) && !fs::is_empty(entry.path(), error))) return false;
+  }
+  return true;
+}
+
 /// Folders of datasets that the registry does not know: an upload or a delete was cut off.
 void remove_orphans(const Layout& layout, const Registry& registry) {
   std::error_code error;
@@ -40,11 +51,12 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   const Layout layout{settings.serve.data};
   const auto unusable = [&](const std::string& why) {
     return proto::Problem{"data-unusable", "cannot use the data folder " + layout.root.string() + ": " + why,
-                          "a folder that can be written and that no other server uses", "--data"};
+                          "a folder of its own that can be written: a new one, an empty one or that of an earlier server", "--data"};
   };
   std::error_code error;
   fs::create_directories(layout.root, error);
   if (error) return unusable(error.message());
+  if (!is_ours(layout)) return unusable("it holds other things");
   const int lock = lock_file(layout.lock());
   if (lock < 0) return unusable("another server uses it, or it cannot be written");
   std::unique_ptr<Service> service(new Service(settings, lock));

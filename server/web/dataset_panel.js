@@ -22,7 +22,7 @@ const metres = (value) => (value >= 100 ? value.toFixed(0) : value >= 10 ? value
 function level_row(level) {
   const row = document.createElement("tr");
   const cells = [level.level, level.tiles.toLocaleString("en"), level.triangles.toLocaleString("en"),
-    (level.composed ? "≤ " : "") + metres(level.stated_max_error), metres(level.rmse)];
+    (level.composed ? "≤ " : "") + metres(level.stated_max_error), level.rmse === undefined ? "–" : metres(level.rmse)];
   for (const text of cells) row.insertCell().textContent = text;
   return row;
 }

@@ -140,8 +140,42 @@ TEST(Api, ADryRunBuildsNothing) {
   EXPECT_EQ(answer.status, 200);
   EXPECT_EQ(body_of(answer)["manifest"]["tiles"], 99);
   EXPECT_EQ(body_of(answer)["seconds"], 12.0);
+  const Json manifest = body_of(answer)["manifest"];
+  EXPECT_EQ(manifest["source"]["columns"], 7);
+  EXPECT_EQ(manifest["levels"][0]["target"], 3.0);
+  for (const char* name : {"stated_max_error", "rmse", "geometric_error", "uncovered_samples"}) {
+    EXPECT_FALSE(manifest["levels"][0].contains(name)) << name << " is not known before a build";
+  }
+  for (const char* name : {"nodata_share", "min_height", "resampling_error"}) EXPECT_FALSE(manifest["source"].contains(name)) << name;
+  const Json shares = body_of(test.post("GOOD", {{"dry_run", "1"}, {"keep", "0.5"}}))["manifest"]["levels"][0];
+  EXPECT_FALSE(shares.contains("target")) << "the tolerance behind a share is found when it is built";
   EXPECT_EQ(test.post("BAD", {{"dry_run", "1"}}).status, 422);
   EXPECT_EQ(test.leftovers(), 0u);
+}
+
+TEST(Api, ADryRunThatTheEndOfTheServiceStopsSaysSo) {
+  TestService test;
+  Response answer;
+  std::thread client([&] { answer = test.post("SLOW", {{"dry_run", "1"}}); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  test.service().stop();
+  client.join();
+  EXPECT_EQ(slug_of(answer), "service-stopping");
+}
+
+TEST(Api, SomebodyElsesFolderIsLeftAlone) {
+  const TempFolder folder;
+  Settings settings;
+  settings.serve.data = (folder.path() / "data").string();
+  std::filesystem::create_directories(folder.path() / "data" / "datasets" / "theirs");
+  const auto opened = Service::open(settings, play_job);
+  ASSERT_FALSE(opened);
+  EXPECT_EQ(opened.problem().type, "data-unusable");
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "data" / "datasets" / "theirs"));
+  settings.serve.data = (folder.path() / "new").string();
+  std::filesystem::create_directories(folder.path() / "new" / "incoming");
+  EXPECT_TRUE(Service::open(settings, play_job)) << "what a first start left behind is ours";
+  EXPECT_TRUE(Service::open(settings, play_job)) << "and so is what an earlier server made";
 }
 
 TEST(Api, TheSameKeyGivesTheSameDataset) {

@@ -95,6 +95,9 @@ inline proto::Result<std::optional<proto::Estimate>> play_job(const std::filesys
     proto::Estimate estimate;
     estimate.set_seconds(12);
     estimate.mutable_manifest()->set_tiles(99);
+    estimate.mutable_manifest()->mutable_source()->set_columns(7);
+    estimate.mutable_manifest()->add_levels()->set_target(3);
+    *estimate.mutable_manifest()->mutable_options() = job.options();
     return std::optional(estimate);
   }
   make_store((folder / kStoreFile).string(), job.id());

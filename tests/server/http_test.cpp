@@ -96,6 +96,8 @@ TEST_F(Http, HeadAndConditionalGet) {
   EXPECT_THAT(head, HasSubstr("HTTP/1.1 200 OK"));
   EXPECT_THAT(head, HasSubstr("Content-Length: 8"));
   EXPECT_THAT(head, HasSubstr("Access-Control-Allow-Origin: *"));
+  EXPECT_THAT(head, HasSubstr("Accept-Ranges: none")) << "a range is answered with the whole";
+  EXPECT_THAT(head, testing::Not(HasSubstr("bytes")));
   const auto start = head.find("ETag: ") + 6;
   const std::string etag = head.substr(start, head.find('\r', start) - start);
   EXPECT_EQ(curl("-o /dev/null -w '%{http_code}' -H 'If-None-Match: " + etag + "' " + tile), "304");
@@ -125,6 +127,7 @@ TEST_F(Http, RefusalsAreProblems) {
   EXPECT_THAT(curl("$U/v1/nothing"), HasSubstr("not-found"));
   EXPECT_THAT(curl("-X DELETE $U/v1/datasets/nobody"), HasSubstr("dataset-unknown"));
   EXPECT_THAT(curl("$U/" + std::string(9000, 'a')), HasSubstr("uri-too-long"));
+  EXPECT_THAT(curl("-H 'Range: bytes=x' $U/v1"), HasSubstr("range-invalid"));
 }
 
 TEST_F(Http, ARefusedLargeBodyIsNotAskedFor) {

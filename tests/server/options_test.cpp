@@ -78,6 +78,14 @@ TEST(Options, EveryValueArrivesInItsField) {
   EXPECT_EQ(build.name(), "a.tif");
 }
 
+TEST(Options, ADeviceHasOneSpelling) {
+  for (const char* text : {"cuda:1", "CUDA:1", "cuda:+1", "cuda: 1", "cuda:01"}) {
+    const auto settings = query({{"device", text}});
+    ASSERT_TRUE(settings) << text;
+    EXPECT_EQ(settings->build.device(), "cuda:1") << text;
+  }
+}
+
 TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
   const std::vector<std::pair<std::string, std::string>> bad = {{"error", "0"},
                                                                 {"error", "-1"},
@@ -93,7 +101,9 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
                                                                 {"keep", "a"},
                                                                 {"scheme", "mercator"},
                                                                 {"vertical_datum", ""},
+                                                                {"error", "1000000"},
                                                                 {"nodata", "holes!"},
+                                                                {"nodata", "99999"},
                                                                 {"strategy", "magic"},
                                                                 {"device", "gpu"},
                                                                 {"device", "cuda:"},

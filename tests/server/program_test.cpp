@@ -2,32 +2,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmath>
 
-#include "fixture.h"
+#include "real_server.h"
 
 namespace cordillera::server {
 namespace {
 
 using testing::HasSubstr;
-
-struct Ended {
-  int code = -1;
-  std::string output;  ///< stdout and stderr
-};
-
-Ended shell(const std::string& command) {
-  FILE* pipe = popen(("{ " + command + "; } 2>&1").c_str(), "r");
-  Ended ended;
-  char bytes[4096];
-  for (std::size_t count = 0; (count = fread(bytes, 1, sizeof bytes, pipe)) > 0;) ended.output.append(bytes, count);
-  const int status = pclose(pipe);
-  ended.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ended;
-}
 
 /// A zombie that nobody has collected yet is dead.
 bool alive(int process) {
@@ -35,8 +19,6 @@ bool alive(int process) {
   const auto state = stat.rfind(") ");
   return state != std::string::npos && stat[state + 2] != 'Z' && stat[state + 2] != 'X';
 }
-
-const std::string kProgram = CORDILLERA_PROGRAM;
 
 /// A cone of 64 x 64 samples of half an arc minute, as an Esri ASCII grid.
 std::string cone() {
@@ -55,65 +37,20 @@ class Program : public testing::Test {
     std::ofstream(folder_.path() / "cone.asc") << cone();
     raster_ = (folder_.path() / "cone.asc").string();
   }
-  void TearDown() override {
-    if (server_ > 0) end_server(SIGKILL);
-  }
   std::string build(const std::string& arguments) {
     return kProgram + " build " + raster_ + " --crs EPSG:4326 --vertical-datum ellipsoid " + arguments;
   }
 
-  /// Starts `cordillera serve` on any free port and waits until it says which.
-  void start_server() {
-    log_ = folder_.path() / "log";
-    std::filesystem::remove(log_);
-    server_ = fork();
-    if (server_ == 0) {
-      (void)freopen(log_.c_str(), "w", stderr);
-      const std::string data = (folder_.path() / "data").string();
-      execl(kProgram.c_str(), kProgram.c_str(), "serve", "--listen", "127.0.0.1:0", "--data", data.c_str(), "--log-level",
-            "debug", nullptr);
-      _exit(127);
-    }
-    for (int i = 0; i < 1000; ++i) {
-      const std::string log = file_text(log_);
-      const auto start = log.find("http://");
-      if (start != std::string::npos && log.find('/', start + 7) != std::string::npos) {
-        base_ = log.substr(start, log.find('/', start + 7) - start);
-        return;
-      }
-      usleep(10000);
-    }
-    FAIL() << "the server did not start: " << file_text(log_);
-  }
-  int end_server(int signal) {
-    kill(server_, signal);
-    int status = 0;
-    waitpid(server_, &status, 0);
-    server_ = -1;
-    return status;
-  }
-  /// The process that builds, as the log names it.
-  int child_process() {
-    const std::string words = "runs as process ";
-    for (int i = 0; i < 500; ++i) {
-      const std::string log = file_text(log_);
-      const auto start = log.find(words);
-      if (start != std::string::npos && log.find('\n', start) != std::string::npos)
-        return std::atoi(&log[start + words.size()]);
-      usleep(10000);
-    }
-    return -1;
-  }
+  void start_server() { server_.start(folder_.path()); }
   Json curl(const std::string& arguments) { return Json::parse(shell("curl -s -m 120 " + arguments).output, nullptr, false); }
   std::string post_arguments(const std::string& query = "") {
-    return "--data-binary @" + raster_ + " '" + base_ + "/v1/datasets?name=cone.asc&crs=EPSG:4326&vertical_datum=ellipsoid" +
+    return "--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=cone.asc&crs=EPSG:4326&vertical_datum=ellipsoid" +
            query + "'";
   }
 
   TempFolder folder_;
-  std::string raster_, base_;
-  std::filesystem::path log_;
-  pid_t server_ = -1;
+  std::string raster_;
+  RealServer server_;
 };
 
 TEST_F(Program, ExitCodesTellUsageFromFailure) {
@@ -146,6 +83,7 @@ TEST_F(Program, BuildsAFolderThatInfoReads) {
   EXPECT_EQ(manifest["title"], "from the environment") << "the environment goes before the file";
   EXPECT_EQ(manifest["options"]["error"], 20.0) << "the command line goes before both";
   EXPECT_EQ(manifest["source"]["vertical_datum"], "ellipsoid");
+  EXPECT_NE(manifest["device"], "") << "what built it is in the stored manifest";
   EXPECT_GT(manifest["tiles"], 0);
   EXPECT_THAT(shell(kProgram + " info " + out).output, HasSubstr("EPSG:4326"));
   EXPECT_TRUE(std::filesystem::exists(out + "/tileset.json"));
@@ -155,33 +93,94 @@ TEST_F(Program, BuildsAFolderThatInfoReads) {
   EXPECT_THAT(dry.output, HasSubstr("nothing was built"));
 }
 
+TEST_F(Program, ARasterWithoutDataIsSaidToBeOne) {
+  std::ofstream(folder_.path() / "cone.asc") << "ncols 4\nnrows 4\nxllcorner 10\nyllcorner 46\ncellsize 1\nNODATA_value 0\n"
+                                                "0 0 0 0\n0 0 0 0\n0 0 0 0\n0 0 0 0\n";
+  const std::string out = (folder_.path() / "out").string();
+  const Ended ended = shell(build("-o " + out));
+  EXPECT_EQ(ended.code, 1);
+  EXPECT_THAT(ended.output, HasSubstr("cone.asc has no data"));
+  EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_FALSE(std::filesystem::exists(out + ".building"));
+}
+
+TEST_F(Program, MemoryIsALimitAndWhatWasBuiltIsKept) {
+  // The finest level of one block: noise that no tile may leave out.
+  std::ofstream grid(folder_.path() / "cone.asc");
+  grid << "ncols 700\nnrows 700\nxllcorner 10\nyllcorner 46\ncellsize 0.0008333333333333\nNODATA_value -9999\n";
+  for (std::uint32_t k = 0; k < 700 * 700; ++k) grid << (k * 2654435761u >> 20) % 1000 << (k % 700 == 699 ? '\n' : ' ');
+  grid.close();
+  const std::string output = (folder_.path() / "out.sqlite").string();
+  const Ended starved = shell(build("-o " + output + " --error 0.1 --threads 2 --memory 64"));
+  EXPECT_EQ(starved.code, 1) << starved.output;
+  EXPECT_THAT(starved.output, HasSubstr("memory=64 MiB"));
+  EXPECT_THAT(starved.output, HasSubstr("accepted: more memory"));
+  EXPECT_EQ(shell(kProgram + " info " + output).code, 1) << "not finished, and says so";
+  const Ended fed = shell(build("-o " + output + " --error 0.1 --threads 2 --memory 2048"));
+  EXPECT_EQ(fed.code, 0) << fed.output;
+  EXPECT_EQ(shell(kProgram + " info " + output).code, 0);
+}
+
+TEST_F(Program, ATerminalShowsABarThatIsGoneAtTheEnd) {
+  const std::string command = build("-o " + (folder_.path() / "out.sqlite").string() + " --max-level 10");
+  const Ended ended = shell("script -qec '" + command + "' /dev/null");
+  EXPECT_EQ(ended.code, 0) << ended.output;
+  EXPECT_THAT(ended.output, HasSubstr("\r[..............................] open"));
+  EXPECT_THAT(ended.output, testing::ContainsRegex("\r\\[#{15,}[.]*\\] build [0-9]+ %"));
+  EXPECT_THAT(ended.output, HasSubstr("\r\033[Ksource")) << "the table begins where the bar was";
+}
+
 TEST_F(Program, ServesARealBuild) {
   start_server();
   const Json posted = curl("-H 'Prefer: wait=100' " + post_arguments("&error=20"));
-  ASSERT_EQ(posted["state"], "ready") << posted.dump() << file_text(log_);
-  const std::string base = base_ + "/v1/datasets/" + std::string(posted["id"]);
+  ASSERT_EQ(posted["state"], "ready") << posted.dump() << server_.log();
+  const std::string base = server_.base() + "/v1/datasets/" + std::string(posted["id"]);
   const Json manifest = curl(base + "/manifest.json");
   EXPECT_EQ(manifest["tiles"], posted["manifest"]["tiles"]);
+  EXPECT_NE(manifest["device"], "");
   EXPECT_EQ(curl(base + "/tileset.json")["asset"]["version"], "1.1");
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
   const Json bad =
-      curl("-H 'Prefer: wait=100' --data-binary @" + (folder_.path() / "bad.tif").string() + " " + base_ + "/v1/datasets");
+      curl("-H 'Prefer: wait=100' --data-binary @" + (folder_.path() / "bad.tif").string() + " " + server_.base() + "/v1/datasets");
   EXPECT_GE(bad["status"], 400) << bad.dump();
   EXPECT_LT(bad["status"], 500) << bad.dump();
   const Json dry = curl(post_arguments("&dry_run=1"));
   EXPECT_EQ(dry["dry_run"], true) << dry.dump();
-  EXPECT_EQ(end_server(SIGTERM), 0) << "a graceful end";
-  EXPECT_THAT(file_text(log_), HasSubstr("stopped"));
+  EXPECT_EQ(server_.end(SIGTERM), 0) << "a graceful end";
+  EXPECT_THAT(server_.log(), HasSubstr("stopped"));
+}
+
+TEST_F(Program, EventsTellStageShareAndTimeUntilItIsReady) {
+  start_server();
+  const Json posted = curl(post_arguments("&error=1&max_level=11"));
+  const std::string stream = shell("curl -sN -m 120 " + server_.base() + "/v1/datasets/" + std::string(posted["id"]) + "/events").output;
+  std::istringstream lines(stream);
+  std::string event;
+  std::vector<std::string> stages;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("event: ", 0) == 0) event = line.substr(7);
+    if (line.rfind("data: ", 0) != 0 || event != "progress") continue;
+    const Json data = Json::parse(line.substr(6));
+    if (stages.empty() || stages.back() != data["stage"]) stages.push_back(data["stage"]);
+    EXPECT_GE(data["done"], 0) << line;
+    EXPECT_LE(data["done"], data["total"]) << line;
+    EXPECT_GE(data["share"], 0) << line;
+    EXPECT_LE(data["share"], 1) << line;
+    EXPECT_TRUE(data["seconds_left"].is_null() || data["seconds_left"] >= 0) << line;
+    EXPECT_TRUE(data["state"] == "queued" || data["state"] == "running") << line;
+  }
+  EXPECT_EQ(event, "ready") << stream;
+  EXPECT_THAT(stages, testing::Contains("build")) << stream;
 }
 
 TEST_F(Program, AChildThatIsKilledIsAProblemAndTheServiceGoesOn) {
   start_server();
   const Json posted = curl(post_arguments("&error=0.001&max_level=16&threads=1"));
   ASSERT_TRUE(posted.contains("id")) << posted.dump();
-  const int child = child_process();
-  ASSERT_GT(child, 0) << file_text(log_);
+  const int child = server_.child_process();
+  ASSERT_GT(child, 0) << server_.log();
   kill(child, SIGKILL);
-  const std::string status = base_ + "/v1/datasets/" + std::string(posted["id"]);
+  const std::string status = server_.base() + "/v1/datasets/" + std::string(posted["id"]);
   Json seen;
   for (int i = 0; i < 500; ++i) {
     seen = curl(status);
@@ -189,22 +188,22 @@ TEST_F(Program, AChildThatIsKilledIsAProblemAndTheServiceGoesOn) {
     usleep(10000);
   }
   EXPECT_THAT(std::string(seen["error"]["detail"]), HasSubstr("SIGKILL")) << seen.dump();
-  EXPECT_EQ(curl(base_ + "/healthz")["status"], "ok");
+  EXPECT_EQ(curl(server_.base() + "/healthz")["status"], "ok");
 }
 
 TEST_F(Program, AKilledServerTakesItsChildrenAlongAndTheNextOneGoesOn) {
   start_server();
   const Json posted = curl(post_arguments("&error=20"));
   const std::string id = posted["id"];
-  const int child = child_process();
-  ASSERT_GT(child, 0) << file_text(log_);
-  end_server(SIGKILL);
+  const int child = server_.child_process();
+  ASSERT_GT(child, 0) << server_.log();
+  server_.end(SIGKILL);
   for (int i = 0; i < 200 && alive(child); ++i) usleep(10000);
   EXPECT_FALSE(alive(child)) << "an orphan builds on";
   start_server();
   Json seen;
   for (int i = 0; i < 1500; ++i) {
-    seen = curl(base_ + "/v1/datasets/" + id);
+    seen = curl(server_.base() + "/v1/datasets/" + id);
     if (seen["state"] == "ready" || seen["state"] == "failed") break;
     usleep(20000);
   }

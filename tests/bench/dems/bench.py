@@ -14,6 +14,7 @@ import os
 import platform
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -63,7 +64,12 @@ def timed(command, environment):
     with tempfile.TemporaryFile() as words:
         to_words = [(os.POSIX_SPAWN_DUP2, words.fileno(), 1), (os.POSIX_SPAWN_DUP2, words.fileno(), 2)]
         process = os.posix_spawn(command[0], command, environment, file_actions=to_words)
-        _, status, used = os.wait4(process, 0)
+        try:
+            _, status, used = os.wait4(process, 0)
+        except BaseException:  # the bench is being stopped, and so the build
+            os.kill(process, signal.SIGKILL)
+            os.waitpid(process, 0)
+            raise
         words.seek(0)
         if os.waitstatus_to_exitcode(status) != 0:
             raise RuntimeError(f"{shlex.join(command)}: {words.read().decode(errors='replace').strip()}")
@@ -93,7 +99,7 @@ def figures(file, manifest, seen, used, threads):
         for name in ("level", "tiles", "triangles", "drc_bytes", "glb_bytes"):
             if stated[name] != measured[name]:
                 raise RuntimeError(f"{file}: the manifest states {name} = {stated[name]}, its files have {measured[name]}")
-        levels.append({**measured, "target_m": stated["target"], "stated_max_m": stated["stated_max_error"], "stated_rmse_m": stated["rmse"],
+        levels.append({**measured, "target_m": stated["target"], "stated_max_m": stated["stated_max_error"], "stated_rmse_m": stated.get("rmse"),
                        "composed": stated["composed"]})
     if len(levels) != len(manifest["levels"]) or len(levels) != len(seen["levels"]):
         raise RuntimeError(f"{file}: {len(manifest['levels'])} levels are stated, {len(seen['levels'])} have tiles")
@@ -126,6 +132,7 @@ def setting(args, extra):
 
 def main():
     args, extra = arguments()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("stopped"))
     environment = dict(os.environ)
     geoids = os.path.join(args.folder or "", "geoid")
     if os.path.isdir(geoids):

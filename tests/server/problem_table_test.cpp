@@ -1,0 +1,117 @@
+// The README's table of problems against the sources: a slug that the code can say stands there with its status, and no other does.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <regex>
+#include <set>
+
+#include "fixture.h"
+#include "server/options.h"
+#include "server/problems.h"
+
+namespace cordillera::server {
+namespace {
+
+using Slugs = std::set<std::string>;
+
+const std::filesystem::path kSource = CORDILLERA_SOURCE_DIR;
+
+/// Words between parts of the program. Nobody outside hears them.
+const Slugs kInternal = {
+    "cancelled",          // ends a job whose dataset is being deleted, or a command line that prints it without its slug
+    "device-lost",        // the service runs the job once more, on the CPU
+    "unknown-device",     // the option table lets no such device through
+    "chain-not-in-mesh",  // these three are defects of the builder: it throws, and the problem is "internal"
+    "mesh-not-manifold",  //
+    "weld-mismatch",      //
+};
+
+Slugs found_in(const std::string& text, const std::regex& what) {
+  Slugs slugs;
+  for (std::sregex_iterator at(text.begin(), text.end(), what), end; at != end; ++at) slugs.insert((*at)[1]);
+  return slugs;
+}
+
+/// Words of the sources that look like slugs and are none; names of options are known from their table.
+const Slugs kOtherWords = {"content-encoding", "content-length", "content-type", "cordillera-data",  "idempotency-key",
+                           "if-none-match",    "no-cache",       "no-store",     "transfer-encoding"};
+
+std::string source_text() {
+  std::string text;
+  for (const char* floor : {"raster", "gpu", "pipeline", "server"}) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(kSource / floor)) {
+      const auto suffix = entry.path().extension();
+      if (suffix == ".cpp" || suffix == ".h" || suffix == ".cu" || suffix == ".inl") text += file_text(entry.path());
+    }
+  }
+  return text;
+}
+
+/// The slug is the first thing in a Problem's braces. Rows of other tables begin a line instead.
+Slugs in_sources() {
+  static const std::regex kProblem(R"re((?:Problem(?: \w+)?|return|\()\s*\{\s*"([a-z]+(?:-[a-z]+)*)",)re");
+  static const std::regex kRefused(R"re(refused\("([a-z]+(?:-[a-z]+)*)",)re");
+  const std::string text = source_text();
+  Slugs slugs = found_in(text, kProblem);
+  slugs.merge(found_in(text, kRefused));
+  return slugs;
+}
+
+/// Rows of the README's section: | status | slugs |.
+std::map<std::string, int> in_readme() {
+  const std::string text = file_text(kSource / "README.md");
+  const auto start = text.find("\n## Problems\n");
+  EXPECT_NE(start, std::string::npos);
+  std::istringstream lines(text.substr(start, text.find("\n## ", start + 1) - start));
+  static const std::regex kRow(R"(\| *([0-9]{3}|command line only) *\|(.*)\|)"), kSlug("`([a-z-]+)`");
+  std::map<std::string, int> statuses;
+  std::smatch row;
+  for (std::string line; std::getline(lines, line);) {
+    if (!std::regex_match(line, row, kRow)) continue;
+    const std::string status = row[1];
+    for (const std::string& slug : found_in(row[2], kSlug)) {
+      EXPECT_TRUE(statuses.emplace(slug, std::atoi(status.c_str())).second) << slug << " stands there twice";
+    }
+  }
+  return statuses;
+}
+
+TEST(Problems, TheReadmeListsWhatTheSourcesSay) {
+  Slugs said = in_sources();
+  for (const std::string& word : kInternal) EXPECT_EQ(said.erase(word), 1u) << word << " is said nowhere any more";
+  EXPECT_GT(said.size(), 60u);
+  const auto listed = in_readme();
+  for (const std::string& slug : said) EXPECT_EQ(listed.count(slug), 1u) << "README.md lacks " << slug;
+  for (const auto& [slug, status] : listed) EXPECT_EQ(said.count(slug), 1u) << "README.md lists " << slug << ", which no source says";
+}
+
+/// A slug that is said in another way than the two above would be overlooked.
+TEST(Problems, EveryWordWithADashIsASlugOrSomethingElse) {
+  Slugs words = found_in(source_text(), std::regex(R"re("([a-z]+(?:-[a-z]+)+)")re"));
+  for (const std::string& slug : in_sources()) words.erase(slug);
+  for (const OptionSpec& option : all_options()) words.erase(option.name);
+  for (const std::string& word : kOtherWords) EXPECT_EQ(words.erase(word), 1u) << word << " is nowhere any more";
+  EXPECT_TRUE(words.empty()) << *words.begin() << ": say a slug as the first word of a Problem's braces; list anything else in kOtherWords";
+}
+
+TEST(Problems, StatusesAreThoseOfTheReadme) {
+  int over_http = 0;
+  for (const auto& [slug, status] : in_readme()) {
+    if (status == 0) continue;
+    EXPECT_EQ(problem_kind(slug).status, status) << slug;
+    ++over_http;
+  }
+  EXPECT_GT(over_http, 45);
+}
+
+TEST(Problems, TheTableOfStatusesNamesNoOther) {
+  const std::string text = file_text(kSource / "server" / "problems.cpp");
+  const Slugs rows = found_in(text, std::regex(R"re(\n +\{"([a-z-]+)", [0-9]+, ")re"));
+  const Slugs said = in_sources();
+  EXPECT_GT(rows.size(), 20u);
+  for (const std::string& slug : rows) EXPECT_EQ(said.count(slug), 1u) << slug;
+}
+
+}  // namespace
+}  // namespace cordillera::server

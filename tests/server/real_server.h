@@ -1,0 +1,101 @@
+#pragma once
+// The program as a user runs it: command lines, and `cordillera serve` in a process of its own.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "fixture.h"
+
+namespace cordillera::server {
+
+inline const std::string kProgram = CORDILLERA_PROGRAM;
+
+struct Ended {
+  int code = -1;
+  std::string output;  ///< stdout and stderr
+};
+
+inline Ended shell(const std::string& command) {
+  FILE* pipe = popen(("{ " + command + "; } 2>&1").c_str(), "r");
+  Ended ended;
+  char bytes[4096];
+  for (std::size_t count = 0; (count = fread(bytes, 1, sizeof bytes, pipe)) > 0;) ended.output.append(bytes, count);
+  const int status = pclose(pipe);
+  ended.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return ended;
+}
+
+/// Ends with its owner.
+class RealServer {
+ public:
+  RealServer() = default;
+  RealServer(const RealServer&) = delete;
+  RealServer& operator=(const RealServer&) = delete;
+  ~RealServer() {
+    if (process_ > 0) end(SIGKILL);
+  }
+
+  /// On any free port, its data and its log in the folder. Returns when it says where it listens.
+  void start(const std::filesystem::path& folder, const std::vector<std::string>& options = {}) {
+    log_ = folder / "log";
+    std::filesystem::remove(log_);
+    std::vector<std::string> words = {kProgram, "serve", "--listen", "127.0.0.1:0", "--data", (folder / "data").string(), "--log-level", "debug"};
+    words.insert(words.end(), options.begin(), options.end());
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    process_ = fork();
+    if (process_ == 0) {
+      (void)freopen(log_.c_str(), "w", stderr);
+      execv(kProgram.c_str(), arguments.data());
+      _exit(127);
+    }
+    for (int i = 0; i < 1000; ++i) {
+      const std::string said = log();
+      const auto start = said.find("http://");
+      if (start != std::string::npos && said.find('/', start + 7) != std::string::npos) {
+        base_ = said.substr(start, said.find('/', start + 7) - start);
+        return;
+      }
+      usleep(10000);
+    }
+    FAIL() << "the server did not start: " << log();
+  }
+
+  /// The status that waitpid gives.
+  int end(int signal) {
+    kill(process_, signal);
+    int status = 0;
+    waitpid(process_, &status, 0);
+    process_ = -1;
+    return status;
+  }
+
+  const std::string& base() const { return base_; }  ///< http://127.0.0.1:PORT
+  int port() const { return std::atoi(base_.substr(base_.rfind(':') + 1).c_str()); }
+  std::string log() const { return file_text(log_); }
+
+  /// The process of the first build, as the log names it; -1 if none begins in five seconds.
+  int child_process() const {
+    const std::string words = "runs as process ";
+    for (int i = 0; i < 500; ++i) {
+      const std::string said = log();
+      const auto start = said.find(words);
+      if (start != std::string::npos && said.find('\n', start) != std::string::npos) return std::atoi(&said[start + words.size()]);
+      usleep(10000);
+    }
+    return -1;
+  }
+
+ private:
+  std::filesystem::path log_;
+  std::string base_;
+  pid_t process_ = -1;
+};
+
+}  // namespace cordillera::server

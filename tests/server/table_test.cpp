@@ -1,0 +1,71 @@
+// What a person reads on a terminal: progress and tables.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "server/commands.h"
+#include "server/progress_bar.h"
+
+namespace cordillera::server {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+proto::Progress progress(const std::string& stage, double done, double total, double seconds_left) {
+  proto::Progress now;
+  now.set_stage(stage);
+  now.set_done(done);
+  now.set_total(total);
+  now.set_seconds_left(seconds_left);
+  return now;
+}
+
+TEST(Tables, ProgressIsShareAndTime) {
+  EXPECT_EQ(progress_text(progress("build", 532879, 761256, 80)), "build 69 %, 1 min 20 s left") << "never 100 % before the end";
+  EXPECT_EQ(progress_text(progress("build", 1, 4, -1)), "build 25 %") << "nobody knows how long";
+  EXPECT_EQ(progress_text(progress("build", 4, 4, 0)), "build 100 %");
+  EXPECT_EQ(progress_text(progress("open", 0, 1, -1)), "open");
+  EXPECT_EQ(duration_text(0.2), "less than a second");
+  EXPECT_EQ(duration_text(59.4), "59 s");
+  EXPECT_EQ(duration_text(7500), "2 h 5 min");
+}
+
+proto::Manifest manifest() {
+  proto::Manifest manifest;
+  manifest.set_device("cpu");
+  proto::LevelSummary& measured = *manifest.add_levels();
+  measured.set_level(1);
+  measured.set_target(5);
+  measured.set_stated_max_error(4.5);
+  measured.set_rmse(0);
+  proto::LevelSummary& bound = *manifest.add_levels();
+  bound.set_target(9);
+  bound.set_stated_max_error(9.5);
+  bound.set_composed(true);
+  return manifest;
+}
+
+TEST(Tables, ABoundHasNoRmse) {
+  const std::string table = manifest_table(manifest());
+  EXPECT_THAT(table, ContainsRegex("4\\.500 +0\\.000\n")) << "a measured 0 is a 0";
+  EXPECT_THAT(table, ContainsRegex("9\\.500\\* +-\n"));
+  EXPECT_THAT(table, HasSubstr("built on cpu"));
+}
+
+TEST(Tables, AnEstimateStatesNoErrors) {
+  proto::Manifest estimate = manifest();
+  for (proto::LevelSummary& level : *estimate.mutable_levels()) level.clear_stated_max_error();
+  const std::string table = estimate_table(estimate, 90);
+  EXPECT_THAT(table, HasSubstr("1 min 30 s"));
+  EXPECT_THAT(table, HasSubstr("rough guess"));
+  EXPECT_THAT(table, ContainsRegex(" 5\\.000\n"));
+  EXPECT_THAT(table, Not(HasSubstr(" 0.000")));
+  EXPECT_THAT(table, Not(HasSubstr("rmse")));
+  EXPECT_THAT(table, Not(HasSubstr("max error")));
+  estimate.mutable_options()->add_keep(0.5);
+  EXPECT_THAT(estimate_table(estimate, 90), Not(HasSubstr("5.000"))) << "a share has no target before it is built";
+}
+
+}  // namespace
+}  // namespace cordillera::server
