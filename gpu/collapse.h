@@ -16,8 +16,7 @@ struct Decide {
     if (key >= threshold || !least_of_ring(u, key)) return;
     const std::uint8_t touched = static_cast<std::uint8_t>(kTouched + wave);
     const int v = w.target[u];
-    const int lost = (w.mark[u] & kOnSide) ? 3 : 4;
-    if (w.valence[u] + w.valence[v] - lost > valence_cap(w.mark[v])) {
+    if (!has_room(w.mark[v], w.valence[v], w.valence[u] - ((w.mark[u] & kOnSide) ? 3 : 4))) {
       w.state[u] = touched;  // the target has filled up since: look for another
       return;
     }

@@ -187,6 +187,8 @@ struct Evaluate {
       if (keeps_orientation(s, best) && (after <= 1.0f || (mark & proto::kRemove))) {
         // First of all, while the inside is still dense enough to close the gap; among themselves by cost.
         if (mark & proto::kRemove) least = 1e-6f * rules.first_cost * (least / (least + rules.first_cost));
+        // However large its star: what hardly moves the surface is never too costly.
+        if (rules.inverse_guard > 0 && after < kFreeShare && least > rules.last_cost) least = rules.last_cost;
         w.key[u] = vertex_key(least, w.x[u], w.y[u]);
         w.target[u] = static_cast<std::uint16_t>(w.neighbour(u, best));
         w.spent_after[u] = after;
@@ -210,8 +212,7 @@ struct Evaluate {
       c += 1e-6f * (px * px + py * py);  // among equals, the shortest edge
       const int v = w.neighbour(u, i);
       // Both on the tile's border share one triangle, else two.
-      const int lost = (w.mark[u] & kOnSide) ? 3 : 4;
-      const bool full = s.count + w.valence[v] - lost > valence_cap(w.mark[v]);
+      const bool full = !has_room(w.mark[v], w.valence[v], s.count - ((w.mark[u] & kOnSide) ? 3 : 4));
       // What must go takes no more in: its own star must stay small enough to be closed.
       const bool leaving = (w.mark[v] & proto::kRemove) && !(w.mark[u] & kOnSide);
       cost[i] = (((allowed >> i) & 1u) && !full && !leaving) ? c : INFINITY;

@@ -69,12 +69,14 @@ Rules rules_of(const SimplifyJob& job) {
   rules.inverse_guard = job.guard_m > 0 ? 1 / job.guard_m : 0;
   rules.inverse_rim = job.rim_units > 0 ? 1 / job.rim_units : 1e30f;
   rules.first_cost = schedule_of(job).first();
+  rules.last_cost = schedule_of(job).cost;
   return rules;
 }
 
 WaveSchedule schedule_of(const SimplifyJob& job) {
   WaveSchedule schedule;
-  schedule.cost = kCostPerTolerance * job.tolerance_m * job.tolerance_m;
+  const float per_tolerance = job.guard_m > 0 ? kGuardedCostPerTolerance : kCostPerTolerance;
+  schedule.cost = per_tolerance * job.tolerance_m * job.tolerance_m;
   return schedule;
 }
 

@@ -17,7 +17,10 @@ inline constexpr std::uint32_t kNever = 0xffffffffu;  ///< key of a vertex that 
 inline constexpr std::uint32_t kBlocked = 0xfffffffeu;  ///< key of a vertex that found no target; asked again when touched
 inline constexpr int kKeyShift = 19;                  ///< a key is 13 bits of cost over 19 bits of hash: unique enough to order by
 inline constexpr std::uint16_t kOutside = 0x8000;     ///< row entry: slot (low bits) of the vertex's own global row, outside the window
-inline constexpr float kCostPerTolerance = 1.5f;      ///< cost threshold = this x tolerance_m^2 (cells)
+/// The last cost threshold = this x tolerance_m^2 (cells). Measured: so that the root mean square error is about a sixth of the tolerance;
+/// with a guard, which decides then, so that tiles of a promise get fewest triangles.
+inline constexpr float kCostPerTolerance = 12, kGuardedCostPerTolerance = 150;
+inline constexpr float kFreeShare = 0.2f;             ///< of the guard: moves by less are never too costly
 inline constexpr int kWindowVertices = 1092;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
 
 /// Valence caps of the waves. Four welded tiles must stay within 14: with at most 8 on a side and 4 at a corner they do. The waves stay
@@ -62,12 +65,15 @@ struct Rules {
   float inverse_guard = 0;    ///< 1 / metres a removed vertex may lie off the surface; 0: no guard
   float inverse_rim = 1e30f;  ///< 1 / units a rim may move
   float first_cost = 0;       ///< threshold of the first wave: what must go is never costlier
+  float last_cost = 0;        ///< threshold of the last wave
 };
 
 CORDILLERA_HD inline int valence_cap(std::uint8_t mark) {
   if (mark & kOnSide) return (mark & kOnCorner) ? kCornerValence : kSideValence;
   return (mark & proto::kVoid) ? kVoidValence : kInnerValence;
 }
+/// May a vertex gain so many neighbours? One that is above its cap already, as the mend may leave it, may not grow.
+CORDILLERA_HD inline bool has_room(std::uint8_t mark, int valence, int gain) { return gain <= 0 || valence + gain <= valence_cap(mark); }
 CORDILLERA_HD inline std::uint32_t hash32(std::uint32_t v) {
   v ^= v >> 16;
   v *= 0x7feb352du;

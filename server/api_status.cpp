@@ -12,7 +12,7 @@ constexpr auto kKeepAlive = std::chrono::seconds(10);  // proxies close connecti
 /// What is known of a job that has not said anything yet.
 proto::Progress before_the_first(State state) {
   proto::Progress progress;
-  progress.set_stage(to_string(state));
+  progress.set_stage(state == State::running ? "open" : to_string(state));
   progress.set_seconds_left(-1);
   return progress;
 }

@@ -163,7 +163,7 @@ class HttplibServer : public HttpServer, private httplib::Server {
   }
   static proto::Problem problem_of(int httplibs_status) {
     if (httplibs_status == 414) return {"uri-too-long", "the address is too long", "an address of at most 8 KiB", ""};
-    if (httplibs_status == 416) return {"range-invalid", "the Range header cannot be read", "no Range header: ranges are answered with the whole", "Range"};
+    if (httplibs_status == 416) return {"range-invalid", "the Range header cannot be read", "no Range header: ranges are not served", "Range"};
     if (httplibs_status >= 500) return {"internal", "the service failed to answer this request", "", ""};
     return {"request-invalid", "the request is not valid HTTP/1.1", "a request line, headers and a body as RFC 9112 has them", ""};
   }

@@ -110,7 +110,8 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
     log_info("dataset " + dataset.id + ": ready");
   } else {
     registry_.set_state(dataset.id, State::failed, outcome.problem());
-    std::filesystem::remove(layout_.store(dataset.id), ignored);
+    // A child that was ended leaves more than the store: its log, and what drivers put beside their files.
+    std::filesystem::remove_all(folder, ignored);
     log_warning("dataset " + dataset.id + ": failed: " + outcome.problem().line());
   }
   // Nothing reads the raster again, and it may be large.

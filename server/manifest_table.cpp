@@ -76,8 +76,8 @@ std::string estimate_table(const proto::Manifest& manifest, double seconds) {
     out += text("%5u %7u %10u %11s %11s %10s\n", level.level(), level.tiles(), level.triangles(), bytes_text(level.drc_bytes()).c_str(),
                 bytes_text(level.glb_bytes()).c_str(), metres_text(level.target(), !shares).c_str());
   }
-  out += "dry run: nothing was built. Levels" + std::string(shares ? "" : " and targets") + " are those of the build; what has a ~ is a rough guess, and so is the time: " +
-         duration_text(seconds) + ".\nErrors are measured when tiles are built.\n";
+  out += "dry run: nothing was built. Levels" + std::string(shares ? "" : " and targets") + " are those of the build.\n";
+  out += "What has a ~ is a rough guess, and so is the time: " + duration_text(seconds) + ". Errors are measured when tiles are built.\n";
   return out;
 }
 

@@ -65,7 +65,8 @@ void limit_memory(proto::BuildOptions& options) {
 
 proto::Problem out_of_memory(const proto::BuildOptions& options, const std::string& raster) {
   const std::string most = options.memory() == 0 ? "there is" : "memory=" + std::to_string(options.memory()) + " MiB allows";
-  return {"memory-limit", "building " + raster + " needs more memory than " + most, "more memory, fewer threads, a smaller bbox or a lower max_level", "memory"};
+  return {"memory-limit", "building " + raster + " needs more memory than " + most,
+          "more memory, fewer threads, a smaller bbox or a lower max_level", "memory"};
 }
 
 void on_out_of_memory(int descriptor, const std::string& words) {

@@ -64,7 +64,8 @@ TEST(Ellipsoid, HemispheresAreMirrors) {
     EXPECT_EQ(south.cos_lat, north.cos_lat) << j;
     EXPECT_EQ(south.radius_m, north.radius_m) << j;
     EXPECT_EQ(south.axis_m, -north.axis_m) << j;
-    const ColumnFrame west = column(l, i), east = column(l, l.columns() - i), across = column(l, i + l.columns() / 2), quarter = column(l, i + l.columns() / 4);
+    const ColumnFrame west = column(l, i), east = column(l, l.columns() - i);
+    const ColumnFrame across = column(l, i + l.columns() / 2), quarter = column(l, i + l.columns() / 4);
     EXPECT_EQ(west.sin_lon, -east.sin_lon) << i;
     EXPECT_EQ(west.cos_lon, east.cos_lon) << i;
     EXPECT_EQ(west.sin_lon, -across.sin_lon) << i;

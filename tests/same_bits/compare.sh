@@ -3,8 +3,9 @@
 set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-"$1" >"$work/a"
-"$2" >"$work/b"
+ended() { printf '%s ended with %s after this tile:\n' "$1" "$3" >&2; tail -n 1 "$2" >&2; exit 1; }
+"$1" >"$work/a" || ended "$1" "$work/a" $?
+"$2" >"$work/b" || ended "$2" "$work/b" $?
 # Four terrains, four tiles of each and twice their parent; no two alike.
 [[ $(wc -l <"$work/a") -eq 24 ]] || { printf '%s printed %s tiles instead of 24\n' "$1" "$(wc -l <"$work/a")" >&2; exit 1; }
 [[ $(awk '{ print $NF }' "$work/a" | sort -u | wc -l) -eq 24 ]] || { printf 'hashes are alike: is anything hashed?\n' >&2; exit 1; }

@@ -96,6 +96,7 @@ void run(bench::Terrain kind, gpu::Simplifier& simplifier) {
 }  // namespace
 
 int main() {
+  std::setvbuf(stdout, nullptr, _IOLBF, 4096);  // what was printed before a crash tells where
   const auto simplifier = gpu::make_simplifier("cpu");
   // Not noise: it keeps half of its vertices, which takes as long as all the others.
   for (const auto kind : {bench::Terrain::alpine, bench::Terrain::city, bench::Terrain::islands, bench::Terrain::plane}) run(kind, **simplifier);

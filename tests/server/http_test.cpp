@@ -132,7 +132,7 @@ TEST_F(Http, RefusalsAreProblems) {
 
 TEST_F(Http, ARefusedLargeBodyIsNotAskedFor) {
   write("dem.tif", std::string(3 << 20, 'x'));
-  const std::string answer = curl("-D - -w 'sent %{size_upload}' --data-binary @dem.tif $U/v1/datasets?error=x");
+  const std::string answer = curl("-D - --expect100-timeout 20 -w 'sent %{size_upload}' --data-binary @dem.tif $U/v1/datasets?error=x");
   EXPECT_THAT(answer, HasSubstr("HTTP/1.1 400"));
   EXPECT_THAT(answer, HasSubstr("sent 0"));
   EXPECT_THAT(curl("-H 'Expect:' --data-binary @dem.tif $U/v1/datasets?error=x"), HasSubstr("option-invalid"));

@@ -21,6 +21,7 @@ const std::filesystem::path kSource = CORDILLERA_SOURCE_DIR;
 const Slugs kInternal = {
     "cancelled",          // ends a job whose dataset is being deleted, or a command line that prints it without its slug
     "device-lost",        // the service runs the job once more, on the CPU
+    "no-data",            // a store without a tile, which the build calls raster-all-nodata; a plan without a vertex, which no source gives
     "unknown-device",     // the option table lets no such device through
     "chain-not-in-mesh",  // these three are defects of the builder: it throws, and the problem is "internal"
     "mesh-not-manifold",  //

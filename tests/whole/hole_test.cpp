@@ -37,8 +37,11 @@ Coverage coverage(const Built& built, int level, std::int64_t rim_units, std::in
 }
 
 void expect_coverage(const Built& built) {
+  double moved = 0;  // on the way up every level may move a rim once more: in all by less than its cell
   for (const proto::LevelPlan& plan : built.plan.levels()) {
-    const auto rim = static_cast<std::int64_t>(plan.rim_tolerance());
+    moved += plan.rim_tolerance();
+    EXPECT_LE(moved, static_cast<double>(built.lattice.cell_units(static_cast<int>(plan.level()))));
+    const auto rim = static_cast<std::int64_t>(moved);
     const Coverage c = coverage(built, static_cast<int>(plan.level()), rim + 1, 3);
     EXPECT_GT(c.seen, 100) << "level " << plan.level();
     EXPECT_EQ(c.uncovered, 0) << "level " << plan.level() << " of " << c.seen << ", rim " << rim;
@@ -65,7 +68,6 @@ TEST(hole, over_the_corner_of_four_tiles) {
 }
 
 TEST(hole, ragged_ones_all_over) {
-  GTEST_SKIP() << "known gap: beside ragged holes the stated error can pass the target by some percent, and rims move a few units too far at coarse levels";
   const HeightOf ground = rough(8), gaps = rough(9);
   const auto height = [&](int c, int r) { return gaps(3 * c, 3 * r) > 800 ? kNoData : ground(c, r); };
   for (const double error : {2.0, 40.0}) {
