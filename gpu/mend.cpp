@@ -26,7 +26,8 @@ constexpr std::array<Licence, 4> kLicences{{{0, 0, 0, 0}, {0, 12, 0, 0}, {0, 12,
 
 class Mender {
  public:
-  Mender(Rings& rings, const TileMesh& mesh, const ValenceCaps& caps) : rings_(rings), mesh_(mesh), caps_(caps) {}
+  Mender(Rings& rings, const TileMesh& mesh, const ValenceCaps& caps, float rim_units)
+      : rings_(rings), mesh_(mesh), caps_(caps), rim_units_(rim_units) {}
 
   std::uint32_t run() {
     std::vector<std::uint32_t> left = wanted();
@@ -85,10 +86,59 @@ class Mender {
     if (rings_.open[v]) {
       const std::uint32_t last = star.count - 1;
       const bool swap = is_void(ring[0]) != is_void(v) && is_void(ring[last]) == is_void(v);
-      if (fill_from(star, swap ? last : 0, diagonals) == Filled::yes) return true;
-      if (fill_from(star, swap ? 0 : last, diagonals) == Filled::yes) return true;
+      if (fill_from(star, swap ? last : 0, diagonals) == Filled::yes && spares_rims(v, star, diagonals)) return true;
+      if (fill_from(star, swap ? 0 : last, diagonals) == Filled::yes && spares_rims(v, star, diagonals)) return true;
     }
-    return fill_any(star, diagonals) == Filled::yes;
+    return fill_any(star, diagonals) == Filled::yes && spares_rims(v, star, diagonals);
+  }
+
+  static std::int64_t twice_area(const Polygon& p, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    return (p.x[b] - p.x[a]) * (p.y[c] - p.y[a]) - (p.y[b] - p.y[a]) * (p.x[c] - p.x[a]);
+  }
+
+  // Is as much published without v as with it, but for what rims may move over the star's width?
+  bool spares_rims(std::uint32_t v, const Polygon& star, const Diagonals& diagonals) const {
+    const auto ring = rings_.ring(v);
+    std::uint32_t voids = is_void(v) ? 1 : 0;
+    for (const std::uint32_t u : ring) voids += is_void(u) ? 1 : 0;
+    if (voids == 0 || voids == ring.size() + 1) return true;
+    const std::int64_t before = is_void(v) ? 0 : published_around(v, star);
+    const std::int64_t after = published_by(ring, star, diagonals);
+    const auto [west, east] = std::minmax_element(star.x.begin(), star.x.begin() + star.count);
+    const auto [south, north] = std::minmax_element(star.y.begin(), star.y.begin() + star.count);
+    const double width = static_cast<double>(std::max(*east - *west, *north - *south));
+    return static_cast<double>(std::abs(after - before)) <= 2.0 * static_cast<double>(rim_units_) * width;
+  }
+  std::int64_t published_around(std::uint32_t v, const Polygon& star) const {
+    const auto ring = rings_.ring(v);
+    std::int64_t sum = 0;
+    for (std::uint32_t k = 0; k + (rings_.open[v] ? 1 : 0) < star.count; ++k) {
+      const std::uint32_t n = (k + 1) % star.count;
+      if (is_void(ring[k]) || is_void(ring[n])) continue;
+      const std::int64_t x = mesh_.x[v], y = mesh_.y[v];
+      sum += (star.x[k] - x) * (star.y[n] - y) - (star.y[k] - y) * (star.x[n] - x);
+    }
+    return sum;
+  }
+  // Triangles k < m < n of the polygon whose three sides are sides of it or diagonals.
+  std::int64_t published_by(std::span<const std::uint32_t> ring, const Polygon& star, const Diagonals& diagonals) const {
+    std::array<std::uint32_t, kRowWidth> joined{};  // a bit for each other end
+    const auto join = [&](std::uint32_t a, std::uint32_t b) {
+      joined[a] |= 1u << b;
+      joined[b] |= 1u << a;
+    };
+    for (std::uint32_t k = 0; k < star.count; ++k) join(k, (k + 1) % star.count);
+    for (std::uint32_t d = 0; d < diagonals.count; ++d) join(diagonals.at[d].from, diagonals.at[d].to);
+    std::int64_t sum = 0;
+    for (std::uint32_t k = 0; k < star.count; ++k) {
+      for (std::uint32_t m = k + 1; m < star.count; ++m) {
+        if (!((joined[k] >> m) & 1u)) continue;
+        for (std::uint32_t n = m + 1; n < star.count; ++n) {
+          if (((joined[k] & joined[m]) >> n & 1u) && !is_void(ring[k]) && !is_void(ring[m]) && !is_void(ring[n])) sum += twice_area(star, k, m, n);
+        }
+      }
+    }
+    return sum;
   }
 
   bool remove(std::uint32_t v) {
@@ -224,10 +274,13 @@ class Mender {
   Rings& rings_;
   const TileMesh& mesh_;
   ValenceCaps caps_;
+  float rim_units_;
 };
 
 }  // namespace
 
-std::uint32_t mend(Rings& rings, const TileMesh& mesh, const ValenceCaps& caps) { return Mender(rings, mesh, caps).run(); }
+std::uint32_t mend(Rings& rings, const TileMesh& mesh, const ValenceCaps& caps, float rim_units) {
+  return Mender(rings, mesh, caps, rim_units).run();
+}
 
 }  // namespace cordillera::gpu

@@ -183,8 +183,9 @@ struct Evaluate {
         }
       }
       if (best < 0) break;
-      const float after = budget(s, u, best);
-      if (keeps_orientation(s, best) && (after <= 1.0f || (mark & proto::kRemove))) {
+      const float rim = rim_share(s, mark, best), after = w.spent[u] + larger(rim, height_share(s, best));
+      // What must go need not spare the heights, but still the rims.
+      if (keeps_orientation(s, best) && (after <= 1.0f || ((mark & proto::kRemove) && rim <= 1.0f))) {
         // First of all, while the inside is still dense enough to close the gap; among themselves by cost.
         if (mark & proto::kRemove) least = 1e-6f * rules.first_cost * (least / (least + rules.first_cost));
         // However large its star: what hardly moves the surface is never too costly.
@@ -219,12 +220,14 @@ struct Evaluate {
     }
   }
 
-  /// Share of the budgets spent around the target after the collapse.
-  CORDILLERA_HD float budget(const Star& s, int u, int b) const {
-    const float height = rules.inverse_guard > 0 && s.published ? height_deviation(s, b) * rules.inverse_guard : 0.0f;
-    const bool on_rim = s.rim != 0 || ((w.mark[u] & proto::kVoid) && s.valid != 0);
-    const float rim = on_rim ? rim_deviation(s, w.mark[u], b) * rules.inverse_rim : 0.0f;
-    return w.spent[u] + (height > rim ? height : rim);
+  CORDILLERA_HD static float larger(float a, float b) { return a > b ? a : b; }
+  /// Shares of the budgets that the collapse spends.
+  CORDILLERA_HD float height_share(const Star& s, int b) const {
+    return rules.inverse_guard > 0 && s.published ? height_deviation(s, b) * rules.inverse_guard : 0.0f;
+  }
+  CORDILLERA_HD float rim_share(const Star& s, std::uint8_t mark, int b) const {
+    const bool on_rim = s.rim != 0 || ((mark & proto::kVoid) && s.valid != 0);
+    return on_rim ? rim_deviation(s, mark, b) * rules.inverse_rim : 0.0f;
   }
 };
 

@@ -95,9 +95,9 @@ proto::TileMesh extract(const BatchMesh& mesh, std::size_t tile, const SimplifyJ
       rings.neighbour[u * kRowWidth + k] = mesh.row[v * kRowWidth + k] - static_cast<std::uint32_t>(from);
     }
   }
-  if (mend(rings, *job.input, kMendCaps) == 0) return mesh_from_rings(*job.input, rings);
+  if (mend(rings, *job.input, kMendCaps, job.rim_units) == 0) return mesh_from_rings(*job.input, rings);
   proto::TileMesh moved = *job.input;
-  nudge_inwards(rings, moved);
+  if (nudge_inwards(rings, moved) > 0 && mend(rings, moved, kMendCaps) > 0) nudge_inwards(rings, moved);
   return mesh_from_rings(moved, rings);
 }
 

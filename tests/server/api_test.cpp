@@ -248,6 +248,10 @@ TEST(Api, EventsTellProgressAndTheEnd) {
   const std::string first = stream.next_piece().value_or("");
   EXPECT_THAT(first, HasSubstr("event: progress\ndata: {\"stage\":\"build\",\"done\":3.0,\"total\":10.0"));
   EXPECT_THAT(first, HasSubstr("\"seconds_left\":7.0"));
+  const std::string behind = posted_id(test.post("SLOW too"));
+  EXPECT_EQ(test.get("/v1/datasets/" + behind + "/events").next_piece().value_or(""),
+            "event: progress\ndata: {\"stage\":\"queued\",\"done\":0.0,\"total\":0.0,\"share\":0.0,\"seconds_left\":null,\"state\":\"queued\"}\n\n");
+  test.send("DELETE", "/v1/datasets/" + behind);
   test.send("DELETE", "/v1/datasets/" + id);
   std::string last;
   while (auto piece = stream.next_piece()) last = *piece;

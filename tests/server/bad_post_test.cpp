@@ -84,7 +84,7 @@ class BadPosts : public raster_test::RasterTest {
     EXPECT_THAT(std::string(said["detail"]), HasSubstr(row.words.empty() ? row.name : row.words));
     EXPECT_FALSE(said.value("accepted", "").empty()) << said.dump();
     EXPECT_EQ(said["status"], row.status);
-    for (const char* ours : {"/tmp", "datasets/", "source.tif", "incoming"}) {
+    for (const std::string& ours : {path("data"), "datasets/"s, "source.tif"s, "incoming"s}) {
       EXPECT_EQ(said.dump().find(ours), std::string::npos) << "a path of the server: " << said.dump();
     }
   }
@@ -97,6 +97,7 @@ class BadPosts : public raster_test::RasterTest {
       const auto fetched = client_->Get(base + below);
       ASSERT_TRUE(fetched);
       EXPECT_EQ(fetched->status, 409) << below << fetched->body;
+      EXPECT_THAT(fetched->body, HasSubstr("dataset-failed"));
     }
     for (int i = 0; i < 500 && std::filesystem::exists(data("datasets/" + id)); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
     EXPECT_FALSE(std::filesystem::exists(data("datasets/" + id))) << "bytes of a failed dataset are left";
