@@ -17,9 +17,9 @@ inline constexpr std::uint32_t kNever = 0xffffffffu;  ///< key of a vertex that 
 inline constexpr std::uint32_t kBlocked = 0xfffffffeu;  ///< key of a vertex that found no target; asked again when touched
 inline constexpr int kKeyShift = 19;                  ///< a key is 13 bits of cost over 19 bits of hash: unique enough to order by
 inline constexpr std::uint16_t kOutside = 0x8000;     ///< row entry: slot (low bits) of the vertex's own global row, outside the window
-/// The last cost threshold = this x tolerance_m^2 (cells). Measured: so that the root mean square error is about a sixth of the tolerance;
+/// The last cost threshold = this x tolerance_m^2 (cells). Measured: so that the root mean square error is about an eighth of the tolerance;
 /// with a guard, which decides then, so that tiles of a promise get fewest triangles.
-inline constexpr float kCostPerTolerance = 12, kGuardedCostPerTolerance = 150;
+inline constexpr float kCostPerTolerance = 6, kGuardedCostPerTolerance = 150;
 inline constexpr float kFreeShare = 0.2f;             ///< of the guard: moves by less are never too costly
 inline constexpr int kWindowVertices = 1092;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
 

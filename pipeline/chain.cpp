@@ -219,10 +219,20 @@ std::int32_t void_representative(const Chain& chain, const Run& run) {
 }
 
 // Vertices that nobody sees, or sees as one point, but that triangles of the tile's inside can end at.
+bool supports(const Edge& edge, const ChainRule& rule, std::int32_t position, bool is_void) {
+  const std::int64_t rows = edge.lattice->rows();
+  if (edge.along == Along::east && (edge.row == 0 || edge.row == rows)) return position % rule.pole_gap_units == 0;
+  if (is_void) return position % rule.void_gap_units == 0;
+  // A meridian that ends at a pole: the long thin triangles there need something to end at, the closer to the pole the more.
+  if (edge.along == Along::east) return false;
+  const bool from_pole = edge.row == 0, to_pole = edge.row + edge.units == rows;
+  return (from_pole && std::has_single_bit(static_cast<std::uint64_t>(position))) ||
+         (to_pole && std::has_single_bit(static_cast<std::uint64_t>(edge.units - position)));
+}
+
 void keep_support(const Edge& edge, const Chain& chain, const ChainRule& rule, std::vector<std::int32_t>& kept) {
-  const bool pole = edge.along == Along::east && (edge.row == 0 || edge.row == edge.lattice->rows());
   for (std::size_t k = 0; k < chain.position.size(); ++k) {
-    if ((pole || chain.height[k] == kNoHeight) && chain.position[k] % rule.void_gap_units == 0) kept.push_back(chain.position[k]);
+    if (supports(edge, rule, chain.position[k], chain.height[k] == kNoHeight)) kept.push_back(chain.position[k]);
   }
 }
 

@@ -43,8 +43,10 @@ struct ChainRule {
   std::int32_t rim_units = 0;      ///< runs of data or of void shorter than this vanish, unless they touch an end; 0: none do
   std::int32_t max_gap_units = 0;  ///< longest chord between two valid vertices where something lies between; 0: any
   /// Void vertices at multiples of this stay: nobody sees them, and dense rims beside an edge need something to hold on to. Twice as much
-  /// a level upwards, so that chains stay nested. On a pole's row, which is one point, so do all others. 0: one vertex a run.
+  /// a level upwards, so that chains stay nested. 0: one vertex a run.
   std::int32_t void_gap_units = 0;
+  /// The same on a pole's row, which is one point, for all vertices: the row beside it is all around it.
+  std::int32_t pole_gap_units = 1;
 };
 
 /// Finest samples that significance is measured against, at positions first, first + 1, ...; kNoHeight where void, and there is no data

@@ -9,7 +9,7 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr double kDefaultErrorCells = 0.25;   // error= when nothing is asked: a quarter of the finest cell
-constexpr double kChainShare = 0.5;           // of the target: border chains leave the tile's inside as much again
+constexpr double kChainShare = 0.7;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
 constexpr double kStepsPerTile = 65536;       // .glb quantisation: 16 bits a tile side
 constexpr double kStepShare = 1.0 / 16;       // of the target: quantisation must not spend the promise
 constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
@@ -97,7 +97,10 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const double unit_m = proto::cell_height_m(lattice, lattice.rows() / 2);
   level.set_chain_tolerance(kChainShare * level.target());
   const double reach_m = static_cast<double>(reach) * unit_m;
-  const double step = std::min(reach_m / kStepsPerTile, level.target() * kStepShare);
+  // Around a pole columns are closer than any step: there, as fine as float32 allows.
+  const std::int64_t polar = lattice.rows() / 128;
+  const bool at_pole = plan.window(1) < polar || plan.window(3) > lattice.rows() - polar;
+  const double step = at_pole ? 0 : std::min(reach_m / kStepsPerTile, level.target() * kStepShare);
   const double room_m = reach_m + kRelief_m + 2 * level.target();
   level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
   const double cell = static_cast<double>(lattice.cell_units(z));

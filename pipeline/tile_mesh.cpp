@@ -51,6 +51,7 @@ ChainRule chain_rule(const LevelContext& context) {
   rule.tolerance_m = context.level->chain_tolerance();
   rule.rim_units = static_cast<std::int32_t>(context.level->rim_tolerance());
   rule.void_gap_units = void_gap(context, static_cast<int>(context.level->level()));
+  rule.pole_gap_units = static_cast<std::int32_t>(context.lattice->cell_units(static_cast<int>(context.level->level())));
   return rule;
 }
 
