@@ -17,6 +17,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 using Id = std::uint32_t;
 constexpr Id kNone = UINT32_MAX;
 constexpr std::uint32_t kReserve = 2;  // places at a vertex that edges turned for shape leave to insertions
+constexpr double kNeedle = 32;    // a triangle this many times as long as it is high
 constexpr int kMostSteps = 64;  // of a walk from triangle to triangle
 constexpr int kMostHarms = 16;  // at a vertex: edges turned beyond the limit might turn back for ever
 
@@ -253,6 +254,15 @@ class Refinement {
     if (is_void(q.a) || is_void(q.b) || is_void(q.c) || is_void(q.d)) return false;
     return has_room(q.c, reserve) && has_room(q.d, reserve) && twice_area(q.a, q.d, q.c) > 0 && twice_area(q.d, q.b, q.c) > 0;
   }
+  // Needles have positive area too, but roundings tilt them.
+  bool makes_needle(const Quad& q) const { return !has_body(q.a, q.d, q.c) || !has_body(q.d, q.b, q.c); }
+  bool has_body(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
+    const auto length2 = [&](std::uint32_t v, std::uint32_t w) {
+      const double dx = mesh_.x[v] - mesh_.x[w], dy = mesh_.y[v] - mesh_.y[w];
+      return dx * dx + dy * dy;
+    };
+    return kNeedle * static_cast<double>(twice_area(a, b, c)) >= std::max({length2(a, b), length2(b, c), length2(c, a), 1.0});
+  }
   // Is d inside the circle through a, b, c? Doubles: a tie decided wrongly costs a little shape, and all machines decide alike.
   bool better_shaped(const Quad& q) const {
     const auto from = [&](std::uint32_t v) {
@@ -333,7 +343,7 @@ class Refinement {
     double least_m = INFINITY;
     for (unsigned k = 0; k < 3; ++k) {
       Quad q;
-      if (!can_flip(t, k, q, 0)) continue;
+      if (!can_flip(t, k, q, 0) || makes_needle(q)) continue;
       const double error_m = after_flip_m(q);
       if (error_m >= least_m) continue;
       least_m = error_m;
@@ -350,7 +360,7 @@ class Refinement {
     Id t = start;
     do {
       Quad q;
-      if (can_flip(t, corner_of(t, v), q, 0)) {
+      if (can_flip(t, corner_of(t, v), q, 0) && !makes_needle(q)) {
         const double error_m = after_flip_m(q);
         if (error_m < least_m) {
           least_m = error_m;

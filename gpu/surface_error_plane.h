@@ -61,12 +61,13 @@ struct PlaneRow {
   }
 };
 
-/// Does the line through foot along up meet the triangle, or pass it by less than a millimetre? edge_m: its longest edge.
+/// Does the line through foot along up meet the triangle, or pass it by less than a millimetre? edge_m: its longest edge. From either side:
+/// a sliver that runs east and west is narrower than its chords' bulge, and roundings alone may turn it over.
 CORDILLERA_HD inline bool meets(const proto::Vec3& foot, const proto::Vec3& up, const proto::Vec3 (&corner)[3], double edge_m) {
   const proto::Vec3 a = corner[0] - foot, b = corner[1] - foot, c = corner[2] - foot;
-  const double grace = -1e-3 * edge_m;
-  return proto::dot(up, proto::cross(a, b)) >= grace && proto::dot(up, proto::cross(b, c)) >= grace &&
-         proto::dot(up, proto::cross(c, a)) >= grace;
+  const double grace = 1e-3 * edge_m;
+  const double ab = proto::dot(up, proto::cross(a, b)), bc = proto::dot(up, proto::cross(b, c)), ca = proto::dot(up, proto::cross(c, a));
+  return (ab >= -grace && bc >= -grace && ca >= -grace) || (ab <= grace && bc <= grace && ca <= grace);
 }
 
 /// Heights that no point of the flat triangle can leave. The top: height over a convex body is a convex function. The bottom: the

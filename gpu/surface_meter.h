@@ -67,12 +67,28 @@ class SurfaceMeter {
   TriangleWorst worst(const MeasuredTriangle& t, double limit_m, Tally& tally) const {
     TriangleWorst worst;
     for (std::int64_t y = t.plan.rows.first; y <= t.plan.rows.last; ++y) row(t, y, limit_m, tally, worst);
+    if (worst.any.error_m >= 0) worst.any.error_m += kPlace_m * steepness(t);
     return worst;
   }
 
  private:
   static constexpr std::size_t kBlock = 256;
   static constexpr std::size_t kLanes = 8;
+  /// Frames are rounded to some micrometres on the ground, which on a sliver as steep as a wall is millimetres of height.
+  static constexpr double kPlace_m = 2e-5, kSteepest = 1e4;
+
+  /// Metres of height a metre on the ground, of the steeper decoding.
+  static double steepness(const MeasuredTriangle& t) {
+    double steepest = 0;
+    for (const Plane* plane : {&t.exact, &t.rounded}) {
+      const proto::Vec3& p = t.exact_corner[0];
+      constexpr double kPolar2 = (1 - proto::kFlattening) * (1 - proto::kFlattening);
+      const proto::Vec3 up{p.x, p.y, p.z / kPolar2};
+      const double rise = std::abs(proto::dot(plane->normal, up)), whole = std::sqrt(proto::dot(plane->normal, plane->normal) * proto::dot(up, up));
+      steepest = std::max(steepest, rise * kSteepest > whole ? whole / rise : kSteepest);
+    }
+    return steepest;
+  }
 
   /// Columns of samples and their frames, indexed by column - columns.first, so that a row's loop reads them in order.
   struct Strip {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "gpu/surface_error_plane.h"
 #include "pipeline/overlay.h"
 #include "proto/ellipsoid.h"
 
@@ -13,8 +14,6 @@ namespace {
 using proto::TileMesh;
 using proto::Vec3;
 
-// No two surfaces of the earth are farther apart; also what a plane gets that stands upright somewhere.
-constexpr double kFarthest_m = 2 * proto::kSemiMajor_m;
 // The bound of the curvature is of second order; this covers what it leaves out.
 constexpr double kMargin = 1.5;
 
@@ -24,8 +23,16 @@ struct Place {
   double tan_lat = 0;
 };
 
+// A flat triangle's plane, and heights that the triangle cannot leave (gpu/surface_error_plane.h has the reason).
 struct Plane {
   Vec3 origin, normal;  // normal not of unit length
+  gpu::HeightRange range;
+};
+
+// A vertex in space.
+struct Spot {
+  Vec3 at;
+  double height_m = 0;
 };
 
 // What one surface does over a place.
@@ -62,8 +69,9 @@ class Earth {
     return {proto::ecef(here_r, here_c, 0), proto::normal(here_r, here_c), tan_lat};
   }
 
-  Vec3 at(const gpu::MeshPoint& p) const {
-    return proto::ecef(proto::row_frame(lattice_, south_ + p.y), proto::column_frame(lattice_, west_ + p.x), p.height * proto::kHeightStep_m);
+  Spot at(const gpu::MeshPoint& p) const {
+    const double height_m = p.height * proto::kHeightStep_m;
+    return {proto::ecef(proto::row_frame(lattice_, south_ + p.y), proto::column_frame(lattice_, west_ + p.x), height_m), height_m};
   }
 
  private:
@@ -83,7 +91,12 @@ class Earth {
   double cell_rad_;
 };
 
-Plane plane_of(const Vec3& a, const Vec3& b, const Vec3& c) { return {a, cross(b - a, c - a)}; }
+Plane plane_of(const Spot& a, const Spot& b, const Spot& c) {
+  const Vec3 ab = b.at - a.at, ac = c.at - a.at, bc = c.at - b.at;
+  const double edge2_m2 = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+  const auto [low_m, high_m] = std::minmax({a.height_m, b.height_m, c.height_m});
+  return {a.at, cross(ab, ac), gpu::height_range(low_m, high_m, edge2_m2, 0)};
+}
 
 // On a pole row two corners are one point: such a triangle shows nothing.
 bool has_area(const Plane& plane) { return dot(plane.normal, plane.normal) > 1e-6; }
@@ -92,7 +105,7 @@ Over over(const Plane& plane, const Place& place) {
   const double rise = dot(plane.normal, place.up);
   // Half a degree from upright counts as upright: no terrain is, only triangles over a good part of the globe.
   if (rise <= 0 || rise * rise < 1e-4 * dot(plane.normal, plane.normal)) return {0, {}, true};
-  const double height_m = dot(plane.normal, plane.origin - place.at) / rise;
+  const double height_m = plane.range.clamp(dot(plane.normal, plane.origin - place.at) / rise);
   return {height_m, place.up - (1 / rise) * plane.normal, false};
 }
 
@@ -102,6 +115,8 @@ Over over(const Plane& plane, const Place& place) {
 // difference of two planes the first term cancels. Lines of the lattice are no great circles (a parallel turns by tan(lat) / R a
 // metre), which brings in the difference of the slopes. A function that curves by c at most is within c d^2 / 6 of the linear one
 // between the corners of a triangle of diameter d.
+double farthest_m(const gpu::HeightRange& a, const gpu::HeightRange& b) { return std::max(a.high_m - b.low_m, b.high_m - a.low_m); }
+
 struct Apart {
   double most_m = 0;  // an upper bound
   PlanPoint at;       // the corner of the common ground where they are farthest apart
@@ -114,7 +129,7 @@ Apart apart(const Plane& a, const Plane& b, const Common& ground, const Earth& o
   for (int k = 0; k < ground.count; ++k) {
     const Place place = on.place(ground.corner[k]);
     const Over first = over(a, place), second = over(b, place);
-    if (first.upright || second.upright) return {kFarthest_m, ground.corner[k]};
+    if (first.upright || second.upright) return {farthest_m(a.range, b.range), ground.corner[k]};
     const double here = std::abs(first.height_m - second.height_m);
     if (here > most) at = ground.corner[k];
     most = std::max(most, here);
@@ -130,7 +145,7 @@ Apart apart(const Plane& a, const Plane& b, const Common& ground, const Earth& o
   const double share = kMargin * diameter2 / (6 * radius_m);
   // Around a pole parallels turn without limit, but no surface departs by more than its slope times the way.
   const double turned = std::min(turning * share, bent * std::sqrt(diameter2));
-  return {std::min(kFarthest_m, most + (2 * steepest2 + most / radius_m) * share + turned), at};
+  return {std::min(farthest_m(a.range, b.range), most + (2 * steepest2 + most / radius_m) * share + turned), at};
 }
 
 std::int64_t twice_area(const gpu::MeshPoint& a, const gpu::MeshPoint& b, const gpu::MeshPoint& c) {
@@ -214,7 +229,7 @@ class ComposedMeter::Ground {
         const gpu::MeshPoint p = point(v);
         if (!could_be_corner(c, p)) continue;
         const Over here = over(plane, earth_.place({static_cast<double>(p.x), static_cast<double>(p.y)}));
-        const double apart = here.upright ? kFarthest_m : std::abs(here.height_m - p.height * proto::kHeightStep_m);
+        const double apart = here.upright ? INFINITY : std::abs(here.height_m - p.height * proto::kHeightStep_m);
         if (apart <= farthest_m) continue;
         farthest_m = apart;
         error.helps = true;
@@ -226,7 +241,7 @@ class ComposedMeter::Ground {
   Earth earth_;
   const TileMesh& welded_;
   TriangleIndex index_;
-  std::vector<Vec3> at_;  // indexed by welded vertex
+  std::vector<Spot> at_;  // indexed by welded vertex
 };
 
 ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded)
@@ -235,6 +250,11 @@ ComposedMeter::~ComposedMeter() = default;
 
 gpu::TriangleError ComposedMeter::measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
   return ground_->measure(corners, limit_m);
+}
+
+double ComposedMeter::greatest_m(const TileMesh& parent) const {
+  std::vector<std::uint32_t> none;
+  return greatest_m(parent, INFINITY, none);
 }
 
 double ComposedMeter::greatest_m(const TileMesh& parent, double limit_m, std::vector<std::uint32_t>& over) const {

@@ -26,6 +26,7 @@ class ComposedMeter final : public gpu::ErrorMeter {
 
   /// The greatest error of parent's published triangles; those above limit_m are appended to over.
   double greatest_m(const proto::TileMesh& parent, double limit_m, std::vector<std::uint32_t>& over) const;
+  double greatest_m(const proto::TileMesh& parent) const;
 
  private:
   class Ground;

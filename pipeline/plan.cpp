@@ -95,7 +95,8 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const std::int64_t extent = std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
   const std::int64_t reach = std::min(extent, lattice.tile_units(z));
   const double unit_m = proto::cell_height_m(lattice, lattice.rows() / 2);
-  level.set_chain_tolerance(kChainShare * level.target());
+  // Above the blocks half of the target is spent already: children's errors are added.
+  level.set_chain_tolerance(kChainShare * level.target() * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1));
   const double reach_m = static_cast<double>(reach) * unit_m;
   // Around a pole columns are closer than any step: there, as fine as float32 allows.
   const std::int64_t polar = lattice.rows() / 128;

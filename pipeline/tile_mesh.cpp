@@ -18,7 +18,7 @@ namespace {
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
 constexpr int kAttempts = 20;  // to empty the border of what its chain dropped
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
-constexpr int kComposedAttempts = 3;  // above the blocks, each with half the tolerance
+constexpr int kPromiseAttempts = 4;  // to keep a promise that refinement could not
 constexpr double kLeastStepShare = 0.25;  // of the target, for the step above the blocks, even where children left less
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
@@ -217,7 +217,7 @@ void compose(const LevelContext& context, const PreparedTile& prepared, BuiltTil
   double step_m = meter.greatest_m(built.mesh, left_m, over);
   if (!over.empty()) {
     built.put_back = gpu::refine(built.mesh, meter, left_m, over, prepared.input.vertices()).inserted;
-    step_m = meter.greatest_m(built.mesh, left_m, over);
+    step_m = meter.greatest_m(built.mesh);
   }
   built.composed = true;
   built.max_error_m = before_m + step_m;
@@ -228,6 +228,7 @@ void compose(const LevelContext& context, const PreparedTile& prepared, BuiltTil
 std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   const auto cell = static_cast<std::int32_t>(context.lattice->cell_units(prepared.tile.z));
   if (keep_support(prepared.input, mesh, cell, attempt) > 0) {
+    if (prepared.best) return std::move(prepared.best);
     if (attempt < kAttempts) return std::nullopt;
     throw std::logic_error("tile mesh: border vertices could not be removed");
   }
@@ -236,17 +237,17 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
   built.mesh = std::move(mesh);
   const double limit_m = context.promise ? context.level->target() : INFINITY;
   context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
-  if (built.composed && built.max_error_m > limit_m && attempt < kComposedAttempts) {
-    prepared.caution *= 2;
-    return std::nullopt;
-  }
+  const std::vector<gpu::SurfaceError::Worst> over = built.measured.over_limit;
+  const bool broken = built.max_error_m > limit_m;
+  if (!prepared.best || built.max_error_m < prepared.best->max_error_m) prepared.best = std::move(built);
+  if (!broken || attempt >= kPromiseAttempts) return std::move(prepared.best);
   // Refinement leaves hardly anything: where valences around a border vertex gave it no room, another mesh will.
-  std::uint32_t kept = 0;
-  if (attempt < kAttempts) {
-    for (const auto& worst : built.measured.over_limit) kept += keep_around(prepared.input, worst.x, worst.y, std::size_t{8} << std::min(attempt, 6));
+  if (context.samples) {
+    for (const auto& worst : over) keep_around(prepared.input, worst.x, worst.y, std::size_t{8} << attempt);
+  } else {
+    prepared.caution *= 2;
   }
-  if (kept > 0) return std::nullopt;
-  return built;
+  return std::nullopt;
 }
 
 BuiltTile complete(const LevelContext& context, PreparedTile& prepared, gpu::Simplifier& simplifier) {

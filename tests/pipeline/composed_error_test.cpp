@@ -19,8 +19,7 @@ using proto::TileMesh;
 using proto::Vec3;
 
 double greatest_m(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded, const TileMesh& parent) {
-  std::vector<std::uint32_t> over;
-  return ComposedMeter(lattice, tile, welded).greatest_m(parent, INFINITY, over);
+  return ComposedMeter(lattice, tile, welded).greatest_m(parent);
 }
 
 TileMesh surface(std::int32_t cells, std::int32_t side, const std::function<double(double, double)>& height_m) {

@@ -82,6 +82,8 @@ struct TileFigures {
   std::size_t triangles = 0, drc_bytes = 0, glb_bytes = 0;
   double drc_max_m = 0, glb_max_m = 0, squares_m2 = 0;
   std::uint64_t samples = 0, unseen = 0;
+  double max_m() const { return std::max(drc_max_m, glb_max_m); }
+  std::int64_t worst_i = 0, worst_j = 0;  ///< finest lattice vertex of the greatest error
 };
 
 TileFigures figures_of(const fs::path& folder, const proto::TileAddress& at, const Truth& truth, std::int64_t stride) {
@@ -100,6 +102,8 @@ TileFigures figures_of(const fs::path& folder, const proto::TileAddress& at, con
     const auto height = [&](std::int64_t i, std::int64_t j) { return truth(i + part.turn, j); };
     const whole::Measured exact = whole::measure(by_formula, truth.lattice, at, height, part.window, stride);
     const whole::Measured rounded = whole::measure(in_space, truth.lattice, at, height, part.window, stride);
+    const whole::Measured& worst = exact.max_m >= rounded.max_m ? exact : rounded;
+    if (worst.max_m > figures.max_m()) figures.worst_i = worst.worst_i, figures.worst_j = worst.worst_j;
     figures.drc_max_m = std::max(figures.drc_max_m, exact.max_m);
     figures.glb_max_m = std::max(figures.glb_max_m, rounded.max_m);
     figures.squares_m2 += exact.rmse_m * exact.rmse_m * static_cast<double>(exact.samples);
@@ -148,14 +152,16 @@ void print_level(int level, const std::vector<TileFigures>& tiles, std::int64_t 
   for (const TileFigures& t : tiles) {
     sum.triangles += t.triangles, sum.drc_bytes += t.drc_bytes, sum.glb_bytes += t.glb_bytes;
     sum.samples += t.samples, sum.unseen += t.unseen, sum.squares_m2 += t.squares_m2;
+    if (t.max_m() > sum.max_m()) sum.worst_i = t.worst_i, sum.worst_j = t.worst_j;
     sum.drc_max_m = std::max(sum.drc_max_m, t.drc_max_m);
     sum.glb_max_m = std::max(sum.glb_max_m, t.glb_max_m);
   }
   const double rmse = sum.samples > 0 ? std::sqrt(sum.squares_m2 / static_cast<double>(sum.samples)) : 0;
   std::printf("{\"level\": %d, \"tiles\": %zu, \"triangles\": %zu, \"drc_bytes\": %zu, \"glb_bytes\": %zu, \"drc_max_m\": %.6f, "
-              "\"glb_max_m\": %.6f, \"rmse_m\": %.6f, \"samples\": %zu, \"unseen\": %zu, \"stride\": %zu}",
+              "\"glb_max_m\": %.6f, \"rmse_m\": %.6f, \"samples\": %zu, \"unseen\": %zu, \"stride\": %zu, \"worst_vertex\": [%d, %d]}",
               level, tiles.size(), sum.triangles, sum.drc_bytes, sum.glb_bytes, sum.drc_max_m, sum.glb_max_m, rmse,
-              static_cast<std::size_t>(sum.samples), static_cast<std::size_t>(sum.unseen), static_cast<std::size_t>(stride));
+              static_cast<std::size_t>(sum.samples), static_cast<std::size_t>(sum.unseen), static_cast<std::size_t>(stride),
+              static_cast<int>(sum.worst_i), static_cast<int>(sum.worst_j));
 }
 
 int run(const std::string& raster, const fs::path& folder, double most_samples, unsigned threads) {
