@@ -187,15 +187,21 @@ class Mender {
     return bx * cy - by * cx > 0;
   }
 
-  // Turns the edge from a to the k-th of its ring into the other diagonal of its two triangles, if that publishes the same area.
-  bool flip(std::uint32_t a, std::uint32_t k) {
+  // May the edge from a to the k-th of its ring become the other diagonal of its two triangles? Not if other area would be published.
+  bool may_flip(std::uint32_t a, std::uint32_t k) const {
     const auto ring = rings_.ring(a);
     const auto count = static_cast<std::uint32_t>(ring.size());
     if (rings_.open[a] && (k == 0 || k + 1 == count)) return false;
     const std::uint32_t b = ring[k], c = ring[(k + 1) % count], d = ring[(k + count - 1) % count];
     if (!positive(a, d, c) || !positive(d, b, c)) return false;
     if (rings_.valence[c] >= cap(c) || rings_.valence[d] >= cap(d)) return false;
-    if (int{is_void(a)} + int{is_void(b)} + int{is_void(c)} + int{is_void(d)} == 1) return false;
+    return int{is_void(a)} + int{is_void(b)} + int{is_void(c)} + int{is_void(d)} != 1;
+  }
+  bool flip(std::uint32_t a, std::uint32_t k) {
+    if (!may_flip(a, k)) return false;
+    const auto ring = rings_.ring(a);
+    const auto count = static_cast<std::uint32_t>(ring.size());
+    const std::uint32_t b = ring[k], c = ring[(k + 1) % count], d = ring[(k + count - 1) % count];
     put(a, b, {});
     put(b, a, {});
     const std::array<std::uint32_t, 2> at_c{a, d}, at_d{b, c};  // c sees a, then b; d sees b, then a
@@ -204,13 +210,31 @@ class Mender {
     return true;
   }
 
-  // Turns edges away from vertices with data that have more neighbours than the contract allows: a weld may leave such.
+  // How far apart the two diagonals of the quadrilateral around an edge are where they cross in plan, in height steps.
+  double apart(std::uint32_t a, std::uint32_t k) const {
+    const auto ring = rings_.ring(a);
+    const auto count = static_cast<std::uint32_t>(ring.size());
+    const std::uint32_t b = ring[k], c = ring[(k + 1) % count], d = ring[(k + count - 1) % count];
+    const auto cross = [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
+      const double qx = mesh_.x[q] - mesh_.x[p], qy = mesh_.y[q] - mesh_.y[p];
+      const double rx = mesh_.x[r] - mesh_.x[p], ry = mesh_.y[r] - mesh_.y[p];
+      return qx * ry - qy * rx;
+    };
+    const double along_ab = cross(c, d, a) / (cross(c, d, a) - cross(c, d, b)), along_cd = cross(a, b, c) / (cross(a, b, c) - cross(a, b, d));
+    const auto between = [&](std::uint32_t p, std::uint32_t q, double t) { return mesh_.height[p] + t * (mesh_.height[q] - mesh_.height[p]); };
+    return std::abs(between(a, b, along_ab) - between(c, d, along_cd));
+  }
+
+  // Turns edges away from vertices with data that have more neighbours than the contract allows, as a weld may leave them: those that
+  // change the surface least.
   void relax() {
     for (std::uint32_t v = 0; v < rings_.vertices(); ++v) {
-      if (is_void(v)) continue;
-      for (std::uint32_t k = 0; rings_.valence[v] > kMostValence && k < rings_.valence[v];) {
-        if (flip(v, k)) k = 0;
-        else ++k;
+      while (!is_void(v) && rings_.valence[v] > kMostValence) {
+        std::vector<std::pair<double, std::uint32_t>> edges;
+        for (std::uint32_t k = 0; k < rings_.valence[v]; ++k)
+          if (may_flip(v, k)) edges.emplace_back(apart(v, k), k);
+        if (edges.empty()) break;
+        flip(v, std::min_element(edges.begin(), edges.end())->second);
       }
     }
   }

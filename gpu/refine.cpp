@@ -154,19 +154,24 @@ class Refinement {
 
   void insert(Id t) {
     const TriangleError found = error(t);
-    const Id at = found.helps ? triangle_with(found.point, t) : kNone;
-    if (at == kNone) {
-      turn(t);
+    for (int k = 0; k < found.count; ++k) {
+      const MeshPoint& p = found.points[static_cast<std::size_t>(k)];
+      const Id at = triangle_with(p, t);
+      if (at == kNone) continue;
+      split(at, p);
       return;
     }
-    const Triangle c = mesh_.triangles[at];
+    turn(t);
+  }
+
+  void split(Id t, const MeshPoint& p) {
+    const Triangle c = mesh_.triangles[t];
     for (unsigned k = 0; k < 3; ++k) {
-      if (twice_area(point(c[k]), point(c[after(k)]), found.point) == 0) {
-        split_edge(at, k, found.point);
-        return;
-      }
+      if (twice_area(point(c[k]), point(c[after(k)]), p) != 0) continue;
+      split_edge(t, k, p);
+      return;
     }
-    split_inside(at, found.point);
+    split_inside(t, p);
   }
 
   // The published triangle that holds p as no corner; a walk from t, which in an odd mesh might go in circles.

@@ -19,8 +19,11 @@ struct MeshPoint {
 
 struct TriangleError {
   double error_m = 0;
-  bool helps = false;  ///< is there a point that could become a vertex; looked for only where the error exceeds the limit
-  MeshPoint point;     ///< in the triangle or near it, not on the tile's border
+  /// Points that could become vertices, the best first; looked for only where the error exceeds the limit. In the triangle or near it, not
+  /// on the tile's border; those that are vertices already are passed over.
+  std::array<MeshPoint, 3> points{};
+  int count = 0;
+  void offer(const MeshPoint& p) { points[static_cast<std::size_t>(count++)] = p; }
 };
 
 /// Measures triangles with data at all corners. Pure: the same corners get the same answer.

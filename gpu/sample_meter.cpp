@@ -41,10 +41,8 @@ TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, doub
   if (error.error_m <= limit_m) return error;
   // Where only samples beyond its edges are too far, any corner more makes the triangle smaller.
   if (worst.inside.error_m < 0) worst = meter_.worst(triangle, -1, tally);
-  error.helps = worst.inside.error_m >= 0;
-  if (error.helps) {
-    error.point = {static_cast<std::int32_t>(worst.inside.x), static_cast<std::int32_t>(worst.inside.y),
-                   meter_.window().at(worst.inside.x, worst.inside.y)};
+  if (worst.inside.error_m >= 0) {
+    error.offer({static_cast<std::int32_t>(worst.inside.x), static_cast<std::int32_t>(worst.inside.y), meter_.window().at(worst.inside.x, worst.inside.y)});
   }
   return error;
 }

@@ -186,8 +186,8 @@ class ComposedMeter::Ground {
       over = k;
     }
     if (error.error_m <= limit_m) return error;
-    find_farthest(corners, plane, near, error);
-    if (!error.helps) find_nearest(corners, worst, welded_.triangles[over], error);
+    offer_farthest(corners, plane, near, error);
+    if (error.count == 0) offer_nearest(corners, worst, welded_.triangles[over], error);
     return error;
   }
 
@@ -208,22 +208,21 @@ class ComposedMeter::Ground {
     return twice_area(c[0], c[1], p) >= 0 && twice_area(c[1], c[2], p) >= 0 && twice_area(c[2], c[0], p) >= 0;
   }
 
-  // Where edges cross and no vertex lies between: the nearest end of the children's edges there.
-  void find_nearest(const std::array<gpu::MeshPoint, 3>& c, PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
-    double nearest = INFINITY;
-    for (const std::uint32_t v : triangle) {
+  // Where edges cross and no vertex lies between: the ends of the children's edges there, the nearest first.
+  void offer_nearest(const std::array<gpu::MeshPoint, 3>& c, PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
+    std::array<std::pair<double, std::uint32_t>, 3> ends;
+    for (std::size_t k = 0; k < 3; ++k) ends[k] = {std::hypot(welded_.x[triangle[k]] - at.x, welded_.y[triangle[k]] - at.y), triangle[k]};
+    std::sort(ends.begin(), ends.end());
+    for (const auto& [distance, v] : ends) {
       const gpu::MeshPoint p = point(v);
-      const double distance = std::hypot(p.x - at.x, p.y - at.y);
-      if (distance >= nearest || on_border(p) || same_place(p, c[0]) || same_place(p, c[1]) || same_place(p, c[2])) continue;
-      nearest = distance;
-      error.helps = true;
-      error.point = p;
+      if (!on_border(p) && !same_place(p, c[0]) && !same_place(p, c[1]) && !same_place(p, c[2])) error.offer(p);
     }
   }
 
-  void find_farthest(const std::array<gpu::MeshPoint, 3>& c, const Plane& plane, const std::vector<std::uint32_t>& near,
+  void offer_farthest(const std::array<gpu::MeshPoint, 3>& c, const Plane& plane, const std::vector<std::uint32_t>& near,
                      gpu::TriangleError& error) const {
     double farthest_m = -1;
+    gpu::MeshPoint farthest;
     for (const std::uint32_t k : near) {
       for (const std::uint32_t v : welded_.triangles[k]) {
         const gpu::MeshPoint p = point(v);
@@ -232,10 +231,10 @@ class ComposedMeter::Ground {
         const double apart = here.upright ? INFINITY : std::abs(here.height_m - p.height * proto::kHeightStep_m);
         if (apart <= farthest_m) continue;
         farthest_m = apart;
-        error.helps = true;
-        error.point = p;
+        farthest = p;
       }
     }
+    if (farthest_m >= 0) error.offer(farthest);
   }
 
   Earth earth_;

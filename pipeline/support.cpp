@@ -4,17 +4,21 @@
 
 namespace cordillera::pipeline {
 
-std::uint32_t keep_around(proto::TileMesh& input, std::int32_t x, std::int32_t y, std::size_t count) {
+void keep_around(proto::TileMesh& input, const proto::TileMesh& simplified, std::uint32_t triangle, std::size_t count) {
+  std::int64_t x = 0, y = 0;
+  for (const std::uint32_t v : simplified.triangles[triangle]) {
+    x += simplified.x[v];
+    y += simplified.y[v];
+  }
   std::vector<std::pair<std::int64_t, std::uint32_t>> near;
   for (std::uint32_t v = 0; v < input.vertices(); ++v) {
-    if (input.mark[v] & (proto::kVoid | proto::kKeep | proto::kRemove)) continue;
-    const std::int64_t dx = input.x[v] - x, dy = input.y[v] - y;
+    if (input.mark[v] & (proto::kVoid | proto::kRemove)) continue;
+    const std::int64_t dx = input.x[v] - x / 3, dy = input.y[v] - y / 3;
     near.emplace_back(dx * dx + dy * dy, v);
   }
-  const std::size_t most = std::min(count, near.size());
-  std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(most), near.end());
-  for (std::size_t k = 0; k < most; ++k) input.mark[near[k].second] |= proto::kKeep;
-  return static_cast<std::uint32_t>(most);
+  const auto most = static_cast<std::ptrdiff_t>(std::min(count, near.size()));
+  std::nth_element(near.begin(), near.begin() + most, near.end());
+  for (auto kept = near.begin(); kept != near.begin() + most; ++kept) input.mark[kept->second] |= proto::kKeep;
 }
 
 std::uint32_t keep_support(proto::TileMesh& input, const proto::TileMesh& simplified, std::int32_t cell_units, int attempt) {

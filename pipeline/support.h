@@ -12,7 +12,7 @@ namespace cordillera::pipeline {
 /// the result. Returns how many are still there; 0: nothing is marked.
 std::uint32_t keep_support(proto::TileMesh& input, const proto::TileMesh& simplified, std::int32_t cell_units, int attempt);
 
-/// Marks the `count` removable vertices of input that are nearest to (x, y) kKeep. Returns how many there were.
-std::uint32_t keep_around(proto::TileMesh& input, std::int32_t x, std::int32_t y, std::size_t count);
+/// Marks the `count` removable vertices of input that are nearest to the middle of a triangle of the result kKeep.
+void keep_around(proto::TileMesh& input, const proto::TileMesh& simplified, std::uint32_t triangle, std::size_t count);
 
 }  // namespace cordillera::pipeline

@@ -137,9 +137,9 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   job.input = &input;
   job.elevation = elevation;
   job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
-  job.tolerance_m = static_cast<float>(context.level->target() / caution);
+  job.tolerance_m = static_cast<float>(context.level->target());
   const double left = context.level->target() - inherited_error_m;
-  if (context.promise) job.guard_m = static_cast<float>(std::max(kGuardShare * left / caution, 1e-6));
+  if (context.promise) job.guard_m = static_cast<float>(std::max(kGuardShare * left, 1e-6));
   job.rim_units = static_cast<float>(context.level->rim_tolerance());
   return job;
 }
@@ -190,37 +190,43 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
 
 namespace {
 
-/// Against every finest sample; what exceeds the limit is refined.
-void measure(const LevelContext& context, BuiltTile& built, double limit_m) {
+/// Against every finest sample; what exceeds the limit is refined. Returns the triangles that are still over it.
+std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m) {
   gpu::SurfaceErrorInput input;
   input.lattice = context.lattice;
   input.tile = built.tile;
   input.mesh = &built.mesh;
   input.samples = context.samples;
   input.ecef_step_m = context.level->ecef_step();
-  built.measured = gpu::surface_error(input, limit_m - kGrace_m);
-  if (!built.measured.over_limit.empty()) {
-    std::vector<std::uint32_t> over;
-    for (const auto& worst : built.measured.over_limit) over.push_back(worst.triangle);
-    built.put_back = gpu::refine(built.mesh, gpu::SampleMeter(input), limit_m - kGrace_m, over, SIZE_MAX).inserted;
+  const auto over = [&] {
     built.measured = gpu::surface_error(input, limit_m - kGrace_m);
+    std::vector<std::uint32_t> triangles;
+    for (const auto& worst : built.measured.over_limit) triangles.push_back(worst.triangle);
+    return triangles;
+  };
+  std::vector<std::uint32_t> left = over();
+  if (!left.empty()) {
+    built.put_back = gpu::refine(built.mesh, gpu::SampleMeter(input), limit_m - kGrace_m, left, SIZE_MAX).inserted;
+    left = over();
   }
   built.max_error_m = built.measured.max_m + kGrace_m;
+  return left;
 }
 
-/// Against the children's surfaces, whose own errors are known.
-void compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
+/// Against the children's surfaces, whose own errors are known. Returns the triangles that are still over the limit.
+std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
   const double before_m = prepared.inherited_error_m + kRoundingSteps * context.level->ecef_step();
   const ComposedMeter meter(*context.lattice, built.tile, prepared.input);
   const double left_m = std::max(limit_m - before_m, kLeastStepShare * limit_m);
-  std::vector<std::uint32_t> over;
+  std::vector<std::uint32_t> over, still_over;
   double step_m = meter.greatest_m(built.mesh, left_m, over);
   if (!over.empty()) {
     built.put_back = gpu::refine(built.mesh, meter, left_m, over, prepared.input.vertices()).inserted;
-    step_m = meter.greatest_m(built.mesh);
+    step_m = meter.greatest_m(built.mesh, left_m, still_over);
   }
   built.composed = true;
   built.max_error_m = before_m + step_m;
+  return still_over;
 }
 
 }  // namespace
@@ -236,18 +242,15 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
   built.tile = prepared.tile;
   built.mesh = std::move(mesh);
   const double limit_m = context.promise ? context.level->target() : INFINITY;
-  context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
-  const std::vector<gpu::SurfaceError::Worst> over = built.measured.over_limit;
-  const bool broken = built.max_error_m > limit_m;
-  if (!prepared.best || built.max_error_m < prepared.best->max_error_m) prepared.best = std::move(built);
-  if (!broken || attempt >= kPromiseAttempts) return std::move(prepared.best);
-  // Refinement leaves hardly anything: where valences around a border vertex gave it no room, another mesh will.
-  if (context.samples) {
-    for (const auto& worst : over) keep_around(prepared.input, worst.x, worst.y, std::size_t{8} << attempt);
-  } else {
-    prepared.caution *= 2;
+  const std::vector<std::uint32_t> over = context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
+  // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.
+  const bool broken = built.max_error_m > limit_m && attempt < kPromiseAttempts;
+  if (broken) {
+    for (const std::uint32_t k : over) keep_around(prepared.input, built.mesh, k, std::size_t{8} << attempt);
   }
-  return std::nullopt;
+  if (!prepared.best || built.max_error_m < prepared.best->max_error_m) prepared.best = std::move(built);
+  if (broken) return std::nullopt;
+  return std::move(prepared.best);
 }
 
 BuiltTile complete(const LevelContext& context, PreparedTile& prepared, gpu::Simplifier& simplifier) {
