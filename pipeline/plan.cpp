@@ -9,7 +9,7 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr double kDefaultErrorCells = 0.25;   // error= when nothing is asked: a quarter of the finest cell
-constexpr double kChainShare = 0.7;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
+constexpr double kChainShare = 0.6;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
 constexpr double kStepsPerTile = 65536;       // .glb quantisation: 16 bits a tile side
 constexpr double kStepShare = 1.0 / 16;       // of the target: quantisation must not spend the promise
 constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
