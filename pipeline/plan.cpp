@@ -95,8 +95,6 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const std::int64_t extent = std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
   const std::int64_t reach = std::min(extent, lattice.tile_units(z));
   const double unit_m = proto::cell_height_m(lattice, lattice.rows() / 2);
-  // Above the blocks half of the target is spent already: children's errors are added.
-  level.set_chain_tolerance(kChainShare * level.target() * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1));
   const double reach_m = static_cast<double>(reach) * unit_m;
   // Around a pole columns are closer than any step: there, as fine as float32 allows.
   const std::int64_t polar = lattice.rows() / 128;
@@ -104,6 +102,10 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const double step = at_pole ? 0 : std::min(reach_m / kStepsPerTile, level.target() * kStepShare);
   const double room_m = reach_m + kRelief_m + 2 * level.target();
   level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
+  // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where somebody
+  // asks for less than a float32 can tell.
+  const double left = level.target() * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step();
+  level.set_chain_tolerance(kChainShare * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
   level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent) * kRimExtentShare)));
 }
