@@ -1,12 +1,11 @@
 #pragma once
-// Device memory: owned, move-only, uninitialised. Every CUDA call is checked; a failure is a DeviceLost, and the job goes on elsewhere.
+// Device memory, and host memory that the device copies quickly: owned, move-only, uninitialised. Every CUDA call is checked; a failure
+// is a DeviceLost, and the job goes on elsewhere.
 #include <cuda_runtime.h>
 
 #include <cstddef>
-#include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "gpu/device_lost.h"
 
@@ -17,40 +16,56 @@ inline void check_cuda(cudaError_t error, const char* what) {
 }
 #define CORDILLERA_CUDA(call) ::cordillera::gpu::check_cuda((call), #call)
 
-template <class T>
-class DeviceBuffer {
+struct DeviceMemory {
+  static void* take(std::size_t bytes) {
+    void* data = nullptr;
+    CORDILLERA_CUDA(cudaMalloc(&data, bytes));
+    return data;
+  }
+  static void give(void* data) { cudaFree(data); }
+};
+
+struct PinnedMemory {
+  static void* take(std::size_t bytes) {
+    void* data = nullptr;
+    CORDILLERA_CUDA(cudaMallocHost(&data, bytes));
+    return data;
+  }
+  static void give(void* data) { cudaFreeHost(data); }
+};
+
+template <class T, class Memory>
+class Buffer {
  public:
-  DeviceBuffer() = default;
-  DeviceBuffer(DeviceBuffer&& other) noexcept : data_(std::exchange(other.data_, nullptr)), capacity_(std::exchange(other.capacity_, 0)) {}
-  DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
+  Buffer() = default;
+  Buffer(Buffer&& other) noexcept : data_(std::exchange(other.data_, nullptr)), capacity_(std::exchange(other.capacity_, 0)) {}
+  Buffer& operator=(Buffer&& other) noexcept {
     std::swap(data_, other.data_);
     std::swap(capacity_, other.capacity_);
     return *this;
   }
-  ~DeviceBuffer() { cudaFree(data_); }
+  ~Buffer() { Memory::give(data_); }
 
   T* data() const { return data_; }
 
   /// Room for count elements; what was there is lost when it must grow.
   void reserve(std::size_t count) {
     if (count <= capacity_) return;
-    cudaFree(data_);
+    Memory::give(data_);
     data_ = nullptr;
     capacity_ = 0;
-    CORDILLERA_CUDA(cudaMalloc(&data_, count * sizeof(T)));
+    data_ = static_cast<T*>(Memory::take(count * sizeof(T)));
     capacity_ = count;
-  }
-  void upload(std::span<const T> host) {
-    reserve(host.size());
-    CORDILLERA_CUDA(cudaMemcpy(data_, host.data(), host.size_bytes(), cudaMemcpyHostToDevice));
-  }
-  void download(std::vector<T>& host) const {
-    CORDILLERA_CUDA(cudaMemcpy(host.data(), data_, host.size() * sizeof(T), cudaMemcpyDeviceToHost));
   }
 
  private:
   T* data_ = nullptr;
   std::size_t capacity_ = 0;
 };
+
+template <class T>
+using DeviceBuffer = Buffer<T, DeviceMemory>;
+template <class T>
+using PinnedBuffer = Buffer<T, PinnedMemory>;
 
 }  // namespace cordillera::gpu

@@ -1,94 +1,15 @@
 #include "gpu/rings.h"
 
-#include <algorithm>
+#include <numeric>
 #include <string>
+
+#include "gpu/wedges.h"
 
 namespace cordillera::gpu {
 namespace {
 
 using proto::Problem;
 using proto::TileMesh;
-
-// A triangle seen from one of its corners: the other two, counter-clockwise.
-struct Wedge {
-  std::uint32_t from = 0, to = 0;
-};
-
-// All wedges, gathered by corner (a counting sort).
-struct Wedges {
-  std::vector<std::uint32_t> start;  // indexed by vertex, one more at the end
-  std::vector<Wedge> wedge;
-};
-
-Wedges gather_wedges(const TileMesh& mesh) {
-  Wedges all;
-  const std::size_t count = mesh.vertices();
-  all.start.assign(count + 2, 0);
-  for (const auto& t : mesh.triangles)
-    for (const std::uint32_t v : t) ++all.start[v + 2];
-  for (std::size_t v = 2; v < all.start.size(); ++v) all.start[v] += all.start[v - 1];
-  all.wedge.resize(3 * mesh.triangles.size());
-  // start[v + 1] serves as the write position of v, and ends as the start of v + 1.
-  for (const auto& t : mesh.triangles) {
-    all.wedge[all.start[t[0] + 1]++] = {t[1], t[2]};
-    all.wedge[all.start[t[1] + 1]++] = {t[2], t[0]};
-    all.wedge[all.start[t[2] + 1]++] = {t[0], t[1]};
-  }
-  all.start.pop_back();
-  return all;
-}
-
-bool has_duplicates(std::span<const Wedge> fan) {
-  std::uint64_t seen = 0;  // a wrong alarm of this filter only costs the exact look below
-  for (const Wedge& w : fan) {
-    const std::uint64_t bit = std::uint64_t{1} << (w.from & 63);
-    if (seen & bit) {
-      for (std::size_t i = 1; i < fan.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-          if (fan[i].from == fan[j].from) return true;
-      return false;
-    }
-    seen |= bit;
-  }
-  return false;
-}
-
-// Where the ring begins: the wedge that follows none (open), else the one with the lowest neighbour.
-std::size_t first_wedge(std::span<const Wedge> fan) {
-  std::uint32_t parity = 0;
-  std::size_t lowest = 0;
-  for (std::size_t i = 0; i < fan.size(); ++i) {
-    parity ^= fan[i].from ^ fan[i].to;
-    if (fan[i].from < fan[lowest].from) lowest = i;
-  }
-  if (parity == 0) return lowest;
-  for (std::size_t i = 0; i < fan.size(); ++i) {
-    const auto follows = [&](const Wedge& w) { return w.to == fan[i].from; };
-    if (std::none_of(fan.begin(), fan.end(), follows)) return i;
-  }
-  return lowest;
-}
-
-enum class Fan { closed, open, broken };
-
-// Puts the wedges of one vertex end to end; reorders fan.
-Fan chain_wedges(std::span<Wedge> fan, std::span<std::uint32_t> row, std::uint8_t& valence) {
-  if (fan.size() > kRowWidth || has_duplicates(fan)) return Fan::broken;
-  std::swap(fan[0], fan[first_wedge(fan)]);
-  row[0] = fan[0].from;
-  for (std::size_t i = 0; i + 1 < fan.size(); ++i) {
-    std::size_t next = i + 1;
-    while (next < fan.size() && fan[next].from != fan[i].to) ++next;
-    if (next == fan.size()) return Fan::broken;
-    std::swap(fan[i + 1], fan[next]);
-    row[i + 1] = fan[i + 1].from;
-  }
-  valence = static_cast<std::uint8_t>(fan.size());
-  if (fan.back().to == fan[0].from) return fan.size() < 3 ? Fan::broken : Fan::closed;
-  if (fan.size() == kRowWidth) return Fan::broken;
-  row[valence++] = fan.back().to;
-  return Fan::open;
-}
 
 bool on_side(const TileMesh& mesh, std::size_t v) {
   return mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == mesh.side || mesh.y[v] == mesh.side;
@@ -104,17 +25,21 @@ Problem not_manifold(const TileMesh& mesh, std::size_t v, std::size_t triangles)
 }  // namespace
 
 proto::Result<Rings> rings_from_triangles(const TileMesh& mesh) {
-  const std::size_t count = mesh.vertices();
-  Wedges all = gather_wedges(mesh);
+  const std::size_t count = mesh.vertices(), triangles = mesh.triangles.size();
+  std::vector<std::uint32_t> end(count, 0);  // indexed by vertex: its wedges counted, then where they begin, then where they end
+  std::vector<Wedge> wedges(3 * triangles);
+  for (std::size_t i = 0; i < triangles; ++i) CountWedges{mesh.triangles.data(), end.data()}(i);
+  std::exclusive_scan(end.begin(), end.end(), end.begin(), 0u);
+  for (std::size_t i = 0; i < triangles; ++i) PlaceWedges{mesh.triangles.data(), end.data(), wedges.data()}(i);
   Rings rings;
   rings.neighbour.resize(count * kRowWidth);
   rings.valence.assign(count, 0);
   rings.open.assign(count, 0);
   for (std::size_t v = 0; v < count; ++v) {
-    const std::span<Wedge> fan(all.wedge.data() + all.start[v], all.start[v + 1] - all.start[v]);
-    if (fan.empty()) continue;
-    const Fan kind = chain_wedges(fan, rings.row(static_cast<std::uint32_t>(v)), rings.valence[v]);
-    if (kind == Fan::broken || (kind == Fan::open) != on_side(mesh, v)) return not_manifold(mesh, v, fan.size());
+    const std::uint32_t begin = v == 0 ? 0 : end[v - 1], size = end[v] - begin;
+    if (size == 0) continue;
+    const Fan kind = chain_wedges(wedges.data() + begin, size, rings.row(static_cast<std::uint32_t>(v)).data(), rings.valence[v]);
+    if (kind == Fan::broken || (kind == Fan::open) != on_side(mesh, v)) return not_manifold(mesh, v, size);
     rings.open[v] = kind == Fan::open ? 1 : 0;
   }
   return rings;
@@ -137,6 +62,10 @@ TileMesh mesh_from_rings(const TileMesh& original, const Rings& rings) {
   TileMesh mesh;
   mesh.side = original.side;
   std::vector<std::uint32_t> moved(rings.vertices(), 0);
+  mesh.x.reserve(rings.vertices());
+  mesh.y.reserve(rings.vertices());
+  mesh.height.reserve(rings.vertices());
+  mesh.mark.reserve(rings.vertices());
   for (std::size_t v = 0; v < rings.vertices(); ++v) {
     if (rings.valence[v] == 0) continue;
     moved[v] = static_cast<std::uint32_t>(mesh.vertices());

@@ -1,6 +1,7 @@
 #pragma once
 // The simplifier: one interface, a CPU and a CUDA backend made from the same source, the same bits from both.
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -23,6 +24,15 @@ struct SimplifyJob {
   float rim_units = 0;      ///< how far the rim of a hole may move, in units
 };
 
+/// Runs work(i) for every i in 0..count-1, at the same time if it can; returns when all are done.
+using ParallelFor = std::function<void(std::size_t count, const std::function<void(std::size_t)>& work)>;
+void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work);
+
+struct StageTime {
+  std::string name;
+  double seconds = 0;
+};
+
 /// Simplifies tiles. Every vertex of a result is a vertex of its input (half-edge collapse; positions do not move, but for a border vertex
 /// that steps inside where nothing else can take it off the border).
 /// Vertices marked kKeep survive, unless they stand in the way of the border; vertices marked kRemove (tile border) are gone (where one is
@@ -35,6 +45,8 @@ class Simplifier {
   /// results[i] belongs to jobs[i]. Results do not depend on how jobs are batched.
   virtual std::vector<proto::TileMesh> simplify(std::span<const SimplifyJob> jobs) = 0;
   virtual std::string device() const = 0;  ///< "cpu" or "cuda:0 (NVIDIA …)"
+  /// What the last call spent its time on, all batches together; for benches.
+  virtual std::span<const StageTime> stages() const = 0;
 };
 
 /// The regular mesh of (side+1)^2 vertices in which every inner vertex has I(v) = 6 triangles; triangle diagonals run SW-NE.
@@ -42,6 +54,7 @@ class Simplifier {
 proto::TileMesh grid_mesh(std::int32_t cells, std::int32_t step, std::span<const std::int32_t> heights);
 
 /// "auto", "cpu", "cuda", "cuda:N". auto takes the first CUDA device that works, else the CPU. One Simplifier a thread.
-proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device);
+/// parallel: for what remains on the host, tile by tile; called from the thread that calls simplify().
+proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel = one_after_the_other);
 
 }  // namespace cordillera::gpu

@@ -2,7 +2,7 @@
 // too little of it). The body is simplify_window(), the same source that the host runs.
 #include <algorithm>
 
-#include "gpu/device_buffer.cuh"
+#include "gpu/cuda_steps.cuh"
 #include "gpu/waves.inl"
 
 namespace cordillera::gpu {
@@ -39,77 +39,45 @@ struct BlockTeam {
   }
 };
 
-__global__ void number_windows_kernel(MeshView mesh, const std::uint32_t* order, const WindowRange* windows) {
-  const WindowRange range = windows[blockIdx.x];
-  for (std::uint32_t i = threadIdx.x; i < range.count; i += blockDim.x) {
-    const std::uint32_t v = order[range.first + i];
-    mesh.window[v] = blockIdx.x;
-    mesh.local[v] = static_cast<std::uint16_t>(i);
-  }
-}
-
-__global__ void __launch_bounds__(kThreads) simplify_windows_kernel(MeshView mesh, const std::uint32_t* order, const WindowRange* windows,
-                                                                    std::uint32_t count, const Rules* rules,
-                                                                    const WaveSchedule* schedules, unsigned char* scratch) {
+/// kShared: the windows lie in shared memory, and the compiler knows it; else in scratch.
+template <bool kShared>
+__global__ void __launch_bounds__(kThreads)
+    simplify_windows_kernel(MeshView mesh, WindowCut cut, const BatchTile* tiles, unsigned char* scratch, std::size_t scratch_bytes) {
   extern __shared__ __align__(16) unsigned char shared[];
-  unsigned char* storage = scratch ? scratch + blockIdx.x * window_bytes(kWindowVertices) : shared;
   BlockTeam team;
-  for (std::uint32_t k = blockIdx.x; k < count; k += gridDim.x) {
-    const WindowRange range = windows[k];
-    simplify_window(team, mesh, order, range, k, rules[range.tile], schedules[range.tile], storage, kWindowVertices);
+  for (std::uint32_t k = blockIdx.x; k < cut.count; k += gridDim.x) {
+    if (!cut.nodes[k].is_window()) continue;
+    const BatchTile& tile = tiles[cut.nodes[k].tile];
+    unsigned char* const storage = kShared ? shared : scratch + blockIdx.x * scratch_bytes;
+    simplify_window(team, mesh, cut.window(k), tile.rules, tile.schedule, storage, kWindowVertices);
     __syncthreads();
   }
 }
 
-class CudaBackend {
+class CudaDevice : public CudaSteps {
  public:
-  explicit CudaBackend(int device) : device_(device) {
-    cudaDeviceProp properties{};
-    CORDILLERA_CUDA(cudaSetDevice(device));
-    CORDILLERA_CUDA(cudaGetDeviceProperties(&properties, device));
+  CudaDevice(int device, const cudaDeviceProp& properties) : CudaSteps(properties.multiProcessorCount), device_(device) {
     name_ = "cuda:" + std::to_string(device) + " (" + properties.name + ")";
-    shared_ = properties.sharedMemPerBlockOptin >= window_bytes(kWindowVertices);
+    shared_bytes_ = properties.sharedMemPerBlockOptin;
     scratch_blocks_ = static_cast<unsigned>(8 * properties.multiProcessorCount);
-    const int bytes = shared_ ? static_cast<int>(window_bytes(kWindowVertices)) : 0;
-    CORDILLERA_CUDA(cudaFuncSetAttribute(simplify_windows_kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes));
+    const int bytes = static_cast<int>(std::min(shared_bytes_, window_bytes(kWindowVertices)));
+    CORDILLERA_CUDA(cudaFuncSetAttribute(simplify_windows_kernel<true>, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes));
   }
 
-  void begin(BatchMesh& mesh) {
-    CORDILLERA_CUDA(cudaSetDevice(device_));
-    x_.upload(mesh.x);
-    y_.upload(mesh.y);
-    elevation_.upload(mesh.elevation);
-    carried_.upload(mesh.carried);
-    spent_.upload(mesh.spent);
-    key_.upload(mesh.key);
-    row_.upload(mesh.row);
-    valence_.upload(mesh.valence);
-    mark_.upload(mesh.mark);
-    window_.reserve(mesh.vertices());
-    local_.reserve(mesh.vertices());
-    view_ = {x_.data(),   y_.data(),       elevation_.data(), carried_.data(), spent_.data(), key_.data(),
-             row_.data(), valence_.data(), mark_.data(),      window_.data(),  local_.data()};
-  }
+  /// What a thread calls belongs to its current device.
+  void use() { CORDILLERA_CUDA(cudaSetDevice(device_)); }
 
-  void run(BatchMesh& mesh, const WindowPass& pass) {
-    const auto count = static_cast<std::uint32_t>(pass.cut.windows.size());
-    order_.upload(pass.cut.order);
-    windows_.upload(pass.cut.windows);
-    rules_.upload(pass.rules);
-    schedules_.upload(pass.schedules);
-    number_windows_kernel<<<count, kThreads>>>(view_, order_.data(), windows_.data());
+  void simplify(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles) {
+    const std::size_t bytes = window_bytes(kWindowVertices);
+    const auto count = static_cast<unsigned>(cut.count);
+    if (bytes <= shared_bytes_) {
+      simplify_windows_kernel<true><<<count, kThreads, bytes, stream_>>>(mesh, cut, tiles.tiles, nullptr, 0);
+    } else {
+      const unsigned blocks = std::min(count, scratch_blocks_);
+      scratch_.reserve(blocks * bytes);
+      simplify_windows_kernel<false><<<blocks, kThreads, 0, stream_>>>(mesh, cut, tiles.tiles, scratch_.data(), bytes);
+    }
     CORDILLERA_CUDA(cudaGetLastError());
-    const unsigned blocks = shared_ ? count : std::min(count, scratch_blocks_);
-    if (!shared_) scratch_.reserve(blocks * window_bytes(kWindowVertices));
-    simplify_windows_kernel<<<blocks, kThreads, shared_ ? window_bytes(kWindowVertices) : 0>>>(
-        view_, order_.data(), windows_.data(), count, rules_.data(), schedules_.data(), shared_ ? nullptr : scratch_.data());
-    CORDILLERA_CUDA(cudaGetLastError());
-    mark_.download(mesh.mark);
-  }
-
-  void finish(BatchMesh& mesh) {
-    row_.download(mesh.row);
-    valence_.download(mesh.valence);
   }
 
   std::size_t vertices_at_once() const { return std::size_t{1} << 24; }
@@ -118,23 +86,14 @@ class CudaBackend {
  private:
   int device_ = 0;
   std::string name_;
-  bool shared_ = true;
+  std::size_t shared_bytes_ = 0;
   unsigned scratch_blocks_ = 0;
-  MeshView view_;
-  DeviceBuffer<std::int32_t> x_, y_;
-  DeviceBuffer<float> elevation_, carried_, spent_;
-  DeviceBuffer<std::uint32_t> key_, row_, window_, order_;
-  DeviceBuffer<std::uint16_t> local_;
-  DeviceBuffer<std::uint8_t> valence_, mark_;
-  DeviceBuffer<WindowRange> windows_;
-  DeviceBuffer<Rules> rules_;
-  DeviceBuffer<WaveSchedule> schedules_;
   DeviceBuffer<unsigned char> scratch_;
 };
 
 }  // namespace
 
-proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device) {
+proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device, ParallelFor parallel) {
   int count = 0;
   const cudaError_t error = cudaGetDeviceCount(&count);
   if (error != cudaSuccess || device >= count) {
@@ -142,7 +101,11 @@ proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device) {
     return proto::Problem{"device-unavailable", "CUDA device " + std::to_string(device) + " cannot be used: " + reason, "auto, cpu", "device"};
   }
   try {
-    return std::unique_ptr<Simplifier>(std::make_unique<WaveSimplifier<CudaBackend>>(CudaBackend(device)));
+    cudaDeviceProp properties{};
+    CORDILLERA_CUDA(cudaSetDevice(device));
+    CORDILLERA_CUDA(cudaGetDeviceProperties(&properties, device));
+    return std::unique_ptr<Simplifier>(
+        std::make_unique<WaveSimplifier<CudaDevice>>(std::make_unique<CudaDevice>(device, properties), std::move(parallel)));
   } catch (const DeviceLost& lost) {
     return proto::Problem{"device-unavailable", lost.what(), "auto, cpu", "device"};
   }

@@ -1,55 +1,92 @@
+#include <algorithm>
+#include <memory>
+#include <numeric>
+
+#include "gpu/host_team.h"
 #include "gpu/waves.inl"
 
 namespace cordillera::gpu {
 namespace {
 
-/// One thread, plain loops.
-struct HostTeam {
-  template <class F>
-  void each(int n, const F& f) {
-    for (int i = 0; i < n; ++i) f(i);
-  }
-  template <class Classify>
-  void sort_out(int n, const Classify& classify, const WaveLists& lists) {
-    int touched = 0, candidates = 0, stale = 0;
-    for (int u = 0; u < n; ++u) {
-      const unsigned in = classify(u);
-      if (in & kTouchedList) lists.touched[touched++] = static_cast<std::uint16_t>(u);
-      if (in & kCandidateList) lists.candidates[candidates++] = static_cast<std::uint16_t>(u);
-      if (in & kStaleList) lists.stale[stale++] = static_cast<std::uint16_t>(u);
-    }
-    lists.counts[0] = touched;
-    lists.counts[1] = candidates;
-    lists.counts[2] = stale;
-  }
-  void barrier() {}
-};
-
-class HostBackend {
+class HostDevice {
  public:
-  void begin(BatchMesh&) {}
-  void run(BatchMesh& mesh, const WindowPass& pass) {
-    number_windows(mesh, pass.cut);
-    const MeshView view = mesh.view();
+  template <class T>
+  class Array {
+   public:
+    T* data() const { return data_.get(); }
+    void reserve(std::size_t count) {
+      if (count <= capacity_) return;
+      data_.reset();
+      data_ = std::make_unique_for_overwrite<T[]>(count);
+      capacity_ = count;
+    }
+
+   private:
+    std::unique_ptr<T[]> data_;
+    std::size_t capacity_ = 0;
+  };
+  template <class T>
+  using Staging = Array<T>;
+
+  template <class T>
+  void copy_in(T* to, const T* from, std::size_t n) {
+    std::copy(from, from + n, to);
+  }
+  template <class T>
+  void copy_out(T* to, const T* from, std::size_t n) {
+    std::copy(from, from + n, to);
+  }
+  template <class T>
+  void zero(T* to, std::size_t n) {
+    std::fill(to, to + n, T{});
+  }
+  template <class F>
+  void each(std::size_t n, const F& f) {
+    for (std::size_t i = 0; i < n; ++i) f(i);
+  }
+  template <class F>
+  void cooperate(std::size_t, const F& f) {
     HostTeam team;
-    for (std::size_t k = 0; k < pass.cut.windows.size(); ++k) {
-      const WindowRange& range = pass.cut.windows[k];
-      const int capacity = static_cast<int>((range.count + 3) / 4 * 4);
-      storage_.resize(window_bytes(kWindowVertices));
-      simplify_window(team, view, pass.cut.order.data(), range, static_cast<std::uint32_t>(k), pass.rules[range.tile],
-                      pass.schedules[range.tile], storage_.data(), capacity);
+    f(team);
+  }
+  template <class Keep>
+  std::size_t select(std::size_t n, const Keep& keep, std::uint32_t* to) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (keep(static_cast<std::uint32_t>(i))) to[count++] = static_cast<std::uint32_t>(i);
+    }
+    return count;
+  }
+  void exclusive_sum(const std::uint32_t* from, std::uint32_t* to, std::size_t n) { std::exclusive_scan(from, from + n, to, 0u); }
+  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first, std::uint32_t* to) {
+    cursor_.assign(first.begin(), first.end());
+    for (std::size_t i = 0; i < values.size(); ++i) to[cursor_[group_of[i]]++] = values[i];
+  }
+
+  void use() {}
+  void simplify(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles) {
+    storage_.resize(window_bytes(kWindowVertices));
+    HostTeam team;
+    for (std::uint32_t k = 0; k < cut.count; ++k) {
+      if (!cut.nodes[k].is_window()) continue;
+      const WindowRange window = cut.window(k);
+      const BatchTile& tile = tiles.tiles[cut.nodes[k].tile];
+      const int capacity = static_cast<int>((window.count + 3) / 4 * 4);
+      simplify_window(team, mesh, window, tile.rules, tile.schedule, storage_.data(), capacity);
     }
   }
-  void finish(BatchMesh&) {}
   std::size_t vertices_at_once() const { return 1; }
   std::string name() const { return "cpu"; }
 
  private:
   std::vector<unsigned char> storage_;
+  std::vector<std::uint32_t> cursor_;
 };
 
 }  // namespace
 
-std::unique_ptr<Simplifier> make_host_waves() { return std::make_unique<WaveSimplifier<HostBackend>>(HostBackend{}); }
+std::unique_ptr<Simplifier> make_host_waves(ParallelFor parallel) {
+  return std::make_unique<WaveSimplifier<HostDevice>>(std::make_unique<HostDevice>(), std::move(parallel));
+}
 
 }  // namespace cordillera::gpu

@@ -18,14 +18,7 @@ struct MeshView {
   std::uint8_t* valence = nullptr;
   std::uint8_t* mark = nullptr;
   std::uint32_t* window = nullptr;  ///< window of the vertex in this pass
-  std::uint16_t* local = nullptr;   ///< its number there
-};
-
-/// Vertices order[first .. first+count) make a window of tile `tile`.
-struct WindowRange {
-  std::uint32_t first = 0;
-  std::uint32_t count = 0;
-  std::uint32_t tile = 0;
+  std::uint16_t* local = nullptr;   ///< its number there; up to date inside a window that is being simplified
 };
 
 inline constexpr std::size_t kBytesPerWindowVertex = kRowWidth * 2 + 2 * 4 + 5 * 4 + 4 * 2 + 3;
@@ -60,6 +53,12 @@ CORDILLERA_HD inline WindowView carve(unsigned char* storage, int capacity, Wave
   w.state = static_cast<std::uint8_t*>(take(1));
   return w;
 }
+
+struct NumberVertex {
+  MeshView mesh;
+  const std::uint32_t* order;
+  CORDILLERA_HD void operator()(int i) const { mesh.local[order[i]] = static_cast<std::uint16_t>(i); }
+};
 
 struct LoadVertex {
   MeshView mesh;
@@ -116,18 +115,26 @@ struct StoreVertex {
   }
 };
 
+/// A window of a pass: `count` vertices of the batch, ascending.
+struct WindowRange {
+  const std::uint32_t* order = nullptr;
+  std::uint32_t count = 0;
+  std::uint32_t window = 0;  ///< its number
+};
+
 template <class Team>
-CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const std::uint32_t* order, const WindowRange& range,
-                                   std::uint32_t window, const Rules& rules, const WaveSchedule& schedule,
+CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const WindowRange& range, const Rules& rules, const WaveSchedule& schedule,
                                    unsigned char* storage, int capacity) {
   WaveLists lists;
   const WindowView w = carve(storage, capacity, lists);
   const int count = static_cast<int>(range.count);
-  team.each(count, LoadVertex{mesh, w, order + range.first, window});
+  team.each(count, NumberVertex{mesh, range.order});
+  team.barrier();
+  team.each(count, LoadVertex{mesh, w, range.order, range.window});
   team.barrier();
   run_waves(team, w, lists, count, rules, schedule);
   team.barrier();
-  team.each(count, StoreVertex{mesh, w, order + range.first});
+  team.each(count, StoreVertex{mesh, w, range.order});
 }
 
 }  // namespace cordillera::gpu

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <mutex>
 
 #include "gpu/simplify.h"
 #include "pipeline/builder.h"
@@ -31,6 +32,7 @@ class Teller {
   }
   enum class Urgency { when_due, now };
   void tell(double done, Urgency urgency = Urgency::when_due) {
+    const std::lock_guard lock(mutex_);  // workers tell too
     const auto now = Clock::now();
     if (urgency == Urgency::when_due && now - last_ < std::chrono::milliseconds(200)) return;
     last_ = now;
@@ -46,6 +48,7 @@ class Teller {
   using Clock = std::chrono::steady_clock;
   const ProgressCallback& callback_;
   proto::Progress progress_;
+  std::mutex mutex_;
   Clock::time_point started_, last_;
   double first_ = -1;
 };

@@ -1,6 +1,8 @@
 #include "pipeline/builder.h"
 
 #include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <map>
 #include <mutex>
 
@@ -14,6 +16,7 @@ namespace {
 
 constexpr std::int64_t kStripRows = 128;  // of a block's samples, read by one worker at a time
 
+constexpr double kReadShare = 0.2, kFinestShare = 0.75;  // of a block's time, until its samples are read and its finest level is built
 constexpr std::size_t kBatchTiles = 64;   // on a GPU; 0.4 GB of host memory while they are prepared
 
 using Tiles = std::map<proto::TileAddress, BuiltTile>;
@@ -86,16 +89,16 @@ proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
   return samples;
 }
 
-std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare) {
+std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done) {
   std::vector<std::optional<BuiltTile>> tiles(count);
   if (device() == "cpu") {
-    simplify_on_cpu(context, prepare, tiles);
+    simplify_on_cpu(context, prepare, tiles, done);
   } else {
     try {
       simplify_batched(context, prepare, tiles);
     } catch (const gpu::DeviceLost&) {
       fall_back_to_cpu();  // same bytes
-      simplify_on_cpu(context, prepare, tiles);
+      simplify_on_cpu(context, prepare, tiles, done);
     }
   }
   std::vector<BuiltTile> built;
@@ -105,11 +108,13 @@ std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_
   return built;
 }
 
-void Builder::simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles) {
+void Builder::simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles,
+                              const TileDone& done) {
   workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
     if (stop_) return;
     std::optional<PreparedTile> prepared = prepare(k);
     if (prepared) tiles[k] = complete(context, *prepared, *simplifiers_[worker]);
+    done();
   });
 }
 
@@ -162,20 +167,29 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   if (!samples.ok()) return samples.problem();
   const bool any = std::any_of(samples->height.begin(), samples->height.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
   if (!any) return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
-  share(0.2);
+  share(kReadShare);
   Tiles below;
   for (int z = lattice_.finest_level; z >= node.z; --z) {
     const LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &*samples};
     const std::vector<proto::TileAddress> addresses = touched_tiles(plan_, z, node);
-    std::vector<BuiltTile> built = simplify(context, addresses.size(), [&](std::size_t k) {
-      return z == lattice_.finest_level ? prepare_finest(context, addresses[k])
-                                        : prepare_parent(context, addresses[k], children_of(addresses[k], below));
-    });
+    const bool finest = z == lattice_.finest_level;
+    std::atomic<std::size_t> finished{0};
+    const auto one_more = [&] {
+      const double part = static_cast<double>(++finished) / static_cast<double>(addresses.size());
+      if (finest) share(kReadShare + (kFinestShare - kReadShare) * part);
+    };
+    std::vector<BuiltTile> built = simplify(
+        context, addresses.size(),
+        [&](std::size_t k) {
+          return finest ? prepare_finest(context, addresses[k]) : prepare_parent(context, addresses[k], children_of(addresses[k], below));
+        },
+        one_more);
     if (stop_) return kCancelled;
     encode(context, built, task);
     below.clear();
     for (BuiltTile& tile : built) below.emplace(tile.tile, std::move(tile));
-    share(z == lattice_.finest_level ? 0.7 : 0.9);
+    // Each level above costs about a third of the one below.
+    share(1 - (1 - kFinestShare) * std::pow(1.0 / 3, lattice_.finest_level - z));
   }
   if (stop_) return kCancelled;
   if (node.z > static_cast<int>(plan_.min_level()) && !below.empty()) task.mesh = {node, to_bytes(below.begin()->second)};
@@ -198,7 +212,7 @@ proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const
     task.consumed.push_back(child);
   }
   const LevelContext context{&lattice_, &level_plan(plan_, node.z), plan_.promise(), nullptr};
-  const std::vector<BuiltTile> built = simplify(context, 1, [&](std::size_t) { return prepare_parent(context, node, children); });
+  const std::vector<BuiltTile> built = simplify(context, 1, [&](std::size_t) { return prepare_parent(context, node, children); }, [] {});
   if (stop_) return kCancelled;
   encode(context, built, task);
   if (node.z > static_cast<int>(plan_.min_level()) && !built.empty()) task.mesh = {node, to_bytes(built.front())};

@@ -29,7 +29,7 @@ class Builder {
   /// The targets are in the plan's copy that the caller changed: take them over.
   void use(const proto::Plan& plan) { plan_ = plan; }
 
-  /// Tiles of all levels below and including the block, from the finest up.
+  /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any thread.
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
   /// One parent above the blocks.
   proto::Result<FinishedTask> merge(const proto::TileAddress& node, const StoreWriter& store);
@@ -38,8 +38,10 @@ class Builder {
   /// Makes tile k of a level ready; nullopt: it has no data.
   using Prepare = std::function<std::optional<PreparedTile>(std::size_t k)>;
   proto::Result<proto::Samples> read(const proto::TileAddress& node);
-  std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare);
-  void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
+  /// Called after every tile, by any thread.
+  using TileDone = std::function<void()>;
+  std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done);
+  void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles, const TileDone& done);
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
   void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
   void encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task);

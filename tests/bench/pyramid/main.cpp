@@ -1,38 +1,141 @@
-// pyramid_bench [device] [tiles across] [tolerance_m]: hashes and times of six terrains; a table on stdout, JSON with --json.
+// pyramid_bench [device] [tiles across] [tolerance_m] [options]: hashes and times of six terrains, a table on stdout.
+//   --json         JSON instead
+//   --stages       what the time of a level went into
+//   --terrain T    only this one
+//   --repeat N     simplifies every level N times; the fastest counts
+//   --threads N    threads for what remains on the host
+#include <atomic>
 #include <cinttypes>
+#include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
+#include <mutex>
+#include <thread>
 
 #include "tests/bench/pyramid/pyramid.h"
 
 using namespace cordillera;
 
+namespace {
+
+struct Options {
+  std::string device = "auto";
+  int across = 4;
+  float tolerance_m = 4;
+  bool json = false, stages = false;
+  std::string terrain;
+  int repeats = 1;
+  unsigned threads = 1;
+};
+
+Options options_of(int argc, char** argv) {
+  Options options;
+  int position = 0;
+  for (int k = 1; k < argc; ++k) {
+    const std::string argument = argv[k];
+    const auto value = [&] { return k + 1 < argc ? argv[++k] : ""; };
+    if (argument == "--json") options.json = true;
+    else if (argument == "--stages") options.stages = true;
+    else if (argument == "--terrain") options.terrain = value();
+    else if (argument == "--repeat") options.repeats = std::atoi(value());
+    else if (argument == "--threads") options.threads = static_cast<unsigned>(std::atoi(value()));
+    else if (position == 0 && ++position) options.device = argument;
+    else if (position == 1 && ++position) options.across = std::atoi(argument.c_str());
+    else options.tolerance_m = static_cast<float>(std::atof(argument.c_str()));
+  }
+  return options;
+}
+
+/// Threads that wait for work: to start them anew for every level would show in its time.
+class Crew {
+ public:
+  explicit Crew(unsigned threads) {
+    for (unsigned k = 1; k < threads; ++k) threads_.emplace_back([this](const std::stop_token& stop) { serve(stop); });
+  }
+  void each(std::size_t count, const std::function<void(std::size_t)>& work) {
+    {
+      const std::lock_guard lock(mutex_);
+      work_ = &work;
+      count_ = count;
+      next_ = 0;
+      busy_ = threads_.size();
+      ++call_;
+    }
+    wake_.notify_all();
+    take();
+    std::unique_lock lock(mutex_);
+    done_.wait(lock, [&] { return busy_ == 0; });
+  }
+
+ private:
+  void take() {
+    for (std::size_t i = next_++; i < count_; i = next_++) (*work_)(i);
+  }
+  void serve(const std::stop_token& stop) {
+    for (unsigned seen = 0;;) {
+      std::unique_lock lock(mutex_);
+      if (!wake_.wait(lock, stop, [&] { return call_ != seen; })) return;
+      seen = call_;
+      lock.unlock();
+      take();
+      lock.lock();
+      if (--busy_ == 0) done_.notify_one();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable_any wake_;
+  std::condition_variable done_;
+  const std::function<void(std::size_t)>* work_ = nullptr;
+  std::atomic<std::size_t> next_ = 0;
+  std::size_t count_ = 0, busy_ = 0;
+  unsigned call_ = 0;
+  std::vector<std::jthread> threads_;  // last: they stop before the rest goes
+};
+
+void print_row(const Options& options, std::string_view terrain, const bench::LevelFigures& level) {
+  std::printf("%s %d %zu %zu %zu %zu %.3f %.6f %016" PRIx64 "\n", terrain.data(), level.level, level.tiles, level.vertices_in,
+              level.vertices, level.triangles, level.prepare_s, level.simplify_s, level.hash);
+  if (!options.stages) return;
+  std::printf("#  ");
+  for (const gpu::StageTime& stage : level.stages) std::printf(" %s %.3f ms", stage.name.c_str(), 1e3 * stage.seconds);
+  std::printf("\n");
+}
+
+void print_json(std::string_view terrain, const bench::LevelFigures& level) {
+  static bool first = true;
+  std::printf("%s\n{\"terrain\":\"%s\",\"level\":%d,\"vertices_in\":%zu,\"vertices\":%zu,\"simplify_seconds\":%.6f,\"hash\":\"%016" PRIx64 "\"}",
+              first ? "" : ",", terrain.data(), level.level, level.vertices_in, level.vertices, level.simplify_s, level.hash);
+  first = false;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
-  const std::string device = argc > 1 ? argv[1] : "auto";
-  const int across = argc > 2 ? std::atoi(argv[2]) : 4;
-  const float tolerance_m = argc > 3 ? static_cast<float>(std::atof(argv[3])) : 4;
-  const bool json = argc > 4 && std::strcmp(argv[4], "--json") == 0;
-  auto simplifier = gpu::make_simplifier(device);
+  const Options options = options_of(argc, argv);
+  Crew crew(options.threads);
+  auto simplifier = gpu::make_simplifier(options.device, [&](std::size_t count, const auto& work) { crew.each(count, work); });
   if (!simplifier.ok()) {
     std::fprintf(stderr, "%s\n", simplifier.problem().line().c_str());
     return 1;
   }
-  std::printf(json ? "[" : "# %s, %d x %d tiles, tolerance %g m\n# terrain level tiles vertices-in vertices triangles prepare-s simplify-s hash\n",
-              (*simplifier)->device().c_str(), across, across, static_cast<double>(tolerance_m));
-  bool first = true;
+  if (options.json) {
+    std::printf("[");
+  } else {
+    std::printf("# %s, %d x %d tiles, tolerance %g m\n# terrain level tiles vertices-in vertices triangles prepare-s simplify-s hash\n",
+                (*simplifier)->device().c_str(), options.across, options.across, static_cast<double>(options.tolerance_m));
+  }
   for (int kind = 0; kind < 6; ++kind) {
-    for (const bench::LevelFigures& level : bench::run_pyramid(static_cast<bench::Terrain>(kind), across, tolerance_m, **simplifier)) {
-      if (json) {
-        std::printf("%s\n{\"terrain\":\"%s\",\"level\":%d,\"vertices_in\":%zu,\"vertices\":%zu,\"simplify_seconds\":%.6f,\"hash\":\"%016" PRIx64 "\"}",
-                    first ? "" : ",", bench::kTerrainNames[kind].data(), level.level, level.vertices_in, level.vertices, level.simplify_s, level.hash);
-      } else {
-        std::printf("%s %d %zu %zu %zu %zu %.3f %.3f %016" PRIx64 "\n", bench::kTerrainNames[kind].data(), level.level, level.tiles,
-                    level.vertices_in, level.vertices, level.triangles, level.prepare_s, level.simplify_s, level.hash);
-      }
-      first = false;
+    const std::string_view name = bench::kTerrainNames[kind];
+    if (!options.terrain.empty() && options.terrain != name) continue;
+    for (const bench::LevelFigures& level :
+         bench::run_pyramid(static_cast<bench::Terrain>(kind), options.across, options.tolerance_m, **simplifier, options.repeats)) {
+      if (options.json) print_json(name, level);
+      else print_row(options, name, level);
     }
   }
-  if (json) std::printf("]\n");
+  if (options.json) std::printf("]\n");
   return 0;
 }

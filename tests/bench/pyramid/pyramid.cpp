@@ -94,7 +94,7 @@ void add_mesh(std::uint64_t& hash, const TileMesh& mesh) {
 
 }  // namespace
 
-std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier) {
+std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier, int repeats) {
   const Pyramid pyramid{kind, across, tolerance_m};
   const int top = kFinest - std::countr_zero(static_cast<unsigned>(across));
   std::map<TileAddress, TileMesh> below;
@@ -126,9 +126,16 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
       jobs.push_back({&mesh, elevations[jobs.size()], cell, tolerance_m * cell, tolerance_m * cell * (z == kFinest ? 1.0f : 0.5f), cell});
     }
     const double ready = seconds();
-    std::vector<TileMesh> meshes = simplifier.simplify(jobs);
     level.prepare_s = ready - start;
-    level.simplify_s = seconds() - ready;
+    std::vector<TileMesh> meshes;
+    for (int k = 0; k < repeats; ++k) {
+      const double begin = seconds();
+      meshes = simplifier.simplify(jobs);
+      const double took = seconds() - begin;
+      if (k > 0 && took >= level.simplify_s) continue;
+      level.simplify_s = took;
+      level.stages.assign(simplifier.stages().begin(), simplifier.stages().end());
+    }
     level.hash = 14695981039346656037ull;
     below.clear();
     std::size_t k = 0;

@@ -1,0 +1,81 @@
+#pragma once
+// All tiles of a batch as one mesh in the memory of a device. Only the input goes there and only the survivors come back.
+#include <algorithm>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "gpu/batch_steps.h"
+#include "gpu/simplify.h"
+
+namespace cordillera::gpu {
+
+/// What is left of a tile. Vertices are numbered anew over the whole batch, in their old order.
+struct Survivors {
+  std::span<const std::uint32_t> original;   ///< vertex of the batch
+  const std::uint32_t* row_start = nullptr;  ///< indexed by survivor of the tile, one more at the end: its place in `neighbour`
+  const std::uint32_t* neighbour = nullptr;  ///< new numbers, as in a row of rings.h
+  std::uint32_t first = 0;                   ///< new number of the tile's first survivor
+  std::uint32_t first_original = 0;
+};
+
+template <class Device>
+class Batch {
+ public:
+  explicit Batch(Device& device) : device_(device) {}
+
+  void load(std::span<const SimplifyJob> jobs, const ParallelFor& parallel);
+  /// The vertices that are left, ascending.
+  std::span<const std::uint32_t> alive();
+  /// Brings the survivors to the host; the batch is at its end.
+  void unload();
+  Survivors survivors(std::size_t tile) const;
+
+  const MeshView& view() const { return view_; }
+  TileFinder tiles() const { return {device_tiles_.data(), tiles_.size()}; }
+
+ private:
+  template <class T>
+  using Array = typename Device::template Array<T>;
+  template <class T>
+  using Staging = typename Device::template Staging<T>;
+  using Triangle = std::array<std::uint32_t, 3>;
+
+  void stage(std::span<const SimplifyJob> jobs, const ParallelFor& parallel);
+  void stage_triangles(const proto::TileMesh& mesh, std::size_t tile);
+  void chain_rings(std::span<const SimplifyJob> jobs);
+  template <class T>
+  T* upload(Array<T>& array, const Staging<T>& from, std::size_t count) {
+    array.reserve(count);
+    device_.copy_in(array.data(), from.data(), count);
+    return array.data();
+  }
+  template <class T>
+  T* room(Array<T>& array, std::size_t count) {
+    array.reserve(count);
+    return array.data();
+  }
+
+  Device& device_;
+  std::vector<BatchTile> tiles_;
+  std::vector<std::size_t> triangle_first_;  // indexed by tile, one more at the end; grids have none
+  std::size_t vertices_ = 0, survivors_count_ = 0;
+  MeshView view_;
+
+  Array<BatchTile> device_tiles_;
+  Array<std::int32_t> x_, y_;
+  Array<float> elevation_, carried_, spent_;
+  Array<std::uint32_t> key_, row_, window_, alive_, row_start_, valences_, neighbour_, wedge_end_, broken_;
+  Array<std::uint16_t> local_;
+  Array<std::uint8_t> valence_, mark_;
+  Array<Triangle> triangles_;
+  Array<Wedge> wedges_;
+
+  Staging<std::int32_t> host_x_, host_y_;
+  Staging<float> host_elevation_;
+  Staging<std::uint8_t> host_mark_;
+  Staging<Triangle> host_triangles_;
+  Staging<std::uint32_t> host_survivors_, host_row_start_, host_neighbour_;
+};
+
+}  // namespace cordillera::gpu
