@@ -26,4 +26,13 @@ CORDILLERA_HD inline void count_one(std::uint32_t* at) {
 #endif
 }
 
+/// *at = max(*at, value). Most threads find it high enough already.
+CORDILLERA_HD inline void raise_to(std::uint32_t* at, std::uint32_t value) {
+#ifdef __CUDA_ARCH__
+  if (*static_cast<volatile std::uint32_t*>(at) < value) atomicMax(at, value);
+#else
+  if (*at < value) *at = value;
+#endif
+}
+
 }  // namespace cordillera::gpu

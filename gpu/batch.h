@@ -32,6 +32,7 @@ class Batch {
   Survivors survivors(std::size_t tile) const;
 
   const MeshView& view() const { return view_; }
+  std::uint32_t row_width() const { return row_width_; }  ///< that no ring of the batch outgrows in the waves
   TileFinder tiles() const { return {device_tiles_.data(), tiles_.size()}; }
 
  private:
@@ -60,14 +61,16 @@ class Batch {
   std::vector<BatchTile> tiles_;
   std::vector<std::size_t> triangle_first_;  // indexed by tile, one more at the end; grids have none
   std::size_t vertices_ = 0, survivors_count_ = 0;
+  std::uint32_t row_width_ = 0;
   MeshView view_;
 
   Array<BatchTile> device_tiles_;
   Array<std::int32_t> x_, y_;
   Array<float> elevation_, carried_, spent_;
-  Array<std::uint32_t> key_, row_, window_, alive_, row_start_, valences_, neighbour_, wedge_end_, broken_;
+  Array<std::uint32_t> key_, row_, window_, alive_, row_start_, valences_, neighbour_, wedge_end_;
   Array<std::uint16_t> local_;
   Array<std::uint8_t> valence_, mark_;
+  Array<RingFacts> facts_;
   Array<Triangle> triangles_;
   Array<Wedge> wedges_;
 

@@ -24,6 +24,7 @@ void Batch<Device>::load(std::span<const SimplifyJob> jobs, const ParallelFor& p
            room(window_, n),
            room(local_, n)};
   device_.each(n, StartVertex{view_, x, y, tiles()});
+  row_width_ = kInnerValence;
   if (triangles) chain_rings(jobs);
 }
 
@@ -72,17 +73,18 @@ void Batch<Device>::chain_rings(std::span<const SimplifyJob> jobs) {
   const std::size_t count = triangle_first_.back();
   const Triangle* const triangles = upload(triangles_, host_triangles_, count);
   std::uint32_t* const end = room(wedge_end_, vertices_);
-  std::uint32_t* const broken = room(broken_, 1);
+  RingFacts* const facts = room(facts_, 1);
   Wedge* const wedges = room(wedges_, 3 * count);
   device_.zero(end, vertices_);
-  device_.zero(broken, 1);
+  device_.zero(facts, 1);
   device_.each(count, CountWedges{triangles, end});
   device_.exclusive_sum(end, end, vertices_);
   device_.each(count, PlaceWedges{triangles, end, wedges});
-  device_.each(vertices_, ChainWedges{view_, tiles(), end, wedges, broken});
-  std::uint32_t any = 0;
-  device_.copy_out(&any, broken, 1);
-  if (any) refuse_broken(jobs);
+  device_.each(vertices_, ChainWedges{view_, tiles(), end, wedges, facts});
+  RingFacts found;
+  device_.copy_out(&found, facts, 1);
+  if (found.broken) refuse_broken(jobs);
+  row_width_ = std::max(row_width_, found.widest);
 }
 
 template <class Device>

@@ -36,13 +36,19 @@ struct StartVertex {
   }
 };
 
+/// What is found out while rings are made.
+struct RingFacts {
+  std::uint32_t broken = 0;  ///< 1: some vertex has no single fan
+  std::uint32_t widest = 0;  ///< greatest valence
+};
+
 /// The ring of a vertex whose tile came as triangles.
 struct ChainWedges {
   MeshView mesh;
   TileFinder tiles;
   const std::uint32_t* end;  ///< indexed by vertex, of its wedges
   Wedge* wedges;
-  std::uint32_t* broken;  ///< set to 1 if some vertex has no single fan
+  RingFacts* facts;
 
   CORDILLERA_HD void operator()(std::size_t i) const {
     if (tiles.tiles[tiles.of(static_cast<std::uint32_t>(i))].cells > 0) return;
@@ -50,7 +56,8 @@ struct ChainWedges {
     mesh.valence[i] = 0;
     if (count == 0) return;
     const Fan fan = chain_wedges(wedges + begin, count, mesh.row + i * kRowWidth, mesh.valence[i]);
-    if (fan == Fan::broken || (fan == Fan::open) != ((mesh.mark[i] & kOnSide) != 0)) *broken = 1;
+    if (fan == Fan::broken || (fan == Fan::open) != ((mesh.mark[i] & kOnSide) != 0)) facts->broken = 1;
+    raise_to(&facts->widest, mesh.valence[i]);
   }
 };
 

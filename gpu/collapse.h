@@ -16,33 +16,45 @@ struct Decide {
     if (key >= threshold || !least_of_ring(u, key)) return;
     const std::uint8_t touched = static_cast<std::uint8_t>(kTouched + wave);
     const int v = w.target[u];
-    if (!has_room(w.mark[v], w.valence[v], w.valence[u] - ((w.mark[u] & kOnSide) ? 3 : 4))) {
+    const VertexInfo own = w.vertex[u].info, target = w.vertex[v].info;
+    if (!has_room(target, own.valence() - (own.has(kOnSide) ? 3 : 4))) {
       w.state[u] = touched;  // the target has filled up since: look for another
       return;
     }
     if (!best_suitor(u, v, key)) return;
-    const int n = w.valence[u];
+    const int n = own.valence();
     for (int i = 0; i < n; ++i) w.state[w.neighbour(u, i)] = touched;
     w.state[u] = kDead;
   }
 
  private:
+  // Rings are looked at four neighbours at a time, the last one repeated: what four need is under way together, and most answers are no.
+  static constexpr int kAtOnce = 4;
+  CORDILLERA_HD int neighbour(int u, int slot, int n) const { return w.neighbour(u, slot < n ? slot : n - 1); }
+
   CORDILLERA_HD bool least_of_ring(int u, std::uint32_t key) const {
-    const int n = w.valence[u];
-    for (int i = 0; i < n; ++i) {
-      const int v = w.neighbour(u, i);
-      const std::uint32_t other = w.key[v];
-      if (other < key || (other == key && v < u)) return false;
+    const int n = w.vertex[u].info.valence();
+    for (int i = 0; i < n; i += kAtOnce) {
+      bool less = false;
+      for (int k = i; k < i + kAtOnce; ++k) {
+        const int v = neighbour(u, k, n);
+        const std::uint32_t other = w.key[v];
+        less |= other < key || (other == key && v < u);
+      }
+      if (less) return false;
     }
     return true;
   }
   CORDILLERA_HD bool best_suitor(int u, int v, std::uint32_t key) const {
-    const int n = w.valence[v];
-    for (int i = 0; i < n; ++i) {
-      const int suitor = w.neighbour(v, i);
-      if ((suitor & kOutside) || suitor == u || w.target[suitor] != v) continue;
-      const std::uint32_t other = w.key[suitor];
-      if (other < threshold && (other < key || (other == key && suitor < u))) return false;
+    const int n = w.vertex[v].info.valence();
+    for (int i = 0; i < n; i += kAtOnce) {
+      bool better = false;
+      for (int k = i; k < i + kAtOnce; ++k) {
+        const int seen = neighbour(v, k, n), suitor = (seen & kOutside) ? u : seen;
+        const std::uint32_t other = w.key[suitor];
+        better |= w.target[suitor] == v && (other < key || (other == key && suitor < u));
+      }
+      if (better) return false;
     }
     return true;
   }
@@ -54,36 +66,41 @@ struct Gather {
   WindowView w;
 
   CORDILLERA_HD void operator()(int v) const {
-    int n = w.valence[v];
-    // From last to first, so that slots still to be visited stay where they are. Two dead neighbours are never adjacent.
-    for (int i = n - 1; i >= 0; --i) {
+    const VertexInfo info = w.vertex[v].info;
+    int n = info.valence();
+    std::uint32_t dead = 0;
+    for (int i = 0; i < n; ++i) {
       const int u = w.neighbour(v, i);
-      if ((u & kOutside) || w.state[u] != kDead) continue;
-      const int t = w.target[u];
+      if (!(u & kOutside) && w.state[u] == kDead) dead |= 1u << i;
+    }
+    // From last to first, so that slots still to be visited stay where they are. Two dead neighbours are never adjacent.
+    for (; dead; dead ^= 1u << highest_bit(dead)) {
+      const int i = highest_bit(dead), u = w.neighbour(v, i), t = w.target[u];
       if (t == v) {
-        n = splice(v, n, i, u);
         absorb(v, u);
+        n = splice(v, n, i, u);
       } else {
         const int before = w.neighbour(v, i ? i - 1 : n - 1), after = w.neighbour(v, i + 1 < n ? i + 1 : 0);
         if (t == before || t == after) n = erase(v, n, i);
         else put(v, i, t);
       }
     }
-    w.valence[v] = static_cast<std::uint8_t>(n);
+    w.vertex[v].info = {n, info.mark(), info.hash()};
   }
 
  private:
-  CORDILLERA_HD void put(int v, int slot, int neighbour) const { w.row[slot * w.stride + v] = static_cast<std::uint16_t>(neighbour); }
+  CORDILLERA_HD void put(int v, int slot, int neighbour) const { w.entry(v, slot) = static_cast<std::uint16_t>(neighbour); }
   CORDILLERA_HD int erase(int v, int n, int i) const {
     for (int k = i; k + 1 < n; ++k) put(v, k, w.neighbour(v, k + 1));
     return n - 1;
   }
   /// Slot i of v held dead u: u's neighbours beyond the two shared ones take its place.
   CORDILLERA_HD int splice(int v, int n, int i, int u) const {
-    const int m = w.valence[u];
+    const VertexInfo dead = w.vertex[u].info;
+    const int m = dead.valence();
     int at = 0;
     while (w.neighbour(u, at) != v) ++at;
-    const bool open = (w.mark[u] & kOnSide) != 0;
+    const bool open = dead.has(kOnSide);
     const int count = open ? m - 2 : m - 3;
     int from = open ? (at == 0 ? 2 : 0) : at + 2;
     if (from >= m) from -= m;

@@ -11,16 +11,14 @@ struct HostTeam {
   }
   template <class Classify>
   void sort_out(int n, const Classify& classify, const WaveLists& lists) {
-    int touched = 0, candidates = 0, stale = 0;
+    std::uint64_t counts[3] = {};
     for (int u = 0; u < n; ++u) {
       const unsigned in = classify(u);
-      if (in & kTouchedList) lists.touched[touched++] = static_cast<std::uint16_t>(u);
-      if (in & kCandidateList) lists.candidates[candidates++] = static_cast<std::uint16_t>(u);
-      if (in & kStaleList) lists.stale[stale++] = static_cast<std::uint16_t>(u);
+      for (unsigned k = 0; k < 3; ++k) {
+        if ((in >> k) & 1u) lists.set(static_cast<WaveList>(k), static_cast<int>(counts[k]++), u);
+      }
     }
-    lists.counts[0] = touched;
-    lists.counts[1] = candidates;
-    lists.counts[2] = stale;
+    *lists.counts = counts[0] | counts[1] << 16 | counts[2] << 32;
   }
   void barrier() {}
 };

@@ -215,6 +215,7 @@ class Mender {
     const auto ring = rings_.ring(a);
     const auto count = static_cast<std::uint32_t>(ring.size());
     const std::uint32_t b = ring[k], c = ring[(k + 1) % count], d = ring[(k + count - 1) % count];
+    if (is_void(a) || is_void(b) || is_void(c) || is_void(d)) return 0;  // nobody sees it
     const auto cross = [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
       const double qx = mesh_.x[q] - mesh_.x[p], qy = mesh_.y[q] - mesh_.y[p];
       const double rx = mesh_.x[r] - mesh_.x[p], ry = mesh_.y[r] - mesh_.y[p];

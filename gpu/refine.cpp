@@ -19,7 +19,7 @@ constexpr Id kNone = UINT32_MAX;
 constexpr std::uint32_t kReserve = 2;  // places at a vertex that edges turned for shape leave to insertions
 constexpr double kNeedle = 32;    // a triangle this many times as long as it is high
 constexpr int kMostSteps = 64;  // of a walk from triangle to triangle
-constexpr int kMostHarms = 16;  // at a vertex: edges turned beyond the limit might turn back for ever
+constexpr int kMostHarms = 32;   // at a vertex: edges turned to make room, or away from needles, might turn back for ever
 
 constexpr unsigned after(unsigned k) { return k == 2 ? 0 : k + 1; }
 constexpr unsigned before(unsigned k) { return k == 0 ? 2 : k - 1; }
@@ -157,21 +157,18 @@ class Refinement {
     for (int k = 0; k < found.count; ++k) {
       const MeshPoint& p = found.points[static_cast<std::size_t>(k)];
       const Id at = triangle_with(p, t);
-      if (at == kNone) continue;
-      split(at, p);
-      return;
+      if (at != kNone && split(at, p)) return;
     }
     turn(t);
   }
 
-  void split(Id t, const MeshPoint& p) {
+  bool split(Id t, const MeshPoint& p) {
     const Triangle c = mesh_.triangles[t];
     for (unsigned k = 0; k < 3; ++k) {
       if (twice_area(point(c[k]), point(c[after(k)]), p) != 0) continue;
-      split_edge(t, k, p);
-      return;
+      return split_edge(t, k, p);
     }
-    split_inside(t, p);
+    return split_inside(t, p);
   }
 
   // The published triangle that holds p as no corner; a walk from t, which in an odd mesh might go in circles.
@@ -192,10 +189,10 @@ class Refinement {
 
   bool split_inside(Id t, const MeshPoint& p) {
     const std::uint32_t stamp = stamp_[t];
-    for (unsigned k = 0; k < 3; ++k) {
-      const std::uint32_t v = mesh_.triangles[t][k];
+    const Triangle corners = mesh_.triangles[t];
+    for (const std::uint32_t v : corners) {
       if (has_room(v)) continue;
-      relieve(t, v);
+      relieve(t, v, corners);
       if (stamp_[t] != stamp) return true;  // the triangle itself was turned: it is queued again
       if (!has_room(v)) return false;
     }
@@ -216,18 +213,17 @@ class Refinement {
   bool split_edge(Id t, unsigned k, const MeshPoint& p) {
     const Id u = across_[t][k];
     if (u == kNone) return false;
-    const std::uint32_t stamp = stamp_[t], a = mesh_.triangles[t][k], b = mesh_.triangles[t][after(k)], c = mesh_.triangles[t][before(k)];
+    const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][after(k)], c = mesh_.triangles[t][before(k)];
     const unsigned j = corner_of(u, b);  // u runs b -> a, then d
     const std::uint32_t d = mesh_.triangles[u][before(j)];
+    const std::uint32_t stamp = stamp_[t], stamp_u = stamp_[u];
     for (const auto& [at, v] : {std::pair{t, c}, std::pair{u, d}}) {
       if (has_room(v)) continue;
-      relieve(at, v);
+      relieve(at, v, {c, d, d});
       if (stamp_[t] != stamp) return true;
-      if (across_[t][k] != u || mesh_.triangles[u][before(corner_of(u, b))] != d) return false;
-      if (!has_room(v)) return false;
+      if (stamp_[u] != stamp_u || !has_room(v)) return false;
     }
-    const unsigned i = corner_of(u, b);
-    const Id bc = across_[t][after(k)], ca = across_[t][before(k)], ad = across_[u][after(i)], db = across_[u][before(i)];
+    const Id bc = across_[t][after(k)], ca = across_[t][before(k)], ad = across_[u][after(j)], db = across_[u][before(j)];
     const std::uint32_t v = append(p, 4);
     const Id t1 = add(), u1 = add();
     set(t, {a, v, c}, {u1, t1, ca});
@@ -358,14 +354,17 @@ class Refinement {
     return flip_and_queue(best);
   }
 
-  // Takes a neighbour from v, a corner of t that is over the limit: turns the edge at v that does least harm. Beyond the limit not too often.
-  void relieve(Id start, std::uint32_t v) {
+  // Takes a neighbour from v, a corner of t that is over the limit: turns the edge at v that does least harm. waiting: vertices that must
+  // have room for one neighbour more afterwards.
+  void relieve(Id t, std::uint32_t v, const Triangle& waiting) {
+    const auto in_the_way = [&](std::uint32_t w) { return std::find(waiting.begin(), waiting.end(), w) != waiting.end() && !has_room(w, 1); };
+    const Id start = first_around(t, v);
     Quad best;
     double least_m = INFINITY;
-    Id t = start;
+    t = start;
     do {
       Quad q;
-      if (can_flip(t, corner_of(t, v), q, 0) && !makes_needle(q)) {
+      if (can_flip(t, corner_of(t, v), q, 0) && !makes_needle(q) && !in_the_way(q.c) && !in_the_way(q.d)) {
         const double error_m = after_flip_m(q);
         if (error_m < least_m) {
           least_m = error_m;
@@ -374,8 +373,12 @@ class Refinement {
       }
       t = across_[t][before(corner_of(t, v))];  // counter-clockwise around v
     } while (t != kNone && t != start);
-    if (least_m > limit_m_ && !may_harm(v)) return;
-    flip_and_queue(best);
+    if (best.t != kNone && may_harm(v)) flip_and_queue(best);
+  }
+  // On the border the fan around v starts somewhere.
+  Id first_around(Id t, std::uint32_t v) const {
+    for (Id before_t = across_[t][corner_of(t, v)], from = t; before_t != kNone && before_t != from; before_t = across_[t][corner_of(t, v)]) t = before_t;
+    return t;
   }
 
   proto::TileMesh& mesh_;
@@ -386,7 +389,7 @@ class Refinement {
   std::vector<char> known_;
   std::vector<std::uint32_t> stamp_;    // indexed by triangle: changes when its corners do
   std::vector<std::uint32_t> valence_;  // indexed by vertex: neighbours
-  std::map<std::uint32_t, int> harmed_;  // indexed by vertex: edges turned there beyond the limit
+  std::map<std::uint32_t, int> harmed_;  // indexed by vertex: edges turned there to make room
   std::priority_queue<Entry> worst_;
   Refined result_;
 };

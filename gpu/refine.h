@@ -21,7 +21,7 @@ struct TriangleError {
   double error_m = 0;
   /// Points that could become vertices, the best first; looked for only where the error exceeds the limit. In the triangle or near it, not
   /// on the tile's border; those that are vertices already are passed over.
-  std::array<MeshPoint, 3> points{};
+  std::array<MeshPoint, 4> points{};
   int count = 0;
   void offer(const MeshPoint& p) { points[static_cast<std::size_t>(count++)] = p; }
 };
@@ -40,7 +40,9 @@ struct Refined {
 };
 
 /// Inserts points until no triangle reachable from `over` exceeds limit_m. over: indices of mesh.triangles, those that may exceed it; all
-/// others must not. At most `most` points go in: samples come to an end by themselves, points of a surface need not. Keeps the laws of a tile: positive area, exact cover, labels, border and valences (rings.h) as they are.
+/// others must not. At most `most` points go in: samples come to an end by themselves, points of a surface need not.
+/// Keeps the laws of a tile: positive area, exact cover, labels, its border; and valences: kMostValence inside, on sides and at corners
+/// what fits a row when welded.
 Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over, std::size_t most);
 
 }  // namespace cordillera::gpu

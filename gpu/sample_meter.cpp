@@ -28,7 +28,7 @@ struct NoTally {
 }  // namespace
 
 SampleMeter::SampleMeter(const SurfaceErrorInput& input)
-    : meter_(input, height_range_m(input).first, height_range_m(input).second) {}
+    : meter_(input, height_range_m(input)), side_(input.mesh->side) {}
 
 TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, double limit_m) const {
   const auto corner = [&](std::size_t k) { return meter_.corner(corners[k].x, corners[k].y, corners[k].height); };
@@ -39,11 +39,20 @@ TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, doub
   TriangleError error;
   error.error_m = std::max(worst.any.error_m, 0.0);
   if (error.error_m <= limit_m) return error;
+  const auto offer = [&](std::int64_t x, std::int64_t y) {
+    const std::int32_t height = meter_.window().at(x, y);
+    const bool inside = x > 0 && y > 0 && x < side_ && y < side_;
+    if (inside && height != proto::kNoHeight) error.offer({static_cast<std::int32_t>(x), static_cast<std::int32_t>(y), height});
+  };
   // Where only samples beyond its edges are too far, any corner more makes the triangle smaller.
+  const WorstSample any = worst.any;
   if (worst.inside.error_m < 0) worst = meter_.worst(triangle, -1, tally);
   if (worst.inside.error_m >= 0) {
-    error.offer({static_cast<std::int32_t>(worst.inside.x), static_cast<std::int32_t>(worst.inside.y), meter_.window().at(worst.inside.x, worst.inside.y)});
+    offer(worst.inside.x, worst.inside.y);
+    return error;
   }
+  // A needle between samples: vertices beside its worst corner part it from what lies around.
+  for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) offer(any.x + dx, any.y + dy);
   return error;
 }
 

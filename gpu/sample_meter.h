@@ -5,7 +5,8 @@
 
 namespace cordillera::gpu {
 
-/// As surface_error measures it, both decodings; the point that helps is the worst sample inside. Borrows what input points to.
+/// As surface_error measures it, both decodings; the point that helps is the worst sample inside or, of a needle without any, one
+/// beside its worst corner. Borrows what input points to.
 class SampleMeter final : public ErrorMeter {
  public:
   explicit SampleMeter(const SurfaceErrorInput& input);
@@ -13,6 +14,7 @@ class SampleMeter final : public ErrorMeter {
 
  private:
   SurfaceMeter meter_;
+  std::int64_t side_;
 };
 
 }  // namespace cordillera::gpu

@@ -3,11 +3,13 @@
 //
 // Cost: the memoryless vertical quadric (Lindstrom & Turk 1998, "memoryless"; distance taken along the vertical): the sum over the
 // star's triangles of area x (height difference)^2, evaluated at the target, plus what the vertex already carries. Validity: exact
-// integer orientation. A straight-line triangulation whose triangles all keep positive plan area cannot get a doubled edge, so this
+// orientation. A straight-line triangulation whose triangles all keep positive plan area cannot get a doubled edge, so this
 // replaces the link test.
 //
 // Holes are vertex labels: a triangle is published iff no corner is void. A valid vertex may only collapse onto a valid one, so what
 // is published stays published and what is not stays not, whatever moves. A rim vertex moves along its rim, within the rim budget.
+//
+// A device walks around a star anew for every question, so that it needs few registers; a host core copies the corners once.
 #include <cmath>
 
 #include "gpu/window.h"
@@ -17,81 +19,115 @@ namespace cordillera::gpu {
 CORDILLERA_HD inline std::int64_t cross(std::int32_t ax, std::int32_t ay, std::int32_t bx, std::int32_t by) {
   return static_cast<std::int64_t>(ax) * by - static_cast<std::int64_t>(ay) * bx;
 }
+CORDILLERA_HD inline float cross(float ax, float ay, float bx, float by) { return ax * by - ay * bx; }
 
-/// The star of u, relative to u. Entry `count` repeats entry 0, so that triangle i is (u, i, i + 1) for every i < triangles.
+/// The star of u. Coordinate: see WindowVertex. Triangle i is (u, i, after(i)) for every i < triangles.
+template <class Coordinate>
 struct Star {
-  std::int32_t x[kRowWidth + 1];
-  std::int32_t y[kRowWidth + 1];
-  float rise[kRowWidth + 1];  ///< metres above u
+  /// A neighbour, relative to u.
+  struct Corner {
+    Coordinate x, y;
+    float rise;  ///< metres above u
+    VertexInfo info;
+  };
+
+  WindowView w;
+  int u = 0;
+  WindowVertex centre;
+  float cells_per_unit = 1;
   int count = 0;
   int triangles = 0;
   std::uint32_t valid = 0;      ///< neighbours that are not void, a bit each
   std::uint32_t published = 0;  ///< triangles that exist, a bit each
   std::uint32_t rim = 0;        ///< neighbours at the end of a rim edge (tile border included), a bit each
-};
 
-CORDILLERA_HD inline Star load_star(const WindowView& w, int u) {
-  Star s;
-  s.count = w.valence[u];
-  const bool open = (w.mark[u] & kOnSide) != 0;
-  s.triangles = open ? s.count - 1 : s.count;
-  const std::int32_t ux = w.x[u], uy = w.y[u];
-  const float uz = w.elevation[u];
-  CORDILLERA_FOR_ROW(i, s.count) {
-    const int v = w.neighbour(u, i);
-    s.x[i] = w.x[v] - ux;
-    s.y[i] = w.y[v] - uy;
-    s.rise[i] = w.elevation[v] - uz;
-    if (!(w.mark[v] & proto::kVoid)) s.valid |= 1u << i;
+  CORDILLERA_HD Star(const WindowView& window, int vertex, float scale)
+      : w(window), u(vertex), centre(window.vertex[vertex]), cells_per_unit(scale), count(centre.info.valence()) {
+    triangles = centre.info.has(kOnSide) ? count - 1 : count;
+#ifndef __CUDA_ARCH__
+    for (int i = 0; i < count; ++i) corners[i] = look(i);
+#endif
   }
-  s.x[s.count] = s.x[0];
-  s.y[s.count] = s.y[0];
-  s.rise[s.count] = s.rise[0];
-  if (w.mark[u] & proto::kVoid) return s;
-  const std::uint32_t wrap = open ? 0 : (s.valid & 1u) << (s.count - 1);
-  s.published = s.valid & ((s.valid >> 1) | wrap) & ((1u << s.triangles) - 1);
-  const std::uint32_t before = (s.published << 1) | (open ? 0 : (s.published >> (s.count - 1)) & 1u);
-  s.rim = (s.published ^ before) & ((1u << s.count) - 1);
-  return s;
-}
+#ifdef __CUDA_ARCH__
+  CORDILLERA_HD Corner corner(int i) const { return look(i); }
+#else
+  Corner corner(int i) const { return corners[i]; }
+  Corner corners[kRowWidth];
+#endif
+  CORDILLERA_HD Corner look(int i) const {
+    const WindowVertex v = w.vertex[w.neighbour(u, i)];
+    return {v.x<Coordinate>() - centre.x<Coordinate>(), v.y<Coordinate>() - centre.y<Coordinate>(), v.elevation - centre.elevation, v.info};
+  }
+  CORDILLERA_HD int after(int i) const { return i + 1 == count ? 0 : i + 1; }
+  CORDILLERA_HD bool is_published(int triangle) const { return ((published >> triangle) & 1u) != 0; }
+
+  CORDILLERA_HD float cells(float c) const { return c; }
+  CORDILLERA_HD float cells(std::int32_t units) const { return cells_per_unit * static_cast<float>(units); }
+  CORDILLERA_HD float square_cells(float area) const { return area; }
+  CORDILLERA_HD float square_cells(std::int64_t area) const { return cells_per_unit * cells_per_unit * static_cast<float>(area); }
+
+  /// To be called with `valid` complete.
+  CORDILLERA_HD void find_rim() {
+    if (centre.info.has(proto::kVoid)) return;
+    const bool open = centre.info.has(kOnSide);
+    const std::uint32_t wrap = open ? 0 : (valid & 1u) << (count - 1);
+    published = valid & ((valid >> 1) | wrap) & ((1u << triangles) - 1);
+    const std::uint32_t before = (published << 1) | (open ? 0 : (published >> (count - 1)) & 1u);
+    rim = (published ^ before) & ((1u << count) - 1);
+  }
+};
 
 /// Sum over the published triangles of area x (distance to the triangle's plane along the vertical)^2, as a quadratic form.
 struct Quadric {
   float xx = 0, xy = 0, yy = 0, x = 0, y = 0, one = 0;
+
+  /// The triangle (origin, a, b).
+  CORDILLERA_HD void add(float ax, float ay, float az, float bx, float by, float bz) {
+    const float twice_area = ax * by - ay * bx;
+    const float nx = ay * bz - az * by, ny = az * bx - ax * bz;
+    const float inverse = 1.0f / twice_area;
+    xx += nx * nx * inverse;
+    xy += nx * ny * inverse;
+    yy += ny * ny * inverse;
+    x += nx;
+    y += ny;
+    one += twice_area;
+  }
   CORDILLERA_HD float at(float px, float py, float rise) const {
     const float cost = 0.5f * (xx * px * px + yy * py * py + one * rise * rise) + (xy * px * py + rise * (x * px + y * py));
     return cost < 0 ? 0 : cost;
   }
 };
 
-CORDILLERA_HD inline Quadric star_quadric(const Star& s, float scale) {
+/// Finds the labels of the star and its quadric.
+template <class Coordinate>
+CORDILLERA_HD inline Quadric survey(Star<Coordinate>& s) {
   Quadric q;
-  CORDILLERA_FOR_ROW(i, s.triangles) {
-    if (!((s.published >> i) & 1u)) continue;
-    const float ax = scale * static_cast<float>(s.x[i]), ay = scale * static_cast<float>(s.y[i]), az = s.rise[i];
-    const float bx = scale * static_cast<float>(s.x[i + 1]), by = scale * static_cast<float>(s.y[i + 1]), bz = s.rise[i + 1];
-    const float twice_area = ax * by - ay * bx;
-    const float nx = ay * bz - az * by, ny = az * bx - ax * bz;
-    const float inverse = 1.0f / twice_area;
-    q.xx += nx * nx * inverse;
-    q.xy += nx * ny * inverse;
-    q.yy += ny * ny * inverse;
-    q.x += nx;
-    q.y += ny;
-    q.one += twice_area;
+  const bool nowhere = s.centre.info.has(proto::kVoid);
+  typename Star<Coordinate>::Corner a = s.corner(0);
+  for (int i = 0; i < s.count; ++i) {
+    const bool here = !a.info.has(proto::kVoid);
+    if (here) s.valid |= 1u << i;
+    if (i == s.triangles) break;
+    const typename Star<Coordinate>::Corner b = s.corner(s.after(i));
+    if (here && !nowhere && !b.info.has(proto::kVoid)) q.add(s.cells(a.x), s.cells(a.y), a.rise, s.cells(b.x), s.cells(b.y), b.rise);
+    a = b;
   }
+  s.find_rim();
   return q;
 }
 
 /// Neighbours that u may collapse onto, a bit each. Labels decide; on the tile's border, so does the straight side.
-CORDILLERA_HD inline std::uint32_t allowed_targets(const Star& s, std::uint8_t mark) {
+template <class Coordinate>
+CORDILLERA_HD inline std::uint32_t allowed_targets(const Star<Coordinate>& s) {
   const std::uint32_t all = (1u << s.count) - 1;
-  if (mark & kOnSide) {
+  const bool nowhere = s.centre.info.has(proto::kVoid);
+  if (s.centre.info.has(kOnSide)) {
     const std::uint32_t along = 1u | (1u << (s.count - 1));
-    const std::uint32_t same = along & ((mark & proto::kVoid) ? ~s.valid : s.valid);
+    const std::uint32_t same = along & (nowhere ? ~s.valid : s.valid);
     return same ? same : along;  // a run of one label that the chain dropped goes with its last vertex
   }
-  if (mark & proto::kVoid) {
+  if (nowhere) {
     const std::uint32_t voids = all & ~s.valid;
     return voids ? voids : all;  // the last void vertex of a hole: closing it is for the rim budget to allow
   }
@@ -99,135 +135,160 @@ CORDILLERA_HD inline std::uint32_t allowed_targets(const Star& s, std::uint8_t m
   return s.rim ? s.rim : all;
 }
 
-/// Do all triangles of the star keep positive area when u moves onto neighbour b?
-CORDILLERA_HD inline bool keeps_orientation(const Star& s, int b) {
-  const int last = s.count - 1;
-  bool good = true;
-  CORDILLERA_FOR_ROW(i, s.triangles) {
-    const bool vanishes = i == b || (b == 0 ? (i == last) : i == b - 1);
-    if (!vanishes && cross(s.x[i] - s.x[b], s.y[i] - s.y[b], s.x[i + 1] - s.x[b], s.y[i + 1] - s.y[b]) <= 0) good = false;
-  }
-  return good;
-}
+/// u moves onto neighbour b, triangle by triangle: do all of them keep positive area, and where in the new surface does u come to lie?
+template <class Coordinate>
+struct Trial {
+  using Corner = typename Star<Coordinate>::Corner;
 
-/// How far u lies, along the vertical, from the surface after the collapse onto b. 0 where nothing published covers u any more.
-CORDILLERA_HD inline float height_deviation(const Star& s, int b) {
-  float deviation = 0;
-  CORDILLERA_FOR_ROW(i, s.triangles) {
-    if (!((s.published >> i) & 1u)) continue;
-    const std::int64_t at_next = cross(s.x[b], s.y[b], s.x[i], s.y[i]);
-    const std::int64_t at_here = cross(s.x[i + 1], s.y[i + 1], s.x[b], s.y[b]);
-    if (at_next < 0 || at_here < 0) continue;
-    const float wb = static_cast<float>(cross(s.x[i], s.y[i], s.x[i + 1], s.y[i + 1]));
-    const float wi = static_cast<float>(at_here), wn = static_cast<float>(at_next);
-    const float height = (wb * s.rise[b] + wi * s.rise[i] + wn * s.rise[i + 1]) / (wb + wi + wn);
-    deviation = height < 0 ? -height : height;
-  }
-  return deviation;
-}
+  int b = -1;  ///< -1: no neighbour
+  int at = 0;  ///< triangle to look at
+  Corner to, here;
+  // The new triangle over u is (b, i, after(i)): its weights at u and the rises of the last two. No weight: no published triangle is.
+  float weight_b = 0, weight_here = 0, weight_next = 0, rise_here = 0, rise_next = 0;
 
-/// Distance in units of u (the origin) from the segment between two neighbours.
-CORDILLERA_HD inline float segment_distance(const Star& s, int a, int b) {
-  const float ax = static_cast<float>(s.x[a]), ay = static_cast<float>(s.y[a]);
-  const float ex = static_cast<float>(s.x[b] - s.x[a]), ey = static_cast<float>(s.y[b] - s.y[a]);
+  CORDILLERA_HD Trial(const Star<Coordinate>& s, int slot) : b(slot), to(s.corner(slot < 0 ? 0 : slot)), here(s.corner(0)) {}
+
+  /// False if the triangle turns over.
+  CORDILLERA_HD bool step(const Star<Coordinate>& s) {
+    const int after = s.after(at);
+    const Corner next = s.corner(after);
+    const bool vanishes = at == b || after == b;
+    if (!vanishes && cross(here.x - to.x, here.y - to.y, next.x - to.x, next.y - to.y) <= 0) return false;
+    const auto at_next = cross(to.x, to.y, here.x, here.y), at_here = cross(next.x, next.y, to.x, to.y);
+    if (s.is_published(at) && at_next >= 0 && at_here >= 0) {  // where two triangles share u, the last counts
+      weight_b = static_cast<float>(cross(here.x, here.y, next.x, next.y));
+      weight_here = static_cast<float>(at_here);
+      weight_next = static_cast<float>(at_next);
+      rise_here = here.rise;
+      rise_next = next.rise;
+    }
+    here = next;
+    ++at;
+    return true;
+  }
+  /// How far u lies, along the vertical, from the new surface. 0 where nothing published covers it any more.
+  CORDILLERA_HD float height() const {
+    const float lift = weight_b * to.rise + weight_here * rise_here + weight_next * rise_next;
+    if (lift == 0) return 0;
+    const float h = lift / (weight_b + weight_here + weight_next);
+    return h < 0 ? -h : h;
+  }
+};
+
+/// Distance in cells of u (the origin) from the segment between two neighbours.
+template <class Coordinate>
+CORDILLERA_HD inline float segment_distance(const Star<Coordinate>& s, int from, int to) {
+  const typename Star<Coordinate>::Corner a = s.corner(from), b = s.corner(to);
+  const float ax = s.cells(a.x), ay = s.cells(a.y), ex = s.cells(b.x - a.x), ey = s.cells(b.y - a.y);
   const float length2 = ex * ex + ey * ey;
   const float along = -(ax * ex + ay * ey);
   if (along <= 0) return sqrtf(ax * ax + ay * ay);
   if (along >= length2) {
-    const float bx = static_cast<float>(s.x[b]), by = static_cast<float>(s.y[b]);
+    const float bx = s.cells(b.x), by = s.cells(b.y);
     return sqrtf(bx * bx + by * by);
   }
-  const float area = static_cast<float>(cross(s.x[a], s.y[a], s.x[b], s.y[b]));
+  const float area = s.square_cells(cross(a.x, a.y, b.x, b.y));
   return (area < 0 ? -area : area) / sqrtf(length2);
 }
 
-/// How far the rim moves, in units, when u collapses onto b: its rim edges swing from u to b. A hole that closes moves by its radius.
-CORDILLERA_HD inline float rim_deviation(const Star& s, std::uint8_t mark, int b) {
+/// How far the rim moves, in cells, when u collapses onto b: its rim edges swing from u to b. A hole that closes moves by its radius.
+template <class Coordinate>
+CORDILLERA_HD inline float rim_deviation(const Star<Coordinate>& s, int b) {
   float deviation = 0;
-  if (mark & proto::kVoid) {
-    if (!((s.valid >> b) & 1u)) return 0;
-    CORDILLERA_FOR_ROW(i, s.count) {
-      const float px = static_cast<float>(s.x[i]), py = static_cast<float>(s.y[i]);
-      const float distance = sqrtf(px * px + py * py);
-      deviation = distance > deviation ? distance : deviation;
+  const bool closes = s.centre.info.has(proto::kVoid);
+  if (closes && !((s.valid >> b) & 1u)) return 0;
+  for (int i = 0; i < s.count; ++i) {
+    float distance = 0;
+    if (closes) {
+      const typename Star<Coordinate>::Corner a = s.corner(i);
+      const float ax = s.cells(a.x), ay = s.cells(a.y);
+      distance = sqrtf(ax * ax + ay * ay);
+    } else if (((s.rim >> i) & 1u) && i != b) {
+      distance = segment_distance(s, b, i);
     }
-    return deviation;
-  }
-  CORDILLERA_FOR_ROW(i, s.count) {
-    if (!((s.rim >> i) & 1u) || i == b) continue;
-    const float distance = segment_distance(s, b, i);
     deviation = distance > deviation ? distance : deviation;
   }
   return deviation;
 }
 
 /// Finds u's best collapse and writes its key, target and the budget the target would have spent.
+template <class Coordinate>
 struct Evaluate {
-  static constexpr int kTries = 2;  // a third best target hardly ever helps and costs every vertex
+  struct Choice {
+    int slot = -1;
+    float cost = INFINITY;
+  };
 
   WindowView w;
   Rules rules;
 
   CORDILLERA_HD void operator()(int u) const {
-    const Star s = load_star(w, u);
-    const std::uint8_t mark = w.mark[u];
-    float cost[kRowWidth];
-    rank_targets(s, u, cost);
-    for (int attempt = 0; attempt < kTries; ++attempt) {
-      int best = -1;
-      float least = INFINITY;
-      CORDILLERA_FOR_ROW(i, s.count) {
-        if (cost[i] < least) {
-          least = cost[i];
-          best = i;
-        }
+    const float carried = w.carried[u], spent = w.spent[u];  // far away on a device: asked for first
+    Star<Coordinate> s(w, u, rules.cells_per_unit);
+    w.key[u] = kBlocked;
+    if (s.count == 0) return;
+    const Quadric quadric = survey(s);
+    Choice best, second;
+    rank_targets(s, quadric, carried, best, second);
+    const bool must = s.centre.info.has(proto::kRemove);
+    for (Trial<Coordinate> trial(s, best.slot); trial.b >= 0; trial = next(s, best, second)) {
+      // Both choices in one loop: lanes of a warp that try again do so while others are at their first.
+      while (trial.b >= 0 && trial.at < s.triangles) {
+        if (!trial.step(s)) trial = next(s, best, second);
       }
-      if (best < 0) break;
-      const float rim = rim_share(s, mark, best), after = w.spent[u] + larger(rim, height_share(s, best));
+      if (trial.b < 0) return;
+      const float rim = rim_share(s, trial), after = spent + larger(rim, height_share(s, trial));
       // What must go need not spare the heights, but still the rims.
-      if (keeps_orientation(s, best) && (after <= 1.0f || ((mark & proto::kRemove) && rim <= 1.0f))) {
+      if (after <= 1.0f || (must && rim <= 1.0f)) {
         // First of all, while the inside is still dense enough to close the gap; among themselves by cost.
-        if (mark & proto::kRemove) least = 1e-6f * rules.first_cost * (least / (least + rules.first_cost));
+        float cost = must ? 1e-6f * rules.first_cost * (best.cost / (best.cost + rules.first_cost)) : best.cost;
         // However large its star: what hardly moves the surface is never too costly.
-        if (rules.inverse_guard > 0 && after < kFreeShare && least > rules.last_cost) least = rules.last_cost;
-        w.key[u] = vertex_key(least, w.x[u], w.y[u]);
-        w.target[u] = static_cast<std::uint16_t>(w.neighbour(u, best));
+        if (rules.inverse_guard > 0 && after < kFreeShare && cost > rules.last_cost) cost = rules.last_cost;
+        w.key[u] = cost_key(cost) | s.centre.info.hash();
+        w.target[u] = static_cast<std::uint16_t>(w.neighbour(u, trial.b));
         w.spent_after[u] = after;
         return;
       }
-      CORDILLERA_FOR_ROW(i, s.count) {
-        if (i == best) cost[i] = INFINITY;
-      }
     }
-    w.key[u] = kBlocked;
   }
 
  private:
-  CORDILLERA_HD void rank_targets(const Star& s, int u, float* cost) const {
-    const Quadric q = star_quadric(s, rules.cells_per_unit);
-    const std::uint32_t allowed = allowed_targets(s, w.mark[u]);
-    const float carried = w.carried[u];
-    CORDILLERA_FOR_ROW(i, s.count) {
-      const float px = rules.cells_per_unit * static_cast<float>(s.x[i]), py = rules.cells_per_unit * static_cast<float>(s.y[i]);
-      float c = s.published ? q.at(px, py, s.rise[i]) + carried : 0.0f;
-      c += 1e-6f * (px * px + py * py);  // among equals, the shortest edge
-      const int v = w.neighbour(u, i);
+  /// The two cheapest targets; of equals the first. A third best hardly ever helps and costs every vertex.
+  CORDILLERA_HD void rank_targets(const Star<Coordinate>& s, const Quadric& quadric, float carried, Choice& best, Choice& second) const {
+    const std::uint32_t allowed = allowed_targets(s);
+    const bool on_side = s.centre.info.has(kOnSide);
+    for (int i = 0; i < s.count; ++i) {
+      const typename Star<Coordinate>::Corner c = s.corner(i);
+      const float px = s.cells(c.x), py = s.cells(c.y);
+      float cost = s.published ? quadric.at(px, py, c.rise) + carried : 0.0f;
+      cost += 1e-6f * (px * px + py * py);  // among equals, the shortest edge
       // Both on the tile's border share one triangle, else two.
-      const bool full = !has_room(w.mark[v], w.valence[v], s.count - ((w.mark[u] & kOnSide) ? 3 : 4));
+      const bool full = !has_room(c.info, s.count - (on_side ? 3 : 4));
       // What must go takes no more in: its own star must stay small enough to be closed.
-      const bool leaving = (w.mark[v] & proto::kRemove) && !(w.mark[u] & kOnSide);
-      cost[i] = (((allowed >> i) & 1u) && !full && !leaving) ? c : INFINITY;
+      const bool leaving = c.info.has(proto::kRemove) && !on_side;
+      if (!((allowed >> i) & 1u) || full || leaving) continue;
+      if (cost < best.cost) {
+        second = best;
+        best = {i, cost};
+      } else if (cost < second.cost) {
+        second = {i, cost};
+      }
     }
   }
 
-  CORDILLERA_HD static float larger(float a, float b) { return a > b ? a : b; }
-  /// Shares of the budgets that the collapse spends.
-  CORDILLERA_HD float height_share(const Star& s, int b) const {
-    return rules.inverse_guard > 0 && s.published ? height_deviation(s, b) * rules.inverse_guard : 0.0f;
+  CORDILLERA_HD static Trial<Coordinate> next(const Star<Coordinate>& s, Choice& best, Choice& second) {
+    best = second;
+    second = {};
+    return {s, best.slot};
   }
-  CORDILLERA_HD float rim_share(const Star& s, std::uint8_t mark, int b) const {
-    const bool on_rim = s.rim != 0 || ((mark & proto::kVoid) && s.valid != 0);
-    return on_rim ? rim_deviation(s, mark, b) * rules.inverse_rim : 0.0f;
+  CORDILLERA_HD static float larger(float a, float b) { return a > b ? a : b; }
+  /// Shares of the budgets that the collapse would spend.
+  CORDILLERA_HD float height_share(const Star<Coordinate>& s, const Trial<Coordinate>& trial) const {
+    return rules.inverse_guard > 0 && s.published ? trial.height() * rules.inverse_guard : 0.0f;
+  }
+  CORDILLERA_HD float rim_share(const Star<Coordinate>& s, const Trial<Coordinate>& trial) const {
+    const bool on_rim = s.rim != 0 || (s.centre.info.has(proto::kVoid) && s.valid != 0);
+    return on_rim ? rim_deviation(s, trial.b) / rules.cells_per_unit * rules.inverse_rim : 0.0f;
   }
 };
 

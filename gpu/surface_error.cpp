@@ -46,7 +46,7 @@ struct Tally {
 class Measurement {
  public:
   Measurement(const SurfaceErrorInput& in, double limit_m, std::pair<double, double> range_m)
-      : mesh_(*in.mesh), limit_m_(limit_m), meter_(in, range_m.first, range_m.second), rims_(*in.mesh) {}
+      : mesh_(*in.mesh), limit_m_(limit_m), meter_(in, range_m), rims_(*in.mesh) {}
 
   SurfaceError run() {
     count_window();

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "gpu/surface_error.h"
@@ -25,8 +26,8 @@ struct TriangleWorst {
 
 class SurfaceMeter {
  public:
-  /// Borrows what input points to. low_m and high_m: no corner that will be measured is lower or higher.
-  SurfaceMeter(const SurfaceErrorInput& in, double low_m, double high_m)
+  /// Borrows what input points to. range_m: no corner that will be measured is lower or higher.
+  SurfaceMeter(const SurfaceErrorInput& in, std::pair<double, double> range_m)
       : lattice_(*in.lattice),
         west_(in.lattice->west(in.tile)),
         south_(in.lattice->south(in.tile)),
@@ -48,7 +49,7 @@ class SurfaceMeter {
     tile_.step_m = in.ecef_step_m;
     tile_.off_south_pole = proto::row_frame(lattice_, 1);
     tile_.off_north_pole = proto::row_frame(lattice_, lattice_.rows() - 1);
-    tile_.small_units = small_units(tile_, proto::row_frame(lattice_, south_), proto::row_frame(lattice_, south_ + side_), low_m, high_m);
+    tile_.small_units = small_units(tile_, proto::row_frame(lattice_, south_), proto::row_frame(lattice_, south_ + side_), range_m.first, range_m.second);
   }
 
   const SampleWindow& window() const { return window_; }
@@ -81,6 +82,7 @@ class SurfaceMeter {
   static double steepness(const MeasuredTriangle& t) {
     double steepest = 0;
     for (const Plane* plane : {&t.exact, &t.rounded}) {
+      if (!plane->shows()) continue;
       const proto::Vec3& p = t.exact_corner[0];
       constexpr double kPolar2 = (1 - proto::kFlattening) * (1 - proto::kFlattening);
       const proto::Vec3 up{p.x, p.y, p.z / kPolar2};

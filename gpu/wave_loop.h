@@ -1,7 +1,7 @@
 #pragma once
 // The waves of one window. A Team is a block of threads with barriers, or one host thread with a plain loop:
 //   each(n, f)            f(i) for i in 0..n-1
-//   sort_out(n, classify, lists)   appends u to the lists whose bit classify(u) has set
+//   sort_out(n, classify, lists)   fills the lists anew: u goes to those whose bit classify(u) has set
 //   barrier()
 #include "gpu/collapse.h"
 #include "gpu/star.h"
@@ -23,14 +23,25 @@ struct WaveSchedule {
   }
 };
 
-/// Lists of local vertices, in window storage.
-struct WaveLists {
-  std::uint16_t* touched = nullptr;     ///< ring changed in the last wave
-  std::uint16_t* candidates = nullptr;  ///< key under the threshold
-  std::uint16_t* stale = nullptr;       ///< of these, the ones to evaluate first
-  int* counts = nullptr;                ///< 3
+enum WaveList {
+  kTouchedList,    ///< the ring changed in the last wave
+  kStaleList,      ///< key under the threshold, to be evaluated first
+  kUpToDateList,   ///< key under the threshold
 };
-inline constexpr unsigned kTouchedList = 1, kCandidateList = 2, kStaleList = 4;  ///< bits of Classify's answer
+
+/// Lists of local vertices, in window storage. Candidates are the stale ones, from the front, and those that are up to date, from the back.
+struct WaveLists {
+  std::uint16_t* touched = nullptr;
+  std::uint16_t* candidates = nullptr;
+  int capacity = 0;
+  std::uint64_t* counts = nullptr;  ///< 16 bits a list; two, in turn, so that one can be cleared while the other is read
+
+  CORDILLERA_HD int size(WaveList k) const { return static_cast<int>((*counts >> (16 * k)) & 0xffffu); }
+  CORDILLERA_HD void set(WaveList k, int place, int u) const {
+    std::uint16_t* const list = k == kTouchedList ? touched : candidates;
+    list[k == kUpToDateList ? capacity - 1 - place : place] = static_cast<std::uint16_t>(u);
+  }
+};
 
 /// Which lists a vertex belongs to in the coming wave. Lazy: a vertex whose ring changed keeps its old key as an estimate and is
 /// evaluated again only when that key is under the threshold.
@@ -41,51 +52,58 @@ struct Classify {
   CORDILLERA_HD unsigned operator()(int u) const {
     const std::uint8_t state = w.state[u];
     if (state == kDead) return 0;
-    unsigned lists = state == touched ? kTouchedList : 0u;
+    unsigned lists = state == touched ? 1u << kTouchedList : 0u;
     // A blocked vertex gets another chance when its surroundings change.
     const bool retry = w.key[u] == kBlocked && state == touched;
-    if (w.key[u] < threshold || retry) lists |= state == kClean ? kCandidateList : (kCandidateList | kStaleList);
+    if (w.key[u] < threshold || retry) lists |= 1u << (state == kClean ? kUpToDateList : kStaleList);
     return lists;
   }
 };
 
 struct EvaluateListed {
-  Evaluate evaluate;
+  WindowView w;
+  Rules rules;
   const std::uint16_t* list;
   CORDILLERA_HD void operator()(int i) const {
     const int u = list[i];
-    evaluate.w.state[u] = kClean;
-    evaluate(u);
+    w.state[u] = kClean;
+    if (w.small) Evaluate<float>{w, rules}(u);
+    else Evaluate<std::int32_t>{w, rules}(u);
   }
 };
-template <class Step>
-struct Listed {
-  Step step;
+struct DecideListed {
+  Decide decide;
   const std::uint16_t* list;
-  CORDILLERA_HD void operator()(int i) const { step(list[i]); }
+  int stale;
+  int skip;  ///< from the end of the stale ones to the others
+  CORDILLERA_HD void operator()(int i) const { decide(list[i < stale ? i : i + skip]); }
+};
+struct GatherListed {
+  Gather gather;
+  const std::uint16_t* list;
+  CORDILLERA_HD void operator()(int i) const { gather(list[i]); }
 };
 
 /// Runs all waves over the first `count` vertices of the window.
 template <class Team>
-CORDILLERA_HD void run_waves(Team& team, const WindowView& w, const WaveLists& lists, int count, const Rules& rules,
+CORDILLERA_HD void run_waves(Team& team, const WindowView& w, WaveLists& lists, int count, const Rules& rules,
                              const WaveSchedule& schedule) {
   float cost = schedule.first();
   std::uint32_t threshold = key_limit(cost);
   team.sort_out(count, Classify{w, threshold, -1}, lists);
   for (int wave = 0;; ++wave) {
     team.barrier();
-    const int stale = lists.counts[2], candidates = lists.counts[1];
-    team.each(stale, EvaluateListed{{w, rules}, lists.stale});
+    const int stale = lists.size(kStaleList), candidates = stale + lists.size(kUpToDateList);
+    team.each(stale, EvaluateListed{w, rules, lists.candidates});
     team.barrier();
-    team.each(candidates, Listed<Decide>{{w, threshold, wave}, lists.candidates});
+    team.each(candidates, DecideListed{{w, threshold, wave}, lists.candidates, stale, lists.capacity - candidates});
     team.barrier();
     if (wave + 1 < schedule.growing) cost = wave + 2 == schedule.growing ? schedule.cost : cost * schedule.growth;
     threshold = key_limit(cost);
     team.sort_out(count, Classify{w, threshold, kTouched + wave}, lists);
     team.barrier();
-    const int touched = lists.counts[0];
-    team.each(touched, Listed<Gather>{{w}, lists.touched});
-    team.barrier();
+    const int touched = lists.size(kTouchedList);
+    team.each(touched, GatherListed{{w}, lists.touched});
     const bool scheduled = wave + 1 < schedule.growing + schedule.settled;
     if (wave + 1 >= schedule.most || (!scheduled && 32 * touched < count)) return;
   }

@@ -11,7 +11,7 @@
 //   select(n, keep, to)                          the i in 0..n-1 with keep(i), ascending; returns how many
 //   exclusive_sum(from, to, n)
 //   group(values, group_of, first, to)           values by group, group g from first[g], in their old order within a group
-//   simplify(mesh, cut, tiles)                   the windows of a pass
+//   simplify(mesh, cut, tiles, row_width)        the windows of a pass
 //   vertices_at_once()                           how large a batch pays
 //   name()
 #include <memory>

@@ -31,7 +31,7 @@ void WaveSimplifier<Device>::simplify_batch(std::span<const SimplifyJob> jobs, s
     stage(pass == 0 ? "load" : "pass " + std::to_string(pass));
     const WindowCut cut = cutter_.cut(*device_, batch_.view(), batch_.tiles(), vertices, pass, kPasses);
     if (cut.in_work == 0) break;
-    device_->simplify(batch_.view(), cut, batch_.tiles());
+    device_->simplify(batch_.view(), cut, batch_.tiles(), batch_.row_width());
   }
   batch_.unload();
   stage("unload");

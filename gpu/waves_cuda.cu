@@ -8,7 +8,9 @@
 namespace cordillera::gpu {
 namespace {
 
-constexpr int kThreads = 256;
+// Measured on an H200: more threads a block wait longer for each other, fewer leave the multiprocessor idle; four windows of rows as wide
+// as kInnerValence are what its shared memory holds.
+constexpr int kThreads = 256, kWindowsAtOnce = 4;
 
 /// A block of threads.
 struct BlockTeam {
@@ -18,30 +20,51 @@ struct BlockTeam {
   }
   __device__ void barrier() { __syncthreads(); }
 
-  /// Order within the lists does not matter: all decisions are by key.
+  /// Order within the lists does not matter: all decisions are by key. A warp takes its places in all lists at once.
   template <class Classify>
-  __device__ void sort_out(int n, const Classify& classify, const WaveLists& lists) {
-    if (threadIdx.x < 3) lists.counts[threadIdx.x] = 0;
-    __syncthreads();
-    std::uint16_t* const list[3] = {lists.touched, lists.candidates, lists.stale};
-    const unsigned lane = threadIdx.x & 31u;
-    for (int base = 0; base < n; base += kThreads) {
-      const int u = base + static_cast<int>(threadIdx.x);
+  __device__ void sort_out(int n, const Classify& classify, WaveLists& lists) {
+    constexpr int kRounds = (kWindowVertices + kThreads - 1) / kThreads;
+    std::uint64_t* const last = lists.counts;
+    lists.counts = reinterpret_cast<std::uint64_t*>(reinterpret_cast<std::uintptr_t>(last) ^ sizeof(std::uint64_t));
+    const int lane = static_cast<int>(threadIdx.x & 31u);
+    unsigned votes[kRounds][3];
+    int sums[3] = {};
+#pragma unroll
+    for (int r = 0; r < kRounds; ++r) {
+      const int u = r * kThreads + static_cast<int>(threadIdx.x);
       const unsigned in = u < n ? classify(u) : 0u;
+      for (int k = 0; k < 3; ++k) sums[k] += __popc(votes[r][k] = __ballot_sync(~0u, in >> k & 1u));
+    }
+    Places places = take_places(lists, sums, lane);
+#pragma unroll
+    for (int r = 0; r < kRounds; ++r) {
+      const int u = r * kThreads + static_cast<int>(threadIdx.x);
       for (int k = 0; k < 3; ++k) {
-        const unsigned votes = __ballot_sync(~0u, (in >> k) & 1u);
-        int at = 0;
-        if (lane == 0 && votes) at = atomicAdd(&lists.counts[k], __popc(votes));
-        at = __shfl_sync(~0u, at, 0);
-        if ((in >> k) & 1u) list[k][at + __popc(votes & ((1u << lane) - 1u))] = static_cast<std::uint16_t>(u);
+        if (votes[r][k] >> lane & 1u) lists.set(static_cast<WaveList>(k), places.at[k] + __popc(votes[r][k] & ((1u << lane) - 1u)), u);
+        places.at[k] += __popc(votes[r][k]);
       }
     }
+    if (threadIdx.x == 0) *last = 0;
+  }
+
+ private:
+  struct Places {
+    int at[3];
+  };
+  /// Room for a warp's vertices in every list.
+  __device__ static Places take_places(const WaveLists& lists, const int (&sums)[3], int lane) {
+    using Word = unsigned long long;
+    const Word sum = static_cast<Word>(sums[0]) | static_cast<Word>(sums[1]) << 16 | static_cast<Word>(sums[2]) << 32;
+    Word at = 0;
+    if (lane == 0 && sum) at = atomicAdd(reinterpret_cast<Word*>(lists.counts), sum);
+    at = __shfl_sync(~0u, at, 0);
+    return {{static_cast<int>(at & 0xffffu), static_cast<int>(at >> 16 & 0xffffu), static_cast<int>(at >> 32)}};
   }
 };
 
 /// kShared: the windows lie in shared memory, and the compiler knows it; else in scratch.
 template <bool kShared>
-__global__ void __launch_bounds__(kThreads)
+__global__ void __launch_bounds__(kThreads, kWindowsAtOnce)
     simplify_windows_kernel(MeshView mesh, WindowCut cut, const BatchTile* tiles, unsigned char* scratch, std::size_t scratch_bytes) {
   extern __shared__ __align__(16) unsigned char shared[];
   BlockTeam team;
@@ -60,15 +83,15 @@ class CudaDevice : public CudaSteps {
     name_ = "cuda:" + std::to_string(device) + " (" + properties.name + ")";
     shared_bytes_ = properties.sharedMemPerBlockOptin;
     scratch_blocks_ = static_cast<unsigned>(8 * properties.multiProcessorCount);
-    const int bytes = static_cast<int>(std::min(shared_bytes_, window_bytes(kWindowVertices)));
-    CORDILLERA_CUDA(cudaFuncSetAttribute(simplify_windows_kernel<true>, cudaFuncAttributeMaxDynamicSharedMemorySize, bytes));
+    const std::size_t widest = std::min(shared_bytes_, window_bytes(kWindowVertices, kRowWidth));
+    CORDILLERA_CUDA(cudaFuncSetAttribute(simplify_windows_kernel<true>, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(widest)));
   }
 
   /// What a thread calls belongs to its current device.
   void use() { CORDILLERA_CUDA(cudaSetDevice(device_)); }
 
-  void simplify(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles) {
-    const std::size_t bytes = window_bytes(kWindowVertices);
+  void simplify(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles, std::uint32_t row_width) {
+    const std::size_t bytes = window_bytes(kWindowVertices, row_width);
     const auto count = static_cast<unsigned>(cut.count);
     if (bytes <= shared_bytes_) {
       simplify_windows_kernel<true><<<count, kThreads, bytes, stream_>>>(mesh, cut, tiles.tiles, nullptr, 0);

@@ -64,8 +64,8 @@ class HostDevice {
   }
 
   void use() {}
-  void simplify(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles) {
-    storage_.resize(window_bytes(kWindowVertices));
+  void simplify(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles, std::uint32_t) {
+    storage_.resize(window_bytes(kWindowVertices, kRowWidth));
     HostTeam team;
     for (std::uint32_t k = 0; k < cut.count; ++k) {
       if (!cut.nodes[k].is_window()) continue;

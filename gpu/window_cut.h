@@ -161,11 +161,12 @@ struct WindowCut {
   const QuadNode* nodes = nullptr;       ///< window k is node k, if it is one
   const std::uint32_t* first = nullptr;  ///< indexed by node
   const std::uint32_t* order = nullptr;  ///< vertices, window by window from first[k]; ascending within a window
+  float* outer = nullptr;                ///< kOuterFloats a vertex, for the windows' use
   std::uint32_t count = 0;               ///< nodes
   std::uint32_t in_work = 0;             ///< vertices in windows
 
   CORDILLERA_HD WindowRange window(std::uint32_t k) const {
-    return {order + first[k], nodes[k].count, k};
+    return {order + first[k], outer + kOuterFloats * first[k], nodes[k].count, k, nodes[k].box.size <= kExactUnits};
   }
 };
 
@@ -182,6 +183,7 @@ class WindowCutter {
     first_.reserve(most);
     node_of_.reserve(n);
     order_.reserve(n);
+    outer_.reserve(kOuterFloats * n);
     progress_.reserve(tiles.count);
     facts_.reserve(1);
     const CutArrays arrays{mesh, tiles, vertices.data(), static_cast<std::uint32_t>(n), nodes_.data(), node_of_.data(),
@@ -191,7 +193,7 @@ class WindowCutter {
     device.copy_out(&facts, facts_.data(), 1);
     device.exclusive_sum(node_counts_.data(), first_.data(), facts.nodes);
     device.group(vertices, node_of_.data(), {first_.data(), facts.nodes}, order_.data());
-    return {nodes_.data(), first_.data(), order_.data(), facts.nodes, facts.in_work};
+    return {nodes_.data(), first_.data(), order_.data(), outer_.data(), facts.nodes, facts.in_work};
   }
 
  private:
@@ -201,6 +203,7 @@ class WindowCutter {
   Array<std::uint32_t> node_of_, order_, node_counts_, first_;
   Array<TileProgress> progress_;
   Array<CutFacts> facts_;
+  Array<float> outer_;
 };
 
 }  // namespace cordillera::gpu

@@ -21,11 +21,17 @@ struct MeshView {
   std::uint16_t* local = nullptr;   ///< its number there; up to date inside a window that is being simplified
 };
 
-inline constexpr std::size_t kBytesPerWindowVertex = kRowWidth * 2 + 2 * 4 + 5 * 4 + 4 * 2 + 3;
-inline constexpr std::size_t window_bytes(std::size_t capacity) { return 16 + capacity * (kBytesPerWindowVertex + 1); }
+inline constexpr std::size_t kBytesPerWindowVertex = sizeof(WindowVertex) + 4 + 3 * 2 + 2;  // and its row
+/// What is seldom looked at lies outside the window's storage, so that more windows fit a multiprocessor.
+inline constexpr std::size_t kOuterFloats = 3;
+/// Room for a window, a multiple of 16. width: of the rows. The waves raise no valence above the caps, so max(kInnerValence, greatest at the
+/// start) is enough.
+CORDILLERA_HD constexpr std::size_t window_bytes(std::size_t capacity, std::size_t width) {
+  return (16 + capacity * (kBytesPerWindowVertex + 2 * width) + 15) / 16 * 16;
+}
 
-/// Lays a window's arrays into storage of window_bytes(capacity); capacity is a multiple of 4.
-CORDILLERA_HD inline WindowView carve(unsigned char* storage, int capacity, WaveLists& lists) {
+/// Lays a window's arrays into storage of window_bytes(capacity, width), and outer of kOuterFloats * count; capacity is a multiple of 4.
+CORDILLERA_HD inline WindowView carve(unsigned char* storage, int capacity, float* outer, int count, WaveLists& lists) {
   WindowView w;
   unsigned char* at = storage;
   const auto take = [&](int bytes) {
@@ -34,25 +40,27 @@ CORDILLERA_HD inline WindowView carve(unsigned char* storage, int capacity, Wave
     return static_cast<void*>(from);
   };
   w.stride = capacity;
-  lists.counts = reinterpret_cast<int*>(at);
+  lists.counts = reinterpret_cast<std::uint64_t*>(at);
   at += 16;
-  w.x = static_cast<std::int32_t*>(take(4));
-  w.y = static_cast<std::int32_t*>(take(4));
-  w.elevation = static_cast<float*>(take(4));
-  w.carried = static_cast<float*>(take(4));
-  w.spent = static_cast<float*>(take(4));
-  w.spent_after = static_cast<float*>(take(4));
+  w.vertex = static_cast<WindowVertex*>(take(sizeof(WindowVertex)));
+  w.carried = outer;
+  w.spent = outer + count;
+  w.spent_after = outer + 2 * count;
   w.key = static_cast<std::uint32_t*>(take(4));
-  w.row = static_cast<std::uint16_t*>(take(2 * kRowWidth));
   w.target = static_cast<std::uint16_t*>(take(2));
   lists.touched = static_cast<std::uint16_t*>(take(2));
   lists.candidates = static_cast<std::uint16_t*>(take(2));
-  lists.stale = static_cast<std::uint16_t*>(take(2));
-  w.valence = static_cast<std::uint8_t*>(take(1));
-  w.mark = static_cast<std::uint8_t*>(take(1));
+  lists.capacity = capacity;
   w.state = static_cast<std::uint8_t*>(take(1));
+  take(1);
+  w.row = reinterpret_cast<std::uint16_t*>(at);  // last: only its length depends on the width
   return w;
 }
+
+struct ClearCount {
+  std::uint64_t* counts;
+  CORDILLERA_HD void operator()(int i) const { counts[i] = 0; }
+};
 
 struct NumberVertex {
   MeshView mesh;
@@ -65,6 +73,7 @@ struct LoadVertex {
   WindowView w;
   const std::uint32_t* order;
   std::uint32_t window;
+  float cells_per_unit;
 
   CORDILLERA_HD void operator()(int i) const {
     const std::uint32_t v = order[i];
@@ -73,20 +82,22 @@ struct LoadVertex {
     for (int k = 0; k < n; ++k) {
       const std::uint32_t other = mesh.row[v * kRowWidth + k];
       const bool inside = mesh.window[other] == window;
-      w.row[k * w.stride + i] = inside ? mesh.local[other] : static_cast<std::uint16_t>(kOutside | k);
+      w.entry(i, k) = inside ? mesh.local[other] : static_cast<std::uint16_t>(kOutside | k);
       locked = locked || !inside;
     }
-    w.x[i] = mesh.x[v];
-    w.y[i] = mesh.y[v];
-    w.elevation[i] = mesh.elevation[v];
+    const std::int32_t x = mesh.x[v], y = mesh.y[v];
+    const VertexInfo info(n, mesh.mark[v] | (locked ? kLocked : 0), position_hash(x, y));
+    w.vertex[i] = {bits_of(x - mesh.x[order[0]]), bits_of(y - mesh.y[order[0]]), mesh.elevation[v], info};
     w.carried[i] = mesh.carried[v];
     w.spent[i] = mesh.spent[v];
-    w.spent_after[i] = 0;
-    w.valence[i] = static_cast<std::uint8_t>(n);
-    w.mark[i] = static_cast<std::uint8_t>(mesh.mark[v] | (locked ? kLocked : 0));
     w.target[i] = static_cast<std::uint16_t>(i);  // nobody's suitor
     w.key[i] = locked ? kNever : mesh.key[v];
     w.state[i] = locked ? kClean : kStale;
+  }
+
+ private:
+  CORDILLERA_HD std::uint32_t bits_of(std::int32_t units) const {
+    return w.small ? float_bits(cells_per_unit * static_cast<float>(units)) : static_cast<std::uint32_t>(units);
   }
 };
 
@@ -101,36 +112,46 @@ struct StoreVertex {
       mesh.mark[v] |= kGone;
       return;
     }
-    std::uint32_t before[kRowWidth];
-    CORDILLERA_FOR_ROW(k, static_cast<int>(mesh.valence[v])) before[k] = mesh.row[v * kRowWidth + k];
-    const int n = w.valence[i];
-    for (int k = 0; k < n; ++k) {
-      const int other = w.neighbour(i, k);
-      mesh.row[v * kRowWidth + k] = (other & kOutside) ? before[other & ~kOutside] : order[other];
+    const VertexInfo info = w.vertex[i].info;
+    const int n = info.valence();
+    std::uint32_t* const row = mesh.row + std::size_t{v} * kRowWidth;
+    if (info.has(kLocked)) {
+      std::uint32_t before[kRowWidth];
+      for (int k = 0; k < mesh.valence[v]; ++k) before[k] = row[k];
+      for (int k = 0; k < n; ++k) {
+        const int other = w.neighbour(i, k);
+        row[k] = (other & kOutside) ? before[other & ~kOutside] : order[other];
+      }
+    } else {
+      for (int k = 0; k < n; ++k) row[k] = order[w.neighbour(i, k)];
     }
     mesh.valence[v] = static_cast<std::uint8_t>(n);
     mesh.carried[v] = w.carried[i];
     mesh.spent[v] = w.spent[i];
-    if (!(w.mark[i] & kLocked)) mesh.key[v] = w.key[i] >= kBlocked ? 0 : w.key[i];
+    if (!info.has(kLocked)) mesh.key[v] = w.key[i] >= kBlocked ? 0 : w.key[i];
   }
 };
 
 /// A window of a pass: `count` vertices of the batch, ascending.
 struct WindowRange {
   const std::uint32_t* order = nullptr;
+  float* outer = nullptr;    ///< kOuterFloats * count
   std::uint32_t count = 0;
   std::uint32_t window = 0;  ///< its number
+  bool small = false;        ///< see WindowView
 };
 
 template <class Team>
 CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const WindowRange& range, const Rules& rules, const WaveSchedule& schedule,
                                    unsigned char* storage, int capacity) {
   WaveLists lists;
-  const WindowView w = carve(storage, capacity, lists);
   const int count = static_cast<int>(range.count);
+  WindowView w = carve(storage, capacity, range.outer, count, lists);
+  w.small = range.small;
+  team.each(2, ClearCount{lists.counts});
   team.each(count, NumberVertex{mesh, range.order});
   team.barrier();
-  team.each(count, LoadVertex{mesh, w, range.order, range.window});
+  team.each(count, LoadVertex{mesh, w, range.order, range.window, rules.cells_per_unit});
   team.barrier();
   run_waves(team, w, lists, count, rules, schedule);
   team.barrier();

@@ -43,7 +43,10 @@ proto::Result<void> Builder::prepare() {
     if (!source.ok()) return source.problem();
     sources_.push_back(std::move(*source));
   }
-  auto simplifier = gpu::make_simplifier(device_);
+  const auto on_all_threads = [this](std::size_t count, const std::function<void(std::size_t)>& work) {
+    workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
+  };
+  auto simplifier = gpu::make_simplifier(device_, on_all_threads);
   if (!simplifier.ok()) return simplifier.problem();
   simplifiers_.push_back(std::move(*simplifier));
   if (device() == "cpu") fall_back_to_cpu();

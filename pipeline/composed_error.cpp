@@ -211,7 +211,10 @@ class ComposedMeter::Ground {
   // Where edges cross and no vertex lies between: the ends of the children's edges there, the nearest first.
   void offer_nearest(const std::array<gpu::MeshPoint, 3>& c, PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
     std::array<std::pair<double, std::uint32_t>, 3> ends;
-    for (std::size_t k = 0; k < 3; ++k) ends[k] = {std::hypot(welded_.x[triangle[k]] - at.x, welded_.y[triangle[k]] - at.y), triangle[k]};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double dx = welded_.x[triangle[k]] - at.x, dy = welded_.y[triangle[k]] - at.y;
+      ends[k] = {dx * dx + dy * dy, triangle[k]};
+    }
     std::sort(ends.begin(), ends.end());
     for (const auto& [distance, v] : ends) {
       const gpu::MeshPoint p = point(v);

@@ -8,6 +8,7 @@
 namespace cordillera::pipeline {
 namespace {
 
+constexpr double kLeastError_m = 0.01;       // heights are steps of a millimetre
 constexpr double kDefaultErrorCells = 0.25;   // error= when nothing is asked: a quarter of the finest cell
 constexpr double kChainShare = 0.6;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
 constexpr double kStepsPerTile = 65536;       // .glb quantisation: 16 bits a tile side
@@ -38,7 +39,7 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (options.has_error() && options.keep_size() > 0) {
     return proto::Problem{"options-conflict", "error and keep are both given", "one of them", "keep"};
   }
-  if (options.has_error() && !(options.error() > 0 && options.error() < 1e6)) {
+  if (options.has_error() && !(options.error() >= kLeastError_m && options.error() < 1e6)) {
     return proto::Problem{"option-invalid", "error is not a positive number of metres", "above 0, below 1000000", "error"};
   }
   double before = 1;

@@ -244,7 +244,7 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
   const double limit_m = context.promise ? context.level->target() : INFINITY;
   const std::vector<std::uint32_t> over = context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
   // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.
-  const bool broken = built.max_error_m > limit_m && attempt < kPromiseAttempts;
+  const bool broken = !over.empty() && attempt < kPromiseAttempts;
   if (broken) {
     for (const std::uint32_t k : over) keep_around(prepared.input, built.mesh, k, std::size_t{8} << attempt);
   }

@@ -51,10 +51,10 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
                                            const std::array<const BuiltTile*, 4>& children);
 
 /// Measures the result of prepared's simplification and, where the promise is broken, puts vertices back. Nullopt when the border is not
-/// as its chain wants it: more is marked kKeep in prepared, simplify again.
+/// as its chain wants it or the promise is broken still: more is marked kKeep in prepared, simplify again.
 std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt);
 
-/// All of it for one tile: prepared -> simplified (and again, until the border is right) -> finished.
+/// All of it for one tile: prepared -> simplified (and again, while finish asks for it) -> finished.
 BuiltTile complete(const LevelContext& context, PreparedTile& prepared, gpu::Simplifier& simplifier);
 
 }  // namespace cordillera::pipeline

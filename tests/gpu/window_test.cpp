@@ -1,4 +1,4 @@
-// What the driver does before and between the waves: rings of grids, the cut into windows.
+// What the driver does before and between the waves: rings of grids, the cut into windows, windows in floats and in integers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -90,6 +90,45 @@ struct Loaded {
             row.data(),    valence.data(), mark.data(),      window.data(),  local.data()};
   }
 };
+
+/// Simplifies the whole mesh as one window.
+std::size_t simplify_all(Loaded& tile, float cells_per_unit, bool small) {
+  const auto n = static_cast<std::uint32_t>(tile.mesh.vertices());
+  std::vector<std::uint32_t> order(n);
+  for (std::uint32_t v = 0; v < n; ++v) order[v] = v;
+  std::vector<float> outer(kOuterFloats * n);
+  std::vector<unsigned char> storage(window_bytes(kWindowVertices, kRowWidth));
+  Rules rules;
+  rules.cells_per_unit = cells_per_unit;
+  rules.inverse_guard = 0.1f;
+  rules.inverse_rim = 1 / (2 / cells_per_unit);
+  WaveSchedule schedule;
+  schedule.cost = 100;
+  rules.first_cost = schedule.first();
+  rules.last_cost = schedule.cost;
+  HostTeam team;
+  simplify_window(team, tile.view(), {order.data(), outer.data(), n, 0, small}, rules, schedule, storage.data(), kWindowVertices);
+  return static_cast<std::size_t>(std::count_if(tile.mark.begin(), tile.mark.end(), [](std::uint8_t m) { return m & kGone; }));
+}
+
+class Windows : public testing::TestWithParam<int> {};
+
+TEST_P(Windows, FloatsAndIntegersGiveTheSameBits) {
+  const proto::TileMesh mesh = terrain_grid(32, 128, static_cast<bench::Terrain>(GetParam()));  // 4096 units: as large as floats go
+  Loaded floats(mesh), integers(mesh);
+  const std::size_t gone = simplify_all(floats, 1.0f / 128, true);
+  EXPECT_EQ(simplify_all(integers, 1.0f / 128, false), gone);
+  EXPECT_GT(gone, mesh.vertices() / 20);
+  EXPECT_EQ(floats.mark, integers.mark);
+  EXPECT_EQ(floats.valence, integers.valence);
+  EXPECT_EQ(floats.row, integers.row);
+  EXPECT_EQ(floats.key, integers.key);
+  EXPECT_EQ(floats.carried, integers.carried);
+  EXPECT_EQ(floats.spent, integers.spent);
+}
+
+INSTANTIATE_TEST_SUITE_P(Terrains, Windows, testing::Values(0, 1, 3),
+                         [](const auto& terrain) { return std::string(bench::kTerrainNames[terrain.param]); });
 
 TEST(WindowCut, EveryVertexIsInOneWindowThatIsNotTooFull) {
   Loaded tile(terrain_grid(100, 7, bench::Terrain::plane));

@@ -1,0 +1,144 @@
+// Refinement keeps promises and the laws of a tile, from a crude mesh.
+#include "gpu/refine.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gpu/rings.h"
+#include "gpu/sample_meter.h"
+#include "gpu/simplify.h"
+
+namespace cordillera::gpu {
+namespace {
+
+using proto::TileMesh;
+
+constexpr std::int32_t kSide = 256;
+const proto::Lattice kLattice{proto::Scheme::geodetic, 14};
+constexpr proto::TileAddress kTile{14, 17000, 12000};
+
+using Height = double (*)(int x, int y);
+constexpr Height kHills = [](int x, int y) { return 300 + 40 * std::sin(0.07 * x) * std::cos(0.05 * y) + ((x * 7 + y * 13) % 17) * 0.3; };
+constexpr Height kWalls = [](int x, int y) { return (x / 9 + y / 7) % 3 == 0 ? 40.0 : 0.0; };
+constexpr Height kSpike = [](int x, int y) { return x == 100 && y == 3 ? 500.0 : 20.0; };
+
+proto::Samples samples_of(Height height) {
+  proto::Samples s{kLattice.west(kTile), kLattice.south(kTile), kSide + 1, kSide + 1, {}, {}};
+  for (int y = 0; y <= kSide; ++y)
+    for (int x = 0; x <= kSide; ++x) s.height.push_back(static_cast<std::int32_t>(std::lround(height(x, y) * 1024)));
+  return s;
+}
+
+/// A coarse grid over the samples; its border is what the samples make it, so that a border can be within a limit.
+TileMesh coarse(const proto::Samples& s, int cells) {
+  std::vector<std::int32_t> heights;
+  for (int y = 0; y <= cells; ++y)
+    for (int x = 0; x <= cells; ++x)
+      heights.push_back(s.height[static_cast<std::size_t>(y * kSide / cells * (kSide + 1) + x * kSide / cells)]);
+  return grid_mesh(cells, kSide / cells, heights);
+}
+
+SurfaceErrorInput input_of(const TileMesh& mesh, const proto::Samples& samples) {
+  SurfaceErrorInput in;
+  in.lattice = &kLattice;
+  in.tile = kTile;
+  in.mesh = &mesh;
+  in.samples = &samples;
+  in.ecef_step_m = 1.0 / 256;
+  return in;
+}
+
+std::vector<std::uint32_t> over(const TileMesh& mesh, const proto::Samples& samples, double limit_m) {
+  std::vector<std::uint32_t> found;
+  for (const auto& worst : surface_error(input_of(mesh, samples), limit_m).over_limit) found.push_back(worst.triangle);
+  return found;
+}
+
+void expect_lawful(const TileMesh& mesh) {
+  std::int64_t area = 0;
+  for (const auto& t : mesh.triangles) {
+    const std::int64_t twice = std::int64_t{mesh.x[t[1]] - mesh.x[t[0]]} * (mesh.y[t[2]] - mesh.y[t[0]]) -
+                               std::int64_t{mesh.y[t[1]] - mesh.y[t[0]]} * (mesh.x[t[2]] - mesh.x[t[0]]);
+    EXPECT_GT(twice, 0);
+    area += twice;
+  }
+  EXPECT_EQ(area, 2LL * kSide * kSide);
+  const auto rings = rings_from_triangles(mesh);
+  ASSERT_TRUE(rings.ok()) << rings.problem().detail;
+  for (std::uint32_t v = 0; v < rings->vertices(); ++v) {
+    const bool seen = (mesh.mark[v] & proto::kVoid) == 0;
+    EXPECT_LE(rings->triangles_at(v), seen ? kMostValence : kVoidInside);
+  }
+}
+
+class Refine : public testing::TestWithParam<Height> {};
+TEST_P(Refine, leaves_nothing_over_the_limit) {
+  const proto::Samples samples = samples_of(GetParam());
+  for (const int cells : {16, 64}) {
+    for (const double limit_m : {30.0, 2.0}) {
+      TileMesh mesh = coarse(samples, cells);
+      const std::size_t before = mesh.vertices();
+      const std::vector<std::uint32_t> too_far = over(mesh, samples, limit_m);
+      const TileMesh crude = mesh;
+      const SampleMeter meter(input_of(crude, samples));
+      const Refined refined = refine(mesh, meter, limit_m, too_far, SIZE_MAX);
+      expect_lawful(mesh);
+      EXPECT_EQ(mesh.vertices(), before + refined.inserted);
+      // What is left touches the border, which only its chain may change, but for a needle between walls.
+      std::size_t inside = 0;
+      const std::vector<std::uint32_t> left = over(mesh, samples, limit_m);
+      for (const std::uint32_t k : left) {
+        const auto& t = mesh.triangles[k];
+        inside += std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == kSide || mesh.y[v] == kSide; });
+      }
+      EXPECT_EQ(left.size(), refined.over);
+      EXPECT_LE(inside, mesh.triangles.size() / 200) << cells << " cells, limit " << limit_m;
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Terrains, Refine, testing::Values(kHills, kWalls, kSpike));
+
+TEST(refine, puts_in_no_more_than_it_may) {
+  const proto::Samples samples = samples_of(kHills);
+  TileMesh mesh = coarse(samples, 4);
+  const TileMesh crude = mesh;
+  const Refined refined = refine(mesh, SampleMeter(input_of(crude, samples)), 0.5, over(mesh, samples, 0.5), 7);
+  EXPECT_EQ(refined.inserted, 7u);
+  EXPECT_GT(refined.over, 0u);
+  expect_lawful(mesh);
+}
+
+TEST(refine, leaves_voids_void) {
+  proto::Samples samples = samples_of(kHills);
+  for (int y = 64; y < 192; ++y)
+    for (int x = 64; x < 192; ++x) samples.height[static_cast<std::size_t>(y * (kSide + 1) + x)] = proto::kNoHeight;
+  TileMesh mesh = coarse(samples, 8);
+  const auto published = [](const TileMesh& m) {
+    std::int64_t area = 0;
+    for (const auto& t : m.triangles) {
+      if ((m.mark[t[0]] | m.mark[t[1]] | m.mark[t[2]]) & proto::kVoid) continue;
+      area += std::int64_t{m.x[t[1]] - m.x[t[0]]} * (m.y[t[2]] - m.y[t[0]]) - std::int64_t{m.y[t[1]] - m.y[t[0]]} * (m.x[t[2]] - m.x[t[0]]);
+    }
+    return area;
+  };
+  const std::int64_t before = published(mesh);
+  const TileMesh crude = mesh;
+  const Refined refined = refine(mesh, SampleMeter(input_of(crude, samples)), 1, over(mesh, samples, 1), SIZE_MAX);
+  EXPECT_GT(refined.inserted, 100u);
+  EXPECT_EQ(published(mesh), before);
+  expect_lawful(mesh);
+}
+
+TEST(refine, nothing_over_nothing_done) {
+  const proto::Samples samples = samples_of(kHills);
+  TileMesh mesh = coarse(samples, 64);
+  const TileMesh crude = mesh;
+  const Refined refined = refine(mesh, SampleMeter(input_of(crude, samples)), 1e6, {}, SIZE_MAX);
+  EXPECT_EQ(refined.inserted + refined.flipped, 0u);
+  EXPECT_EQ(mesh.triangles, crude.triangles);
+}
+
+}  // namespace
+}  // namespace cordillera::gpu
