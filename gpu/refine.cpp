@@ -91,8 +91,8 @@ class Refinement {
   bool published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }
   std::uint32_t cap(std::uint32_t v) const {
     const int sides = int{mesh_.x[v] == 0 || mesh_.x[v] == mesh_.side} + int{mesh_.y[v] == 0 || mesh_.y[v] == mesh_.side};
-    if (sides == 0) return is_void(v) ? kVoidInside : kMostValence;
-    return sides == 1 ? kVoidSide : kVoidCorner;  // the promise may use what fits a row when welded, and the mend rather does not
+    if (is_void(v)) return sides == 0 ? kVoidInside : sides == 1 ? kVoidSide : kVoidCorner;
+    return sides == 0 ? kMostValence : sides == 1 ? kMendedSide : kMendedCorner;
   }
   bool has_room(std::uint32_t v, std::uint32_t reserve = 0) const { return valence_[v] + reserve < cap(v); }
 

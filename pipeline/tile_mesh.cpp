@@ -18,7 +18,8 @@ namespace {
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
 constexpr int kAttempts = 20;  // to empty the border of what its chain dropped
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
-constexpr int kPromiseAttempts = 4;  // to keep a promise that refinement could not
+constexpr double kMoreCaution = 1.5;  // from one of these to the next: a denser inside has more for the border to hold on to
+constexpr int kPromiseAttempts = 6;  // to keep a promise that refinement could not
 constexpr double kLeastStepShare = 0.25;  // of the target, for the step above the blocks, even where children left less
 constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
@@ -137,9 +138,9 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   job.input = &input;
   job.elevation = elevation;
   job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
-  job.tolerance_m = static_cast<float>(context.level->target());
+  job.tolerance_m = static_cast<float>(context.level->target() / caution);
   const double left = context.level->target() - inherited_error_m;
-  if (context.promise) job.guard_m = static_cast<float>(std::max(kGuardShare * left, 1e-6));
+  if (context.promise) job.guard_m = static_cast<float>(std::max(kGuardShare * left / caution, 1e-6));
   job.rim_units = static_cast<float>(context.level->rim_tolerance());
   return job;
 }
@@ -235,6 +236,7 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
   const auto cell = static_cast<std::int32_t>(context.lattice->cell_units(prepared.tile.z));
   if (keep_support(prepared.input, mesh, cell, attempt) > 0) {
     if (prepared.best) return std::move(prepared.best);
+    prepared.caution *= kMoreCaution;
     if (attempt < kAttempts) return std::nullopt;
     throw std::logic_error("tile mesh: border vertices could not be removed");
   }

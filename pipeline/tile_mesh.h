@@ -41,6 +41,7 @@ struct PreparedTile {
   proto::TileMesh input;
   std::vector<float> elevation;
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
+  double caution = 1;               ///< tolerances are divided by it
   std::optional<BuiltTile> best{};  ///< of the attempts so far, where none kept the promise
 
   gpu::SimplifyJob job(const LevelContext& context) const;

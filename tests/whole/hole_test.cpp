@@ -75,7 +75,7 @@ TEST(hole, ragged_ones_all_over) {
     const Built built = build_dem(points_of(kCorner, 350, 280, height), with_error(error));
     EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty()) << "error " << error;
     // Where a hole narrower than the tolerance meets a tile's border, a crack of one unit may stay beside it.
-    expect_coverage(built, 0.002);
+    expect_coverage(built, 0.004);
   }
 }
 
