@@ -15,6 +15,7 @@ constexpr std::size_t kSubtrees = 4;   // sample sub-trees of a dataset that is 
 constexpr int kSubtreeLevels = 2;      // 4 x 4 finest tiles each
 constexpr std::size_t kWholeTiles = 64;  // a dataset of so few finest tiles is its own sample
 constexpr int kSteps = 9;              // of a bisection that starts from a factor of 64
+constexpr double kStagnant = 0.98;     // of the fewest triangles so far: a greater tolerance does not help any more
 constexpr double kCloseEnough = 0.01;  // relative to the share
 
 /// Tiles of one level, by address; and what was published of them.
@@ -98,6 +99,11 @@ Tiles Pilot::simplify(int z, const Tiles& children, double& triangles) const {
   Tiles tiles;
   triangles = 0;
   for (std::size_t k = 0; k < prepared.size(); ++k) {
+    const LevelContext here = context(z, prepared[k].first);
+    for (int attempt = 0; !has_its_border(here, prepared[k].second, meshes[k], attempt); ++attempt) {
+      const gpu::SimplifyJob again = prepared[k].second.job(here);
+      meshes[k] = std::move(simplifier.simplify({&again, 1}).front());
+    }
     triangles += static_cast<double>(published_triangles(meshes[k]));
     BuiltTile built;
     built.tile = prepared[k].second.tile;
@@ -131,21 +137,26 @@ proto::Result<void> run_pilot(raster::Source& source, gpu::Simplifier& simplifie
   for (int z = finest; z >= static_cast<int>(plan.min_level()); --z) {
     proto::LevelPlan& level = pilot.level(z);
     if (z < pilot.top || pilot.grid_triangles == 0) {
-      target *= growth;  // above the sample: as the last level grew
+      target = std::min(target * growth, greatest_target_m(plan, z));  // above the sample: as the last level grew
       level.set_target(target);
       derive_level(plan, level);
       continue;
     }
     const double wanted = kept_share(plan.options(), finest - z) * pilot.grid_triangles;
     double low = 0, high = 0, guess = z == finest ? target : target * growth;
+    double fewest = INFINITY;
     Tiles best;
     for (int step = 0; step < kSteps; ++step) {
       if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
+      guess = std::min(guess, greatest_target_m(plan, z));
       level.set_target(guess);
       derive_level(plan, level);
       double triangles = 0;
       best = pilot.simplify(z, below, triangles);
       if (std::abs(triangles / wanted - 1) < kCloseEnough) break;
+      // Rims and chains need what they need: a share below that is not to be had, and a tolerance beyond measure spoils the quantisation.
+      if (triangles > wanted && triangles > kStagnant * fewest) break;
+      fewest = std::min(fewest, triangles);
       (triangles > wanted ? low : high) = guess;
       guess = low == 0 ? guess / 4 : high == 0 ? guess * 4 : std::sqrt(low * high);
     }

@@ -40,7 +40,7 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
     return proto::Problem{"options-conflict", "error and keep are both given", "one of them", "keep"};
   }
   if (options.has_error() && !(options.error() >= kLeastError_m && options.error() < 1e6)) {
-    return proto::Problem{"option-invalid", "error is not a positive number of metres", "above 0, below 1000000", "error"};
+    return proto::Problem{"option-invalid", "error is not a positive number of metres", "0.01 to 1000000", "error"};
   }
   double before = 1;
   for (const double share : options.keep()) {
@@ -82,6 +82,13 @@ int block_level(const proto::Lattice& lattice, const raster::Source::Window& win
   return lattice.finest_level;
 }
 
+/// How far a tile of the level reaches over data.
+double reach_m(const proto::Plan& plan, int level) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t extent = std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
+  return static_cast<double>(std::min(extent, lattice.tile_units(level))) * proto::cell_height_m(lattice, lattice.rows() / 2);
+}
+
 }  // namespace
 
 proto::Lattice lattice_of(const proto::Plan& plan) {
@@ -90,22 +97,23 @@ proto::Lattice lattice_of(const proto::Plan& plan) {
 
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) { return plan.levels(static_cast<int>(plan.finest_level()) - level); }
 
+double greatest_target_m(const proto::Plan& plan, int level) { return reach_m(plan, level) + kRelief_m; }
+
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const proto::Lattice lattice = lattice_of(plan);
   const int z = static_cast<int>(level.level());
   const std::int64_t extent = std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
-  const std::int64_t reach = std::min(extent, lattice.tile_units(z));
-  const double unit_m = proto::cell_height_m(lattice, lattice.rows() / 2);
-  const double reach_m = static_cast<double>(reach) * unit_m;
+  // A target beyond anything that can happen must not spoil the quantisation.
+  const double target_m = std::min(level.target(), greatest_target_m(plan, z));
   // Around a pole columns are closer than any step: there, as fine as float32 allows.
   const std::int64_t polar = lattice.rows() / 128;
   const bool at_pole = plan.window(1) < polar || plan.window(3) > lattice.rows() - polar;
-  const double step = at_pole ? 0 : std::min(reach_m / kStepsPerTile, level.target() * kStepShare);
-  const double room_m = reach_m + kRelief_m + 2 * level.target();
+  const double step = at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * kStepShare);
+  const double room_m = reach_m(plan, z) + kRelief_m + 2 * target_m;
   level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
   // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where somebody
   // asks for less than a float32 can tell.
-  const double left = level.target() * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step();
+  const double left = target_m * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step();
   level.set_chain_tolerance(kChainShare * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
   level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent) * kRimExtentShare)));

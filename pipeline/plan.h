@@ -13,6 +13,9 @@ inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
 proto::Result<proto::Plan> make_plan(const raster::Source& source, const proto::BuildOptions& options);
 
+/// No error of a tile of the level is greater, nor need a target be: all that the tile spans, and all relief.
+double greatest_target_m(const proto::Plan& plan, int level);
+
 /// Sets chain tolerance, .glb step and rim tolerance of a level from its target.
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
 

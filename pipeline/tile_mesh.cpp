@@ -232,14 +232,16 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
 
 }  // namespace
 
-std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
+bool has_its_border(const LevelContext& context, PreparedTile& prepared, const proto::TileMesh& mesh, int attempt) {
   const auto cell = static_cast<std::int32_t>(context.lattice->cell_units(prepared.tile.z));
-  if (keep_support(prepared.input, mesh, cell, attempt) > 0) {
-    if (prepared.best) return std::move(prepared.best);
-    prepared.caution *= kMoreCaution;
-    if (attempt < kAttempts) return std::nullopt;
-    throw std::logic_error("tile mesh: border vertices could not be removed");
-  }
+  if (keep_support(prepared.input, mesh, cell, attempt) == 0) return true;
+  if (attempt >= kAttempts && !prepared.best) throw std::logic_error("tile mesh: border vertices could not be removed");
+  prepared.caution *= kMoreCaution;
+  return false;
+}
+
+std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
+  if (!has_its_border(context, prepared, mesh, attempt)) return std::move(prepared.best);  // if there is one
   BuiltTile built;
   built.tile = prepared.tile;
   built.mesh = std::move(mesh);

@@ -51,6 +51,9 @@ std::optional<PreparedTile> prepare_finest(const LevelContext& context, const pr
 std::optional<PreparedTile> prepare_parent(const LevelContext& context, const proto::TileAddress& tile,
                                            const std::array<const BuiltTile*, 4>& children);
 
+/// Is the border of a simplification's result what its chain wants? If not, more is marked kKeep in prepared: simplify again.
+bool has_its_border(const LevelContext& context, PreparedTile& prepared, const proto::TileMesh& mesh, int attempt);
+
 /// Measures the result of prepared's simplification and, where the promise is broken, puts vertices back. Nullopt when the border is not
 /// as its chain wants it or the promise is broken still: more is marked kKeep in prepared, simplify again.
 std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt);

@@ -129,7 +129,7 @@ std::vector<OptionSpec> make_build_options() {
       {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
        apply_text<&BuildOptions::mutable_name>},
       {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards",
-       "metres above 0, below 1000000", apply_error},
+       "metres, 0.01 to 1000000", apply_error},
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
        "numbers above 0 up to 1, falling, separated by commas: 0.5,0.25,0.1", apply_keep},
       {"scheme", "SCHEME", "how tiles divide the earth", "geodetic",
