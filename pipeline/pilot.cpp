@@ -15,7 +15,6 @@ constexpr std::size_t kSubtrees = 4;   // sample sub-trees of a dataset that is 
 constexpr int kSubtreeLevels = 2;      // 4 x 4 finest tiles each
 constexpr std::size_t kWholeTiles = 64;  // a dataset of so few finest tiles is its own sample
 constexpr int kSteps = 9;              // of a bisection that starts from a factor of 64
-constexpr double kStagnant = 0.98;     // of the fewest triangles so far: a greater tolerance does not help any more
 constexpr double kCloseEnough = 0.01;  // relative to the share
 
 /// Tiles of one level, by address; and what was published of them.
@@ -144,7 +143,6 @@ proto::Result<void> run_pilot(raster::Source& source, gpu::Simplifier& simplifie
     }
     const double wanted = kept_share(plan.options(), finest - z) * pilot.grid_triangles;
     double low = 0, high = 0, guess = z == finest ? target : target * growth;
-    double fewest = INFINITY;
     Tiles best;
     for (int step = 0; step < kSteps; ++step) {
       if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
@@ -154,9 +152,8 @@ proto::Result<void> run_pilot(raster::Source& source, gpu::Simplifier& simplifie
       double triangles = 0;
       best = pilot.simplify(z, below, triangles);
       if (std::abs(triangles / wanted - 1) < kCloseEnough) break;
-      // Rims and chains need what they need: a share below that is not to be had, and a tolerance beyond measure spoils the quantisation.
-      if (triangles > wanted && triangles > kStagnant * fewest) break;
-      fewest = std::min(fewest, triangles);
+      // Rims and chains need what they need: a share below that is not to be had.
+      if (triangles > wanted && guess >= greatest_target_m(plan, z)) break;
       (triangles > wanted ? low : high) = guess;
       guess = low == 0 ? guess / 4 : high == 0 ? guess * 4 : std::sqrt(low * high);
     }

@@ -38,6 +38,8 @@ HOMES = [
     ("GeographicLib/*", ["raster/*"]),
     ("cuda*", ["gpu/*.cu", "gpu/*.cuh"]),
     ("cub/*", ["gpu/*.cu", "gpu/*.cuh"]),
+    ("thrust/*", ["gpu/*.cu", "gpu/*.cuh"]),
+    ("cooperative_groups.h", ["gpu/*.cu", "gpu/*.cuh"]),
 ]
 # C++ names its own headers without an ending. With one: what POSIX and Linux have and C++ has not.
 SYSTEM = re.compile(r"[a-z_]+|sys/\w+\.h|(dirent|fcntl|malloc|poll|pwd|signal|spawn|string|time|unistd)\.h")
