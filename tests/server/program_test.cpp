@@ -105,10 +105,10 @@ TEST_F(Program, ARasterWithoutDataIsSaidToBeOne) {
 }
 
 TEST_F(Program, MemoryIsALimitAndWhatWasBuiltIsKept) {
-  // One block of many samples, which the coarse error makes quick work of.
+  // Blocks of many samples, which an even slope makes quick work of.
   std::ofstream grid(folder_.path() / "cone.asc");
-  grid << "ncols 1200\nnrows 1200\nxllcorner 10\nyllcorner 46\ncellsize 0.0008333333333333\nNODATA_value -9999\n";
-  for (int k = 0; k < 1200 * 1200; ++k) grid << k % 1000 << (k % 1200 == 1199 ? '\n' : ' ');
+  grid << "ncols 2400\nnrows 2400\nxllcorner 10\nyllcorner 46\ncellsize 0.0008333333333333\nNODATA_value -9999\n";
+  for (int k = 0; k < 2400 * 2400; ++k) grid << k % 2400 << (k % 2400 == 2399 ? '\n' : ' ');
   grid.close();
   const std::string output = (folder_.path() / "out.sqlite").string();
   const Ended starved = shell(build("-o " + output + " --error 1000 --threads 2 --memory 64"));
