@@ -45,19 +45,13 @@ class Mender {
 
  private:
   bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
-  int sides(std::uint32_t v) const {
-    return int{mesh_.x[v] == 0 || mesh_.x[v] == mesh_.side} + int{mesh_.y[v] == 0 || mesh_.y[v] == mesh_.side};
-  }
-  std::uint32_t cap(std::uint32_t v) const {
-    if (is_void(v)) return sides(v) == 0 ? kVoidInside : sides(v) == 1 ? kVoidSide : kVoidCorner;
-    return sides(v) == 0 ? caps_.inside : sides(v) == 1 ? caps_.side : caps_.corner;
-  }
+  std::uint32_t cap(std::uint32_t v) const { return most_neighbours(mesh_, v, caps_); }
 
   // Finest positions first, so that the border thins evenly and no star grows long.
   std::vector<std::uint32_t> wanted() const {
     std::vector<std::uint32_t> found;
     for (std::uint32_t v = 0; v < rings_.vertices(); ++v)
-      if (rings_.valence[v] > 0 && (mesh_.mark[v] & proto::kRemove) && sides(v) == 1) found.push_back(v);
+      if (rings_.valence[v] > 0 && (mesh_.mark[v] & proto::kRemove) && sides_of(mesh_, v) == 1) found.push_back(v);
     const auto along = [&](std::uint32_t v) {
       return std::countr_zero(static_cast<std::uint32_t>(on_upright(v) ? mesh_.y[v] : mesh_.x[v]));
     };

@@ -8,13 +8,7 @@
 
 namespace cordillera::gpu {
 
-/// Valences that the mend keeps to (void vertices: see rings.h); a vertex that is above its cap already may only fall.
-struct ValenceCaps {
-  std::uint32_t inside = 12;
-  std::uint32_t side = 8;
-  std::uint32_t corner = 4;
-};
-
+/// caps: valences that the mend keeps to (void vertices: see rings.h); a vertex that is above its cap already may only fall.
 /// Removes from rings the vertices that mesh marks kRemove, those on the sides of the tile first the finest positions, by a
 /// collapse along the border or, where that is blocked, by other triangles for their star; where valences block that too, edges
 /// near it are flipped and inner vertices (not kKeep) removed, those first whose removal moves no rim. Only as a last resort do

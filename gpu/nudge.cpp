@@ -19,10 +19,7 @@ bool fits(const proto::TileMesh& mesh, std::span<const std::uint32_t> ring, std:
 
 /// Corners and sides weld with others: one more neighbour must fit there too.
 bool has_room(const Rings& rings, const proto::TileMesh& mesh, std::uint32_t v) {
-  const bool on_x = mesh.x[v] == 0 || mesh.x[v] == mesh.side, on_y = mesh.y[v] == 0 || mesh.y[v] == mesh.side;
-  const bool none = (mesh.mark[v] & proto::kVoid) != 0;
-  const std::uint32_t most = on_x && on_y ? (none ? kVoidCorner : kMendedCorner) : (none ? kVoidSide : kMendedSide);
-  return rings.valence[v] < most;
+  return rings.valence[v] < most_neighbours(mesh, v, kWeldedCaps);
 }
 
 bool nudge(Rings& rings, proto::TileMesh& mesh, std::uint32_t v) {

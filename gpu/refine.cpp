@@ -17,9 +17,9 @@ using Triangle = std::array<std::uint32_t, 3>;
 using Id = std::uint32_t;
 constexpr Id kNone = UINT32_MAX;
 constexpr std::uint32_t kReserve = 2;  // places at a vertex that edges turned for shape leave to insertions
-constexpr double kNeedle = 32;    // a triangle this many times as long as it is high
-constexpr int kMostSteps = 64;  // of a walk from triangle to triangle
-constexpr int kMostHarms = 32;   // at a vertex: edges turned to make room, or away from needles, might turn back for ever
+constexpr double kNeedle = 32;         // a triangle this many times as long as it is high
+constexpr int kMostSteps = 64;         // of a walk from triangle to triangle
+constexpr int kMostHarms = 32;         // at a vertex: edges turned to make room, or away from needles, might turn back for ever
 
 constexpr unsigned after(unsigned k) { return k == 2 ? 0 : k + 1; }
 constexpr unsigned before(unsigned k) { return k == 0 ? 2 : k - 1; }
@@ -89,11 +89,7 @@ class Refinement {
 
   bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
   bool published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }
-  std::uint32_t cap(std::uint32_t v) const {
-    const int sides = int{mesh_.x[v] == 0 || mesh_.x[v] == mesh_.side} + int{mesh_.y[v] == 0 || mesh_.y[v] == mesh_.side};
-    if (is_void(v)) return sides == 0 ? kVoidInside : sides == 1 ? kVoidSide : kVoidCorner;
-    return sides == 0 ? kMostValence : sides == 1 ? kMendedSide : kMendedCorner;
-  }
+  std::uint32_t cap(std::uint32_t v) const { return most_neighbours(mesh_, v, kWeldedCaps); }
   bool has_room(std::uint32_t v, std::uint32_t reserve = 0) const { return valence_[v] + reserve < cap(v); }
 
   MeshPoint point(std::uint32_t v) const { return {mesh_.x[v], mesh_.y[v], mesh_.height[v]}; }
@@ -137,10 +133,7 @@ class Refinement {
     return c[0] == v ? 0 : c[1] == v ? 1 : 2;
   }
 
-  std::int64_t twice_area(const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) const {
-    return std::int64_t{b.x - a.x} * (c.y - a.y) - std::int64_t{b.y - a.y} * (c.x - a.x);
-  }
-  std::int64_t twice_area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const { return twice_area(point(a), point(b), point(c)); }
+  std::int64_t area(std::uint32_t a, std::uint32_t b, std::uint32_t c) const { return twice_area(point(a), point(b), point(c)); }
 
   std::uint32_t append(const MeshPoint& p, std::uint32_t valence) {
     mesh_.x.push_back(p.x);
@@ -253,7 +246,7 @@ class Refinement {
     q.j = corner_of(q.u, q.b);
     q.d = mesh_.triangles[q.u][before(q.j)];
     if (is_void(q.a) || is_void(q.b) || is_void(q.c) || is_void(q.d)) return false;
-    return has_room(q.c, reserve) && has_room(q.d, reserve) && twice_area(q.a, q.d, q.c) > 0 && twice_area(q.d, q.b, q.c) > 0;
+    return has_room(q.c, reserve) && has_room(q.d, reserve) && area(q.a, q.d, q.c) > 0 && area(q.d, q.b, q.c) > 0;
   }
   // Needles have positive area too, but roundings tilt them.
   bool makes_needle(const Quad& q) const { return !has_body(q.a, q.d, q.c) || !has_body(q.d, q.b, q.c); }
@@ -262,7 +255,7 @@ class Refinement {
       const double dx = mesh_.x[v] - mesh_.x[w], dy = mesh_.y[v] - mesh_.y[w];
       return dx * dx + dy * dy;
     };
-    return kNeedle * static_cast<double>(twice_area(a, b, c)) >= std::max({length2(a, b), length2(b, c), length2(c, a), 1.0});
+    return kNeedle * static_cast<double>(area(a, b, c)) >= std::max({length2(a, b), length2(b, c), length2(c, a), 1.0});
   }
   // Is d inside the circle through a, b, c? Doubles: a tie decided wrongly costs a little shape, and all machines decide alike.
   bool better_shaped(const Quad& q) const {
@@ -284,25 +277,27 @@ class Refinement {
     if (better_shaped(q)) return std::nextafter(limit_m_, INFINITY);
     return std::nullopt;
   }
-  // Turns the edge if the greater error of the new triangles is below bound_m.
-  bool flip(const Quad& q, double bound_m) {
-    const Triangle first{q.a, q.d, q.c}, second{q.d, q.b, q.c};
-    const TriangleError e1 = measured(first);
-    if (e1.error_m >= bound_m) return false;
-    const TriangleError e2 = measured(second);
-    if (e2.error_m >= bound_m) return false;
+  // What turning an edge gives, measured once.
+  struct Turned {
+    Quad q;
+    TriangleError first, second;
+    double greater_m() const { return std::max(first.error_m, second.error_m); }
+  };
+  Turned turned(const Quad& q) const { return {q, measured({q.a, q.d, q.c}), measured({q.d, q.b, q.c})}; }
+
+  void flip(const Turned& now) {
+    const Quad& q = now.q;
     const Id bc = across_[q.t][after(q.k)], ca = across_[q.t][before(q.k)];
     const Id ad = across_[q.u][after(q.j)], db = across_[q.u][before(q.j)];
-    set(q.t, first, {ad, q.u, ca});
-    set(q.u, second, {db, bc, q.t});
+    set(q.t, {q.a, q.d, q.c}, {ad, q.u, ca});
+    set(q.u, {q.d, q.b, q.c}, {db, bc, q.t});
     relink(ad, q.u, q.t);
     relink(bc, q.t, q.u);
-    error_[q.t] = e1, error_[q.u] = e2;
+    error_[q.t] = now.first, error_[q.u] = now.second;
     known_[q.t] = known_[q.u] = 1;
     --valence_[q.a], --valence_[q.b];
     ++valence_[q.c], ++valence_[q.d];
     ++result_.flipped;
-    return true;
   }
 
   // Turns edges opposite a new vertex while that pays, and queues what is over the limit.
@@ -314,7 +309,10 @@ class Refinement {
       Quad q;
       if (!can_flip(t, after(corner_of(t, v)), q, kReserve)) continue;
       const std::optional<double> bound_m = bound_for(q);
-      if (!bound_m || !flip(q, *bound_m)) continue;
+      if (!bound_m) continue;
+      const Turned now = turned(q);
+      if (now.greater_m() >= *bound_m) continue;
+      flip(now);
       open.push_back(q.t);
       open.push_back(q.u);
       around.push_back(q.u);
@@ -324,34 +322,27 @@ class Refinement {
     for (const Id t : around) queue(t);
   }
 
-  // The greater error of the triangles that turning the edge gives.
-  double after_flip_m(const Quad& q) const {
-    return std::max(measured({q.a, q.d, q.c}).error_m, measured({q.d, q.b, q.c}).error_m);
-  }
-  bool flip_and_queue(const Quad& q) {
-    if (q.t == kNone) return false;
-    flip(q, INFINITY);
-    queue(q.t);
-    queue(q.u);
-    return true;
+  void flip_and_queue(const Turned& now) {
+    flip(now);
+    queue(now.q.t);
+    queue(now.q.u);
   }
   // Harm is repaired by insertions, but not for ever.
   bool may_harm(std::uint32_t v) { return ++harmed_[v] <= kMostHarms; }
 
+  // The edge from corner k of t, if turning it does less harm than best and makes no needle.
+  void prefer(Id t, unsigned k, std::optional<Turned>& best) const {
+    Quad q;
+    if (!can_flip(t, k, q, 0) || makes_needle(q)) return;
+    const Turned now = turned(q);
+    if (!best || now.greater_m() < best->greater_m()) best = now;
+  }
+
   // No corner more would help: a sliver, which rounding tilts. Turns the edge of it that does least harm.
-  bool turn(Id t) {
-    Quad best;
-    double least_m = INFINITY;
-    for (unsigned k = 0; k < 3; ++k) {
-      Quad q;
-      if (!can_flip(t, k, q, 0) || makes_needle(q)) continue;
-      const double error_m = after_flip_m(q);
-      if (error_m >= least_m) continue;
-      least_m = error_m;
-      best = q;
-    }
-    if (best.t == kNone || (least_m >= error(t).error_m && !may_harm(mesh_.triangles[t][0]))) return false;
-    return flip_and_queue(best);
+  void turn(Id t) {
+    std::optional<Turned> best;
+    for (unsigned k = 0; k < 3; ++k) prefer(t, k, best);
+    if (best && (best->greater_m() < error(t).error_m || may_harm(mesh_.triangles[t][0]))) flip_and_queue(*best);
   }
 
   // Takes a neighbour from v, a corner of t that is over the limit: turns the edge at v that does least harm. waiting: vertices that must
@@ -359,25 +350,26 @@ class Refinement {
   void relieve(Id t, std::uint32_t v, const Triangle& waiting) {
     const auto in_the_way = [&](std::uint32_t w) { return std::find(waiting.begin(), waiting.end(), w) != waiting.end() && !has_room(w, 1); };
     const Id start = first_around(t, v);
-    Quad best;
-    double least_m = INFINITY;
+    std::optional<Turned> best;
     t = start;
     do {
-      Quad q;
-      if (can_flip(t, corner_of(t, v), q, 0) && !makes_needle(q) && !in_the_way(q.c) && !in_the_way(q.d)) {
-        const double error_m = after_flip_m(q);
-        if (error_m < least_m) {
-          least_m = error_m;
-          best = q;
-        }
-      }
-      t = across_[t][before(corner_of(t, v))];  // counter-clockwise around v
+      const unsigned k = corner_of(t, v);
+      const Id u = across_[t][k];
+      const bool blocked = u == kNone || in_the_way(mesh_.triangles[t][before(k)]) || in_the_way(opposite(u, t));
+      if (!blocked) prefer(t, k, best);
+      t = across_[t][before(k)];  // counter-clockwise around v
     } while (t != kNone && t != start);
-    if (best.t != kNone && may_harm(v)) flip_and_queue(best);
+    if (best && may_harm(v)) flip_and_queue(*best);
+  }
+  // The corner of u that its neighbour t does not have.
+  std::uint32_t opposite(Id u, Id t) const {
+    const unsigned j = across_[u][0] == t ? 0 : across_[u][1] == t ? 1 : 2;
+    return mesh_.triangles[u][before(j)];
   }
   // On the border the fan around v starts somewhere.
   Id first_around(Id t, std::uint32_t v) const {
-    for (Id before_t = across_[t][corner_of(t, v)], from = t; before_t != kNone && before_t != from; before_t = across_[t][corner_of(t, v)]) t = before_t;
+    const Id start = t;
+    for (Id clockwise = across_[t][corner_of(t, v)]; clockwise != kNone && clockwise != start; clockwise = across_[t][corner_of(t, v)]) t = clockwise;
     return t;
   }
 

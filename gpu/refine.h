@@ -17,6 +17,11 @@ struct MeshPoint {
   std::int32_t x = 0, y = 0, height = 0;
 };
 
+/// Positive when counter-clockwise.
+inline std::int64_t twice_area(const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) {
+  return (std::int64_t{b.x} - a.x) * (std::int64_t{c.y} - a.y) - (std::int64_t{b.y} - a.y) * (std::int64_t{c.x} - a.x);
+}
+
 struct TriangleError {
   double error_m = 0;
   /// Points that could become vertices, the best first; looked for only where the error exceeds the limit. In the triangle or near it, not

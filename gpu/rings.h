@@ -20,6 +20,27 @@ inline constexpr std::uint32_t kVoidInside = 20, kVoidSide = 13, kVoidCorner = 7
 /// The same of a vertex with data on a side and at a corner: 11 + 11 - 2 and 4 x 6 - 4, welded, fit a row too.
 inline constexpr std::uint32_t kMendedSide = 11, kMendedCorner = 6;
 
+/// Valences of vertices with data, by place.
+struct ValenceCaps {
+  std::uint32_t inside = 12;
+  std::uint32_t side = 8;
+  std::uint32_t corner = 4;
+};
+
+/// How many sides of the tile v is on: 2 at a corner.
+inline int sides_of(const proto::TileMesh& mesh, std::uint32_t v) {
+  return int{mesh.x[v] == 0 || mesh.x[v] == mesh.side} + int{mesh.y[v] == 0 || mesh.y[v] == mesh.side};
+}
+
+/// Most neighbours v may have; void vertices have caps of their own.
+inline std::uint32_t most_neighbours(const proto::TileMesh& mesh, std::uint32_t v, const ValenceCaps& caps) {
+  const int sides = sides_of(mesh, v);
+  if (mesh.mark[v] & proto::kVoid) return sides == 0 ? kVoidInside : sides == 1 ? kVoidSide : kVoidCorner;
+  return sides == 0 ? caps.inside : sides == 1 ? caps.side : caps.corner;
+}
+/// Of a tile that will be welded.
+inline constexpr ValenceCaps kWeldedCaps{kMostValence, kMendedSide, kMendedCorner};
+
 /// Row v holds the neighbours of vertex v counter-clockwise. Closed rows (inner vertices) start at their lowest neighbour; open
 /// rows (vertices on a side of the tile) start at the border neighbour from which the fan runs counter-clockwise to the other
 /// one. The triangles at v are (v, r[i], r[i + 1]), and in a closed row also (v, r[last], r[0]).

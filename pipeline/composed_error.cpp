@@ -148,10 +148,6 @@ Apart apart(const Plane& a, const Plane& b, const Common& ground, const Earth& o
   return {std::min(farthest_m(a.range, b.range), most + (2 * steepest2 + most / radius_m) * share + turned), at};
 }
 
-std::int64_t twice_area(const gpu::MeshPoint& a, const gpu::MeshPoint& b, const gpu::MeshPoint& c) {
-  return (std::int64_t{b.x} - a.x) * (std::int64_t{c.y} - a.y) - (std::int64_t{b.y} - a.y) * (std::int64_t{c.x} - a.x);
-}
-
 bool same_place(const gpu::MeshPoint& a, const gpu::MeshPoint& b) { return a.x == b.x && a.y == b.y; }
 
 }  // namespace

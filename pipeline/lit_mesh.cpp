@@ -34,8 +34,8 @@ class Ground {
  public:
   explicit Ground(const EncodeInput& input) : mesh_(*input.mesh), ys_(distinct(mesh_.y)), xs_(distinct(mesh_.x)) {
     const proto::Lattice& lattice = *input.lattice;
-    for (const std::int32_t y : ys_) rows_.push_back(proto::row_frames(lattice, lattice.south(input.tile) + y, 1)[0]);
-    for (const std::int32_t x : xs_) columns_.push_back(proto::column_frames(lattice, lattice.west(input.tile) + x, 1)[0]);
+    for (const std::int32_t y : ys_) rows_.push_back(proto::row_frame(lattice, lattice.south(input.tile) + y));
+    for (const std::int32_t x : xs_) columns_.push_back(proto::column_frame(lattice, lattice.west(input.tile) + x));
   }
   Vec3 point(std::uint32_t v, double lift_m) const {
     return proto::ecef(row(v), column(v), mesh_.height[v] * proto::kHeightStep_m + lift_m);

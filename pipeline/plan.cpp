@@ -82,11 +82,12 @@ int block_level(const proto::Lattice& lattice, const raster::Source::Window& win
   return lattice.finest_level;
 }
 
+std::int64_t extent_of(const proto::Plan& plan) { return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
+
 /// How far a tile of the level reaches over data.
 double reach_m(const proto::Plan& plan, int level) {
   const proto::Lattice lattice = lattice_of(plan);
-  const std::int64_t extent = std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
-  return static_cast<double>(std::min(extent, lattice.tile_units(level))) * proto::cell_height_m(lattice, lattice.rows() / 2);
+  return static_cast<double>(std::min(extent_of(plan), lattice.tile_units(level))) * proto::cell_height_m(lattice, lattice.rows() / 2);
 }
 
 }  // namespace
@@ -102,21 +103,20 @@ double greatest_target_m(const proto::Plan& plan, int level) { return reach_m(pl
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const proto::Lattice lattice = lattice_of(plan);
   const int z = static_cast<int>(level.level());
-  const std::int64_t extent = std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
   // A target beyond anything that can happen must not spoil the quantisation.
   const double target_m = std::min(level.target(), greatest_target_m(plan, z));
   // Around a pole columns are closer than any step: there, as fine as float32 allows.
   const std::int64_t polar = lattice.rows() / 128;
   const bool at_pole = plan.window(1) < polar || plan.window(3) > lattice.rows() - polar;
   const double step = at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * kStepShare);
-  const double room_m = reach_m(plan, z) + kRelief_m + 2 * target_m;
+  const double room_m = greatest_target_m(plan, z) + 2 * target_m;
   level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
   // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where somebody
   // asks for less than a float32 can tell.
   const double left = target_m * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step();
   level.set_chain_tolerance(kChainShare * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
-  level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent) * kRimExtentShare)));
+  level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
 }
 
 proto::Result<proto::Plan> make_plan(const raster::Source& source, const proto::BuildOptions& options) {

@@ -32,7 +32,7 @@ constexpr double kGuardShare = 2;
 std::vector<float> elevations(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh) {
   const double radians = lattice.cell_deg() * std::numbers::pi / 180;
   const double middle = mesh.side / 2.0;
-  const proto::RowFrame row = proto::row_frames(lattice, lattice.south(tile) + mesh.side / 2, 1).front();
+  const proto::RowFrame row = proto::row_frame(lattice, lattice.south(tile) + mesh.side / 2);
   const double along_column = proto::kSemiMajor_m * radians * radians / 2;
   const double along_row = along_column * row.cos_lat * row.cos_lat;
   std::vector<float> elevation(mesh.vertices());

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 
 #include "gpu/grid_rings.h"
@@ -130,17 +131,35 @@ TEST_P(Windows, FloatsAndIntegersGiveTheSameBits) {
 INSTANTIATE_TEST_SUITE_P(Terrains, Windows, testing::Values(0, 1, 3),
                          [](const auto& terrain) { return std::string(bench::kTerrainNames[terrain.param]); });
 
-TEST(WindowCut, EveryVertexIsInOneWindowThatIsNotTooFull) {
-  Loaded tile(terrain_grid(100, 7, bench::Terrain::plane));
-  const auto n = static_cast<std::uint32_t>(tile.mesh.vertices());
-  std::vector<std::uint32_t> vertices(n), node_of(n), counts(1000);
-  for (std::uint32_t v = 0; v < n; ++v) vertices[v] = v;
-  std::vector<QuadNode> nodes(1000);
+/// A plane grid, whole, and all that a cut of it writes.
+struct WholeTile {
+  explicit WholeTile(std::int32_t cells, std::int32_t step)
+      : tile(terrain_grid(cells, step, bench::Terrain::plane)),
+        n(static_cast<std::uint32_t>(tile.mesh.vertices())),
+        vertices(n),
+        node_of(n),
+        counts(1000),
+        nodes(1000) {
+    std::iota(vertices.begin(), vertices.end(), 0u);
+    batch_tile.side = tile.mesh.side;
+  }
+  CutArrays arrays() {
+    return {tile.view(), {&batch_tile, 1}, vertices.data(), n, nodes.data(), node_of.data(), counts.data(), &progress, &facts};
+  }
+
+  Loaded tile;
+  std::uint32_t n;
+  std::vector<std::uint32_t> vertices, node_of, counts;
+  std::vector<QuadNode> nodes;
   BatchTile batch_tile;
-  batch_tile.side = tile.mesh.side;
   TileProgress progress;
   CutFacts facts;
-  const CutArrays cut{tile.view(), {&batch_tile, 1}, vertices.data(), n, nodes.data(), node_of.data(), counts.data(), &progress, &facts};
+};
+
+TEST(WindowCut, EveryVertexIsInOneWindowThatIsNotTooFull) {
+  WholeTile whole(100, 7);
+  const auto& [tile, n, vertices, node_of, counts, nodes, batch_tile, progress, facts] = whole;
+  const CutArrays cut = whole.arrays();
   std::set<std::uint32_t> seams[3];
   for (int pass = 0; pass < 3; ++pass) {
     HostTeam team;
@@ -168,16 +187,10 @@ TEST(WindowCut, EveryVertexIsInOneWindowThatIsNotTooFull) {
 }
 
 TEST(WindowCut, TilesAtWhichAPassTookLittleAreLeftAlone) {
-  Loaded tile(terrain_grid(40, 1, bench::Terrain::plane));
-  const auto n = static_cast<std::uint32_t>(tile.mesh.vertices());
-  std::vector<std::uint32_t> vertices(n), node_of(n), counts(100);
-  for (std::uint32_t v = 0; v < n; ++v) vertices[v] = v;
-  std::vector<QuadNode> nodes(100);
-  BatchTile batch_tile;
-  batch_tile.side = tile.mesh.side;
-  TileProgress progress;
-  CutFacts facts;
-  CutArrays cut{tile.view(), {&batch_tile, 1}, vertices.data(), n, nodes.data(), node_of.data(), counts.data(), &progress, &facts};
+  WholeTile whole(40, 1);
+  const std::uint32_t n = whole.n;
+  const CutFacts& facts = whole.facts;
+  CutArrays cut = whole.arrays();
   HostTeam team;
   CutTiles{cut, 0, false}(team);
   cut.count = n * 89 / 100;

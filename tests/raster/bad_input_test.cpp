@@ -86,10 +86,7 @@ TEST_F(BadInput, FlippedBytesNeverCrash) {
 }
 
 TEST_F(BadInput, AHugeSparseRasterCostsNothing) {
-  Spec spec;
-  spec.crs = "EPSG:32632", spec.columns = spec.rows = 100000, spec.geotransform = {500000, 1, 0, 5300000, 0, -1};
-  spec.create = {"SPARSE_OK=TRUE", "TILED=YES", "BLOCKXSIZE=512", "BLOCKYSIZE=512", "BIGTIFF=YES"};
-  spec.only = Spec::Part{50000, 50000, 512};
+  const Spec spec = huge_sparse(50000);
   const std::string file = write(spec);
   const auto start = std::chrono::steady_clock::now();
   const auto source = must_open(file);

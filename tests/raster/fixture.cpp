@@ -12,6 +12,14 @@ namespace cordillera::raster_test {
 
 namespace fs = std::filesystem;
 
+Spec huge_sparse(int at) {
+  Spec spec;
+  spec.crs = "EPSG:32632", spec.columns = spec.rows = 100000, spec.geotransform = {500000, 1, 0, 5300000, 0, -1};
+  spec.create = {"SPARSE_OK=TRUE", "TILED=YES", "BLOCKXSIZE=512", "BLOCKYSIZE=512", "BIGTIFF=YES"};
+  spec.only = Spec::Part{at, at, 512};
+  return spec;
+}
+
 RasterTest::RasterTest() {
   std::string name = (fs::temp_directory_path() / "cordillera-raster-test-XXXXXX").string();
   folder_ = mkdtemp(name.data());

@@ -35,6 +35,9 @@ struct Spec {
   std::optional<Part> only;  ///< set: only this square is written, the rest of a sparse file never
 };
 
+/// 100,000 x 100,000 samples, of which one block of 512 x 512 is written, from column and row `at`.
+Spec huge_sparse(int at);
+
 /// A folder of its own for each test, removed afterwards.
 class RasterTest : public ::testing::Test {
  protected:

@@ -18,6 +18,7 @@ namespace cordillera::server {
 namespace {
 
 using raster_test::Spec;
+using raster_test::huge_sparse;
 using testing::AnyOf;
 using testing::HasSubstr;
 using namespace std::string_literals;
@@ -263,10 +264,7 @@ TEST_F(BadPosts, AnUploadThatIsCutOff) {
 
 /// 40 GB of pixels, of which one block is stored. memory= bounds what the build may take.
 TEST_F(BadPosts, AHugeSparseRaster) {
-  Spec spec;
-  spec.crs = "EPSG:32632", spec.columns = spec.rows = 100000, spec.geotransform = {500000, 1, 0, 5300000, 0, -1};
-  spec.create = {"SPARSE_OK=TRUE", "TILED=YES", "BLOCKXSIZE=512", "BLOCKYSIZE=512", "BIGTIFF=YES"};
-  spec.only = Spec::Part{50176, 50176, 512};
+  const Spec spec = huge_sparse(50176);
   const std::string sparse = bytes(spec);
   ASSERT_LT(sparse.size(), std::size_t{4} << 20);
   const auto start = std::chrono::steady_clock::now();
