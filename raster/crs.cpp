@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "raster/crs_label.h"
 #include "raster/gdal_scope.h"
 
 namespace cordillera::raster {
@@ -47,10 +48,19 @@ void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
   }
 }
 
-std::string label_of(const OGRSpatialReference& srs) {
-  const std::string name = text_of(srs.GetName()).empty() ? "unnamed" : srs.GetName();
-  const std::string authority = text_of(srs.GetAuthorityName(nullptr)), code = text_of(srs.GetAuthorityCode(nullptr));
-  return authority.empty() || code.empty() ? name : name + " (" + authority + ":" + code + ")";
+/// What the raster's own CRS leaves open about heights, the one asked for may say.
+proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& asked, Crs& crs) {
+  if (asked.declared_datum.empty()) return {};
+  if (crs.declared_datum.empty()) {
+    crs.declared_datum = asked.declared_datum;
+    crs.height_unit = asked.height_unit;
+    crs.depth = asked.depth;
+    crs.vertical_from = "request";
+  } else if (crs.declared_datum != asked.declared_datum) {
+    return Problem{"crs-conflict", dataset.name + " says that its heights are above " + crs.declared_datum + ", and crs= says " + asked.declared_datum,
+                   "crs= without a vertical part; vertical_datum= overrules what a raster says", "crs"};
+  }
+  return {};
 }
 
 proto::Result<OGRSpatialReference> parse(const std::string& requested) {
@@ -92,15 +102,17 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
   OGRSpatialReference named = srs;
   if (own != nullptr) srs = *own;
   take_vertical_part(srs, crs);
-  crs.label = label_of(srs);
+  crs.vertical_from = crs.from;
+  crs.label = crs_label(srs);
   if (auto kind = check_kind(srs, crs.label, dataset, crs.from); !kind.ok()) return kind.problem();
   if (own != nullptr && !requested.empty()) {
-    Crs ignored;
-    take_vertical_part(named, ignored);
+    Crs asked;
+    take_vertical_part(named, asked);
     const char* const lenient[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS", nullptr};
     if (!srs.IsSame(&named, lenient))
       return Problem{"crs-conflict", dataset.name + " already has the CRS " + crs.label + ", and crs=" + requested + " is another",
                      "no crs= for this raster, or a raster whose own CRS is corrected", "crs"};
+    if (auto agreed = take_missing_vertical(dataset, asked, crs); !agreed.ok()) return agreed.problem();
   }
   srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   crs.horizontal = srs;

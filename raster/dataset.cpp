@@ -102,10 +102,20 @@ proto::Result<void> check_size(const Dataset& dataset, const std::string& path) 
   return {};
 }
 
-Problem not_opened(const std::string& name, const std::string& message, bool hgt) {
+/// The sizes that an .hgt can have: 1, 3 and 1 x 2 arc seconds.
+bool has_size_of_hgt(const std::string& path) {
+  std::error_code error;
+  const auto bytes = fs::file_size(path, error);
+  return !error && (bytes == 2 * 1201 * 1201 || bytes == 2 * 3601 * 3601 || bytes == 2 * 1801 * 3601);
+}
+
+Problem not_opened(const std::string& path, const std::string& name, const std::string& message, bool hgt) {
   if (hgt)
     return {"hgt-name", name + " could not be placed or read: an .hgt knows its place only by its name, and has 1201 x 1201, 3601 x 3601 "
             "or 1801 x 3601 samples of two bytes", "a complete file with a name such as N44W072.hgt", "name"};
+  if (has_size_of_hgt(path))
+    return {"hgt-name", name + " cannot be opened as a raster; it has the size of an .hgt, which knows its place only by its name",
+            "the name under which it was published, such as N44W072.hgt", "name"};
   return {"raster-format-unsupported", name + " cannot be opened as a raster" + (message.empty() ? "" : ": " + message), kAcceptedFormats, ""};
 }
 
@@ -127,7 +137,7 @@ proto::Result<Dataset> open_dataset(const std::string& path, const std::string& 
     dataset.path = link->path();
   }
   dataset.handle = open_handle(dataset.path, trust, hgt);
-  if (!dataset.handle) return not_opened(dataset.name, scope.message(dataset.path, dataset.name), hgt);
+  if (!dataset.handle) return not_opened(path, dataset.name, scope.message(dataset.path, dataset.name), hgt);
   dataset.driver = dataset.handle->GetDriverName();
   dataset.columns = dataset.handle->GetRasterXSize();
   dataset.rows = dataset.handle->GetRasterYSize();

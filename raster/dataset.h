@@ -2,6 +2,7 @@
 // An opened raster that passed the checks which need no pixel: driver, bands, type, size, blocks inside the file.
 #include <gdal_priv.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct Dataset {
   Trust trust = Trust::operator_file;
   int columns = 0, rows = 0;
   bool pixel_is_point = false;
+  std::optional<double> asked_nodata;  ///< a raw value that is no height because the request says so
   bool signed_byte = false;        ///< GDAL before 3.7 has no Int8: Byte with a note
 
   /// Blocks of a TIFF that were never written (sparse); they are void. Empty when every block is stored.

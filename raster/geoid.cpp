@@ -20,8 +20,10 @@ constexpr double kMaxCachedPoints = 16e6;
 
 class PgmGeoid : public Geoid {
  public:
-  PgmGeoid(const fs::path& path, const Area& area) : geoid_(path.stem().string(), path.parent_path().string(), true, false) {
-    const double points_a_degree2 = 1 / (step_deg(path) * step_deg(path));
+  /// columns: points around the globe.
+  PgmGeoid(const fs::path& path, long columns, const Area& area)
+      : geoid_(path.stem().string(), path.parent_path().string(), true, false), points_a_degree_(static_cast<double>(columns) / 360) {
+    const double points_a_degree2 = points_a_degree_ * points_a_degree_;
     const double width_deg = std::min(360.0, area.east_deg - area.west_deg + 1);
     if (width_deg * (area.north_deg - area.south_deg + 1) * points_a_degree2 > kMaxCachedPoints) return;
     const double south = std::max(-90.0, area.south_deg - 0.1), north = std::min(90.0, area.north_deg + 0.1);
@@ -29,23 +31,46 @@ class PgmGeoid : public Geoid {
   }
   double undulation_m(double latitude_deg, double longitude_deg) const override { return geoid_(latitude_deg, longitude_deg); }
 
-  /// Points are read from the file's size: width is twice the rows less one, two bytes each.
-  static double step_deg(const fs::path& path) {
-    std::error_code error;
-    const double points = static_cast<double>(fs::file_size(path, error)) / 2;
-    return error || points < 4 ? 1 : 360 / std::sqrt(2 * points);
+  void along_parallel(double latitude_deg, std::span<const double> longitude_deg, double* out) const override {
+    for (std::size_t from = 0; from < longitude_deg.size();) {
+      const double cell = std::floor(longitude_deg[from] * points_a_degree_);
+      std::size_t to = from + 1;
+      while (to < longitude_deg.size() && std::floor(longitude_deg[to] * points_a_degree_) == cell) ++to;
+      in_cell(latitude_deg, cell, longitude_deg.subspan(from, to - from), out + from);
+      from = to;
+    }
   }
 
  private:
+  /// GeographicLib fits a cubic polynomial to the surroundings of each cell of its grid: four points of it give the parallel's.
+  void in_cell(double latitude_deg, double cell, std::span<const double> longitude_deg, double* out) const {
+    constexpr std::size_t kFewPoints = 8;
+    constexpr double kRim = 1e-9;  // in cells: which of two cells a point on their border falls into is for the library to say
+    if (longitude_deg.size() < kFewPoints) return Geoid::along_parallel(latitude_deg, longitude_deg, out);
+    double f[4];
+    for (int k = 0; k < 4; ++k) f[k] = geoid_(latitude_deg, (cell + (2 * k + 1) / 8.0) / points_a_degree_);
+    // Newton's form over the points 0, 1, 2, 3.
+    const double d1 = f[1] - f[0], d2 = (f[2] - 2 * f[1] + f[0]) / 2, d3 = (f[3] - 3 * (f[2] - f[1]) - f[0]) / 6;
+    for (std::size_t k = 0; k < longitude_deg.size(); ++k) {
+      const double s = 4 * (longitude_deg[k] * points_a_degree_ - cell) - 0.5;
+      out[k] = f[0] + s * (d1 + (s - 1) * (d2 + (s - 2) * d3));
+    }
+    for (const std::size_t k : {std::size_t{0}, longitude_deg.size() - 1}) {
+      const double across = longitude_deg[k] * points_a_degree_ - cell;
+      if (across < kRim || across > 1 - kRim) out[k] = geoid_(latitude_deg, longitude_deg[k]);
+    }
+  }
+
   GeographicLib::Geoid geoid_;
+  double points_a_degree_;
 };
 
-/// GeographicLib stretches any PGM over the globe without a word; a regional one would give wrong heights.
-bool covers_the_globe(const fs::path& path) {
+/// Points around the globe. 0: GeographicLib stretches any PGM over the globe without a word; a regional one would give wrong heights.
+long columns_around(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string line;
   long columns = 0, rows = 0;
-  if (!std::getline(file, line) || line.substr(0, 2) != "P5") return false;
+  if (!std::getline(file, line) || line.substr(0, 2) != "P5") return 0;
   bool origin = false;
   while (std::getline(file, line)) {
     if (line.find("# Origin 90N 0E") == 0) origin = true;
@@ -53,18 +78,19 @@ bool covers_the_globe(const fs::path& path) {
     std::istringstream(line) >> columns >> rows;
     break;
   }
-  return origin && columns > 0 && columns == 2 * (rows - 1);
+  return origin && columns > 0 && columns == 2 * (rows - 1) ? columns : 0;
 }
 
 }  // namespace
 
 proto::Result<std::unique_ptr<Geoid>> open_geoid_pgm(const std::string& path, const Area& area) {
   const std::string name = fs::path(path).filename().string();
-  if (!covers_the_globe(path))
+  const long columns = columns_around(path);
+  if (columns == 0)
     return Problem{"geoid-invalid", "the PGM " + name + " is no global geoid grid of GeographicLib (Origin 90N 0E, twice as wide as high)",
                    "a global PGM, or a regional grid as GTX or GeoTIFF", "vertical_datum"};
   try {
-    return std::unique_ptr<Geoid>(new PgmGeoid(path, area));
+    return std::unique_ptr<Geoid>(new PgmGeoid(path, columns, area));
   } catch (const std::exception& error) {  // GeographicLib speaks in exceptions: they end here
     return Problem{"geoid-invalid", "the geoid grid " + name + " cannot be read: " + error.what(), "a complete GeographicLib PGM", "vertical_datum"};
   }

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace cordillera::raster {
 namespace {
 
 constexpr double kSnap_px = 1e-6;
+constexpr double kOutside = std::numeric_limits<double>::quiet_NaN();
 
 /// To a pixel centre (integer) or edge (half) when as good as there.
 double snap(double u) {
@@ -25,12 +27,20 @@ std::pair<std::int64_t, std::int64_t> covering(double u, int count, bool wraps) 
 
 }  // namespace
 
-bool Kernel::locate(double px, double py, Place& place) const {
+double Kernel::locate_u(double px) const {
   if (frame_.period != 0) px -= frame_.period * std::floor(px / frame_.period);
-  const double u = snap(px - 0.5), v = snap(py - 0.5);
-  const double rim = frame_.point ? 0 : 0.5;  // how far data reaches beyond the outermost centres
-  const bool in_x = frame_.period != 0 ? u == u : u >= -rim && u <= frame_.columns - 1 + rim;
-  if (!in_x || !(v >= -rim && v <= frame_.rows - 1 + rim)) return false;
+  const double u = snap(px - 0.5);
+  return frame_.period != 0 || (u >= -rim() && u <= frame_.columns - 1 + rim()) ? u : kOutside;
+}
+
+double Kernel::locate_v(double py) const {
+  const double v = snap(py - 0.5);
+  return v >= -rim() && v <= frame_.rows - 1 + rim() ? v : kOutside;
+}
+
+bool Kernel::locate(double px, double py, Place& place) const {
+  const double u = locate_u(px), v = locate_v(py);
+  if (std::isnan(u) || std::isnan(v)) return false;
   place = {u, v};
   return true;
 }

@@ -35,6 +35,9 @@ class Kernel {
 
   /// False when the pixel position (edges at integers; NaN allowed) lies outside the raster.
   bool locate(double px, double py, Place& place) const;
+  /// Each axis by itself: NaN outside.
+  double locate_u(double px) const;
+  double locate_v(double py) const;
   /// Pixels that valid(), flat() and value() look at around the places in the box; near: all but the widened triangle.
   PixelWindow around(const Place& low, const Place& high) const;
   PixelWindow near(const Place& place) const;
@@ -57,6 +60,7 @@ class Kernel {
 
  private:
   double bilinear(const Place& place, const PixelBlock& block) const;
+  double rim() const { return frame_.point ? 0 : 0.5; }  ///< how far data reaches beyond the outermost centres
   KernelFrame frame_;
   bool reduces_;
 };

@@ -114,6 +114,9 @@ proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, cons
   SourceParts parts;
   parts.options = *checked;
   parts.dataset = std::move(*dataset);
+  parts.dataset.asked_nodata = checked->source_nodata;
+  // A raster that lies nowhere is told so first: a CRS would not help it.
+  if (auto placed = check_placed(parts.dataset); !placed.ok()) return placed.problem();
   auto crs = resolve_crs(parts.dataset, options.crs());
   if (!crs) return crs.problem();
   auto unit = unit_of(parts.dataset, *crs, options.has_z_scale());
@@ -136,6 +139,7 @@ proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, cons
   auto datum = resolve_vertical(options.vertical_datum(), crs->declared_datum, trust, f->tight);
   if (!datum) return datum.problem();
   parts.datum = std::move(*datum);
+  if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;
   describe(parts, *crs, *unit, *f, size);
   return std::unique_ptr<Source>(std::make_unique<RasterSource>(std::move(parts)));
 }

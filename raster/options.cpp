@@ -24,6 +24,16 @@ proto::Result<void> read_nodata(const std::string& text, SourceOptions& out) {
   return {};
 }
 
+proto::Result<void> read_source_nodata(const std::string& text, SourceOptions& out) {
+  if (text.empty()) return {};
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || std::isinf(value))
+    return Problem{"option-invalid", "source_nodata=" + text + " is no value of a pixel", "a number as it stands in the file, or nan", "source_nodata"};
+  out.source_nodata = value;
+  return {};
+}
+
 proto::Result<void> read_bbox(const proto::BuildOptions& options, SourceOptions& out) {
   if (options.bbox_size() == 0) return {};
   const auto refuse = [](const std::string& why) {
@@ -52,6 +62,7 @@ proto::Result<SourceOptions> check_options(const proto::BuildOptions& options) {
   if (!std::isfinite(out.z_scale) || out.z_scale == 0) return Problem{"option-invalid", "z_scale is no factor", "a number other than 0", "z_scale"};
   if (!std::isfinite(out.z_offset_m)) return Problem{"option-invalid", "z_offset is no number", "a height in metres", "z_offset"};
   if (auto done = read_nodata(options.nodata(), out); !done.ok()) return done.problem();
+  if (auto done = read_source_nodata(options.source_nodata(), out); !done.ok()) return done.problem();
   if (auto done = read_bbox(options, out); !done.ok()) return done.problem();
   return out;
 }

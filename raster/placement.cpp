@@ -46,6 +46,14 @@ double nearest_turn(double x, double centre, double turn) {
 
 }  // namespace
 
+proto::Result<void> check_placed(const Dataset& dataset) {
+  std::array<double, 6> ignored{};
+  if (dataset.handle->GetGeoTransform(ignored.data()) == CE_None) return {};
+  return Problem{"raster-not-georeferenced",
+                 dataset.name + (dataset.handle->GetGCPCount() > 0 ? " is placed by ground control points only" : " does not say where its pixels lie"),
+                 "a raster with an affine geotransform", ""};
+}
+
 proto::Result<Placement> Placement::make(const Dataset& dataset, const Crs& crs) {
   const GdalScope scope(dataset.trust);
   Placement placement;
@@ -60,10 +68,8 @@ proto::Result<Placement> Placement::make(const Dataset& dataset, const Crs& crs)
 }
 
 proto::Result<void> Placement::set_geotransform(const Dataset& dataset) {
-  if (dataset.handle->GetGeoTransform(forward_.data()) != CE_None)
-    return Problem{"raster-not-georeferenced",
-                   dataset.name + (dataset.handle->GetGCPCount() > 0 ? " is placed by ground control points only" : " does not say where its pixels lie"),
-                   "a raster with an affine geotransform", ""};
+  if (auto placed = check_placed(dataset); !placed.ok()) return placed;
+  dataset.handle->GetGeoTransform(forward_.data());
   const bool finite = std::all_of(forward_.begin(), forward_.end(), [](double v) { return std::isfinite(v); });
   if (!finite || !GDALInvGeoTransform(forward_.data(), inverse_.data()))
     return Problem{"raster-not-georeferenced", dataset.name + " has a geotransform that cannot be inverted", "pixels with a size", ""};
@@ -75,11 +81,11 @@ proto::Result<void> Placement::set_geotransform(const Dataset& dataset) {
 proto::Result<void> Placement::check_degrees(const Dataset& dataset, const Crs& crs) const {
   if (!crs.horizontal.IsGeographic()) return {};
   const double unit_deg = degrees_per_unit(crs);
-  const double slack_deg = std::max(1e-3, std::min(5.0, 1.01 * unit_deg * (std::abs(forward_[4]) + std::abs(forward_[5]))));
+  constexpr double kSlack_deg = 5;  // rows past a pole are cut off; metres are thousands of degrees away
   for (int corner = 0; corner < 4; ++corner) {
     double x = corner & 1 ? columns_ : 0, y = corner & 2 ? rows_ : 0;
     image_to_map(&x, &y, 1);
-    if (std::abs(y * unit_deg) > 90 + slack_deg || std::abs(x * unit_deg) > 540)
+    if (std::abs(y * unit_deg) > 90 + kSlack_deg || std::abs(x * unit_deg) > 540)
       return Problem{"crs-mismatch", "the CRS of " + dataset.name + ", " + crs.label + ", is in degrees, but its corner is at " +
                          std::to_string(x * unit_deg) + ", " + std::to_string(y * unit_deg),
                      "a raster whose CRS fits its coordinates", crs.from == "request" ? "crs" : ""};

@@ -12,6 +12,9 @@
 
 namespace cordillera::raster {
 
+/// Does the raster say where its pixels lie, in whatever CRS?
+proto::Result<void> check_placed(const Dataset& dataset);
+
 /// Pixel coordinates: pixel (c, r) covers [c, c+1] x [r, r+1]; its centre is (c + 0.5, r + 0.5). Points that have no image are NaN.
 class Placement {
  public:
@@ -26,6 +29,8 @@ class Placement {
   int period_px() const { return period_px_; }
   /// Longitude and latitude are columns and rows, scaled: no projection between.
   bool plate() const { return plate_; }
+  /// And neither depends on the other's.
+  bool straight_plate() const { return plate_ && forward_[2] == 0 && forward_[4] == 0; }
 
  private:
   Placement() = default;

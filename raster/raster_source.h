@@ -28,6 +28,11 @@ struct SourceParts {
   proto::Source description;
 };
 
+/// Pixels in memory at once (8 bytes each).
+inline constexpr std::int64_t kMaxBlockPixels = 4 << 20;
+
+inline std::int64_t modulo(std::int64_t i, std::int64_t n) { return ((i % n) + n) % n; }
+
 class RasterSource : public Source {
  public:
   explicit RasterSource(SourceParts parts);
@@ -49,17 +54,24 @@ class RasterSource : public Source {
   proto::Result<proto::Samples> sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                                std::int32_t rows);
   double undulation_m(double latitude_deg, double longitude_deg) const;
+  /// Of count vertices of row j, from column i eastward; 0 when the source's heights are ellipsoidal.
+  const double* undulations_m(const proto::Lattice& lattice, std::int64_t i, std::int64_t j, std::int32_t count);
+  /// Fills samples where nothing but lines of pixels is needed; false: sample by sample.
+  std::vector<double> column_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t west, std::int32_t columns) const;
+  std::vector<double> row_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t south, std::int64_t north) const;
+  proto::Result<bool> sample_lines(const proto::Lattice& lattice, const Kernel& kernel, proto::Samples& samples);
   PixelWindow pixels_in_area() const;
   double deviation_m(const proto::Lattice& lattice, std::int64_t column, std::int64_t row);
+  static void put(proto::Samples& samples, std::size_t at, double height_m, bool flat);
   const KernelFrame& frame_for(const proto::Lattice& lattice);
   void place_samples(Job& job) const;
   proto::Result<void> resample(Job& job, const Rect& rect);
   proto::Result<void> resample_wide(Job& job, std::size_t at);
-  void store(Job& job, std::size_t at, double height_m, bool flat) const;
 
   SourceParts parts_;
   Pixels pixels_;
   PixelBlock block_;                   ///< scratch
+  std::vector<double> longitudes_, undulations_;  ///< scratch
   std::optional<KernelFrame> frame_;   ///< of frame_level_
   int frame_level_ = -1;
 };

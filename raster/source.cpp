@@ -10,15 +10,8 @@
 namespace cordillera::raster {
 namespace {
 
-/// Pixels in memory at once (8 bytes each).
-constexpr std::int64_t kMaxBlockPixels = 4 << 20;
 /// Lattice vertices this close to the data's rim count as on it, in cells.
 constexpr double kRim_cells = 1e-6;
-/// Undulations are rounded, so that the last bit of an interpolation in another library version cannot show.
-constexpr double kUndulationStep_m = 1.0 / 65536;
-
-std::int64_t modulo(std::int64_t i, std::int64_t n) { return ((i % n) + n) % n; }
-
 }  // namespace
 
 struct RasterSource::Job {
@@ -140,23 +133,10 @@ void RasterSource::place_samples(Job& job) const {
   }
 }
 
-/// 0 when the source's heights are ellipsoidal.
-double RasterSource::undulation_m(double latitude_deg, double longitude_deg) const {
-  if (!parts_.datum.geoid) return 0;
-  return std::nearbyint(parts_.datum.geoid->undulation_m(latitude_deg, longitude_deg) / kUndulationStep_m) * kUndulationStep_m;
-}
-
-void RasterSource::store(Job& job, std::size_t at, double height_m, bool flat) const {
-  if (parts_.datum.geoid) {
-    const std::int64_t i = job.samples.west + static_cast<std::int64_t>(at) % job.samples.columns;
-    const std::int64_t j = job.samples.south + static_cast<std::int64_t>(at) / job.samples.columns;
-    const bool pole = j == 0 || j == job.lattice.rows();
-    const double longitude = pole ? parts_.pole_longitude_deg : job.lattice.longitude_deg(modulo(i, job.lattice.columns()));
-    height_m += undulation_m(job.lattice.latitude_deg(j), longitude);
-  }
+void RasterSource::put(proto::Samples& samples, std::size_t at, double height_m, bool flat) {
   if (!(std::abs(height_m) <= proto::kMaxHeight_m)) return;
-  job.samples.height[at] = static_cast<std::int32_t>(std::nearbyint(height_m / proto::kHeightStep_m));
-  job.samples.flat_water[at] = flat ? 1 : 0;
+  samples.height[at] = static_cast<std::int32_t>(std::nearbyint(height_m / proto::kHeightStep_m));
+  samples.flat_water[at] = flat ? 1 : 0;
 }
 
 /// Reads the pixels under rect and interpolates; cuts rect in two while they are too many.
@@ -186,10 +166,11 @@ proto::Result<void> RasterSource::resample(Job& job, const Rect& rect) {
   }
   if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
   for (std::int32_t r = rect.r0; r < rect.r0 + rect.rows; ++r) {
+    const double* const above_m = undulations_m(job.lattice, job.samples.west + rect.c0, job.samples.south + r, rect.columns);
     for (std::int32_t c = rect.c0; c < rect.c0 + rect.columns; ++c) {
       const std::size_t at = job.index(c, r);
       if (!job.inside[at] || !job.kernel.valid(job.places[at], block_)) continue;
-      store(job, at, job.kernel.value(job.places[at], block_), job.kernel.flat(job.places[at], block_));
+      put(job.samples, at, job.kernel.value(job.places[at], block_) + above_m[c - rect.c0], job.kernel.flat(job.places[at], block_));
     }
   }
   return {};
@@ -211,7 +192,8 @@ proto::Result<void> RasterSource::resample_wide(Job& job, std::size_t at) {
     if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
     job.kernel.add(place, block_, sum);
   }
-  store(job, at, sum.mean(), flat);
+  const auto c = static_cast<std::int64_t>(at) % job.samples.columns, r = static_cast<std::int64_t>(at) / job.samples.columns;
+  put(job.samples, at, sum.mean() + *undulations_m(job.lattice, job.samples.west + c, job.samples.south + r, 1), flat);
   return {};
 }
 
@@ -220,7 +202,11 @@ proto::Result<proto::Samples> RasterSource::sample_present(const proto::Lattice&
   const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   proto::Samples samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
   const GdalScope scope(parts_.dataset.trust);
-  Job job{lattice, std::move(samples), Kernel(frame_for(lattice)), std::vector<Place>(count), std::vector<std::uint8_t>(count, 0)};
+  const Kernel kernel(frame_for(lattice));
+  const auto done_in_lines = sample_lines(lattice, kernel, samples);
+  if (!done_in_lines.ok()) return done_in_lines.problem();
+  if (*done_in_lines) return samples;
+  Job job{lattice, std::move(samples), kernel, std::vector<Place>(count), std::vector<std::uint8_t>(count, 0)};
   place_samples(job);
   if (auto done = resample(job, {0, 0, columns, rows}); !done.ok()) return done.problem();
   return std::move(job.samples);

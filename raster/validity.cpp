@@ -15,6 +15,13 @@ std::string short_number(double value) {
 
 }  // namespace
 
+Validity::Interval Validity::around(double value, GDALDataType type) {
+  if (!std::isfinite(value)) return {};
+  // Tags are text or double, pixels are often float32: the same number, rounded differently.
+  const double slack = GDALDataTypeIsFloating(type) ? std::abs(value) * 1.2e-7 : 0;
+  return {value - slack, value + slack};
+}
+
 Validity::Validity(const Dataset& dataset) {
   int has = 0;
   double nodata = dataset.band->GetNoDataValue(&has);
@@ -24,12 +31,11 @@ Validity::Validity(const Dataset& dataset) {
   if (type == GDT_UInt64) nodata = static_cast<double>(dataset.band->GetNoDataValueAsUInt64(&has));
   if (has != 0) {
     text_ = "value " + short_number(nodata);
-    if (std::isfinite(nodata)) {
-      // Tags are text or double, pixels are often float32: the same number, rounded differently.
-      const double slack = GDALDataTypeIsFloating(type) ? std::abs(nodata) * 1.2e-7 : 0;
-      nodata_low_ = nodata - slack;
-      nodata_high_ = nodata + slack;
-    }
+    declared_ = around(nodata, type);
+  }
+  if (dataset.asked_nodata) {
+    text_ += (text_.empty() ? "value " : ", value ") + short_number(*dataset.asked_nodata) + " (request)";
+    asked_ = around(*dataset.asked_nodata, type);
   }
   if (dataset.mask != nullptr) text_ += text_.empty() ? "mask band" : ", mask band";
   if (!dataset.missing.empty()) text_ += text_.empty() ? "unstored blocks" : ", unstored blocks";

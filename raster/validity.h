@@ -6,21 +6,29 @@
 
 namespace cordillera::raster {
 
-/// A raw value is valid when it is finite, no sentinel, and not the declared nodata value.
+/// A raw value is valid when it is finite, no sentinel, and neither the declared nodata value nor the one that was asked for.
 class Validity {
  public:
   explicit Validity(const Dataset& dataset);
 
   bool operator()(double raw) const {
     if (!(raw > -kSentinel && raw < kSentinel)) return false;  // NaN, infinities, +-3.4e38
-    return !(raw >= nodata_low_ && raw <= nodata_high_);
+    return !declared_.holds(raw) && !asked_.holds(raw);
   }
   /// For the manifest: "value -9999", "mask band", "none", ...
   const std::string& text() const { return text_; }
 
  private:
   static constexpr double kSentinel = 1e30;
-  double nodata_low_ = 1, nodata_high_ = 0;  ///< empty interval: no nodata value
+
+  /// A value, and what it may be rounded to. Empty: no such value.
+  struct Interval {
+    double low = 1, high = 0;
+    bool holds(double raw) const { return raw >= low && raw <= high; }
+  };
+  static Interval around(double value, GDALDataType type);
+
+  Interval declared_, asked_;
   std::string text_;
 };
 
