@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "gpu/refine_shape.h"
 #include "gpu/rings.h"
 
 namespace cordillera::gpu {
@@ -17,7 +18,6 @@ using Triangle = std::array<std::uint32_t, 3>;
 using Id = std::uint32_t;
 constexpr Id kNone = UINT32_MAX;
 constexpr std::uint32_t kReserve = 2;  // places at a vertex that edges turned for shape leave to insertions
-constexpr double kNeedle = 32;         // a triangle this many times as long as it is high
 constexpr int kMostSteps = 64;         // of a walk from triangle to triangle
 constexpr int kMostHarms = 32;         // at a vertex: edges turned to make room, or away from needles, might turn back for ever
 
@@ -146,6 +146,7 @@ class Refinement {
   }
 
   void insert(Id t) {
+    if (shed(t)) return;
     const TriangleError found = error(t);
     for (int k = 0; k < found.count; ++k) {
       const MeshPoint& p = found.points[static_cast<std::size_t>(k)];
@@ -187,7 +188,7 @@ class Refinement {
       if (has_room(v)) continue;
       relieve(t, v, corners);
       if (stamp_[t] != stamp) return true;  // the triangle itself was turned: it is queued again
-      if (!has_room(v)) return false;
+      if (!has_room(v)) return split_beside(t, corner_of(t, v), p);
     }
     const Triangle c = mesh_.triangles[t];
     const std::array<Id, 3> beyond = across_[t];
@@ -203,6 +204,18 @@ class Refinement {
     return true;
   }
 
+  // Corner k is full for good: an edge there ends at p instead, as if p lay on it, which gives the corner no neighbour more.
+  bool split_beside(Id t, unsigned k, const MeshPoint& p) {
+    for (const unsigned edge : {k, before(k)}) {
+      const Id u = across_[t][edge];
+      if (u == kNone || !published(mesh_.triangles[u])) continue;
+      const MeshPoint a = point(mesh_.triangles[t][edge]), b = point(mesh_.triangles[t][after(edge)]), d = point(opposite(u, t));
+      if (twice_area(b, p, d) > 0 && twice_area(p, a, d) > 0 && split_edge(t, edge, p)) return true;
+    }
+    return false;
+  }
+
+  // p: on edge k of t, or inside t and so close to it that all four triangles have area.
   bool split_edge(Id t, unsigned k, const MeshPoint& p) {
     const Id u = across_[t][k];
     if (u == kNone) return false;
@@ -237,44 +250,33 @@ class Refinement {
     std::uint32_t a = 0, b = 0, c = 0, d = 0;
     unsigned k = 0, j = 0;
   };
-  // Published, convex, and with room for the other diagonal.
-  bool can_flip(Id t, unsigned k, Quad& q, std::uint32_t reserve) const {
+  // Convex, and with room for the other diagonal.
+  bool fits(Id t, unsigned k, Quad& q, std::uint32_t reserve) const {
     q.t = t, q.k = k, q.u = across_[t][k];
     if (q.u == kNone) return false;
     const Triangle& c = mesh_.triangles[t];
     q.a = c[k], q.b = c[after(k)], q.c = c[before(k)];
     q.j = corner_of(q.u, q.b);
     q.d = mesh_.triangles[q.u][before(q.j)];
-    if (is_void(q.a) || is_void(q.b) || is_void(q.c) || is_void(q.d)) return false;
     return has_room(q.c, reserve) && has_room(q.d, reserve) && area(q.a, q.d, q.c) > 0 && area(q.d, q.b, q.c) > 0;
   }
-  // Needles have positive area too, but roundings tilt them.
-  bool makes_needle(const Quad& q) const { return !has_body(q.a, q.d, q.c) || !has_body(q.d, q.b, q.c); }
-  bool has_body(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
-    const auto length2 = [&](std::uint32_t v, std::uint32_t w) {
-      const double dx = mesh_.x[v] - mesh_.x[w], dy = mesh_.y[v] - mesh_.y[w];
-      return dx * dx + dy * dy;
-    };
-    return kNeedle * static_cast<double>(area(a, b, c)) >= std::max({length2(a, b), length2(b, c), length2(c, a), 1.0});
+  bool can_flip(Id t, unsigned k, Quad& q, std::uint32_t reserve) const {
+    return fits(t, k, q, reserve) && !is_void(q.a) && !is_void(q.b) && !is_void(q.c) && !is_void(q.d);
   }
-  // Is d inside the circle through a, b, c? Doubles: a tie decided wrongly costs a little shape, and all machines decide alike.
-  bool better_shaped(const Quad& q) const {
-    const auto from = [&](std::uint32_t v) {
-      return std::pair(static_cast<double>(mesh_.x[v] - mesh_.x[q.d]), static_cast<double>(mesh_.y[v] - mesh_.y[q.d]));
-    };
-    const auto [ax, ay] = from(q.a);
-    const auto [bx, by] = from(q.b);
-    const auto [cx, cy] = from(q.c);
-    const double a2 = ax * ax + ay * ay, b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
-    const double in_circle = ax * (by * c2 - b2 * cy) - ay * (bx * c2 - b2 * cx) + a2 * (bx * cy - by * cx);
-    return in_circle > 1e-9 * (a2 + b2 + c2) * (a2 + b2 + c2);
+  bool makes_needle(const Quad& q) const {
+    return !has_body(point(q.a), point(q.d), point(q.c)) || !has_body(point(q.d), point(q.b), point(q.c));
+  }
+  // A needle along a rim, outside of which there is no data: with its rim edge turned it is not published, and the rim moves by less than
+  // half a unit.
+  bool can_shed(Id t, unsigned k, Quad& q) const {
+    return fits(t, k, q, 0) && is_void(q.d) && !is_void(q.a) && !is_void(q.b) && !is_void(q.c) && all_but_on(point(q.a), point(q.b), point(q.c));
   }
   // What the greater error of two triangles must stay below for their edge to be turned; none when there is no reason to. Over the limit
   // the error has to fall; below it the shape may improve. So refinement ends: the errors over the limit only ever fall.
   std::optional<double> bound_for(const Quad& q) {
     const double now_m = std::max(error(q.t).error_m, error(q.u).error_m);
     if (now_m > limit_m_) return now_m;
-    if (better_shaped(q)) return std::nextafter(limit_m_, INFINITY);
+    if (in_circle(point(q.a), point(q.b), point(q.c), point(q.d))) return std::nextafter(limit_m_, INFINITY);
     return std::nullopt;
   }
   // What turning an edge gives, measured once.
@@ -336,6 +338,16 @@ class Refinement {
     if (!can_flip(t, k, q, 0) || makes_needle(q)) return;
     const Turned now = turned(q);
     if (!best || now.greater_m() < best->greater_m()) best = now;
+  }
+
+  bool shed(Id t) {
+    for (unsigned k = 0; k < 3; ++k) {
+      Quad q;
+      if (!can_shed(t, k, q)) continue;
+      flip_and_queue(turned(q));
+      return true;
+    }
+    return false;
   }
 
   // No corner more would help: a sliver, which rounding tilts. Turns the edge of it that does least harm.

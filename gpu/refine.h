@@ -46,7 +46,8 @@ struct Refined {
 
 /// Inserts points until no triangle reachable from `over` exceeds limit_m. over: indices of mesh.triangles, those that may exceed it; all
 /// others must not. At most `most` points go in: samples come to an end by themselves, points of a surface need not.
-/// Keeps the laws of a tile: positive area, exact cover, labels, its border; and valences: kMostValence inside, on sides and at corners
+/// Keeps the laws of a tile: positive area, exact cover, labels (a needle along a rim may go: a rim moves by less than half a unit),
+/// its border; and valences: kMostValence inside, on sides and at corners
 /// what fits a row when welded.
 Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over, std::size_t most);
 

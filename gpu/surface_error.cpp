@@ -39,7 +39,7 @@ struct Tally {
     if (t.exact.shows()) summed += n;
   }
   void errors(std::int64_t first, const Span& owned, const double* out) {
-    for (std::int64_t i = owned.first; i <= owned.last; ++i) sum.add(square_steps(out[i - first]));
+    if (length(owned) > 0) add_squares(out + (owned.first - first), static_cast<std::size_t>(length(owned)), sum);
   }
 };
 

@@ -100,7 +100,8 @@ struct SquareSum {
     high += steps >> 32;
   }
   CORDILLERA_HD double value_m2() const {
-    return (static_cast<double>(high) * 0x1p32 + static_cast<double>(low)) / kSquaresPerStep;
+    // Whatever was added together before it came here: the carry decides what is rounded.
+    return (static_cast<double>(high + (low >> 32)) * 0x1p32 + static_cast<double>(low & 0xffffffffu)) / kSquaresPerStep;
   }
 };
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gpu/surface_error.h"
+#include "gpu/surface_error_row.h"
 #include "gpu/surface_error_triangle.h"
 #include "gpu/surface_error_window.h"
 
@@ -74,7 +75,6 @@ class SurfaceMeter {
 
  private:
   static constexpr std::size_t kBlock = 256;
-  static constexpr std::size_t kLanes = 8;
   /// Frames are rounded to some micrometres on the ground, which on a sliver as steep as a wall is millimetres of height.
   static constexpr double kPlace_m = 2e-5, kSteepest = 1e4;
 
@@ -136,25 +136,9 @@ class SurfaceMeter {
     }
   }
 
-  /// |plane - sample| for n columns from first; 0 where the sample is invalid. Returns the greatest.
-  double errors(const PlaneRow& plane, const HeightRange& range, const Strip& strip, const std::int32_t* heights, std::int64_t first, std::size_t n,
-                double* out) const {
-    const double *s = strip.sin_lon.data() + (first - strip.columns.first), *c = strip.cos_lon.data() + (first - strip.columns.first);
-    const std::int32_t* h = heights + first;
-    for (std::size_t k = 0; k < n; ++k) {
-      const double e = std::abs(range.clamp(plane.height_m(s[k], c[k])) - h[k] * proto::kHeightStep_m);
-      out[k] = h[k] == proto::kNoHeight ? 0 : e;
-    }
-    double greatest = 0;
-    std::size_t k = 0;
-    if (n >= 2 * kLanes) {
-      double lanes[kLanes] = {};
-      for (; k + kLanes <= n; k += kLanes)
-        for (std::size_t l = 0; l < kLanes; ++l) lanes[l] = out[k + l] > lanes[l] ? out[k + l] : lanes[l];
-      greatest = *std::max_element(lanes, lanes + kLanes);
-    }
-    for (; k < n; ++k) greatest = std::max(greatest, out[k]);
-    return greatest;
+  static RowRun run(const Strip& strip, const std::int32_t* heights, std::int64_t first, std::int64_t count) {
+    const auto k = static_cast<std::size_t>(first - strip.columns.first);
+    return {strip.sin_lon.data() + k, strip.cos_lon.data() + k, heights + first, static_cast<std::size_t>(count)};
   }
 
   template <class Tally>
@@ -165,7 +149,7 @@ class SurfaceMeter {
     double out[kBlock], greatest = 0;
     for (std::int64_t x = closed.first; x <= closed.last; x += kBlock) {
       const std::int64_t last = std::min<std::int64_t>(x + kBlock - 1, closed.last);
-      greatest = std::max(greatest, errors(plane, t.exact_range, s, heights, x, static_cast<std::size_t>(last - x + 1), out));
+      greatest = std::max(greatest, row_errors(plane, t.exact_range, run(s, heights, x, last - x + 1), out));
       tally.errors(x, intersection(owned, {x, last}), out);
     }
     return greatest;
@@ -177,7 +161,7 @@ class SurfaceMeter {
     double out[kBlock], greatest = 0;
     for (std::int64_t x = closed.first; x <= closed.last; x += kBlock) {
       const std::int64_t n = std::min<std::int64_t>(kBlock, closed.last - x + 1);
-      greatest = std::max(greatest, errors(plane, t.rounded_range, s, heights, x, static_cast<std::size_t>(n), out));
+      greatest = std::max(greatest, row_errors(plane, t.rounded_range, run(s, heights, x, n), out));
     }
     return greatest;
   }

@@ -131,6 +131,41 @@ TEST(refine, leaves_voids_void) {
   expect_lawful(mesh);
 }
 
+/// Two samples on a rim and a third beside the line between them, by a small part of a unit; all else is level. West of the rim
+/// there is no data.
+TEST(refine, sheds_a_needle_along_a_rim) {
+  constexpr std::int32_t kHigh = 900 * 1024;
+  TileMesh mesh;
+  mesh.side = kSide;
+  const auto add = [&](std::int32_t x, std::int32_t y, std::int32_t height, std::uint8_t mark) {
+    mesh.x.push_back(x), mesh.y.push_back(y), mesh.height.push_back(height), mesh.mark.push_back(mark);
+  };
+  add(0, 0, proto::kNoHeight, proto::kVoid | proto::kKeep);          // 0
+  add(kSide, 0, 0, proto::kKeep);                                    // 1
+  add(kSide, kSide, 0, proto::kKeep);                                // 2
+  add(0, kSide, proto::kNoHeight, proto::kVoid | proto::kKeep);      // 3
+  add(100, 100, 0, 0);                                               // 4, on the rim
+  add(105, 127, kHigh, 0);                                           // 5, on the rim
+  add(103, 116, 0, 0);                                               // 6, the needle's corner: twice its area is 1
+  mesh.triangles = {{0, 1, 4}, {4, 1, 6}, {6, 1, 5}, {5, 1, 2}, {5, 2, 3}, {0, 4, 3}, {3, 4, 5}, {4, 6, 5}};
+  expect_lawful(mesh);
+  proto::Samples samples = samples_of([](int, int) { return 0.0; });
+  for (int y = 0; y <= kSide; ++y)
+    for (int x = 0; x < 100; ++x) samples.height[static_cast<std::size_t>(y * (kSide + 1) + x)] = proto::kNoHeight;
+  samples.height[127 * (kSide + 1) + 105] = kHigh;
+  const std::uint32_t needle = 7;
+  const TileMesh crude = mesh;
+  SurfaceErrorInput in = input_of(crude, samples);
+  in.ecef_step_m = 1;
+  refine(mesh, SampleMeter(in), 50, std::vector<std::uint32_t>{needle}, SIZE_MAX);
+  expect_lawful(mesh);
+  for (const auto& t : mesh.triangles) {
+    const bool published = ((mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]]) & proto::kVoid) == 0;
+    const bool is_needle = std::count(t.begin(), t.end(), 4u) + std::count(t.begin(), t.end(), 5u) + std::count(t.begin(), t.end(), 6u) == 3;
+    EXPECT_FALSE(published && is_needle);
+  }
+}
+
 TEST(refine, nothing_over_nothing_done) {
   const proto::Samples samples = samples_of(kHills);
   TileMesh mesh = coarse(samples, 64);

@@ -1,0 +1,8 @@
+#include "gpu/fit/fitter.inl"
+#include "gpu/fit/host_steps.h"
+
+namespace cordillera::gpu::fit {
+
+std::unique_ptr<FitEngine> make_host_fit() { return std::make_unique<Fitter<HostSteps>>(std::make_unique<HostSteps>()); }
+
+}  // namespace cordillera::gpu::fit

@@ -1,0 +1,205 @@
+// The driver of the fit; included by fit_host.cpp and fit_cuda.cu only.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "gpu/fit/collapser.h"
+#include "gpu/fit/inserter.h"
+#include "gpu/fit/relocate_power.h"
+#include "gpu/fit/sample_store.h"
+#include "gpu/fit/sweeper.h"
+#include "gpu/fit/turner.h"
+#include "gpu/fit/work_mesh.inl"
+
+namespace cordillera::gpu::fit {
+
+/// One mesh, from its waves to its last sweep.
+template <class Device, class Samples>
+class Fit {
+ public:
+  Fit(Device& device, WorkMesh<Device>& work, const Samples& samples, std::size_t sample_count)
+      : device_(device),
+        work_(work),
+        samples_(samples),
+        count_(sample_count),
+        collapser_(device, work, samples),
+        sweeper_(device, work),
+        turner_(device, work),
+        inserter_(device, work) {
+    error_.reserve(std::max(count_, std::size_t{1}));
+  }
+
+  /// The lowest sample at which the surface lies over itself.
+  std::optional<std::uint32_t> overlap() {
+    std::uint32_t* const found = work_.room(found_, 1);
+    std::uint32_t sample = 0;
+    device_.zero(found, 1);
+    device_.each(work_.ids(), FindOverlap<Samples>{work_.mesh(), samples_, found});
+    device_.copy_out(&sample, found, 1);
+    return sample == 0 ? std::nullopt : std::optional(~sample);
+  }
+
+  template <class Stage>
+  void to_count(std::uint64_t target, const Recipe& recipe, const Stage& stage) {
+    CollapseRules late = recipe.waves;
+    late.cost = CostOf::samples;
+    late.pool = recipe.late_pool;
+    if (recipe.late_from > 0) {
+      collapse(static_cast<std::uint64_t>(recipe.late_from * static_cast<double>(target)), recipe.waves);
+      stage("waves");
+      collapse(target, late);
+    } else {
+      collapse(target, recipe.waves);
+    }
+    stage("waves");
+    sweeps(recipe.sweeps, recipe.flip_rounds);
+    stage("sweeps");
+    for (int k = 0; k < recipe.exchanges; ++k) exchange(target, recipe);
+    stage("exchange");
+    if (recipe.lower_maximum) lower_maximum({});
+    stage("maximum");
+  }
+
+  /// As far as no sample is farther off than the limit. Errors are zero at first; every step keeps to the limit.
+  template <class Stage>
+  void to_error(float most, const Recipe& recipe, const Stage& stage) {
+    const ErrorLimit limit{std::max(0.0f, most * (1 - kRelativeRounding) - kRounding)};
+    CollapseRules rules = recipe.waves;
+    rules.limit = limit;
+    if (recipe.late_from > 0) rules.cost = CostOf::samples;
+    collapse(0, rules);
+    stage("waves");
+    rules.cost = CostOf::samples;
+    for (int k = 0; k < recipe.sweeps; ++k) {
+      sweeper_.sweep(Relocate<Samples>{work_.mesh(), samples_, kTries, limit});
+      lower_maximum(limit);
+      turner_.pass(samples_, recipe.flip_rounds, limit);
+      stage("sweeps");
+      collapse(0, rules);
+      stage("waves");
+    }
+  }
+
+  void measure(std::vector<float>& error) {
+    error.resize(count_);
+    device_.zero(error_.data(), count_);
+    device_.each(work_.ids(), MeasureErrors<Samples>{work_.mesh(), samples_, error_.data()});
+    device_.copy_out(error.data(), error_.data(), count_);
+  }
+
+ private:
+  static constexpr int kTries = 2;
+  static constexpr float kAll = -1;
+  /// Of scaled heights as floats: the promise is about the input's own.
+  static constexpr float kRounding = 2.5e-4f, kRelativeRounding = 1e-5f;
+
+  void collapse(std::uint64_t target, const CollapseRules& rules) { collapser_.collapse(target, rules, error_.data(), count_); }
+
+  void sweeps(int count, int flip_rounds) {
+    for (int k = 0; k < count; ++k) {
+      if (k > 0) turner_.pass(samples_, flip_rounds, {});
+      sweeper_.sweep(Relocate<Samples>{work_.mesh(), samples_, kTries, {}});
+    }
+  }
+
+  /// The vertices that cost least go, the samples that are farthest off come in.
+  void exchange(std::uint64_t target, const Recipe& recipe) {
+    CollapseRules rules = recipe.waves;
+    rules.cost = CostOf::samples;
+    rules.pool = recipe.exchange_pool;
+    collapse(target - static_cast<std::uint64_t>(recipe.exchange_share * static_cast<double>(target)), rules);
+    inserter_.insert(samples_, target, kAll);
+    if (work_.triangles() + 1 == target) {  // one is missing: one more goes, along the border, and two come
+      collapse(target - 2, rules);
+      inserter_.insert(samples_, target, kAll);
+    }
+    for (int k = 0; k < recipe.exchange_sweeps; ++k) {
+      turner_.pass(samples_, recipe.flip_rounds, {});
+      sweeper_.sweep(Relocate<Samples>{work_.mesh(), samples_, kTries, {}});
+    }
+  }
+
+  void lower_maximum(ErrorLimit limit) {
+    std::vector<float> error;
+    for (const auto& [power, sweeps] : {std::pair{8, 3}, std::pair{16, 2}}) {
+      measure(error);
+      float worst = 0;
+      for (const float e : error) worst = std::max(worst, std::abs(e));
+      if (!(worst > 0)) return;
+      for (int k = 0; k < sweeps; ++k) sweeper_.sweep(RelocateByPower<Samples>{work_.mesh(), samples_, 1 / worst, power, limit});
+    }
+  }
+
+  Device& device_;
+  WorkMesh<Device>& work_;
+  Samples samples_;
+  std::size_t count_;
+  Collapser<Device, Samples> collapser_;
+  Sweeper<Device> sweeper_;
+  Turner<Device> turner_;
+  Inserter<Device> inserter_;
+  typename Device::template Array<float> error_;
+  typename Device::template Array<std::uint32_t> found_;
+};
+
+template <class Device>
+class Fitter final : public FitEngine {
+ public:
+  explicit Fitter(std::unique_ptr<Device> device) : device_(std::move(device)), work_(*device_), store_(*device_) {}
+
+  FittedMesh fit(const Plan& plan, const FitRequest& request) override {
+    device_->use();
+    stages_.clear();
+    clock_ = Clock::now();
+    if (!work_.load(plan)) {
+      FittedMesh broken;
+      broken.fault = FittedMesh::Fault::not_manifold;
+      return broken;
+    }
+    if (plan.is_lattice()) return fit(store_.lattice(plan, work_), plan.lattice_z.size(), request);
+    return fit(store_.scattered(plan, work_), plan.z.size(), request);
+  }
+  std::string device() const override { return device_->name(); }
+  const std::vector<MeshStage>& stages() const override { return stages_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  template <class Samples>
+  FittedMesh fit(const Samples& samples, std::size_t sample_count, const FitRequest& request) {
+    FittedMesh result;
+    Fit<Device, Samples> fit(*device_, work_, samples, sample_count);
+    const auto in_stage = [this](const char* name) { stage(name); };
+    if (const auto sample = fit.overlap()) {
+      result.fault = FittedMesh::Fault::overlap;
+      result.fault_sample = *sample;
+      return result;
+    }
+    stage("load");
+    if (request.by_error)
+      fit.to_error(request.error, request.recipe, in_stage);
+    else
+      fit.to_count(request.triangles, request.recipe, in_stage);
+    work_.unload(result);
+    stage("unload");
+    fit.measure(result.error);
+    return result;
+  }
+
+  void stage(const std::string& name) {
+    const Clock::time_point now = Clock::now();
+    auto at = std::find_if(stages_.begin(), stages_.end(), [&](const MeshStage& known) { return known.name == name; });
+    if (at == stages_.end()) at = stages_.insert(at, {name, 0});
+    at->seconds += std::chrono::duration<double>(now - clock_).count();
+    clock_ = now;
+  }
+
+  std::unique_ptr<Device> device_;
+  WorkMesh<Device> work_;
+  SampleStore<Device> store_;
+  std::vector<MeshStage> stages_;
+  Clock::time_point clock_;
+};
+
+}  // namespace cordillera::gpu::fit

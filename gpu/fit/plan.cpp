@@ -1,0 +1,174 @@
+#include "gpu/fit/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace cordillera::gpu::fit {
+namespace {
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double value) {
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  double size() const { return high - low; }
+};
+
+Range range_of(const std::vector<double>& values) {
+  Range range;
+  for (const double value : values) range.add(value);
+  return range;
+}
+
+/// The least distance along an axis between neighbours, but for noise: the pitch, if there is one.
+double pitch_of(const HeightMesh& mesh, const std::vector<double>& along, double extent) {
+  double pitch = extent;
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double gap = std::abs(along[t[k]] - along[t[(k + 1) % 3]]);
+      if (gap > extent * 1e-6 && gap < pitch) pitch = gap;
+    }
+  }
+  return pitch;
+}
+
+struct Lattice {
+  std::int32_t columns = 0, rows = 0;
+  std::vector<std::uint32_t> node;  ///< indexed by vertex, row-major
+};
+
+/// The vertices as nodes of a regular lattice of which they fill at least a quarter; no columns if they are none.
+Lattice find_lattice(const HeightMesh& mesh, const Range& x, const Range& y) {
+  const double step_x = pitch_of(mesh, mesh.x, x.size()), step_y = pitch_of(mesh, mesh.y, y.size());
+  const double columns = std::round(x.size() / step_x) + 1, rows = std::round(y.size() / step_y) + 1;
+  if (columns * rows > 4.0 * static_cast<double>(mesh.vertices()) || columns > 1e7 || rows > 1e7) return {};
+  Lattice lattice{static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), {}};
+  lattice.node.resize(mesh.vertices());
+  std::vector<bool> taken(static_cast<std::size_t>(columns * rows));
+  constexpr double kOff = 1e-4;
+  const double exact_x = x.size() / (columns - 1), exact_y = y.size() / (rows - 1);
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    const double column = (mesh.x[v] - x.low) / exact_x, row = (mesh.y[v] - y.low) / exact_y;
+    const double c = std::round(column), r = std::round(row);
+    if (std::abs(c - column) > kOff || std::abs(r - row) > kOff) return {};
+    const auto node = static_cast<std::uint32_t>(r * columns + c);
+    if (taken[node]) return {};
+    taken[node] = true;
+    lattice.node[v] = node;
+  }
+  return lattice;
+}
+
+PlanScale height_scale(const HeightMesh& mesh) {
+  PlanScale scale;
+  const Range z = range_of(mesh.z);
+  scale.middle_z = z.low + z.size() / 2;
+  int exponent = 0;
+  if (z.size() > 0) std::frexp(z.size() / 2, &exponent);
+  scale.scale_z = z.size() > 0 ? std::ldexp(1.0, std::clamp(11 - exponent, -1000, 1000)) : 1;
+  return scale;
+}
+
+/// Vertices by key, equal ones in their old order.
+std::vector<std::uint32_t> sorted_by(const std::vector<std::uint32_t>& key, std::size_t keys) {
+  std::vector<std::uint32_t> start(keys + 1), order(key.size());
+  for (const std::uint32_t k : key) ++start[k + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  for (std::uint32_t v = 0; v < key.size(); ++v) order[start[key[v]]++] = v;
+  return order;
+}
+
+void take_vertices(const HeightMesh& mesh, const std::vector<std::uint32_t>& order, const std::vector<Point>& at, Plan& plan,
+                   bool clockwise) {
+  const std::size_t count = mesh.vertices();
+  std::vector<std::uint32_t> number(count);
+  plan.at.resize(count);
+  plan.z.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    number[order[i]] = i;
+    plan.at[i] = at[order[i]];
+    plan.z[i] = plan.scale.height(mesh.z[order[i]]);
+  }
+  plan.triangles.reserve(mesh.triangles.size());
+  for (const auto& t : mesh.triangles) {
+    plan.triangles.push_back({number[t[0]], number[t[clockwise ? 2 : 1]], number[t[clockwise ? 1 : 2]]});
+  }
+}
+
+/// Nodes in square tiles: vertices that lie near each other are numbered near each other, for the sake of caches.
+std::uint32_t in_tiles(std::uint32_t column, std::uint32_t row, std::uint32_t columns) {
+  constexpr std::uint32_t kTile = 32;
+  const std::uint32_t tiles = (columns + kTile - 1) / kTile;
+  return ((row / kTile * tiles + column / kTile) * kTile + row % kTile) * kTile + column % kTile;
+}
+
+void plan_lattice(const HeightMesh& mesh, const Lattice& lattice, Plan& plan, bool clockwise) {
+  constexpr std::int32_t kStep = LatticeSamples::kStep;
+  plan.columns = lattice.columns;
+  plan.rows = lattice.rows;
+  plan.units_per_cell = kStep;
+  const auto columns = static_cast<std::uint32_t>(lattice.columns);
+  const std::size_t nodes = std::size_t{columns} * static_cast<std::size_t>(lattice.rows);
+  plan.lattice_z.assign(nodes, kNoSample);
+  std::vector<Point> at(mesh.vertices());
+  std::vector<std::uint32_t> key(mesh.vertices());
+  std::uint32_t keys = 0;
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    const std::uint32_t node = lattice.node[v];
+    key[v] = in_tiles(node % columns, node / columns, columns);
+    keys = std::max(keys, key[v] + 1);
+    at[v] = {static_cast<std::int32_t>(node % columns) * kStep, static_cast<std::int32_t>(node / columns) * kStep};
+    plan.lattice_z[node] = plan.scale.height(mesh.z[v]);
+  }
+  take_vertices(mesh, sorted_by(key, keys), at, plan, clockwise);
+}
+
+/// The longer side gets 2^26 units; bins are about one vertex large.
+void plan_scattered(const HeightMesh& mesh, const Range& x, const Range& y, Plan& plan, bool clockwise) {
+  constexpr double kUnits = 1 << 26;
+  const double unit = std::max(x.size(), y.size()) / kUnits;
+  plan.scale.unit_x = plan.scale.unit_y = unit;
+  const double cell = std::sqrt(x.size() / unit * (y.size() / unit) / static_cast<double>(mesh.vertices()));
+  plan.units_per_cell = static_cast<float>(std::max(16.0, cell));
+  while (plan.bin_shift < 26 && (2 << plan.bin_shift) <= plan.units_per_cell * 1.5f) ++plan.bin_shift;
+  std::vector<Point> at(mesh.vertices());
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    at[v] = {static_cast<std::int32_t>(std::round((mesh.x[v] - x.low) / unit)),
+             static_cast<std::int32_t>(std::round((mesh.y[v] - y.low) / unit))};
+  }
+  plan.bin_columns = (static_cast<std::int32_t>(std::round(x.size() / unit)) >> plan.bin_shift) + 1;
+  plan.bin_rows = (static_cast<std::int32_t>(std::round(y.size() / unit)) >> plan.bin_shift) + 1;
+  const std::size_t bins = static_cast<std::size_t>(plan.bin_columns) * static_cast<std::size_t>(plan.bin_rows);
+  std::vector<std::uint32_t> bin(mesh.vertices());
+  for (std::size_t v = 0; v < bin.size(); ++v) {
+    bin[v] = static_cast<std::uint32_t>((at[v].y >> plan.bin_shift) * plan.bin_columns + (at[v].x >> plan.bin_shift));
+  }
+  plan.bin_start.assign(bins + 1, 0);
+  for (const std::uint32_t b : bin) ++plan.bin_start[b + 1];
+  std::partial_sum(plan.bin_start.begin(), plan.bin_start.end(), plan.bin_start.begin());
+  take_vertices(mesh, sorted_by(bin, bins), at, plan, clockwise);
+}
+
+}  // namespace
+
+Plan make_plan(const HeightMesh& mesh, bool clockwise) {
+  const Range x = range_of(mesh.x), y = range_of(mesh.y);
+  Plan plan;
+  plan.scale = height_scale(mesh);
+  plan.scale.x0 = x.low;
+  plan.scale.y0 = y.low;
+  const Lattice lattice = find_lattice(mesh, x, y);
+  if (lattice.columns > 0) {
+    plan.scale.unit_x = x.size() / ((lattice.columns - 1.0) * LatticeSamples::kStep);
+    plan.scale.unit_y = y.size() / ((lattice.rows - 1.0) * LatticeSamples::kStep);
+    plan_lattice(mesh, lattice, plan, clockwise);
+  } else {
+    plan_scattered(mesh, x, y, plan, clockwise);
+  }
+  return plan;
+}
+
+}  // namespace cordillera::gpu::fit

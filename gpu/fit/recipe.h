@@ -1,0 +1,60 @@
+#pragma once
+// What each quality does, in numbers. The README tells what each of them brought.
+#include <cstdint>
+
+#include "gpu/fit/relocate.h"
+#include "gpu/fit/simplify_height_mesh.h"
+
+namespace cordillera::gpu::fit {
+
+/// Of what the cost of a collapse is the squared distance: the planes of the triangles as they are (memoryless), those of the
+/// input that a vertex has come to stand for, or the samples.
+enum class CostOf : std::uint8_t { planes, carried_planes, samples };
+
+struct CollapseRules {
+  double pool = 0.25;  ///< this share of the vertices are candidates
+  int rounds = 3;      ///< of locks for one evaluation
+  bool polish = true;  ///< fit a vertex to its samples as soon as it is made
+  CostOf cost = CostOf::planes;
+  ErrorLimit limit;
+};
+
+struct Recipe {
+  CollapseRules waves;
+  double late_from = 0;  ///< below so many times the target, costs come from the samples; 0: never
+  double late_pool = 0.1;
+  int sweeps = 3;
+  int flip_rounds = 3;  ///< of every flip pass
+  int exchanges = 1;
+  double exchange_share = 0.04;  ///< of the triangles
+  double exchange_pool = 0.02;
+  int exchange_sweeps = 2;
+  bool lower_maximum = false;  ///< sweeps by a high power of the error at the end
+};
+
+inline Recipe recipe_of(Quality quality) {
+  Recipe recipe;
+  switch (quality) {
+    case Quality::fast:
+      recipe.waves = {0.5, 3, false, CostOf::carried_planes, {}};
+      recipe.sweeps = recipe.exchanges = 0;
+      break;
+    case Quality::default_:
+      break;
+    case Quality::minimax:
+      recipe.lower_maximum = true;
+      [[fallthrough]];
+    case Quality::best:
+      recipe.waves.pool = 0.1;
+      recipe.waves.rounds = 6;
+      recipe.late_from = 2;
+      recipe.sweeps = 4;
+      recipe.exchanges = 4;
+      recipe.exchange_sweeps = 3;
+      recipe.exchange_share = 0.04;
+      break;
+  }
+  return recipe;
+}
+
+}  // namespace cordillera::gpu::fit

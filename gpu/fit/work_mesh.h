@@ -1,0 +1,80 @@
+#pragma once
+// The mesh in work and its arrays on a device.
+#include <span>
+
+#include "gpu/fit/fitter.h"
+#include "gpu/fit/mesh_steps.h"
+#include "gpu/fit/sweep_steps.h"
+
+namespace cordillera::gpu::fit {
+
+template <class Device>
+class WorkMesh {
+ public:
+  template <class T>
+  using Array = typename Device::template Array<T>;
+
+  explicit WorkMesh(Device& device) : device_(device) {}
+
+  /// False: some vertex has no single fan.
+  bool load(const Plan& plan);
+  /// Numbers the survivors anew when well under half are left: neighbours come to lie near each other again.
+  /// Locks and waves are forgotten then; true if so.
+  bool close_up();
+  /// More numbers that are gone, for vertices to come: at least so many, or as many as there is memory for.
+  void make_room(std::size_t wanted);
+  void unload(FittedMesh& to);
+
+  /// The survivors, ascending; valid until the next call of this or of close_up().
+  std::span<const std::uint32_t> alive() {
+    std::uint32_t* const list = room(alive_, ids_);
+    return {list, device_.select(ids_, IsAlive{mesh_.vertex}, list)};
+  }
+
+  const MeshView& mesh() const { return mesh_; }
+  const WaveView& wave() const { return wave_; }
+  std::size_t ids() const { return ids_; }  ///< vertices are numbered 0..ids-1; some are gone
+  std::uint64_t triangles() const { return triangles_; }
+  std::uint64_t removed_vertices() const { return removed_; }  ///< since the last closing up
+  void count(std::int64_t vertices, std::int64_t triangles) {
+    removed_ -= static_cast<std::uint64_t>(vertices);
+    triangles_ += static_cast<std::uint64_t>(triangles);
+  }
+
+  template <class T>
+  T* room(Array<T>& array, std::size_t count) {
+    array.reserve(count);
+    return array.data();
+  }
+  template <class T>
+  T* upload(Array<T>& array, const std::vector<T>& from) {
+    T* const to = room(array, from.size());
+    device_.copy_in(to, from.data(), from.size());
+    return to;
+  }
+
+ private:
+  static constexpr std::uint32_t kWidestRow = 256;
+  static constexpr std::size_t kLeastRoom = 256;
+
+  Device& device_;
+  MeshView mesh_, spare_mesh_;
+  WaveView wave_, spare_wave_;
+  std::size_t ids_ = 0, capacity_ = 0, spare_capacity_ = 0;
+  std::uint64_t triangles_ = 0, removed_ = 0;
+  Array<Vertex> vertex_[2];
+  Array<std::uint32_t> rows_[2];
+  Array<float> cost_[2];
+  Array<Intent> intent_[2];
+  Array<std::uint8_t> mark_[2];
+  Array<Planes> planes_[2];
+  Array<std::uint64_t> lock_;
+  Array<std::uint32_t> spent_, into_, alive_, number_, wedge_end_, first_;
+  Array<Triangle> triangle_;
+  Array<Wedge> wedges_;
+  Array<RingFacts> facts_;
+  Array<Point> at_;
+  Array<float> z_;
+};
+
+}  // namespace cordillera::gpu::fit

@@ -1,0 +1,330 @@
+// The fit of height meshes: laws, counts, bounds, refusals. Errors are judged by gpu/vertical_error, which shares no code with
+// it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "gpu/fit/simplify_height_mesh.h"
+#include "gpu/vertical_error.h"
+#include "tests/bench/pyramid/terrain.h"
+
+namespace cordillera::gpu::fit {
+namespace {
+
+template <class Height>
+HeightMesh grid(std::uint32_t columns, std::uint32_t rows, double cell, const Height& height) {
+  HeightMesh mesh;
+  for (std::uint32_t r = 0; r < rows; ++r) {
+    for (std::uint32_t c = 0; c < columns; ++c) {
+      mesh.x.push_back(1000 + c * cell);
+      mesh.y.push_back(-500 + r * cell);
+      mesh.z.push_back(height(c, r));
+    }
+  }
+  for (std::uint32_t r = 0; r + 1 < rows; ++r) {
+    for (std::uint32_t c = 0; c + 1 < columns; ++c) {
+      const std::uint32_t a = r * columns + c, b = a + 1, d = a + columns, e = d + 1;
+      mesh.triangles.push_back({a, b, e});
+      mesh.triangles.push_back({a, e, d});
+    }
+  }
+  return mesh;
+}
+
+HeightMesh terrain(bench::Terrain kind, std::uint32_t side) {
+  constexpr std::uint32_t kOff = 300;  // where the alpine kind is no sea
+  return grid(side, side, 30,
+              [&](std::uint32_t c, std::uint32_t r) { return bench::terrain_height(kind, c + kOff, r + kOff) / 1024.0; });
+}
+
+double area_of(const HeightMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  return ((mesh.x[t[1]] - mesh.x[t[0]]) * (mesh.y[t[2]] - mesh.y[t[0]]) -
+          (mesh.y[t[1]] - mesh.y[t[0]]) * (mesh.x[t[2]] - mesh.x[t[0]])) /
+         2;
+}
+
+double plan_area(const HeightMesh& mesh) {
+  double area = 0;
+  for (const auto& t : mesh.triangles) area += area_of(mesh, t);
+  return area;
+}
+
+/// The first law that a result breaks: positive triangles that cover what the input covered, a manifold, one fan at every vertex.
+std::string broken_law(const HeightMesh& in, const HeightMesh& out) {
+  std::map<std::array<std::uint32_t, 2>, int> edges;
+  std::vector<int> triangles_at(out.vertices()), edges_at(out.vertices()), borders_at(out.vertices());
+  for (const auto& t : out.triangles) {
+    if (!(area_of(out, t) > 0)) return "a triangle is turned";
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (++edges[{t[k], t[(k + 1) % 3]}] > 1) return "two triangles on one side of an edge";
+      ++triangles_at[t[k]];
+    }
+  }
+  for (const auto& [edge, count] : edges) {
+    const bool border = !edges.contains({edge[1], edge[0]});
+    if (!border && edge[0] > edge[1]) continue;
+    for (const std::uint32_t v : edge) {
+      ++edges_at[v];
+      borders_at[v] += border;
+    }
+  }
+  for (std::size_t v = 0; v < out.vertices(); ++v) {
+    if (borders_at[v] != 0 && borders_at[v] != 2) return "a vertex with two fans";
+    if (edges_at[v] - triangles_at[v] != borders_at[v] / 2) return "a vertex that is no manifold";
+    if (edges_at[v] > 16) return "a vertex with " + std::to_string(edges_at[v]) + " edges";
+  }
+  if (std::abs(std::abs(plan_area(in) / plan_area(out)) - 1) > 1e-7) return "the plan is not covered once";
+  return "";
+}
+
+VerticalError judged(const HeightMesh& in, const HeightMesh& out) {
+  proto::TriangleMesh surface;
+  surface.x = out.x;
+  surface.y = out.y;
+  surface.z = out.z;
+  surface.triangles = out.triangles;
+  return vertical_error(surface, {in.x, in.y, in.z});
+}
+
+/// Simplifies on the CPU, and holds the result and its report against the laws and the judge.
+SimplifiedMesh simplified(const HeightMesh& in, const MeshTarget& target, Quality quality = Quality::default_) {
+  auto result = simplify(in, target, {.quality = quality, .device = "cpu"});
+  EXPECT_TRUE(result.ok()) << result.problem().line();
+  if (!result.ok()) return {};
+  EXPECT_EQ(broken_law(in, result->mesh), "");
+  const MeshReport& report = result->report;
+  EXPECT_EQ(report.vertices, result->mesh.vertices());
+  EXPECT_EQ(report.triangles, result->mesh.triangles.size());
+  EXPECT_EQ(report.device, "cpu");
+  const VerticalError error = judged(in, result->mesh);
+  EXPECT_EQ(error.uncovered, 0u);
+  EXPECT_NEAR(report.rmse_m, error.rmse, 1e-5 + 1e-4 * error.rmse);
+  EXPECT_NEAR(report.max_error_m, error.max, 1e-4 + 1e-3 * error.max);
+  return std::move(*result);
+}
+
+const Quality kQualities[] = {Quality::fast, Quality::default_, Quality::best, Quality::minimax};
+
+TEST(Fit, CountsAreExact) {
+  const HeightMesh in = terrain(bench::Terrain::alpine, 65);
+  for (const Quality quality : kQualities) {
+    for (const std::uint64_t count : {4000u, 1001u, 820u, 99u})
+      EXPECT_EQ(simplified(in, MeshTarget::triangles(count), quality).report.triangles, count);
+  }
+  EXPECT_EQ(simplified(in, MeshTarget::keep(0.1)).report.triangles, 819u);
+}
+
+TEST(Fit, EveryTerrainKeepsTheLaws) {
+  for (int kind = 0; kind < 6; ++kind) {
+    const HeightMesh in = terrain(static_cast<bench::Terrain>(kind), 50);
+    HeightMesh whole = in;
+    for (double& z : whole.z) z = std::max(z, -1000.0);  // one kind has holes in it
+    simplified(whole, MeshTarget::keep(0.1));
+  }
+}
+
+TEST(Fit, EachStepOfQualityLessensTheError) {
+  const HeightMesh in = terrain(bench::Terrain::alpine, 129);
+  const MeshTarget target = MeshTarget::keep(0.1);
+  const auto fast = simplified(in, target, Quality::fast).report, normal = simplified(in, target).report;
+  const auto best = simplified(in, target, Quality::best).report, minimax = simplified(in, target, Quality::minimax).report;
+  EXPECT_LT(normal.rmse_m, 0.8 * fast.rmse_m);
+  EXPECT_LT(best.rmse_m, normal.rmse_m);
+  EXPECT_LT(minimax.max_error_m, best.max_error_m);
+}
+
+TEST(Fit, SameInputSameResult) {
+  const HeightMesh in = terrain(bench::Terrain::rolling, 80);
+  const auto first = simplified(in, MeshTarget::keep(0.2)), second = simplified(in, MeshTarget::keep(0.2));
+  EXPECT_EQ(first.mesh.triangles, second.mesh.triangles);
+  EXPECT_EQ(first.mesh.x, second.mesh.x);
+  EXPECT_EQ(first.mesh.z, second.mesh.z);
+}
+
+TEST(Fit, OrderOfTrianglesAndTheirTurnDoNotMatter) {
+  const HeightMesh in = terrain(bench::Terrain::rolling, 40);
+  HeightMesh turned = in;
+  std::reverse(turned.triangles.begin(), turned.triangles.end());
+  for (auto& t : turned.triangles) t = {t[2], t[1], t[0]};
+  EXPECT_EQ(simplified(in, MeshTarget::keep(0.2)).mesh.z, simplified(turned, MeshTarget::keep(0.2)).mesh.z);
+}
+
+TEST(Fit, PlaneBecomesTwoTriangles) {
+  const auto flat = simplified(grid(33, 65, 10, [](double, double) { return 7.0; }), MeshTarget::triangles(2));
+  EXPECT_EQ(flat.report.triangles, 2u);
+  EXPECT_EQ(flat.report.max_error_m, 0);
+  const auto tilted = simplified(grid(64, 64, 10, [](double c, double r) { return 3 * c - 2 * r; }), MeshTarget::error_m(0.01));
+  EXPECT_LE(tilted.report.triangles, 8u);
+  EXPECT_LE(tilted.report.max_error_m, 0.01);
+}
+
+TEST(Fit, ErrorsInMetresAreHonoured) {
+  for (const bench::Terrain kind : {bench::Terrain::alpine, bench::Terrain::rolling, bench::Terrain::city}) {
+    const HeightMesh in = terrain(kind, 60);
+    std::uint64_t before = in.triangles.size() + 1;
+    for (const double error : {0.05, 1.0, 20.0}) {
+      const auto out = simplified(in, MeshTarget::error_m(error));
+      EXPECT_LE(judged(in, out.mesh).max, error);
+      EXPECT_LT(out.report.triangles, before);
+      before = out.report.triangles;
+    }
+  }
+}
+
+TEST(Fit, SpikeStaysWhereItIs) {
+  const HeightMesh in = grid(41, 41, 30, [](double c, double r) { return c == 20 && r == 20 ? 500.0 : 0.0; });
+  const auto out = simplified(in, MeshTarget::error_m(1));
+  EXPECT_LE(out.report.triangles, 60u);
+  EXPECT_LE(judged(in, out.mesh).max, 1);
+}
+
+TEST(Fit, InputsThatHurt) {
+  const auto noise = [](std::uint32_t c, std::uint32_t r) { return static_cast<double>(bench::mixed(c, r, 9) % 100000) / 100; };
+  const auto ridge = [](std::uint32_t c, std::uint32_t) { return c == 25 ? 80.0 : 0.0; };
+  const auto cliff = [](std::uint32_t c, std::uint32_t r) { return c + r / 3 < 30 ? 0.0 : 10000.0; };
+  const auto faint = [](std::uint32_t c, std::uint32_t r) { return 4000 + 1e-3 * bench::smooth_noise(c, r, 4, 3); };
+  const auto vast = [](std::uint32_t c, std::uint32_t r) { return 3e38 * bench::smooth_noise(c, r, 4, 3); };
+  for (const Quality quality : kQualities) {
+    simplified(grid(50, 50, 30, noise), MeshTarget::keep(0.3), quality);
+    simplified(grid(50, 50, 30, ridge), MeshTarget::keep(0.1), quality);
+    simplified(grid(50, 50, 30, cliff), MeshTarget::keep(0.1), quality);
+    const auto shallow = simplify(grid(50, 50, 30, faint), MeshTarget::keep(0.1), {quality, "cpu"});
+    ASSERT_TRUE(shallow.ok());
+    EXPECT_LT(shallow->report.max_error_m, 1e-3);
+    const auto deep = simplify(grid(50, 50, 30, vast), MeshTarget::keep(0.1), {quality, "cpu"});
+    ASSERT_TRUE(deep.ok());
+    EXPECT_LT(deep->report.rmse_m, 1e37);
+  }
+}
+
+/// Scattered vertices, a border that is not straight, a hole: rings of a disc.
+HeightMesh disc(std::uint32_t rings, std::uint32_t spokes) {
+  HeightMesh mesh;
+  for (std::uint32_t r = 0; r <= rings; ++r) {
+    for (std::uint32_t s = 0; s < spokes; ++s) {
+      const double angle = 6.283185307179586 * s / spokes, radius = 100 + 20.0 * r;
+      mesh.x.push_back(radius * std::cos(angle));
+      mesh.y.push_back(radius * std::sin(angle));
+      mesh.z.push_back(30 * std::sin(angle * 3) + 0.1 * radius * std::cos(angle * 5));
+    }
+  }
+  for (std::uint32_t r = 0; r < rings; ++r) {
+    for (std::uint32_t s = 0; s < spokes; ++s) {
+      const std::uint32_t a = r * spokes + s, b = r * spokes + (s + 1) % spokes, c = a + spokes, d = b + spokes;
+      mesh.triangles.push_back({a, c, d});
+      mesh.triangles.push_back({a, d, b});
+    }
+  }
+  return mesh;
+}
+
+TEST(Fit, CurvedBordersStayAndInsidesGo) {
+  const HeightMesh in = disc(30, 64);
+  for (const Quality quality : kQualities) {
+    const auto out = simplified(in, MeshTarget::keep(0.25), quality);
+    EXPECT_EQ(out.report.triangles, in.triangles.size() / 4);
+    EXPECT_LT(out.report.rmse_m, 2);
+  }
+  const auto bounded = simplified(in, MeshTarget::error_m(2));
+  EXPECT_LE(judged(in, bounded.mesh).max, 2);
+  EXPECT_LT(bounded.report.triangles, in.triangles.size() / 4);
+}
+
+TEST(Fit, LatticeWithAHoleKeepsIt) {
+  HeightMesh in = terrain(bench::Terrain::rolling, 40);
+  std::erase_if(in.triangles, [&](const auto& t) {
+    return std::all_of(t.begin(), t.end(),
+                       [&](std::uint32_t v) { return std::abs(in.x[v] - 1600) < 200 && std::abs(in.y[v] - 100) < 150; });
+  });
+  HeightMesh used = in;
+  std::vector<std::uint32_t> number(in.vertices(), ~0u);
+  used.x.clear(), used.y.clear(), used.z.clear();
+  for (auto& t : used.triangles) {
+    for (std::uint32_t& v : t) {
+      if (number[v] == ~0u) {
+        number[v] = static_cast<std::uint32_t>(used.x.size());
+        used.x.push_back(in.x[v]), used.y.push_back(in.y[v]), used.z.push_back(in.z[v]);
+      }
+      v = number[v];
+    }
+  }
+  EXPECT_EQ(simplified(used, MeshTarget::triangles(300)).report.triangles, 300u);
+}
+
+std::string refusal(const HeightMesh& mesh, const MeshTarget& target = MeshTarget::keep(0.5), const std::string& device = "cpu") {
+  const auto result = simplify(mesh, target, {.device = device});
+  return result.ok() ? "" : result.problem().type + ": " + result.problem().detail;
+}
+
+TEST(Fit, WhatIsNoHeightFieldIsRefusedByName) {
+  const HeightMesh good = terrain(bench::Terrain::rolling, 5);
+  HeightMesh bad = good;
+  bad.z[7] = std::nan("");
+  EXPECT_EQ(refusal(bad), "mesh-not-finite: vertex 7 holds NaN or infinity");
+  bad = good;
+  bad.triangles[3][1] = 99;
+  EXPECT_EQ(refusal(bad), "mesh-broken: triangle 3 names vertex 99; there are 25");
+  bad = good;
+  std::swap(bad.triangles[4][0], bad.triangles[4][1]);
+  EXPECT_EQ(refusal(bad), "mesh-not-height-field: triangle 4 turns the other way than triangle 0");
+  bad = good;
+  bad.triangles.push_back(bad.triangles[2]);
+  EXPECT_EQ(refusal(bad), "mesh-not-manifold: triangles 2 and 32 lie on the same side of the edge from vertex 1 to vertex 2");
+  bad = good;
+  bad.x.push_back(0), bad.y.push_back(0), bad.z.push_back(0);
+  EXPECT_EQ(refusal(bad), "mesh-broken: vertex 25 belongs to no triangle");
+  EXPECT_EQ(refusal({}), "mesh-broken: the mesh has no triangles");
+}
+
+TEST(Fit, TwoFansAtAVertexAreRefused) {
+  HeightMesh bow;
+  bow.x = {0, 10, 10, -10, -10};
+  bow.y = {0, -5, 5, 5, -5};
+  bow.z = {0, 0, 0, 0, 0};
+  bow.triangles = {{0, 1, 2}, {0, 3, 4}};
+  EXPECT_EQ(refusal(bow), "mesh-not-manifold: the triangles at vertex 0 form more than one fan");
+}
+
+TEST(Fit, SheetsAboveEachOtherAreRefused) {
+  HeightMesh two = grid(9, 9, 10, [](double, double) { return 0.0; });
+  const HeightMesh above = grid(3, 3, 11, [](double, double) { return 50.0; });
+  const auto first = static_cast<std::uint32_t>(two.vertices());
+  for (std::size_t v = 0; v < above.vertices(); ++v)
+    two.x.push_back(above.x[v] + 23), two.y.push_back(above.y[v] + 23), two.z.push_back(50);
+  for (const auto& t : above.triangles) two.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  EXPECT_TRUE(refusal(two).starts_with("mesh-not-height-field: the surface lies over itself at vertex ")) << refusal(two);
+}
+
+TEST(Fit, TargetsAndDevicesAreRefusedByName) {
+  const HeightMesh good = terrain(bench::Terrain::rolling, 5);
+  EXPECT_TRUE(refusal(good, MeshTarget::keep(0)).starts_with("bad-target"));
+  EXPECT_TRUE(refusal(good, MeshTarget::keep(1.5)).starts_with("bad-target"));
+  EXPECT_TRUE(refusal(good, MeshTarget::triangles(0)).starts_with("bad-target"));
+  EXPECT_TRUE(refusal(good, MeshTarget::error_m(-1)).starts_with("bad-target"));
+  EXPECT_TRUE(refusal(good, MeshTarget::keep(0.5), "gpu").starts_with("unknown-device"));
+}
+
+TEST(Fit, MoreThanThereIsGivesTheInputBack) {
+  const HeightMesh in = terrain(bench::Terrain::rolling, 9);
+  const auto out = simplified(in, MeshTarget::triangles(1000), Quality::fast);
+  EXPECT_EQ(out.report.triangles, in.triangles.size());
+  EXPECT_NEAR(out.report.max_error_m, 0, 1e-4);
+}
+
+TEST(Fit, CudaGivesTheBitsOfTheCpu) {
+  const HeightMesh in = terrain(bench::Terrain::alpine, 200);
+  for (const Quality quality : kQualities) {
+    const auto cuda = simplify(in, MeshTarget::keep(0.1), {quality, "cuda"});
+    if (!cuda.ok()) GTEST_SKIP() << "no CUDA device: " << cuda.problem().detail;
+    const auto cpu = simplify(in, MeshTarget::keep(0.1), {quality, "cpu"});
+    EXPECT_EQ(cpu->mesh.triangles, cuda->mesh.triangles);
+    EXPECT_EQ(cpu->mesh.x, cuda->mesh.x);
+    EXPECT_EQ(cpu->mesh.y, cuda->mesh.y);
+    EXPECT_EQ(cpu->mesh.z, cuda->mesh.z);
+  }
+}
+
+}  // namespace
+}  // namespace cordillera::gpu::fit
