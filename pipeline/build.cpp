@@ -1,18 +1,16 @@
 #include "pipeline/build.h"
 
-#include <malloc.h>
-
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <mutex>
 
 #include "gpu/simplify.h"
+#include "pipeline/blank_manifest.h"
 #include "pipeline/builder.h"
-#include "pipeline/encode.h"
 #include "pipeline/pilot.h"
 #include "pipeline/plan.h"
 #include "pipeline/store.h"
-#include "proto/ellipsoid.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
 
@@ -97,33 +95,13 @@ proto::Result<void> merge_upwards(Builder& builder, const proto::Plan& plan, Sto
   return {};
 }
 
-proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source) {
-  proto::Manifest manifest;
-  manifest.set_id(request.id);
-  manifest.set_name(request.options.name().empty() ? request.raster_name : request.options.name());
-  manifest.set_title(request.options.title().empty() ? manifest.name() : request.options.title());
-  manifest.set_attribution(request.options.attribution());
-  manifest.set_program(plan.program());
-  *manifest.mutable_source() = source;
-  *manifest.mutable_options() = plan.options();
-  manifest.set_scheme(plan.scheme());
-  manifest.set_min_level(plan.min_level());
-  manifest.set_max_level(plan.finest_level());
-  const proto::Lattice lattice = lattice_of(plan);
-  manifest.set_cell_m(proto::cell_height_m(lattice, (plan.window(1) + plan.window(3)) / 2));
-  manifest.set_height_datum("WGS 84 ellipsoid");
-  manifest.set_height_step(proto::kHeightStep_m);
-  manifest.set_drc_formula(kDrcFormula);
-  manifest.mutable_source()->set_lattice_samples(static_cast<double>(plan.window(2) - plan.window(0) + 1.0) *
-                                                 static_cast<double>(plan.window(3) - plan.window(1) + 1.0));
-  return manifest;
-}
-
-/// A raster, or the part of it inside bbox, all of whose samples are void.
-proto::Problem without_data(const BuildRequest& request) {
-  const bool boxed = request.options.bbox_size() > 0;
-  return {"raster-all-nodata", request.raster_name + " has no data" + (boxed ? " inside the bbox" : "") + ": nowhere do three neighbouring samples have heights",
-          "a raster with some data, or nodata= with a height to put there", boxed ? "bbox" : ""};
+/// Size and time of last change; empty where the raster is no file of this machine.
+std::string state_of(const std::string& path) {
+  std::error_code error;
+  const auto bytes = std::filesystem::file_size(path, error);
+  if (error) return "";
+  const auto changed = std::filesystem::last_write_time(path, error).time_since_epoch();
+  return std::to_string(bytes) + " bytes, " + std::to_string(std::chrono::duration_cast<std::chrono::nanoseconds>(changed).count());
 }
 
 proto::Result<std::unique_ptr<raster::Source>> open(const BuildRequest& request) {
@@ -132,10 +110,13 @@ proto::Result<std::unique_ptr<raster::Source>> open(const BuildRequest& request)
 
 }  // namespace
 
+proto::Problem without_data(const BuildRequest& request) {
+  const bool boxed = request.options.bbox_size() > 0;
+  return {"raster-all-nodata", request.raster_name + " has no data" + (boxed ? " inside the bbox" : "") + ": nowhere do three neighbouring samples have heights",
+          "a raster with some data, or nodata= with a height to put there", boxed ? "bbox" : ""};
+}
+
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {
-  // Tile meshes come and go by the megabyte: given back to the system each time, half of the build would be page faults.
-  mallopt(M_MMAP_THRESHOLD, 1 << 30);
-  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   Teller teller(progress);
   teller.stage("open", 1);
   const auto source = open(request);
@@ -143,20 +124,21 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   auto plan = make_plan(**source, request.options);
   if (!plan.ok()) return plan.problem();
   plan->set_program(proto::kProgram);
+  plan->set_source_state(state_of(request.raster_path));
   Workers workers(request.options.threads());
   Builder builder(*plan, workers, [&] { return open(request); }, request.options.device(), stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   if (request.options.keep_size() > 0) {
     teller.stage("plan", 1);
-    if (const auto piloted = run_pilot(builder.source(), builder.simplifier(), *plan, stop); !piloted.ok()) return piloted.problem();
+    if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
     builder.use(*plan);
   }
-  auto store = StoreWriter::open(request.store_path, *plan);
+  auto store = StoreWriter::open(request.store_path, *plan, request.other);
   if (!store.ok()) return store.problem();
   if (const auto built = build_blocks(builder, *plan, **store, teller, stop); !built.ok()) return built.problem();
   if (const auto merged = merge_upwards(builder, *plan, **store, teller, stop); !merged.ok()) return merged.problem();
   teller.stage("publish", 1);
-  proto::Manifest manifest = blank_manifest(request, *plan, (*source)->description());
+  proto::Manifest manifest = blank_manifest(request, *plan, (*source)->description(), {workers.threads(), builder.device()});
   const double resampled_m = (*source)->resampling_error_m(lattice_of(*plan));
   manifest.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
@@ -164,39 +146,6 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);
   teller.tell(1, Teller::Urgency::now);
   return published;
-}
-
-proto::Result<Estimate> estimate(const BuildRequest& request) {
-  constexpr double kSamplesPerSecond = 0.8e6;  // a core, measured on the sample and rounded down
-  constexpr double kTriangleShare = 0.35, kBytesPerTriangle = 5;
-  const auto source = open(request);
-  if (!source.ok()) return source.problem();
-  const auto plan = make_plan(**source, request.options);
-  if (!plan.ok()) return plan.problem();
-  Estimate estimate;
-  estimate.manifest = blank_manifest(request, *plan, (*source)->description());
-  estimate.manifest.set_program(proto::kProgram);
-  const double samples = estimate.manifest.source().lattice_samples();
-  double tiles = 0, triangles = 0;
-  for (const proto::LevelPlan& level : plan->levels()) {
-    const int up = static_cast<int>(plan->finest_level() - level.level());
-    const double share = request.options.keep_size() > 0 ? kept_share(request.options, up) : kTriangleShare * std::ldexp(1, -2 * up);
-    proto::LevelSummary* summary = estimate.manifest.add_levels();
-    summary->set_level(level.level());
-    summary->set_target(level.target());
-    summary->set_tiles(static_cast<std::uint32_t>(touched_tiles(*plan, static_cast<int>(level.level())).size()));
-    summary->set_triangles(static_cast<std::uint32_t>(std::min(4e9, std::max(2.0, 2 * samples * share))));
-    summary->set_drc_bytes(0.4 * kBytesPerTriangle * summary->triangles());
-    summary->set_glb_bytes(0.6 * kBytesPerTriangle * summary->triangles());
-    tiles += summary->tiles();
-    triangles += summary->triangles();
-  }
-  estimate.manifest.set_tiles(static_cast<std::uint32_t>(std::min(4e9, tiles)));
-  estimate.manifest.set_triangles(static_cast<std::uint32_t>(std::min(4e9, triangles)));
-  estimate.manifest.set_bytes(kBytesPerTriangle * triangles);
-  const unsigned threads = Workers(request.options.threads()).threads();
-  estimate.seconds = samples / kSamplesPerSecond / threads;
-  return estimate;
 }
 
 }  // namespace cordillera::pipeline

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cordillera.pb.h"
+#include "pipeline/store.h"
 #include "proto/result.h"
 #include "raster/source.h"
 
@@ -16,6 +17,7 @@ struct BuildRequest {
   raster::Trust trust = raster::Trust::operator_file;
   std::string id;            ///< dataset id, goes into the manifest
   std::string store_path;    ///< an unfinished store of the same plan is continued
+  Existing other = Existing::replace;  ///< a store of another plan at store_path
   proto::BuildOptions options;
 };
 
@@ -26,11 +28,7 @@ using ProgressCallback = std::function<void(const proto::Progress&)>;
 /// (type "cancelled"); everything committed so far is kept for the next call.
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop);
 
-/// dry-run: what build would make. Opens the source and plans; levels[].tiles, triangles and bytes are estimates.
-struct Estimate {
-  proto::Manifest manifest;
-  double seconds = 0;
-};
-proto::Result<Estimate> estimate(const BuildRequest& request);
+/// A raster, or the part of it inside bbox, all of whose samples are void.
+proto::Problem without_data(const BuildRequest& request);
 
 }  // namespace cordillera::pipeline

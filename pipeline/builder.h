@@ -3,6 +3,7 @@
 // meshes), so it can run in any order, anywhere, twice, with the same bytes.
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,6 +17,11 @@
 
 namespace cordillera::pipeline {
 
+/// Tiles of one level, by address.
+using Tiles = std::map<proto::TileAddress, BuiltTile>;
+/// Index bit 0 east, bit 1 north; nullptr where a child has no data.
+std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& below);
+
 class Builder {
  public:
   /// Opens one more handle on the source; called once a worker.
@@ -23,8 +29,6 @@ class Builder {
 
   Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop);
   proto::Result<void> prepare();  ///< opens sources and simplifiers
-  raster::Source& source() { return *sources_.front(); }
-  gpu::Simplifier& simplifier() { return *simplifiers_.front(); }
   std::string device() const { return simplifiers_.front()->device(); }
   /// The targets are in the plan's copy that the caller changed: take them over.
   void use(const proto::Plan& plan) { plan_ = plan; }
@@ -34,13 +38,17 @@ class Builder {
   /// One parent above the blocks.
   proto::Result<FinishedTask> merge(const proto::TileAddress& node, const StoreWriter& store);
 
- private:
-  /// Makes tile k of a level ready; nullopt: it has no data.
-  using Prepare = std::function<std::optional<PreparedTile>(std::size_t k)>;
+  /// The finest samples of a node, and one cell of its level around it. Empty where the source knows that it has no data there.
   proto::Result<proto::Samples> read(const proto::TileAddress& node);
+  /// Makes tile k of a level ready; nullopt: it has no data. Called by any thread.
+  using Prepare = std::function<std::optional<PreparedTile>(std::size_t k)>;
   /// Called after every tile, by any thread.
   using TileDone = std::function<void()>;
-  std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done);
+  /// Tiles 0 .. count - 1 of a level, those without data left out. Some are missing when the build was stopped.
+  std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done = [] {});
+
+ private:
+  raster::Source& source() { return *sources_.front(); }
   void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles, const TileDone& done);
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
   void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);

@@ -23,23 +23,24 @@ struct Place {
   double tan_lat = 0;
 };
 
-// A flat triangle's plane, and heights that the triangle cannot leave (gpu/surface_error_plane.h has the reason).
-struct Plane {
-  Vec3 origin, normal;  // normal not of unit length
-  gpu::HeightRange range;
-};
-
 // A vertex in space.
 struct Spot {
   Vec3 at;
   double height_m = 0;
 };
 
-// What one surface does over a place.
+// A flat triangle, its plane, and heights that it cannot leave (gpu/surface_error_plane.h has the reason).
+struct Plane {
+  std::array<Vec3, 3> corner;
+  Vec3 normal;  // not of unit length
+  gpu::HeightRange range;
+};
+
+// What one surface does over a place: of a steep triangle we know the heights between which it is there.
 struct Over {
-  double height_m = 0;
-  Vec3 slope;  // rise per metre, in the tangent plane
-  bool upright = false;
+  double low_m = 0, high_m = 0;
+  Vec3 slope;               // rise per metre, in the tangent plane
+  double along_edges = 0;   // of a steep triangle, instead of the slope: the greatest rise per metre of an edge
 };
 
 class Earth {
@@ -95,18 +96,49 @@ Plane plane_of(const Spot& a, const Spot& b, const Spot& c) {
   const Vec3 ab = b.at - a.at, ac = c.at - a.at, bc = c.at - b.at;
   const double edge2_m2 = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
   const auto [low_m, high_m] = std::minmax({a.height_m, b.height_m, c.height_m});
-  return {a.at, cross(ab, ac), gpu::height_range(low_m, high_m, edge2_m2, 0)};
+  return {{a.at, b.at, c.at}, cross(ab, ac), gpu::height_range(low_m, high_m, edge2_m2, 0)};
 }
 
 // On a pole row two corners are one point: such a triangle shows nothing.
 bool has_area(const Plane& plane) { return dot(plane.normal, plane.normal) > 1e-6; }
 
+// A steep triangle is a needle: no terrain rises so much. Its plane tells little, for the tilt of a needle is one of roundings; but across
+// its length it reaches from its longest edge to the others, and these are no steeper than the terrain.
+Over over_steep(const Plane& plane, const Place& place) {
+  std::array<Vec3, 3> flat;  // seen from the place, along the ground
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 from = plane.corner[k] - place.at;
+    flat[k] = from - dot(from, place.up) * place.up;
+  }
+  int i = 0;
+  const auto length2 = [&](int from, int to) { return dot(flat[to] - flat[from], flat[to] - flat[from]); };
+  for (int k = 1; k < 3; ++k)
+    if (length2(k, (k + 1) % 3) > length2(i, (i + 1) % 3)) i = k;
+  const int j = (i + 1) % 3, tip = (i + 2) % 3;
+  const Vec3 along = flat[j] - flat[i];
+  const auto share = [&](const Vec3& p) { return std::clamp(dot(p - flat[i], along) / dot(along, along), 0.0, 1.0); };
+  const double here = share({}), at_tip = share(flat[tip]);
+  const auto height_m = [&](const Vec3& from, const Vec3& to, double t) { return dot(from + t * (to - from) - place.at, place.up); };
+  const auto& c = plane.corner;
+  const double first = height_m(c[i], c[j], here);
+  const double second = here < at_tip   ? height_m(c[i], c[tip], here / at_tip)
+                        : at_tip < 1 ? height_m(c[tip], c[j], (here - at_tip) / (1 - at_tip))
+                                     : height_m(c[tip], c[tip], 0);
+  Over over{std::min(first, second), std::max(first, second), {}, 0};
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    const double rise = std::abs(dot(c[next] - c[k], place.up));
+    over.along_edges = std::max(over.along_edges, rise / std::sqrt(std::max(length2(k, next), 1e-6)));
+  }
+  return over;
+}
+
 Over over(const Plane& plane, const Place& place) {
+  constexpr double kSteepest = 4;
   const double rise = dot(plane.normal, place.up);
-  // Half a degree from upright counts as upright: no terrain is, only triangles over a good part of the globe.
-  if (rise <= 0 || rise * rise < 1e-4 * dot(plane.normal, plane.normal)) return {0, {}, true};
-  const double height_m = plane.range.clamp(dot(plane.normal, plane.origin - place.at) / rise);
-  return {height_m, place.up - (1 / rise) * plane.normal, false};
+  if (rise <= 0 || rise * rise * (1 + kSteepest * kSteepest) < dot(plane.normal, plane.normal)) return over_steep(plane, place);
+  const double height_m = plane.range.clamp(dot(plane.normal, plane.corner[0] - place.at) / rise);
+  return {height_m, height_m, place.up - (1 / rise) * plane.normal, 0};
 }
 
 // The largest distance of two planes over their common ground.
@@ -129,14 +161,13 @@ Apart apart(const Plane& a, const Plane& b, const Common& ground, const Earth& o
   for (int k = 0; k < ground.count; ++k) {
     const Place place = on.place(ground.corner[k]);
     const Over first = over(a, place), second = over(b, place);
-    if (first.upright || second.upright) return {farthest_m(a.range, b.range), ground.corner[k]};
-    const double here = std::abs(first.height_m - second.height_m);
+    const double here = std::max(first.high_m - second.low_m, second.high_m - first.low_m);
     if (here > most) at = ground.corner[k];
     most = std::max(most, here);
     const Vec3 difference = first.slope - second.slope;
-    const double bend = std::sqrt(dot(difference, difference));
+    const double bend = std::sqrt(dot(difference, difference)) + first.along_edges + second.along_edges;
     bent = std::max(bent, bend);
-    steepest2 = std::max({steepest2, dot(first.slope, first.slope), dot(second.slope, second.slope)});
+    for (const Over& one : {first, second}) steepest2 = std::max({steepest2, dot(one.slope, one.slope), one.along_edges * one.along_edges});
     turning = std::max(turning, bend * place.tan_lat);
     corner[k] = place.at;
     for (int j = 0; j < k; ++j) diameter2 = std::max(diameter2, dot(place.at - corner[j], place.at - corner[j]));
@@ -184,6 +215,7 @@ class ComposedMeter::Ground {
     if (error.error_m <= limit_m) return error;
     offer_farthest(corners, plane, near, error);
     if (error.count == 0) offer_nearest(corners, worst, welded_.triangles[over], error);
+    offer_between(worst, welded_.triangles[over], error);
     return error;
   }
 
@@ -218,6 +250,22 @@ class ComposedMeter::Ground {
     }
   }
 
+  // The place itself, where all ends are vertices already and still other edges run between them.
+  void offer_between(PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
+    gpu::MeshPoint p{static_cast<std::int32_t>(std::lround(at.x)), static_cast<std::int32_t>(std::lround(at.y)), 0};
+    const gpu::MeshPoint c[3] = {point(triangle[0]), point(triangle[1]), point(triangle[2])};
+    if (on_border(p)) return;
+    double height = 0, sum = 0;
+    for (int k = 0; k < 3; ++k) {  // rounded, the place may be a little outside
+      const double weight = std::max(0.0, static_cast<double>(twice_area(c[(k + 1) % 3], c[(k + 2) % 3], p)));
+      height += weight * c[k].height;
+      sum += weight;
+    }
+    if (sum <= 0) return;
+    p.height = static_cast<std::int32_t>(std::lround(height / sum));
+    error.offer(p);
+  }
+
   void offer_farthest(const std::array<gpu::MeshPoint, 3>& c, const Plane& plane, const std::vector<std::uint32_t>& near,
                      gpu::TriangleError& error) const {
     double farthest_m = -1;
@@ -227,7 +275,8 @@ class ComposedMeter::Ground {
         const gpu::MeshPoint p = point(v);
         if (!could_be_corner(c, p)) continue;
         const Over here = over(plane, earth_.place({static_cast<double>(p.x), static_cast<double>(p.y)}));
-        const double apart = here.upright ? INFINITY : std::abs(here.height_m - p.height * proto::kHeightStep_m);
+        const double height_m = p.height * proto::kHeightStep_m;
+        const double apart = std::max(std::abs(here.low_m - height_m), std::abs(here.high_m - height_m));
         if (apart <= farthest_m) continue;
         farthest_m = apart;
         farthest = p;

@@ -1,6 +1,6 @@
 #pragma once
 // Above the blocks the finest samples are out of reach: the error of a parent is bounded by composition,
-// stated(parent) <= max(stated(children)) + the distance between the children's surface and the parent's.
+// stated(parent) <= the stated error of a finer surface + the distance between that surface and the parent's.
 #include <memory>
 #include <vector>
 
@@ -10,15 +10,14 @@
 
 namespace cordillera::pipeline {
 
-/// Measures triangles of a parent against its children's surface: an upper bound of the distance between the two published surfaces, flat
-/// ECEF triangles both, along the ellipsoid's normal, in metres, wherever both exist. They are compared at every vertex of their overlay
-/// (welded vertices, and crossings of edges); between these, where the distance is not quite linear because normals turn, a bound of its
-/// curvature is added. The point that helps is the welded vertex that is farthest from the triangle
-/// or, where edges cross and no vertex lies between, an end of
-/// these edges.
+/// Measures triangles of a parent against a finer surface of descendants: an upper bound of the distance between the two published
+/// surfaces, flat ECEF triangles both, along the ellipsoid's normal, in metres, wherever both exist. They are compared at every vertex of
+/// their overlay (welded vertices, and crossings of edges); between these, where the distance is not quite linear because normals turn, a
+/// bound of its curvature is added. Points that help are the welded vertex that is farthest from the triangle or, where edges cross and no
+/// vertex lies between, the ends of these edges, and the place of the greatest distance on the finer surface.
 class ComposedMeter final : public gpu::ErrorMeter {
  public:
-  /// welded: the children of tile as one mesh. Borrowed, as is lattice.
+  /// welded: descendants of tile as one mesh. Borrowed, as is lattice.
   ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& welded);
   ~ComposedMeter() override;
 

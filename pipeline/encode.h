@@ -1,6 +1,7 @@
 #pragma once
 // From a finished tile mesh to the bytes a client fetches.
 #include <array>
+#include <cmath>
 #include <string>
 
 #include "cordillera.pb.h"
@@ -10,13 +11,20 @@
 
 namespace cordillera::pipeline {
 
+/// Hang from the sides of a .glb.
+struct Skirts {
+  double depth_m = 0;           ///< 0: no skirts
+  double floor_m = -INFINITY;   ///< above the ellipsoid; no skirt hangs lower
+};
+
 struct EncodeInput {
   const proto::Lattice* lattice = nullptr;
   proto::TileAddress tile;
   const proto::TileMesh* mesh = nullptr;  ///< whole rectangle; only triangles without a void corner are encoded
   double ecef_step_m = 0;                 ///< power of two; .glb positions are multiples of it
-  double skirt_m = 0;                     ///< how far .glb skirts hang below the tile's border
+  Skirts skirts;
   double geometric_error_m = 0;
+  std::string title;                      ///< of the dataset, if it was given one
   std::string attribution;
 };
 
@@ -26,7 +34,8 @@ struct EncodeInput {
 std::string encode_drc(const EncodeInput& input);
 
 /// glTF 2.0 binary, KHR_draco_mesh_compression; ECEF positions rounded to multiples of ecef_step_m, relative to a translation that
-/// is itself a multiple of it, the glTF y-up rotation excepted; normals; skirts as a primitive of their own.
+/// is itself a multiple of it, the glTF y-up rotation excepted; normals; skirts, where data reaches a side of the tile, as a primitive of
+/// their own.
 /// Vertices where two rims touch are split, so every primitive is a manifold.
 std::string encode_glb(const EncodeInput& input);
 // Both give an empty string when the tile has no published triangle.

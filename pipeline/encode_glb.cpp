@@ -70,6 +70,7 @@ std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
   Json root;
   root["asset"] = {{"version", "2.0"}, {"generator", "Cordillera"}};
   if (!input.attribution.empty()) root["asset"]["copyright"] = input.attribution;
+  if (!input.title.empty()) root["asset"]["extras"] = {{"title", input.title}};
   root["extensionsUsed"] = needed;
   root["extensionsRequired"] = needed;
   root["scene"] = 0;

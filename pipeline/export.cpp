@@ -97,19 +97,23 @@ bool is_export(const fs::path& folder) {
 
 }  // namespace
 
-proto::Result<void> check_export_folder(const std::string& folder) {
+proto::Result<void> check_export_folder(const std::string& folder, Existing other) {
   try {
     const fs::path path(folder);
     if (!fs::exists(path)) return {};
-    if (fs::is_directory(path) && (fs::is_empty(path) || is_export(path))) return {};
+    if (fs::is_directory(path) && fs::is_empty(path)) return {};
+    if (fs::is_directory(path) && is_export(path)) {
+      if (other == Existing::refuse) return output_exists(folder + " holds an earlier build");
+      return {};
+    }
     return Problem{"export-folder-in-use", folder + " exists and holds something else", kAccepted, "output"};
   } catch (const fs::filesystem_error& e) {
     return write_problem(folder, e.code().message());
   }
 }
 
-proto::Result<void> export_static(const StoreReader& store, const std::string& folder) {
-  if (const auto usable = check_export_folder(folder); !usable) return usable;
+proto::Result<void> export_static(const StoreReader& store, const std::string& folder, Existing other) {
+  if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
     Workplace work(target.string() + ".partial-" + std::to_string(getpid()));

@@ -8,10 +8,10 @@
 namespace cordillera::pipeline {
 
 /// Writes manifest.json, tileset.json, subtrees/…, tiles/{z}/{x}/{y}.drc and tiles/W|E/{level}/{x}/{y}.glb. The folder appears whole, by
-/// a rename, or not at all. It may be missing, empty, or an earlier export, which is replaced; anything else is refused.
-proto::Result<void> export_static(const StoreReader& store, const std::string& folder);
+/// a rename, or not at all. It may be missing, empty, or an earlier export, which is replaced or refused; anything else is refused.
+proto::Result<void> export_static(const StoreReader& store, const std::string& folder, Existing other = Existing::replace);
 
 /// Whether export_static would take the folder: to be asked before hours of work.
-proto::Result<void> check_export_folder(const std::string& folder);
+proto::Result<void> check_export_folder(const std::string& folder, Existing other = Existing::replace);
 
 }  // namespace cordillera::pipeline

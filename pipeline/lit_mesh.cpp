@@ -93,7 +93,7 @@ void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, cons
   }
 }
 
-// A strip hung from every boundary edge, facing outward.
+// A strip hung from every boundary edge on a side of the tile, facing outward. Rims have no neighbour whose other level could leave a crack.
 LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, const Ground& ground, const LitMesh::Surface& terrain) {
   LitMesh::Surface out;
   std::vector<std::uint32_t> top(terrain.points.size(), kNone);
@@ -101,11 +101,14 @@ LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, con
     if (top[v] != kNone) return top[v];
     top[v] = static_cast<std::uint32_t>(out.points.size());
     out.points.push_back(terrain.points[v]);
-    out.points.push_back(rounded(ground.point(mesh.source[v], -input.skirt_m), input.ecef_step_m));
+    const double height_m = input.mesh->height[mesh.source[v]] * proto::kHeightStep_m;
+    const double depth_m = std::min(input.skirts.depth_m, height_m - input.skirts.floor_m);
+    out.points.push_back(rounded(ground.point(mesh.source[v], -depth_m), input.ecef_step_m));
     out.normals.insert(out.normals.end(), 2, terrain.normals[v]);
     return top[v];
   };
   for (const auto& [from, to] : mesh.boundary) {
+    if (!on_one_side(*input.mesh, mesh.source[from], mesh.source[to], mesh.source[to])) continue;
     const Vec3 along = terrain.points[to] - terrain.points[from];
     if (dot(along, along) == 0) continue;  // on a pole row
     const std::uint32_t a = hang(from), b = hang(to);
@@ -160,7 +163,7 @@ LitMesh lit_mesh(const EncodeInput& input) {
   std::vector<Vec3> sums = corner_sums(out.terrain.points, mesh.triangles);
   agree_along_sides(input, mesh, out.terrain.points, sums);
   for (std::size_t v = 0; v < sums.size(); ++v) out.terrain.normals.push_back(unit(sums[v], ground.up(mesh.source[v])));
-  if (input.skirt_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain);
+  if (input.skirts.depth_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain);
   out.terrain.triangles = std::move(mesh.triangles);
   centre(out);
   return out;

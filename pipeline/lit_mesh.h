@@ -15,7 +15,7 @@ struct LitMesh {
     std::vector<Triangle> triangles;
   };
   Surface terrain;
-  Surface skirts;            ///< empty when skirt_m is 0; its upper points repeat the terrain's boundary
+  Surface skirts;            ///< empty when the depth is 0 or no data reaches a side; its upper points repeat the terrain's
   double step_m = 0;
   proto::Vec3 translation;  ///< multiple of step_m, in the middle of all points
   int bits = 0;              ///< of the quantisation that holds every point exactly

@@ -3,10 +3,8 @@
 #include <atomic>
 
 #include "cordillera.pb.h"
-#include "gpu/simplify.h"
-#include "pipeline/workers.h"
+#include "pipeline/builder.h"
 #include "proto/result.h"
-#include "raster/source.h"
 
 namespace cordillera::pipeline {
 
@@ -14,7 +12,8 @@ namespace cordillera::pipeline {
 double kept_share(const proto::BuildOptions& options, int levels_up);
 
 /// Sets the targets of all levels of plan (and what derives from them) by bisection on a few sub-trees of tiles spread over the data.
-/// The whole dataset is the sample when it is small. Deterministic: a function of source and plan alone.
-proto::Result<void> run_pilot(raster::Source& source, gpu::Simplifier& simplifier, proto::Plan& plan, const std::atomic<bool>& stop);
+/// The whole dataset is the sample when it is small. Deterministic: a function of source and plan alone. builder reads and simplifies the
+/// sample, with all that it has.
+proto::Result<void> run_pilot(Builder& builder, proto::Plan& plan, const std::atomic<bool>& stop);
 
 }  // namespace cordillera::pipeline

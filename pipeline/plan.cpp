@@ -3,16 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/relief.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline {
 namespace {
 
 constexpr double kLeastError_m = 0.01;       // heights are steps of a millimetre
-constexpr double kDefaultErrorCells = 0.25;   // error= when nothing is asked: a quarter of the finest cell
-constexpr double kChainShare = 0.6;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
-constexpr double kStepsPerTile = 65536;       // .glb quantisation: 16 bits a tile side
-constexpr double kStepShare = 1.0 / 16;       // of the target: quantisation must not spend the promise
+// error= when nothing is asked: a quarter of the finest cell, or what shows the relief if that is less; no less than a flat sea, cut into
+// triangles of a decent size, is off for the earth's curvature.
+constexpr double kDefaultErrorCells = 1.0 / 4, kDefaultErrorRelief = 1.0 / 50;
+constexpr double kLeastDefaultCells = 1.0 / 64, kLeastDefault_m = 100;
+constexpr double kChainShare = 0.8;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
+constexpr double kStepsPerTile = 262144;      // .glb quantisation: 18 bits a tile side, so that walls and spikes stay where they are
+constexpr double kStepShare = 1.0 / 64;       // of the target: quantisation must not spend the promise
 constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
 constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
 constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
@@ -22,9 +26,11 @@ double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(
 
 std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
-/// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre.
+/// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it where the
+/// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
 int finest_level(const proto::Source& source) {
-  const double pixel_m = std::sqrt(source.pixel_height_m() * source.pixel_width_m());
+  const double share = std::min(source.columns(), source.rows()) <= 2 ? 0.5 : 1;
+  const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
   const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
   for (int z = 0; z < proto::kMaxLevel; ++z) {
     const proto::Lattice lattice{proto::Scheme::geodetic, z};
@@ -39,7 +45,7 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (options.has_error() && options.keep_size() > 0) {
     return proto::Problem{"options-conflict", "error and keep are both given", "one of them", "keep"};
   }
-  if (options.has_error() && !(options.error() >= kLeastError_m && options.error() < 1e6)) {
+  if (options.has_error() && !(options.error() >= kLeastError_m && options.error() <= 1e6)) {
     return proto::Problem{"option-invalid", "error is not a positive number of metres", "0.01 to 1000000", "error"};
   }
   double before = 1;
@@ -54,6 +60,10 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
   }
   if (!options.strategy().empty() && options.strategy() != "waves") {
     return proto::Problem{"option-invalid", "strategy \"" + options.strategy() + "\" is not known", "waves", "strategy"};
+  }
+  const std::string& quality = options.quality();
+  if (!quality.empty() && quality != "fast" && quality != "default" && quality != "best") {
+    return proto::Problem{"option-invalid", "quality \"" + quality + "\" is not known", "fast, default or best", "quality"};
   }
   return {};
 }
@@ -119,7 +129,17 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
 }
 
-proto::Result<proto::Plan> make_plan(const raster::Source& source, const proto::BuildOptions& options) {
+namespace {
+
+double default_error_m(const proto::Plan& plan, raster::Source& source) {
+  const double cell_m = proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2);
+  const double least_m = std::min(kLeastDefaultCells * cell_m, kLeastDefault_m);
+  return std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(plan, source), least_m));
+}
+
+}  // namespace
+
+proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options) {
   if (const auto checked = check_options(options); !checked.ok()) return checked.problem();
   const auto range = level_range(source.description(), options);
   if (!range.ok()) return range.problem();
@@ -140,8 +160,8 @@ proto::Result<proto::Plan> make_plan(const raster::Source& source, const proto::
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();
   plan.mutable_options()->clear_memory();
-  const std::int64_t middle = (window.south + window.north) / 2;
-  const double error = options.has_error() ? options.error() : kDefaultErrorCells * proto::cell_height_m(lattice, middle);
+  if (options.quality() == "default") plan.mutable_options()->clear_quality();
+  const double error = options.has_error() ? options.error() : default_error_m(plan, source);
   for (int z = range->first; z >= range->second; --z) {
     proto::LevelPlan* level = plan.add_levels();
     level->set_level(static_cast<std::uint32_t>(z));

@@ -11,7 +11,7 @@ namespace cordillera::pipeline {
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
-proto::Result<proto::Plan> make_plan(const raster::Source& source, const proto::BuildOptions& options);
+proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options);
 
 /// No error of a tile of the level is greater, nor need a target be: all that the tile spans, and all relief.
 double greatest_target_m(const proto::Plan& plan, int level);

@@ -32,13 +32,20 @@ struct FinishedTask {
   std::vector<proto::TileAddress> consumed;                    ///< child meshes no longer needed
 };
 
+/// What becomes of another build that is already where a new one is to go.
+enum class Existing { replace, refuse };
+/// The refusal. what: which build is in the way.
+proto::Problem output_exists(const std::string& what);
+
 /// The store while a job writes it. Thread-safe (calls are serialised). Reads that fail (disk gone, file damaged) throw StoreError,
 /// here and in StoreReader.
 class StoreWriter {
  public:
-  /// Creates the file or opens an unfinished one of the same plan; a file of another plan is started anew. A published one of the same
-  /// plan has everything finished, and publish gives its manifest again. A file that is no store is refused, and so is one in use.
-  static proto::Result<std::unique_ptr<StoreWriter>> open(const std::string& path, const proto::Plan& plan);
+  /// Creates the file or opens an unfinished one of the same plan; a file of another plan is started anew or refused. A published one of
+  /// the same plan has everything finished, and publish gives its manifest again. A file that is no store is refused, and so is one in
+  /// use.
+  static proto::Result<std::unique_ptr<StoreWriter>> open(const std::string& path, const proto::Plan& plan,
+                                                          Existing other = Existing::replace);
   virtual ~StoreWriter() = default;
   virtual bool finished(const proto::TileAddress& node) const = 0;   ///< a committed block or merge
   virtual proto::Result<void> commit(const FinishedTask& task) = 0;  ///< all or nothing

@@ -19,8 +19,18 @@ double blob_bytes(Database& database, const std::string& which) {
   return sum.step() ? sum.real(0) : 0;
 }
 
+/// Least and greatest of the samples that a level's tiles cover.
+struct SampleRange {
+  double lowest_m = INFINITY, highest_m = -INFINITY;
+  void add(const proto::TileRecord& tile) {
+    if (!tile.has_lowest_sample()) return;
+    lowest_m = std::min(lowest_m, tile.lowest_sample());
+    highest_m = std::max(highest_m, tile.highest_sample());
+  }
+};
+
 // Records come ordered by place, so that sums of doubles are the same in every build.
-proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& plan) {
+proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& plan, SampleRange& range) {
   proto::LevelSummary sum;
   double squares = 0, samples = 0;
   Statement rows(database, "SELECT record FROM tiles WHERE level = ? ORDER BY y, x");
@@ -32,6 +42,7 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
     const bool first = sum.tiles() == 0;
     sum.set_min_height(first ? tile.min_height() : std::min(sum.min_height(), tile.min_height()));
     sum.set_max_height(first ? tile.max_height() : std::max(sum.max_height(), tile.max_height()));
+    range.add(tile);
     sum.set_tiles(sum.tiles() + 1);
     sum.set_triangles(sum.triangles() + tile.triangles());
     sum.set_vertices(sum.vertices() + tile.vertices());
@@ -48,7 +59,7 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
   }
   const std::string level = std::to_string(plan.level());
   sum.set_level(plan.level());
-  sum.set_target(plan.target());
+  sum.set_tolerance(plan.target());
   if (samples > 0 && !sum.composed()) sum.set_rmse(std::sqrt(squares / samples));
   sum.set_drc_bytes(blob_bytes(database, "SELECT drc FROM tiles WHERE level = " + level));
   sum.set_glb_bytes(blob_bytes(database, "SELECT glb FROM tiles WHERE level = " + level));
@@ -94,11 +105,12 @@ void add_bounds(Database& database, int level, proto::Manifest& manifest) {
 }
 
 // What the source turned out to hold, from the finest level's sums.
-void describe_source(const proto::LevelSummary& finest, proto::Source& source) {
+void describe_source(const proto::LevelSummary& finest, const SampleRange& range, proto::Source& source) {
   if (source.lattice_samples() > 0) source.set_nodata_share(std::max(0.0, 1 - finest.valid_samples() / source.lattice_samples()));
   if (finest.valid_samples() > 0) source.set_flat_water_share(finest.flat_samples() / finest.valid_samples());
-  source.set_min_height(finest.min_height());
-  source.set_max_height(finest.max_height());
+  if (range.lowest_m > range.highest_m) return;
+  source.set_min_height(range.lowest_m);
+  source.set_max_height(range.highest_m);
 }
 
 }  // namespace
@@ -113,9 +125,11 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   manifest.clear_levels();
   double geometric_error = 0, triangles = 0, tiles = 0;
   const proto::LevelSummary* finest = nullptr;
+  SampleRange range;  // of all levels: those that saw samples saw the same
   for (const proto::LevelPlan& level : plan.levels()) {
     proto::LevelSummary& sum = *manifest.add_levels();
-    sum = level_summary(database, level);
+    sum = level_summary(database, level, range);
+    sum.set_target(plan.promise() ? level.target() : sum.stated_max_error());  // a share promises no error: none but what came out
     geometric_error = std::max(geometric_error, sum.stated_max_error());
     sum.set_geometric_error(geometric_error);
     tiles += sum.tiles();
@@ -125,7 +139,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
     if (sum.tiles() > 0 && finest == nullptr) finest = &sum;
   }
   if (finest == nullptr) throw NothingToPublish();
-  describe_source(*finest, *manifest.mutable_source());
+  describe_source(*finest, range, *manifest.mutable_source());
   add_bounds(database, static_cast<int>(finest->level()), manifest);
   manifest.add_bounds(finest->min_height());
   manifest.add_bounds(finest->max_height());

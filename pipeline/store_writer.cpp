@@ -176,10 +176,15 @@ class SqliteWriter final : public StoreWriter {
 
 }  // namespace
 
-proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& path, const proto::Plan& plan) {
+proto::Problem output_exists(const std::string& what) {
+  return {"output-exists", what, "another place, or --overwrite to replace what is there", "output"};
+}
+
+proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& path, const proto::Plan& plan, Existing other) {
   try {
     auto writer = std::make_unique<SqliteWriter>(path, plan);
     if (!writer->start()) {
+      if (other == Existing::refuse) return output_exists(path + " holds a build of another raster or with other options");
       writer = std::make_unique<SqliteWriter>(path, plan);
       std::error_code ignored;
       for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "gpu/sample_meter.h"
+#include "gpu/thin.h"
 #include "pipeline/border.h"
 #include "pipeline/chain.h"
 #include "pipeline/composed_error.h"
@@ -139,8 +140,9 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   job.elevation = elevation;
   job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
   job.tolerance_m = static_cast<float>(context.level->target() / caution);
-  const double left = context.level->target() - inherited_error_m;
-  if (context.promise) job.guard_m = static_cast<float>(std::max(kGuardShare * left / caution, 1e-6));
+  // Children that left too little must not make the guard keep all: then the promise would be no nearer, on this level and all above.
+  const double left = std::max(context.level->target() - inherited_error_m, kLeastStepShare * context.level->target());
+  if (context.promise) job.guard_m = static_cast<float>(kGuardShare * left / caution);
   job.rim_units = static_cast<float>(context.level->rim_tolerance());
   return job;
 }
@@ -164,28 +166,53 @@ std::optional<PreparedTile> prepare_finest(const LevelContext& context, const pr
   return prepared;
 }
 
+namespace {
+
+/// Meshes of a tile's children as one. level: of which they are made.
+proto::TileMesh welded(const LevelContext& context, const proto::TileAddress& tile, const std::array<const proto::TileMesh*, 4>& children,
+                       int level) {
+  WeldInput input;
+  input.children = children;
+  input.child_side = static_cast<std::int32_t>(context.lattice->tile_units(tile.z + 1));
+  const Chain empty = void_chain(input.child_side, void_gap(context, level));
+  for (std::size_t c = 0; c < 4; ++c)
+    if (!children[c]) input.outer[c].fill(&empty);
+  proto::Result<proto::TileMesh> mesh = weld(input);
+  if (!mesh.ok()) throw std::logic_error("weld: " + mesh.problem().detail);
+  return std::move(*mesh);
+}
+
+/// What the tile is measured against where samples are out of reach. A surface whose own error is half of the target would leave the
+/// other half to a mesh that is as rough as that: hardly a vertex could go. Two levels finer it is a quarter.
+Surface truth_above(const LevelContext& context, const proto::TileAddress& tile, const std::array<const BuiltTile*, 4>& children) {
+  const bool finer = std::all_of(children.begin(), children.end(), [](const BuiltTile* child) { return !child || child->finer; });
+  std::array<const proto::TileMesh*, 4> meshes{};
+  Surface truth;
+  for (std::size_t c = 0; c < 4; ++c) {
+    if (!children[c]) continue;
+    meshes[c] = finer ? &children[c]->finer->mesh : &children[c]->mesh;
+    truth.max_error_m = std::max(truth.max_error_m, finer ? children[c]->finer->max_error_m : children[c]->max_error_m);
+  }
+  truth.mesh = welded(context, tile, meshes, tile.z + (finer ? 2 : 1));
+  return truth;
+}
+
+}  // namespace
+
 std::optional<PreparedTile> prepare_parent(const LevelContext& context, const proto::TileAddress& tile,
                                            const std::array<const BuiltTile*, 4>& children) {
-  WeldInput input;
-  input.child_side = static_cast<std::int32_t>(context.lattice->tile_units(tile.z + 1));
-  const Chain empty = void_chain(input.child_side, void_gap(context, tile.z + 1));
+  std::array<const proto::TileMesh*, 4> meshes{};
   double inherited = 0;
-  bool any = false;
   for (std::size_t c = 0; c < 4; ++c) {
-    if (!children[c]) {
-      input.outer[c].fill(&empty);
-      continue;
-    }
-    any = true;
-    input.children[c] = &children[c]->mesh;
+    if (!children[c]) continue;
+    meshes[c] = &children[c]->mesh;
     inherited = std::max(inherited, children[c]->max_error_m);
   }
-  if (!any) return std::nullopt;
-  proto::Result<proto::TileMesh> welded = weld(input);
-  if (!welded.ok()) throw std::logic_error("weld: " + welded.problem().detail);
-  PreparedTile prepared{tile, std::move(*welded), {}, inherited};
+  if (std::all_of(meshes.begin(), meshes.end(), [](const proto::TileMesh* mesh) { return !mesh; })) return std::nullopt;
+  PreparedTile prepared{tile, welded(context, tile, meshes, tile.z + 1), {}, inherited};
   prepared.elevation = elevations(*context.lattice, tile, prepared.input);
   apply_chains(context, prepared, false);
+  if (!context.samples) prepared.truth = truth_above(context, tile, children);
   return prepared;
 }
 
@@ -206,23 +233,26 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
     return triangles;
   };
   std::vector<std::uint32_t> left = over();
-  if (!left.empty()) {
-    built.put_back = gpu::refine(built.mesh, gpu::SampleMeter(input), limit_m - kGrace_m, left, SIZE_MAX).inserted;
+  if (context.promise) {
+    const gpu::SampleMeter meter(input);
+    if (!left.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m - kGrace_m, left, SIZE_MAX).inserted;
+    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m - kGrace_m, context.height_rounds});
     left = over();
   }
   built.max_error_m = built.measured.max_m + kGrace_m;
   return left;
 }
 
-/// Against the children's surfaces, whose own errors are known. Returns the triangles that are still over the limit.
+/// Against a finer surface, whose own error is known. Returns the triangles that are still over the limit.
 std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
-  const double before_m = prepared.inherited_error_m + kRoundingSteps * context.level->ecef_step();
-  const ComposedMeter meter(*context.lattice, built.tile, prepared.input);
+  const double before_m = prepared.truth->max_error_m + kRoundingSteps * context.level->ecef_step();
+  const ComposedMeter meter(*context.lattice, built.tile, prepared.truth->mesh);
   const double left_m = std::max(limit_m - before_m, kLeastStepShare * limit_m);
   std::vector<std::uint32_t> over, still_over;
   double step_m = meter.greatest_m(built.mesh, left_m, over);
-  if (!over.empty()) {
-    built.put_back = gpu::refine(built.mesh, meter, left_m, over, prepared.input.vertices()).inserted;
+  if (context.promise) {
+    if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, prepared.truth->mesh.vertices()).inserted;
+    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds});
     step_m = meter.greatest_m(built.mesh, left_m, still_over);
   }
   built.composed = true;
@@ -240,11 +270,14 @@ bool has_its_border(const LevelContext& context, PreparedTile& prepared, const p
   return false;
 }
 
-std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
+namespace {
+
+std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   if (!has_its_border(context, prepared, mesh, attempt)) return std::move(prepared.best);  // if there is one
   BuiltTile built;
   built.tile = prepared.tile;
   built.mesh = std::move(mesh);
+  if (!context.measured) return built;
   const double limit_m = context.promise ? context.level->target() : INFINITY;
   const std::vector<std::uint32_t> over = context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
   // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.
@@ -255,6 +288,15 @@ std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepa
   if (!prepared.best || built.max_error_m < prepared.best->max_error_m) prepared.best = std::move(built);
   if (broken) return std::nullopt;
   return std::move(prepared.best);
+}
+
+}  // namespace
+
+std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
+  std::optional<BuiltTile> built = judge(context, prepared, std::move(mesh), attempt);
+  const bool has_children = context.lattice->finest_level > prepared.tile.z;
+  if (built && context.merges_above && has_children) built->finer = Surface{std::move(prepared.input), prepared.inherited_error_m};
+  return built;
 }
 
 BuiltTile complete(const LevelContext& context, PreparedTile& prepared, gpu::Simplifier& simplifier) {

@@ -17,6 +17,12 @@
 
 namespace cordillera::pipeline {
 
+/// A mesh whose distance from the finest samples is known.
+struct Surface {
+  proto::TileMesh mesh;
+  double max_error_m = 0;
+};
+
 /// A finished mesh of a tile. Covers the whole rectangle; may be void throughout.
 struct BuiltTile {
   proto::TileAddress tile;
@@ -25,6 +31,7 @@ struct BuiltTile {
   bool composed = false;   ///< bound by composition instead of measured against finest samples
   gpu::SurfaceError measured;
   std::uint32_t put_back = 0;  ///< vertices, for the promise
+  std::optional<Surface> finer{};  ///< its children's, where a tile above the blocks will be measured against it
 };
 
 /// What every tile of a level shares.
@@ -33,6 +40,9 @@ struct LevelContext {
   const proto::LevelPlan* level = nullptr;
   bool promise = false;                     ///< stated errors may not exceed level->target()
   const proto::Samples* samples = nullptr;  ///< finest samples of the block; nullptr above the blocks
+  bool measured = true;                     ///< false: the mesh alone is wanted, and no error of it
+  bool merges_above = false;                ///< the tile is a block or above: keep what its parent will be measured against
+  int height_rounds = 0;                    ///< see gpu::Thinning; below 0: nothing is thinned
 };
 
 /// A tile ready to be simplified: input mesh with border chains applied. nullopt: no valid sample, nothing to do.
@@ -41,6 +51,7 @@ struct PreparedTile {
   proto::TileMesh input;
   std::vector<float> elevation;
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
+  std::optional<Surface> truth{};   ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
   double caution = 1;               ///< tolerances are divided by it
   std::optional<BuiltTile> best{};  ///< of the attempts so far, where none kept the promise
 

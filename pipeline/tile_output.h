@@ -8,7 +8,7 @@
 
 namespace cordillera::pipeline {
 
-/// nullopt: the tile publishes no triangle.
-std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const std::string& attribution);
+/// nullopt: the tile publishes no triangle. options: of the plan; what its tiles are to carry.
+std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options);
 
 }  // namespace cordillera::pipeline

@@ -11,6 +11,9 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+// Half of the earth, less what sums of its parts may be off: clients and validators cut regions into quarters by adding, and a last digit
+// beyond the pole is an error to them.
+constexpr double kPole = kPi / 2 - 1e-14, kAntimeridian = kPi - 1e-14;
 
 // Attributions come from users and end up in a viewer's page.
 std::string html(const std::string& text) {
@@ -70,8 +73,8 @@ std::array<double, 6> joined(const std::array<double, 6>& a, const std::array<do
 // The root's region is what clients cut into quarters until they have read a subtree, so it is the whole hemisphere and not the data's
 // own extent: quarters of that would lie elsewhere, and a client would cull subtrees that it should fetch.
 std::array<double, 6> hemisphere(const TileExtent& node) {
-  const double west = node.tile.x == 0 ? -kPi : 0;
-  return {west, -kPi / 2, west + kPi, kPi / 2, node.region[4], node.region[5]};
+  const double west = node.tile.x == 0 ? -kAntimeridian : 0;
+  return {west, -kPole, west + kAntimeridian, kPole, node.region[4], node.region[5]};
 }
 
 Json implicit_root(const TileExtent& node, const proto::Manifest& manifest) {

@@ -33,6 +33,7 @@ inline proto::Plan synthetic_plan(int finest, int coarsest = 0) {
   plan.set_scheme("geodetic");
   plan.set_finest_level(static_cast<std::uint32_t>(finest));
   plan.set_min_level(static_cast<std::uint32_t>(coarsest));
+  plan.set_promise(true);
   for (int z = finest; z >= coarsest; --z) {
     proto::LevelPlan& level = *plan.add_levels();
     level.set_level(static_cast<std::uint32_t>(z));

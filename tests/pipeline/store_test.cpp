@@ -172,6 +172,19 @@ TEST(Store, SumsAndErrorsOfLevels) {
   EXPECT_NEAR(manifest.bounds(3), -90 + 44 * 180 / 64.0, 0.1);
 }
 
+TEST(Store, TheSourcesRangeIsThatOfItsSamplesAndNotOfMeshes) {
+  const TemporaryFolder folder;
+  auto work = tasks();
+  work[0].tiles.at(0).record.set_lowest_sample(-12.5);
+  work[0].tiles.at(0).record.set_highest_sample(40);
+  work[1].tiles.at(0).record.set_lowest_sample(3);
+  work[1].tiles.at(0).record.set_highest_sample(4321.5);
+  const proto::Manifest manifest = write_store(folder / "a.db", work);
+  EXPECT_EQ(manifest.source().min_height(), -12.5);
+  EXPECT_EQ(manifest.source().max_height(), 4321.5);
+  EXPECT_EQ(manifest.levels(0).max_height(), 1600) << "of its mesh";
+}
+
 TEST(Store, BoundsCrossTheAntimeridian) {
   const TemporaryFolder folder;
   auto store = writer(folder / "a.db", synthetic_plan(6));

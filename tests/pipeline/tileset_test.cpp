@@ -173,9 +173,27 @@ TEST(Tileset, TwoImplicitRootsUnderOne) {
   const std::array<std::array<double, 4>, 2> hemispheres{{{-kPi, -kPi / 2, 0, kPi / 2}, {0, -kPi / 2, kPi, kPi / 2}}};
   for (std::size_t side = 0; side < 2; ++side) {
     const auto region = root["children"][side]["boundingVolume"]["region"].get<std::array<double, 6>>();
-    for (std::size_t i = 0; i < 4; ++i) EXPECT_DOUBLE_EQ(region[i], hemispheres[side][i]) << side << ' ' << i;
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(region[i], hemispheres[side][i], 1e-13) << side << ' ' << i;
   }
   EXPECT_GT(root["boundingVolume"]["region"][1], -kPi / 2);
+}
+
+/// The northern and the eastern end of the last of 2^level parts, the way they are found by adding.
+TEST(Tileset, PartsOfARegionNeverEndBeyondThePoleOrTheAntimeridian) {
+  const Json json = Json::parse(tileset_json(shared_store()));
+  for (const Json& child : json["root"]["children"]) {
+    const auto [west, south, east, north, low, high] = child["boundingVolume"]["region"].get<std::array<double, 6>>();
+    for (int level = 0; level <= 21; ++level) {
+      const double parts = std::ldexp(1, level), width = (east - west) / parts, height = (north - south) / parts;
+      EXPECT_LE(west + width * (parts - 1) + width, kPi) << level;
+      EXPECT_LE(south + height * (parts - 1) + height, kPi / 2) << level;
+      EXPECT_LE(south + height * parts, kPi / 2) << level;
+    }
+    double middle = south;
+    for (int level = 0; level <= 21; ++level) middle += (north - middle) * 0.5;
+    EXPECT_LE(middle + (north - middle), kPi / 2);
+    EXPECT_LT(low, high);
+  }
 }
 
 TEST(Tileset, OnlyTheHemisphereThatHasData) {

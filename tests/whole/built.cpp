@@ -33,11 +33,11 @@ BuiltTile decode(const pipeline::StoreReader& store, const proto::TileRecord& re
   return tile;
 }
 
-void plan_again(Built& built, const raster::Source& source, const proto::BuildOptions& options) {
+void plan_again(Built& built, raster::Source& source, const proto::BuildOptions& options) {
   built.plan = must(pipeline::make_plan(source, options));
   built.lattice = pipeline::lattice_of(built.plan);
   for (int k = 0; k < built.plan.levels_size(); ++k) {
-    built.plan.mutable_levels(k)->set_target(built.manifest.levels(k).target());
+    built.plan.mutable_levels(k)->set_target(built.manifest.levels(k).tolerance());
     pipeline::derive_level(built.plan, *built.plan.mutable_levels(k));
   }
 }

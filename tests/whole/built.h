@@ -23,7 +23,7 @@ using Level = std::map<proto::TileAddress, BuiltTile>;
 
 struct Built {
   proto::Manifest manifest;
-  proto::Plan plan;  ///< as it was built: targets of the manifest, steps and tolerances derived from them
+  proto::Plan plan;  ///< as it was built: tolerances of the manifest, steps and rims derived from them
   proto::Lattice lattice;
   std::map<int, Level> levels;  ///< decoded; levels without tiles are there, empty
   proto::Samples samples;       ///< the finest lattice inside the plan's window
