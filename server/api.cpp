@@ -1,5 +1,7 @@
 #include "server/api.h"
 
+#include <algorithm>
+
 #include "server/log.h"
 #include "server/options.h"
 #include "server/web.h"
@@ -46,16 +48,31 @@ Response if_changed(const Request& request, Response response) {
   const auto wanted = request.header("if-none-match");
   if (response.status != 200 || etag.empty() || !wanted) return response;
   // Tags are hex in quotes, so finding one as a substring is finding it in the list; W/ before it does not matter here.
-  if (*wanted != "*" && wanted->find(etag) == std::string::npos) return response;
+  if (*wanted != "*" && wanted->find(etag.substr(etag.find('"'))) == std::string::npos) return response;
   Response unchanged;
   unchanged.status = 304;
-  for (const char* name : {"ETag", "Cache-Control"}) unchanged.set(name, response.header(name));
+  for (const char* name : {"ETag", "Cache-Control", "Vary"}) {
+    if (const std::string value = response.header(name); !value.empty()) unchanged.set(name, value);
+  }
   return unchanged;
+}
+
+void mark_variants(Response& response) {
+  const std::string type = response.header("Content-Type");
+  static const std::vector<std::string> kCompressed = {"text/", "application/json", "application/xml", "image/svg+xml"};
+  const bool compressed = std::any_of(kCompressed.begin(), kCompressed.end(), [&](const auto& kind) { return type.rfind(kind, 0) == 0; });
+  if (!compressed || type.rfind("text/event-stream", 0) == 0) return;
+  response.set("Vary", "Accept-Encoding");
+  for (auto& [name, value] : response.headers) {
+    if (name == "ETag" && value.rfind("W/", 0) != 0) value.insert(0, "W/");
+  }
 }
 
 Response Api::handle(const Request& request) {
   const Route route = parse_route(request.path);
   Response response = dispatch(request, route);
+  mark_variants(response);
+  response = if_changed(request, std::move(response));
   add_cors(response);
   return response;
 }
@@ -86,9 +103,9 @@ Response Api::dispatch(const Request& request, const Route& route) {
     case Resource::readiness:
       return health(route.resource);
     case Resource::page:
-      return if_changed(request, page(service_.settings().serve.web, request.path, service_.registry().list()));
+      return page(service_.settings().serve.web, request.path, service_.registry().list());
     case Resource::datasets:
-      return request.method == "POST" ? post_dataset(service_, request) : list();
+      return request.method == "POST" ? post_dataset(service_, request) : list(request);
     case Resource::dataset:
       return request.method == "DELETE" ? remove(route.id) : status(route.id);
     default:
@@ -97,7 +114,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
   const auto dataset = service_.registry().find(route.id);
   if (!dataset) return problem_response(unknown_dataset(route.id));
   if (route.resource == Resource::events) return event_stream(service_, *dataset);
-  return if_changed(request, published(service_, *dataset, route));
+  return published(service_, *dataset, route);
 }
 
 Response Api::index() const {
@@ -120,7 +137,13 @@ Response Api::health(Resource resource) {
   return response;
 }
 
-Response Api::list() {
+Response Api::list(const Request& request) {
+  if (!request.query.empty()) {
+    const std::string& name = request.query.front().first;
+    const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
+    return problem_response({"option-unknown", "unknown query parameter '" + shown + "'",
+                             "no parameters: a GET lists all datasets; options go with a POST", shown});
+  }
   Json json;
   json["datasets"] = Json::array();
   for (const Dataset& dataset : service_.registry().list()) {

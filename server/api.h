@@ -22,7 +22,7 @@ class Api {
   Response dispatch(const Request& request, const Route& route);
   Response index() const;
   Response health(Resource resource);
-  Response list();
+  Response list(const Request& request);
   Response status(const std::string& id);
   Response remove(const std::string& id);
 
@@ -50,6 +50,8 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
 
 /// An answer with a validator: 304 if the client has it already.
 Response if_changed(const Request& request, Response response);
+/// What the socket may compress has Vary, and a weak tag: compressed and plain, it is the same document in different bytes.
+void mark_variants(Response& response);
 
 proto::Problem unknown_dataset(const std::string& id);
 

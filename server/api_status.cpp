@@ -43,6 +43,7 @@ Json links_json(const std::string& prefix, bool ready) {
 Json summary_json(const proto::Manifest& manifest) {
   Json json;
   json["title"] = manifest.title();
+  json["attribution"] = manifest.attribution();
   json["scheme"] = manifest.scheme();
   json["min_level"] = manifest.min_level();
   json["max_level"] = manifest.max_level();
@@ -54,7 +55,7 @@ Json summary_json(const proto::Manifest& manifest) {
 }
 
 std::string event_text(const std::string& name, const Json& data) {
-  return "event: " + name + "\ndata: " + data.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n\n";
+  return "event: " + name + "\ndata: " + plain_numbers(data).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n\n";
 }
 
 /// One client's stream: what it has seen, and whether it has seen the end.

@@ -7,6 +7,7 @@
 #include <iostream>
 
 #include "pipeline/build.h"
+#include "pipeline/estimate.h"
 #include "pipeline/export.h"
 #include "server/child.h"
 #include "server/commands.h"
@@ -42,61 +43,74 @@ int dry_run(const pipeline::BuildRequest& request) {
   return kDone;
 }
 
-proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request) {
+proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Words words) {
   on_out_of_memory(STDERR_FILENO, "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
   signal(SIGINT, [](int) { g_stop = true; });
   signal(SIGTERM, [](int) { g_stop = true; });
-  ProgressBar bar;
+  ProgressBar bar(words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
   auto manifest = pipeline::build(
       request, [&](const proto::Progress& progress) { bar.show(progress); }, g_stop);
   bar.finish();
   return manifest;
 }
 
-proto::Result<void> export_to(const std::string& store, const fs::path& folder) {
+proto::Result<void> export_to(const std::string& store, const fs::path& folder, pipeline::Existing other) {
   const auto reader = pipeline::StoreReader::open(store);
   if (!reader) return reader.problem();
-  return pipeline::export_static(**reader, folder.string());
+  return pipeline::export_static(**reader, folder.string(), other);
 }
 
-int build_folder(pipeline::BuildRequest request, const std::string& output) {
+int done(const proto::Manifest& manifest, const std::string& place, Words words) {
+  if (words == Words::all) std::cout << manifest_table(manifest) << "written to " << place << "\n";
+  return kDone;
+}
+
+int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
   // "out/" and "out" are one folder.
-  fs::path place = fs::absolute(output).lexically_normal();
+  fs::path place = fs::absolute(line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
-  if (const auto usable = pipeline::check_export_folder(place.string()); !usable) return fail(usable.problem());
+  if (const auto usable = pipeline::check_export_folder(place.string(), line.other); !usable) return fail(usable.problem());
   // Kept after a stop: the next run goes on there.
   const fs::path work = place.parent_path() / (place.filename().string() + ".building");
   std::error_code error;
+  const bool begun = fs::exists(work / kStoreFile, error);
   fs::create_directories(work, error);
   if (error) {
     return fail({"output-failed", "cannot create " + work.string() + ": " + error.message(), "a folder that can be written",
                  "--output"});
   }
   request.store_path = (work / kStoreFile).string();
-  const auto manifest = build_store(request);
+  const auto manifest = build_store(request, line.words);
   if (!manifest) {
-    if (manifest.problem().type != "cancelled") fs::remove_all(work, error);
+    // What an earlier run has done is not this one's to throw away: it may belong to another build, or be at work.
+    const bool ours = !begun || line.other == pipeline::Existing::replace;
+    if (manifest.problem().type != "cancelled" && ours) fs::remove_all(work, error);
     return fail(manifest.problem());
   }
-  const auto done = export_to(request.store_path, place);
+  const auto exported = export_to(request.store_path, place, line.other);
   fs::remove_all(work, error);
-  if (!done) return fail(done.problem());
-  std::cout << manifest_table(*manifest) << "written to " << place.string() << "\n";
-  return kDone;
+  if (!exported) return fail(exported.problem());
+  return done(*manifest, place.string(), line.words);
+}
+
+/// One file. A finished build in its place is refused here, an unfinished one where the plan is known.
+int build_file(pipeline::BuildRequest request, const BuildLine& line) {
+  if (line.other == pipeline::Existing::refuse && pipeline::StoreReader::open(line.output)) {
+    return fail(pipeline::output_exists(line.output + " holds an earlier build"));
+  }
+  request.store_path = line.output;
+  const auto manifest = build_store(request, line.words);
+  return manifest ? done(*manifest, line.output, line.words) : fail(manifest.problem());
 }
 
 }  // namespace
 
-int build_command(const Settings& settings, const std::string& raster, const std::string& output) {
-  pipeline::BuildRequest request = request_for(settings, raster);
+int build_command(const Settings& settings, const BuildLine& line) {
+  pipeline::BuildRequest request = request_for(settings, line.raster);
+  request.other = line.other;
   limit_memory(request.options);
   if (settings.dry_run) return dry_run(request);
-  if (!output.ends_with(".sqlite")) return build_folder(request, output);
-  request.store_path = output;
-  const auto manifest = build_store(request);
-  if (!manifest) return fail(manifest.problem());
-  std::cout << manifest_table(*manifest) << "written to " << output << "\n";
-  return kDone;
+  return line.output.ends_with(".sqlite") ? build_file(request, line) : build_folder(request, line);
 }
 
 }  // namespace cordillera::server

@@ -2,6 +2,7 @@
 // What `cordillera` does, a command a function. Each returns the exit code: 0 done, 1 failed or bad input, 2 wrong usage.
 #include <string>
 
+#include "pipeline/store.h"
 #include "server/options.h"
 
 namespace cordillera::server {
@@ -11,8 +12,17 @@ inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
 /// cordillera serve. program: path of this binary; the viewer lies beside it.
 int serve_command(const Settings& settings, const std::string& program);
 
-/// cordillera build: a static folder, or one .sqlite file if the output is called so.
-int build_command(const Settings& settings, const std::string& raster, const std::string& output);
+/// What a command says besides problems.
+enum class Words { all, none };
+
+struct BuildLine {
+  std::string raster;
+  std::string output;  ///< a static folder, or one .sqlite file if it is called so
+  pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
+  Words words = Words::all;
+};
+/// cordillera build. A dry run says what it found in any case.
+int build_command(const Settings& settings, const BuildLine& line);
 
 enum class Show { table, json };
 /// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file.

@@ -123,6 +123,11 @@ class HttplibServer : public HttpServer, private httplib::Server {
  private:
   void set_up() {
     new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+    // httplib's own options include SO_REUSEPORT: two servers would share a port, and each would get some of the requests.
+    set_socket_options([](socket_t socket) {
+      const int yes = 1;
+      setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+    });
     set_tcp_nodelay(true);
     set_keep_alive_max_count(1000);
     set_keep_alive_timeout(5);
@@ -206,7 +211,8 @@ proto::Result<std::unique_ptr<HttpServer>> HttpServer::bind(Api& api, const std:
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   auto server = std::make_unique<HttplibServer>(api);
   if (!server->bind_to(host, std::atoi(listen.substr(colon + 1).c_str()))) {
-    return proto::Problem{"listen-failed", "cannot listen on " + listen, "an address of this machine and a port that is free",
+    const std::string why = errno == EADDRINUSE ? ": another program listens there" : "";
+    return proto::Problem{"listen-failed", "cannot listen on " + listen + why, "an address of this machine and a port that is free",
                           "--listen"};
   }
   return std::unique_ptr<HttpServer>(std::move(server));

@@ -11,6 +11,7 @@
 
 #include "gpu/device_lost.h"
 #include "pipeline/build.h"
+#include "pipeline/estimate.h"
 #include "server/child.h"
 #include "server/json.h"
 #include "server/memory_limit.h"

@@ -2,6 +2,8 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <cmath>
+
 #include "server/problems.h"
 
 namespace cordillera::server {
@@ -48,7 +50,18 @@ proto::Problem to_problem(const proto::Error& error) {
   return {error.type(), error.detail(), error.accepted(), error.parameter()};
 }
 
-std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+Json plain_numbers(Json json) {
+  constexpr double kExact = 9007199254740992;  // up to here a double holds every integer
+  if (json.is_structured()) {
+    for (Json& part : json) part = plain_numbers(std::move(part));
+  } else if (json.is_number_float()) {
+    const double value = json.get<double>();
+    if (value == std::floor(value) && std::abs(value) < kExact) return static_cast<std::int64_t>(value);
+  }
+  return json;
+}
+
+std::string dump(const Json& json) { return plain_numbers(json).dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 Response json_response(int status, const Json& body) {
   Response response;

@@ -25,7 +25,9 @@ proto::Problem to_problem(const proto::Error& error);
 
 Response json_response(int status, const Json& body);
 Response problem_response(const proto::Problem& problem);
-/// Text for humans and machines: bytes that are not UTF-8 are replaced.
+/// Whole numbers as integers: 508841, not 508841.0.
+Json plain_numbers(Json json);
+/// Text for humans and machines, with plain numbers: bytes that are not UTF-8 are replaced.
 std::string dump(const Json& json);
 
 }  // namespace cordillera::server

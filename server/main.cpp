@@ -2,9 +2,11 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <functional>
+#include <iostream>
 
 #include "server/child.h"
 #include "server/commands.h"
+#include "server/simplify_command.h"
 
 namespace {
 
@@ -35,7 +37,6 @@ void add_options(CLI::App& command, const std::vector<OptionSpec>& table, Readin
   command.add_option("--config", reading.config, "file with lines of name = value")->type_name("FILE");
   command.footer(
       "Options also come from the environment (CORDILLERA_ERROR=2 …) and from the config file; the command line wins.");
-  command.allow_extras();
 }
 
 /// Defaults, then the config file, then the environment, then the command line.
@@ -62,22 +63,46 @@ int wrong_usage(const proto::Problem& problem) {
   return kUsage;
 }
 
-/// An option nobody knows is a problem that names its neighbour; a word too many likewise.
-std::optional<proto::Problem> check_extras(const CLI::App& command, const std::vector<OptionSpec>& table) {
+/// A word nobody knows is a problem that names its neighbour.
+proto::Problem unknown_word(const std::string& kind, const std::string& word, const std::vector<std::string>& names) {
+  std::string all;
+  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+  const auto nearest = nearest_name(word, names);
+  return {"usage", "unknown " + kind + " '" + word + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all, word};
+}
+
+/// The first word that is no command, if there is one.
+std::optional<proto::Problem> check_command(const CLI::App& app, const std::string& word) {
+  if (word.empty() || word[0] == '-') return std::nullopt;
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands(nullptr)) {
+    if (command->get_name() == word) return std::nullopt;
+    if (!command->get_group().empty()) names.push_back(command->get_name());
+  }
+  return unknown_word("command", word, names);
+}
+
+/// What the command did not take: an option nobody knows, or a word too many. A command that lacks a word cannot run either.
+std::optional<proto::Problem> check_words(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  const std::string help = "see cordillera " + command.get_name() + " --help";
   for (const std::string& word : command.remaining()) {
-    if (word.rfind("--", 0) != 0) {
-      return proto::Problem{"usage", "unexpected '" + word + "'", "see cordillera " + command.get_name() + " --help", word};
-    }
-    const auto unknown = with_layer({}, table, {{word.substr(0, word.find('=')), ""}}, Spelling::command_line);
-    if (!unknown) return unknown.problem();
+    if (word.rfind("-", 0) == 0) return unknown_word("option", word.substr(0, word.find('=')), names);
+    return proto::Problem{"usage", "unexpected '" + word + "'", help, word};
+  }
+  for (const CLI::Option* option : command.get_options()) {
+    if (!option->get_positional() || option->count() > 0) continue;
+    return proto::Problem{"usage", command.get_name() + " needs a " + option->get_name(true), help, option->get_name(true)};
   }
   return std::nullopt;
 }
 
 /// Runs a command with what its options say, or tells what is wrong with them.
-int with_settings(const CLI::App& command, const std::vector<OptionSpec>& table, const Reading& reading,
-                  const std::function<int(const Settings&)>& run) {
-  if (auto extra = check_extras(command, table)) return wrong_usage(*extra);
+int with_settings(const std::vector<OptionSpec>& table, const Reading& reading, const std::function<int(const Settings&)>& run) {
+  for (const std::string& sentence : unread_variables()) std::cerr << "cordillera: warning: " << sentence << "\n";
   const auto settings = settings_from(table, reading);
   if (!settings) return wrong_usage(settings.problem());
   try {
@@ -86,6 +111,24 @@ int with_settings(const CLI::App& command, const std::vector<OptionSpec>& table,
     complain({"internal", std::string("this should not have happened: ") + error.what(), "", ""});
     return kFailed;
   }
+}
+
+CLI::App* add_simplify(CLI::App& app, SimplifyLine& line) {
+  auto* simplify = app.add_subcommand("simplify", "make a height-field mesh smaller: x and y in the plan, z up");
+  simplify->add_option("mesh", line.input, "PLY, OFF or OBJ");
+  const auto option = [simplify](const std::string& names, std::string& value, const std::string& type, const std::string& help) {
+    simplify->add_option(names, value, help)->type_name(type);
+  };
+  option("-o,--output", line.output, "FILE", "what to write: .ply, .off or .obj");
+  option("--keep", line.keep, "SHARE", "keep this share of the triangles [above 0, up to 1]");
+  option("--triangles", line.triangles, "N", "keep so many triangles [1 or more]");
+  option("--error", line.error, "METRES", "keep as few as stay within this distance of every vertex, along z [0 or more]");
+  option("--quality", line.quality, "QUALITY", "what the time is spent on [fast, default, best, minimax]");
+  option("--strategy", line.strategy, "STRATEGY", "how [waves]");
+  option("--device", line.device, "DEVICE", "what computes [auto, cpu, cuda, cuda:N]");
+  option("--threads", line.threads, "N", "threads that measure the result; 0: as many as the machine has [0 to 1024]");
+  simplify->add_flag_callback("--json", [&line] { line.show = Show::json; }, "the report as JSON");
+  return simplify;
 }
 
 std::string own_path() {
@@ -105,21 +148,28 @@ int main(int count, char** words) {
   const std::vector<OptionSpec> serve_table = all_options();
   add_options(*serve, serve_table, serve_reading);
 
-  std::string raster, output;
+  BuildLine line;
+  bool overwrite = false, quiet = false;
   auto* build = app.add_subcommand("build", "make a static folder of tiles that any web server can host");
-  build->add_option("raster", raster, "the elevation model: GeoTIFF, COG, .hgt, Esri ASCII or USGS DEM")->required();
-  build->add_option("-o,--output", output, "folder to write, or a file called *.sqlite");
+  build->add_option("raster", line.raster, "the elevation model: GeoTIFF, COG, .hgt, Esri ASCII or USGS DEM");
+  build->add_option("-o,--output", line.output, "folder to write, or a file called *.sqlite");
+  build->add_flag("--overwrite,--force", overwrite, "replace another build that is there; without it, only an unfinished one of the same "
+                  "raster and options goes on");
+  build->add_flag("-q,--quiet", quiet, "say nothing but problems");
   add_options(*build, build_options(), build_reading);
 
   std::string subject;
   bool as_json = false;
   auto* info = app.add_subcommand("info", "print the manifest of a folder or dataset that was built");
-  info->add_option("path", subject, "a folder that build wrote, or a dataset.sqlite")->required();
+  info->add_option("path", subject, "a folder that build wrote, or a dataset.sqlite");
   info->add_flag("--json", as_json, "the manifest itself");
 
   std::string tile;
   auto* decode = app.add_subcommand("decode", "check a .drc or .glb tile: decode it and count");
-  decode->add_option("tile", tile, "a tile file")->required();
+  decode->add_option("tile", tile, "a tile file");
+
+  SimplifyLine simplify_line;
+  auto* simplify = add_simplify(app, simplify_line);
 
   std::string folder;
   int parent = 0;
@@ -127,21 +177,28 @@ int main(int count, char** words) {
   job->add_option("folder", folder)->required();
   job->add_option("--parent", parent);
 
+  for (CLI::App* command : {serve, build, info, decode, simplify}) command->allow_extras();
+  if (count > 1) {
+    if (const auto unknown = check_command(app, words[1])) return wrong_usage(*unknown);
+  }
   try {
     app.parse(count, words);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }
   if (*job) return job_main(folder, parent);
+  if (const auto wrong = check_words(*app.get_subcommands().front())) return wrong_usage(*wrong);
   if (*decode) return decode_command(tile);
+  if (*simplify) return simplify_command(simplify_line);
   if (*info) return info_command(subject, as_json ? Show::json : Show::table);
 
   if (*build) {
-    return with_settings(*build, build_options(), build_reading, [&](const Settings& settings) {
-      if (!output.empty() || settings.dry_run) return build_command(settings, raster, output);
+    return with_settings(build_options(), build_reading, [&](const Settings& settings) {
+      line.other = overwrite ? pipeline::Existing::replace : pipeline::Existing::refuse;
+      line.words = quiet ? Words::none : Words::all;
+      if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
       return wrong_usage({"usage", "build needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output"});
     });
   }
-  return with_settings(*serve, serve_table, serve_reading,
-                       [](const Settings& settings) { return serve_command(settings, own_path()); });
+  return with_settings(serve_table, serve_reading, [](const Settings& settings) { return serve_command(settings, own_path()); });
 }

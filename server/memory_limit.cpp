@@ -1,5 +1,7 @@
 #include "server/memory_limit.h"
 
+#include <signal.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -46,6 +48,12 @@ void end_for_want_of_memory() {
   _exit(1);
 }
 
+/// GDAL aborts where it gets no memory. Is there none? If there is, the abort has another reason and goes on.
+void on_abort(int) {
+  constexpr std::size_t kLittle = 1 << 20;
+  if (mmap(nullptr, kLittle, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED) end_for_want_of_memory();
+}
+
 }  // namespace
 
 std::uint32_t default_memory_mib(const proto::BuildOptions& options) {
@@ -73,6 +81,7 @@ void on_out_of_memory(int descriptor, const std::string& words) {
   g_descriptor = descriptor;
   g_words = words;
   std::set_new_handler(end_for_want_of_memory);
+  signal(SIGABRT, on_abort);
 }
 
 }  // namespace cordillera::server

@@ -9,11 +9,11 @@
 namespace cordillera::server {
 namespace {
 
+constexpr double kGreatest = std::numeric_limits<double>::max();
+
 Complaint apply_error(std::string_view text, Settings& settings) {
   double value = 0;
-  if (auto complaint = read_number(text, {0, 1e6}, &value)) return complaint;
-  if (value <= 0) return "not above 0";
-  if (value >= 1e6) return "not below 1000000";
+  if (auto complaint = read_number(text, {0.01, 1e6}, &value)) return complaint;
   settings.build.set_error(value);
   settings.build.clear_keep();
   return std::nullopt;
@@ -53,6 +53,18 @@ Complaint apply_nodata(std::string_view text, Settings& settings) {
   double height = 0;
   if (auto complaint = read_number(text, {-proto::kMaxHeight_m, proto::kMaxHeight_m}, &height)) return *complaint + ", and neither hole nor fill";
   settings.build.set_nodata(std::string(text));
+  return std::nullopt;
+}
+
+Complaint apply_source_nodata(std::string_view text, Settings& settings) {
+  double value = 0;
+  std::string nan;
+  if (!read_choice(text, {"nan"}, &nan)) {
+    settings.build.set_source_nodata(nan);
+    return std::nullopt;
+  }
+  if (auto complaint = read_number(text, {-kGreatest, kGreatest}, &value)) return "neither a number nor nan";
+  settings.build.set_source_nodata(shown(value));
   return std::nullopt;
 }
 
@@ -144,9 +156,16 @@ std::vector<OptionSpec> make_build_options() {
        apply_datum},
       {"nodata", "WHAT", "what becomes of pixels without data", "hole, fill, or a height in metres, -16384 to 16384, that is put there",
        apply_nodata},
+      {"source-nodata", "VALUE", "a value of the raster that means no data, beside the one that the file declares; before scale and offset",
+       "a number as it stands in the file, such as -9999, or nan", apply_source_nodata},
       {"strategy", "NAME", "how meshes are simplified", "waves",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"waves"}, settings.build.mutable_strategy());
+       }},
+      {"quality", "QUALITY", "with error: fast leaves out what makes the triangles fewer, best takes more time for it",
+       "fast, default or best",
+       [](std::string_view text, Settings& settings) {
+         return read_choice(text, {"fast", "default", "best"}, settings.build.mutable_quality());
        }},
       {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
        [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},
@@ -162,8 +181,8 @@ std::vector<OptionSpec> make_build_options() {
       {"z-scale", "FACTOR", "height = z-scale * value + z-offset, after the source's own scale and unit", "a number, not 0",
        apply_z_scale},
       {"z-offset", "METRES", "see z-scale", "metres", apply_z_offset},
-      {"title", "TEXT", "title carried into every document", "text", apply_text<&BuildOptions::mutable_title>},
-      {"attribution", "TEXT", "attribution carried into every document", "text",
+      {"title", "TEXT", "title carried into manifest, tileset, status and every .glb", "text", apply_text<&BuildOptions::mutable_title>},
+      {"attribution", "TEXT", "attribution carried into manifest, tileset, status and every .glb", "text",
        apply_text<&BuildOptions::mutable_attribution>},
       {"dry-run", "", "say levels, tiles, bytes and time expected; build nothing", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.dry_run); }},

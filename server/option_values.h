@@ -17,6 +17,9 @@ struct NumberRange {
 };
 Complaint read_number(std::string_view text, NumberRange range, double* out);
 
+/// 12 and not 12.000000, 0.001 and not 1e-3.
+std::string shown(double value);
+
 /// A whole number within [least, greatest].
 struct WholeRange {
   std::uint32_t least = 0;

@@ -1,5 +1,7 @@
 #include "server/options.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -7,6 +9,8 @@
 
 namespace cordillera::server {
 namespace {
+
+const std::string kVariable = "CORDILLERA_";
 
 std::string underscored(std::string name) {
   std::replace(name.begin(), name.end(), '-', '_');
@@ -60,7 +64,7 @@ std::string spelt(const OptionSpec& option, Spelling spelling) {
     case Spelling::environment:
       break;
   }
-  std::string name = "CORDILLERA_" + underscored(option.name);
+  std::string name = kVariable + underscored(option.name);
   for (char& c : name) {
     if (c >= 'a' && c <= 'z') c = static_cast<char>(c - 'a' + 'A');
   }
@@ -99,6 +103,24 @@ Given environment_layer(const std::vector<OptionSpec>& table) {
     if (const char* value = std::getenv(name.c_str())) given.emplace_back(name, value);
   }
   return given;
+}
+
+std::vector<std::string> unread_variables() {
+  // What raster and the scripts in deploy/ read, and every option: a server's variables may be set where something is built.
+  std::vector<std::string> known = {"CACHE", "BUILD", "CMAKE_ARGS"};
+  for (const OptionSpec& option : all_options()) known.push_back(spelt(option, Spelling::environment).substr(kVariable.size()));
+  std::vector<std::string> sentences;
+  for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {
+    const std::string text = *variable, name = text.substr(0, text.find('='));
+    if (name.rfind(kVariable, 0) != 0) continue;
+    const std::string rest = name.substr(kVariable.size());
+    if (std::find(known.begin(), known.end(), rest) != known.end()) continue;
+    const auto nearest = nearest_name(rest, known);
+    const std::string shown = is_utf8(name) ? name.substr(0, 100) : kVariable + "(not UTF-8)";
+    sentences.push_back("the environment variable " + shown + " is no option and is not read" +
+                        (nearest ? "; did you mean " + kVariable + *nearest + "?" : ""));
+  }
+  return sentences;
 }
 
 proto::Result<Given> config_file_layer(const std::string& path) {

@@ -60,6 +60,9 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
 /// The variables of the table that are set in this process's environment.
 Given environment_layer(const std::vector<OptionSpec>& table);
 
+/// A sentence for each variable CORDILLERA_... of this process's environment that nobody reads.
+std::vector<std::string> unread_variables();
+
 /// Lines of `name = value`; # starts a comment; a value may stand in double quotes.
 proto::Result<Given> config_file_layer(const std::string& path);
 

@@ -9,7 +9,6 @@
 namespace cordillera::server {
 namespace {
 
-constexpr auto kPlainPause = std::chrono::seconds(5);
 constexpr int kBar = 30;
 
 double share_of(const proto::Progress& progress) {
@@ -36,11 +35,11 @@ std::string progress_text(const proto::Progress& progress) {
   return text;
 }
 
-ProgressBar::ProgressBar() : terminal_(isatty(STDERR_FILENO) != 0) {}
+ProgressBar::Style ProgressBar::where_stderr_goes() { return isatty(STDERR_FILENO) ? Style::bar : Style::lines; }
 
 void ProgressBar::show(const proto::Progress& progress) {
-  const auto now = std::chrono::steady_clock::now();
-  if (terminal_) {
+  if (style_ == Style::none) return;
+  if (style_ == Style::bar) {
     std::string bar(static_cast<std::size_t>(std::lround(kBar * share_of(progress))), '#');
     bar.resize(kBar, '.');
     std::fprintf(stderr, "\r[%s] %s\033[K", bar.c_str(), progress_text(progress).c_str());
@@ -48,9 +47,10 @@ void ProgressBar::show(const proto::Progress& progress) {
     open_ = true;
     return;
   }
-  if (progress.stage() == stage_ && now - last_ < kPlainPause) return;
+  const int tenth = static_cast<int>(std::floor(10 * share_of(progress)));
+  if (progress.stage() == stage_ && (tenth <= tenth_ || progress.total() <= 1)) return;
   stage_ = progress.stage();
-  last_ = now;
+  tenth_ = tenth;
   std::fprintf(stderr, "%s\n", progress_text(progress).c_str());
 }
 

@@ -1,6 +1,5 @@
 #pragma once
-// Progress of a build on stderr: a bar where someone watches, a line now and then where a log is written.
-#include <chrono>
+// Progress of a build on stderr: a bar where someone watches, a line for each stage and each tenth of it where a log is written.
 #include <string>
 
 #include "cordillera.pb.h"
@@ -9,16 +8,18 @@ namespace cordillera::server {
 
 class ProgressBar {
  public:
-  ProgressBar();
+  enum class Style { bar, lines, none };
+  static Style where_stderr_goes();
+  explicit ProgressBar(Style style) : style_(style) {}
   void show(const proto::Progress& progress);
   /// Ends the bar's line.
   void finish();
 
  private:
-  bool terminal_;
+  Style style_;
   bool open_ = false;
   std::string stage_;
-  std::chrono::steady_clock::time_point last_;
+  int tenth_ = 0;  ///< of the stage, the last that was told
 };
 
 /// "build 30 %, 1 min 20 s left"; only the stage where there is nothing to count.

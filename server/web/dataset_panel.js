@@ -1,4 +1,4 @@
-// The page's words: the list of datasets, and what the manifest states about the one shown.
+// The page's words: the list of datasets, what failed, and what the manifest states about the one shown.
 const element = (id) => document.getElementById(id);
 
 export function say(text, kind = "") {
@@ -8,13 +8,37 @@ export function say(text, kind = "") {
 
 const label_of = (dataset) => dataset.title || dataset.name || dataset.id;
 
+function make(tag, text, properties = {}) {
+  return Object.assign(document.createElement(tag), { textContent: text }, properties);
+}
+
+// Those that can be looked at, now or soon. Failed ones have a list of their own: there is nothing of them to choose.
 export function fill_dataset_list(datasets, chosen_id, on_choose) {
   const list = element("datasets");
-  list.replaceChildren(...datasets.map((dataset) => {
+  list.replaceChildren(...datasets.filter(({ state }) => state !== "failed").map((dataset) => {
     const suffix = dataset.state && dataset.state !== "ready" ? ` (${dataset.state})` : "";
     return new Option(label_of(dataset) + suffix, dataset.id, false, dataset.id === chosen_id);
   }));
+  element("choice").hidden = list.options.length === 0;
   list.onchange = () => on_choose(list.value);
+}
+
+function failed_item(dataset, on_delete) {
+  const item = make("li", "", { id: `failed-${dataset.id}` });
+  const why = [dataset.error?.detail || "its build failed", dataset.error?.accepted && `Accepted: ${dataset.error.accepted}`];
+  const button = make("button", "delete", { type: "button", onclick: () => on_delete(dataset.id) });
+  item.append(make("strong", label_of(dataset)), " ", button, make("p", why.filter(Boolean).join(". ")));
+  return item;
+}
+
+// on_delete(id): the server is to forget it.
+export function fill_failed_list(datasets, on_delete) {
+  const failed = datasets.filter(({ state }) => state === "failed");
+  element("failed").hidden = failed.length === 0;
+  element("failed-count").textContent = failed.length === 1 ? "1 upload failed" : `${failed.length} uploads failed`;
+  element("failed-list").replaceChildren(...failed.map((dataset) => failed_item(dataset, on_delete)));
+  element("failed-all").hidden = failed.length < 2;
+  element("failed-all").onclick = () => failed.forEach(({ id }) => on_delete(id));
 }
 
 const metres = (value) => (value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2)) + " m";
@@ -36,6 +60,18 @@ export function show_manifest(manifest) {
   element("levels").replaceChildren(...manifest.levels.map(level_row));
   element("attribution").textContent = manifest.attribution || "";
   element("details").hidden = false;
+}
+
+// On a small window the panel starts folded: the terrain is what somebody came for.
+export function start_folding() {
+  const show = (open) => {
+    element("panel").classList.toggle("folded", !open);
+    element("fold").textContent = open ? "–" : "+";
+    element("fold").setAttribute("aria-expanded", String(open));
+    element("fold").title = open ? "fold the panel" : "unfold the panel";
+  };
+  show(!window.matchMedia("(max-width: 700px), (max-height: 480px)").matches);
+  element("fold").onclick = () => show(element("panel").classList.contains("folded"));
 }
 
 export function on_controls({ tint, wireframe, home }) {

@@ -1,5 +1,5 @@
 // The viewer: a plain globe, one dataset's tileset on it. Every address is relative, so a path prefix or a proxy changes nothing.
-import { fill_dataset_list, on_controls, say, show_manifest, show_position } from "./dataset_panel.js";
+import { fill_dataset_list, fill_failed_list, on_controls, say, show_manifest, show_position, start_folding } from "./dataset_panel.js";
 import { follow_camera, height_tint, plain_ambient, relief_light } from "./terrain_style.js";
 
 const Cesium = window.Cesium;
@@ -9,7 +9,8 @@ const { BoundingSphere, Cartesian3, Cartographic, Color, HeadingPitchRange, Rect
 const kScreenSpaceError_px = 0.5;
 
 // What tests and the console may look at.
-const page = (window.cordillera = { widget: null, scene: null, tileset: null, manifest: null, error: null, tilesLoaded: false, tint: null });
+const page = (window.cordillera = {
+  widget: null, scene: null, tileset: null, manifest: null, datasets: [], error: null, tilesLoaded: false, tint: null });
 
 async function fetch_json(url) {
   const response = await fetch(url);
@@ -109,7 +110,21 @@ function watch_pointer(widget) {
   }, ScreenSpaceEventType.MOUSE_MOVE);
 }
 
+// Removes a failed dataset from the server, then from the page.
+async function delete_failed(id) {
+  const response = await fetch(`v1/datasets/${encodeURIComponent(id)}`, { method: "DELETE" });
+  // Somebody else may have been quicker: then it is gone as well.
+  if (!response.ok && response.status !== 404) throw new Error(`${id} could not be deleted: HTTP ${response.status}`);
+  page.datasets = page.datasets.filter((dataset) => dataset.id !== id);
+  show_failed();
+}
+
+function show_failed() {
+  fill_failed_list(page.datasets, (id) => delete_failed(id).catch(report));
+}
+
 async function start() {
+  start_folding();
   page.widget = make_globe();
   page.scene = page.widget.scene;
   watch_frames(page.scene);
@@ -119,7 +134,9 @@ async function start() {
   const wanted = new URLSearchParams(window.location.search).get("dataset");
   const first_ready = datasets.find((dataset) => dataset.state === "ready");
   const chosen = wanted || first_ready?.id;
+  page.datasets = datasets;
   fill_dataset_list(datasets, chosen, choose);
+  show_failed();
   if (!chosen) return say("No dataset yet. POST a GeoTIFF to v1/datasets and reload.");
   await show_dataset(chosen);
 }

@@ -1,10 +1,11 @@
 // Looks at the viewer as a person would: does it load, is there relief, are there cracks, is it in the right place?
-//   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --known known.json --pictures FOLDER
+//   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --failed ID,ID --known known.json --pictures FOLDER
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { open_browser, open_dataset } from "./browser.mjs";
+import { try_failed_uploads, try_folding } from "./panel.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
 
 // Shades of a hillshade spread; a flat raster has one shade. Of 255; the sample has 12, the flat raster 0.
@@ -12,7 +13,7 @@ const kLeastRelief = 6;
 // Geoid interpolation, float32 positions, and steps of 2^-10 m.
 const kHeightTolerance_m = 0.2;
 
-const names = ["chromium", "url", "terrain", "flat", "known", "pictures"];
+const names = ["chromium", "url", "terrain", "flat", "failed", "known", "pictures"];
 const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
 
 const check = async (what, body) => {
@@ -91,10 +92,20 @@ async function look_at_flat(browser) {
   assert.deepEqual(complaints, [], "the browser complained");
 }
 
+async function look_at_panel(browser) {
+  const { page } = await open_dataset(browser, given.url, given.flat);
+  const failed = given.failed.split(",");
+  await check("panel: failed uploads stand apart, with their reason, and can be deleted", () => try_failed_uploads(page, given.url, failed));
+  await page.screenshot({ path: `${given.pictures}/failed.png` });
+  await check("panel: folds, and is small on a small window", () => try_folding(page));
+  await page.close();
+}
+
 const browser = await open_browser(given.chromium);
 try {
   await look_at_terrain(browser);
   await look_at_flat(browser);
+  await look_at_panel(browser);
 } finally {
   await browser.close();
 }

@@ -49,7 +49,16 @@ flat=$(post "$work/flat.tif")
 python3 "$root/deploy/client.py" watch "$url" "$terrain"
 python3 "$root/deploy/client.py" watch "$url" "$flat"
 
+# Two uploads that fail: what is no raster is found out by the build.
+printf 'no raster' >"$work/bad.tif"
+broken() { curl -sS -T "$work/bad.tif" -X POST "$url/v1/datasets?name=$1" | python3 -c 'import json, sys; print(json.load(sys.stdin)["id"])'; }
+failed=$(broken bad.tif),$(broken worse.tif)
+for _ in $(seq 1 100); do
+  [[ $(curl -fsS "$url/v1/datasets" | grep -c '"state": "failed"') -eq 2 ]] && break
+  sleep 0.1
+done
+
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
 cd "$modules"
-node look.mjs --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" --known "$work/known.json" --pictures "$pictures"
+node look.mjs --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" --failed "$failed" --known "$work/known.json" --pictures "$pictures"

@@ -157,6 +157,41 @@ TEST_F(Crs, TheGlobeClosesWithoutASeam) {
   }
 }
 
+TEST_F(Crs, RowsPastThePoleAreCutOff) {
+  Spec spec;
+  spec.columns = 720, spec.rows = 20, spec.geotransform = {-180, 0.5, 0, 92, 0, -0.5};  // four rows beyond 90
+  spec.value = [](int, int r) { return r < 4 ? 9999.0 : 100.0; };
+  const auto source = must_open(write(spec));
+  ASSERT_TRUE(source);
+  const proto::Lattice l = lattice(1);
+  EXPECT_EQ(source->window(l).north, l.rows());
+  for (std::int64_t i = 0; i < l.columns(); i += 7) {
+    ASSERT_NEAR(height_m(*source, l, i, l.rows() - 2), 100, 0.01);
+  }
+}
+
+TEST_F(Crs, TheRequestMaySayWhatTheSourceDoesNotSayAboutHeights) {
+  proto::BuildOptions options;
+  const std::string flat = write({});
+  for (const auto& [crs, datum] : {std::pair{"EPSG:4979", "ellipsoid"}, {"EPSG:4326+5773", "EGM96"}}) {
+    options.set_crs(crs);
+    const auto source = must_open(flat, options);
+    ASSERT_TRUE(source) << crs;
+    EXPECT_EQ(source->description().vertical_datum(), datum);
+    EXPECT_EQ(source->description().vertical_datum_from(), "request");
+    EXPECT_EQ(source->description().crs_from(), "source");
+  }
+  Spec high;
+  high.crs = "EPSG:4979";
+  options.set_crs("EPSG:4326+5773");
+  EXPECT_EQ(problem_type(write(high), options), "crs-conflict");
+  options.set_crs("EPSG:4979");
+  EXPECT_EQ(must_open(write(high), options)->description().vertical_datum_from(), "source");
+  Spec bare;
+  bare.crs = "";
+  EXPECT_EQ(must_open(write(bare), options)->description().vertical_datum_from(), "request");
+}
+
 TEST_F(Crs, AroundThePole) {
   Spec spec;
   spec.crs = "EPSG:3413", spec.geotransform = {-400000, 20000, 0, 400000, 0, -20000}, spec.columns = spec.rows = 40;

@@ -42,6 +42,30 @@ TEST_F(Vertical, Egm96IsTheDocumentedDefault) {
   EXPECT_NEAR(geoid(16 + 46 / 60.0 + 33 / 3600.0, -(3 + 34 / 3600.0)), 28.7, 0.1);
 }
 
+/// Whole parallels are interpolated at once; each of their heights must still be its own vertex's.
+TEST_F(Vertical, UndulationsAlongAParallelAreThoseOfItsPoints) {
+  Spec spec;
+  spec.columns = spec.rows = 12;
+  for (const double west : {9.9, -0.13, 179.85}) {  // over corners of the grid's cells, Greenwich, the antimeridian
+    spec.geotransform = {west, 0.05, 0, 45.1, 0, -0.05};
+    const auto source = must_open(write(spec), {});
+    ASSERT_TRUE(source);
+    const proto::Lattice l = lattice(10);
+    const proto::Samples all = whole(*source, l);
+    const GeographicLib::Geoid geoid("egm96-15", path("cache"));
+    int different = 0;
+    std::size_t at = 0;
+    for (std::int64_t j = all.south; j < all.south + all.rows; ++j) {
+      for (std::int64_t i = all.west; i < all.west + all.columns; ++i, ++at) {
+        const double undulation = std::nearbyint(geoid(l.latitude_deg(j), l.longitude_deg(i % l.columns())) * 65536) / 65536;
+        different += all.height[at] != std::nearbyint((100 + undulation) * 1024);
+      }
+    }
+    EXPECT_GT(at, 500000u);
+    EXPECT_EQ(different, 0) << west;
+  }
+}
+
 TEST_F(Vertical, TheRewrittenGridEqualsTheRealOne) {
   const std::string real = real_dems();
   if (real.empty() || !fs::exists(real + "/geoid/egm96-15.pgm")) GTEST_SKIP() << "no real geoid grid: set CORDILLERA_TEST_DATA";

@@ -36,6 +36,26 @@ TEST(Api, APostBecomesTiles) {
   EXPECT_FALSE(std::filesystem::exists(test.data() / "datasets" / id / "source.tif")) << "a built raster is not kept";
 }
 
+TEST(Api, WholeNumbersArePrintedAsSuch) {
+  TestService test;
+  const std::string base = "/v1/datasets/" + posted_id(test.post("GOOD", {}, kWait));
+  for (const std::string& path : {std::string("/v1/datasets"), base, base + "/manifest.json"}) {
+    EXPECT_THAT(test.get(path).body, Not(testing::ContainsRegex("[0-9]\\.0[,\n}]"))) << path;
+  }
+  EXPECT_TRUE(body_of(test.get(base))["manifest"]["bytes"].is_number_integer());
+  EXPECT_TRUE(body_of(test.get(base + "/manifest.json"))["levels"][0]["drc_bytes"].is_number_integer());
+  EXPECT_THAT(test.post("GOOD", {{"dry_run", "1"}}).body, HasSubstr("\"seconds\": 12,"));
+  EXPECT_EQ(plain_numbers({{"a", 0.5}, {"b", {-3.0, 1e300}}}).dump(), R"({"a":0.5,"b":[-3,1e+300]})");
+}
+
+TEST(Api, AMisspeltParameterIsToldItsNeighbour) {
+  TestService test;
+  const Response answer = test.post("GOOD", {{"eror", "5"}});
+  EXPECT_EQ(answer.status, 400);
+  EXPECT_THAT(std::string(body_of(answer)["detail"]), HasSubstr("did you mean error?"));
+  EXPECT_EQ(test.leftovers(), 0u);
+}
+
 TEST(Api, DocumentsHoldOnlyRelativeAddresses) {
   TestService test;
   const std::string id = posted_id(test.post("GOOD", {}, kWait));
@@ -60,6 +80,49 @@ TEST(Api, UnchangedTilesCostA304) {
     EXPECT_TRUE(again.body.empty());
   }
   EXPECT_EQ(test.get(tile, {{"if-none-match", "\"other\""}}).status, 200);
+}
+
+TEST(Api, WhatMayBeCompressedVariesAndHasAWeakTag) {
+  TestService test;
+  const std::string base = "/v1/datasets/" + posted_id(test.post("GOOD", {}, kWait));
+  for (const std::string& path : {base + "/manifest.json", base + "/tileset.json"}) {
+    const Response document = test.get(path);
+    const std::string etag = document.header("ETag");
+    EXPECT_EQ(document.header("Vary"), "Accept-Encoding") << path;
+    ASSERT_EQ(etag.substr(0, 3), "W/\"") << path;
+    for (const std::string& tag : {etag, etag.substr(2)}) {
+      const Response unchanged = test.get(path, {{"if-none-match", tag}});
+      EXPECT_EQ(unchanged.status, 304) << path << tag;
+      EXPECT_EQ(unchanged.header("Vary"), "Accept-Encoding");
+      EXPECT_EQ(unchanged.header("ETag"), etag);
+    }
+  }
+  EXPECT_EQ(test.get(base).header("Vary"), "Accept-Encoding") << "a document without a tag, too";
+  const Response tile = test.get(base + "/tiles/1/1/1.drc");
+  EXPECT_EQ(tile.header("Vary"), "") << "tiles go as they are";
+  EXPECT_EQ(tile.header("ETag").substr(0, 1), "\"");
+}
+
+TEST(Api, StatusAndListNameTheAttribution) {
+  TestService test;
+  const std::string id = posted_id(test.post("GOOD", {}, kWait));
+  EXPECT_EQ(body_of(test.get("/v1/datasets/" + id))["manifest"]["attribution"], "Somebody");
+  EXPECT_EQ(body_of(test.get("/v1/datasets"))["datasets"][0]["manifest"]["attribution"], "Somebody");
+}
+
+TEST(Api, TheListTakesNoParameters) {
+  TestService test;
+  Request request;
+  request.path = "/v1/datasets";
+  EXPECT_EQ(test.api().handle(request).status, 200);
+  request.query = {{"state", "ready"}};
+  for (const char* method : {"GET", "HEAD"}) {
+    request.method = method;
+    const Response refused = test.api().handle(request);
+    EXPECT_EQ(refused.status, 400);
+    EXPECT_EQ(slug_of(refused), "option-unknown");
+    EXPECT_EQ(body_of(refused)["parameter"], "state");
+  }
 }
 
 TEST(Api, AMissingTileSaysWhichThereAre) {
@@ -246,11 +309,11 @@ TEST(Api, EventsTellProgressAndTheEnd) {
   Response stream = test.get("/v1/datasets/" + id + "/events");
   ASSERT_EQ(stream.header("Content-Type"), "text/event-stream");
   const std::string first = stream.next_piece().value_or("");
-  EXPECT_THAT(first, HasSubstr("event: progress\ndata: {\"stage\":\"build\",\"done\":3.0,\"total\":10.0"));
-  EXPECT_THAT(first, HasSubstr("\"seconds_left\":7.0"));
+  EXPECT_THAT(first, HasSubstr("event: progress\ndata: {\"stage\":\"build\",\"done\":3,\"total\":10,"));
+  EXPECT_THAT(first, HasSubstr("\"seconds_left\":7,"));
   const std::string behind = posted_id(test.post("SLOW too"));
   EXPECT_EQ(test.get("/v1/datasets/" + behind + "/events").next_piece().value_or(""),
-            "event: progress\ndata: {\"stage\":\"queued\",\"done\":0.0,\"total\":0.0,\"share\":0.0,\"seconds_left\":null,\"state\":\"queued\"}\n\n");
+            "event: progress\ndata: {\"stage\":\"queued\",\"done\":0,\"total\":0,\"share\":0,\"seconds_left\":null,\"state\":\"queued\"}\n\n");
   test.send("DELETE", "/v1/datasets/" + behind);
   test.send("DELETE", "/v1/datasets/" + id);
   std::string last;

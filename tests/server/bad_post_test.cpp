@@ -50,6 +50,25 @@ class BadPosts : public raster_test::RasterTest {
   }
 
   std::string bytes(const Spec& spec) const { return file_text(write(spec, "made.tif")); }
+  /// A raster whose only place are four ground control points in EPSG:32632.
+  std::string with_gcps() const {
+    Spec spec;
+    spec.crs = "", spec.georeferenced = false;
+    const std::string file = write(spec, "gcps.tif");
+    GDALDatasetUniquePtr dataset(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    GDAL_GCP gcps[4] = {};
+    GDALInitGCPs(4, gcps);
+    for (int k = 0; k < 4; ++k) {
+      gcps[k].dfGCPPixel = k % 2 * 8, gcps[k].dfGCPLine = k / 2 * 8;
+      gcps[k].dfGCPX = 5e5 + k % 2 * 80 + k / 2 * 5, gcps[k].dfGCPY = 5e6 - k / 2 * 80;
+    }
+    OGRSpatialReference utm;
+    utm.importFromEPSG(32632);
+    EXPECT_EQ(dataset->SetGCPs(4, gcps, &utm), CE_None);
+    GDALDeinitGCPs(4, gcps);
+    dataset.reset();
+    return file_text(file);
+  }
   std::string data(const std::string& below) const { return path("data/" + below); }
 
   Json get(const std::string& from) {
@@ -161,6 +180,7 @@ TEST_F(BadPosts, WhatIsNoElevationModel) {
       {"short.asc", "ncols 100000\nnrows 100000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3", "", 422, "raster-truncated", "short.asc claims"},
       {"nowhere.hgt", std::string(2 * 1201 * 1201, '\0'), "", 422, "hgt-name", ""},
       {"N44W072.hgt", std::string(2 * 1201 * 1200, '\0'), "", 422, "hgt-name", ""},
+      {"raster", std::string(2 * 1201 * 1201, '\0'), "", 422, "hgt-name", "raster cannot be opened as a raster; it has the size of an .hgt"},
   };
   for (const Row& row : rows) post(row);
 }
@@ -186,6 +206,8 @@ TEST_F(BadPosts, RastersThatAreNoHeightsOnEarth) {
       {"dem.tif", bytes(with([](Spec& s) { s.crs = ""; })), "", 422, "raster-without-crs", "dem.tif names no coordinate"},
       {"dem.tif", bytes(with([](Spec& s) { s.crs = ""; })), "&crs=EPSG:999999", 422, "crs-unknown", "EPSG:999999"},
       {"dem.tif", bytes(with([](Spec& s) { s.georeferenced = false; })), "", 422, "raster-not-georeferenced", ""},
+      {"dem.tif", bytes(with([](Spec& s) { s.georeferenced = false; s.crs = ""; })), "", 422, "raster-not-georeferenced", "dem.tif does not say where"},
+      {"gcps.tif", with_gcps(), "", 422, "raster-not-georeferenced", "gcps.tif is placed by ground control points only"},
       {"site.tif", bytes(with([&](Spec& s) { s.crs = local; })), "", 422, "crs-unsupported", "site.tif, building site, is a local"},
       {"metres.tif", bytes(with([](Spec& s) { s.geotransform = {376000, 30, 0, 3808000, 0, -30}; })), "", 422, "crs-mismatch", ""},
       {"dem.tif", good, "&crs=EPSG:32632", 422, "crs-conflict", ""},
@@ -206,7 +228,7 @@ TEST_F(BadPosts, QueriesAndBodies) {
       {"dem.tif", good, "&eror=5", 400, "option-unknown", "did you mean error?"},
       {"dem.tif", good, "&error=5&error=6", 400, "option-repeated", "error is given twice"},
       {"dem.tif", good, "&error=5&keep=0.5", 400, "options-conflict", "error and keep"},
-      {"dem.tif", good, "&error=-1", 400, "option-invalid", "error='-1'"},
+      {"dem.tif", good, "&error=-1", 400, "option-invalid", "error='-1': outside 0.01 to 1000000"},
       {"dem.tif", good, "&nodata=99999", 400, "option-invalid", "nodata='99999'"},
       {"dem.tif", good, "&device=abacus", 400, "option-invalid", "device='abacus'"},
       {"dem.tif", good, "&vertical_datum=/etc/passwd", 403, "option-forbidden", "names a path"},
@@ -291,12 +313,12 @@ TEST_F(BadPosts, TheCollection) {
   if (!there) GTEST_SKIP() << "no collection of bad files: set CORDILLERA_TEST_DATA";
   const Row rows[] = {
       {"bigtujunga_cut_900000.tif", "", "", 422, "raster-truncated", ""},
-      {"gdal_corrupted_deflate_singlestrip.tif", "", "", 422, "raster-without-crs", ""},
+      {"gdal_corrupted_deflate_singlestrip.tif", "", "", 422, "raster-not-georeferenced", ""},
       {"gdal_corrupted_deflate_singlestrip.tif", "", "&crs=EPSG:4326", 422, "raster-not-georeferenced", ""},
       {"gdal_huge-number-strips.tif", "", "", 422, "raster-too-large", ""},
       {"gdal_huge4GB.tif", "", "", 422, "raster-truncated", ""},
       {"geotools_1x1_neginf_nodata.tif", "", "", 201, "", ""},
-      {"geotools_smalldem_no_georef.tif", "", "", 422, "raster-without-crs", ""},
+      {"geotools_smalldem_no_georef.tif", "", "", 422, "raster-not-georeferenced", ""},
       {"geotools_smalldem_no_georef.tif", "", "&crs=EPSG:4326", 422, "raster-not-georeferenced", ""},
       {"git_lfs_pointer.tif", "", "", 422, "raster-format-unsupported", "Git LFS pointer"},
       {"imagetiff_divide_by_zero_12.tif", "", "", 422, "raster-format-unsupported", ""},

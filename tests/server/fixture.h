@@ -66,6 +66,7 @@ inline void make_store(const std::string& path, const std::string& id) {
   proto::Manifest manifest;
   manifest.set_id(id);
   manifest.set_name("test");
+  manifest.set_attribution("Somebody");
   manifest.set_scheme("geodetic");
   manifest.set_max_level(1);
   for (const double value : {-90.0, 0.0, -10.0, 45.0, 0.0, 100.0}) manifest.add_bounds(value);

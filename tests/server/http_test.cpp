@@ -105,6 +105,23 @@ TEST_F(Http, HeadAndConditionalGet) {
   EXPECT_THAT(curl("-D - -X OPTIONS -H 'Origin: http://x' -H 'Access-Control-Request-Method: GET' " + tile), HasSubstr("204"));
 }
 
+TEST_F(Http, CompressedAndPlainAnswersAreTwoRepresentations) {
+  const std::string manifest = "$U/v1/datasets/" + ready_dataset() + "/manifest.json";
+  const auto header = [](const std::string& head, const std::string& name) {
+    const auto start = head.find(name + ": ");
+    return start == std::string::npos ? "" : head.substr(start + name.size() + 2, head.find('\r', start) - start - name.size() - 2);
+  };
+  for (const char* encoding : {"identity", "gzip", "br"}) {
+    const std::string ask = std::string("-H 'Accept-Encoding: ") + encoding + "' ";
+    const std::string head = curl("-D - -o /dev/null " + ask + manifest);
+    EXPECT_EQ(header(head, "Content-Encoding"), encoding == std::string("identity") ? "" : encoding);
+    EXPECT_EQ(header(head, "Vary"), "Accept-Encoding") << head;
+    const std::string etag = header(head, "ETag");
+    EXPECT_EQ(etag.substr(0, 2), "W/") << "a strong tag would say that the bytes are the same";
+    EXPECT_EQ(curl("-o /dev/null -w '%{http_code}' " + ask + "-H 'If-None-Match: " + etag + "' " + manifest), "304");
+  }
+}
+
 TEST_F(Http, Deleting) {
   const std::string id = ready_dataset();
   EXPECT_EQ(curl("-o /dev/null -w '%{http_code}' -X DELETE $U/v1/datasets/" + id), "204");
@@ -178,6 +195,16 @@ TEST_F(Http, OneConnectionServesManyRequests) {
     const auto answer = client.Get(path);
     ASSERT_TRUE(answer && answer->status == 200) << i;
   }
+}
+
+TEST(Listening, TwoServersDoNotShareAPort) {
+  TestService test;
+  const auto first = HttpServer::bind(test.api(), "127.0.0.1:0");
+  ASSERT_TRUE(first);
+  const auto second = HttpServer::bind(test.api(), "127.0.0.1:" + std::to_string((*first)->port()));
+  ASSERT_FALSE(second) << "each would get some of the requests";
+  EXPECT_EQ(second.problem().type, "listen-failed");
+  EXPECT_THAT(second.problem().detail, HasSubstr("another program listens there"));
 }
 
 TEST(Listening, OnATakenPortIsAProblem) {

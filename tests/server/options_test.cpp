@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -22,7 +24,7 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
   for (const OptionSpec& option : build_options()) EXPECT_TRUE(names.insert(option.name).second) << option.name;
   for (const char* name :
        {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory", "bbox",
-        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name"}) {
+        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name", "quality", "source-nodata"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
   for (const OptionSpec& option : all_options()) {
@@ -56,6 +58,8 @@ TEST(Options, EveryValueArrivesInItsField) {
                                {"z_offset", "-7.5"},
                                {"title", "Höhe"},
                                {"attribution", "me"},
+                               {"source_nodata", " -32767"},
+                               {"quality", "Best"},
                                {"dry_run", ""},
                                {"name", "a.tif"}});
   ASSERT_TRUE(settings) << settings.problem().line();
@@ -74,8 +78,84 @@ TEST(Options, EveryValueArrivesInItsField) {
   EXPECT_EQ(build.z_scale(), -0.1);
   EXPECT_EQ(build.z_offset(), -7.5);
   EXPECT_EQ(build.title(), "Höhe");
+  EXPECT_EQ(build.source_nodata(), "-32767");
+  EXPECT_EQ(build.quality(), "best");
   EXPECT_TRUE(settings->dry_run);
   EXPECT_EQ(build.name(), "a.tif");
+}
+
+/// One value for every option of a build; error and keep exclude each other.
+const Given kOneOfEach = {{"name", "a.tif"}, {"error", "2.5"}, {"scheme", "geodetic"}, {"crs", "EPSG:32632"},
+                          {"vertical-datum", "EGM2008"}, {"nodata", "fill"}, {"strategy", "waves"}, {"device", "cpu"},
+                          {"threads", "3"}, {"memory", "512"}, {"bbox", "10,46,11,47"}, {"min-level", "3"},
+                          {"max-level", "12"}, {"z-scale", "0.5"}, {"z-offset", "-7"}, {"title", "two words"},
+                          {"attribution", "me = mine"}, {"source-nodata", "nan"}, {"quality", "fast"}, {"dry-run", "1"}};
+
+Given through_config_file(const Given& given) {
+  const auto path = std::filesystem::temp_directory_path() / ("cordillera-doors-" + std::to_string(getpid()) + ".conf");
+  std::ofstream file(path);
+  for (const auto& [name, value] : given) file << name << " = " << value << "\n";
+  file.close();
+  const auto read = config_file_layer(path.string());
+  std::filesystem::remove(path);
+  return read ? *read : Given{};
+}
+
+Given through_environment(const Given& given) {
+  for (const auto& [name, value] : given) setenv(spelt({name, "", "", "", nullptr}, Spelling::environment).c_str(), value.c_str(), 1);
+  Given read = environment_layer(build_options());
+  for (const auto& [name, value] : given) unsetenv(spelt({name, "", "", "", nullptr}, Spelling::environment).c_str());
+  return read;
+}
+
+Given respelt(Given given, Spelling spelling) {
+  for (auto& [name, value] : given) name = spelt({name, "", "", "", nullptr}, spelling);
+  return given;
+}
+
+TEST(Options, EveryOptionMeansTheSameThroughEveryDoor) {
+  std::vector<Given> cases = {kOneOfEach, {{"keep", "0.5,0.25"}}};
+  for (const auto& one : kOneOfEach) cases.push_back({one});
+  const std::string untouched = Settings().build.SerializeAsString();
+  for (const Given& given : cases) {
+    SCOPED_TRACE(given.front().first);
+    const auto asked = query(respelt(given, Spelling::query));
+    const std::pair<Given, Spelling> doors[] = {{respelt(given, Spelling::command_line), Spelling::command_line},
+                                                {through_config_file(given), Spelling::config_file},
+                                                {through_environment(given), Spelling::environment}};
+    ASSERT_TRUE(asked) << asked.problem().line();
+    EXPECT_TRUE(asked->dry_run || asked->build.SerializeAsString() != untouched) << "nothing was set";
+    for (const auto& [layer, spelling] : doors) {
+      EXPECT_EQ(layer.size(), given.size());
+      const auto settings = with_layer({}, build_options(), layer, spelling);
+      ASSERT_TRUE(settings) << settings.problem().line();
+      EXPECT_EQ(settings->build.SerializeAsString(), asked->build.SerializeAsString());
+      EXPECT_EQ(settings->dry_run, asked->dry_run);
+    }
+  }
+  EXPECT_EQ(kOneOfEach.size() + 1, build_options().size()) << "an option has no value here";
+}
+
+TEST(Options, TheRangeThatIsNamedIsTheOneThatIsAccepted) {
+  const auto refused = query({{"error", "-1"}});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.problem().detail, HasSubstr("outside 0.01 to 1000000"));
+  EXPECT_THAT(refused.problem().accepted, HasSubstr("0.01 to 1000000"));
+  EXPECT_TRUE(query({{"error", "0.01"}}));
+  EXPECT_TRUE(query({{"error", "1000000"}}));
+}
+
+TEST(Options, AVariableThatNobodyReadsIsNamedWithItsNeighbour) {
+  const auto with = [](const char* name) {
+    setenv(name, "1", 1);
+    const std::vector<std::string> sentences = unread_variables();
+    unsetenv(name);
+    return sentences.empty() ? "" : sentences.front();
+  };
+  EXPECT_THAT(with("CORDILLERA_EROR"), HasSubstr("CORDILLERA_EROR is no option and is not read; did you mean CORDILLERA_ERROR?"));
+  EXPECT_THAT(with("CORDILLERA_max_level"), HasSubstr("did you mean CORDILLERA_MAX_LEVEL?"));
+  EXPECT_THAT(with("CORDILLERA_FROBNICATION"), testing::EndsWith("not read"));
+  for (const char* known : {"CORDILLERA_ERROR", "CORDILLERA_LISTEN", "CORDILLERA_CACHE", "CORDILLERA_GEOIDS", "OTHER_EROR"}) EXPECT_EQ(with(known), "") << known;
 }
 
 TEST(Options, ADeviceHasOneSpelling) {
@@ -101,7 +181,12 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
                                                                 {"keep", "a"},
                                                                 {"scheme", "mercator"},
                                                                 {"vertical_datum", ""},
-                                                                {"error", "1000000"},
+                                                                {"error", "1000001"},
+                                                                {"error", "0.0099"},
+                                                                {"source_nodata", "none"},
+                                                                {"source_nodata", "inf"},
+                                                                {"source_nodata", ""},
+                                                                {"quality", "minimax"},
                                                                 {"nodata", "holes!"},
                                                                 {"nodata", "99999"},
                                                                 {"strategy", "magic"},
@@ -149,6 +234,14 @@ TEST(Options, AnUnknownNameSuggestsItsNeighbour) {
   EXPECT_THAT(far.problem().accepted, HasSubstr("max_level"));
   const auto serve_only = query({{"listen", "0.0.0.0:1"}});
   EXPECT_FALSE(serve_only) << "a request must not set what only the operator may";
+}
+
+TEST(Options, TwoExchangedLettersAreOneMistake) {
+  const std::vector<std::string> names = {"build", "info", "serve"};
+  EXPECT_EQ(nearest_name("buidl", names), "build");
+  EXPECT_EQ(nearest_name("sevre", names), "serve");
+  EXPECT_EQ(nearest_name("biuld", names), "build");
+  EXPECT_FALSE(nearest_name("dlibu", names));
 }
 
 TEST(Options, ContradictionsAreRefused) {

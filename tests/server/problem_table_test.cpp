@@ -23,8 +23,8 @@ const Slugs kInternal = {
     "device-lost",        // the service runs the job once more, on the CPU
     "no-data",            // a store without a tile, which the build calls raster-all-nodata; a plan without a vertex, which no source gives
     "unknown-device",     // the option table lets no such device through
-    "chain-not-in-mesh",  // these three are defects of the builder: it throws, and the problem is "internal"
-    "mesh-not-manifold",  //
+    "bad-target",         // likewise, for simplify
+    "chain-not-in-mesh",  // these two are defects of the builder: it throws, and the problem is "internal"
     "weld-mismatch",      //
 };
 
@@ -36,11 +36,11 @@ Slugs found_in(const std::string& text, const std::regex& what) {
 
 /// Words of the sources that look like slugs and are none; names of options are known from their table.
 const Slugs kOtherWords = {"content-encoding", "content-length", "content-type", "cordillera-data",  "idempotency-key",
-                           "if-none-match",    "no-cache",       "no-store",     "transfer-encoding"};
+                           "if-none-match",    "no-cache",       "no-store",     "transfer-encoding", "user-defined"};
 
 std::string source_text() {
   std::string text;
-  for (const char* floor : {"raster", "gpu", "pipeline", "server"}) {
+  for (const char* floor : {"proto", "raster", "gpu", "pipeline", "server"}) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(kSource / floor)) {
       const auto suffix = entry.path().extension();
       if (suffix == ".cpp" || suffix == ".h" || suffix == ".cu" || suffix == ".inl") text += file_text(entry.path());
@@ -53,7 +53,8 @@ std::string source_text() {
 Slugs in_sources() {
   static const std::regex kProblem(R"re((?:Problem(?: \w+)?|return|\()\s*\{\s*"([a-z]+(?:-[a-z]+)*)",)re");
   static const std::regex kRefused(R"re(refused\("([a-z]+(?:-[a-z]+)*)",)re");
-  const std::string text = source_text();
+  // Stages of a report begin as a problem does.
+  const std::string text = std::regex_replace(source_text(), std::regex(R"(stages\.push_back\(\{)"), "stage ");
   Slugs slugs = found_in(text, kProblem);
   slugs.merge(found_in(text, kRefused));
   return slugs;

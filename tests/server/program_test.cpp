@@ -4,9 +4,9 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <cmath>
+#include <algorithm>
 
-#include "real_server.h"
+#include "program_fixture.h"
 
 namespace cordillera::server {
 namespace {
@@ -20,44 +20,12 @@ bool alive(int process) {
   return state != std::string::npos && stat[state + 2] != 'Z' && stat[state + 2] != 'X';
 }
 
-/// A cone of 64 x 64 samples of half an arc minute, as an Esri ASCII grid.
-std::string cone() {
-  std::ostringstream text;
-  text << "ncols 64\nnrows 64\nxllcorner 10\nyllcorner 46\ncellsize 0.0083333333333333\nNODATA_value -9999\n";
-  for (int row = 0; row < 64; ++row) {
-    for (int column = 0; column < 64; ++column) text << 3000 - 40 * std::hypot(row - 31.5, column - 31.5) << ' ';
-    text << '\n';
-  }
-  return text.str();
-}
-
-class Program : public testing::Test {
- protected:
-  void SetUp() override {
-    std::ofstream(folder_.path() / "cone.asc") << cone();
-    raster_ = (folder_.path() / "cone.asc").string();
-  }
-  std::string build(const std::string& arguments) {
-    return kProgram + " build " + raster_ + " --crs EPSG:4326 --vertical-datum ellipsoid " + arguments;
-  }
-
-  void start_server() { server_.start(folder_.path()); }
-  Json curl(const std::string& arguments) { return Json::parse(shell("curl -s -m 120 " + arguments).output, nullptr, false); }
-  std::string post_arguments(const std::string& query = "") {
-    return "--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=cone.asc&crs=EPSG:4326&vertical_datum=ellipsoid" +
-           query + "'";
-  }
-
-  TempFolder folder_;
-  std::string raster_;
-  RealServer server_;
-};
-
 TEST_F(Program, ExitCodesTellUsageFromFailure) {
   const std::string out = " -o " + (folder_.path() / "out").string();
   EXPECT_EQ(shell(kProgram + " --version").code, 0);
   EXPECT_EQ(shell(kProgram).code, 2);
   EXPECT_EQ(shell(kProgram + " frobnicate").code, 2);
+  EXPECT_EQ(shell(kProgram + " build" + out).code, 2) << "no raster";
   EXPECT_EQ(shell(build("")).code, 2) << "no output";
   const Ended unknown = shell(build(out + " --eror 1"));
   EXPECT_EQ(unknown.code, 2);
@@ -70,6 +38,74 @@ TEST_F(Program, ExitCodesTellUsageFromFailure) {
   EXPECT_EQ(shell(kProgram + " build /no/such.tif" + out).code, 1);
   EXPECT_EQ(shell(kProgram + " info /no/such").code, 1);
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "out")) << "nothing half-made";
+}
+
+TEST_F(Program, WhatIsMisspeltIsToldItsNeighbour) {
+  const std::pair<const char*, const char*> near[] = {
+      {"buidl dem.tif", "unknown command 'buidl'; did you mean build?"}, {"inf out", "did you mean info?"},
+      {"build dem.tif --outptu out", "did you mean --output?"},          {"build --eror 5 dem.tif -o out", "did you mean --error?"},
+      {"build dem.tif -o out --overwrit", "did you mean --overwrite?"},  {"build --dry-rnu", "did you mean --dry-run?"},
+      {"info out --jsn", "did you mean --json?"},                        {"serve --lisen 0.0.0.0:1", "did you mean --listen?"}};
+  for (const auto& [line, words] : near) {
+    const Ended ended = shell(kProgram + " " + line);
+    EXPECT_EQ(ended.code, 2) << line;
+    EXPECT_THAT(ended.output, HasSubstr(words)) << line;
+    EXPECT_EQ(std::count(ended.output.begin(), ended.output.end(), '\n'), 1) << ended.output;
+  }
+}
+
+TEST_F(Program, AnotherBuildInThePlaceIsReplacedOnlyWhenAsked) {
+  const std::string folder = (folder_.path() / "out").string();
+  for (const std::string& out : {folder, folder + ".sqlite"}) {
+    SCOPED_TRACE(out);
+    const auto error_of = [&] { return Json::parse(shell(kProgram + " info --json " + out).output)["options"]["error"]; };
+    ASSERT_EQ(shell(build("--max-level 10 --error 20 -o " + out)).code, 0);
+    const Ended refused = shell(build("--max-level 10 --error 30 -o " + out));
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_THAT(refused.output, HasSubstr("earlier build"));
+    EXPECT_THAT(refused.output, HasSubstr("--overwrite"));
+    EXPECT_EQ(error_of(), 20);
+    EXPECT_EQ(shell(build("--max-level 10 --error 30 --overwrite -o " + out)).code, 0);
+    EXPECT_EQ(error_of(), 30);
+    EXPECT_EQ(shell(build("--max-level 10 --error 40 --force -o " + out)).code, 0);
+    EXPECT_EQ(error_of(), 40);
+  }
+}
+
+TEST_F(Program, AnUnfinishedBuildGoesOnOnlyWithTheSameRasterAndOptions) {
+  const std::string out = (folder_.path() / "out").string(), error = " --error 0.01 --max-level 15 --threads 1 -o " + out;
+  const auto stop_soon = [&](const std::string& line) { return shell("timeout --preserve-status -s INT 3 " + line); };
+  EXPECT_EQ(stop_soon(build(error)).code, 1);
+  ASSERT_TRUE(std::filesystem::exists(out + ".building")) << "the build was over too soon to be stopped";
+  const Ended other = shell(build("--error 30 --max-level 10 -o " + out));
+  EXPECT_EQ(other.code, 1);
+  EXPECT_THAT(other.output, HasSubstr("another raster or with other options"));
+  EXPECT_THAT(other.output, HasSubstr("--overwrite"));
+  ASSERT_TRUE(std::filesystem::exists(out + ".building")) << "a refusal throws nothing away";
+  EXPECT_THAT(stop_soon(build(error)).output, HasSubstr("cancelled")) << "the same line goes on";
+  std::ofstream(folder_.path() / "cone.asc", std::ios::app) << "\n";
+  EXPECT_THAT(stop_soon(build(error)).output, HasSubstr("another raster")) << "the file has changed since";
+  EXPECT_EQ(shell(build("--error 30 --max-level 10 --overwrite -o " + out)).code, 0);
+}
+
+TEST_F(Program, QuietSaysNothingButProblems) {
+  const std::string out = (folder_.path() / "out").string();
+  const Ended quiet = shell(build("--quiet --max-level 10 -o " + out));
+  EXPECT_EQ(quiet.code, 0);
+  EXPECT_EQ(quiet.output, "");
+  EXPECT_THAT(shell(build("-q --max-level 10 -o " + out)).output, HasSubstr("earlier build"));
+  EXPECT_THAT(shell(build("-q --dry-run --max-level 10")).output, HasSubstr("nothing was built"));
+}
+
+TEST_F(Program, ASecondServerIsRefusedThePortAndTheFolder) {
+  start_server();
+  const std::string address = server_.base().substr(7), data = (folder_.path() / "data").string();
+  const Ended port = shell("timeout 20 " + kProgram + " serve --listen " + address + " --data " + (folder_.path() / "other").string());
+  EXPECT_EQ(port.code, 1);
+  EXPECT_THAT(port.output, HasSubstr("another program listens there"));
+  const Ended folder = shell("timeout 20 " + kProgram + " serve --listen 127.0.0.1:0 --data " + data);
+  EXPECT_EQ(folder.code, 1);
+  EXPECT_THAT(folder.output, HasSubstr("another server uses it"));
 }
 
 TEST_F(Program, BuildsAFolderThatInfoReads) {
@@ -175,7 +211,7 @@ TEST_F(Program, EventsTellStageShareAndTimeUntilItIsReady) {
 
 TEST_F(Program, AChildThatIsKilledIsAProblemAndTheServiceGoesOn) {
   start_server();
-  const Json posted = curl(post_arguments("&error=0.001&max_level=16&threads=1"));
+  const Json posted = curl(post_arguments("&error=0.01&max_level=16&threads=1"));
   ASSERT_TRUE(posted.contains("id")) << posted.dump();
   const int child = server_.child_process();
   ASSERT_GT(child, 0) << server_.log();

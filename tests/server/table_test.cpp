@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "server/commands.h"
 #include "server/progress_bar.h"
 
@@ -31,6 +33,25 @@ TEST(Tables, ProgressIsShareAndTime) {
   EXPECT_EQ(duration_text(7500), "2 h 5 min");
 }
 
+/// What a log gets of a build whose progress is told 1000 times.
+std::string log_of(ProgressBar::Style style) {
+  testing::internal::CaptureStderr();
+  ProgressBar bar(style);
+  bar.show(progress("open", 0, 1, -1));
+  for (int i = 0; i <= 1000; ++i) bar.show(progress("build", i, 1000, -1));
+  for (int i = 0; i < 50; ++i) bar.show(progress("publish", i % 2, 1, -1));
+  bar.finish();
+  return testing::internal::GetCapturedStderr();
+}
+
+TEST(Tables, ALogGetsALineForEachStageAndTenth) {
+  const std::string log = log_of(ProgressBar::Style::lines);
+  EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 13) << log;
+  EXPECT_THAT(log, HasSubstr("open\nbuild 0 %\nbuild 10 %\n"));
+  EXPECT_THAT(log, HasSubstr("build 100 %\npublish\n"));
+  EXPECT_EQ(log_of(ProgressBar::Style::none), "");
+}
+
 proto::Manifest manifest() {
   proto::Manifest manifest;
   manifest.set_device("cpu");
@@ -56,9 +77,10 @@ TEST(Tables, ABoundHasNoRmse) {
 TEST(Tables, AnEstimateStatesNoErrors) {
   proto::Manifest estimate = manifest();
   for (proto::LevelSummary& level : *estimate.mutable_levels()) level.clear_stated_max_error();
+  estimate.mutable_options()->set_threads(2);
   const std::string table = estimate_table(estimate, 90);
-  EXPECT_THAT(table, HasSubstr("1 min 30 s"));
-  EXPECT_THAT(table, HasSubstr("rough guess"));
+  EXPECT_THAT(table, HasSubstr("1 min 30 s on 2 threads"));
+  EXPECT_THAT(table, HasSubstr("guess"));
   EXPECT_THAT(table, ContainsRegex(" 5\\.000\n"));
   EXPECT_THAT(table, Not(HasSubstr(" 0.000")));
   EXPECT_THAT(table, Not(HasSubstr("rmse")));

@@ -1,0 +1,36 @@
+// The page's panel: failed uploads apart and deletable, and small on a small window.
+import assert from "node:assert/strict";
+
+const share_of = (page) => page.evaluate(() => {
+  const { width, height } = document.getElementById("panel").getBoundingClientRect();
+  return (width * height) / (window.innerWidth * window.innerHeight);
+});
+
+// Two failed datasets; the first is deleted, by its button.
+export async function try_failed_uploads(page, url, [first, second]) {
+  const listed = () => page.$$eval("#datasets option", (options) => options.map(({ value }) => value));
+  assert.ok(!(await listed()).some((id) => id === first || id === second), "a failed upload stands among those to look at");
+  await page.click("#failed summary");
+  const words = await page.textContent(`#failed-${first}`);
+  assert.match(words, /no raster|cannot|not a/i, `the failed upload says why: ${words}`);
+  await page.click(`#failed-${first} button`);
+  await page.waitForFunction((id) => !document.getElementById(`failed-${id}`), first);
+  assert.equal((await page.request.get(`${url}/v1/datasets/${first}`)).status(), 404, "the server still has it");
+  assert.equal(await page.textContent("#failed-count"), "1 upload failed");
+  assert.ok(await page.$(`#failed-${second}`), "the other one is gone too");
+}
+
+export async function try_folding(page) {
+  const before = page.viewportSize();
+  await page.setViewportSize({ width: 480, height: 400 });
+  await page.reload();
+  await page.waitForFunction(() => !document.getElementById("details").hidden);
+  const folded = await share_of(page);
+  assert.ok(folded < 0.1, `folded, the panel covers ${(100 * folded).toFixed(0)} % of a small window`);
+  await page.click("#fold");
+  const open = await share_of(page);
+  assert.ok(open > folded && open < 0.4, `unfolded, it covers ${(100 * open).toFixed(0)} %`);
+  await page.click("#fold");
+  assert.ok((await share_of(page)) < 0.1, "it does not fold again");
+  await page.setViewportSize(before);
+}

@@ -1,0 +1,136 @@
+// What a dry run promises, against what is then built.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <ctime>
+
+#include "../raster/fixture.h"
+#include "pipeline/build.h"
+#include "pipeline/estimate.h"
+
+namespace cordillera::server {
+namespace {
+
+using raster_test::Spec;
+
+constexpr int kSide = 1100, kLevel = 13;
+
+/// Mountains in the west, a plain with low dunes in the east.
+double landscape(int c, int r) {
+  const double x = c / 97.0, y = r / 83.0;
+  const double hills = 900 * std::sin(x) * std::cos(y) + 120 * std::sin(9 * x + 2 * y) + 30 * std::sin(31 * x) * std::sin(29 * y);
+  const double dunes = 4 * std::sin(17 * x) + 3 * std::cos(23 * y);
+  return 1500 + (c < kSide / 2 ? hills : 0) + dunes;
+}
+
+class DryRun : public raster_test::RasterTest {
+ protected:
+  void write_landscape() {
+    Spec spec;
+    spec.columns = spec.rows = kSide;
+    spec.geotransform = raster_test::cells_of(kLevel, 9008 * 256 + 40, 6000 * 256 + 90);
+    spec.value = landscape;
+    request_.raster_path = write(spec);
+    request_.raster_name = "dem.tif";
+    request_.id = "test";
+    request_.options = raster_test::plain_options();
+    request_.options.set_max_level(kLevel);
+    request_.options.set_threads(2);
+    request_.options.set_device("cpu");
+  }
+  proto::Manifest guess() {
+    const auto estimate = pipeline::estimate(request_);
+    EXPECT_TRUE(estimate.ok()) << estimate.problem().line();
+    EXPECT_GT(estimate->seconds, 0);
+    return estimate->manifest;
+  }
+  /// A guess within a factor of 2 of what is built.
+  proto::Manifest expect_near() {
+    request_.store_path = path("store.sqlite");
+    const std::atomic<bool> never = false;
+    const proto::Manifest told = guess();
+    const auto built = pipeline::build(request_, nullptr, never);
+    EXPECT_TRUE(built.ok()) << built.problem().line();
+    const auto near = [](double guessed, double truth, const std::string& what) {
+      EXPECT_GT(guessed, truth / 2) << what;
+      EXPECT_LT(guessed, truth * 2) << what;
+    };
+    near(told.tiles(), built->tiles(), "tiles");
+    near(told.triangles(), built->triangles(), "triangles");
+    near(told.bytes(), built->bytes(), "bytes");
+    for (int k = 0; k < 2; ++k) {
+      near(told.levels(k).triangles(), built->levels(k).triangles(), "triangles of level " + std::to_string(told.levels(k).level()));
+      EXPECT_EQ(told.levels(k).target(), built->levels(k).target());
+    }
+    return told;
+  }
+
+  pipeline::BuildRequest request_;
+};
+
+TEST_F(DryRun, IsNearWhatIsBuiltForSmallAndLargeErrors) {
+  write_landscape();
+  std::vector<double> triangles;
+  for (const double error : {5.0, 50.0}) {
+    SCOPED_TRACE(error);
+    request_.options.set_error(error);
+    triangles.push_back(expect_near().triangles());
+  }
+  EXPECT_GT(triangles[0], 2 * triangles[1]) << "a finer error costs triangles";
+}
+
+TEST_F(DryRun, IsNearWhatIsBuiltForShares) {
+  write_landscape();
+  for (const double share : {0.1, 0.03}) request_.options.add_keep(share);
+  request_.options.set_min_level(kLevel - 1);  // the search for the targets of all levels would take long
+  request_.store_path = path("store.sqlite");
+  const std::atomic<bool> never = false;
+  const proto::Manifest told = guess();
+  const auto built = pipeline::build(request_, nullptr, never);
+  ASSERT_TRUE(built.ok()) << built.problem().line();
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_GT(told.levels(k).triangles(), built->levels(k).triangles() / 2) << k;
+    EXPECT_LT(told.levels(k).triangles(), built->levels(k).triangles() * 2) << k;
+  }
+  EXPECT_GT(told.bytes(), built->bytes() / 2);
+  EXPECT_LT(told.bytes(), built->bytes() * 2);
+}
+
+TEST_F(DryRun, SaysTheSameEveryTime) {
+  write_landscape();
+  request_.options.set_error(5);
+  const proto::Manifest first = guess();
+  request_.options.set_threads(1);
+  proto::Manifest second = guess();
+  EXPECT_EQ(second.options().threads(), 1u);
+  second.mutable_options()->set_threads(2);
+  EXPECT_EQ(first.SerializeAsString(), second.SerializeAsString());
+}
+
+TEST_F(DryRun, OfAHugeSparseRasterCostsWhatIsStored) {
+  request_.raster_path = write(raster_test::huge_sparse(50176));
+  request_.raster_name = "sparse.tif";
+  request_.options = raster_test::plain_options();
+  const std::clock_t start = std::clock();
+  const proto::Manifest told = guess();
+  EXPECT_LT(std::clock() - start, 10 * CLOCKS_PER_SEC) << "a second or two of work";
+  EXPECT_GE(told.levels(0).tiles(), 4u);
+  EXPECT_LE(told.levels(0).tiles(), 30u) << "one stored block of 512 x 512";
+}
+
+TEST_F(DryRun, OfNoDataIsTheProblemThatABuildWouldHave) {
+  Spec spec = raster_test::huge_sparse(50176);
+  spec.columns = spec.rows = 2000;
+  spec.only = Spec::Part{0, 0, 16};
+  spec.nodata = -9999;
+  spec.value = [](int, int) { return -9999.0; };
+  request_.raster_path = write(spec);
+  request_.raster_name = "void.tif";
+  request_.options = raster_test::plain_options();
+  const auto estimate = pipeline::estimate(request_);
+  ASSERT_FALSE(estimate.ok());
+  EXPECT_EQ(estimate.problem().type, "raster-all-nodata");
+}
+
+}  // namespace
+}  // namespace cordillera::server
