@@ -11,6 +11,9 @@ namespace {
 
 // What a weld leaves above the contract inside is brought down by flips.
 constexpr ValenceCaps kMendCaps{kInnerValence, kMendedSide, kMendedCorner};
+// Where nothing else empties a border: 13 + 13 - 2 and 4 x 7 - 4 are as wide as a row. Too tight for all, for then no weld had room.
+constexpr ValenceCaps kLastCaps{kMostValence, 13, 7};
+static_assert(2 * kLastCaps.side - 2 <= kRowWidth && 4 * kLastCaps.corner - 4 <= kRowWidth);
 
 }  // namespace
 
@@ -65,7 +68,7 @@ proto::TileMesh finish_tile(const SimplifyJob& job, const Survivors& survivors) 
     for (std::uint32_t k = from; k < to; ++k) rings.neighbour[i * kRowWidth + k - from] = survivors.neighbour[k] - survivors.first;
   }
   const bool must_step = mend(rings, mesh, kMendCaps, job.rim_units) > 0;
-  if (must_step && nudge_inwards(rings, mesh) > 0 && mend(rings, mesh, kMendCaps) > 0) nudge_inwards(rings, mesh);
+  if (must_step && nudge_inwards(rings, mesh) > 0 && mend(rings, mesh, kMendCaps) > 0 && nudge_inwards(rings, mesh) > 0) mend(rings, mesh, kLastCaps);
   return mesh_from_rings(mesh, rings);
 }
 

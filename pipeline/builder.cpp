@@ -8,7 +8,6 @@
 #include <mutex>
 
 #include "gpu/device_lost.h"
-#include "gpu/grid_mesh_sparse.h"
 #include "pipeline/mesh_record.h"
 #include "pipeline/plan.h"
 #include "pipeline/tile_output.h"
@@ -23,24 +22,8 @@ constexpr std::size_t kBatchTiles = 64;   // on a GPU; 0.4 GB of host memory whi
 
 const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
 
-/// Of the target, for what a promised tile's start may leave out. Measured on ten elevation models: with an eighth, tiles of the same RMSE
-/// need as many triangles as without; with a quarter, rims began to break promises.
-constexpr double kSparseShare = 1.0 / 8;
-
 /// What a quality is to gpu::thin.
 int height_rounds(const proto::BuildOptions& options) { return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0; }
-
-/// prepare_finest, less what a promise would not keep: what that leaves out too much, refinement puts back.
-std::optional<PreparedTile> prepare_sparse(const LevelContext& context, const proto::TileAddress& tile) {
-  std::optional<PreparedTile> prepared = prepare_finest(context, tile);
-  // At a pole a cell is a sliver in space: halves of squares are nothing there, and their chords leave what is measured of them.
-  const bool polar = tile.y == 0 || tile.y + 1 == proto::tiles_up(tile.z);
-  if (!prepared || !context.promise || polar) return prepared;
-  gpu::SparseGrid start = gpu::sparse_grid(prepared->input, prepared->elevation, static_cast<float>(kSparseShare * context.level->target()));
-  prepared->input = std::move(start.mesh);
-  prepared->elevation = std::move(start.elevation);
-  return prepared;
-}
 
 }  // namespace
 
@@ -208,7 +191,7 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
     std::vector<BuiltTile> built = simplify(
         context, addresses.size(),
         [&](std::size_t k) {
-          return finest ? prepare_sparse(context, addresses[k]) : prepare_parent(context, addresses[k], children_of(addresses[k], below));
+          return finest ? prepare_finest(context, addresses[k]) : prepare_parent(context, addresses[k], children_of(addresses[k], below));
         },
         one_more);
     if (stop_) return kCancelled;

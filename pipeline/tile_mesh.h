@@ -53,6 +53,8 @@ struct PreparedTile {
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
   std::optional<Surface> truth{};   ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
   double caution = 1;               ///< tolerances are divided by it
+  double rim_share = 1;             ///< the level's rim tolerance is multiplied by it
+  bool sparse = false;              ///< input lacks samples that a promise will hardly need
   std::optional<BuiltTile> best{};  ///< of the attempts so far, where none kept the promise
 
   gpu::SimplifyJob job(const LevelContext& context) const;
