@@ -10,24 +10,21 @@
 
 #include "gpu/refine_shape.h"
 #include "gpu/rings.h"
+#include "gpu/triangle_neighbours.h"
 
 namespace cordillera::gpu {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 using Id = std::uint32_t;
-constexpr Id kNone = UINT32_MAX;
+constexpr Id kNone = kNoTriangle;
 constexpr std::uint32_t kReserve = 2;  // places at a vertex that edges turned for shape leave to insertions
 constexpr int kMostSteps = 64;         // of a walk from triangle to triangle
 constexpr int kMostHarms = 32;         // at a vertex: edges turned to make room, or away from needles, might turn back for ever
 
-constexpr unsigned after(unsigned k) { return k == 2 ? 0 : k + 1; }
-constexpr unsigned before(unsigned k) { return k == 0 ? 2 : k - 1; }
-
 class Refinement {
  public:
-  Refinement(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m) : mesh_(mesh), meter_(meter), limit_m_(limit_m) {
-    join();
+  Refinement(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m) : mesh_(mesh), meter_(meter), limit_m_(limit_m), across_(neighbours(mesh.triangles)) {
     error_.resize(mesh_.triangles.size());
     known_.assign(mesh_.triangles.size(), 0);
     stamp_.assign(mesh_.triangles.size(), 0);
@@ -66,26 +63,6 @@ class Refinement {
       return std::tuple(error_m, other.triangle) < std::tuple(other.error_m, triangle);
     }
   };
-
-  // across_[t][k]: the triangle beyond the edge from corner k to the next.
-  void join() {
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> edges;
-    edges.reserve(3 * mesh_.triangles.size());
-    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
-      for (unsigned k = 0; k < 3; ++k) {
-        const auto [low, high] = std::minmax(mesh_.triangles[t][k], mesh_.triangles[t][after(k)]);
-        edges.emplace_back(std::uint64_t{low} << 32 | high, 3 * t + k);
-      }
-    }
-    std::sort(edges.begin(), edges.end());
-    across_.assign(mesh_.triangles.size(), {kNone, kNone, kNone});
-    for (std::size_t e = 0; e + 1 < edges.size(); ++e) {
-      if (edges[e].first != edges[e + 1].first) continue;
-      const std::uint32_t a = edges[e].second, b = edges[e + 1].second;
-      across_[a / 3][a % 3] = b / 3;
-      across_[b / 3][b % 3] = a / 3;
-    }
-  }
 
   bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
   bool published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }

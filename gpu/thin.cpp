@@ -9,12 +9,12 @@
 #include <utility>
 #include <vector>
 
+#include "gpu/refine_shape.h"
 #include "gpu/rings.h"
 
 namespace cordillera::gpu {
 namespace {
 
-constexpr double kNeedle = 32;       // as in refinement: no triangle this many times as long as it is high
 constexpr std::size_t kMostTries = 2;  // neighbours to collapse onto: those that leave the vertex itself least far from the surface
 constexpr double kSightShare = 1.1;  // of the limit; what is farther off at the vertex, on a flat earth, need not be measured
 constexpr int kHeightSteps = 5;      // of a search for the best height: each half as long as the one before
@@ -65,14 +65,6 @@ class Thinner {
   }
 
   double error_m(const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) const { return meter_.measure({a, b, c}, INFINITY).error_m; }
-
-  static bool has_body(const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) {
-    const auto length2 = [](const MeshPoint& p, const MeshPoint& q) {
-      const double dx = p.x - q.x, dy = p.y - q.y;
-      return dx * dx + dy * dy;
-    };
-    return kNeedle * static_cast<double>(twice_area(a, b, c)) >= std::max({length2(a, b), length2(b, c), length2(c, a), 1.0});
-  }
 
   // The star of v collapsed onto its neighbour k: f(a, b, c) for each triangle, until it returns false.
   template <class F>

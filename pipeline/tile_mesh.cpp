@@ -228,13 +228,15 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
                                            const std::array<const BuiltTile*, 4>& children) {
   std::array<const proto::TileMesh*, 4> meshes{};
   double inherited = 0;
+  std::uint32_t uncovered = 0;
   for (std::size_t c = 0; c < 4; ++c) {
     if (!children[c]) continue;
     meshes[c] = &children[c]->mesh;
     inherited = std::max(inherited, children[c]->max_error_m);
+    uncovered += children[c]->measured.uncovered;
   }
   if (std::all_of(meshes.begin(), meshes.end(), [](const proto::TileMesh* mesh) { return !mesh; })) return std::nullopt;
-  PreparedTile prepared{tile, welded(context, tile, meshes, tile.z + 1), {}, inherited};
+  PreparedTile prepared{tile, welded(context, tile, meshes, tile.z + 1), {}, inherited, uncovered};
   prepared.elevation = elevations(*context.lattice, tile, prepared.input);
   apply_chains(context, prepared, false);
   if (!context.samples) prepared.truth = truth_above(context, tile, children);
@@ -242,6 +244,23 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
 }
 
 namespace {
+
+/// Twice the published area, in units.
+std::int64_t published_area2(const proto::TileMesh& mesh) {
+  const auto at = [&](std::uint32_t v) { return gpu::MeshPoint{mesh.x[v], mesh.y[v], 0}; };
+  std::int64_t area2 = 0;
+  for (const auto& [a, b, c] : mesh.triangles)
+    if (!((mesh.mark[a] | mesh.mark[b] | mesh.mark[c]) & proto::kVoid)) area2 += gpu::twice_area(at(a), at(b), at(c));
+  return area2;
+}
+
+/// Small data in a large tile would vanish within what rims may move: then they move less.
+bool has_vanished(PreparedTile& prepared, const proto::TileMesh& mesh) {
+  constexpr double kLeastShare = 1e-4;
+  if (prepared.rim_share < kLeastShare || published_area2(mesh) > 0 || published_area2(prepared.input) == 0) return false;
+  prepared.rim_share /= 8;
+  return true;
+}
 
 /// Against every finest sample; what exceeds the limit is refined. Returns the triangles that are still over it.
 std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m) {
@@ -282,6 +301,9 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   }
   built.composed = true;
   built.max_error_m = before_m + step_m;
+  // As many samples as cells of the lattice, about.
+  const std::int64_t lost = published_area2(prepared.input) - published_area2(built.mesh);
+  built.measured.uncovered = prepared.inherited_uncovered + static_cast<std::uint32_t>(std::clamp<std::int64_t>(lost / 2, 0, INT32_MAX));
   return still_over;
 }
 
@@ -326,6 +348,7 @@ namespace {
 
 std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   if (!has_its_border(context, prepared, mesh, attempt)) return std::move(prepared.best);  // if there is one
+  if (has_vanished(prepared, mesh)) return std::nullopt;
   BuiltTile built;
   built.tile = prepared.tile;
   built.mesh = std::move(mesh);

@@ -51,6 +51,7 @@ struct PreparedTile {
   proto::TileMesh input;
   std::vector<float> elevation;
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
+  std::uint32_t inherited_uncovered = 0;  ///< of the children together
   std::optional<Surface> truth{};   ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
   double caution = 1;               ///< tolerances are divided by it
   double rim_share = 1;             ///< the level's rim tolerance is multiplied by it

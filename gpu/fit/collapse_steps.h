@@ -8,11 +8,12 @@ namespace cordillera::gpu::fit {
 struct StartVertex {
   MeshView mesh;
   WaveView wave;
+  bool has_planes = false;
   CORDILLERA_HD void operator()(std::size_t i) const {
     const auto v = static_cast<std::uint32_t>(i);
     wave.mark[v] = kStale;
     wave.cost[v] = mesh.vertex[v].gone() ? kNever : -kNever;
-    wave.planes[v] = planes_of(mesh, v);
+    if (!has_planes) wave.planes[v] = planes_of(mesh, v);
     wave.spent[v] = 0;
     wave.lock[v] = ~std::uint64_t{0};
   }

@@ -29,7 +29,7 @@ class Collapser {
   using Array = typename Device::template Array<T>;
   using List = std::span<const std::uint32_t>;
 
-  void start();
+  void start(bool has_planes);
   List list(Array<std::uint32_t>& to, std::size_t count) { return {to.data(), count}; }
   /// f(what finds a vertex' cheapest edge)
   template <class F>
@@ -77,7 +77,7 @@ void Collapser<Device, Samples>::collapse(std::uint64_t target, const CollapseRu
     device_.zero(error, samples);
     device_.each(work_.ids(), MeasureErrors<Samples>{work_.mesh(), samples_, error});
   }
-  start();
+  start(rules.has_planes);
   double pool = rules.pool;
   while (work_.triangles() > target + 1) {
     if (wave(target, pool))
@@ -91,9 +91,9 @@ void Collapser<Device, Samples>::collapse(std::uint64_t target, const CollapseRu
 }
 
 template <class Device, class Samples>
-void Collapser<Device, Samples>::start() {
+void Collapser<Device, Samples>::start(bool has_planes) {
   wave_number_ = round_ = 0;
-  device_.each(work_.ids(), StartVertex{work_.mesh(), work_.wave()});
+  device_.each(work_.ids(), StartVertex{work_.mesh(), work_.wave(), has_planes});
   evaluate_stale(kCostClasses);
 }
 
@@ -197,7 +197,7 @@ template <class Device, class Samples>
 void Collapser<Device, Samples>::last_one() {
   choice_ = EdgeChoice::border;
   const std::uint64_t target = work_.triangles() - 1;
-  start();
+  start(false);
   while (work_.triangles() > target && wave(target, 1)) {
   }
   choice_ = EdgeChoice::all;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "gpu/fit/collapser.h"
+#include "gpu/fit/dropper.h"
 #include "gpu/fit/inserter.h"
 #include "gpu/fit/relocate_power.h"
 #include "gpu/fit/sample_store.h"
@@ -23,6 +24,7 @@ class Fit {
         work_(work),
         samples_(samples),
         count_(sample_count),
+        dropper_(device, work),
         collapser_(device, work, samples),
         sweeper_(device, work),
         turner_(device, work),
@@ -42,15 +44,22 @@ class Fit {
 
   template <class Stage>
   void to_count(std::uint64_t target, const Recipe& recipe, const Stage& stage) {
+    CollapseRules waves = recipe.waves;
+    const auto drop_to = static_cast<std::uint64_t>(recipe.drop_to * static_cast<double>(target));
+    if (recipe.drop_to > 0 && work_.triangles() > drop_to) {
+      dropper_.drop(drop_to, target, recipe.drop_pool);
+      waves.has_planes = true;
+      stage("drops");
+    }
     CollapseRules late = recipe.waves;
     late.cost = CostOf::samples;
     late.pool = recipe.late_pool;
     if (recipe.late_from > 0) {
-      collapse(static_cast<std::uint64_t>(recipe.late_from * static_cast<double>(target)), recipe.waves);
+      collapse(static_cast<std::uint64_t>(recipe.late_from * static_cast<double>(target)), waves);
       stage("waves");
       collapse(target, late);
     } else {
-      collapse(target, recipe.waves);
+      collapse(target, waves);
     }
     stage("waves");
     sweeps(recipe.sweeps, recipe.flip_rounds);
@@ -135,6 +144,7 @@ class Fit {
   WorkMesh<Device>& work_;
   Samples samples_;
   std::size_t count_;
+  Dropper<Device> dropper_;
   Collapser<Device, Samples> collapser_;
   Sweeper<Device> sweeper_;
   Turner<Device> turner_;

@@ -60,7 +60,8 @@ TEST(shape, a_step_stays_where_it_is) {
 TEST(shape, a_spike_is_kept_until_the_target_passes_it) {
   const Corner corner = north_west_of({13, 9000, 6000});
   const Built built = build_dem(points_of(corner, 257, 257, [](int c, int r) { return c == 90 && r == 41 ? 500.0 : 20.0; }), with_error(1));
-  EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
+  // What it is off beside the needles of the spike is known to some centimetres only: they are as steep as 1000 to 1.
+  EXPECT_THAT(judge(built, {kAllSamples.samples_a_tile, 1.5}), IsEmpty());
   EXPECT_THAT(error_at(built, 13, corner.west + 90, corner.north - 41, 500), Optional(Le(1.0)));
   EXPECT_THAT(error_at(built, 8, corner.west + 90, corner.north - 41, 500), Optional(Le(32.0)));
   EXPECT_LT(built.triangles(13), 200u);

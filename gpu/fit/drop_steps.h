@@ -1,0 +1,221 @@
+#pragma once
+// Vertices dropped onto a neighbour that stays where it is. Nothing moves, so the polygons that dropped vertices leave are filled one
+// apart from the other: vertices without an edge between them may all go in one wave, and no triangle need be locked.
+#include "gpu/fit/edge_rules.h"
+#include "gpu/fit/wave_view.h"
+
+namespace cordillera::gpu::fit {
+
+/// Most neighbours that a drop may leave a vertex with; later waves want room, too.
+inline constexpr std::uint32_t kMostAfterDrop = 12;
+
+CORDILLERA_HD inline bool takes_in(const Vertex& to, const Vertex& gone) {
+  return std::uint32_t{to.valence} + gone.valence <= kMostAfterDrop + 4;
+}
+
+/// The neighbour that an inner vertex would become: where its planes are left by the least.
+struct EvaluateDrop {
+  MeshView mesh;
+  WaveView wave;
+
+  CORDILLERA_HD void operator()(std::uint32_t u) const {
+    const Vertex at = mesh.vertex[u];
+    wave.mark[u] = 0;
+    wave.cost[u] = kNever;
+    if ((at.flags & (kOpen | kFixed | kGone)) != 0 || at.valence > kMostNeighbours) return;
+    Vertex ring[kMostNeighbours];
+    const std::uint32_t* const row = mesh.row(u);
+    for (std::uint32_t i = 0; i < at.valence; ++i) ring[i] = mesh.vertex[row[i]];
+    float tried = -1;
+    for (int k = 0; k < kTries; ++k) {
+      const Target target = cheapest(at, ring, wave.planes[u], tried);
+      if (target.cost >= kNever) return;
+      if (sees_ring(ring, at.valence, target.slot)) {
+        wave.cost[u] = target.cost;
+        wave.intent[u].slot = target.slot;
+        return;
+      }
+      tried = target.cost;
+    }
+  }
+
+ private:
+  static constexpr int kTries = 2;
+  struct Target {
+    std::uint32_t slot = 0;
+    float cost = kNever;
+  };
+
+  /// Of those that cost more than what was tried.
+  CORDILLERA_HD Target cheapest(const Vertex& at, const Vertex* ring, const Planes& planes, float tried) const {
+    constexpr float kShape = 1e-7f;  // where costs are equal, short edges go first
+    Target best;
+    for (std::uint32_t i = 0; i < at.valence; ++i) {
+      const Vertex& to = ring[i];
+      const float dx = static_cast<float>(to.x - at.x) * mesh.cells_per_unit,
+                  dy = static_cast<float>(to.y - at.y) * mesh.cells_per_unit;
+      const float off = planes.height(dx, dy) - (to.z - at.z), square = dx * dx + dy * dy, scatter = planes.scatter(dx, dy);
+      const float cost = planes.weight * off * off + (scatter > 0 ? scatter : 0) + kShape * square * (1 + square);
+      if (cost >= best.cost || cost <= tried || !takes_in(to, at)) continue;
+      best = {i, cost};
+    }
+    return best;
+  }
+  /// Is the ring seen from one of its own vertices, every triangle of the fan positive?
+  CORDILLERA_HD static bool sees_ring(const Vertex* ring, std::uint32_t count, std::uint32_t from) {
+    const auto around = [count](std::uint32_t i) { return i < count ? i : i - count; };
+    for (std::uint32_t k = 1; k + 1 < count; ++k) {
+      if (turn(ring[from].at(), ring[around(from + k)].at(), ring[around(from + k + 1)].at()) <= 0) return false;
+    }
+    return true;
+  }
+};
+
+/// Cost class over a hash: coarse classes, so that a slope of costs does not make neighbours wait for each other.
+CORDILLERA_HD inline std::uint64_t drop_key(const WaveView& wave, std::uint32_t u) {
+  return (std::uint64_t{cost_class(wave.cost[u]) >> 2} << 32) | mixed(u);
+}
+
+/// Of the candidates in a list, those that are the least among their neighbours. What a winner of this wave has touched waits for
+/// the next one. Those above the threshold have greater keys, whatever they wait for.
+struct IsLeast {
+  MeshView mesh;
+  WaveView wave;
+  const std::uint32_t* list;
+  std::uint32_t wave_number;
+  CORDILLERA_HD bool operator()(std::uint32_t i) const {
+    const std::uint32_t u = list[i];
+    if (wave.spent[u] == wave_number) return false;
+    const std::uint64_t mine = drop_key(wave, u);
+    const std::uint32_t* const row = mesh.row(u);
+    if (wave.spent[row[wave.intent[u].slot]] == wave_number) return false;
+    for (std::uint32_t k = 0; k < mesh.vertex[u].valence; ++k) {
+      if (drop_key(wave, row[k]) < mine && wave.spent[row[k]] != wave_number) return false;
+    }
+    return true;
+  }
+};
+
+/// Costs last longer than what they were allowed by: that is asked again.
+struct MarkPossible {
+  MeshView mesh;
+  WaveView wave;
+  CORDILLERA_HD void operator()(std::uint32_t u) const {
+    const Vertex& at = mesh.vertex[u];
+    const std::uint32_t slot = wave.intent[u].slot;
+    const std::uint32_t* const row = mesh.row(u);
+    bool possible = takes_in(mesh.vertex[row[slot]], at);
+    const auto place = [&](std::uint32_t i) { return mesh.vertex[row[i < at.valence ? i : i - at.valence]].at(); };
+    for (std::uint32_t k = 1; possible && k + 1 < at.valence; ++k) {
+      possible = turn(place(slot), place(slot + k), place(slot + k + 1)) > 0;
+    }
+    wave.mark[u] = possible ? std::uint8_t{kWinner} : std::uint8_t{kStale};
+  }
+};
+
+/// A neighbour takes in one vertex a round: its valence was looked at for one.
+struct IsFirstSuitor {
+  MeshView mesh;
+  WaveView wave;
+  const std::uint32_t* list;
+  CORDILLERA_HD bool operator()(std::uint32_t i) const {
+    const std::uint32_t u = list[i], to = mesh.row(u)[wave.intent[u].slot];
+    if (!(wave.mark[u] & kWinner)) return false;
+    const std::uint32_t* const row = mesh.row(to);
+    for (std::uint32_t k = 0; k < mesh.vertex[to].valence; ++k) {
+      const std::uint32_t other = row[k];
+      if (other == u || !(wave.mark[other] & kWinner) || mesh.row(other)[wave.intent[other].slot] != to) continue;
+      if (drop_key(wave, other) < drop_key(wave, u)) return false;
+    }
+    return true;
+  }
+};
+
+struct ForgetPossible {
+  WaveView wave;
+  CORDILLERA_HD void operator()(std::uint32_t u) const { wave.mark[u] &= static_cast<std::uint8_t>(~kWinner); }
+};
+
+/// The neighbour takes over the planes; those around are touched. The vertex itself and its row stay until the wave's end.
+struct Drop {
+  MeshView mesh;
+  WaveView wave;
+  std::uint32_t wave_number;
+
+  CORDILLERA_HD void operator()(std::uint32_t u) const {
+    Vertex& at = mesh.vertex[u];
+    const std::uint32_t* const row = mesh.row(u);
+    const std::uint32_t to = row[wave.intent[u].slot];
+    const Vertex& kept = mesh.vertex[to];
+    const Planes seen = wave.planes[u].seen_from(static_cast<float>(kept.x - at.x) * mesh.cells_per_unit,
+                                                 static_cast<float>(kept.y - at.y) * mesh.cells_per_unit, kept.z - at.z);
+    wave.planes[to] = together(wave.planes[to], seen);
+    for (std::uint32_t i = 0; i < at.valence; ++i) wave.spent[row[i]] = wave_number;
+    wave.spent[u] = wave_number;
+    wave.into[u] = to;
+    wave.cost[u] = kNever;
+    at.flags |= kGone;
+  }
+};
+
+struct WasTouched {
+  WaveView wave;
+  std::uint32_t wave_number;
+  CORDILLERA_HD bool operator()(std::uint32_t v) const {
+    return wave.spent[v] == wave_number;
+  }
+};
+
+/// The row of one that is touched, of the rows of those that are gone: these nobody changes any more. It looks anew for a
+/// neighbour only if the one that it would have become is gone, or its planes are others.
+struct CloseRing {
+  MeshView mesh;
+  WaveView wave;
+
+  CORDILLERA_HD void operator()(std::uint32_t v) const {
+    Vertex& at = mesh.vertex[v];
+    if (at.gone()) return;
+    std::uint32_t* const row = mesh.row(v);
+    const std::uint32_t valence = at.valence, wanted = wave.intent[v].slot;
+    constexpr std::uint32_t kLongest = 256;
+    std::uint32_t ring[kLongest];
+    std::uint32_t count = 0;
+    bool stale = (wave.mark[v] & kStale) != 0;
+    for (std::uint32_t i = 0; i < valence; ++i) {
+      const std::uint32_t w = row[i];
+      if (!mesh.vertex[w].gone()) {
+        if (i == wanted) wave.intent[v].slot = count;
+        ring[count++] = w;
+        continue;
+      }
+      const std::uint32_t to = wave.into[w];
+      stale |= i == wanted || to == v;
+      if (to == v) {
+        count = take_over(w, ring, count);
+      } else if (row[i == 0 ? valence - 1 : i - 1] != to && row[i + 1 == valence ? 0 : i + 1] != to) {
+        ring[count++] = to;
+      }
+    }
+    for (std::uint32_t i = 0; i < count; ++i) row[i] = ring[i];
+    at.valence = static_cast<std::uint16_t>(count);
+    if (wave.cost[v] == kNever) {  // had no way out; may have one now
+      wave.cost[v] = -kNever;
+      stale = true;
+    }
+    wave.mark[v] = stale ? std::uint8_t{kStale} : std::uint8_t{0};
+  }
+
+ private:
+  /// What the ring of one that is gone has, but for the vertex that took it in and the two beside that.
+  CORDILLERA_HD std::uint32_t take_over(std::uint32_t gone, std::uint32_t* ring, std::uint32_t count) const {
+    const std::uint32_t* const row = mesh.row(gone);
+    const std::uint32_t valence = mesh.vertex[gone].valence, place = wave.intent[gone].slot;
+    for (std::uint32_t k = 2; k + 1 < valence; ++k) {
+      const std::uint32_t i = place + k;
+      ring[count++] = row[i < valence ? i : i - valence];
+    }
+    return count;
+  }
+};
+
+}  // namespace cordillera::gpu::fit
