@@ -186,7 +186,7 @@ bool same_place(const gpu::MeshPoint& a, const gpu::MeshPoint& b) { return a.x =
 class ComposedMeter::Ground {
  public:
   Ground(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded)
-      : earth_(lattice, tile), welded_(welded), index_(welded), at_(welded.vertices()) {
+      : earth_(lattice, tile), welded_(welded), index_(welded, is_published), rims_(welded, is_beside_rim), at_(welded.vertices()) {
     for (std::uint32_t v = 0; v < at_.size(); ++v) at_[v] = earth_.at(point(v));
   }
 
@@ -217,6 +217,29 @@ class ComposedMeter::Ground {
     if (error.count == 0) offer_nearest(corners, worst, welded_.triangles[over], error);
     offer_between(worst, welded_.triangles[over], error);
     return error;
+  }
+
+  double beyond_rims_m(const std::array<gpu::MeshPoint, 3>& corners) const {
+    const Plane plane = plane_of(earth_.at(corners[0]), earth_.at(corners[1]), earth_.at(corners[2]));
+    double greatest = 0;
+    if (!has_area(plane)) return greatest;
+    std::array<PlanPoint, 3> plan;
+    for (std::size_t k = 0; k < 3; ++k) plan[k] = {static_cast<double>(corners[k].x), static_cast<double>(corners[k].y)};
+    std::vector<std::uint32_t> near;
+    rims_.meeting(plan, near);
+    for (const std::uint32_t k : near) {
+      const auto& t = welded_.triangles[k];
+      const Common common = common_part(plan, plan_of(welded_, t));
+      if (common.count <= 2) continue;
+      for (const std::uint32_t v : t) {
+        if (welded_.mark[v] & proto::kVoid) continue;
+        for (int c = 0; c < common.count; ++c) {
+          const Over here = over(plane, earth_.place(common.corner[c]));
+          greatest = std::max({greatest, std::abs(here.high_m - at_[v].height_m), std::abs(here.low_m - at_[v].height_m)});
+        }
+      }
+    }
+    return greatest;
   }
 
  private:
@@ -287,7 +310,7 @@ class ComposedMeter::Ground {
 
   Earth earth_;
   const TileMesh& welded_;
-  TriangleIndex index_;
+  TriangleIndex index_, rims_;
   std::vector<Spot> at_;  // indexed by welded vertex
 };
 
@@ -299,19 +322,38 @@ gpu::TriangleError ComposedMeter::measure(const std::array<gpu::MeshPoint, 3>& c
   return ground_->measure(corners, limit_m);
 }
 
-double ComposedMeter::greatest_m(const TileMesh& parent) const {
-  std::vector<std::uint32_t> none;
-  return greatest_m(parent, INFINITY, none);
+double ComposedMeter::beyond_rims_m(const std::array<gpu::MeshPoint, 3>& corners) const { return ground_->beyond_rims_m(corners); }
+
+double NearerMeter::beyond_rims_m(const TileMesh& mesh) const {
+  double greatest = 0;
+  for (const auto& t : mesh.triangles) {
+    if (!is_published(mesh, t)) continue;
+    std::array<gpu::MeshPoint, 3> corners;
+    for (std::size_t c = 0; c < 3; ++c) corners[c] = {mesh.x[t[c]], mesh.y[t[c]], mesh.height[t[c]]};
+    const double first_m = first_.beyond_rims_m(corners);
+    if (first_m > 0) greatest = std::max(greatest, std::min(first_m + first_m_, second_.beyond_rims_m(corners) + second_m_));
+  }
+  return greatest;
 }
 
-double ComposedMeter::greatest_m(const TileMesh& parent, double limit_m, std::vector<std::uint32_t>& over) const {
+gpu::TriangleError NearerMeter::measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
+  gpu::TriangleError first = first_.measure(corners, limit_m - first_m_);
+  first.error_m += first_m_;
+  if (first.error_m <= limit_m) return first;
+  const double second_m = second_.measure(corners, INFINITY).error_m + second_m_;
+  first.error_m = std::min(first.error_m, second_m);
+  if (first.error_m <= limit_m) first.count = 0;
+  return first;
+}
+
+double greatest_error_m(const gpu::ErrorMeter& meter, const TileMesh& mesh, double limit_m, std::vector<std::uint32_t>& over) {
   double greatest = 0;
-  for (std::uint32_t k = 0; k < parent.triangles.size(); ++k) {
-    const auto& t = parent.triangles[k];
-    if (!is_published(parent, t)) continue;
+  for (std::uint32_t k = 0; k < mesh.triangles.size(); ++k) {
+    const auto& t = mesh.triangles[k];
+    if (!is_published(mesh, t)) continue;
     std::array<gpu::MeshPoint, 3> corners;
-    for (std::size_t c = 0; c < 3; ++c) corners[c] = {parent.x[t[c]], parent.y[t[c]], parent.height[t[c]]};
-    const double error_m = measure(corners, INFINITY).error_m;
+    for (std::size_t c = 0; c < 3; ++c) corners[c] = {mesh.x[t[c]], mesh.y[t[c]], mesh.height[t[c]]};
+    const double error_m = meter.measure(corners, limit_m).error_m;
     greatest = std::max(greatest, error_m);
     if (error_m > limit_m) over.push_back(k);
   }

@@ -23,13 +23,31 @@ class ComposedMeter final : public gpu::ErrorMeter {
 
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
 
-  /// The greatest error of parent's published triangles; those above limit_m are appended to over.
-  double greatest_m(const proto::TileMesh& parent, double limit_m, std::vector<std::uint32_t>& over) const;
-  double greatest_m(const proto::TileMesh& parent) const;
+  /// How far a triangle that reaches over a rim of the finer surface may be from samples there, which that surface leaves out: they are
+  /// taken to lie no higher and no lower than the rim beside them. 0 where it reaches over none.
+  double beyond_rims_m(const std::array<gpu::MeshPoint, 3>& corners) const;
 
  private:
   class Ground;
   std::unique_ptr<Ground> ground_;
 };
+
+/// The lesser of two bounds: by way of one surface, or of another one. Errors are those against the samples: the surfaces' own are in them.
+/// Borrows both meters.
+class NearerMeter final : public gpu::ErrorMeter {
+ public:
+  NearerMeter(const ComposedMeter& first, double first_m, const ComposedMeter& second, double second_m)
+      : first_(first), second_(second), first_m_(first_m), second_m_(second_m) {}
+  gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
+  /// Of all published triangles of a mesh.
+  double beyond_rims_m(const proto::TileMesh& mesh) const;
+
+ private:
+  const ComposedMeter &first_, &second_;
+  double first_m_, second_m_;
+};
+
+/// The greatest error of mesh's published triangles; those above limit_m are appended to over.
+double greatest_error_m(const gpu::ErrorMeter& meter, const proto::TileMesh& mesh, double limit_m, std::vector<std::uint32_t>& over);
 
 }  // namespace cordillera::pipeline

@@ -42,13 +42,18 @@ std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<s
   return corners;
 }
 
-TriangleIndex::TriangleIndex(const proto::TileMesh& mesh) {
+bool is_beside_rim(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  const unsigned some = mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]], all = mesh.mark[t[0]] & mesh.mark[t[1]] & mesh.mark[t[2]];
+  return (some & proto::kVoid) != 0 && (all & proto::kVoid) == 0;
+}
+
+TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
   across_ = std::max(1, static_cast<std::int32_t>(std::sqrt(static_cast<double>(mesh.triangles.size()) / 2)));
   cells_per_unit_ = static_cast<double>(across_) / mesh.side;
   start_.assign(static_cast<std::size_t>(across_) * across_ + 2, 0);
   const auto each = [&](auto&& visit) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (!is_published(mesh, mesh.triangles[t])) continue;
+      if (!wanted(mesh, mesh.triangles[t])) continue;
       const Cells c = cells_of(plan_of(mesh, mesh.triangles[t]));
       for (std::int32_t y = c.y0; y <= c.y1; ++y)
         for (std::int32_t x = c.x0; x <= c.x1; ++x) visit(static_cast<std::size_t>(y) * across_ + x, t);

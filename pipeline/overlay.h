@@ -28,10 +28,14 @@ bool is_published(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3
 
 std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
 
-/// Finds the published triangles of a mesh whose boxes meet a box.
+/// Some corner is void, some is not: it lies along a rim, outside.
+bool is_beside_rim(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
+
+/// Finds the triangles of a mesh whose boxes meet a box, of those for which wanted is true.
 class TriangleIndex {
  public:
-  explicit TriangleIndex(const proto::TileMesh& mesh);
+  using Wanted = bool (*)(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
+  TriangleIndex(const proto::TileMesh& mesh, Wanted wanted);
   /// Ascending, each once; replaces what found held.
   void meeting(const std::array<PlanPoint, 3>& triangle, std::vector<std::uint32_t>& found) const;
 

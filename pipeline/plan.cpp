@@ -19,7 +19,7 @@ constexpr double kStepsPerTile = 262144;      // .glb quantisation: 18 bits a ti
 constexpr double kStepShare = 1.0 / 64;       // of the target: quantisation must not spend the promise
 constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
 constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
-constexpr double kRimExtentShare = 1.0 / 128;  // small data keeps its outline, however coarse the level
+constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
 constexpr double kRelief_m = 8192;             // within a tile, and its skirts, quantisation must have room for
 
 double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }

@@ -287,20 +287,21 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   return left;
 }
 
-/// Against a finer surface, whose own error is known. Returns the triangles that are still over the limit.
+/// Against finer surfaces, whose own errors are known. Returns the triangles that are still over the limit.
 std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
-  const double before_m = prepared.truth->max_error_m + kRoundingSteps * context.level->ecef_step();
-  const ComposedMeter meter(*context.lattice, built.tile, prepared.truth->mesh);
-  const double left_m = std::max(limit_m - before_m, kLeastStepShare * limit_m);
+  const ComposedMeter truth(*context.lattice, built.tile, prepared.truth->mesh), children(*context.lattice, built.tile, prepared.input);
+  const NearerMeter meter(truth, prepared.truth->max_error_m, children, prepared.inherited_error_m);
+  const double rounding_m = kRoundingSteps * context.level->ecef_step();
+  const double left_m = std::max(limit_m - rounding_m, prepared.truth->max_error_m + kLeastStepShare * limit_m);
   std::vector<std::uint32_t> over, still_over;
-  double step_m = meter.greatest_m(built.mesh, left_m, over);
+  double greatest_m = greatest_error_m(meter, built.mesh, left_m, over);
   if (context.promise) {
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, prepared.truth->mesh.vertices()).inserted;
     if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds});
-    step_m = meter.greatest_m(built.mesh, left_m, still_over);
+    greatest_m = greatest_error_m(meter, built.mesh, left_m, still_over);
   }
   built.composed = true;
-  built.max_error_m = before_m + step_m;
+  built.max_error_m = rounding_m + std::max(greatest_m, meter.beyond_rims_m(built.mesh));
   // As many samples as cells of the lattice, about.
   const std::int64_t lost = published_area2(prepared.input) - published_area2(built.mesh);
   built.measured.uncovered = prepared.inherited_uncovered + static_cast<std::uint32_t>(std::clamp<std::int64_t>(lost / 2, 0, INT32_MAX));

@@ -1,13 +1,17 @@
 #pragma once
-// Vertices dropped onto a neighbour that stays where it is. Nothing moves, so the polygons that dropped vertices leave are filled one
-// apart from the other: vertices without an edge between them may all go in one wave, and no triangle need be locked.
+// Vertices dropped onto a neighbour that stays where it is. Nothing moves, so the polygons that dropped vertices leave are filled
+// each on its own: vertices without an edge between them may all go in one wave, and no triangle need be locked.
+#include "gpu/fit/collapse_steps.h"
 #include "gpu/fit/edge_rules.h"
+#include "gpu/fit/lock_steps.h"
 #include "gpu/fit/wave_view.h"
 
 namespace cordillera::gpu::fit {
 
 /// Most neighbours that a drop may leave a vertex with; later waves want room, too.
 inline constexpr std::uint32_t kMostAfterDrop = 12;
+/// Times this, numbers are still all different, and those of neighbours come in no order.
+inline constexpr std::uint32_t kOddlyMixed = 0x9e3779b1u;
 
 CORDILLERA_HD inline bool takes_in(const Vertex& to, const Vertex& gone) {
   return std::uint32_t{to.valence} + gone.valence <= kMostAfterDrop + 4;
@@ -71,26 +75,31 @@ struct EvaluateDrop {
   }
 };
 
-/// Cost class over a hash: coarse classes, so that a slope of costs does not make neighbours wait for each other.
-CORDILLERA_HD inline std::uint64_t drop_key(const WaveView& wave, std::uint32_t u) {
-  return (std::uint64_t{cost_class(wave.cost[u]) >> 2} << 32) | mixed(u);
+/// Its own planes are all that a vertex needs to know: one look around for both.
+struct StartDrops {
+  MeshView mesh;
+  WaveView wave;
+  CORDILLERA_HD void operator()(std::size_t v) const {
+    StartVertex{mesh, wave}(v);
+    EvaluateDrop{mesh, wave}(static_cast<std::uint32_t>(v));
+  }
+};
+
+/// Does u go before w? Classes are coarse, so that on a slope of costs neighbours do not wait for each other in a row.
+CORDILLERA_HD inline bool drops_before(const WaveView& wave, std::uint32_t u, std::uint32_t w) {
+  const std::uint32_t at_u = cost_class(wave.cost[u]) >> 2, at_w = cost_class(wave.cost[w]) >> 2;
+  return at_u != at_w ? at_u < at_w : u * kOddlyMixed < w * kOddlyMixed;
 }
 
-/// Of the candidates in a list, those that are the least among their neighbours. What a winner of this wave has touched waits for
-/// the next one. Those above the threshold have greater keys, whatever they wait for.
+/// A candidate that is the least among the candidates around it. All under the threshold are evaluated: the cost says who is one.
 struct IsLeast {
   MeshView mesh;
   WaveView wave;
-  const std::uint32_t* list;
-  std::uint32_t wave_number;
-  CORDILLERA_HD bool operator()(std::uint32_t i) const {
-    const std::uint32_t u = list[i];
-    if (wave.spent[u] == wave_number) return false;
-    const std::uint64_t mine = drop_key(wave, u);
+  std::uint32_t most_class;
+  CORDILLERA_HD bool operator()(std::uint32_t u) const {
     const std::uint32_t* const row = mesh.row(u);
-    if (wave.spent[row[wave.intent[u].slot]] == wave_number) return false;
     for (std::uint32_t k = 0; k < mesh.vertex[u].valence; ++k) {
-      if (drop_key(wave, row[k]) < mine && wave.spent[row[k]] != wave_number) return false;
+      if (drops_before(wave, row[k], u) && cost_class(wave.cost[row[k]]) <= most_class) return false;
     }
     return true;
   }
@@ -113,30 +122,40 @@ struct MarkPossible {
   }
 };
 
-/// A neighbour takes in one vertex a round: its valence was looked at for one.
+/// A neighbour takes in one vertex a wave: its valence was looked at for one.
 struct IsFirstSuitor {
   MeshView mesh;
   WaveView wave;
-  const std::uint32_t* list;
-  CORDILLERA_HD bool operator()(std::uint32_t i) const {
-    const std::uint32_t u = list[i], to = mesh.row(u)[wave.intent[u].slot];
+  std::uint32_t begin = 0, end = ~std::uint32_t{0};  ///< nobody outside may go
+  CORDILLERA_HD bool operator()(std::uint32_t u) const {
     if (!(wave.mark[u] & kWinner)) return false;
+    const std::uint32_t to = mesh.row(u)[wave.intent[u].slot];
     const std::uint32_t* const row = mesh.row(to);
     for (std::uint32_t k = 0; k < mesh.vertex[to].valence; ++k) {
       const std::uint32_t other = row[k];
-      if (other == u || !(wave.mark[other] & kWinner) || mesh.row(other)[wave.intent[other].slot] != to) continue;
-      if (drop_key(wave, other) < drop_key(wave, u)) return false;
+      if (other == u || other < begin || other >= end || !(wave.mark[other] & kWinner)) continue;
+      if (mesh.row(other)[wave.intent[other].slot] == to && drops_before(wave, other, u)) return false;
     }
     return true;
   }
 };
+
+/// What holds for the entries of a list.
+template <class Test>
+struct OfList {
+  Test test;
+  const std::uint32_t* list;
+  CORDILLERA_HD bool operator()(std::uint32_t i) const { return test(list[i]); }
+};
+template <class Test>
+OfList(Test, const std::uint32_t*) -> OfList<Test>;
 
 struct ForgetPossible {
   WaveView wave;
   CORDILLERA_HD void operator()(std::uint32_t u) const { wave.mark[u] &= static_cast<std::uint8_t>(~kWinner); }
 };
 
-/// The neighbour takes over the planes; those around are touched. The vertex itself and its row stay until the wave's end.
+/// The neighbour takes over the planes; those around are touched.
 struct Drop {
   MeshView mesh;
   WaveView wave;
@@ -151,7 +170,6 @@ struct Drop {
                                                  static_cast<float>(kept.y - at.y) * mesh.cells_per_unit, kept.z - at.z);
     wave.planes[to] = together(wave.planes[to], seen);
     for (std::uint32_t i = 0; i < at.valence; ++i) wave.spent[row[i]] = wave_number;
-    wave.spent[u] = wave_number;
     wave.into[u] = to;
     wave.cost[u] = kNever;
     at.flags |= kGone;
@@ -174,7 +192,6 @@ struct CloseRing {
 
   CORDILLERA_HD void operator()(std::uint32_t v) const {
     Vertex& at = mesh.vertex[v];
-    if (at.gone()) return;
     std::uint32_t* const row = mesh.row(v);
     const std::uint32_t valence = at.valence, wanted = wave.intent[v].slot;
     constexpr std::uint32_t kLongest = 256;

@@ -1,9 +1,7 @@
 #pragma once
-// The first part of a great reduction: waves that drop vertices onto neighbours, at a fraction of what an optimal place costs. The
-// planes of those that go are carried along, so that later waves still know of them.
-#include "gpu/fit/collapse_steps.h"
-#include "gpu/fit/drop_steps.h"
-#include "gpu/fit/lock_steps.h"
+// The first part of a great reduction: waves that drop vertices onto neighbours, at a fraction of what an optimal place costs.
+// First inside blocks, all waves of one while a cache holds it, then over the whole mesh.
+#include "gpu/fit/drop_block.h"
 #include "gpu/fit/threshold.h"
 #include "gpu/fit/work_mesh.h"
 
@@ -14,66 +12,93 @@ class Dropper {
  public:
   Dropper(Device& device, WorkMesh<Device>& work) : device_(device), work_(work), threshold_(device) {}
 
-  /// Until about so many triangles are left, in steps of a wave; never below `least`. Leaves carried planes at every vertex.
-  void drop(std::uint64_t about, std::uint64_t least, double pool) {
-    device_.each(work_.ids(), StartVertex{work_.mesh(), work_.wave()});
+  /// Until so many triangles are left, or fewer by what a wave takes; never below `least`. Leaves carried planes at every vertex.
+  void drop(std::uint64_t about, std::uint64_t least) {
+    device_.each(work_.ids(), StartDrops{work_.mesh(), work_.wave()});
     wave_number_ = 0;
-    while (work_.triangles() > about && wave(least, pool)) {
+    if (work_.blocks() > 0) in_blocks(least);
+    while (work_.triangles() > about && wave(least)) {
     }
   }
 
  private:
-  int kRounds = getenv("DR") ? atoi(getenv("DR")) : 3;
   template <class T>
   using Array = typename Device::template Array<T>;
+  using List = std::span<const std::uint32_t>;
 
-  bool wave(std::uint64_t least, double pool);
-  std::size_t round(const std::uint32_t* candidates, std::size_t candidate_count, std::uint32_t* winners);
+  static constexpr double kPool = 0.5, kFirstPool = 0.8;
+  static constexpr int kBlockWaves = 10;
+  static constexpr std::uint32_t kClassGrowth = 5;
+
+  void in_blocks(std::uint64_t least);
+  bool wave(std::uint64_t least);
+  List find_winners(List candidates, std::uint32_t limit);
 
   Device& device_;
   WorkMesh<Device>& work_;
   Threshold<Device> threshold_;
   std::uint32_t wave_number_ = 0;
-  Array<std::uint32_t> stale_, candidates_, least_, winners_, touched_;
+  Array<std::uint32_t> listed_, least_, winners_, dropped_;
 };
 
+/// Blocks cannot ask each other what is cheap: all go by a share of the first costs.
 template <class Device>
-bool Dropper<Device>::wave(std::uint64_t least, double pool) {
+void Dropper<Device>::in_blocks(std::uint64_t least) {
+  const MeshView mesh = work_.mesh();
+  const WaveView wave = work_.wave();
+  const std::size_t all = work_.ids(), blocks = work_.blocks();
+  const double most_share = static_cast<double>(work_.triangles() - least) / 2 / static_cast<double>(all);
+  const BlockSchedule schedule{kBlockWaves, threshold_.of_share(wave, all, kFirstPool), kClassGrowth, most_share};
+  std::uint32_t* const dropped = work_.room(dropped_, blocks);
+  device_.zero(dropped, blocks);
+  device_.each_block(blocks, DropInBlock{mesh, wave, schedule, work_.block_start(), dropped});
+  const auto gone = static_cast<std::int64_t>(all - work_.alive().size());
+  work_.count(-gone, -2 * gone);
+  device_.each(all, Unlock{mesh, wave});
+  wave_number_ = kBlockWaves;
+}
+
+template <class Device>
+bool Dropper<Device>::wave(std::uint64_t least) {
   if (work_.close_up()) wave_number_ = 0;
   ++wave_number_;
   const MeshView mesh = work_.mesh();
   const WaveView wave = work_.wave();
   const std::size_t all = work_.ids();
-  const std::uint32_t most = wave_number_ == 1 ? kCostClasses : threshold_.of_share(wave, all, pool);
-  std::uint32_t* const stale = work_.room(stale_, all);
-  const std::size_t stale_count = device_.select(all, IsStaleUnder{wave, most}, stale);
-  device_.each(stale_count, Listed{EvaluateDrop{mesh, wave}, stale});
-  const std::uint32_t limit = wave_number_ == 1 ? threshold_.of_share(wave, all, pool) : most;
+  std::uint32_t* const listed = work_.room(listed_, all);
+  const auto evaluate_under = [&](std::uint32_t most_class) {
+    const std::size_t stale = device_.select(all, IsStaleUnder{wave, most_class}, listed);
+    device_.each(stale, Listed{EvaluateDrop{mesh, wave}, listed});
+  };
+  evaluate_under(cost_class(-kNever));  // nobody knows anything of these
+  const std::uint32_t limit = threshold_.of_share(wave, all, kPool);
+  evaluate_under(limit);
+  const List candidates{listed, device_.select(all, IsCandidateUnder{wave, limit}, listed)};
+  const List winners = find_winners(candidates, limit);
+  if (winners.empty() || work_.triangles() < least + 2 * winners.size()) return false;
 
-  std::uint32_t* const candidates = work_.room(candidates_, all);
-  const std::size_t candidate_count = device_.select(all, IsCandidateUnder{wave, limit}, candidates);
-  std::uint32_t* const winners = work_.room(winners_, candidate_count);
-  std::size_t count = 0;
-  for (int k = 0; k < kRounds; ++k) count += round(candidates, candidate_count, winners + count);
-  const std::size_t touched = device_.select(all, WasTouched{wave, wave_number_}, work_.room(touched_, all));
-  device_.each(touched, Listed{CloseRing{mesh, wave}, touched_.data()});
-  work_.count(-static_cast<std::int64_t>(count), -2 * static_cast<std::int64_t>(count));
-  return count > 0;
+  device_.each(winners.size(), Listed{Drop{mesh, wave, wave_number_}, winners.data()});
+  const std::size_t touched = device_.select(all, WasTouched{wave, wave_number_}, listed);
+  device_.each(touched, Listed{CloseRing{mesh, wave}, listed});
+  const auto count = static_cast<std::int64_t>(winners.size());
+  work_.count(-count, -2 * count);
+  return true;
 }
 
 template <class Device>
-std::size_t Dropper<Device>::round(const std::uint32_t* candidates, std::size_t candidate_count, std::uint32_t* winners) {
+typename Dropper<Device>::List Dropper<Device>::find_winners(List candidates, std::uint32_t limit) {
   const MeshView mesh = work_.mesh();
   const WaveView wave = work_.wave();
-  std::uint32_t* const least = work_.room(least_, candidate_count);
-  const std::size_t least_count = device_.select(candidate_count, IsLeast{mesh, wave, candidates, wave_number_}, least);
-  device_.each(least_count, PickFrom{candidates, least});
+  std::uint32_t* const least = work_.room(least_, candidates.size());
+  const std::size_t least_count =
+      device_.select(candidates.size(), OfList{IsLeast{mesh, wave, limit}, candidates.data()}, least);
+  device_.each(least_count, PickFrom{candidates.data(), least});
   device_.each(least_count, Listed{MarkPossible{mesh, wave}, least});
-  const std::size_t count = device_.select(least_count, IsFirstSuitor{mesh, wave, least}, winners);
+  std::uint32_t* const winners = work_.room(winners_, least_count);
+  const std::size_t count = device_.select(least_count, OfList{IsFirstSuitor{mesh, wave}, least}, winners);
   device_.each(count, PickFrom{least, winners});
   device_.each(least_count, Listed{ForgetPossible{wave}, least});
-  device_.each(count, Listed{Drop{mesh, wave, wave_number_}, winners});
-  return count;
+  return {winners, count};
 }
 
 }  // namespace cordillera::gpu::fit

@@ -7,6 +7,21 @@
 namespace cordillera::gpu::fit {
 namespace {
 
+/// The threads of a block.
+struct BlockTeam {
+  template <class F>
+  __device__ void each(std::size_t n, const F& f) {
+    for (std::size_t i = threadIdx.x; i < n; i += blockDim.x) f(i);
+  }
+  __device__ void barrier() { __syncthreads(); }
+};
+
+template <class F>
+__global__ void __launch_bounds__(kStepThreads) each_block_kernel(F f) {
+  BlockTeam team;
+  f(team, std::size_t{blockIdx.x});
+}
+
 class CudaDevice : public CudaSteps {
  public:
   CudaDevice(int device, const cudaDeviceProp& properties) : CudaSteps(properties.multiProcessorCount), device_(device) {
@@ -15,6 +30,12 @@ class CudaDevice : public CudaSteps {
   /// What a thread calls belongs to its current device.
   void use() { CORDILLERA_CUDA(cudaSetDevice(device_)); }
   std::string name() const { return name_; }
+  template <class F>
+  void each_block(std::size_t blocks, const F& f) {
+    if (blocks == 0) return;
+    each_block_kernel<<<static_cast<unsigned>(blocks), kStepThreads, 0, stream_>>>(f);
+    CORDILLERA_CUDA(cudaGetLastError());
+  }
 
  private:
   int device_ = 0;

@@ -45,12 +45,8 @@ class Fit {
   template <class Stage>
   void to_count(std::uint64_t target, const Recipe& recipe, const Stage& stage) {
     CollapseRules waves = recipe.waves;
-    const auto drop_to = static_cast<std::uint64_t>(recipe.drop_to * static_cast<double>(target));
-    if (recipe.drop_to > 0 && work_.triangles() > drop_to) {
-      dropper_.drop(drop_to, target, recipe.drop_pool);
-      waves.has_planes = true;
-      stage("drops");
-    }
+    if (recipe.drop_to > 0) waves.has_planes = drop(target, recipe.drop_to);
+    stage("drops");
     CollapseRules late = recipe.waves;
     late.cost = CostOf::samples;
     late.pool = recipe.late_pool;
@@ -99,10 +95,20 @@ class Fit {
 
  private:
   static constexpr int kTries = 2;
+  /// Drops spare this share of the triangles: what comes below takes little time, and shows most.
+  static constexpr double kNoDrops = 0.1;
   static constexpr float kAll = -1;
   /// Of scaled heights as floats: the promise is about the input's own.
   static constexpr float kRounding = 2.5e-4f, kRelativeRounding = 1e-5f;
 
+  /// False: there is no need.
+  bool drop(std::uint64_t target, double drop_to) {
+    const auto all = static_cast<double>(work_.triangles());
+    const double least = std::max(static_cast<double>(target), kNoDrops * all);
+    if (all <= drop_to * least) return false;
+    dropper_.drop(static_cast<std::uint64_t>(drop_to * least), static_cast<std::uint64_t>(least));
+    return true;
+  }
   void collapse(std::uint64_t target, const CollapseRules& rules) { collapser_.collapse(target, rules, error_.data(), count_); }
 
   void sweeps(int count, int flip_rounds) {

@@ -9,6 +9,15 @@
 
 namespace cordillera::gpu::fit {
 
+/// The team of a host.
+struct OneThread {
+  template <class F>
+  void each(std::size_t n, const F& f) {
+    for (std::size_t i = 0; i < n; ++i) f(i);
+  }
+  void barrier() {}
+};
+
 class HostSteps {
  public:
   template <class T>
@@ -42,6 +51,12 @@ class HostSteps {
   template <class F>
   void each(std::size_t n, const F& f) {
     for (std::size_t i = 0; i < n; ++i) f(i);
+  }
+  /// f(team, block): a team works together on a block, in steps with barriers between.
+  template <class F>
+  void each_block(std::size_t blocks, const F& f) {
+    OneThread team;
+    for (std::size_t i = 0; i < blocks; ++i) f(team, i);
   }
   template <class Keep>
   std::size_t select(std::size_t n, const Keep& keep, std::uint32_t* to) {

@@ -99,8 +99,9 @@ void take_vertices(const HeightMesh& mesh, const std::vector<std::uint32_t>& ord
 }
 
 /// Nodes in square tiles: vertices that lie near each other are numbered near each other, for the sake of caches.
+constexpr std::uint32_t kTile = 32;
+
 std::uint32_t in_tiles(std::uint32_t column, std::uint32_t row, std::uint32_t columns) {
-  constexpr std::uint32_t kTile = 32;
   const std::uint32_t tiles = (columns + kTile - 1) / kTile;
   return ((row / kTile * tiles + column / kTile) * kTile + row % kTile) * kTile + column % kTile;
 }
@@ -123,7 +124,12 @@ void plan_lattice(const HeightMesh& mesh, const Lattice& lattice, Plan& plan, bo
     at[v] = {static_cast<std::int32_t>(node % columns) * kStep, static_cast<std::int32_t>(node / columns) * kStep};
     plan.lattice_z[node] = plan.scale.height(mesh.z[v]);
   }
-  take_vertices(mesh, sorted_by(key, keys), at, plan, clockwise);
+  const std::vector<std::uint32_t> order = sorted_by(key, keys);
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    if (i == 0 || key[order[i]] / (kTile * kTile) != key[order[i - 1]] / (kTile * kTile)) plan.block_start.push_back(i);
+  }
+  plan.block_start.push_back(static_cast<std::uint32_t>(order.size()));
+  take_vertices(mesh, order, at, plan, clockwise);
 }
 
 /// The longer side gets 2^26 units; bins are about one vertex large.

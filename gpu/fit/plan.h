@@ -24,6 +24,9 @@ struct Plan {
   std::vector<float> z;                                 ///< likewise, scaled
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise
 
+  /// Vertices in runs that lie near each other: indexed by run, one more at the end, the first vertex in it. Lattices only.
+  std::vector<std::uint32_t> block_start;
+
   /// The samples of a lattice, row-major; columns = 0: the vertices are no lattice, and sample i is vertex i.
   std::int32_t columns = 0, rows = 0;
   std::vector<float> lattice_z;

@@ -1,7 +1,6 @@
 #pragma once
 // What each quality does, in numbers. The README tells what each of them brought.
 #include <cstdint>
-#include <cstdlib>
 
 #include "gpu/fit/relocate.h"
 #include "gpu/fit/simplify_height_mesh.h"
@@ -23,7 +22,6 @@ struct CollapseRules {
 
 struct Recipe {
   double drop_to = 0;  ///< down to so many times the target, vertices are dropped onto neighbours; 0: never
-  double drop_pool = 0.5;
   CollapseRules waves;
   double late_from = 0;  ///< below so many times the target, costs come from the samples; 0: never
   double late_pool = 0.1;
@@ -41,7 +39,7 @@ inline Recipe recipe_of(Quality quality) {
   switch (quality) {
     case Quality::fast:
       recipe.waves = {0.5, 3, false, CostOf::carried_planes, {}, false};
-      recipe.drop_to = getenv("DT") ? atof(getenv("DT")) : 2.5; recipe.drop_pool = getenv("DP") ? atof(getenv("DP")) : 0.5; if (getenv("WP")) recipe.waves.pool = atof(getenv("WP")); if (getenv("WR")) recipe.waves.rounds = atoi(getenv("WR"));
+      recipe.drop_to = 1.7;
       recipe.sweeps = recipe.exchanges = 0;
       break;
     case Quality::default_:

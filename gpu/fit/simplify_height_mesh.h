@@ -46,7 +46,7 @@ struct MeshTarget {
 };
 
 enum class Quality {
-  fast,      ///< waves only: vertices at the optimum of a quadric, never compared with the samples unless sweeps are asked for
+  fast,      ///< drops and waves only: a quadric decides, never compared with the samples unless sweeps are asked for
   default_,  ///< vertices fitted to the samples, one exchange: the cheapest vertices go, the worst samples come in
   best,      ///< costs from the samples themselves below twice the target, more exchanges: least RMSE
   minimax,   ///< best, then the p-norm of the error lowered: least maximum, for some 10 % more RMSE

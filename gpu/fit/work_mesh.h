@@ -35,6 +35,9 @@ class WorkMesh {
   const WaveView& wave() const { return wave_; }
   std::size_t ids() const { return ids_; }  ///< vertices are numbered 0..ids-1; some are gone
   std::uint64_t triangles() const { return triangles_; }
+  /// Runs of vertex numbers that lie near each other in the plan, as they were loaded; none: nobody knows of any.
+  std::size_t blocks() const { return blocks_; }
+  const std::uint32_t* block_start() const { return block_start_.data(); }
   std::uint64_t removed_vertices() const { return removed_; }  ///< since the last closing up
   void count(std::int64_t vertices, std::int64_t triangles) {
     removed_ -= static_cast<std::uint64_t>(vertices);
@@ -60,7 +63,7 @@ class WorkMesh {
   Device& device_;
   MeshView mesh_, spare_mesh_;
   WaveView wave_, spare_wave_;
-  std::size_t ids_ = 0, capacity_ = 0, spare_capacity_ = 0;
+  std::size_t blocks_ = 0, ids_ = 0, capacity_ = 0, spare_capacity_ = 0;
   std::uint64_t triangles_ = 0, removed_ = 0;
   Array<Vertex> vertex_[2];
   Array<std::uint32_t> rows_[2];
@@ -69,7 +72,7 @@ class WorkMesh {
   Array<std::uint8_t> mark_[2];
   Array<Planes> planes_[2];
   Array<std::uint64_t> lock_;
-  Array<std::uint32_t> spent_, into_, alive_, number_, wedge_end_, first_;
+  Array<std::uint32_t> block_start_, spent_, into_, alive_, number_, wedge_end_, first_;
   Array<Triangle> triangle_;
   Array<Wedge> wedges_;
   Array<RingFacts> facts_;

@@ -11,6 +11,8 @@ bool WorkMesh<Device>::load(const Plan& plan) {
   ids_ = count;
   triangles_ = plan.triangles.size();
   removed_ = 0;
+  blocks_ = plan.block_start.empty() ? 0 : plan.block_start.size() - 1;
+  if (blocks_ > 0) upload(block_start_, plan.block_start);
   std::vector<Vertex> vertices(count);
   for (std::size_t v = 0; v < count; ++v) vertices[v] = {plan.at[v].x, plan.at[v].y, plan.z[v], 0, 0, 0};
   mesh_.vertex = upload(vertex_[0], vertices);

@@ -253,6 +253,45 @@ TEST(Fit, LatticeWithAHoleKeepsIt) {
   EXPECT_EQ(simplified(used, MeshTarget::triangles(300)).report.triangles, 300u);
 }
 
+/// Shifts inner vertices, so that they are no lattice any more.
+HeightMesh shaken(HeightMesh mesh) {
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    const auto off = [&](std::uint32_t k) { return bench::mixed(static_cast<std::uint32_t>(v), k, 5) % 1000 / 250.0 - 2; };
+    const bool inner_x = mesh.x[v] > mesh.x.front() && mesh.x[v] < mesh.x.back();
+    const bool inner_y = mesh.y[v] > mesh.y.front() && mesh.y[v] < mesh.y.back();
+    if (inner_x && inner_y) mesh.x[v] += off(1), mesh.y[v] += off(2);
+  }
+  return mesh;
+}
+
+TEST(Fit, FastDropsInBlocksAndOutsideThem) {
+  using enum bench::Terrain;
+  for (const bench::Terrain kind : {rolling, city, noise, plane}) {
+    const HeightMesh in = terrain(kind, 101);  // blocks of 32 by 32, cut ones, and seams
+    for (const std::uint64_t count : {9000u, 2001u, 700u}) {
+      EXPECT_EQ(simplified(in, MeshTarget::triangles(count), Quality::fast).report.triangles, count);
+      EXPECT_EQ(simplified(shaken(in), MeshTarget::triangles(count), Quality::fast).report.triangles, count);
+    }
+  }
+}
+
+/// Drops hand on the planes of what goes; without that the error is three times as much.
+TEST(Fit, FastRemembersWhatItDropped) {
+  const HeightMesh in = terrain(bench::Terrain::rolling, 200);
+  const MeshTarget target = MeshTarget::keep(0.1);
+  EXPECT_LT(simplified(in, target, Quality::fast).report.rmse_m, 5 * simplified(in, target).report.rmse_m);
+}
+
+TEST(Fit, FastKeepsWhatStandsOutOfAPlain) {
+  const HeightMesh in = grid(101, 101, 30, [](double c, double r) {
+    const bool spike = (c == 16 && r == 16) || (c == 31 && r == 50) || (c == 64 && r == 64);  // in a block, at a seam, a corner
+    return spike ? 500.0 : 0.5 * c;
+  });
+  const auto out = simplified(in, MeshTarget::keep(0.1), Quality::fast);
+  EXPECT_EQ(out.report.triangles, 2000u);
+  EXPECT_LT(out.report.max_error_m, 1);
+}
+
 std::string refusal(const HeightMesh& mesh, const MeshTarget& target = MeshTarget::keep(0.5), const std::string& device = "cpu") {
   const auto result = simplify(mesh, target, {.device = device});
   return result.ok() ? "" : result.problem().type + ": " + result.problem().detail;

@@ -19,7 +19,8 @@ using proto::TileMesh;
 using proto::Vec3;
 
 double greatest_m(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded, const TileMesh& parent) {
-  return ComposedMeter(lattice, tile, welded).greatest_m(parent);
+  std::vector<std::uint32_t> over;
+  return greatest_error_m(ComposedMeter(lattice, tile, welded), parent, INFINITY, over);
 }
 
 TileMesh surface(std::int32_t cells, std::int32_t side, const std::function<double(double, double)>& height_m) {
