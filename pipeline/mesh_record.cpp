@@ -39,7 +39,7 @@ std::optional<proto::TileMesh> mesh_of(const proto::TileMeshRecord& record) {
 }  // namespace
 
 std::string to_bytes(const BuiltTile& tile) {
-  proto::TileMeshRecord record = record_of(tile.mesh, tile.max_error_m);
+  proto::TileMeshRecord record = record_of(tile.mesh, tile.surface_error_m);
   if (tile.finer) *record.mutable_finer() = record_of(tile.finer->mesh, tile.finer->max_error_m);
   record.set_uncovered(tile.measured.uncovered);
   return record.SerializeAsString();
@@ -53,7 +53,7 @@ proto::Result<BuiltTile> tile_from_bytes(const proto::TileAddress& tile, const s
   if (!mesh) return damaged;
   BuiltTile built;
   built.tile = tile;
-  built.max_error_m = record.max_error();
+  built.max_error_m = built.surface_error_m = record.max_error();
   built.measured.uncovered = record.uncovered();
   built.mesh = std::move(*mesh);
   if (record.has_finer()) {

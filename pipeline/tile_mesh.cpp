@@ -216,7 +216,7 @@ Surface truth_above(const LevelContext& context, const proto::TileAddress& tile,
   for (std::size_t c = 0; c < 4; ++c) {
     if (!children[c]) continue;
     meshes[c] = finer ? &children[c]->finer->mesh : &children[c]->mesh;
-    truth.max_error_m = std::max(truth.max_error_m, finer ? children[c]->finer->max_error_m : children[c]->max_error_m);
+    truth.max_error_m = std::max(truth.max_error_m, finer ? children[c]->finer->max_error_m : children[c]->surface_error_m);
   }
   truth.mesh = welded(context, tile, meshes, tile.z + (finer ? 2 : 1));
   return truth;
@@ -232,7 +232,7 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
   for (std::size_t c = 0; c < 4; ++c) {
     if (!children[c]) continue;
     meshes[c] = &children[c]->mesh;
-    inherited = std::max(inherited, children[c]->max_error_m);
+    inherited = std::max(inherited, children[c]->surface_error_m);
     uncovered += children[c]->measured.uncovered;
   }
   if (std::all_of(meshes.begin(), meshes.end(), [](const proto::TileMesh* mesh) { return !mesh; })) return std::nullopt;
@@ -283,7 +283,7 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
     if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m - kGrace_m, context.height_rounds});
     left = over();
   }
-  built.max_error_m = built.measured.max_m + kGrace_m;
+  built.max_error_m = built.surface_error_m = built.measured.max_m + kGrace_m;
   return left;
 }
 
@@ -301,7 +301,8 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
     greatest_m = greatest_error_m(meter, built.mesh, left_m, still_over);
   }
   built.composed = true;
-  built.max_error_m = rounding_m + std::max(greatest_m, meter.beyond_rims_m(built.mesh));
+  built.surface_error_m = rounding_m + greatest_m;
+  built.max_error_m = std::max(built.surface_error_m, rounding_m + meter.beyond_rims_m(built.mesh));
   // As many samples as cells of the lattice, about.
   const std::int64_t lost = published_area2(prepared.input) - published_area2(built.mesh);
   built.measured.uncovered = prepared.inherited_uncovered + static_cast<std::uint32_t>(std::clamp<std::int64_t>(lost / 2, 0, INT32_MAX));
@@ -362,7 +363,7 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
     made_dense(context, prepared, attempt);
     for (const std::uint32_t k : over) keep_around(prepared.input, built.mesh, k, std::size_t{8} << attempt);
   }
-  if (!prepared.best || built.max_error_m < prepared.best->max_error_m) prepared.best = std::move(built);
+  if (!prepared.best || built.surface_error_m < prepared.best->surface_error_m) prepared.best = std::move(built);
   if (broken) return std::nullopt;
   return std::move(prepared.best);
 }

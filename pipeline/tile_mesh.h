@@ -28,6 +28,7 @@ struct BuiltTile {
   proto::TileAddress tile;
   proto::TileMesh mesh;
   double max_error_m = 0;  ///< stated
+  double surface_error_m = 0;  ///< of samples that the surface it was measured against covers: what levels above build on
   bool composed = false;   ///< bound by composition instead of measured against finest samples
   gpu::SurfaceError measured;
   std::uint32_t put_back = 0;  ///< vertices, for the promise
