@@ -179,6 +179,12 @@ Apart apart(const Plane& a, const Plane& b, const Common& ground, const Earth& o
   return {std::min(farthest_m(a.range, b.range), most + (2 * steepest2 + most / radius_m) * share + turned), at};
 }
 
+std::array<gpu::MeshPoint, 3> corners_of(const TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  std::array<gpu::MeshPoint, 3> corners;
+  for (std::size_t c = 0; c < 3; ++c) corners[c] = {mesh.x[t[c]], mesh.y[t[c]], mesh.height[t[c]]};
+  return corners;
+}
+
 bool same_place(const gpu::MeshPoint& a, const gpu::MeshPoint& b) { return a.x == b.x && a.y == b.y; }
 
 }  // namespace
@@ -328,8 +334,7 @@ double NearerMeter::beyond_rims_m(const TileMesh& mesh) const {
   double greatest = 0;
   for (const auto& t : mesh.triangles) {
     if (!is_published(mesh, t)) continue;
-    std::array<gpu::MeshPoint, 3> corners;
-    for (std::size_t c = 0; c < 3; ++c) corners[c] = {mesh.x[t[c]], mesh.y[t[c]], mesh.height[t[c]]};
+    const std::array<gpu::MeshPoint, 3> corners = corners_of(mesh, t);
     const double first_m = first_.beyond_rims_m(corners);
     if (first_m > 0) greatest = std::max(greatest, std::min(first_m + first_m_, second_.beyond_rims_m(corners) + second_m_));
   }
@@ -351,8 +356,7 @@ double greatest_error_m(const gpu::ErrorMeter& meter, const TileMesh& mesh, doub
   for (std::uint32_t k = 0; k < mesh.triangles.size(); ++k) {
     const auto& t = mesh.triangles[k];
     if (!is_published(mesh, t)) continue;
-    std::array<gpu::MeshPoint, 3> corners;
-    for (std::size_t c = 0; c < 3; ++c) corners[c] = {mesh.x[t[c]], mesh.y[t[c]], mesh.height[t[c]]};
+    const std::array<gpu::MeshPoint, 3> corners = corners_of(mesh, t);
     const double error_m = meter.measure(corners, limit_m).error_m;
     greatest = std::max(greatest, error_m);
     if (error_m > limit_m) over.push_back(k);

@@ -12,6 +12,7 @@
 #include "pipeline/border.h"
 #include "pipeline/chain.h"
 #include "pipeline/composed_error.h"
+#include "pipeline/overlay.h"
 #include "pipeline/support.h"
 #include "pipeline/weld.h"
 
@@ -249,8 +250,8 @@ namespace {
 std::int64_t published_area2(const proto::TileMesh& mesh) {
   const auto at = [&](std::uint32_t v) { return gpu::MeshPoint{mesh.x[v], mesh.y[v], 0}; };
   std::int64_t area2 = 0;
-  for (const auto& [a, b, c] : mesh.triangles)
-    if (!((mesh.mark[a] | mesh.mark[b] | mesh.mark[c]) & proto::kVoid)) area2 += gpu::twice_area(at(a), at(b), at(c));
+  for (const auto& t : mesh.triangles)
+    if (is_published(mesh, t)) area2 += gpu::twice_area(at(t[0]), at(t[1]), at(t[2]));
   return area2;
 }
 
@@ -308,10 +309,6 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   built.measured.uncovered = prepared.inherited_uncovered + static_cast<std::uint32_t>(std::clamp<std::int64_t>(lost / 2, 0, INT32_MAX));
   return still_over;
 }
-
-}  // namespace
-
-namespace {
 
 /// A sparse start may lack the vertex that a border or a promise needs: all of them from now on.
 bool made_dense(const LevelContext& context, PreparedTile& prepared, int attempt) {

@@ -1,11 +1,9 @@
 #pragma once
 // The steps of the driver (see fitter.h) on the CPU: one thread, plain loops.
-#include <algorithm>
-#include <cstdint>
-#include <memory>
-#include <numeric>
-#include <span>
+#include <cstddef>
 #include <string>
+
+#include "gpu/host_steps.h"
 
 namespace cordillera::gpu::fit {
 
@@ -18,55 +16,14 @@ struct OneThread {
   void barrier() {}
 };
 
-class HostSteps {
+class HostSteps : public gpu::HostSteps {
  public:
-  template <class T>
-  class Array {
-   public:
-    T* data() const { return data_.get(); }
-    void reserve(std::size_t count) {
-      if (count <= capacity_) return;
-      data_.reset();
-      data_ = std::make_unique_for_overwrite<T[]>(count);
-      capacity_ = count;
-    }
-
-   private:
-    std::unique_ptr<T[]> data_;
-    std::size_t capacity_ = 0;
-  };
-
-  template <class T>
-  void copy_in(T* to, const T* from, std::size_t n) {
-    std::copy(from, from + n, to);
-  }
-  template <class T>
-  void copy_out(T* to, const T* from, std::size_t n) {
-    std::copy(from, from + n, to);
-  }
-  template <class T>
-  void zero(T* to, std::size_t n) {
-    std::fill(to, to + n, T{});
-  }
-  template <class F>
-  void each(std::size_t n, const F& f) {
-    for (std::size_t i = 0; i < n; ++i) f(i);
-  }
   /// f(team, block): a team works together on a block, in steps with barriers between.
   template <class F>
   void each_block(std::size_t blocks, const F& f) {
     OneThread team;
     for (std::size_t i = 0; i < blocks; ++i) f(team, i);
   }
-  template <class Keep>
-  std::size_t select(std::size_t n, const Keep& keep, std::uint32_t* to) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (keep(static_cast<std::uint32_t>(i))) to[count++] = static_cast<std::uint32_t>(i);
-    }
-    return count;
-  }
-  void exclusive_sum(const std::uint32_t* from, std::uint32_t* to, std::size_t n) { std::exclusive_scan(from, from + n, to, 0u); }
 
   void use() {}
   std::string name() const { return "cpu"; }

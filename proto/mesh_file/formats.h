@@ -49,6 +49,21 @@ void append_position(std::string& text, const TriangleMesh& mesh, std::size_t ve
   append_number(text += ' ', static_cast<T>(mesh.z[vertex]));
 }
 
+/// A row a vertex, then a row a triangle: "3 a b c". The body of OFF and of ascii PLY.
+template <class T>
+void write_rows(MeshText& out, const TriangleMesh& mesh) {
+  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
+    append_position<T>(out.row(), mesh, v);
+    out.row() += '\n';
+  }
+  for (const auto& triangle : mesh.triangles) {
+    std::string& row = out.row();
+    row += '3';
+    for (const std::uint32_t corner : triangle) append_number(row += ' ', corner);
+    row += '\n';
+  }
+}
+
 // What several formats complain of.
 inline constexpr const char* kFiniteNumber = "a finite number that a double can hold";
 inline constexpr const char* kOnlyTriangles = "triangles only: triangulate the mesh first";

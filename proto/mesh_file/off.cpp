@@ -135,16 +135,7 @@ Result<MeshFile> read_off(MeshSource& source) { return OffReader(source).read();
 
 void write_off(MeshText& out, const TriangleMesh& mesh) {
   out.row() += "OFF\n" + std::to_string(mesh.vertices()) + " " + std::to_string(mesh.triangles.size()) + " 0\n";
-  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
-    append_position<double>(out.row(), mesh, v);
-    out.row() += '\n';
-  }
-  for (const auto& triangle : mesh.triangles) {
-    std::string& row = out.row();
-    row += '3';
-    for (const std::uint32_t corner : triangle) append_number(row += ' ', corner);
-    row += '\n';
-  }
+  write_rows<double>(out, mesh);
 }
 
 }  // namespace cordillera::proto

@@ -32,20 +32,6 @@ std::string header_of(const TriangleMesh& mesh, const MeshEncoding& encoding) {
 }
 
 template <class Real>
-void write_ascii(MeshText& out, const TriangleMesh& mesh) {
-  for (std::size_t v = 0; v < mesh.vertices(); ++v) {
-    append_position<Real>(out.row(), mesh, v);
-    out.row() += '\n';
-  }
-  for (const auto& triangle : mesh.triangles) {
-    std::string& row = out.row();
-    row += '3';
-    for (const std::uint32_t corner : triangle) append_number(row += ' ', corner);
-    row += '\n';
-  }
-}
-
-template <class Real>
 void write_binary(MeshText& out, const TriangleMesh& mesh, bool swapped) {
   for (std::size_t v = 0; v < mesh.vertices(); ++v) {
     std::string& row = out.row();
@@ -60,7 +46,7 @@ void write_binary(MeshText& out, const TriangleMesh& mesh, bool swapped) {
 
 template <class Real>
 void write_body(MeshText& out, const TriangleMesh& mesh, MeshFormat format) {
-  if (format == MeshFormat::ply_ascii) return write_ascii<Real>(out, mesh);
+  if (format == MeshFormat::ply_ascii) return write_rows<Real>(out, mesh);
   write_binary<Real>(out, mesh, (format == MeshFormat::ply_big_endian) != (std::endian::native == std::endian::big));
 }
 
