@@ -17,7 +17,8 @@
 namespace cordillera::pipeline {
 namespace {
 
-/// Tells progress no more often than a few times a second, with the time left as the rate so far suggests.
+/// Tells the beginning and the end of every stage, and what lies between no more often than a few times a second, with the time left
+/// as the rate so far suggests.
 class Teller {
  public:
   explicit Teller(const ProgressCallback& callback) : callback_(callback) {}
@@ -26,13 +27,13 @@ class Teller {
     progress_.set_total(total);
     started_ = Clock::now();
     first_ = -1;
-    tell(0, Urgency::now);
+    last_ = {};
+    tell(0);
   }
-  enum class Urgency { when_due, now };
-  void tell(double done, Urgency urgency = Urgency::when_due) {
+  void tell(double done) {
     const std::lock_guard lock(mutex_);  // workers tell too
     const auto now = Clock::now();
-    if (urgency == Urgency::when_due && now - last_ < std::chrono::milliseconds(200)) return;
+    if (done < progress_.total() && now - last_ < std::chrono::milliseconds(200)) return;
     last_ = now;
     if (first_ < 0) first_ = done;
     const double seconds = std::chrono::duration<double>(now - started_).count();
@@ -144,7 +145,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);
-  teller.tell(1, Teller::Urgency::now);
+  teller.tell(1);
   return published;
 }
 

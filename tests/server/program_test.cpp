@@ -162,7 +162,7 @@ TEST_F(Program, ATerminalShowsABarThatIsGoneAtTheEnd) {
   const Ended ended = shell("script -qec '" + command + "' /dev/null");
   EXPECT_EQ(ended.code, 0) << ended.output;
   EXPECT_THAT(ended.output, HasSubstr("\r[..............................] open"));
-  EXPECT_THAT(ended.output, testing::ContainsRegex("\r\\[#{15,}[.]*\\] build [0-9]+ %"));
+  EXPECT_THAT(ended.output, HasSubstr("\r[##############################] build 100 %")) << "however fast the machine";
   EXPECT_THAT(ended.output, HasSubstr("\r\033[Ksource")) << "the table begins where the bar was";
 }
 
