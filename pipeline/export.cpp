@@ -8,9 +8,6 @@
 
 #include "pipeline/manifest_json.h"
 #include "pipeline/sqlite.h"
-#include "pipeline/subtree.h"
-#include "pipeline/tile_path.h"
-#include "pipeline/tileset.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -23,6 +20,11 @@ constexpr const char* kAccepted = "a folder that is missing, empty or an earlier
 Problem write_problem(const std::string& folder, const std::string& why) {
   return {"export-write", "the folder " + folder + " cannot be written: " + why, kAccepted, "output"};
 }
+
+// A face that cannot be made ends the walk.
+struct Refused {
+  Problem problem;
+};
 
 // The temporary sibling; removed unless it was moved into place.
 class Workplace {
@@ -55,22 +57,17 @@ class Workplace {
   fs::path path_, last_folder_;
 };
 
-void write_face(const StoreReader& store, const proto::TileAddress& tile, Face face, Workplace& to) {
-  const auto blob = store.tile(tile, face);
-  if (!blob) throw StoreError("the bytes of tile " + drc_path(tile) + " are missing");
-  to.write(face == Face::drc ? drc_path(tile) : glb_path(tile), blob->bytes);
-}
-
-// Depth first, so that memory does not grow with the dataset.
-void write_tree(const StoreReader& store, const TileExtent& node, Workplace& to) {
-  const auto& [z, x, y] = node.tile;
-  if (node.content) {
-    write_face(store, node.tile, Face::drc, to);
-    write_face(store, node.tile, Face::glb, to);
+void write_faces(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, Workplace& to) {
+  for (const faces::Face* face : chosen) {
+    face->each_path(terrain, [&](const std::string& path) {
+      const auto found = faces::find(path);
+      if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
+      const auto made = found->resource->make(terrain, found->place);
+      if (!made.ok()) throw Refused{made.problem()};
+      if (!*made) throw StoreError("the bytes of " + path + " are missing");
+      to.write(path, (*made)->bytes);
+    });
   }
-  if (const auto bytes = subtree(store, hemisphere_of(node.tile), z, implicit_x(node.tile), y)) to.write(subtree_path(node.tile), *bytes);
-  if (z >= static_cast<int>(store.manifest().max_level())) return;
-  for (const TileExtent& child : store.extents(z + 1, 2 * x, 2 * y, 2 * x + 1, 2 * y + 1)) write_tree(store, child, to);
 }
 
 void move_into_place(const Workplace& from, const fs::path& folder) {
@@ -84,8 +81,17 @@ void move_into_place(const Workplace& from, const fs::path& folder) {
   fs::remove_all(old);
 }
 
+/// What a folder of any faces may hold at its top.
+std::set<std::string, std::less<>> names_of_exports() {
+  std::set<std::string, std::less<>> names = {"manifest.json"};
+  for (const faces::Face* face : faces::all_faces()) {
+    for (const faces::Resource& resource : face->resources) names.emplace(resource.path.substr(0, resource.path.find('/')));
+  }
+  return names;
+}
+
 bool is_export(const fs::path& folder) {
-  static const std::set<std::string> kNames = {"manifest.json", "tileset.json", "tiles", "subtrees"};
+  static const std::set<std::string, std::less<>> kNames = names_of_exports();
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     if (!kNames.contains(entry.path().filename().string())) return false;
   }
@@ -112,16 +118,18 @@ proto::Result<void> check_export_folder(const std::string& folder, Existing othe
   }
 }
 
-proto::Result<void> export_static(const StoreReader& store, const std::string& folder, Existing other) {
+proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, const std::string& folder,
+                                  Existing other) {
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
     Workplace work(target.string() + ".partial-" + std::to_string(getpid()));
-    for (const TileExtent& root : store.extents(0, 0, 0, 1, 0)) write_tree(store, root, work);
-    work.write("tileset.json", tileset_json(store));
-    work.write("manifest.json", manifest_json(store.manifest()));
+    write_faces(terrain, chosen, work);
+    work.write("manifest.json", manifest_json(terrain.manifest()));
     move_into_place(work, target);
     return {};
+  } catch (const Refused& refused) {
+    return refused.problem;
   } catch (const fs::filesystem_error& e) {
     return write_problem(folder, e.code().message());
   } catch (const StoreError& e) {

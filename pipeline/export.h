@@ -1,15 +1,18 @@
 #pragma once
 // A dataset as files that any web server can host, under the paths that the service itself has.
 #include <string>
+#include <vector>
 
+#include "pipeline/faces/face.h"
 #include "pipeline/store.h"
 #include "proto/result.h"
 
 namespace cordillera::pipeline {
 
-/// Writes manifest.json, tileset.json, subtrees/…, tiles/{z}/{x}/{y}.drc and tiles/W|E/{level}/{x}/{y}.glb. The folder appears whole, by
-/// a rename, or not at all. It may be missing, empty, or an earlier export, which is replaced or refused; anything else is refused.
-proto::Result<void> export_static(const StoreReader& store, const std::string& folder, Existing other = Existing::replace);
+/// Writes manifest.json and everything that the chosen faces name. The folder appears whole, by a rename, or not at all. It may be
+/// missing, empty, or an earlier export, which is replaced or refused; anything else is refused.
+proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, const std::string& folder,
+                                  Existing other = Existing::replace);
 
 /// Whether export_static would take the folder: to be asked before hours of work.
 proto::Result<void> check_export_folder(const std::string& folder, Existing other = Existing::replace);

@@ -15,7 +15,7 @@
 namespace cordillera::pipeline {
 
 /// What a client can fetch of a tile.
-enum class Face : std::uint8_t { drc, glb };
+enum class Encoding : std::uint8_t { drc, glb };
 
 /// A finished tile on its way into the store.
 struct EncodedTile {
@@ -75,7 +75,7 @@ class StoreReader {
   static proto::Result<std::unique_ptr<StoreReader>> open(const std::string& path);
   virtual ~StoreReader() = default;
   virtual const proto::Manifest& manifest() const = 0;
-  virtual std::optional<Blob> tile(const proto::TileAddress& tile, Face face) const = 0;
+  virtual std::optional<Blob> tile(const proto::TileAddress& tile, Encoding encoding) const = 0;
   virtual std::optional<proto::TileRecord> record(const proto::TileAddress& tile) const = 0;
   /// Every record of a level between x and y bounds (inclusive), ordered by y then x.
   virtual std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const = 0;

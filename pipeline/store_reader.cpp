@@ -72,9 +72,9 @@ class SqliteReader final : public StoreReader {
 
   const proto::Manifest& manifest() const override { return manifest_; }
 
-  std::optional<Blob> tile(const TileAddress& tile, Face face) const override {
+  std::optional<Blob> tile(const TileAddress& tile, Encoding encoding) const override {
     return with_connection([&](Connection& c) -> std::optional<Blob> {
-      Statement& get = face == Face::drc ? c.drc : c.glb;
+      Statement& get = encoding == Encoding::drc ? c.drc : c.glb;
       if (!get.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
       return Blob{std::string(get.blob(1)), hex(get.blob(0))};
     });

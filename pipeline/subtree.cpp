@@ -4,7 +4,7 @@
 
 #include "pipeline/json.h"
 #include "pipeline/little_endian.h"
-#include "pipeline/tile_path.h"
+#include "pipeline/implicit_tile.h"
 #include "pipeline/tileset.h"
 
 namespace cordillera::pipeline {

@@ -37,6 +37,15 @@ bool allowed(const std::string& method, Resource resource) {
   return (", " + allowed_methods(resource) + ",").find(", " + method + ",") != std::string::npos;
 }
 
+/// Every path that a dataset has, for the answer to a misspelt one.
+std::string face_paths() {
+  std::string paths;
+  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
+    for (const pipeline::faces::Resource& resource : face->resources) paths.append(", ").append(resource.path);
+  }
+  return paths;
+}
+
 }  // namespace
 
 proto::Problem unknown_dataset(const std::string& id) {
@@ -91,8 +100,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
   if (request.method == "OPTIONS") return preflight(route.resource);
   if (route.resource == Resource::none) {
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
-                             "/v1/datasets, /v1/datasets/{id} and, below it, events, manifest.json, tileset.json, "
-                             "tiles/{z}/{x}/{y}.drc or .glb, tiles/{W|E}/{z}/{x}/{y}.glb, subtrees/{W|E}/{z}/{x}/{y}.subtree",
+                             "/v1/datasets, /v1/datasets/{id} and, below it, events, manifest.json" + face_paths(),
                              ""});
   }
   if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);

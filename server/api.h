@@ -42,7 +42,7 @@ Response dry_run(Service& service, const proto::Job& job, const std::filesystem:
 /// GET …/events.
 Response event_stream(Service& service, const Dataset& dataset);
 
-/// manifest, tileset, subtree and tile of a dataset that is ready.
+/// The manifest and the faces of a dataset that is ready.
 Response published(Service& service, const Dataset& dataset, const Route& route);
 
 /// State, progress, error, links and, once it is ready, a summary. prefix: the dataset's address relative to the document's.

@@ -1,10 +1,8 @@
-// What a published dataset serves: manifest, tileset, subtrees and tiles.
+// What a published dataset serves: its manifest and its faces.
 #include <algorithm>
 #include <cmath>
 
 #include "pipeline/manifest_json.h"
-#include "pipeline/subtree.h"
-#include "pipeline/tileset.h"
 #include "server/api.h"
 #include "server/digest.h"
 #include "server/json.h"
@@ -15,18 +13,13 @@ namespace {
 /// Addresses may be rebuilt under the same URL, so a client always asks; what has not changed costs it a 304.
 constexpr const char* kCacheControl = "public, no-cache";
 
-Response document(std::string bytes, const char* type, const std::string& etag) {
+Response answer(pipeline::faces::Document document, std::string_view type) {
   Response response;
-  response.set("Content-Type", type);
+  response.set("Content-Type", std::string(type));
   response.set("Cache-Control", kCacheControl);
-  response.set("ETag", quoted(etag));
-  response.body = std::move(bytes);
+  response.set("ETag", server::quoted(document.etag));
+  response.body = std::move(document.bytes);
   return response;
-}
-
-Response document(std::string bytes, const char* type) {
-  const std::string etag = digest(bytes).substr(0, 32);
-  return document(std::move(bytes), type, etag);
 }
 
 /// Columns and rows of a level that the dataset's bounds touch, as text.
@@ -46,24 +39,25 @@ std::string range_text(const proto::Manifest& manifest, int level) {
          span(first(manifest.bounds(1) + 90, up), last(manifest.bounds(3) + 90, up));
 }
 
-Response no_tile(const proto::Manifest& manifest, const Route& route) {
-  const proto::TileAddress& tile = route.address;
+Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& found) {
+  const auto& [root, z, x, y] = found.place;
   const auto least = static_cast<int>(manifest.min_level()), most = static_cast<int>(manifest.max_level());
-  const bool inside = tile.z >= least && tile.z <= most;
+  const bool inside = z >= least && z <= most;
   std::string accepted = "levels " + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
   for (int i = 0; i < 4 && manifest.bounds_size() >= 4; ++i) accepted += (i == 0 ? " " : ", ") + Json(manifest.bounds(i)).dump();
-  accepted += range_text(manifest, inside ? tile.z : most) + " (y counts from the south); a tile without data does not exist";
-  return problem_response({"tile-unknown",
-                           "there is no tile at level " + std::to_string(tile.z) + ", x " + std::to_string(tile.x) + ", y " +
-                               std::to_string(tile.y),
-                           accepted, ""});
+  if (found.resource->grid == pipeline::faces::Grid::geodetic) accepted += range_text(manifest, inside ? z : most);
+  accepted += found.resource->grid == pipeline::faces::Grid::web_mercator ? " (y counts from the north)" : " (y counts from the south)";
+  accepted += "; a tile without data does not exist";
+  const std::string where = (root == 0 ? "" : " below the root " + std::string(1, root)) + " at level " + std::to_string(z);
+  return problem_response({"tile-unknown", "there is no tile" + where + ", x " + std::to_string(x) + ", y " + std::to_string(y), accepted, ""});
 }
 
-Response tile(const pipeline::StoreReader& reader, const Route& route) {
-  auto blob = reader.tile(route.address, route.face);
-  if (!blob) return no_tile(reader.manifest(), route);
-  const char* type = route.face == pipeline::Face::glb ? "model/gltf-binary" : "application/octet-stream";
-  return document(std::move(blob->bytes), type, blob->etag);
+Response face(const pipeline::faces::Terrain& terrain, const pipeline::faces::Found& found) {
+  if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
+  auto made = found.resource->make(terrain, found.place);
+  if (!made) return problem_response(made.problem());
+  if (!*made) return no_tile(terrain.manifest(), found);
+  return answer(std::move(**made), found.resource->type);
 }
 
 }  // namespace
@@ -80,18 +74,10 @@ Response published(Service& service, const Dataset& dataset, const Route& route)
     response.set("Retry-After", "2");
     return response;
   }
-  const auto reader = service.library().open(dataset.id);
-  if (!reader) return problem_response(reader.problem());
-  const pipeline::StoreReader& store = **reader;
-  switch (route.resource) {
-    case Resource::manifest: return document(pipeline::manifest_json(store.manifest()), "application/json");
-    case Resource::tileset: return document(pipeline::tileset_json(store), "application/json");
-    case Resource::tile: return tile(store, route);
-    default: break;
-  }
-  auto bytes = pipeline::subtree(store, route.hemisphere, route.address.z, route.address.x, route.address.y);
-  if (!bytes) return no_tile(store.manifest(), route);
-  return document(std::move(*bytes), "application/octet-stream");
+  const auto terrain = service.library().open(dataset.id);
+  if (!terrain) return problem_response(terrain.problem());
+  if (route.resource == Resource::face) return face(**terrain, route.found);
+  return answer(pipeline::faces::document(pipeline::manifest_json((*terrain)->manifest())), "application/json");
 }
 
 }  // namespace cordillera::server

@@ -54,10 +54,13 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
   return manifest;
 }
 
-proto::Result<void> export_to(const std::string& store, const fs::path& folder, pipeline::Existing other) {
-  const auto reader = pipeline::StoreReader::open(store);
+using Faces = std::vector<const pipeline::faces::Face*>;
+
+proto::Result<void> export_to(const std::string& store, const Faces& faces, const fs::path& folder, pipeline::Existing other) {
+  auto reader = pipeline::StoreReader::open(store);
   if (!reader) return reader.problem();
-  return pipeline::export_static(**reader, folder.string(), other);
+  const pipeline::faces::Terrain terrain(std::move(reader).value());
+  return pipeline::export_static(terrain, faces, folder.string(), other);
 }
 
 int done(const proto::Manifest& manifest, const std::string& place, Words words) {
@@ -87,7 +90,7 @@ int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
     if (manifest.problem().type != "cancelled" && ours) fs::remove_all(work, error);
     return fail(manifest.problem());
   }
-  const auto exported = export_to(request.store_path, place, line.other);
+  const auto exported = export_to(request.store_path, line.formats, place, line.other);
   fs::remove_all(work, error);
   if (!exported) return fail(exported.problem());
   return done(*manifest, place.string(), line.words);

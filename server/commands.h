@@ -1,7 +1,9 @@
 #pragma once
 // What `cordillera` does, a command a function. Each returns the exit code: 0 done, 1 failed or bad input, 2 wrong usage.
 #include <string>
+#include <vector>
 
+#include "pipeline/faces/face.h"
 #include "pipeline/store.h"
 #include "server/options.h"
 
@@ -20,7 +22,12 @@ struct BuildLine {
   std::string output;  ///< a static folder, or one .sqlite file if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
   Words words = Words::all;
+  std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
 };
+/// "drc, 3d-tiles, …": every name that formats_of knows.
+std::string face_names();
+/// "drc,3d-tiles" as faces; empty: what a folder holds unless told otherwise.
+proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::string& names);
 /// cordillera build. A dry run says what it found in any case.
 int build_command(const Settings& settings, const BuildLine& line);
 

@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t kMostOpen = 64;  // a few descriptors each
 }
 
-proto::Result<std::shared_ptr<pipeline::StoreReader>> Library::open(const std::string& id) {
+proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open(const std::string& id) {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return entry.first == id; });
   if (found != open_.end()) {
@@ -22,7 +22,7 @@ proto::Result<std::shared_ptr<pipeline::StoreReader>> Library::open(const std::s
     log_warning("dataset " + id + ": " + reader.problem().detail);  // with its place on this machine, which is nobody else's business
     return proto::Problem{"internal", "what was built of dataset " + id + " can no longer be read", "posting the raster again", ""};
   }
-  open_.emplace_front(id, std::shared_ptr<pipeline::StoreReader>(std::move(reader.value())));
+  open_.emplace_front(id, std::make_shared<const pipeline::faces::Terrain>(std::move(reader).value()));
   if (open_.size() > kMostOpen) open_.pop_back();
   return open_.front().second;
 }

@@ -1,12 +1,12 @@
 #pragma once
-// Published stores, kept open while they are being read.
+// Published datasets, kept open while they are being read.
 #include <list>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
 
-#include "pipeline/store.h"
+#include "pipeline/faces/terrain.h"
 #include "server/layout.h"
 
 namespace cordillera::server {
@@ -15,13 +15,13 @@ namespace cordillera::server {
 class Library {
  public:
   explicit Library(Layout layout) : layout_(std::move(layout)) {}
-  proto::Result<std::shared_ptr<pipeline::StoreReader>> open(const std::string& id);
+  proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open(const std::string& id);
   void forget(const std::string& id);
 
  private:
   Layout layout_;
   std::mutex mutex_;
-  std::list<std::pair<std::string, std::shared_ptr<pipeline::StoreReader>>> open_;  ///< the last used first
+  std::list<std::pair<std::string, std::shared_ptr<const pipeline::faces::Terrain>>> open_;  ///< the last used first
 };
 
 }  // namespace cordillera::server

@@ -150,11 +150,13 @@ int main(int count, char** words) {
 
   BuildLine line;
   bool overwrite = false, quiet = false;
+  std::string formats;
   auto* build = app.add_subcommand("build", "make a static folder of tiles that any web server can host");
   build->add_option("raster", line.raster, "the elevation model: GeoTIFF, COG, .hgt, Esri ASCII or USGS DEM");
   build->add_option("-o,--output", line.output, "folder to write, or a file called *.sqlite");
   build->add_flag("--overwrite,--force", overwrite, "replace another build that is there; without it, only an unfinished one of the same "
                   "raster and options goes on");
+  build->add_option("--formats", formats, "what the folder holds [" + face_names() + "; more than one separated by commas]")->type_name("NAMES");
   build->add_flag("-q,--quiet", quiet, "say nothing but problems");
   add_options(*build, build_options(), build_reading);
 
@@ -196,6 +198,9 @@ int main(int count, char** words) {
     return with_settings(build_options(), build_reading, [&](const Settings& settings) {
       line.other = overwrite ? pipeline::Existing::replace : pipeline::Existing::refuse;
       line.words = quiet ? Words::none : Words::all;
+      auto chosen = formats_of(formats);
+      if (!chosen) return wrong_usage(chosen.problem());
+      line.formats = std::move(*chosen);
       if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
       return wrong_usage({"usage", "build needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output"});
     });

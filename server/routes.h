@@ -3,8 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "pipeline/store.h"
-#include "proto/lattice.h"
+#include "pipeline/faces/face.h"
 
 namespace cordillera::server {
 
@@ -17,18 +16,15 @@ enum class Resource {
   dataset,      ///< /v1/datasets/{id}
   events,       ///< …/events
   manifest,     ///< …/manifest.json
-  tileset,      ///< …/tileset.json
-  subtree,      ///< …/subtrees/{W|E}/{level}/{x}/{y}.subtree
-  tile,         ///< …/tiles/{z}/{x}/{y}.drc or .glb; …/tiles/{W|E}/{level}/{x}/{y}.glb
+  face,         ///< whatever a face has below …/{id}
   page,         ///< the viewer and its files
 };
 
 struct Route {
   Resource resource = Resource::none;
   std::string id;
-  char hemisphere = 0;                                ///< subtree: 'W' or 'E'; the address is then relative to that root
-  proto::TileAddress address;                         ///< tile: absolute, y from the south
-  pipeline::Face face = pipeline::Face::drc;
+  std::string path;              ///< what follows …/{id}/
+  pipeline::faces::Found found;  ///< of a face
 };
 
 /// A path of the API that is spelt wrongly is Resource::none; everything outside /v1 is a page.

@@ -62,7 +62,7 @@ TEST(Store, GivesBackWhatWasPutIn) {
   for (const FinishedTask& task : work) {
     for (const EncodedTile& tile : task.tiles) {
       ++tiles;
-      const auto drc = store->tile(task.node, Face::drc), glb = store->tile(task.node, Face::glb);
+      const auto drc = store->tile(task.node, Encoding::drc), glb = store->tile(task.node, Encoding::glb);
       ASSERT_TRUE(drc && glb);
       EXPECT_EQ(drc->bytes, tile.drc);
       EXPECT_EQ(glb->bytes, tile.glb);
@@ -75,7 +75,7 @@ TEST(Store, GivesBackWhatWasPutIn) {
     }
   }
   EXPECT_EQ(tiles, store->manifest().tiles());
-  EXPECT_FALSE(store->tile({6, 1, 1}, Face::drc));
+  EXPECT_FALSE(store->tile({6, 1, 1}, Encoding::drc));
   EXPECT_FALSE(store->record({5, 0, 0}));
 }
 
@@ -88,7 +88,7 @@ TEST(Store, OrderOfCommitsDoesNotShow) {
   EXPECT_EQ(a.SerializeAsString(), b.SerializeAsString());
   const auto first = reader(folder / "a.db"), second = reader(folder / "b.db");
   for (const FinishedTask& task : work) {
-    const auto p = first->tile(task.node, Face::glb), q = second->tile(task.node, Face::glb);
+    const auto p = first->tile(task.node, Encoding::glb), q = second->tile(task.node, Encoding::glb);
     ASSERT_EQ(p.has_value(), q.has_value());
     EXPECT_EQ(p ? p->etag + p->bytes : "", q ? q->etag + q->bytes : "");
   }
@@ -284,7 +284,7 @@ TEST(Store, ManyThreadsRead) {
     threads.emplace_back([&] {
       for (int round = 0; round < 20; ++round) {
         for (const FinishedTask& task : work) {
-          const auto blob = store->tile(task.node, Face::drc);
+          const auto blob = store->tile(task.node, Encoding::drc);
           wrong += blob.has_value() == task.tiles.empty() || (blob && blob->bytes != task.tiles[0].drc);
         }
       }

@@ -9,11 +9,12 @@
 
 #include "pipeline/decode.h"
 #include "pipeline/export.h"
+#include "pipeline/faces/face.h"
 #include "pipeline/json.h"
 #include "pipeline/little_endian.h"
 #include "pipeline/manifest_json.h"
+#include "pipeline/implicit_tile.h"
 #include "pipeline/subtree.h"
-#include "pipeline/tile_path.h"
 #include "pipeline/tileset.h"
 #include "tests/pipeline/store_synthetic.h"
 
@@ -54,6 +55,9 @@ const StoreReader& shared_store() {
   static const Dataset dataset;
   return dataset.store();
 }
+
+faces::Terrain shared_terrain() { return faces::Terrain(std::shared_ptr<const StoreReader>(std::shared_ptr<void>(), &shared_store())); }
+const std::vector<const faces::Face*> kFaces = {faces::face_named("drc"), faces::face_named("3d-tiles")};
 
 std::string read_file(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
@@ -138,7 +142,7 @@ TEST(Subtree, AViewerFindsEveryTileAndNoOther) {
   for (const char hemisphere : {'W', 'E'}) {
     for (const auto& [tile, content] : walk(store, hemisphere)) {
       EXPECT_EQ(hemisphere_of(tile), hemisphere);
-      EXPECT_EQ(store.record(tile).has_value(), content) << drc_path(tile);
+      EXPECT_EQ(store.record(tile).has_value(), content) << tile.z << '/' << tile.x << '/' << tile.y;
       contents += content;
       empty += !content;
     }
@@ -214,43 +218,50 @@ TEST(Tileset, OnlyTheHemisphereThatHasData) {
 }
 
 TEST(TilesetPaths, OneNameATileAFace) {
-  const auto absolute = parse_tile_path("7/129/80.drc"), east = parse_tile_path("E/7/1/80.glb");
-  ASSERT_TRUE(absolute && east);
-  EXPECT_EQ(absolute->tile, (TileAddress{7, 129, 80}));
-  EXPECT_EQ(absolute->face, Face::drc);
-  EXPECT_EQ(east->tile, absolute->tile);
-  EXPECT_EQ(east->face, Face::glb);
-  EXPECT_EQ(glb_path(east->tile), "tiles/E/7/1/80.glb");
-  EXPECT_EQ(drc_path(east->tile), "tiles/7/129/80.drc");
-  EXPECT_EQ(parse_tile_path("W/0/0/0.glb")->tile, (TileAddress{0, 0, 0}));
-  for (const char* bad : {"", "7/129/80", "7/129/80.png", "07/129/80.drc", "7/-1/80.drc", "7/256/80.drc", "7/1/128.drc", "E/7/128/80.glb",
-                          "7/1/2/3.drc", "7//2.drc", "7/1/2 .drc", "99/0/0.drc", "w/7/1/80.glb", "7/99999999999/1.drc", "../7/1/80.drc"}) {
-    EXPECT_FALSE(parse_tile_path(bad)) << bad;
+  const auto drc = faces::find("tiles/7/129/80.drc"), east = faces::find("tiles/E/7/1/80.glb");
+  ASSERT_TRUE(drc && east);
+  EXPECT_EQ(drc->place.x, 129);
+  EXPECT_EQ(east->place.root, 'E');
+  EXPECT_EQ(faces::path_of(*drc->resource, drc->place), "tiles/7/129/80.drc");
+  EXPECT_EQ(faces::path_of(*east->resource, east->place), "tiles/E/7/1/80.glb");
+  for (const char* bad : {"", "tiles/7/129/80", "tiles/7/129/80.png", "tiles/07/129/80.drc", "tiles/7/-1/80.drc", "tiles/7/1/2/3.drc",
+                          "tiles/7//2.drc", "tiles/7/1/2 .drc", "tiles/w/7/1/80.glb", "tiles/7/99999999999/1.drc", "../tiles/7/1/80.drc",
+                          "subtrees/5/31/20.subtree", "subtrees/W/5/31/20.glb", "subtrees/W/5/31.subtree", "tileset.json/"}) {
+    EXPECT_FALSE(faces::find(bad)) << bad;
   }
-  EXPECT_EQ(parse_subtree_path("W/5/31/20.subtree")->x, 31);
-  for (const char* bad : {"5/31/20.subtree", "W/5/32/20.subtree", "W/5/31/20.glb", "W/5/31.subtree"}) EXPECT_FALSE(parse_subtree_path(bad)) << bad;
+  for (const char* beyond : {"tiles/7/256/80.drc", "tiles/7/1/128.drc", "tiles/99/0/0.drc", "tiles/E/7/128/80.glb"}) {
+    const auto found = faces::find(beyond);
+    ASSERT_TRUE(found) << beyond;
+    EXPECT_FALSE(faces::inside(found->resource->grid, found->place)) << beyond;
+  }
+}
+
+/// Every file of a folder but manifest.json, by its path.
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files[fs::relative(entry.path(), folder).generic_string()] = read_file(entry.path());
+  }
+  files.erase("manifest.json");
+  return files;
 }
 
 TEST(TilesetExport, PathsAreTheServicesAndTilesDecode) {
   const TemporaryFolder folder;
   const StoreReader& store = shared_store();
+  const faces::Terrain terrain = shared_terrain();
   const fs::path out = folder / "out";
-  ASSERT_TRUE(export_static(store, out.string() + "/").ok());
+  ASSERT_TRUE(export_static(terrain, kFaces, out.string() + "/").ok());
   EXPECT_EQ(read_file(out / "tileset.json"), tileset_json(store));
   EXPECT_EQ(read_file(out / "manifest.json"), manifest_json(store.manifest()));
   std::size_t drc = 0, glb = 0, subtrees = 0;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out)) {
-    if (!entry.is_regular_file()) continue;
-    const std::string name = fs::relative(entry.path(), out / "tiles").generic_string();
-    if (const auto path = parse_tile_path(name)) {
-      EXPECT_EQ(read_file(entry.path()), store.tile(path->tile, path->face)->bytes);
-      EXPECT_EQ(name.starts_with('W') || name.starts_with('E'), path->face == Face::glb);
-      (path->face == Face::glb ? glb : drc) += 1;
-    }
-    if (const auto path = parse_subtree_path(fs::relative(entry.path(), out / "subtrees").generic_string())) {
-      EXPECT_EQ(read_file(entry.path()), *subtree(store, path->hemisphere, path->level, path->x, path->y));
-      ++subtrees;
-    }
+  for (const auto& [path, bytes] : files_of(out)) {
+    const auto found = faces::find(path);
+    ASSERT_TRUE(found) << path;
+    EXPECT_EQ(bytes, (*found->resource->make(terrain, found->place))->bytes) << path;
+    drc += path.ends_with(".drc") ? 1 : 0;
+    glb += path.ends_with(".glb") ? 1 : 0;
+    subtrees += path.ends_with(".subtree") ? 1 : 0;
   }
   EXPECT_EQ(drc, store.manifest().tiles());
   EXPECT_EQ(glb, store.manifest().tiles());
@@ -260,18 +271,17 @@ TEST(TilesetExport, PathsAreTheServicesAndTilesDecode) {
 
 TEST(TilesetExport, ReplacesAnEarlierExportAndNothingElse) {
   const TemporaryFolder folder;
-  const StoreReader& store = shared_store();
   const fs::path out = folder / "out";
   fs::create_directories(out);
-  ASSERT_TRUE(export_static(store, out).ok()) << "an empty folder is fine";
+  ASSERT_TRUE(export_static(shared_terrain(), kFaces, out).ok()) << "an empty folder is fine";
   fs::remove(out / "tileset.json");
-  ASSERT_TRUE(export_static(store, out).ok()) << "an earlier export is replaced";
+  ASSERT_TRUE(export_static(shared_terrain(), kFaces, out).ok()) << "an earlier export is replaced";
   EXPECT_TRUE(fs::exists(out / "tileset.json"));
   std::ofstream(out / "thesis.doc") << "the only copy";
-  EXPECT_EQ(export_static(store, out).problem().type, "export-folder-in-use");
+  EXPECT_EQ(export_static(shared_terrain(), kFaces, out).problem().type, "export-folder-in-use");
   EXPECT_TRUE(fs::exists(out / "thesis.doc"));
   std::ofstream(folder / "file") << "x";
-  EXPECT_FALSE(export_static(store, folder / "file").ok());
+  EXPECT_FALSE(export_static(shared_terrain(), kFaces, folder / "file").ok());
   std::size_t entries = 0;
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder / ".")) ++entries;
   EXPECT_EQ(entries, 2U) << "something temporary was left";

@@ -9,23 +9,13 @@
 namespace cordillera::server {
 namespace {
 
-TEST(Routes, TilesHaveOneAddressEach) {
+TEST(Routes, WhatAFaceKnowsIsAFaces) {
   const Route drc = parse_route("/v1/datasets/alps-1/tiles/9/270/401.drc");
-  EXPECT_EQ(drc.resource, Resource::tile);
+  EXPECT_EQ(drc.resource, Resource::face);
   EXPECT_EQ(drc.id, "alps-1");
-  EXPECT_EQ(drc.address, (proto::TileAddress{9, 270, 401}));
-  EXPECT_EQ(drc.face, pipeline::Face::drc);
-  EXPECT_EQ(parse_route("/v1/datasets/a/tiles/0/1/0.glb").face, pipeline::Face::glb);
-}
-
-TEST(Routes, TheTwoRootsMapToAbsoluteAddresses) {
-  EXPECT_EQ(parse_route("/v1/datasets/a/tiles/W/3/5/2.glb").address, (proto::TileAddress{3, 5, 2}));
-  EXPECT_EQ(parse_route("/v1/datasets/a/tiles/E/3/5/2.glb").address, (proto::TileAddress{3, 13, 2}));
-  EXPECT_EQ(parse_route("/v1/datasets/a/tiles/E/3/8/2.glb").resource, Resource::none) << "a root is 8 columns wide at level 3";
-  const Route subtree = parse_route("/v1/datasets/a/subtrees/E/4/1/2.subtree");
-  EXPECT_EQ(subtree.resource, Resource::subtree);
-  EXPECT_EQ(subtree.hemisphere, 'E');
-  EXPECT_EQ(subtree.address, (proto::TileAddress{4, 1, 2}));
+  EXPECT_EQ(drc.path, "tiles/9/270/401.drc");
+  EXPECT_EQ(drc.found.resource->path, "tiles/{z}/{x}/{y}.drc");
+  EXPECT_EQ(drc.found.place.y, 401);
 }
 
 TEST(Routes, TheRestIsFound) {
@@ -34,7 +24,7 @@ TEST(Routes, TheRestIsFound) {
   EXPECT_EQ(parse_route("/v1/datasets/a").resource, Resource::dataset);
   EXPECT_EQ(parse_route("/v1/datasets/a/events").resource, Resource::events);
   EXPECT_EQ(parse_route("/v1/datasets/a/manifest.json").resource, Resource::manifest);
-  EXPECT_EQ(parse_route("/v1/datasets/a/tileset.json").resource, Resource::tileset);
+  EXPECT_EQ(parse_route("/v1/datasets/a/tileset.json").resource, Resource::face);
   EXPECT_EQ(parse_route("/healthz").resource, Resource::health);
   EXPECT_EQ(parse_route("/readyz").resource, Resource::readiness);
   EXPECT_EQ(parse_route("/").resource, Resource::page);
@@ -59,8 +49,8 @@ TEST(Routes, WrongSpellingsAreNothing) {
                            "/v1/datasets/a/tiles/01/2/3.drc",
                            "/v1/datasets/a/tiles/-1/2/3.drc",
                            "/v1/datasets/a/tiles/1/2/99999999999.drc",
-                           "/v1/datasets/a/tiles/31/2/3.drc",
                            "/v1/datasets/a/tiles/1/2/3/4.drc",
+                           "/v1/datasets/a/tiles/1/2/3.drc/",
                            "/v1/datasets/a/tiles/N/1/2/3.drc",
                            "/v1/datasets/a/subtrees/1/2/3.subtree",
                            "/v1/datasets/a/subtrees/W/1/2/3.json"}) {

@@ -20,7 +20,7 @@ T must(proto::Result<T> result) {
 BuiltTile decode(const pipeline::StoreReader& store, const proto::TileRecord& record) {
   const proto::TileAddress at{static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
   BuiltTile tile{{at, 0, {}, {}, {}, {}}, {}, record};
-  const auto drc_bytes = store.tile(at, pipeline::Face::drc), glb_bytes = store.tile(at, pipeline::Face::glb);
+  const auto drc_bytes = store.tile(at, pipeline::Encoding::drc), glb_bytes = store.tile(at, pipeline::Encoding::glb);
   if (!drc_bytes || !glb_bytes) throw std::runtime_error("a record without its tile");
   const pipeline::DecodedDrc drc = must(pipeline::decode_drc(drc_bytes->bytes));
   if (proto::TileAddress{drc.z, drc.x, drc.y} != at) throw std::runtime_error("a tile that names another place");

@@ -25,8 +25,8 @@ Bytes published(const std::string& path) {
   for (int z = 0; z <= static_cast<int>((*store)->manifest().max_level()); ++z) {
     for (const proto::TileRecord& record : (*store)->records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
       const proto::TileAddress at{z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
-      bytes[{at, 0}] = (*store)->tile(at, pipeline::Face::drc)->bytes;
-      bytes[{at, 1}] = (*store)->tile(at, pipeline::Face::glb)->bytes;
+      bytes[{at, 0}] = (*store)->tile(at, pipeline::Encoding::drc)->bytes;
+      bytes[{at, 1}] = (*store)->tile(at, pipeline::Encoding::glb)->bytes;
       bytes[{at, 2}] = record.SerializeAsString();
     }
   }

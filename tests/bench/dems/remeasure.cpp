@@ -16,7 +16,8 @@
 
 #include "pipeline/decode.h"
 #include "pipeline/manifest_json.h"
-#include "pipeline/tile_path.h"
+#include "pipeline/faces/face.h"
+#include "pipeline/implicit_tile.h"
 #include "raster/source.h"
 #include "tests/whole/evaluator.h"
 
@@ -86,11 +87,19 @@ struct TileFigures {
   std::int64_t worst_i = 0, worst_j = 0;  ///< finest lattice vertex of the greatest error
 };
 
+std::string drc_path(const proto::TileAddress& t) {
+  return "tiles/" + std::to_string(t.z) + "/" + std::to_string(t.x) + "/" + std::to_string(t.y) + ".drc";
+}
+std::string glb_path(const proto::TileAddress& t) {
+  return "tiles/" + std::string(1, pipeline::hemisphere_of(t)) + "/" + std::to_string(t.z) + "/" + std::to_string(pipeline::implicit_x(t)) + "/" +
+         std::to_string(t.y) + ".glb";
+}
+
 TileFigures figures_of(const fs::path& folder, const proto::TileAddress& at, const Truth& truth, std::int64_t stride) {
-  const std::string drc_bytes = read(folder / pipeline::drc_path(at)), glb_bytes = read(folder / pipeline::glb_path(at));
+  const std::string drc_bytes = read(folder / drc_path(at)), glb_bytes = read(folder / glb_path(at));
   const pipeline::DecodedDrc drc = must(pipeline::decode_drc(drc_bytes));
   const pipeline::DecodedGlb glb = must(pipeline::decode_glb(glb_bytes));
-  if (proto::TileAddress{drc.z, drc.x, drc.y} != at) throw std::runtime_error(pipeline::drc_path(at) + " names another tile");
+  if (proto::TileAddress{drc.z, drc.x, drc.y} != at) throw std::runtime_error(drc_path(at) + " names another tile");
   whole::DecodedTile tile{at, drc.side, {}, {}, {}, drc.triangles};
   for (const auto& [u, v, h] : drc.points) tile.u.push_back(u), tile.v.push_back(v), tile.h.push_back(h);
   const whole::DecodedSurface by_formula = whole::surface_of(tile);
@@ -117,9 +126,9 @@ std::map<int, std::vector<proto::TileAddress>, std::greater<>> tiles_in(const fs
   std::map<int, std::vector<proto::TileAddress>, std::greater<>> levels;
   for (const auto& entry : fs::recursive_directory_iterator(folder / "tiles")) {
     if (entry.path().extension() != ".drc") continue;
-    const auto path = pipeline::parse_tile_path(fs::relative(entry.path(), folder / "tiles").generic_string());
-    if (!path) throw std::runtime_error(entry.path().string() + " is not a tile's name");
-    levels[path->tile.z].push_back(path->tile);
+    const auto found = pipeline::faces::find(fs::relative(entry.path(), folder).generic_string());
+    if (!found) throw std::runtime_error(entry.path().string() + " is not a tile's name");
+    levels[found->place.z].push_back({found->place.z, found->place.x, found->place.y});
   }
   for (auto& [z, tiles] : levels) std::sort(tiles.begin(), tiles.end());
   return levels;

@@ -1,0 +1,90 @@
+#include "pipeline/faces/face.h"
+
+#include <charconv>
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+/// Digits only, no sign, no leading zeros.
+std::optional<std::int32_t> number(std::string_view text) {
+  std::int32_t value = 0;
+  if (text.empty() || text[0] == '-' || (text[0] == '0' && text.size() > 1)) return std::nullopt;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// Takes what a brace stands for, up to the pattern's next letter, from the front of path.
+bool take(std::string_view name, char next, std::string_view* path, Place* place) {
+  const std::string_view value = path->substr(0, next == 0 ? path->size() : path->find(next));
+  path->remove_prefix(value.size());
+  if (name == "root") {
+    if (value != "W" && value != "E") return false;
+    place->root = value[0];
+    return true;
+  }
+  const auto found = number(value);
+  if (!found) return false;
+  (name == "z" ? place->z : name == "x" ? place->x : place->y) = *found;
+  return true;
+}
+
+std::optional<Place> match(const Resource& resource, std::string_view path) {
+  Place place;
+  std::string_view pattern = resource.path;
+  while (!pattern.empty()) {
+    if (pattern[0] != '{') {
+      if (path.empty() || path[0] != pattern[0]) return std::nullopt;
+      pattern.remove_prefix(1);
+      path.remove_prefix(1);
+      continue;
+    }
+    const std::size_t end = pattern.find('}');
+    const std::string_view name = pattern.substr(1, end - 1);
+    pattern.remove_prefix(end + 1);
+    if (!take(name, pattern.empty() ? '\0' : pattern[0], &path, &place)) return std::nullopt;
+  }
+  if (!path.empty()) return std::nullopt;
+  return place;
+}
+
+}  // namespace
+
+bool inside(Grid grid, const Place& p) {
+  if (grid == Grid::none) return true;
+  if (p.z > proto::kMaxLevel) return false;
+  const std::int32_t up = proto::tiles_up(p.z);  // of a square grid, across too
+  return p.x < (grid == Grid::geodetic ? proto::tiles_across(p.z) : up) && p.y < up;
+}
+
+const Face* face_named(std::string_view name) {
+  for (const Face* face : all_faces()) {
+    if (face->name == name) return face;
+  }
+  return nullptr;
+}
+
+std::optional<Found> find(std::string_view path) {
+  for (const Face* face : all_faces()) {
+    for (const Resource& resource : face->resources) {
+      if (const auto place = match(resource, path)) return Found{&resource, *place};
+    }
+  }
+  return std::nullopt;
+}
+
+std::string path_of(const Resource& resource, const Place& place) {
+  std::string out;
+  std::string_view pattern = resource.path;
+  for (std::size_t brace; (brace = pattern.find('{')) != pattern.npos;) {
+    out += pattern.substr(0, brace);
+    const std::size_t end = pattern.find('}', brace);
+    const std::string_view name = pattern.substr(brace + 1, end - brace - 1);
+    if (name == "root") out += place.root;
+    else out += std::to_string(name == "z" ? place.z : name == "x" ? place.x : place.y);
+    pattern.remove_prefix(end + 1);
+  }
+  return out.append(pattern);
+}
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,73 @@
+#pragma once
+// One store, many faces. A face is what one family of clients fetches: paths below the dataset's own, and for each a function that makes
+// what stands there from the published store. The table of all faces is what the server routes by, what a static folder is written from,
+// and what the API's description lists.
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "pipeline/faces/terrain.h"
+#include "pipeline/store.h"
+#include "proto/result.h"
+
+namespace cordillera::pipeline::faces {
+
+/// What the braces of a path held.
+struct Place {
+  char root = 0;  ///< 'W' or 'E'; 0 where the path has none
+  int z = 0;
+  std::int32_t x = 0, y = 0;
+};
+
+/// What a path's z, x and y count.
+enum class Grid : std::uint8_t {
+  none,          ///< the path has no tile
+  geodetic,      ///< two tiles at level 0, y from the south
+  implicit,      ///< levels below the root W or E, y from the south
+  web_mercator,  ///< one tile at level 0, y from the north
+};
+
+/// Makes a document. Nothing where the place has no tile; a problem where the dataset or the machine cannot give any.
+using Make = proto::Result<std::optional<Document>> (*)(const Terrain& terrain, const Place& place);
+
+/// A document, or all tiles of one kind.
+struct Resource {
+  std::string_view path;   ///< "terrain/{z}/{x}/{y}.terrain"; the braces are root, z, x and y, each once at most
+  Grid grid = Grid::none;
+  std::string_view type;   ///< media type
+  std::string_view about;  ///< one line for the API's description
+  Make make = nullptr;
+};
+
+/// Is given every path of a face that has something, in an order that depends on the dataset alone.
+using PathSink = std::function<void(const std::string& path)>;
+
+struct Face {
+  std::string_view name;   ///< as formats= has it
+  std::string_view about;  ///< which clients read it; one line
+  std::string_view entry;  ///< the path that a client is given
+  std::span<const Resource> resources;
+  void (*each_path)(const Terrain& terrain, const PathSink& sink) = nullptr;  ///< memory does not grow with the dataset
+};
+
+/// In the order in which they are listed. The first ones are what a static folder holds unless told otherwise.
+std::span<const Face* const> all_faces();
+const Face* face_named(std::string_view name);
+
+struct Found {
+  const Resource* resource = nullptr;
+  Place place;
+};
+/// Which resource a path names. Numbers are plain decimals without sign or leading zeros: a tile has one name. The place may lie outside
+/// the grid.
+std::optional<Found> find(std::string_view path);
+/// Whether the grid has such a place; make is only to be asked for those.
+bool inside(Grid grid, const Place& place);
+
+/// The path of a resource at a place.
+std::string path_of(const Resource& resource, const Place& place);
+
+}  // namespace cordillera::pipeline::faces

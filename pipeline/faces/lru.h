@@ -1,0 +1,51 @@
+#pragma once
+// What was used last, up to so many bytes.
+#include <cstddef>
+#include <list>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+namespace cordillera::pipeline::faces {
+
+/// Thread-safe. Values are copied out: hold large ones by a shared pointer.
+template <class Key, class Value>
+class Lru {
+ public:
+  explicit Lru(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+  std::optional<Value> find(const Key& key) {
+    const std::lock_guard lock(mutex_);
+    const auto found = places_.find(key);
+    if (found == places_.end()) return std::nullopt;
+    entries_.splice(entries_.begin(), entries_, found->second);
+    return entries_.front().value;
+  }
+
+  /// What is larger than everything that may be kept is not.
+  void keep(const Key& key, Value value, std::size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    if (bytes > most_bytes_ || places_.contains(key)) return;
+    entries_.push_front({key, std::move(value), bytes});
+    places_.emplace(key, entries_.begin());
+    for (bytes_ += bytes; bytes_ > most_bytes_;) {
+      bytes_ -= entries_.back().bytes;
+      places_.erase(entries_.back().key);
+      entries_.pop_back();
+    }
+  }
+
+ private:
+  struct Entry {
+    Key key;
+    Value value;
+    std::size_t bytes = 0;
+  };
+  std::mutex mutex_;
+  std::list<Entry> entries_;  // the last used first
+  std::map<Key, typename std::list<Entry>::iterator> places_;
+  std::size_t most_bytes_, bytes_ = 0;
+};
+
+}  // namespace cordillera::pipeline::faces

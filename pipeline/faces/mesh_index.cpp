@@ -1,0 +1,110 @@
+#include "pipeline/faces/mesh_index.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "gpu/surface_error_plane.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+using proto::Vec3;
+
+// A few triangles a cell; more cells cost memory and find no faster.
+constexpr double kTrianglesACell = 2;
+constexpr std::int32_t kMostCells = 512;
+
+struct Corners {
+  std::array<std::array<std::int32_t, 3>, 3> at;
+};
+
+Corners corners_of(const LatticeMesh& mesh, std::uint32_t triangle) {
+  const Triangle& t = mesh.triangles[triangle];
+  return {{mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]}};
+}
+
+/// Not right of any edge: edges belong to both of their triangles.
+bool covers(const Corners& c, double u, double v) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& a = c.at[k];
+    const auto& b = c.at[(k + 1) % 3];
+    const double ab_u = static_cast<double>(b[0]) - a[0], ab_v = static_cast<double>(b[1]) - a[1];
+    if (ab_u * (v - a[1]) - ab_v * (u - a[0]) < 0) return false;
+  }
+  return true;
+}
+
+proto::Lattice lattice_of(const LatticeMesh& mesh) {
+  return {proto::Scheme::geodetic, mesh.z + std::countr_zero(static_cast<std::uint32_t>(mesh.side / proto::kTileCells))};
+}
+
+}  // namespace
+
+MeshIndex::MeshIndex(LatticeMesh mesh) : mesh_(std::move(mesh)) {
+  const double wanted = std::sqrt(static_cast<double>(mesh_.triangles.size()) / kTrianglesACell);
+  cells_ = std::clamp(static_cast<std::int32_t>(wanted), 1, kMostCells);
+  const auto each_cell = [&](std::uint32_t triangle, const auto& visit) {
+    const Corners c = corners_of(mesh_, triangle);
+    const auto [west, east] = std::minmax({c.at[0][0], c.at[1][0], c.at[2][0]});
+    const auto [south, north] = std::minmax({c.at[0][1], c.at[1][1], c.at[2][1]});
+    for (std::int32_t row = cell_of(south); row <= cell_of(north); ++row)
+      for (std::int32_t column = cell_of(west); column <= cell_of(east); ++column) visit(static_cast<std::size_t>(row) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(column));
+  };
+  first_.assign(static_cast<std::size_t>(cells_) * static_cast<std::size_t>(cells_) + 1, 0);
+  const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
+  for (std::uint32_t t = 0; t < count; ++t) each_cell(t, [&](std::size_t cell) { ++first_[cell + 1]; });
+  for (std::size_t cell = 1; cell < first_.size(); ++cell) first_[cell] += first_[cell - 1];
+  triangles_.resize(first_.back());
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (std::uint32_t t = 0; t < count; ++t) each_cell(t, [&](std::size_t cell) { triangles_[next[cell]++] = t; });
+}
+
+std::size_t MeshIndex::bytes() const {
+  return mesh_.points.size() * sizeof(mesh_.points[0]) + mesh_.triangles.size() * sizeof(Triangle) +
+         (first_.size() + triangles_.size()) * sizeof(std::uint32_t);
+}
+
+std::int32_t MeshIndex::cell_of(double units) const {
+  return std::clamp(static_cast<std::int32_t>(units / mesh_.side * cells_), 0, cells_ - 1);
+}
+
+std::optional<std::uint32_t> MeshIndex::triangle_at(double u, double v) const {
+  const auto cell = static_cast<std::size_t>(cell_of(v)) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(cell_of(u));
+  for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
+    if (covers(corners_of(mesh_, triangles_[k]), u, v)) return triangles_[k];
+  }
+  return std::nullopt;
+}
+
+std::optional<double> MeshIndex::height_m(double longitude_deg, double latitude_deg) const {
+  const double units_a_degree = mesh_.side * std::ldexp(1, mesh_.z) / 180;
+  const double u = (longitude_deg + 180) * units_a_degree - static_cast<double>(mesh_.x) * mesh_.side;
+  const double v = (latitude_deg + 90) * units_a_degree - static_cast<double>(mesh_.y) * mesh_.side;
+  const auto triangle = triangle_at(u, v);
+  if (!triangle) return std::nullopt;
+  const Corners c = corners_of(mesh_, *triangle);
+  const proto::Lattice lattice = lattice_of(mesh_);
+  std::array<Vec3, 3> at;
+  double low_m = INFINITY, high_m = -INFINITY;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double height_m = c.at[k][2] * mesh_.height_step;
+    at[k] = proto::ecef(proto::row_frame(lattice, lattice.south(tile()) + c.at[k][1]), proto::column_frame(lattice, lattice.west(tile()) + c.at[k][0]), height_m);
+    low_m = std::min(low_m, height_m);
+    high_m = std::max(high_m, height_m);
+  }
+  const double lon = longitude_deg * std::numbers::pi / 180, lat = latitude_deg * std::numbers::pi / 180;
+  const double e2 = proto::kFlattening * (2 - proto::kFlattening);
+  const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * std::sin(lat) * std::sin(lat));
+  const Vec3 up{std::cos(lat) * std::cos(lon), std::cos(lat) * std::sin(lon), std::sin(lat)};
+  const Vec3 foot{n * up.x, n * up.y, n * (1 - e2) * up.z};
+  const Vec3 ab = at[1] - at[0], ac = at[2] - at[0], bc = at[2] - at[1], across = cross(ab, ac);
+  const double rise = dot(across, up);
+  if (rise <= 0) return (low_m + high_m) / 2;  // of no width, or on a pole's row, which is one point
+  const double edge2_m2 = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+  return gpu::height_range(low_m, high_m, edge2_m2, 0).clamp(dot(across, at[0] - foot) / rise);
+}
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,39 @@
+#pragma once
+// A tile's decoded mesh that can be asked which triangle is over a place.
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pipeline/draco_mesh.h"
+#include "proto/ellipsoid.h"
+#include "proto/lattice.h"
+
+namespace cordillera::pipeline::faces {
+
+/// Immutable, so thread-safe.
+class MeshIndex {
+ public:
+  explicit MeshIndex(LatticeMesh mesh);
+
+  const LatticeMesh& mesh() const { return mesh_; }
+  proto::TileAddress tile() const { return {mesh_.z, mesh_.x, mesh_.y}; }
+  /// Of everything that it holds, for a cache's account.
+  std::size_t bytes() const;
+
+  /// Triangle over a place in the tile's units from its south-west; of two that share it, the first. None beside the data.
+  std::optional<std::uint32_t> triangle_at(double u, double v) const;
+
+  /// Where the ellipsoid's normal at the place meets the flat earth-centred triangle over it, metres above the ellipsoid.
+  std::optional<double> height_m(double longitude_deg, double latitude_deg) const;
+
+ private:
+  std::int32_t cell_of(double units) const;
+
+  LatticeMesh mesh_;
+  std::int32_t cells_ = 1;                  // a side
+  std::vector<std::uint32_t> first_;        // indexed by cell: where its triangles begin
+  std::vector<std::uint32_t> triangles_;    // by cell
+};
+
+}  // namespace cordillera::pipeline::faces

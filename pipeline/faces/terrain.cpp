@@ -1,0 +1,97 @@
+#include "pipeline/faces/terrain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "pipeline/sqlite.h"
+#include "raster/geoid.h"
+#include "raster/vertical.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+// Of one dataset; a server keeps some dozens of datasets open, and few of them are looked at.
+constexpr std::size_t kMostMeshBytes = std::size_t{48} << 20;
+constexpr std::size_t kMostDocumentBytes = std::size_t{32} << 20;
+
+}  // namespace
+
+/// Opened when first asked for: most requests need no geoid.
+struct Terrain::Undulation {
+  std::string name;
+  std::unique_ptr<raster::Geoid> geoid;
+  std::optional<proto::Problem> problem;
+};
+
+Terrain::Terrain(std::shared_ptr<const StoreReader> store) : store_(std::move(store)), meshes_(kMostMeshBytes), documents_(kMostDocumentBytes) {}
+Terrain::~Terrain() = default;
+
+proto::Lattice Terrain::lattice() const { return {proto::Scheme::geodetic, static_cast<int>(manifest().max_level())}; }
+
+std::shared_ptr<const MeshIndex> Terrain::mesh(const proto::TileAddress& tile) const {
+  if (const auto kept = meshes_.find(tile)) return *kept;
+  const auto blob = store_->tile(tile, Encoding::drc);
+  if (!blob) return nullptr;
+  auto decoded = draco_decode_lattice(blob->bytes);
+  if (!decoded) throw StoreError("a tile cannot be decoded: " + decoded.problem().detail);
+  auto index = std::make_shared<const MeshIndex>(std::move(*decoded));
+  meshes_.keep(tile, index, index->bytes());
+  return index;
+}
+
+std::optional<double> Terrain::height_m(int level, double longitude_deg, double latitude_deg) const {
+  // On a common side either tile may be the one that has data there.
+  const double tiles_a_degree = std::ldexp(1, level) / 180;
+  const double x = (longitude_deg + 180) * tiles_a_degree, y = (latitude_deg + 90) * tiles_a_degree;
+  const std::int32_t across = proto::tiles_across(level), up = proto::tiles_up(level);
+  for (const double row : {std::floor(y), std::ceil(y) - 1}) {
+    for (const double column : {std::floor(x), std::ceil(x) - 1}) {
+      if (row < 0 || row >= up) continue;
+      const auto wrapped = (static_cast<std::int32_t>(column) + across) % across;
+      const auto tile = mesh({level, wrapped, static_cast<std::int32_t>(row)});
+      const double longitude = longitude_deg + (wrapped - column) / tiles_a_degree;
+      if (const auto height = tile ? tile->height_m(longitude, latitude_deg) : std::nullopt) return height;
+    }
+  }
+  return std::nullopt;
+}
+
+Terrain::Undulation& Terrain::undulation() const {
+  if (undulation_) return *undulation_;
+  undulation_ = std::make_unique<Undulation>();
+  const auto& b = manifest().bounds();
+  const raster::Area area = b.size() < 4 ? raster::Area{-180, -90, 180, 90} : raster::Area{b[0], b[1], b[2] < b[0] ? b[2] + 360 : b[2], b[3]};
+  const std::string& declared = manifest().source().vertical_datum();
+  auto datum = raster::resolve_vertical(declared == "ellipsoid" ? raster::kDefaultDatum : declared, "", raster::Trust::posted_file, area);
+  if (!datum) datum = raster::resolve_vertical(raster::kDefaultDatum, "", raster::Trust::posted_file, area);
+  if (!datum) {
+    undulation_->problem = datum.problem();
+    return *undulation_;
+  }
+  undulation_->name = datum->name;
+  undulation_->geoid = std::move(datum->geoid);
+  return *undulation_;
+}
+
+const std::string& Terrain::geoid_name() const {
+  const std::lock_guard lock(geoid_mutex_);
+  return undulation().name;
+}
+
+proto::Result<double> Terrain::undulation_m(double longitude_deg, double latitude_deg) const {
+  double out = 0;
+  if (const auto found = undulations_m(latitude_deg, std::span(&longitude_deg, 1), &out); !found.ok()) return found.problem();
+  return out;
+}
+
+proto::Result<void> Terrain::undulations_m(double latitude_deg, std::span<const double> longitude_deg, double* out) const {
+  const std::lock_guard lock(geoid_mutex_);
+  const Undulation& u = undulation();
+  if (u.problem) return *u.problem;
+  u.geoid->along_parallel(latitude_deg, longitude_deg, out);
+  return {};
+}
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,67 @@
+#pragma once
+// A published dataset as its faces see it: the store, its meshes decoded, heights between vertices, and the geoid.
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "pipeline/faces/document.h"
+#include "pipeline/faces/lru.h"
+#include "pipeline/faces/mesh_index.h"
+#include "pipeline/store.h"
+
+namespace cordillera::raster {
+class Geoid;
+}
+
+namespace cordillera::pipeline::faces {
+
+/// Thread-safe. What was decoded or made lately is kept, within bounds; it goes with the object.
+class Terrain {
+ public:
+  explicit Terrain(std::shared_ptr<const StoreReader> store);
+  ~Terrain();
+
+  const StoreReader& store() const { return *store_; }
+  const proto::Manifest& manifest() const { return store_->manifest(); }
+  proto::Lattice lattice() const;
+
+  /// A tile's mesh, decoded from the .drc that clients get, ready to be asked for heights. Null where the store has no tile. Throws
+  /// StoreError where its bytes are damaged.
+  std::shared_ptr<const MeshIndex> mesh(const proto::TileAddress& tile) const;
+
+  /// Metres above the ellipsoid of the flat triangle over a place, in the mesh of the level; none beside the data and in holes. Longitude
+  /// in [-180, 180], latitude in [-90, 90].
+  std::optional<double> height_m(int level, double longitude_deg, double latitude_deg) const;
+
+  /// What orthometric heights of this dataset count from: the source's own datum, EGM96 where that is the ellipsoid itself or a grid that
+  /// is not here.
+  const std::string& geoid_name() const;
+  /// Height of that geoid above the ellipsoid, metres. A problem where no geoid grid is installed.
+  proto::Result<double> undulation_m(double longitude_deg, double latitude_deg) const;
+  /// The same for a row of places on one parallel.
+  proto::Result<void> undulations_m(double latitude_deg, std::span<const double> longitude_deg, double* out) const;
+
+  /// What make gives, kept under a name. make: () -> Result<optional<Document>>.
+  template <class Make>
+  proto::Result<std::optional<Document>> kept(const std::string& name, const Make& make) const {
+    if (auto found = documents_.find(name)) return found;
+    auto fresh = make();
+    if (fresh.ok() && *fresh) documents_.keep(name, **fresh, (*fresh)->bytes.size() + name.size());
+    return fresh;
+  }
+
+ private:
+  struct Undulation;
+  Undulation& undulation() const;
+
+  std::shared_ptr<const StoreReader> store_;
+  mutable Lru<proto::TileAddress, std::shared_ptr<const MeshIndex>> meshes_;
+  mutable Lru<std::string, Document> documents_;
+  mutable std::mutex geoid_mutex_;
+  mutable std::unique_ptr<Undulation> undulation_;
+};
+
+}  // namespace cordillera::pipeline::faces
