@@ -1,4 +1,4 @@
-// The page's words: the list of datasets, what failed, and what the manifest states about the one shown.
+// The page's words and controls: the list of datasets, what failed, what goes on, and what the manifest states about the one shown.
 const element = (id) => document.getElementById(id);
 
 export function say(text, kind = "") {
@@ -74,12 +74,75 @@ export function start_folding() {
   element("fold").onclick = () => show(element("panel").classList.contains("folded"));
 }
 
-export function on_controls({ tint, wireframe, home }) {
-  element("tint").onchange = (event) => tint(event.target.checked);
-  element("wireframe").onchange = (event) => wireframe(event.target.checked);
-  element("home").onclick = home;
+const kLink_ms = 1500;
+
+async function copy(text, button) {
+  const before = button.textContent;
+  await navigator.clipboard.writeText(text).then(() => { button.textContent = "copied"; }, () => { button.textContent = "not allowed"; });
+  setTimeout(() => { button.textContent = before; }, kLink_ms);
 }
 
-export function show_position(text) {
-  element("position").textContent = text;
+export const look = () => ({ look: element("look").value, imagery: element("imagery").value });
+
+// The error of what is drawn, in pixels: stated errors are maxima, seldom seen, and shading shows what they leave out, so half a pixel is
+// asked for at first and not Cesium's 16.
+export const controls = () => ({
+  wireframe: element("wireframe").checked, borders: element("borders").checked,
+  exaggeration: Number(element("exaggeration").value), error_px: 2 ** Number(element("detail").value),
+});
+
+// look(), controls(): something was changed. link(): the address to copy.
+export function on_controls(on) {
+  const show_values = () => {
+    element("exaggeration-value").textContent = element("exaggeration").value;
+    element("detail-value").textContent = `${controls().error_px} px`;
+    element("imagery-row").hidden = element("look").value !== "imagery";
+  };
+  for (const id of ["look", "imagery"]) element(id).onchange = () => { show_values(); on.look(); };
+  for (const id of ["wireframe", "borders", "exaggeration", "detail"]) element(id).oninput = () => { show_values(); on.controls(); };
+  element("home").onclick = on.home;
+  element("link").onclick = () => copy(on.link(), element("link"));
+  show_values();
+}
+
+export function show_snippets(snippets) {
+  const list = element("client"), chosen = Math.max(list.selectedIndex, 0);
+  const show = () => { element("snippet").textContent = snippets[list.selectedIndex].text; };
+  list.replaceChildren(...snippets.map(({ client }, k) => new Option(client, String(k), false, k === chosen)));
+  list.onchange = show;
+  element("copy-snippet").onclick = () => copy(element("snippet").textContent, element("copy-snippet"));
+  show();
+}
+
+export function select_dataset(id) {
+  element("datasets").value = id;
+}
+
+// share: 0 to 1, or null while nobody knows. Without words the work is over.
+export function show_progress(share, words) {
+  element("going").hidden = !words;
+  if (!words) return;
+  if (share === null) element("share").removeAttribute("value");
+  else element("share").value = share;
+  element("stage").textContent = words;
+}
+
+export function on_cancel(cancel) {
+  element("cancel").onclick = () => { cancel(); show_progress(null); };
+}
+
+let drawn = "";
+export function show_drawn(triangles, bytes) {
+  const text = `${triangles.toLocaleString("en")} triangles on screen · ${(bytes / 1e6).toFixed(1)} MB fetched`;
+  if (text === drawn) return;
+  drawn = text;
+  element("drawn").textContent = text;
+}
+
+export function show_position(place, manifest) {
+  if (!place) return (element("position").textContent = "");
+  const level = manifest.levels.find(({ level: number }) => number === place.level);
+  const error = level ? ` ± ${metres(level.stated_max_error)} (level ${place.level})` : "";
+  const { longitude, latitude, height } = place;
+  element("position").textContent = `${longitude.toFixed(5)}°, ${latitude.toFixed(5)}°, ${height.toFixed(1)} m above the ellipsoid${error}`;
 }

@@ -1,16 +1,17 @@
-// The viewer: a plain globe, one dataset's tileset on it. Every address is relative, so a path prefix or a proxy changes nothing.
-import { fill_dataset_list, fill_failed_list, on_controls, say, show_manifest, show_position, start_folding } from "./dataset_panel.js";
-import { follow_camera, height_tint, plain_ambient, relief_light } from "./terrain_style.js";
+// The viewer: one dataset's tileset on a plain globe. Every address is relative, so a path prefix or a proxy changes nothing.
+import * as panel from "./dataset_panel.js";
+import { camera_numbers, data_sphere, fly_home, make_globe, place_under, set_camera } from "./globe.js";
+import { steer_by_keys } from "./keyboard.js";
+import { Looks } from "./looks.js";
+import { snippets_for } from "./snippets.js";
+import { follow_camera, relief_light } from "./terrain_style.js";
+import { post_raster, take_files, watch_build } from "./upload.js";
 
 const Cesium = window.Cesium;
-const { BoundingSphere, Cartesian3, Cartographic, Color, HeadingPitchRange, Rectangle, ScreenSpaceEventType } = Cesium;
-
-// Stated errors are maxima, seldom seen; shading shows what they leave out, so half a pixel is asked for and not Cesium's 16.
-const kScreenSpaceError_px = 0.5;
 
 // What tests and the console may look at.
 const page = (window.cordillera = {
-  widget: null, scene: null, tileset: null, manifest: null, datasets: [], error: null, tilesLoaded: false, tint: null });
+  widget: null, scene: null, tileset: null, manifest: null, datasets: [], error: null, tilesLoaded: false, looks: null });
 
 async function fetch_json(url) {
   const response = await fetch(url);
@@ -19,126 +20,132 @@ async function fetch_json(url) {
   return body;
 }
 
-function make_globe() {
-  // The default credit is the logo of a hosted service that this page does not use.
-  Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit('<a href="https://cesium.com/cesiumjs/" rel="noreferrer">CesiumJS</a>', true);
-  const widget = new Cesium.CesiumWidget("globe", {
-    baseLayer: false,
-    scene3DOnly: true,
-    msaaSamples: 4,
-  });
-  const scene = widget.scene;
-  scene.globe.baseColor = Color.fromCssColorString("#2b3d52");
-  scene.globe.enableLighting = false;
-  scene.globe.showGroundAtmosphere = false;
-  scene.skyAtmosphere.show = true;
-  scene.fog.enabled = false;
-  scene.screenSpaceCameraController.enableCollisionDetection = false;
-  return widget;
-}
-
-// The tileset's own bounding volume is half the globe (its root is a hemisphere): the manifest knows where the data is.
-function data_sphere(bounds) {
-  const [west, south, east, north, min_height, max_height] = bounds;
-  const rectangle = Rectangle.fromDegrees(west, south, east, north);
-  const sphere = BoundingSphere.fromRectangle3D(rectangle, Cesium.Ellipsoid.WGS84, (min_height + max_height) / 2);
-  sphere.radius = Math.max(sphere.radius, 50);
-  return sphere;
-}
-
-function fly_home() {
-  const sphere = data_sphere(page.manifest.bounds);
-  page.scene.camera.viewBoundingSphere(sphere, new HeadingPitchRange(0, Cesium.Math.toRadians(-38), sphere.radius * 1.9));
-  page.scene.camera.lookAtTransform(Cesium.Matrix4.IDENTITY);
-}
-
-function set_tint(on) {
-  page.tileset.customShader = on ? page.tint : undefined;
-}
-
-async function show_dataset(id) {
-  const base = `v1/datasets/${encodeURIComponent(id)}`;
-  page.tilesLoaded = false;
-  const manifest = await fetch_json(`${base}/manifest.json`);
-  const tileset = await Cesium.Cesium3DTileset.fromUrl(`${base}/tileset.json`, {
-    maximumScreenSpaceError: kScreenSpaceError_px, enablePick: true, enableDebugWireframe: true,
-  });
-  tileset.environmentMapManager.enabled = false;
-  tileset.imageBasedLighting = plain_ambient();
-  if (page.tileset) page.scene.primitives.remove(page.tileset);
-  page.scene.primitives.add(tileset);
-  Object.assign(page, { manifest, tileset, tint: height_tint(manifest.bounds[4], manifest.bounds[5]) });
-  tileset.tileFailed.addEventListener(({ url, message }) => { page.error = `${url}: ${message}`; say(page.error, "problem"); });
-  page.scene.light = relief_light(data_sphere(manifest.bounds).center);
-  set_tint(document.getElementById("tint").checked);
-  tileset.debugWireframe = document.getElementById("wireframe").checked;
-  show_manifest(manifest);
-  fly_home();
-  say("");
-}
-
-function choose(id) {
-  const url = new URL(window.location.href);
-  url.searchParams.set("dataset", id);
-  window.history.replaceState(null, "", url);
-  return show_dataset(id).catch(report);
-}
-
 function report(error) {
   page.error = String(error.message || error);
-  say(page.error, "problem");
+  panel.say(page.error, "problem");
 }
 
-function watch_frames(scene) {
-  scene.preUpdate.addEventListener(() => {
-    if (page.tint) follow_camera(page.tint, scene.camera, Cesium.Ellipsoid.WGS84);
-  });
-  scene.postRender.addEventListener(() => {
-    page.tilesLoaded = Boolean(page.tileset && page.tileset.tilesLoaded && page.tileset.statistics?.numberOfTilesWithContentReady !== 0);
-  });
+const base_of = (id) => `v1/datasets/${encodeURIComponent(id)}`;
+const home = () => fly_home(page.scene.camera, page.manifest.bounds);
+
+// Addresses of this page name the dataset in the query and the camera behind the #.
+function share(changes) {
+  const url = new URL(window.location.href);
+  if (changes.dataset) url.searchParams.set("dataset", changes.dataset);
+  url.hash = changes.camera || "";
+  window.history.replaceState(null, "", url);
 }
 
-// Longitude, latitude and ellipsoidal height under the pointer.
-function watch_pointer(widget) {
-  widget.screenSpaceEventHandler.setInputAction(({ endPosition }) => {
-    const ray = widget.camera.getPickRay(endPosition);
-    const hit = page.tileset && ray && page.tileset.pick(ray, widget.scene.frameState, new Cartesian3());
-    if (!hit) return show_position("");
-    const { longitude, latitude, height } = Cartographic.fromCartesian(hit);
-    const degrees = (value) => Cesium.Math.toDegrees(value).toFixed(5);
-    show_position(`${degrees(longitude)}°, ${degrees(latitude)}°, ${height.toFixed(1)} m above the ellipsoid`);
-  }, ScreenSpaceEventType.MOUSE_MOVE);
+function apply_look() {
+  const { look, imagery } = panel.look();
+  page.looks.show(look, imagery).catch((error) => panel.say(String(error.message || error), "problem"));
+}
+
+function apply_controls() {
+  const { wireframe, borders, exaggeration, error_px } = panel.controls();
+  page.tileset.debugWireframe = wireframe;
+  page.tileset.debugShowContentBoundingVolume = borders;
+  page.tileset.maximumScreenSpaceError = error_px;
+  page.looks.exaggerate(exaggeration);
+}
+
+async function show_dataset(id, camera) {
+  const base = base_of(id);
+  page.tilesLoaded = false;
+  const manifest = await fetch_json(`${base}/manifest.json`);
+  const tileset = await Cesium.Cesium3DTileset.fromUrl(`${base}/tileset.json`, { enablePick: true, enableDebugWireframe: true });
+  if (page.tileset) page.scene.primitives.remove(page.tileset);
+  page.scene.primitives.add(tileset);
+  Object.assign(page, { manifest, tileset, looks: new Looks(page.scene, tileset, manifest, base) });
+  tileset.tileFailed.addEventListener(({ url, message }) => report(new Error(`${url}: ${message}`)));
+  page.scene.light = relief_light(data_sphere(manifest.bounds).center);
+  apply_look();
+  apply_controls();
+  panel.show_manifest(manifest);
+  panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
+  if (!set_camera(page.scene.camera, camera)) home();
+  panel.say("");
+}
+
+const choose = (id) => {
+  share({ dataset: id });
+  return show_dataset(id).catch(report);
+};
+
+async function list_datasets(chosen) {
+  page.datasets = (await fetch_json("v1/datasets")).datasets;
+  panel.fill_dataset_list(page.datasets, chosen, choose);
+  panel.fill_failed_list(page.datasets, (id) => delete_failed(id).catch(report));
 }
 
 // Removes a failed dataset from the server, then from the page.
 async function delete_failed(id) {
-  const response = await fetch(`v1/datasets/${encodeURIComponent(id)}`, { method: "DELETE" });
+  const response = await fetch(base_of(id), { method: "DELETE" });
   // Somebody else may have been quicker: then it is gone as well.
   if (!response.ok && response.status !== 404) throw new Error(`${id} could not be deleted: HTTP ${response.status}`);
-  page.datasets = page.datasets.filter((dataset) => dataset.id !== id);
-  show_failed();
+  await list_datasets(page.manifest?.id);
 }
 
-function show_failed() {
-  fill_failed_list(page.datasets, (id) => delete_failed(id).catch(report));
+// What becomes of an upload or of a build that was under way, in words and in the list.
+const follow = () => ({
+  progress: panel.show_progress,
+  ready: async (id) => {
+    panel.show_progress(null);
+    await list_datasets(id).then(() => choose(id)).catch(report);
+  },
+  failed: async (words) => {
+    panel.show_progress(null);
+    panel.say(words, "problem");
+    await list_datasets(page.manifest?.id).catch(report);
+  },
+});
+
+function watch_frames(scene) {
+  scene.preUpdate.addEventListener(() => {
+    if (page.looks) follow_camera(page.looks.tint, scene.camera, Cesium.Ellipsoid.WGS84);
+  });
+  scene.postRender.addEventListener(() => {
+    const { tileset } = page;
+    page.tilesLoaded = Boolean(tileset && tileset.tilesLoaded && tileset.statistics?.numberOfTilesWithContentReady !== 0);
+    if (tileset) panel.show_drawn(tileset.statistics.numberOfTrianglesSelected, fetched_bytes());
+  });
+  scene.camera.moveEnd.addEventListener(() => { if (page.manifest) share({ camera: camera_numbers(scene.camera) }); });
+}
+
+// Of tiles, as they came over the line. The browser's own account: entries are added up once.
+let bytes = 0;
+function fetched_bytes() {
+  for (const entry of performance.getEntriesByType("resource")) if (entry.name.includes("/tiles/")) bytes += entry.encodedBodySize;
+  performance.clearResourceTimings();
+  return bytes;
+}
+
+function watch_pointer(widget) {
+  widget.screenSpaceEventHandler.setInputAction(({ endPosition }) => {
+    panel.show_position(page.tileset && place_under(widget, page.tileset, endPosition), page.manifest);
+  }, Cesium.ScreenSpaceEventType.MOUSE_MOVE);
+  widget.screenSpaceEventHandler.setInputAction(({ position }) => {
+    panel.show_position(page.tileset && place_under(widget, page.tileset, position), page.manifest);
+  }, Cesium.ScreenSpaceEventType.LEFT_CLICK);  // a finger does not hover
 }
 
 async function start() {
-  start_folding();
+  panel.start_folding();
   page.widget = make_globe();
   page.scene = page.widget.scene;
   watch_frames(page.scene);
   watch_pointer(page.widget);
-  on_controls({ tint: set_tint, wireframe: (on) => { page.tileset.debugWireframe = on; }, home: fly_home });
-  const { datasets } = await fetch_json("v1/datasets");
+  steer_by_keys(document.getElementById("globe"), page.scene.camera, home);
+  panel.on_controls({ look: apply_look, controls: apply_controls, home, link: () => window.location.href });
+  take_files((file) => panel.on_cancel(post_raster(file, follow())));
   const wanted = new URLSearchParams(window.location.search).get("dataset");
-  const first_ready = datasets.find((dataset) => dataset.state === "ready");
-  const chosen = wanted || first_ready?.id;
-  page.datasets = datasets;
-  fill_dataset_list(datasets, chosen, choose);
-  show_failed();
-  if (!chosen) return say("No dataset yet. POST a GeoTIFF to v1/datasets and reload.");
-  await show_dataset(chosen);
+  await list_datasets(wanted);
+  const chosen = wanted || page.datasets.find(({ state }) => state === "ready")?.id;
+  const going = page.datasets.find(({ state }) => state === "running" || state === "queued");
+  if (going) watch_build(going.id, follow());
+  if (!chosen) return panel.say(going ? "" : "No dataset yet. Drop a GeoTIFF here, or POST one to v1/datasets.");
+  panel.select_dataset(chosen);
+  await show_dataset(chosen, window.location.hash.slice(1));
 }
 
 start().catch(report);

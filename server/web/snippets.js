@@ -1,0 +1,43 @@
+// What somebody pastes into a map of their own: ten lines for each client, with this dataset's address in them.
+const kClients = {
+  "CesiumJS, 3D Tiles": ({ url }) => `const widget = new Cesium.CesiumWidget("globe", { globe: false });
+const tileset = await Cesium.Cesium3DTileset.fromUrl("${url}/tileset.json",
+  { maximumScreenSpaceError: 0.5 });
+widget.scene.primitives.add(tileset);
+const { bounds: [west, south, east, north] } =
+  await (await fetch("${url}/manifest.json")).json();
+widget.camera.setView({ destination: Cesium.Rectangle.fromDegrees(west, south, east, north) });`,
+  "CesiumJS, terrain (quantized-mesh)": ({ url }) => `const viewer = new Cesium.Viewer("globe", {
+  baseLayerPicker: false,
+  terrainProvider: await Cesium.CesiumTerrainProvider.fromUrl("${url}", { requestVertexNormals: true }),
+});`,
+  "MapLibre GL": ({ url, center }) => `const map = new maplibregl.Map({
+  container: "map", center: [${center}], zoom: 10, pitch: 60,
+  style: {
+    version: 8,
+    sources: { dem: { type: "raster-dem", url: "${url}/terrain-rgb.json" } },
+    layers: [{ id: "hills", type: "hillshade", source: "dem" }],
+    terrain: { source: "dem" },
+  },
+});`,
+  "three.js, 3d-tiles-renderer": ({ url }) => `const tiles = new TilesRenderer("${url}/tileset.json");
+tiles.registerPlugin(new GLTFExtensionsPlugin({ dracoLoader }));
+tiles.setCamera(camera);
+tiles.setResolutionFromRenderer(camera, renderer);
+scene.add(tiles.group);
+// every frame: tiles.update();`,
+  "deck.gl": ({ url }) => `new Tile3DLayer({
+  id: "terrain", data: "${url}/tileset.json", loader: Tiles3DLoader,
+});`,
+  "Leaflet, hillshade": ({ url }) => `L.tileLayer("${url}/hillshade/{z}/{x}/{y}.png").addTo(map);`,
+  "QGIS": ({ url }) => `Layer > Add Layer > Add Tiled Scene Layer… > New Cesium 3D Tiles Connection
+${url}/tileset.json`,
+  "curl": ({ url }) => `curl ${url}/manifest.json
+curl '${url}/elevation?points=LON,LAT'`,
+};
+
+// bounds in degrees, west, south, east, north; url is absolute.
+export function snippets_for(url, [west, south, east, north]) {
+  const center = [(west + (east < west ? east + 360 : east)) / 2, (south + north) / 2].map((degrees) => degrees.toFixed(4)).join(", ");
+  return Object.entries(kClients).map(([client, text]) => ({ client, text: text({ url, center }) }));
+}

@@ -1,0 +1,67 @@
+// From a file on this machine to a dataset: the upload's progress, then the build's, as the server tells it.
+
+// Calls on.progress(share or null, words), then on.ready(id) or on.failed(words). Gives a function that gives up.
+export function post_raster(file, on) {
+  const request = new XMLHttpRequest();
+  let stop_watching = () => {};
+  let id = null;
+  request.upload.onprogress = ({ loaded, total }) => on.progress(loaded / total, `sending ${file.name}, ${Math.floor((100 * loaded) / total)} %`);
+  request.onerror = () => on.failed(`${file.name} could not be sent: the server does not answer`);
+  request.onload = () => {
+    const answer = parsed(request.responseText);
+    if (request.status >= 400 || !answer.id) return on.failed(words_of(answer, request.status));
+    id = answer.id;
+    stop_watching = watch_build(id, on);
+  };
+  request.open("POST", `v1/datasets?name=${encodeURIComponent(file.name)}`);
+  request.send(file);
+  return () => {
+    request.abort();
+    stop_watching();
+    if (id) fetch(`v1/datasets/${encodeURIComponent(id)}`, { method: "DELETE" });
+  };
+}
+
+// Follows a build that somebody has begun; on as above. Gives a function that ends it.
+export function watch_build(id, on) {
+  const events = new EventSource(`v1/datasets/${encodeURIComponent(id)}/events`);
+  events.addEventListener("progress", ({ data }) => {
+    const { stage, share, seconds_left } = parsed(data);
+    on.progress(share ?? null, stage + (share > 0 ? `, ${Math.floor(100 * share)} %` : "") + (seconds_left > 1 ? `, ${Math.round(seconds_left)} s left` : ""));
+  });
+  events.addEventListener("ready", () => { events.close(); on.ready(id); });
+  events.addEventListener("failed", ({ data }) => {
+    events.close();
+    const answer = parsed(data);
+    on.failed(words_of(answer.error || answer, 422));
+  });
+  return () => events.close();
+}
+
+function parsed(text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    return {};
+  }
+}
+
+function words_of(problem, status) {
+  const detail = problem.detail || problem.title || `the server answers ${status}`;
+  return problem.accepted ? `${detail}. Accepted: ${problem.accepted}` : detail;
+}
+
+// A file dropped anywhere on the page, or chosen. on_file(file).
+export function take_files(on_file) {
+  const drop = document.getElementById("drop"), input = document.getElementById("file");
+  document.getElementById("browse").onclick = () => input.click();
+  input.onchange = () => { if (input.files.length > 0) on_file(input.files[0]); input.value = ""; };
+  const over = (shown) => (event) => { event.preventDefault(); drop.hidden = !shown; };
+  window.addEventListener("dragenter", over(true));
+  window.addEventListener("dragover", over(true));
+  drop.addEventListener("dragleave", over(false));
+  window.addEventListener("drop", (event) => {
+    over(false)(event);
+    if (event.dataTransfer?.files.length > 0) on_file(event.dataTransfer.files[0]);
+  });
+}
