@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gpu/surface_error_plane.h"
+#include "pipeline/loose_samples.h"
 #include "pipeline/overlay.h"
 #include "proto/ellipsoid.h"
 
@@ -16,6 +17,8 @@ using proto::Vec3;
 
 // The bound of the curvature is of second order; this covers what it leaves out.
 constexpr double kMargin = 1.5;
+constexpr std::uint32_t kNone = UINT32_MAX;
+constexpr double kRoundingSteps = 2;  // a corner moves by less than a step, and a slope may double it
 
 // A place on the ellipsoid and which way is up there.
 struct Place {
@@ -187,14 +190,42 @@ std::array<gpu::MeshPoint, 3> corners_of(const TileMesh& mesh, const std::array<
 
 bool same_place(const gpu::MeshPoint& a, const gpu::MeshPoint& b) { return a.x == b.x && a.y == b.y; }
 
+// A mesh and its patches in one: whoever measures makes no difference.
+TileMesh with_patches(const TileMesh& mesh, const TileMesh& patches) {
+  TileMesh all = mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices());
+  all.x.insert(all.x.end(), patches.x.begin(), patches.x.end());
+  all.y.insert(all.y.end(), patches.y.begin(), patches.y.end());
+  all.height.insert(all.height.end(), patches.height.begin(), patches.height.end());
+  all.mark.insert(all.mark.end(), patches.mark.begin(), patches.mark.end());
+  for (const auto& t : patches.triangles) all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  return all;
+}
+
 }  // namespace
 
 class ComposedMeter::Ground {
  public:
-  Ground(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded)
-      : earth_(lattice, tile), welded_(welded), index_(welded, is_published), rims_(welded, is_beside_rim), at_(welded.vertices()) {
+  Ground(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh, double max_error_m, const Loose& loose, double ecef_step_m)
+      : earth_(lattice, tile),
+        welded_(with_patches(mesh, loose.patches)),
+        error_m_(mesh.triangles.size(), max_error_m),
+        least_m_(kRoundingSteps * ecef_step_m + max_error_m),
+        rounding_m_(kRoundingSteps * ecef_step_m),
+        index_(welded_, is_published),
+        loose_(lattice, tile, mesh.side, ecef_step_m, loose.samples),
+        at_(welded_.vertices()),
+        on_rim_(welded_.vertices(), 0) {
+    std::fill(on_rim_.begin() + static_cast<std::ptrdiff_t>(mesh.vertices()), on_rim_.end(), 1);
+    for (const auto& t : mesh.triangles)
+      if (!is_published(mesh, t))
+        for (const std::uint32_t v : t) on_rim_[v] = 1;
+    error_m_.insert(error_m_.end(), loose.patch_error_m.begin(), loose.patch_error_m.end());
     for (std::uint32_t v = 0; v < at_.size(); ++v) at_[v] = earth_.at(point(v));
   }
+
+  double least_m() const { return least_m_; }
+  std::size_t points() const { return welded_.vertices() + loose_.size(); }
 
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
     gpu::TriangleError error;
@@ -205,47 +236,34 @@ class ComposedMeter::Ground {
     std::vector<std::uint32_t> near;
     index_.meeting(plan, near);
     PlanPoint worst;
-    std::uint32_t over = 0;
+    std::uint32_t over = kNone;
     for (const std::uint32_t k : near) {
       const auto& t = welded_.triangles[k];
-      if (is_same(t, corners)) return {};
+      const double own_m = error_m_[k];
+      if (is_same(t, corners)) {  // all samples there are measured against it already
+        error.error_m = rounding_m_ + own_m;
+        return error;
+      }
       const Plane other = plane_of(at_[t[0]], at_[t[1]], at_[t[2]]);
       const Common common = common_part(plan, plan_of(welded_, t));
       if (common.count <= 2 || !has_area(other)) continue;
       const Apart here = apart(other, plane, common, earth_);
-      if (here.most_m <= error.error_m) continue;
-      error.error_m = here.most_m;
+      const double error_m = rounding_m_ + (own_m + here.most_m);
+      if (error_m <= error.error_m) continue;
+      error.error_m = error_m;
       worst = here.at;
       over = k;
     }
+    const LooseSamples::Farthest loose = loose_.farthest(corners);
+    const double composed_m = error.error_m;
+    error.error_m = std::max(composed_m, loose.error_m);
     if (error.error_m <= limit_m) return error;
+    if (loose.inside_m > limit_m || (composed_m <= limit_m && loose.inside_m >= 0)) error.offer(loose.inside);
     offer_farthest(corners, plane, near, error);
+    if (over == kNone) return error;
     if (error.count == 0) offer_nearest(corners, worst, welded_.triangles[over], error);
     offer_between(worst, welded_.triangles[over], error);
     return error;
-  }
-
-  double beyond_rims_m(const std::array<gpu::MeshPoint, 3>& corners) const {
-    const Plane plane = plane_of(earth_.at(corners[0]), earth_.at(corners[1]), earth_.at(corners[2]));
-    double greatest = 0;
-    if (!has_area(plane)) return greatest;
-    std::array<PlanPoint, 3> plan;
-    for (std::size_t k = 0; k < 3; ++k) plan[k] = {static_cast<double>(corners[k].x), static_cast<double>(corners[k].y)};
-    std::vector<std::uint32_t> near;
-    rims_.meeting(plan, near);
-    for (const std::uint32_t k : near) {
-      const auto& t = welded_.triangles[k];
-      const Common common = common_part(plan, plan_of(welded_, t));
-      if (common.count <= 2) continue;
-      for (const std::uint32_t v : t) {
-        if (welded_.mark[v] & proto::kVoid) continue;
-        for (int c = 0; c < common.count; ++c) {
-          const Over here = over(plane, earth_.place(common.corner[c]));
-          greatest = std::max({greatest, std::abs(here.high_m - at_[v].height_m), std::abs(here.low_m - at_[v].height_m)});
-        }
-      }
-    }
-    return greatest;
   }
 
  private:
@@ -279,11 +297,13 @@ class ComposedMeter::Ground {
     }
   }
 
-  // The place itself, where all ends are vertices already and still other edges run between them.
+  // The place itself, where all ends are vertices already and still other edges run between them. Not along a rim, which may have moved over
+  // places without data: no vertex stands on those.
   void offer_between(PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
     gpu::MeshPoint p{static_cast<std::int32_t>(std::lround(at.x)), static_cast<std::int32_t>(std::lround(at.y)), 0};
     const gpu::MeshPoint c[3] = {point(triangle[0]), point(triangle[1]), point(triangle[2])};
-    if (on_border(p)) return;
+    const bool along_rim = std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return on_rim_[v] != 0; });
+    if (along_rim || on_border(p)) return;
     double height = 0, sum = 0;
     for (int k = 0; k < 3; ++k) {  // rounded, the place may be a little outside
       const double weight = std::max(0.0, static_cast<double>(twice_area(c[(k + 1) % 3], c[(k + 2) % 3], p)));
@@ -315,38 +335,31 @@ class ComposedMeter::Ground {
   }
 
   Earth earth_;
-  const TileMesh& welded_;
-  TriangleIndex index_, rims_;
-  std::vector<Spot> at_;  // indexed by welded vertex
+  TileMesh welded_;
+  std::vector<double> error_m_;  // indexed by welded triangle
+  double least_m_, rounding_m_;
+  TriangleIndex index_;
+  LooseSamples loose_;
+  std::vector<Spot> at_;      // indexed by welded vertex
+  std::vector<char> on_rim_;  // likewise: beside an unpublished triangle, or of a patch
 };
 
-ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded)
-    : ground_(std::make_unique<Ground>(lattice, tile, welded)) {}
+ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh, double max_error_m, const Loose& loose,
+                             double ecef_step_m)
+    : ground_(std::make_unique<Ground>(lattice, tile, mesh, max_error_m, loose, ecef_step_m)) {}
 ComposedMeter::~ComposedMeter() = default;
 
 gpu::TriangleError ComposedMeter::measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
   return ground_->measure(corners, limit_m);
 }
 
-double ComposedMeter::beyond_rims_m(const std::array<gpu::MeshPoint, 3>& corners) const { return ground_->beyond_rims_m(corners); }
-
-double NearerMeter::beyond_rims_m(const TileMesh& mesh) const {
-  double greatest = 0;
-  for (const auto& t : mesh.triangles) {
-    if (!is_published(mesh, t)) continue;
-    const std::array<gpu::MeshPoint, 3> corners = corners_of(mesh, t);
-    const double first_m = first_.beyond_rims_m(corners);
-    if (first_m > 0) greatest = std::max(greatest, std::min(first_m + first_m_, second_.beyond_rims_m(corners) + second_m_));
-  }
-  return greatest;
-}
+double ComposedMeter::least_m() const { return ground_->least_m(); }
+std::size_t ComposedMeter::points() const { return ground_->points(); }
 
 gpu::TriangleError NearerMeter::measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
-  gpu::TriangleError first = first_.measure(corners, limit_m - first_m_);
-  first.error_m += first_m_;
+  gpu::TriangleError first = first_.measure(corners, limit_m);
   if (first.error_m <= limit_m) return first;
-  const double second_m = second_.measure(corners, INFINITY).error_m + second_m_;
-  first.error_m = std::min(first.error_m, second_m);
+  first.error_m = std::min(first.error_m, second_.measure(corners, INFINITY).error_m);
   if (first.error_m <= limit_m) first.count = 0;
   return first;
 }

@@ -1,50 +1,50 @@
 #pragma once
 // Above the blocks the finest samples are out of reach: the error of a parent is bounded by composition,
 // stated(parent) <= the stated error of a finer surface + the distance between that surface and the parent's.
+// What a finer surface leaves uncovered it hands up, see surface.h, so that nothing a parent covers is without a bound.
 #include <memory>
 #include <vector>
 
 #include "gpu/refine.h"
+#include "pipeline/surface.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline {
 
-/// Measures triangles of a parent against a finer surface of descendants: an upper bound of the distance between the two published
-/// surfaces, flat ECEF triangles both, along the ellipsoid's normal, in metres, wherever both exist. They are compared at every vertex of
-/// their overlay (welded vertices, and crossings of edges); between these, where the distance is not quite linear because normals turn, a
-/// bound of its curvature is added. Points that help are the welded vertex that is farthest from the triangle or, where edges cross and no
-/// vertex lies between, the ends of these edges, and the place of the greatest distance on the finer surface.
+/// Measures triangles of a parent by way of a finer surface: an upper bound of how far finest samples are from them, in metres.
+///
+/// Of samples that the finer surface or its patches cover it is that surface's own error, what rounding can add, and the distance between
+/// the two, flat ECEF triangles both, along the ellipsoid's normal. They are compared at every vertex of their overlay (welded vertices,
+/// and crossings of edges); between these, where the distance is not quite linear because normals turn, a bound of its curvature is added.
+/// Loose samples are measured themselves. Points that help are the loose sample that is too far; the welded vertex that is farthest from the
+/// triangle or, where edges cross and no vertex lies between, the ends of these edges; and the place of the greatest distance.
 class ComposedMeter final : public gpu::ErrorMeter {
  public:
-  /// welded: descendants of tile as one mesh. Borrowed, as is lattice.
-  ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& welded);
+  /// mesh, loose: of a finer surface over the tile, which is max_error_m off where the mesh is. lattice is borrowed.
+  ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh, double max_error_m, const Loose& loose,
+                double ecef_step_m);
   ~ComposedMeter() override;
 
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
-
-  /// How far a triangle that reaches over a rim of the finer surface may be from samples there, which that surface leaves out: they are
-  /// taken to lie no higher and no lower than the rim beside them. 0 where it reaches over none.
-  double beyond_rims_m(const std::array<gpu::MeshPoint, 3>& corners) const;
+  /// Of a triangle that is like the finer surface: its error and rounding.
+  double least_m() const;
+  /// How many points refinement may need.
+  std::size_t points() const;
 
  private:
   class Ground;
   std::unique_ptr<Ground> ground_;
 };
 
-/// The lesser of two bounds: by way of one surface, or of another one. Errors are those against the samples: the surfaces' own are in them.
-/// Borrows both meters.
+/// The lesser of two bounds: by way of one surface, or of another one. Borrows both meters.
 class NearerMeter final : public gpu::ErrorMeter {
  public:
-  NearerMeter(const ComposedMeter& first, double first_m, const ComposedMeter& second, double second_m)
-      : first_(first), second_(second), first_m_(first_m), second_m_(second_m) {}
+  NearerMeter(const ComposedMeter& first, const ComposedMeter& second) : first_(first), second_(second) {}
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
-  /// Of all published triangles of a mesh.
-  double beyond_rims_m(const proto::TileMesh& mesh) const;
 
  private:
   const ComposedMeter &first_, &second_;
-  double first_m_, second_m_;
 };
 
 /// The greatest error of mesh's published triangles; those above limit_m are appended to over.

@@ -1,9 +1,11 @@
 #include "pipeline/content_hash.h"
 
+#include <openssl/evp.h>
 #include <openssl/sha.h>
 
 #include <array>
 #include <cstdint>
+#include <stdexcept>
 
 namespace cordillera::pipeline {
 
@@ -11,6 +13,13 @@ std::string content_hash(std::string_view bytes) {
   std::array<unsigned char, SHA256_DIGEST_LENGTH> digest;
   SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data());
   return {digest.begin(), digest.begin() + 16};
+}
+
+std::string md5(std::string_view bytes) {
+  std::string digest(16, '\0');
+  auto* out = reinterpret_cast<unsigned char*>(digest.data());
+  if (EVP_Digest(bytes.data(), bytes.size(), out, nullptr, EVP_md5(), nullptr) != 1) throw std::runtime_error("OpenSSL has no MD5");
+  return digest;
 }
 
 std::string hex(std::string_view bytes) {

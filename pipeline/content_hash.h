@@ -7,6 +7,8 @@ namespace cordillera::pipeline {
 
 /// First 16 bytes of SHA-256.
 std::string content_hash(std::string_view bytes);
+/// 16 bytes; for formats that ask for it, never to tell contents apart.
+std::string md5(std::string_view bytes);
 std::string hex(std::string_view bytes);
 
 }  // namespace cordillera::pipeline

@@ -36,11 +36,53 @@ std::optional<proto::TileMesh> mesh_of(const proto::TileMeshRecord& record) {
   return mesh;
 }
 
+void put(const Loose& loose, proto::TileMeshRecord& record) {
+  gpu::MeshPoint last;
+  for (const gpu::MeshPoint& p : loose.samples) {
+    for (const std::int32_t step : {p.y - last.y, p.x - last.x, p.height - last.height}) record.add_loose(step);
+    last = p;
+  }
+  if (loose.patches.triangles.empty()) return;
+  *record.mutable_patches() = record_of(loose.patches, 0);
+  record.mutable_patch_error()->Add(loose.patch_error_m.begin(), loose.patch_error_m.end());
+}
+
+std::optional<Loose> loose_of(const proto::TileMeshRecord& record) {
+  Loose loose;
+  loose.patches.side = record.side();
+  if (record.loose_size() % 3 != 0) return std::nullopt;
+  gpu::MeshPoint at;
+  for (int k = 0; k < record.loose_size(); k += 3) {
+    at = {at.x + record.loose(k + 1), at.y + record.loose(k), at.height + record.loose(k + 2)};
+    loose.samples.push_back(at);
+  }
+  if (!record.has_patches()) return loose;
+  std::optional<proto::TileMesh> patches = mesh_of(record.patches());
+  if (!patches || patches->triangles.size() != static_cast<std::size_t>(record.patch_error_size())) return std::nullopt;
+  loose.patches = std::move(*patches);
+  loose.patch_error_m.assign(record.patch_error().begin(), record.patch_error().end());
+  return loose;
+}
+
+proto::TileMeshRecord record_of(const Surface& surface) {
+  proto::TileMeshRecord record = record_of(surface.mesh, surface.max_error_m);
+  put(surface.loose, record);
+  return record;
+}
+
+std::optional<Surface> surface_of(const proto::TileMeshRecord& record) {
+  std::optional<proto::TileMesh> mesh = mesh_of(record);
+  std::optional<Loose> loose = loose_of(record);
+  if (!mesh || !loose) return std::nullopt;
+  return Surface{std::move(*mesh), record.max_error(), std::move(*loose)};
+}
+
 }  // namespace
 
 std::string to_bytes(const BuiltTile& tile) {
-  proto::TileMeshRecord record = record_of(tile.mesh, tile.surface_error_m);
-  if (tile.finer) *record.mutable_finer() = record_of(tile.finer->mesh, tile.finer->max_error_m);
+  proto::TileMeshRecord record = record_of(tile.mesh, tile.max_error_m);
+  put(tile.loose, record);
+  if (tile.finer) *record.mutable_finer() = record_of(*tile.finer);
   record.set_uncovered(tile.measured.uncovered);
   return record.SerializeAsString();
 }
@@ -49,18 +91,17 @@ proto::Result<BuiltTile> tile_from_bytes(const proto::TileAddress& tile, const s
   const proto::Problem damaged{"store-damaged", "a stored tile mesh cannot be read", "a dataset built anew", ""};
   proto::TileMeshRecord record;
   if (!record.ParseFromString(bytes)) return damaged;
-  std::optional<proto::TileMesh> mesh = mesh_of(record);
-  if (!mesh) return damaged;
+  std::optional<Surface> surface = surface_of(record);
+  if (!surface) return damaged;
   BuiltTile built;
   built.tile = tile;
-  built.max_error_m = built.surface_error_m = record.max_error();
+  built.max_error_m = surface->max_error_m;
   built.measured.uncovered = record.uncovered();
-  built.mesh = std::move(*mesh);
-  if (record.has_finer()) {
-    std::optional<proto::TileMesh> finer = mesh_of(record.finer());
-    if (!finer) return damaged;
-    built.finer = Surface{std::move(*finer), record.finer().max_error()};
-  }
+  built.mesh = std::move(surface->mesh);
+  built.loose = std::move(surface->loose);
+  if (!record.has_finer()) return built;
+  built.finer = surface_of(record.finer());
+  if (!built.finer) return damaged;
   return built;
 }
 

@@ -42,14 +42,20 @@ std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<s
   return corners;
 }
 
-bool is_beside_rim(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
-  const unsigned some = mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]], all = mesh.mark[t[0]] & mesh.mark[t[1]] & mesh.mark[t[2]];
-  return (some & proto::kVoid) != 0 && (all & proto::kVoid) == 0;
-}
-
 TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
-  across_ = std::max(1, static_cast<std::int32_t>(std::sqrt(static_cast<double>(mesh.triangles.size()) / 2)));
-  cells_per_unit_ = static_cast<double>(across_) / mesh.side;
+  double east = 0, north = 0;
+  std::size_t count = 0;
+  west_ = south_ = mesh.side;
+  for (const auto& t : mesh.triangles) {
+    if (!wanted(mesh, t)) continue;
+    ++count;
+    for (const PlanPoint& p : plan_of(mesh, t)) {
+      west_ = std::min(west_, p.x), east = std::max(east, p.x);
+      south_ = std::min(south_, p.y), north = std::max(north, p.y);
+    }
+  }
+  across_ = std::max(1, static_cast<std::int32_t>(std::sqrt(static_cast<double>(count) / 2)));
+  cells_per_unit_ = across_ / std::max({east - west_, north - south_, 1.0});
   start_.assign(static_cast<std::size_t>(across_) * across_ + 2, 0);
   const auto each = [&](auto&& visit) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -67,8 +73,8 @@ TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
 
 TriangleIndex::Cells TriangleIndex::cells_of(const std::array<PlanPoint, 3>& t) const {
   const auto cell = [&](double units) { return std::clamp(static_cast<std::int32_t>(units * cells_per_unit_), 0, across_ - 1); };
-  return {cell(std::min({t[0].x, t[1].x, t[2].x})), cell(std::min({t[0].y, t[1].y, t[2].y})),
-          cell(std::max({t[0].x, t[1].x, t[2].x})), cell(std::max({t[0].y, t[1].y, t[2].y}))};
+  return {cell(std::min({t[0].x, t[1].x, t[2].x}) - west_), cell(std::min({t[0].y, t[1].y, t[2].y}) - south_),
+          cell(std::max({t[0].x, t[1].x, t[2].x}) - west_), cell(std::max({t[0].y, t[1].y, t[2].y}) - south_)};
 }
 
 void TriangleIndex::meeting(const std::array<PlanPoint, 3>& triangle, std::vector<std::uint32_t>& found) const {

@@ -28,9 +28,6 @@ bool is_published(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3
 
 std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
 
-/// Some corner is void, some is not: it lies along a rim, outside.
-bool is_beside_rim(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle);
-
 /// Finds the triangles of a mesh whose boxes meet a box, of those for which wanted is true.
 class TriangleIndex {
  public:
@@ -45,7 +42,7 @@ class TriangleIndex {
   };
   Cells cells_of(const std::array<PlanPoint, 3>& triangle) const;
 
-  double cells_per_unit_ = 1;
+  double west_ = 0, south_ = 0, cells_per_unit_ = 1;  // of the wanted triangles alone: data may be small in its tile
   std::int32_t across_ = 1;
   std::vector<std::uint32_t> start_;     // indexed by cell, one more at the end
   std::vector<std::uint32_t> triangle_;  // by cell

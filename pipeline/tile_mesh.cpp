@@ -7,13 +7,13 @@
 
 #include "gpu/grid_mesh_sparse.h"
 #include "gpu/rings.h"
-#include "gpu/sample_meter.h"
-#include "gpu/thin.h"
 #include "pipeline/border.h"
 #include "pipeline/chain.h"
-#include "pipeline/composed_error.h"
+#include "pipeline/loose.h"
+#include "pipeline/moved.h"
 #include "pipeline/overlay.h"
 #include "pipeline/support.h"
+#include "pipeline/tile_error.h"
 #include "pipeline/weld.h"
 
 namespace cordillera::pipeline {
@@ -31,9 +31,6 @@ constexpr int kSparseAttempts = 2;  // with a sparse start
 constexpr double kSparseShare = 1.0 / 8;
 constexpr double kMoreCaution = 1.5;  // from one of these to the next: a denser inside has more for the border to hold on to
 constexpr int kPromiseAttempts = 6;  // to keep a promise that refinement could not
-constexpr double kLeastStepShare = 0.25;  // of the target, for the step above the blocks, even where children left less
-constexpr double kGrace_m = 1.0 / 1024;   // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
-constexpr double kRoundingSteps = 2;      // a corner moves by less than a step, and a slope may double it
 // Of the error left to a collapse. What it sees, added up from collapse to collapse, is more than the error: refinement repairs the few places
 // where it is not, and so tiles get a quarter of the triangles that a cautious guard would leave.
 constexpr double kGuardShare = 2;
@@ -213,13 +210,16 @@ proto::TileMesh welded(const LevelContext& context, const proto::TileAddress& ti
 Surface truth_above(const LevelContext& context, const proto::TileAddress& tile, const std::array<const BuiltTile*, 4>& children) {
   const bool finer = std::all_of(children.begin(), children.end(), [](const BuiltTile* child) { return !child || child->finer; });
   std::array<const proto::TileMesh*, 4> meshes{};
+  std::array<const Loose*, 4> loose{};
   Surface truth;
   for (std::size_t c = 0; c < 4; ++c) {
     if (!children[c]) continue;
     meshes[c] = finer ? &children[c]->finer->mesh : &children[c]->mesh;
-    truth.max_error_m = std::max(truth.max_error_m, finer ? children[c]->finer->max_error_m : children[c]->surface_error_m);
+    loose[c] = finer ? &children[c]->finer->loose : &children[c]->loose;
+    truth.max_error_m = std::max(truth.max_error_m, finer ? children[c]->finer->max_error_m : children[c]->max_error_m);
   }
   truth.mesh = welded(context, tile, meshes, tile.z + (finer ? 2 : 1));
+  truth.loose = joined(loose, truth.mesh.side / 2);
   return truth;
 }
 
@@ -228,19 +228,23 @@ Surface truth_above(const LevelContext& context, const proto::TileAddress& tile,
 std::optional<PreparedTile> prepare_parent(const LevelContext& context, const proto::TileAddress& tile,
                                            const std::array<const BuiltTile*, 4>& children) {
   std::array<const proto::TileMesh*, 4> meshes{};
+  std::array<const Loose*, 4> loose{};
   double inherited = 0;
   std::uint32_t uncovered = 0;
   for (std::size_t c = 0; c < 4; ++c) {
     if (!children[c]) continue;
     meshes[c] = &children[c]->mesh;
-    inherited = std::max(inherited, children[c]->surface_error_m);
+    loose[c] = &children[c]->loose;
+    inherited = std::max(inherited, children[c]->max_error_m);
     uncovered += children[c]->measured.uncovered;
   }
   if (std::all_of(meshes.begin(), meshes.end(), [](const proto::TileMesh* mesh) { return !mesh; })) return std::nullopt;
   PreparedTile prepared{tile, welded(context, tile, meshes, tile.z + 1), {}, inherited, uncovered};
   prepared.elevation = elevations(*context.lattice, tile, prepared.input);
   apply_chains(context, prepared, false);
-  if (!context.samples) prepared.truth = truth_above(context, tile, children);
+  if (context.samples) return prepared;
+  prepared.inherited_loose = joined(loose, prepared.input.side / 2);
+  prepared.truth = truth_above(context, tile, children);
   return prepared;
 }
 
@@ -261,53 +265,6 @@ bool has_vanished(PreparedTile& prepared, const proto::TileMesh& mesh) {
   if (prepared.rim_share < kLeastShare || published_area2(mesh) > 0 || published_area2(prepared.input) == 0) return false;
   prepared.rim_share /= 8;
   return true;
-}
-
-/// Against every finest sample; what exceeds the limit is refined. Returns the triangles that are still over it.
-std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m) {
-  gpu::SurfaceErrorInput input;
-  input.lattice = context.lattice;
-  input.tile = built.tile;
-  input.mesh = &built.mesh;
-  input.samples = context.samples;
-  input.ecef_step_m = context.level->ecef_step();
-  const auto over = [&] {
-    built.measured = gpu::surface_error(input, limit_m - kGrace_m);
-    std::vector<std::uint32_t> triangles;
-    for (const auto& worst : built.measured.over_limit) triangles.push_back(worst.triangle);
-    return triangles;
-  };
-  std::vector<std::uint32_t> left = over();
-  if (context.promise) {
-    const gpu::SampleMeter meter(input);
-    if (!left.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m - kGrace_m, left, SIZE_MAX).inserted;
-    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m - kGrace_m, context.height_rounds});
-    left = over();
-  }
-  built.max_error_m = built.surface_error_m = built.measured.max_m + kGrace_m;
-  return left;
-}
-
-/// Against finer surfaces, whose own errors are known. Returns the triangles that are still over the limit.
-std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
-  const ComposedMeter truth(*context.lattice, built.tile, prepared.truth->mesh), children(*context.lattice, built.tile, prepared.input);
-  const NearerMeter meter(truth, prepared.truth->max_error_m, children, prepared.inherited_error_m);
-  const double rounding_m = kRoundingSteps * context.level->ecef_step();
-  const double left_m = std::max(limit_m - rounding_m, prepared.truth->max_error_m + kLeastStepShare * limit_m);
-  std::vector<std::uint32_t> over, still_over;
-  double greatest_m = greatest_error_m(meter, built.mesh, left_m, over);
-  if (context.promise) {
-    if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, prepared.truth->mesh.vertices()).inserted;
-    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds});
-    greatest_m = greatest_error_m(meter, built.mesh, left_m, still_over);
-  }
-  built.composed = true;
-  built.surface_error_m = rounding_m + greatest_m;
-  built.max_error_m = std::max(built.surface_error_m, rounding_m + meter.beyond_rims_m(built.mesh));
-  // As many samples as cells of the lattice, about.
-  const std::int64_t lost = published_area2(prepared.input) - published_area2(built.mesh);
-  built.measured.uncovered = prepared.inherited_uncovered + static_cast<std::uint32_t>(std::clamp<std::int64_t>(lost / 2, 0, INT32_MAX));
-  return still_over;
 }
 
 /// A sparse start may lack the vertex that a border or a promise needs: all of them from now on.
@@ -348,6 +305,7 @@ namespace {
 std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   if (!has_its_border(context, prepared, mesh, attempt)) return std::move(prepared.best);  // if there is one
   if (has_vanished(prepared, mesh)) return std::nullopt;
+  settle_moved(context, prepared, mesh);
   BuiltTile built;
   built.tile = prepared.tile;
   built.mesh = std::move(mesh);
@@ -360,7 +318,7 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
     made_dense(context, prepared, attempt);
     for (const std::uint32_t k : over) keep_around(prepared.input, built.mesh, k, std::size_t{8} << attempt);
   }
-  if (!prepared.best || built.surface_error_m < prepared.best->surface_error_m) prepared.best = std::move(built);
+  if (!prepared.best || built.max_error_m < prepared.best->max_error_m) prepared.best = std::move(built);
   if (broken) return std::nullopt;
   return std::move(prepared.best);
 }
@@ -369,8 +327,7 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
 
 std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   std::optional<BuiltTile> built = judge(context, prepared, std::move(mesh), attempt);
-  const bool has_children = context.lattice->finest_level > prepared.tile.z;
-  if (built && context.merges_above && has_children) built->finer = Surface{std::move(prepared.input), prepared.inherited_error_m};
+  if (built && (context.merges_above || !context.samples)) hand_up(context, prepared, *built);
   return built;
 }
 

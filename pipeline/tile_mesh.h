@@ -12,27 +12,22 @@
 #include "cordillera.pb.h"
 #include "gpu/simplify.h"
 #include "gpu/surface_error.h"
+#include "pipeline/surface.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline {
-
-/// A mesh whose distance from the finest samples is known.
-struct Surface {
-  proto::TileMesh mesh;
-  double max_error_m = 0;
-};
 
 /// A finished mesh of a tile. Covers the whole rectangle; may be void throughout.
 struct BuiltTile {
   proto::TileAddress tile;
   proto::TileMesh mesh;
   double max_error_m = 0;  ///< stated
-  double surface_error_m = 0;  ///< of samples that the surface it was measured against covers: what levels above build on
   bool composed = false;   ///< bound by composition instead of measured against finest samples
   gpu::SurfaceError measured;
   std::uint32_t put_back = 0;  ///< vertices, for the promise
-  std::optional<Surface> finer{};  ///< its children's, where a tile above the blocks will be measured against it
+  Loose loose{};                   ///< what the mesh leaves uncovered, where a tile above the blocks will be measured against it
+  std::optional<Surface> finer{};  ///< its children's, likewise
 };
 
 /// What every tile of a level shares.
@@ -53,6 +48,7 @@ struct PreparedTile {
   std::vector<float> elevation;
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
   std::uint32_t inherited_uncovered = 0;  ///< of the children together
+  Loose inherited_loose{};                ///< likewise, above the blocks
   std::optional<Surface> truth{};   ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
   double caution = 1;               ///< tolerances are divided by it
   double rim_share = 1;             ///< the level's rim tolerance is multiplied by it

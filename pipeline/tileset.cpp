@@ -30,19 +30,6 @@ std::string html(const std::string& text) {
   return out;
 }
 
-Json asset(const proto::Manifest& manifest) {
-  Json out = {{"version", "1.1"}, {"tilesetVersion", manifest.id()}, {"generator", "Cordillera"}};
-  Json extras = {{"title", manifest.title().empty() ? manifest.name() : manifest.title()}};
-  if (!manifest.attribution().empty()) {
-    out["copyright"] = manifest.attribution();
-    extras["attribution"] = manifest.attribution();
-    // Where CesiumJS looks for what it has to show.
-    extras["cesium"] = {{"credits", Json::array({{{"html", html(manifest.attribution())}, {"showOnScreen", true}}})}};
-  }
-  out["extras"] = extras;
-  return out;
-}
-
 // What the property tables of the subtrees hold. Implied regions and errors (a quarter and a half of the parent's) would be untrue.
 Json schema() {
   return {{"id", "cordillera"},
@@ -63,11 +50,6 @@ Json schema() {
                   {"type", "SCALAR"},
                   {"componentType", "FLOAT64"},
                   {"required", true}}}}}}}}}};
-}
-
-std::array<double, 6> joined(const std::array<double, 6>& a, const std::array<double, 6>& b) {
-  return {std::min(a[0], b[0]), std::min(a[1], b[1]), std::max(a[2], b[2]),
-          std::max(a[3], b[3]), std::min(a[4], b[4]), std::max(a[5], b[5])};
 }
 
 // The root's region is what clients cut into quarters until they have read a subtree, so it is the whole hemisphere and not the data's
@@ -93,6 +75,24 @@ Json implicit_root(const TileExtent& node, const proto::Manifest& manifest) {
 
 }  // namespace
 
+Json tileset_asset(const proto::Manifest& manifest) {
+  Json out = {{"version", "1.1"}, {"tilesetVersion", manifest.id()}, {"generator", "Cordillera"}};
+  Json extras = {{"title", manifest.title().empty() ? manifest.name() : manifest.title()}};
+  if (!manifest.attribution().empty()) {
+    out["copyright"] = manifest.attribution();
+    extras["attribution"] = manifest.attribution();
+    // Where CesiumJS looks for what it has to show.
+    extras["cesium"] = {{"credits", Json::array({{{"html", html(manifest.attribution())}, {"showOnScreen", true}}})}};
+  }
+  out["extras"] = extras;
+  return out;
+}
+
+std::array<double, 6> joined_regions(const std::array<double, 6>& a, const std::array<double, 6>& b) {
+  return {std::min(a[0], b[0]), std::min(a[1], b[1]), std::max(a[2], b[2]),
+          std::max(a[3], b[3]), std::min(a[4], b[4]), std::max(a[5], b[5])};
+}
+
 double empty_error_m(const proto::Manifest& manifest) {
   // Heights apart, what is missing is as large as the data itself. Twice the greatest stated error keeps it above every tile's.
   const auto& b = manifest.bounds();
@@ -112,7 +112,7 @@ std::string tileset_json(const StoreReader& store) {
   Json children = Json::array();
   std::array<double, 6> region = roots.empty() ? std::array<double, 6>{} : roots[0].region;
   for (const TileExtent& node : roots) {
-    region = joined(region, node.region);
+    region = joined_regions(region, node.region);
     children.push_back(implicit_root(node, manifest));
   }
   root["boundingVolume"] = {{"region", region}};
@@ -121,7 +121,7 @@ std::string tileset_json(const StoreReader& store) {
   root["children"] = std::move(children);
 
   Json out;
-  out["asset"] = asset(manifest);
+  out["asset"] = tileset_asset(manifest);
   out["schema"] = schema();
   out["geometricError"] = empty_error_m(manifest);
   out["root"] = std::move(root);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/log.h"
+#include "server/openapi.h"
 #include "server/options.h"
 #include "server/web.h"
 
@@ -13,15 +14,17 @@ namespace {
 /// yes.
 void add_cors(Response& response) {
   response.set("Access-Control-Allow-Origin", "*");
-  response.set("Access-Control-Expose-Headers", "ETag, Location, Content-Length, Retry-After");
+  response.set("Access-Control-Expose-Headers", "ETag, Location, Content-Length, Retry-After, Server-Timing");
 }
 
 Response preflight(Resource resource) {
   Response response;
   response.status = 204;
   response.set("Allow", allowed_methods(resource));
-  response.set("Access-Control-Allow-Methods", "GET, HEAD, OPTIONS");
-  response.set("Access-Control-Allow-Headers", "If-None-Match, Range, Cache-Control, Last-Event-ID");
+  // A POST of places reads as a GET does; only its body is longer than an address may be.
+  const bool asked_by_post = resource == Resource::elevation;
+  response.set("Access-Control-Allow-Methods", asked_by_post ? "GET, HEAD, POST, OPTIONS" : "GET, HEAD, OPTIONS");
+  response.set("Access-Control-Allow-Headers", std::string("If-None-Match, Range, Cache-Control, Last-Event-ID") + (asked_by_post ? ", Content-Type" : ""));
   response.set("Access-Control-Max-Age", "86400");
   return response;
 }
@@ -80,6 +83,7 @@ void mark_variants(Response& response) {
 Response Api::handle(const Request& request) {
   const Route route = parse_route(request.path);
   Response response = dispatch(request, route);
+  if (route.resource == Resource::face && route.found.resource->links == pipeline::faces::Links::tile_templates) make_absolute(request, response);
   mark_variants(response);
   response = if_changed(request, std::move(response));
   add_cors(response);
@@ -100,7 +104,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
   if (request.method == "OPTIONS") return preflight(route.resource);
   if (route.resource == Resource::none) {
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
-                             "/v1/datasets, /v1/datasets/{id} and, below it, events, manifest.json" + face_paths(),
+                             "/v1/datasets, /v1/datasets/{id} and, below it, events, manifest.json, elevation, mesh.glb (.ply, .obj, .stl)" + face_paths(),
                              ""});
   }
   if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);
@@ -110,6 +114,8 @@ Response Api::dispatch(const Request& request, const Route& route) {
     case Resource::health:
     case Resource::readiness:
       return health(route.resource);
+    case Resource::description:
+      return api_description();
     case Resource::page:
       return page(service_.settings().serve.web, request.path, service_.registry().list());
     case Resource::datasets:
@@ -122,14 +128,16 @@ Response Api::dispatch(const Request& request, const Route& route) {
   const auto dataset = service_.registry().find(route.id);
   if (!dataset) return problem_response(unknown_dataset(route.id));
   if (route.resource == Resource::events) return event_stream(service_, *dataset);
-  return published(service_, *dataset, route);
+  if (route.resource == Resource::elevation) return elevation(service_, *dataset, request, route);
+  if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
+  return published(service_, *dataset, request, route);
 }
 
 Response Api::index() const {
   Json json;
   json["name"] = "Cordillera";
   json["version"] = CORDILLERA_VERSION;
-  json["links"] = {{"datasets", "v1/datasets"}, {"health", "healthz"}, {"readiness", "readyz"}, {"viewer", "."}};
+  json["links"] = {{"datasets", "v1/datasets"}, {"health", "healthz"}, {"readiness", "readyz"}, {"viewer", "."}, {"description", "api"}};
   for (const OptionSpec& option : build_options()) {
     json["options"][spelt(option, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};
   }
@@ -165,7 +173,9 @@ Response Api::list(const Request& request) {
 Response Api::status(const std::string& id) {
   const auto dataset = service_.registry().find(id);
   if (!dataset) return problem_response(unknown_dataset(id));
-  Response response = json_response(200, status_json(service_, *dataset, id));
+  Json json = status_json(service_, *dataset, id);
+  if (dataset->state == State::ready) json["faces"] = faces_json(id);
+  Response response = json_response(200, json);
   response.set("Cache-Control", "no-store");
   return response;
 }

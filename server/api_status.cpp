@@ -33,10 +33,32 @@ Json links_json(const std::string& prefix, bool ready) {
   links["events"] = prefix + "/events";
   if (!ready) return links;
   links["manifest"] = prefix + "/manifest.json";
+  links["mesh"] = prefix + "/mesh.glb";
   links["tileset"] = prefix + "/tileset.json";
   links["drc"] = prefix + "/tiles/{z}/{x}/{y}.drc";
   links["glb"] = prefix + "/tiles/{z}/{x}/{y}.glb";
   return links;
+}
+
+const char* grid_name(pipeline::faces::Grid grid) {
+  using pipeline::faces::Grid;
+  if (grid == Grid::web_mercator) return "WebMercatorQuad";
+  return grid == Grid::geodetic ? "WorldCRS84Quad" : nullptr;
+}
+
+/// A link as OGC API - Tiles has it. Geodetic rows count from the south, which the name of the tile matrix set does not say.
+Json link_json(const std::string& prefix, const pipeline::faces::Resource& resource) {
+  const bool templated = resource.grid != pipeline::faces::Grid::none;
+  Json link;
+  link["rel"] = templated ? "item" : "alternate";
+  link["href"] = prefix + "/" + std::string(resource.path);
+  link["type"] = std::string(resource.type);
+  link["title"] = std::string(resource.about);
+  if (!templated) return link;
+  link["templated"] = true;
+  if (const char* set = grid_name(resource.grid)) link["tileMatrixSetId"] = set;
+  link["rows"] = resource.grid == pipeline::faces::Grid::web_mercator ? "north" : "south";
+  return link;
 }
 
 /// The few numbers that a list of datasets shows; manifest.json has all.
@@ -112,10 +134,28 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
   const auto reader = service.library().open(dataset.id);
   if (reader) {
     json["manifest"] = summary_json((*reader)->manifest());
+    json["version"] = version_of((*reader)->manifest());
+    json["links"]["version"] = prefix + "/versions/" + json["version"].get<std::string>();
   } else {
     json["error"] = problem_json(reader.problem());
   }
   return json;
+}
+
+Json faces_json(const std::string& prefix) {
+  Json faces = Json::array();
+  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
+    const auto entry = pipeline::faces::find(face->entry);
+    Json json;
+    json["name"] = std::string(face->name);
+    json["about"] = std::string(face->about);
+    json["href"] = prefix + "/" + std::string(face->entry);
+    json["type"] = entry ? std::string(entry->resource->type) : "application/json";
+    json["links"] = Json::array();
+    for (const auto& resource : face->resources) json["links"].push_back(link_json(prefix, resource));
+    faces.push_back(std::move(json));
+  }
+  return faces;
 }
 
 Response event_stream(Service& service, const Dataset& dataset) {

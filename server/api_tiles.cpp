@@ -1,22 +1,24 @@
 // What a published dataset serves: its manifest and its faces.
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
 
+#include "pipeline/faces/web_mercator.h"
 #include "pipeline/manifest_json.h"
 #include "server/api.h"
 #include "server/digest.h"
+#include "server/gzip.h"
 #include "server/json.h"
 
 namespace cordillera::server {
 namespace {
 
-/// Addresses may be rebuilt under the same URL, so a client always asks; what has not changed costs it a 304.
-constexpr const char* kCacheControl = "public, no-cache";
-
-Response answer(pipeline::faces::Document document, std::string_view type) {
+Response answer(pipeline::faces::Document document, std::string_view type, const Route& route) {
   Response response;
   response.set("Content-Type", std::string(type));
-  response.set("Cache-Control", kCacheControl);
+  response.set("Cache-Control", cache_control(route));
   response.set("ETag", server::quoted(document.etag));
   response.body = std::move(document.bytes);
   return response;
@@ -39,45 +41,91 @@ std::string range_text(const proto::Manifest& manifest, int level) {
          span(first(manifest.bounds(1) + 90, up), last(manifest.bounds(3) + 90, up));
 }
 
+/// Of raster faces; none of a dataset that Web Mercator cannot show.
+pipeline::faces::Zooms zooms(const proto::Manifest& manifest) {
+  const auto extent = pipeline::faces::extent_of(manifest);
+  return extent ? zooms_of(manifest, *extent) : pipeline::faces::Zooms{0, -1};
+}
+
 Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& found) {
+  if (found.resource->absent == pipeline::faces::Absent::no_content) {
+    Response nothing;
+    nothing.status = 204;
+    return nothing;
+  }
   const auto& [root, z, x, y] = found.place;
-  const auto least = static_cast<int>(manifest.min_level()), most = static_cast<int>(manifest.max_level());
+  const bool mercator = found.resource->grid == pipeline::faces::Grid::web_mercator;
+  const auto [least, most] = mercator ? zooms(manifest) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
   const bool inside = z >= least && z <= most;
-  std::string accepted = "levels " + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
+  std::string accepted = std::string(mercator ? "zooms " : "levels ") + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
   for (int i = 0; i < 4 && manifest.bounds_size() >= 4; ++i) accepted += (i == 0 ? " " : ", ") + Json(manifest.bounds(i)).dump();
   if (found.resource->grid == pipeline::faces::Grid::geodetic) accepted += range_text(manifest, inside ? z : most);
-  accepted += found.resource->grid == pipeline::faces::Grid::web_mercator ? " (y counts from the north)" : " (y counts from the south)";
-  accepted += "; a tile without data does not exist";
-  const std::string where = (root == 0 ? "" : " below the root " + std::string(1, root)) + " at level " + std::to_string(z);
+  accepted += mercator ? " (y counts from the north)" : " (y counts from the south); a tile without data does not exist";
+  const std::string where = (root == 0 ? "" : " below the root " + std::string(1, root)) + (mercator ? " at zoom " : " at level ") + std::to_string(z);
   return problem_response({"tile-unknown", "there is no tile" + where + ", x " + std::to_string(x) + ", y " + std::to_string(y), accepted, ""});
 }
 
-Response face(const pipeline::faces::Terrain& terrain, const pipeline::faces::Found& found) {
+/// Milliseconds that a document took to make or find, for a browser's network panel.
+void add_timing(Response& response, std::chrono::steady_clock::time_point start) {
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "make;dur=%.3f", took.count());
+  response.set("Server-Timing", text.data());
+  response.set("Timing-Allow-Origin", "*");
+}
+
+Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
+  const pipeline::faces::Found& found = route.found;
+  const auto start = std::chrono::steady_clock::now();
   if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
   auto made = found.resource->make(terrain, found.place);
   if (!made) return problem_response(made.problem());
   if (!*made) return no_tile(terrain.manifest(), found);
-  return answer(std::move(**made), found.resource->type);
+  const bool varies = found.resource->compression == pipeline::faces::Compression::gzip, compressed = varies && accepts_gzip(request);
+  Response response = answer(compressed ? gzipped(terrain, **made) : std::move(**made), found.resource->type, route);
+  if (varies) response.set("Vary", "Accept-Encoding");
+  if (compressed) response.set("Content-Encoding", "gzip");
+  add_timing(response, start);
+  return response;
 }
 
-}  // namespace
-
-Response published(Service& service, const Dataset& dataset, const Route& route) {
+std::optional<Response> not_ready(const Dataset& dataset) {
+  if (dataset.state == State::ready) return std::nullopt;
   if (dataset.state == State::failed) {
     const std::string why = dataset.problem ? dataset.problem->detail : "its build failed";
     return problem_response({"dataset-failed", "dataset " + dataset.id + " has nothing to fetch: " + why,
                              "posting a raster that can be built", ""});
   }
-  if (dataset.state != State::ready) {
-    auto response = problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state),
-                                      "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
-    response.set("Retry-After", "2");
-    return response;
-  }
+  auto response = problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state),
+                                    "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
+  response.set("Retry-After", "2");
+  return response;
+}
+
+}  // namespace
+
+std::string version_of(const proto::Manifest& manifest) { return digest(manifest.SerializeAsString() + CORDILLERA_VERSION).substr(0, 16); }
+
+const char* cache_control(const Route& route) {
+  return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
+}
+
+Opened open_published(Service& service, const Dataset& dataset, const Route& route) {
+  if (auto refusal = not_ready(dataset)) return {nullptr, std::move(*refusal)};
   const auto terrain = service.library().open(dataset.id);
-  if (!terrain) return problem_response(terrain.problem());
-  if (route.resource == Resource::face) return face(**terrain, route.found);
-  return answer(pipeline::faces::document(pipeline::manifest_json((*terrain)->manifest())), "application/json");
+  if (!terrain) return {nullptr, problem_response(terrain.problem())};
+  const std::string version = version_of((*terrain)->manifest());
+  if (!route.version.empty() && route.version != version) {
+    return {nullptr, problem_response({"version-unknown", "dataset " + dataset.id + " has no version " + route.version, version, ""})};
+  }
+  return {*terrain, {}};
+}
+
+Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
+  const Opened opened = open_published(service, dataset, route);
+  if (!opened.terrain) return opened.refusal;
+  if (route.resource == Resource::face) return face(*opened.terrain, request, route);
+  return answer(pipeline::faces::document(pipeline::manifest_json(opened.terrain->manifest())), "application/json", route);
 }
 
 }  // namespace cordillera::server

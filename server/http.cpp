@@ -3,6 +3,11 @@
 #include <httplib.h>
 #include <sys/socket.h>
 
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "server/connection_threads.h"
 #include "server/json.h"
 #include "server/log.h"
 
@@ -11,6 +16,7 @@ namespace {
 
 constexpr int kBacklog = 512;                                    // httplib's own 5 drops the connections of a map that zooms
 constexpr std::uint64_t kMostDrained = std::uint64_t{64} << 20;  // of a refused body, so that the client reads the refusal
+constexpr auto kLinger = std::chrono::seconds(3);                // after it, or a client that still sends is reset before it has read
 
 std::string lower(std::string text) {
   for (char& c : text) {
@@ -70,15 +76,16 @@ Request to_request(const httplib::Request& from) {
 
 /// Sends the body and then says that writing failed: the one way to make httplib close a connection whose request was not
 /// wholly read.
-void send_and_close(httplib::Response& to, const std::string& body, const std::string& type) {
+void send_and_close(httplib::Response& to, const std::string& body, const std::string& type, std::chrono::seconds linger) {
   to.set_header("Connection", "close");
-  to.set_content_provider(body.size(), type, [body](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+  to.set_content_provider(body.size(), type, [body, linger](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
     sink.write(body.data() + offset, length);
+    std::this_thread::sleep_for(linger);
     return false;
   });
 }
 
-enum class Connection { keep, close };
+enum class Connection { keep, close, linger };
 
 void fill(httplib::Response& to, Response from, Connection connection) {
   to.status = from.status;
@@ -99,12 +106,22 @@ void fill(httplib::Response& to, Response from, Connection connection) {
       }
       return sink.write(piece->data(), piece->size());
     });
-  } else if (connection == Connection::close && !from.body.empty()) {
-    send_and_close(to, from.body, type);
+  } else if (connection != Connection::keep && !from.body.empty()) {
+    send_and_close(to, from.body, type, connection == Connection::linger ? kLinger : std::chrono::seconds(0));
   } else if (!from.body.empty()) {
     to.set_content(from.body, type);
   }
 }
+
+/// httplib serves a connection a task.
+class Connections : public httplib::TaskQueue {
+ public:
+  void enqueue(std::function<void()> connection) override { threads_.run(std::move(connection)); }
+  void shutdown() override { threads_.stop(); }
+
+ private:
+  ConnectionThreads threads_{kMostConnections};
+};
 
 class HttplibServer : public HttpServer, private httplib::Server {
  public:
@@ -117,12 +134,19 @@ class HttplibServer : public HttpServer, private httplib::Server {
     return true;
   }
   int port() const override { return port_; }
-  void run() override { listen_after_bind(); }
-  void stop() override { httplib::Server::stop(); }
+  void run() override {
+    listen_after_bind();
+    ended_ = true;
+  }
+  void stop() override {
+    // httplib forgets a stop that comes before it listens, and would then serve for ever.
+    while (!is_running() && !ended_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    httplib::Server::stop();
+  }
 
  private:
   void set_up() {
-    new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+    new_task_queue = [] { return new Connections; };
     // httplib's own options include SO_REUSEPORT: two servers would share a port, and each would get some of the requests.
     set_socket_options([](socket_t socket) {
       const int yes = 1;
@@ -196,11 +220,12 @@ class HttplibServer : public HttpServer, private httplib::Server {
       ended = reader([&](const char*, std::size_t count) { return (drained += count) <= kMostDrained; });
     }
     to.headers.erase("EXCEPTION_WHAT");
-    fill(to, std::move(response), has_body && !ended ? Connection::close : Connection::keep);
+    fill(to, std::move(response), has_body && !ended ? Connection::linger : Connection::keep);
   }
 
   Api& api_;
   int port_ = -1;
+  std::atomic<bool> ended_{false};
 };
 
 }  // namespace

@@ -16,7 +16,7 @@ class HttpServer {
   virtual int port() const = 0;
   /// Serves until stop().
   virtual void run() = 0;
-  /// From another thread. Requests under way are answered; streams end.
+  /// From another thread than run(); before run() it waits for it. Requests under way are answered; streams end.
   virtual void stop() = 0;
 };
 

@@ -6,6 +6,8 @@
 
 #include "server/child.h"
 #include "server/commands.h"
+#include "server/export_command.h"
+#include "server/mesh_options.h"
 #include "server/simplify_command.h"
 
 namespace {
@@ -131,6 +133,26 @@ CLI::App* add_simplify(CLI::App& app, SimplifyLine& line) {
   return simplify;
 }
 
+CLI::App* add_export(CLI::App& app, ExportLine& line) {
+  auto* command = app.add_subcommand("export", "write a dataset as one file, or a part of it as one mesh");
+  command->add_option("source", line.source, "a dataset.sqlite, or a dataset's folder in a server's data");
+  command->add_option("-o,--output", line.output, "what to write: .pmtiles, .mbtiles, .3tz, or a mesh: .glb, .ply, .obj, .stl")->type_name("FILE");
+  command->add_option("--format", line.format, "which tiles an archive holds [" + face_names() + "]")->type_name("NAME");
+  for (const MeshOption& option : mesh_options()) {
+    const std::string name = "--" + option.name;
+    const auto take = [&line, name](const CLI::results_t& values) {
+      for (const std::string& value : values) line.mesh.emplace_back(name, value);
+      return true;
+    };
+    auto* added = command->add_option(name, take, option.help + " [" + option.accepted + "]");
+    added->type_name(option.value)->expected(1)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  }
+  command->add_option("--max-triangles", line.most_triangles, "most triangles of a mesh [1 to 100000000; default 10000000]")->type_name("N");
+  command->add_flag_callback("--overwrite,--force", [&line] { line.other = pipeline::Existing::replace; }, "replace a file that is there");
+  command->add_flag_callback("-q,--quiet", [&line] { line.words = Words::none; }, "say nothing but problems");
+  return command;
+}
+
 std::string own_path() {
   std::error_code error;
   return std::filesystem::read_symlink("/proc/self/exe", error).string();
@@ -173,13 +195,16 @@ int main(int count, char** words) {
   SimplifyLine simplify_line;
   auto* simplify = add_simplify(app, simplify_line);
 
+  ExportLine export_line;
+  auto* export_file = add_export(app, export_line);
+
   std::string folder;
   int parent = 0;
   auto* job = app.add_subcommand("job", "")->group("");
   job->add_option("folder", folder)->required();
   job->add_option("--parent", parent);
 
-  for (CLI::App* command : {serve, build, info, decode, simplify}) command->allow_extras();
+  for (CLI::App* command : {serve, build, info, decode, simplify, export_file}) command->allow_extras();
   if (count > 1) {
     if (const auto unknown = check_command(app, words[1])) return wrong_usage(*unknown);
   }
@@ -192,6 +217,7 @@ int main(int count, char** words) {
   if (const auto wrong = check_words(*app.get_subcommands().front())) return wrong_usage(*wrong);
   if (*decode) return decode_command(tile);
   if (*simplify) return simplify_command(simplify_line);
+  if (*export_file) return export_command(export_line);
   if (*info) return info_command(subject, as_json ? Show::json : Show::table);
 
   if (*build) {

@@ -15,15 +15,17 @@ const std::vector<ProblemKind>& table() {
       {"option-repeated", 400, "Option given twice"},
       {"option-invalid", 400, "Bad value of an option"},
       {"options-conflict", 400, "Options that exclude each other"},
+      {"json-invalid", 400, "The body is not the JSON that was expected"},
       {"option-forbidden", 403, "The operator does not allow this value"},
       {"not-found", 404, "No such resource"},
       {"dataset-unknown", 404, "No such dataset"},
       {"tile-unknown", 404, "No such tile"},
+      {"version-unknown", 404, "No such version of the dataset"},
       {"method-not-allowed", 405, "Method not allowed here"},
       {"dataset-not-ready", 409, "The dataset is not ready"},
       {"dataset-failed", 409, "The dataset could not be built"},
       {"idempotency-key-in-use", 409, "A request with this Idempotency-Key is under way"},
-      {"body-too-large", 413, "The raster is too large"},
+      {"body-too-large", 413, "The body is too large"},
       {"uri-too-long", 414, "The address is too long"},
       {"body-form", 415, "A form instead of a raster"},
       {"range-invalid", 416, "The Range header cannot be read"},
@@ -39,6 +41,15 @@ const std::vector<ProblemKind>& table() {
   };
   return kinds;
 }
+
+// What rasters and their options are refused for: 422, titles made from the words.
+constexpr const char* kOfBuilds[] = {
+    "mesh-too-large",          "device-unavailable", "bbox-outside-raster", "unit-unknown",          "hgt-name",
+    "raster-format-unsupported", "raster-truncated", "raster-unreadable",   "raster-too-large",      "raster-bands",
+    "raster-type",             "raster-scale",       "raster-all-nodata",   "raster-not-georeferenced", "raster-without-crs",
+    "crs-unknown",             "crs-unsupported",    "crs-conflict",        "crs-mismatch",          "crs-not-transformable",
+    "geoid-not-found",         "geoid-invalid",      "geoid-does-not-cover",
+};
 
 std::string title_of(std::string_view slug) {
   std::string title(slug);
@@ -56,6 +67,12 @@ ProblemKind problem_kind(std::string_view slug) {
     if (kind.slug == slug) return kind;
   }
   return {std::string(slug), 422, title_of(slug)};
+}
+
+std::vector<ProblemKind> all_problem_kinds() {
+  std::vector<ProblemKind> kinds = table();
+  for (const char* slug : kOfBuilds) kinds.push_back(problem_kind(slug));
+  return kinds;
 }
 
 }  // namespace cordillera::server

@@ -2,6 +2,7 @@
 // Which HTTP status a problem is, and what it is called: one table for the whole service.
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace cordillera::server {
 
@@ -13,5 +14,8 @@ struct ProblemKind {
 
 /// The entry of a slug. A slug the table does not know comes from a build: 422, its title made from its words.
 ProblemKind problem_kind(std::string_view slug);
+
+/// Every slug that a client may be told, for the API's description.
+std::vector<ProblemKind> all_problem_kinds();
 
 }  // namespace cordillera::server

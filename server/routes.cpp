@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "pipeline/exports/mesh_output.h"
+
 namespace cordillera::server {
 namespace {
 
@@ -23,6 +25,17 @@ bool is_id(std::string_view text) {
   return true;
 }
 
+Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
+  if (path == "events") return Resource::events;
+  if (path == "manifest.json") return Resource::manifest;
+  if (path == "elevation") return Resource::elevation;
+  if (path.starts_with("mesh.") && pipeline::exports::mesh_kind(path.substr(5))) return Resource::mesh;
+  const auto found = pipeline::faces::find(path);
+  if (!found) return Resource::none;
+  *face = *found;
+  return Resource::face;
+}
+
 }  // namespace
 
 Route parse_route(std::string_view path) {
@@ -30,6 +43,7 @@ Route parse_route(std::string_view path) {
   const auto parts = split(path);
   if (path == "/healthz") route.resource = Resource::health;
   if (path == "/readyz") route.resource = Resource::readiness;
+  if (path == "/api") route.resource = Resource::description;
   if (path == "/v1") route.resource = Resource::index;
   if (path == "/v1/datasets") route.resource = Resource::datasets;
   if (route.resource != Resource::none) return route;
@@ -44,21 +58,20 @@ Route parse_route(std::string_view path) {
     route.resource = Resource::dataset;
     return route;
   }
-  route.path = path.substr(static_cast<std::size_t>(parts[4].data() - path.data()));
-  if (route.path == "events") {
-    route.resource = Resource::events;
-  } else if (route.path == "manifest.json") {
-    route.resource = Resource::manifest;
-  } else if (const auto found = pipeline::faces::find(route.path)) {
-    route.resource = Resource::face;
-    route.found = *found;
-  }
+  // What a version names stays as it is for ever, so only what a finished build has goes below one.
+  const bool versioned = parts[4] == "versions" && parts.size() > 6 && is_id(parts[5]);
+  if (versioned) route.version = std::string(parts[5]);
+  const std::string_view rest = parts[versioned ? 6 : 4];
+  route.path = path.substr(static_cast<std::size_t>(rest.data() - path.data()));
+  route.resource = below_dataset(route.path, &route.found);
+  if (versioned && route.resource == Resource::events) route.resource = Resource::none;
   return route;
 }
 
 std::string allowed_methods(Resource resource) {
   switch (resource) {
-    case Resource::datasets: return "GET, HEAD, POST, OPTIONS";
+    case Resource::datasets:
+    case Resource::elevation: return "GET, HEAD, POST, OPTIONS";
     case Resource::dataset: return "GET, HEAD, DELETE, OPTIONS";
     default: return "GET, HEAD, OPTIONS";
   }

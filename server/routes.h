@@ -12,10 +12,13 @@ enum class Resource {
   index,        ///< /v1
   health,       ///< /healthz
   readiness,    ///< /readyz
+  description,  ///< /api
   datasets,     ///< /v1/datasets
   dataset,      ///< /v1/datasets/{id}
   events,       ///< …/events
   manifest,     ///< …/manifest.json
+  elevation,    ///< …/elevation
+  mesh,         ///< …/mesh.glb and others
   face,         ///< whatever a face has below …/{id}
   page,         ///< the viewer and its files
 };
@@ -23,7 +26,8 @@ enum class Resource {
 struct Route {
   Resource resource = Resource::none;
   std::string id;
-  std::string path;              ///< what follows …/{id}/
+  std::string version;           ///< of …/{id}/versions/{version}/…; empty without one
+  std::string path;              ///< what follows …/{id}/ or the version
   pipeline::faces::Found found;  ///< of a face
 };
 

@@ -52,8 +52,8 @@ class Service {
   std::set<std::string> keys_;
 };
 
-/// Clients that may wait at the same time, and the threads that answer requests.
-inline constexpr int kMostWaiting = 32;
-inline constexpr int kThreads = 64;
+/// Connections that are served at the same time, a thread each, and how many of them may wait for progress.
+inline constexpr int kMostConnections = 1024;
+inline constexpr int kMostWaiting = 512;
 
 }  // namespace cordillera::server

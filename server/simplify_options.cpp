@@ -91,7 +91,7 @@ proto::Result<SimplifyRequest> simplify_request(const SimplifyLine& line) {
   if (const Complaint complaint = read_whole(line.threads, {0, 1024}, &threads)) {
     return invalid("--threads", line.threads, *complaint, "0 to 1024");
   }
-  request.threads = threads;
+  request.threads = request.options.threads = threads;
   return request;
 }
 

@@ -3,12 +3,18 @@
 
 #include "pipeline/faces/draco_tiles.h"
 #include "pipeline/faces/face.h"
+#include "pipeline/faces/hillshade.h"
+#include "pipeline/faces/quantized_mesh.h"
+#include "pipeline/faces/terrain_rgb.h"
+#include "pipeline/faces/terrain_tileset.h"
+#include "pipeline/faces/terrarium.h"
 #include "pipeline/faces/tileset_3d.h"
+#include "pipeline/faces/tileset_explicit.h"
 
 namespace cordillera::pipeline::faces {
 
 std::span<const Face* const> all_faces() {
-  static const std::array<const Face*, 2> kAll = {&draco_tiles(), &tileset_3d()};
+  static const std::array<const Face*, 10> kAll = {&draco_tiles(), &tileset_3d(), &tileset_explicit(), &quantized_mesh(), &terrain_tileset(), &terrain_rgb(), &terrain_rgb_webp(), &terrarium(), &terrarium_webp(), &hillshade()};
   return kAll;
 }
 

@@ -33,6 +33,20 @@ enum class Grid : std::uint8_t {
 /// Makes a document. Nothing where the place has no tile; a problem where the dataset or the machine cannot give any.
 using Make = proto::Result<std::optional<Document>> (*)(const Terrain& terrain, const Place& place);
 
+/// What a document's links are.
+enum class Links : std::uint8_t {
+  relative,        ///< to the document; whoever reads it resolves them
+  tile_templates,  ///< JSON whose "tiles" are relative here; readers take them as they stand, so a server puts its own address before them
+};
+/// How a server answers where a resource has no tile.
+enum class Absent : std::uint8_t {
+  not_found,   ///< with a problem that says where there are tiles
+  no_content,  ///< with nothing: pages that show pictures take a refusal for an error
+};
+
+/// What a server may do to the bytes for a client that accepts it, beside JSON and text, which are always compressed.
+enum class Compression : std::uint8_t { none, gzip };
+
 /// A document, or all tiles of one kind.
 struct Resource {
   std::string_view path;   ///< "terrain/{z}/{x}/{y}.terrain"; the braces are root, z, x and y, each once at most
@@ -40,6 +54,9 @@ struct Resource {
   std::string_view type;   ///< media type
   std::string_view about;  ///< one line for the API's description
   Make make = nullptr;
+  Links links = Links::relative;
+  Absent absent = Absent::not_found;
+  Compression compression = Compression::none;
 };
 
 /// Is given every path of a face that has something, in an order that depends on the dataset alone.

@@ -39,7 +39,7 @@ class MeshText {
 
 void write_off(MeshText& out, const TriangleMesh& mesh);
 void write_ply(MeshText& out, const TriangleMesh& mesh, const MeshEncoding& encoding);
-void write_obj(MeshText& out, const TriangleMesh& mesh);
+void write_obj(MeshText& out, const TriangleMesh& mesh, const MeshEncoding& encoding);
 
 /// x, y, z with blanks between, as the fewest digits.
 template <class T>

@@ -103,7 +103,7 @@ bool write_mesh(std::ostream& out, const TriangleMesh& mesh, const MeshEncoding&
     if (encoding.format == MeshFormat::off) {
       write_off(text, mesh);
     } else if (encoding.format == MeshFormat::obj) {
-      write_obj(text, mesh);
+      write_obj(text, mesh, encoding);
     } else {
       write_ply(text, mesh, encoding);
     }

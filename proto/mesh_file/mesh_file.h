@@ -8,6 +8,7 @@
 // formats do.
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "proto/mesh_file/triangle_mesh.h"
 #include "proto/result.h"
@@ -21,6 +22,7 @@ enum class CoordinateType { float32, float64 };
 struct MeshEncoding {
   MeshFormat format = MeshFormat::ply_little_endian;
   CoordinateType coordinates = CoordinateType::float64;
+  std::vector<std::string> comments = {};  ///< lines at the head of a PLY or OBJ; readers leave them out
 };
 
 struct MeshFile {

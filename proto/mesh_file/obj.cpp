@@ -122,7 +122,8 @@ class ObjReader {
 
 Result<MeshFile> read_obj(MeshSource& source) { return ObjReader(source).read(); }
 
-void write_obj(MeshText& out, const TriangleMesh& mesh) {
+void write_obj(MeshText& out, const TriangleMesh& mesh, const MeshEncoding& encoding) {
+  for (const std::string& comment : encoding.comments) out.row() += "# " + comment + "\n";
   for (std::size_t v = 0; v < mesh.vertices(); ++v) {
     out.row() += "v ";
     append_position<double>(out.row(), mesh, v);

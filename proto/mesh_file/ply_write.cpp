@@ -24,7 +24,9 @@ std::string header_of(const TriangleMesh& mesh, const MeshEncoding& encoding) {
   text += encoding.format == MeshFormat::ply_ascii        ? "ascii"
           : encoding.format == MeshFormat::ply_big_endian ? "binary_big_endian"
                                                           : "binary_little_endian";
-  text += " 1.0\nelement vertex " + std::to_string(mesh.vertices()) + "\n";
+  text += " 1.0\n";
+  for (const std::string& comment : encoding.comments) text += "comment " + comment + "\n";
+  text += "element vertex " + std::to_string(mesh.vertices()) + "\n";
   for (const char* axis : {"x", "y", "z"}) text += "property " + real + " " + axis + "\n";
   text += "element face " + std::to_string(mesh.triangles.size()) + "\n";
   text += std::string("property list uchar ") + (int_will_do(mesh) ? "int" : "uint") + " vertex_indices\nend_header\n";

@@ -27,13 +27,19 @@ function collect_complaints(page, url) {
   return complaints;
 }
 
-export async function open_dataset(browser, url, id) {
-  const page = await browser.newPage({ viewport: { width: 900, height: 600 } });
+// A page of the server, as soon as it stands.
+export async function open_page(browser, url, how = {}) {
+  const page = await browser.newPage({ viewport: { width: 900, height: 600 }, ...how });
   page.setDefaultTimeout(kPatience_ms);
-  const complaints = collect_complaints(page, url);
-  await page.goto(`${url}/?dataset=${id}`);
-  await tiles_loaded(page);
+  const complaints = collect_complaints(page, new URL(url).origin);
+  await page.goto(url);
   return { page, complaints };
+}
+
+export async function open_dataset(browser, url, id, how = {}) {
+  const opened = await open_page(browser, `${url}/?dataset=${id}`, how);
+  await tiles_loaded(opened.page);
+  return opened;
 }
 
 // Loaded, and still so some frames later: a tileset learns what it lacks, and shows what it got, only as frames and

@@ -2,7 +2,7 @@
 """Ellipsoidal heights at vertices of the finest lattice, of a north-up EPSG:4326 raster above EGM96 whose samples are points, found
 without any code of the project: the samples by gdallocationinfo, bilinear between them, the geoid by PROJ.
 
-  known_heights.py RASTER MANIFEST       prints JSON: [{"lon", "lat", "height"}, ...]"""
+  known_heights.py RASTER MANIFEST       prints JSON: [{"lon", "lat", "height", "orthometric"}, ...]; height is ellipsoidal"""
 import json
 import math
 import subprocess
@@ -46,7 +46,7 @@ def main(raster, manifest_path):
     heights = [float(line.split()[2]) for line in lines]
     if len(heights) != len(found) or any(abs(height - value) < 0.5 for height, (_, _, value) in zip(heights, found)):
         sys.exit("PROJ did not apply the geoid: is proj-data installed?")
-    print(json.dumps([{"lon": lon, "lat": lat, "height": height} for (lon, lat, _), height in zip(found, heights)]))
+    print(json.dumps([{"lon": lon, "lat": lat, "height": height, "orthometric": value} for (lon, lat, value), height in zip(found, heights)]))
 
 
 main(*sys.argv[1:])

@@ -5,6 +5,7 @@ import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { open_browser, open_dataset } from "./browser.mjs";
+import { kSmall, try_bad_upload, try_keys, try_link, try_looks, try_phone, try_pointer, try_snippets, try_upload } from "./controls.mjs";
 import { try_failed_uploads, try_folding } from "./panel.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
 
@@ -13,7 +14,7 @@ const kLeastRelief = 6;
 // Geoid interpolation, float32 positions, and steps of 2^-10 m.
 const kHeightTolerance_m = 0.2;
 
-const names = ["chromium", "url", "terrain", "flat", "failed", "known", "pictures"];
+const names = ["chromium", "url", "terrain", "flat", "failed", "known", "raster", "bad", "pictures"];
 const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
 
 const check = async (what, body) => {
@@ -101,11 +102,26 @@ async function look_at_panel(browser) {
   await page.close();
 }
 
+async function use_controls(browser) {
+  const { page, complaints } = await open_dataset(browser, given.url, given.terrain, kSmall);
+  await check("controls: height, hillshade, levels and plain are different pictures", () => try_looks(page));
+  await check("controls: height and stated error under the pointer, however exaggerated", () => try_pointer(page));
+  await check("controls: a link leads to the same view", () => try_link(browser, page));
+  await check("controls: keys move the camera", () => try_keys(page));
+  await check("controls: snippets have this dataset's address", () => try_snippets(page, given.url, given.terrain));
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
+  await check("controls: a phone, in light colours", () => try_phone(browser, given.url, given.terrain, `${given.pictures}/phone.png`));
+  await check("upload: a GeoTIFF given to the page is shown when it is ready", () => try_upload(browser, given.url, given.raster));
+  await check("upload: what is no raster is answered with what would be", () => try_bad_upload(browser, given.url, given.bad));
+}
+
 const browser = await open_browser(given.chromium);
 try {
   await look_at_terrain(browser);
   await look_at_flat(browser);
   await look_at_panel(browser);
+  await use_controls(browser);
 } finally {
   await browser.close();
 }

@@ -67,9 +67,11 @@ function measure(page, kind) {
       squares += light * light;
     }
     const mean = sum / pixels;
+    if (wanted === "colour") return [0, 1, 2].map((k) => data.reduce((total, value, i) => (i % 4 === k ? total + value : total), 0) / pixels);
     return wanted === "cracks" ? magenta / pixels : Math.sqrt(Math.max(squares / pixels - mean * mean, 0));
   }, kind);
 }
+export const mean_colour = (page) => measure(page, "colour");
 export const crack_share = (page) => measure(page, "cracks");
 export const luminance_deviation = (page) => measure(page, "luminance");
 

@@ -24,9 +24,12 @@ refuses "--port abc" --port abc
 refuses "--error needs a value" --error
 
 python3 -c 'import socket, time
-s = socket.socket(); s.bind(("127.0.0.1", 0)); s.listen(); print(s.getsockname()[1], flush=True); time.sleep(60)' >"$work/port" &
+s = socket.socket(); s.bind(("127.0.0.1", 0)); s.listen(); print(s.getsockname()[1], flush=True); time.sleep(3600)' >"$work/port" &
 listener=$!
-while [[ ! -s $work/port ]]; do sleep 0.1; done
+while [[ ! -s $work/port ]]; do
+  kill -0 "$listener" || { printf 'nothing listens to take a port\n' >&2; exit 1; }
+  sleep 0.1
+done
 refuses "port $(cat "$work/port") is taken" --port "$(cat "$work/port")"
 
 build=$work/nowhere

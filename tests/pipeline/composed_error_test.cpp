@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -9,6 +10,8 @@
 #include "gpu/mend.h"
 #include "gpu/rings.h"
 #include "gpu/simplify.h"
+#include "pipeline/loose.h"
+#include "pipeline/mesh_record.h"
 #include "pipeline/overlay.h"
 #include "proto/ellipsoid.h"
 
@@ -20,7 +23,7 @@ using proto::Vec3;
 
 double greatest_m(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& welded, const TileMesh& parent) {
   std::vector<std::uint32_t> over;
-  return greatest_error_m(ComposedMeter(lattice, tile, welded), parent, INFINITY, over);
+  return greatest_error_m(ComposedMeter(lattice, tile, welded, 0, {}, 0x1p-20), parent, INFINITY, over);
 }
 
 TileMesh surface(std::int32_t cells, std::int32_t side, const std::function<double(double, double)>& height_m) {
@@ -147,6 +150,167 @@ TEST(ComposedError, VoidsAreNotCompared) {
   other.height[17 * 8 + 8] += 30 * 1024;
   other.mark[17 * 8 + 8] |= proto::kVoid;
   EXPECT_LT(greatest_m(lattice, {10, 700, 650}, one, other), 0.01);
+}
+
+constexpr proto::TileAddress kTile{10, 700, 650};
+constexpr std::int32_t kSide = 1024;
+
+// Data at 100 m in the western half alone.
+TileMesh western_half() {
+  TileMesh mesh = surface(16, kSide, [](double, double) { return 100; });
+  for (std::size_t v = 0; v < mesh.vertices(); ++v)
+    if (mesh.x[v] > kSide / 2) mesh.mark[v] |= proto::kVoid;
+  return mesh;
+}
+
+Loose patch_of(const std::array<gpu::MeshPoint, 3>& corners, double error_m) {
+  Loose loose;
+  loose.patches.side = kSide;
+  for (const gpu::MeshPoint& c : corners) {
+    loose.patches.x.push_back(c.x);
+    loose.patches.y.push_back(c.y);
+    loose.patches.height.push_back(c.height);
+    loose.patches.mark.push_back(0);
+  }
+  loose.patches.triangles = {{0, 1, 2}};
+  loose.patch_error_m = {error_m};
+  return loose;
+}
+
+constexpr double kStep_m = 0x1p-12;
+
+TEST(Rims, ALooseSampleThatAParentCoversCountsAndGoesIn) {
+  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const TileMesh finer = western_half();
+  TileMesh parent = surface(8, kSide, [](double, double) { return 100; });
+  Loose loose;
+  loose.samples = {{700, 300, 150 * 1024}, {701, 300, 98 * 1024}};
+  std::vector<std::uint32_t> over;
+  EXPECT_LT(greatest_error_m(ComposedMeter(lattice, kTile, finer, 3, {}, kStep_m), parent, INFINITY, over), 3.3) << "nothing is known there";
+  const ComposedMeter meter(lattice, kTile, finer, 3, loose, kStep_m);
+  EXPECT_NEAR(greatest_error_m(meter, parent, 10, over), 50, 0.3);
+  ASSERT_FALSE(over.empty());
+  EXPECT_GT(gpu::refine(parent, meter, 10, over, meter.points()).inserted, 0u);
+  over.clear();
+  EXPECT_LE(greatest_error_m(meter, parent, 10, over), 10);
+  bool in = false;
+  for (std::size_t v = 0; v < parent.vertices(); ++v) in = in || (parent.x[v] == 700 && parent.y[v] == 300 && parent.height[v] == 150 * 1024);
+  EXPECT_TRUE(in);
+}
+
+TEST(Rims, ALooseSampleThatAParentLeavesOutDoesNotCount) {
+  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  Loose loose;
+  loose.samples = {{700, 300, 150 * 1024}};
+  std::vector<std::uint32_t> over;
+  EXPECT_LT(greatest_error_m(ComposedMeter(lattice, kTile, western_half(), 3, loose, kStep_m), western_half(), INFINITY, over), 3.3);
+}
+
+TEST(Rims, APatchIsComposedWithByItsOwnError) {
+  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const Loose loose = patch_of({{{600, 100, 130 * 1024}, {900, 100, 130 * 1024}, {600, 400, 130 * 1024}}}, 2);
+  const TileMesh parent = surface(8, kSide, [](double, double) { return 100; });
+  std::vector<std::uint32_t> over;
+  EXPECT_NEAR(greatest_error_m(ComposedMeter(lattice, kTile, western_half(), 3, loose, kStep_m), parent, INFINITY, over), 32, 0.3);
+}
+
+bool covers(const TileMesh& mesh, const gpu::MeshPoint& p) {
+  for (const auto& t : mesh.triangles) {
+    const auto at = [&](int k) { return gpu::MeshPoint{mesh.x[t[k]], mesh.y[t[k]], 0}; };
+    if (is_published(mesh, t) && gpu::twice_area(at(0), at(1), p) >= 0 && gpu::twice_area(at(1), at(2), p) >= 0 && gpu::twice_area(at(2), at(0), p) >= 0)
+      return true;
+  }
+  return false;
+}
+bool holds(const Loose& loose, const gpu::MeshPoint& p) {
+  return std::any_of(loose.samples.begin(), loose.samples.end(), [&](const gpu::MeshPoint& q) { return q.x == p.x && q.y == p.y; });
+}
+
+// Ragged: every third vertex or so has no data.
+TileMesh ragged(std::int32_t cells, std::int32_t side, unsigned seed) {
+  TileMesh mesh = surface(cells, side, [](double u, double v) { return 100 * u + 50 * v; });
+  std::mt19937 random(seed);
+  for (auto& mark : mesh.mark)
+    if (random() % 3 == 0) mark |= proto::kVoid;
+  return mesh;
+}
+
+TEST(Rims, WhatAMeshLeavesOutIsAllThere) {
+  constexpr std::int32_t side = 64;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const TileMesh finer = ragged(16, side, seed), mesh = ragged(4, side, 100 + seed);
+    Loose of_finer = patch_of({{{3, 5, 0}, {50, 9, 0}, {20, 60, 0}}}, 1.5);
+    std::mt19937 random(seed);
+    for (std::int32_t y = 0; y <= side; ++y)
+      for (std::int32_t x = 0; x <= side; ++x)
+        if (!covers(finer, {x, y, 0}) && random() % 2 == 0) of_finer.samples.push_back({x, y, 7});
+    const LeftOut left = left_out(mesh, finer, 4, of_finer);
+    int patched = 0, loose = 0, free = 0;
+    for (std::int32_t y = 0; y <= side; ++y)
+      for (std::int32_t x = 0; x <= side; ++x) {
+        const gpu::MeshPoint p{x, y, 0};
+        if (covers(mesh, p)) {
+          EXPECT_FALSE(holds(left.loose, p));
+          continue;
+        }
+        const bool known = covers(finer, p) || covers(of_finer.patches, p);
+        EXPECT_TRUE(!known || covers(left.loose.patches, p)) << x << " " << y;
+        EXPECT_EQ(holds(left.loose, p), holds(of_finer, p)) << x << " " << y;
+        ++(known ? patched : holds(of_finer, p) ? loose : free);
+      }
+    EXPECT_GT(patched, 300);
+    EXPECT_GT(loose, 30);
+    EXPECT_GT(free, 30);
+    EXPECT_LT(left.loose.patches.triangles.size(), finer.triangles.size()) << "what is covered as a whole is not handed up";
+    for (const double error_m : left.loose.patch_error_m) EXPECT_TRUE(error_m == 4 || error_m == 1.5);
+  }
+}
+
+TEST(Rims, UncoveredSamplesAreThoseThatNoTriangleTouches) {
+  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::TileAddress tile{12, 2000, 1500};
+  const TileMesh mesh = ragged(16, 256, 5);
+  // A window that ends inside the tile, with holes of its own.
+  proto::Samples samples{lattice.west(tile) - 3, lattice.south(tile) + 20, 200, 190, {}, {}};
+  std::mt19937 random(8);
+  for (std::int32_t k = 0; k < samples.columns * samples.rows; ++k) samples.height.push_back(random() % 4 == 0 ? proto::kNoHeight : k);
+  std::vector<gpu::MeshPoint> found = uncovered_samples(lattice, tile, mesh, samples), expected;
+  for (std::int32_t y = 20; y < 210; ++y)
+    for (std::int32_t x = 0; x < 197; ++x) {
+      const std::int32_t height = samples.at(lattice.west(tile) + x, lattice.south(tile) + y);
+      if (height != proto::kNoHeight && !covers(mesh, {x, y, 0})) expected.push_back({x, y, height});
+    }
+  ASSERT_GT(expected.size(), 1000u);
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    EXPECT_EQ(found[k].x, expected[k].x);
+    EXPECT_EQ(found[k].y, expected[k].y);
+    EXPECT_EQ(found[k].height, expected[k].height);
+  }
+}
+
+TEST(Rims, FourChildrenAreJoinedAndAllOfItIsStored) {
+  Loose west, east = patch_of({{{1, 2, 3}, {9, 2, 4}, {1, 8, 5}}}, 2.5);
+  west.patches.side = kSide;
+  west.samples = {{5, 7, 1000}, {kSide, 7, -2000}};  // one of them on the common border
+  east.samples = {{0, 7, -2000}, {3, 7, 20}};
+  BuiltTile tile;
+  tile.tile = {9, 350, 325};
+  tile.mesh = surface(4, 2 * kSide, [](double, double) { return 100; });
+  tile.loose = joined({&west, &east, nullptr, nullptr}, kSide);
+  ASSERT_EQ(tile.loose.samples.size(), 3u);
+  tile.finer = Surface{tile.mesh, 6, joined({nullptr, nullptr, nullptr, &east}, kSide)};
+  const auto again = tile_from_bytes(tile.tile, to_bytes(tile));
+  ASSERT_TRUE(again.ok());
+  ASSERT_EQ(again->loose.samples.size(), 3u);
+  EXPECT_EQ(again->loose.samples[1].x, kSide);
+  EXPECT_EQ(again->loose.samples[1].height, -2000);
+  EXPECT_EQ(again->loose.samples[2].x, kSide + 3);
+  EXPECT_EQ(again->loose.patches.x, (std::vector<std::int32_t>{kSide + 1, kSide + 9, kSide + 1}));
+  EXPECT_EQ(again->loose.patch_error_m, std::vector<double>{2.5});
+  ASSERT_TRUE(again->finer);
+  EXPECT_EQ(again->finer->loose.samples[0].y, kSide + 7);
+  EXPECT_EQ(again->finer->loose.patches.y, (std::vector<std::int32_t>{kSide + 2, kSide + 2, kSide + 8}));
 }
 
 TEST(Overlay, CommonPartOfTwoTriangles) {

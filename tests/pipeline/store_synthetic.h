@@ -2,6 +2,7 @@
 // A small published dataset made without a build: every level from synthetic tiles, tiles without triangles left out.
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <set>
 #include <string>
@@ -15,9 +16,8 @@ namespace cordillera::pipeline::testing {
 class TemporaryFolder {
  public:
   TemporaryFolder() {
-    static int count = 0;
-    path_ = std::filesystem::temp_directory_path() / ("cordillera_" + std::to_string(getpid()) + "_" + std::to_string(count++));
-    std::filesystem::create_directories(path_);
+    std::string name = (std::filesystem::temp_directory_path() / "cordillera-XXXXXX").string();
+    path_ = mkdtemp(name.data());  // a process number comes again, and may find what a killed one left
   }
   ~TemporaryFolder() { std::filesystem::remove_all(path_); }
   TemporaryFolder(const TemporaryFolder&) = delete;

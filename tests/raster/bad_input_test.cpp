@@ -1,6 +1,6 @@
 // Files that are broken, hostile or something else: a Problem, never a crash, a hang or nonsense.
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -88,7 +88,7 @@ TEST_F(BadInput, FlippedBytesNeverCrash) {
 TEST_F(BadInput, AHugeSparseRasterCostsNothing) {
   const Spec spec = huge_sparse(50000);
   const std::string file = write(spec);
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();
   const auto source = must_open(file);
   ASSERT_TRUE(source);
   const proto::Lattice l = lattice(17);
@@ -110,7 +110,7 @@ TEST_F(BadInput, AHugeSparseRasterCostsNothing) {
   }
   EXPECT_GT(valid, 100000);
   EXPECT_LT(sampled, 200);
-  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 20);
+  EXPECT_LT(std::clock() - start, 20 * CLOCKS_PER_SEC) << "of this process, whatever else the machine does";
 }
 
 TEST_F(BadInput, TheCollection) {

@@ -1,5 +1,7 @@
 // Which files are raster files, and what a posted one may reach.
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -85,16 +87,17 @@ TEST_F(Format, CloudOptimised) {
 }
 
 TEST_F(Format, NothingIsLeftInTheTemporaryFolder) {
-  const auto count = [] {
-    int n = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::temp_directory_path()))
-      n += entry.path().filename().string().rfind("cordillera-", 0) == 0 && entry.path().filename().string().size() == 17;
-    return n;
-  };
-  const std::string file = write({});
-  const int before = count();
+  const std::string file = write({}), temporary = path("temporary");
+  std::filesystem::create_directory(temporary);
+  const char* usual = std::getenv("TMPDIR");
+  const std::string before = usual != nullptr ? usual : "";
+  setenv("TMPDIR", temporary.c_str(), 1);  // the usual one is everybody's
+  const auto unused = std::filesystem::last_write_time(temporary) - std::chrono::hours(1);
+  std::filesystem::last_write_time(temporary, unused);
   const auto source = must_open(file, plain_options(), Trust::posted_file);
-  EXPECT_EQ(count(), before);
+  EXPECT_NE(std::filesystem::last_write_time(temporary), unused) << "it was made elsewhere: the test tests nothing";
+  EXPECT_TRUE(std::filesystem::is_empty(temporary));
+  usual != nullptr ? setenv("TMPDIR", before.c_str(), 1) : unsetenv("TMPDIR");
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ class BadPosts : public raster_test::RasterTest {
     write(grid, "grids/elsewhere.tif");
     server_.start(path(""), {"--geoids", path("grids"), "--body-limit", "8", "--threads", "2"});
     client_ = std::make_unique<httplib::Client>("127.0.0.1", server_.port());
-    client_->set_read_timeout(300);
+    client_->set_read_timeout(550);
   }
   void TearDown() override {
     client_.reset();
@@ -76,7 +76,7 @@ class BadPosts : public raster_test::RasterTest {
     return answer ? Json::parse(answer->body, nullptr, false) : Json();
   }
   httplib::Result send(const Row& row) {
-    httplib::Headers headers = {{"Prefer", "wait=280"}};
+    httplib::Headers headers = {{"Prefer", "wait=500"}};
     return client_->Post("/v1/datasets?name=" + row.name + row.query, headers, row.body, "application/octet-stream");
   }
   void post(const Row& row) {
@@ -119,8 +119,7 @@ class BadPosts : public raster_test::RasterTest {
       EXPECT_EQ(fetched->status, 409) << below << fetched->body;
       EXPECT_THAT(fetched->body, HasSubstr("dataset-failed"));
     }
-    for (int i = 0; i < 500 && std::filesystem::exists(data("datasets/" + id)); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    EXPECT_FALSE(std::filesystem::exists(data("datasets/" + id))) << "bytes of a failed dataset are left";
+    EXPECT_TRUE(eventually([&] { return !std::filesystem::exists(data("datasets/" + id)); })) << "bytes of a failed dataset are left";
   }
   void nothing_half_made() {
     const Json list = get("/v1/datasets");
@@ -131,8 +130,7 @@ class BadPosts : public raster_test::RasterTest {
       EXPECT_EQ(dataset["manifest"].is_null(), !ready) << dataset.dump();
       EXPECT_EQ(dataset["links"].contains("tileset"), ready) << dataset.dump();
     }
-    for (int i = 0; i < 500 && !std::filesystem::is_empty(data("incoming")); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    EXPECT_TRUE(std::filesystem::is_empty(data("incoming")));
+    EXPECT_TRUE(eventually([&] { return std::filesystem::is_empty(data("incoming")); }));
   }
 
   RealServer server_;
@@ -274,8 +272,7 @@ TEST_F(BadPosts, AnUploadThatIsCutOff) {
     ASSERT_EQ(connect(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
     const std::string sent = "POST /v1/datasets?name=half.tif HTTP/1.1\r\nHost: x\r\n" + head + good.substr(0, good.size() / 2);
     ASSERT_EQ(::write(descriptor, sent.data(), sent.size()), static_cast<ssize_t>(sent.size()));
-    for (int i = 0; i < 500 && std::filesystem::is_empty(data("incoming")); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    EXPECT_FALSE(std::filesystem::is_empty(data("incoming"))) << "the upload should be under way";
+    EXPECT_TRUE(eventually([&] { return !std::filesystem::is_empty(data("incoming")); })) << "the upload should be under way";
     EXPECT_TRUE(get("/v1/datasets")["datasets"].empty());
     close(descriptor);
     nothing_half_made();
@@ -291,19 +288,19 @@ TEST_F(BadPosts, AHugeSparseRaster) {
   ASSERT_LT(sparse.size(), std::size_t{4} << 20);
   const auto start = std::chrono::steady_clock::now();
   post({"sparse.tif", sparse, "&memory=768&vertical_datum=ellipsoid", 201, "", ""});
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(120));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(400)) << "all 40 GB would take hours";
   // Zeros everywhere, as the request wants it, take hours; but a DELETE ends them.
   const auto posted = client_->Post("/v1/datasets?name=sea.tif&nodata=0&memory=768", httplib::Headers{}, sparse, "image/tiff");
   ASSERT_TRUE(posted);
   ASSERT_EQ(posted->status, 202) << posted->body;
   const std::string address = "/v1/datasets/" + std::string(Json::parse(posted->body)["id"]);
-  for (int i = 0; i < 1000 && get(address)["progress"].is_null(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_TRUE(eventually([&] { return !get(address)["progress"].is_null(); }));
   EXPECT_EQ(get(address)["state"], "running") << get(address).dump();
   const auto deleting = std::chrono::steady_clock::now();
   const auto deleted = client_->Delete(address);
   ASSERT_TRUE(deleted);
   EXPECT_EQ(deleted->status, 204);
-  EXPECT_LT(std::chrono::steady_clock::now() - deleting, std::chrono::seconds(30));
+  EXPECT_LT(std::chrono::steady_clock::now() - deleting, std::chrono::seconds(150));
   nothing_half_made();
 }
 

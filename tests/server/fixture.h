@@ -2,13 +2,18 @@
 // A service on a folder of its own. Its jobs are played: what the posted "raster" says decides how the build goes.
 //   GOOD…  a store with two tiles        BAD…   a problem            SLOW…  runs until it is stopped
 //   LOST…  the GPU is lost, the CPU works  CRASH… the child's end by a signal, as the real runner tells it
+#include <unistd.h>
+
 #include <chrono>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "pipeline/store.h"
 #include "server/api.h"
@@ -16,13 +21,42 @@
 
 namespace cordillera::server {
 
+/// A test says itself what it sets: nothing of the caller's may reach the program, and no proxy lies before 127.0.0.1.
+inline const bool kOwnEnvironment = [] {
+  std::vector<std::string> names;
+  for (char** variable = environ; *variable != nullptr; ++variable) names.emplace_back(*variable, strcspn(*variable, "="));
+  for (const std::string& name : names) {
+    const bool where = name == "CORDILLERA_CACHE" || name == "CORDILLERA_TEST_DATA";
+    if (name.rfind("CORDILLERA_", 0) == 0 && !where) unsetenv(name.c_str());
+  }
+  for (const char* name : {"no_proxy", "NO_PROXY"}) setenv(name, "*", 1);
+  return true;
+}();
+
+/// Longer than the slowest machine needs: what a test waits for ends the wait, and the time never decides.
+inline constexpr auto kPatience = std::chrono::minutes(4);
+
+/// Whether it came to hold.
+template <class Condition>
+bool eventually(const Condition& holds) {
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  while (!holds()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return true;
+}
+
 class TempFolder {
  public:
   TempFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "cordillera-XXXXXX").string();
     path_ = mkdtemp(name.data());
   }
-  ~TempFolder() { std::filesystem::remove_all(path_); }
+  ~TempFolder() {
+    std::error_code ignored;  // a process that was killed may still be ending
+    std::filesystem::remove_all(path_, ignored);
+  }
   TempFolder(const TempFolder&) = delete;
   TempFolder& operator=(const TempFolder&) = delete;
   const std::filesystem::path& path() const { return path_; }
@@ -157,11 +191,13 @@ class TestService {
     };
     return api_->handle(request);
   }
-  /// Files and folders below data/incoming and data/datasets.
+  /// Files and folders below data/incoming and data/datasets. A folder that goes while it is counted is gone.
   std::size_t leftovers() const {
     std::size_t count = 0;
     for (const char* name : {"incoming", "datasets"}) {
-      for ([[maybe_unused]] const auto& entry : std::filesystem::recursive_directory_iterator(data() / name)) ++count;
+      std::error_code error;
+      std::filesystem::recursive_directory_iterator at(data() / name, error);
+      for (; !error && at != end(at); at.increment(error)) ++count;
     }
     return count;
   }

@@ -4,12 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
+
+#include "fixture.h"
 
 namespace cordillera::server {
 namespace {
@@ -92,12 +92,12 @@ const Given kOneOfEach = {{"name", "a.tif"}, {"error", "2.5"}, {"scheme", "geode
                           {"attribution", "me = mine"}, {"source-nodata", "nan"}, {"quality", "fast"}, {"dry-run", "1"}};
 
 Given through_config_file(const Given& given) {
-  const auto path = std::filesystem::temp_directory_path() / ("cordillera-doors-" + std::to_string(getpid()) + ".conf");
+  const TempFolder folder;
+  const auto path = folder.path() / "conf";
   std::ofstream file(path);
   for (const auto& [name, value] : given) file << name << " = " << value << "\n";
   file.close();
   const auto read = config_file_layer(path.string());
-  std::filesystem::remove(path);
   return read ? *read : Given{};
 }
 
@@ -155,7 +155,8 @@ TEST(Options, AVariableThatNobodyReadsIsNamedWithItsNeighbour) {
   EXPECT_THAT(with("CORDILLERA_EROR"), HasSubstr("CORDILLERA_EROR is no option and is not read; did you mean CORDILLERA_ERROR?"));
   EXPECT_THAT(with("CORDILLERA_max_level"), HasSubstr("did you mean CORDILLERA_MAX_LEVEL?"));
   EXPECT_THAT(with("CORDILLERA_FROBNICATION"), testing::EndsWith("not read"));
-  for (const char* known : {"CORDILLERA_ERROR", "CORDILLERA_LISTEN", "CORDILLERA_CACHE", "CORDILLERA_GEOIDS", "OTHER_EROR"}) EXPECT_EQ(with(known), "") << known;
+  for (const char* known : {"CORDILLERA_ERROR", "CORDILLERA_LISTEN", "CORDILLERA_CACHE", "CORDILLERA_TEST_DATA", "CORDILLERA_GEOIDS", "OTHER_EROR"})
+    EXPECT_EQ(with(known), "") << known;
 }
 
 TEST(Options, ADeviceHasOneSpelling) {
@@ -270,7 +271,8 @@ TEST(Options, TheEnvironmentIsALayer) {
 }
 
 TEST(Options, TheConfigFileIsALayer) {
-  const auto path = std::filesystem::temp_directory_path() / "cordillera-options-test.conf";
+  const TempFolder folder;
+  const auto path = folder.path() / "conf";
   std::ofstream(path) << "# comment\n\n keep = 0.5,0.25 \ntitle = \"two words\"\nlisten=[::1]:0\n";
   const auto given = config_file_layer(path.string());
   ASSERT_TRUE(given);

@@ -28,7 +28,7 @@ class Program : public testing::Test {
   }
 
   void start_server() { server_.start(folder_.path()); }
-  Json curl(const std::string& arguments) { return Json::parse(shell("curl -s -m 120 " + arguments).output, nullptr, false); }
+  Json curl(const std::string& arguments) { return Json::parse(shell("curl -q -s -m 500 " + arguments).output, nullptr, false); }
   std::string post_arguments(const std::string& query = "") {
     return "--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=cone.asc&crs=EPSG:4326&vertical_datum=ellipsoid" +
            query + "'";

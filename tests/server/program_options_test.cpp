@@ -48,7 +48,7 @@ TEST_F(Program, EveryOptionWorksFromTheLineTheEnvironmentTheFileAndTheQuery) {
   }
   start_server();
   const std::string address = server_.base() + "/v1/datasets?" + query.substr(1);
-  const Json posted = curl("-H 'Prefer: wait=100' --data-binary @" + raster_ + " '" + address + "'");
+  const Json posted = curl("-H 'Prefer: wait=400' --data-binary @" + raster_ + " '" + address + "'");
   ASSERT_EQ(posted["state"], "ready") << posted.dump();
   expect(curl(server_.base() + "/v1/datasets/" + std::string(posted["id"]) + "/manifest.json"), "query");
 }

@@ -30,6 +30,21 @@ inline Ended shell(const std::string& command) {
   return ended;
 }
 
+/// The program, with Ctrl-C as soon as it says a line that begins with these words.
+inline Ended interrupted_at(const std::string& words, const std::string& command) {
+  FILE* pipe = popen(("echo $$; exec " + command + " 2>&1").c_str(), "r");
+  Ended ended;
+  char line[4096];
+  const pid_t process = fgets(line, sizeof line, pipe) != nullptr ? std::atoi(line) : 0;
+  while (fgets(line, sizeof line, pipe) != nullptr) {
+    ended.output += line;
+    if (process > 0 && std::string(line).rfind(words, 0) == 0) kill(process, SIGINT);
+  }
+  const int status = pclose(pipe);
+  ended.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return ended;
+}
+
 /// Ends with its owner.
 class RealServer {
  public:
@@ -55,20 +70,21 @@ class RealServer {
       execv(kProgram.c_str(), arguments.data());
       _exit(127);
     }
-    for (int i = 0; i < 1000; ++i) {
+    base_.clear();
+    eventually([&] {
+      const bool ended = waitpid(process_, nullptr, WNOHANG) == process_;
+      if (ended) process_ = -1;
       const std::string said = log();
-      const auto start = said.find("http://");
-      if (start != std::string::npos && said.find('/', start + 7) != std::string::npos) {
-        base_ = said.substr(start, said.find('/', start + 7) - start);
-        return;
-      }
-      usleep(10000);
-    }
-    FAIL() << "the server did not start: " << log();
+      const auto begin = said.find("http://"), end = begin == std::string::npos ? begin : said.find('/', begin + 7);
+      if (end != std::string::npos) base_ = said.substr(begin, end - begin);
+      return ended || !base_.empty();
+    });
+    ASSERT_TRUE(process_ > 0 && !base_.empty()) << "the server did not start: " << log();
   }
 
   /// The status that waitpid gives.
   int end(int signal) {
+    if (process_ <= 0) return -1;
     kill(process_, signal);
     int status = 0;
     waitpid(process_, &status, 0);
@@ -80,16 +96,17 @@ class RealServer {
   int port() const { return std::atoi(base_.substr(base_.rfind(':') + 1).c_str()); }
   std::string log() const { return file_text(log_); }
 
-  /// The process of the first build, as the log names it; -1 if none begins in five seconds.
+  /// The process of the first build, as the log names it; -1 if none begins.
   int child_process() const {
     const std::string words = "runs as process ";
-    for (int i = 0; i < 500; ++i) {
+    int process = -1;
+    eventually([&] {
       const std::string said = log();
       const auto start = said.find(words);
-      if (start != std::string::npos && said.find('\n', start) != std::string::npos) return std::atoi(&said[start + words.size()]);
-      usleep(10000);
-    }
-    return -1;
+      if (start != std::string::npos && said.find('\n', start) != std::string::npos) process = std::atoi(&said[start + words.size()]);
+      return process > 0;
+    });
+    return process;
   }
 
  private:

@@ -1,0 +1,62 @@
+#include "pipeline/exports/archive_3tz.h"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <stdexcept>
+#include <vector>
+
+#include "pipeline/content_hash.h"
+#include "pipeline/exports/whole_file.h"
+#include "pipeline/exports/zip_writer.h"
+#include "pipeline/little_endian.h"
+
+namespace cordillera::pipeline::exports {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kEntry = "tileset.json";
+constexpr const char* kIndex = "@3dtilesIndex1@";  // must be the last entry
+
+/// Hashes are ordered as two little-endian numbers, the first eight bytes first.
+struct IndexEntry {
+  std::array<std::uint64_t, 2> hash{};
+  std::uint64_t offset = 0;
+  friend auto operator<=>(const IndexEntry&, const IndexEntry&) = default;
+};
+
+std::string index_bytes(std::vector<IndexEntry> entries) {
+  std::sort(entries.begin(), entries.end());
+  std::string out;
+  for (const IndexEntry& entry : entries) {
+    for (const std::uint64_t number : {entry.hash[0], entry.hash[1], entry.offset}) append_little_endian(out, number);
+  }
+  return out;
+}
+
+void write(const faces::Terrain& terrain, const faces::Face& face, const fs::path& sibling) {
+  std::ofstream out = opened(sibling);
+  ZipWriter zip(out);
+  std::vector<IndexEntry> entries;
+  face.each_path(terrain, [&](const std::string& path) {
+    const auto found = faces::find(path);
+    if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
+    const std::uint64_t offset = zip.add(path, made(terrain, *found->resource, found->place).bytes);
+    const std::string hash = md5(path);
+    entries.push_back({{little_endian_at<std::uint64_t>(hash, 0), little_endian_at<std::uint64_t>(hash, 8)}, offset});
+  });
+  zip.add(kIndex, index_bytes(std::move(entries)));
+  zip.finish();
+  out.close();
+}
+
+}  // namespace
+
+bool fits_3tz(const faces::Face& face) { return face.entry == kEntry; }
+
+proto::Result<void> write_3tz(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, Existing other) {
+  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, sibling); });
+}
+
+}  // namespace cordillera::pipeline::exports

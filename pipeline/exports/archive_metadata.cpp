@@ -1,0 +1,56 @@
+#include "pipeline/exports/archive_metadata.h"
+
+#include "pipeline/exports/tile_places.h"
+#include "pipeline/exports/whole_file.h"
+#include "pipeline/json.h"
+#include "pipeline/manifest_json.h"
+
+namespace cordillera::pipeline::exports {
+namespace {
+
+const char* address_rule(faces::Grid grid) {
+  if (grid == faces::Grid::web_mercator) return "zoom, column and row from the north are the tile's own z, x and y";
+  return "zoom is level + 1, the column is x, the row from the north is 2^level - 1 - y (y counts from the south)";
+}
+
+}  // namespace
+
+Extent extent_of(const proto::Manifest& manifest) {
+  if (manifest.bounds_size() < 4) return {};
+  Extent extent{manifest.bounds(0), manifest.bounds(1), manifest.bounds(2), manifest.bounds(3)};
+  if (extent.west > extent.east || extent.east > 180) {
+    extent.west = -180;
+    extent.east = 180;
+  }
+  return extent;
+}
+
+std::string title_of(const proto::Manifest& manifest) { return manifest.title().empty() ? manifest.name() : manifest.title(); }
+
+std::string pixel_encoding(const faces::Terrain& terrain, const faces::Face& face) {
+  const auto found = faces::find(face.entry);
+  if (!found || found->resource->type != "application/json") return "";
+  const Json json = Json::parse(made(terrain, *found->resource, found->place).bytes, nullptr, false);
+  return json.is_object() && json.contains("encoding") && json["encoding"].is_string() ? json["encoding"].get<std::string>() : "";
+}
+
+std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& face) {
+  const proto::Manifest& manifest = terrain.manifest();
+  const faces::Resource& tiles = *tiles_of(face);
+  Json json;
+  json["name"] = title_of(manifest);
+  json["description"] = std::string(tiles.about);
+  json["attribution"] = manifest.attribution();
+  json["type"] = "baselayer";
+  json["version"] = "1";
+  json["format"] = std::string(tiles.path.substr(tiles.path.rfind('.') + 1));
+  json["media_type"] = std::string(tiles.type);
+  json["face"] = std::string(face.name);
+  json["tile_matrix_set"] = square_matrix_set(tiles.grid);
+  json["address_rule"] = address_rule(tiles.grid);
+  if (const std::string encoding = pixel_encoding(terrain, face); !encoding.empty()) json["encoding"] = encoding;
+  json["manifest"] = Json::parse(manifest_json(manifest));
+  return json.dump();
+}
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,25 @@
+#pragma once
+// What archives of tiles say of themselves.
+#include <string>
+
+#include "pipeline/faces/face.h"
+
+namespace cordillera::pipeline::exports {
+
+/// Degrees, west below east: over the antimeridian, all longitudes.
+struct Extent {
+  double west = -180, south = -90, east = 180, north = 90;
+};
+Extent extent_of(const proto::Manifest& manifest);
+
+/// The title where the dataset has one, else its name.
+std::string title_of(const proto::Manifest& manifest);
+
+/// How heights are written into the pixels, as the face's own description says ("mapbox", "terrarium"); empty where it says
+/// nothing.
+std::string pixel_encoding(const faces::Terrain& terrain, const faces::Face& face);
+
+/// The JSON of a PMTiles archive: title, attribution, which tiles these are, how their addresses count, and the whole manifest.
+std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& face);
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,97 @@
+#include "pipeline/exports/mbtiles.h"
+
+#include <algorithm>
+
+#include "pipeline/content_hash.h"
+#include "pipeline/exports/archive_metadata.h"
+#include "pipeline/exports/tile_places.h"
+#include "pipeline/exports/whole_file.h"
+#include "pipeline/json.h"
+#include "pipeline/sqlite.h"
+
+namespace cordillera::pipeline::exports {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The file is thrown away if anything fails, so it needs no journal. 1297105496 is "MPBX".
+constexpr const char* kTables = R"(
+PRAGMA journal_mode = OFF;
+PRAGMA synchronous = OFF;
+PRAGMA application_id = 1297105496;
+CREATE TABLE metadata(name TEXT, value TEXT);
+CREATE TABLE map(zoom_level INTEGER, tile_column INTEGER, tile_row INTEGER, tile_id TEXT);
+CREATE TABLE images(tile_id TEXT, tile_data BLOB);
+CREATE UNIQUE INDEX map_index ON map(zoom_level, tile_column, tile_row);
+CREATE UNIQUE INDEX images_id ON images(tile_id);
+CREATE UNIQUE INDEX metadata_name ON metadata(name);
+CREATE VIEW tiles AS SELECT zoom_level, tile_column, tile_row, tile_data FROM map JOIN images ON images.tile_id = map.tile_id;
+)";
+
+struct Zooms {
+  int least = 99, most = 0;
+};
+
+Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, Database& database) {
+  const faces::Resource& tiles = *tiles_of(face);
+  Statement image(database, "INSERT OR IGNORE INTO images VALUES (CAST(? AS TEXT), ?)");
+  Statement place(database, "INSERT OR IGNORE INTO map VALUES (?, ?, ?, CAST(? AS TEXT))");
+  Zooms zooms;
+  each_place(terrain, face, tiles, [&](const faces::Place& at) {
+    const faces::Document document = made(terrain, tiles, at);
+    const std::string id = hex(content_hash(document.bytes));
+    image.bind(id, document.bytes).run();
+    place.bind(at.z, at.x, proto::tiles_up(at.z) - 1 - at.y, id).run();
+    zooms = {std::min(zooms.least, at.z), std::max(zooms.most, at.z)};
+  });
+  return zooms;
+}
+
+std::string numbers(std::initializer_list<double> values) {
+  std::string text;
+  for (const double value : values) text.append(text.empty() ? "" : ",").append(Json(value).dump());
+  return text;
+}
+
+void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zooms zooms, Database& database) {
+  const proto::Manifest& manifest = terrain.manifest();
+  const faces::Resource& tiles = *tiles_of(face);
+  const Extent extent = extent_of(manifest);
+  Statement row(database, "INSERT INTO metadata VALUES (CAST(? AS TEXT), CAST(? AS TEXT))");
+  const auto say = [&](const std::string& name, const std::string& value) {
+    if (!value.empty()) row.bind(name, value).run();
+  };
+  say("name", title_of(manifest));
+  say("format", std::string(tiles.path.substr(tiles.path.rfind('.') + 1)));
+  say("bounds", numbers({extent.west, extent.south, extent.east, extent.north}));
+  const int least = std::min(zooms.least, zooms.most);
+  std::string middle = numbers({(extent.west + extent.east) / 2, (extent.south + extent.north) / 2});
+  say("center", middle.append(",").append(std::to_string(least)));
+  say("minzoom", std::to_string(least));
+  say("maxzoom", std::to_string(zooms.most));
+  say("attribution", manifest.attribution());
+  say("description", std::string(tiles.about));
+  say("type", "baselayer");
+  say("version", "1");
+  say("encoding", pixel_encoding(terrain, face));
+}
+
+}  // namespace
+
+bool fits_mbtiles(const faces::Face& face) {
+  const faces::Resource* tiles = tiles_of(face);
+  return tiles != nullptr && tiles->grid == faces::Grid::web_mercator && tiles->type.starts_with("image/");
+}
+
+proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
+                                  Existing other) {
+  return write_whole(path, other, [&](const fs::path& sibling) {
+    Database database(sibling.string(), Database::Mode::create);
+    database.execute(kTables);
+    Transaction all(database);
+    write_metadata(terrain, face, write_tiles(terrain, face, database), database);
+    all.commit();
+  });
+}
+
+}  // namespace cordillera::pipeline::exports

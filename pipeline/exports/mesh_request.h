@@ -1,0 +1,52 @@
+#pragma once
+// Which part of a dataset is wanted as one mesh, and where that part lies on the lattice.
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "pipeline/faces/terrain.h"
+#include "proto/lattice.h"
+#include "proto/result.h"
+
+namespace cordillera::pipeline::exports {
+
+/// What coordinates count.
+enum class Frame : std::uint8_t {
+  enu,       ///< metres east, north and up of a point of the ellipsoid in the middle
+  ecef,      ///< metres, earth-centred (EPSG:4978)
+  geodetic,  ///< degrees east, degrees north, metres above the ellipsoid (EPSG:4979, longitude first); over the antimeridian
+             ///< beyond 180
+};
+
+/// Degrees; west above east crosses the antimeridian.
+struct Box {
+  double west = 0, south = 0, east = 0, north = 0;
+};
+
+struct MeshRequest {
+  std::optional<proto::TileAddress> tile;  ///< this tile alone; no level and no box then
+  std::optional<int> level;                ///< none: the finest that stays within most_triangles
+  std::optional<Box> box;                  ///< none: everywhere
+  Frame frame = Frame::enu;
+  std::uint64_t most_triangles = 10'000'000;
+};
+
+/// A rectangle of a level. Columns run eastward without a jump: over the antimeridian they go on beyond the circle.
+struct MeshWindow {
+  int level = 0;
+  std::int64_t x0 = 0, x1 = 0;  ///< tiles, inclusive
+  std::int32_t y0 = 0, y1 = 0;
+  bool clipped = false;                             ///< triangles are cut at the sides below
+  double west = 0, south = 0, east = 0, north = 0;  ///< units of the finest lattice
+};
+MeshWindow window_of(const faces::Terrain& terrain, const MeshRequest& request, int level);
+
+/// Every tile of the window that has triangles, rows from the south, columns from the west, until visit says false. x is the
+/// column that does not jump.
+void each_tile(const faces::Terrain& terrain, const MeshWindow& window,
+               const std::function<bool(const proto::TileRecord& record, std::int64_t x)>& visit);
+
+/// About how many triangles lie in the window, as if each tile's were spread evenly; no more than twice the limit is counted.
+double triangles_in(const faces::Terrain& terrain, const MeshWindow& window, std::uint64_t limit);
+
+}  // namespace cordillera::pipeline::exports

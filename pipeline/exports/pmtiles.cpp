@@ -1,0 +1,132 @@
+#include "pipeline/exports/pmtiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <unordered_map>
+
+#include "pipeline/content_hash.h"
+#include "pipeline/exports/archive_metadata.h"
+#include "pipeline/exports/gzip.h"
+#include "pipeline/exports/hilbert.h"
+#include "pipeline/exports/pmtiles_directory.h"
+#include "pipeline/exports/whole_file.h"
+#include "pipeline/little_endian.h"
+
+namespace cordillera::pipeline::exports {
+namespace {
+
+namespace fs = std::filesystem;
+using faces::Resource;
+
+constexpr std::uint8_t kNone = 1, kGzip = 2;  // as the header numbers compressions
+
+/// Formats that are compressed themselves gain nothing.
+std::uint8_t compression_of(const Resource& tiles) { return tiles.compression == faces::Compression::gzip ? kGzip : kNone; }
+
+std::uint8_t type_of(const Resource& tiles) {
+  if (tiles.type == "image/png") return 2;
+  if (tiles.type == "image/jpeg") return 3;
+  return tiles.type == "image/webp" ? 4 : 0;
+}
+
+struct HashOfHash {
+  std::size_t operator()(const std::string& hash) const {
+    std::size_t value = 0;
+    std::memcpy(&value, hash.data(), sizeof value);
+    return value;
+  }
+};
+
+struct Contents {
+  std::vector<PmtilesEntry> entries;
+  std::uint64_t tiles = 0, contents = 0, bytes = 0;
+  int least_zoom = 0, most_zoom = 0;
+};
+
+std::vector<std::uint64_t> ids_of(const faces::Terrain& terrain, const faces::Face& face, const Resource& tiles) {
+  std::vector<std::uint64_t> ids;
+  each_place(terrain, face, tiles,
+             [&](const faces::Place& place) { ids.push_back(hilbert_id(square_address(tiles.grid, place))); });
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return ids;
+}
+
+/// Every content once, in the order of ids.
+Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const std::vector<std::uint64_t>& ids,
+                     std::ostream& out) {
+  Contents all;
+  std::unordered_map<std::string, PmtilesEntry, HashOfHash> known;
+  for (const std::uint64_t id : ids) {
+    const faces::Document document = made(terrain, tiles, place_at(tiles.grid, hilbert_address(id)));
+    const auto [found, fresh] = known.try_emplace(content_hash(document.bytes));
+    if (fresh) {
+      const std::string bytes = compression_of(tiles) == kGzip ? gzip(document.bytes) : document.bytes;
+      found->second = {id, all.bytes, static_cast<std::uint32_t>(bytes.size()), 1};
+      all.bytes += bytes.size();
+      append(out, bytes);
+    }
+    append(all.entries, {id, found->second.offset, found->second.length, 1});
+  }
+  all.tiles = ids.size();
+  all.contents = known.size();
+  if (ids.empty()) return all;
+  all.least_zoom = hilbert_address(ids.front()).zoom;
+  all.most_zoom = hilbert_address(ids.back()).zoom;
+  return all;
+}
+
+/// Degrees in steps of 1e-7.
+void append_degrees(std::string& out, double degrees) {
+  append_little_endian(out, static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(degrees * 1e7))));
+}
+
+std::string header(const Resource& tiles, const Contents& all, const PmtilesDirectories& directories, std::size_t metadata,
+                   const Extent& extent) {
+  std::string out = "PMTiles\3";
+  std::uint64_t offset = kPmtilesHeader;
+  for (const std::uint64_t size :
+       {std::uint64_t{directories.root.size()}, std::uint64_t{metadata}, std::uint64_t{directories.leaves.size()}, all.bytes}) {
+    append_little_endian(out, offset);
+    append_little_endian(out, size);
+    offset += size;
+  }
+  for (const std::uint64_t count : {all.tiles, std::uint64_t{all.entries.size()}, all.contents}) append_little_endian(out, count);
+  for (const int byte : {1, int{kGzip}, int{compression_of(tiles)}, int{type_of(tiles)}, all.least_zoom, all.most_zoom}) {
+    out.push_back(static_cast<char>(byte));
+  }
+  for (const double degrees : {extent.west, extent.south, extent.east, extent.north}) append_degrees(out, degrees);
+  out.push_back(static_cast<char>(all.least_zoom));
+  append_degrees(out, (extent.west + extent.east) / 2);
+  append_degrees(out, (extent.south + extent.north) / 2);
+  return out;
+}
+
+/// The directories stand before the tiles and are known after them: the tiles wait in a file of their own.
+void write(const faces::Terrain& terrain, const faces::Face& face, const fs::path& sibling) {
+  const Resource& tiles = *tiles_of(face);
+  const TemporaryFile spool(sibling.string() + ".tiles");
+  std::ofstream waiting = opened(spool.path());
+  const Contents all = write_tiles(terrain, tiles, ids_of(terrain, face, tiles), waiting);
+  waiting.close();
+  const PmtilesDirectories directories = pmtiles_directories(all.entries);
+  const std::string metadata = gzip(archive_metadata(terrain, face));
+  std::ofstream out = opened(sibling);
+  append(out, header(tiles, all, directories, metadata.size(), extent_of(terrain.manifest())));
+  for (const std::string* part : {&directories.root, &metadata, &directories.leaves}) append(out, *part);
+  if (all.bytes > 0) out << std::ifstream(spool.path(), std::ios::binary).rdbuf();
+  out.close();
+}
+
+}  // namespace
+
+bool fits_pmtiles(const faces::Face& face) { return tiles_of(face) != nullptr; }
+
+proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
+                                  Existing other) {
+  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, sibling); });
+}
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,53 @@
+#pragma once
+// One-file exports appear whole, by a rename, or not at all.
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "pipeline/faces/face.h"
+#include "pipeline/store.h"
+#include "proto/result.h"
+
+namespace cordillera::pipeline::exports {
+
+/// Ends an export with what its user is to read.
+struct Refused {
+  proto::Problem problem;
+};
+
+/// What stands at a place that a face itself has named. Throws Refused where the face cannot make it, StoreError where nothing is
+/// there.
+faces::Document made(const faces::Terrain& terrain, const faces::Resource& resource, const faces::Place& place);
+
+/// Whether write_whole would take the path: to be asked before hours of work.
+proto::Result<void> check_output_file(const std::string& path, Existing other);
+
+/// Calls write with a sibling of path that does not exist yet, and moves it into place. What write throws (Refused, StoreError,
+/// the standard streams' and file system's failures) is a problem, and its file is gone.
+proto::Result<void> write_whole(const std::string& path, Existing other,
+                                const std::function<void(const std::filesystem::path& sibling)>& write);
+
+/// A file that goes with the scope, unless it was moved away.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(std::filesystem::path path) : path_(std::move(path)) {}
+  ~TemporaryFile() {
+    std::error_code ignored;
+    std::filesystem::remove(path_, ignored);
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// An empty binary file that throws std::ios_base::failure when it cannot be written.
+std::ofstream opened(const std::filesystem::path& path);
+void append(std::ostream& out, std::string_view bytes);
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,31 @@
+#pragma once
+// Heights above the geoid at the pixels of a WebMercatorQuad tile: what every raster face is coloured from.
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/faces/face.h"
+#include "proto/result.h"
+
+namespace cordillera::pipeline::faces {
+
+/// Pixels of the surroundings that a grid holds on each side of its tile, for slopes.
+inline constexpr std::int32_t kMargin = 1;
+
+struct HeightGrid {
+  int level = 0;          ///< of the meshes
+  std::size_t side = 0;   ///< pixels, margins included
+  std::vector<double> height_m;  ///< by row from the north, then column; above the geoid, not a number where there is no data
+  bool data = false;             ///< any pixel of the tile itself has a height
+
+  /// The pixel of the tile's row and column; -1 and 256 are margins.
+  double at(std::int32_t row, std::int32_t column) const {
+    return height_m[static_cast<std::size_t>(row + kMargin) * side + static_cast<std::size_t>(column + kMargin)];
+  }
+};
+
+/// Heights at pixel centres. Nothing where the tile is beyond the dataset's zooms or does not touch its extent. A problem without
+/// a geoid.
+proto::Result<std::optional<HeightGrid>> height_grid(const Terrain& terrain, const Place& place);
+
+}  // namespace cordillera::pipeline::faces

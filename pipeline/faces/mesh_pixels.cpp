@@ -1,0 +1,128 @@
+#include "pipeline/faces/mesh_pixels.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "gpu/surface_error_plane.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+using proto::Vec3;
+
+/// Pixels in the tile's own units from its south-west, and what is drawn into.
+struct Canvas {
+  std::vector<double> u, v;  // indexed by column, eastward; by row, southward
+  const PixelRows& rows;
+  const PixelColumns& columns;
+  double* out;
+  std::size_t stride;
+};
+
+struct Range {
+  std::size_t first = 0, end = 0;
+};
+Range columns_between(const std::vector<double>& u, double west, double east) {
+  const auto first = std::lower_bound(u.begin(), u.end(), west), end = std::upper_bound(first, u.end(), east);
+  return {static_cast<std::size_t>(first - u.begin()), static_cast<std::size_t>(end - u.begin())};
+}
+Range rows_between(const std::vector<double>& v, double north, double south) {
+  const auto first = std::lower_bound(v.begin(), v.end(), north, std::greater<>());
+  const auto end = std::upper_bound(first, v.end(), south, std::greater<>());
+  return {static_cast<std::size_t>(first - v.begin()), static_cast<std::size_t>(end - v.begin())};
+}
+
+/// Twice the area left of a triangle's side; a place on the side belongs to both of its triangles, and gets the height of the
+/// first.
+struct Side {
+  double u = 0, v = 0, du = 0, dv = 0;
+  bool left(double pu, double pv) const { return du * (pv - v) - dv * (pu - u) >= 0; }
+};
+
+using Corner = std::array<std::int32_t, 3>;
+
+Side side(const Corner& a, const Corner& b) {
+  const double u = a[0], v = a[1];
+  return {u, v, b[0] - u, b[1] - v};
+}
+
+/// Its plane over the ellipsoid, held to what no point of the flat triangle can leave.
+struct Facet {
+  gpu::Plane plane;
+  gpu::HeightRange range;
+
+  Facet(const std::array<Vec3, 3>& at, double low_m, double high_m) : plane(gpu::plane_of(at[0], at[1], at[2])) {
+    const Vec3 ab = at[1] - at[0], ac = at[2] - at[0], bc = at[2] - at[1];
+    range = gpu::height_range(low_m, high_m, std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)}), 0);
+  }
+};
+
+void draw(const std::array<Corner, 3>& corner, const Facet& facet, const Canvas& to) {
+  const auto [west, east] = std::minmax({corner[0][0], corner[1][0], corner[2][0]});
+  const auto [south, north] = std::minmax({corner[0][1], corner[1][1], corner[2][1]});
+  const Range columns = columns_between(to.u, west, east);
+  if (columns.first == columns.end) return;
+  const Range rows = rows_between(to.v, north, south);
+  const std::array<Side, 3> sides = {side(corner[0], corner[1]), side(corner[1], corner[2]), side(corner[2], corner[0])};
+  for (std::size_t r = rows.first; r < rows.end; ++r) {
+    const gpu::PlaneRow along(facet.plane, to.rows.frame[r]);
+    for (std::size_t c = columns.first; c < columns.end; ++c) {
+      double& pixel = to.out[r * to.stride + c];
+      const auto inside = [&](const Side& s) { return s.left(to.u[c], to.v[r]); };
+      if (!std::isnan(pixel) || !std::all_of(sides.begin(), sides.end(), inside)) continue;
+      pixel = facet.range.clamp(along.height_m(to.columns.frame[c].sin_lon, to.columns.frame[c].cos_lon));
+    }
+  }
+}
+
+std::vector<Vec3> positions(const LatticeMesh& mesh) {
+  const int finer = std::countr_zero(static_cast<std::uint32_t>(mesh.side / proto::kTileCells));
+  const proto::Lattice lattice{proto::Scheme::geodetic, mesh.z + finer};
+  const proto::TileAddress tile{mesh.z, mesh.x, mesh.y};
+  std::vector<Vec3> at;
+  at.reserve(mesh.points.size());
+  for (const auto& [u, v, h] : mesh.points) {
+    const proto::RowFrame row = proto::row_frame(lattice, lattice.south(tile) + v);
+    at.push_back(proto::ecef(row, proto::column_frame(lattice, lattice.west(tile) + u), h * mesh.height_step));
+  }
+  return at;
+}
+
+Canvas canvas(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumns& columns, double* out, std::size_t stride) {
+  Canvas to{{}, {}, rows, columns, out, stride};
+  const double units_a_degree = mesh.side * std::ldexp(1, mesh.z) / 180;
+  const double west = static_cast<double>(mesh.x) * mesh.side, south = static_cast<double>(mesh.y) * mesh.side;
+  for (const double longitude : columns.longitude_deg) to.u.push_back((longitude + 180) * units_a_degree - west);
+  for (const double latitude : rows.latitude_deg) to.v.push_back((latitude + 90) * units_a_degree - south);
+  return to;
+}
+
+}  // namespace
+
+proto::RowFrame row_frame_at(double latitude_deg) {
+  const double e2 = proto::kFlattening * (2 - proto::kFlattening);
+  const double sin = std::sin(latitude_deg * std::numbers::pi / 180), cos = std::cos(latitude_deg * std::numbers::pi / 180);
+  const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * sin * sin);
+  return {sin, cos, n * cos, n * (1 - e2) * sin};
+}
+
+proto::ColumnFrame column_frame_at(double longitude_deg) {
+  const double radians = longitude_deg * std::numbers::pi / 180;
+  return {std::sin(radians), std::cos(radians)};
+}
+
+void draw_mesh(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumns& columns, double* out, std::size_t stride) {
+  const Canvas to = canvas(mesh, rows, columns, out, stride);
+  const std::vector<Vec3> at = positions(mesh);
+  for (const Triangle& t : mesh.triangles) {
+    const std::array<Corner, 3> corner = {mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]};
+    const auto [low, high] = std::minmax({corner[0][2], corner[1][2], corner[2][2]});
+    draw(corner, Facet({at[t[0]], at[t[1]], at[t[2]]}, low * mesh.height_step, high * mesh.height_step), to);
+  }
+}
+
+}  // namespace cordillera::pipeline::faces

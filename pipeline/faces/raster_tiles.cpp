@@ -1,0 +1,83 @@
+#include "pipeline/faces/raster_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pipeline/faces/web_mercator.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+proto::Result<std::optional<Document>> nothing() { return std::optional<Document>(); }
+
+std::string path_at(const RasterStyle& style, const Place& place) {
+  Resource tiles;
+  tiles.path = style.path;
+  return path_of(tiles, place);
+}
+
+/// A tile that has data; it is kept, so that whoever lists paths and then fetches them draws once.
+proto::Result<std::optional<Document>> drawn(const Terrain& terrain, const Place& place, const RasterStyle& style) {
+  return terrain.kept(path_at(style, place), [&]() -> proto::Result<std::optional<Document>> {
+    const auto grid = height_grid(terrain, place);
+    if (!grid) return grid.problem();
+    if (!*grid || !(*grid)->data) return nothing();
+    return std::optional(document(style.encode(style.pixels(**grid, place))));
+  });
+}
+
+proto::Result<std::optional<Document>> empty_tile(const Terrain& terrain, const RasterStyle& style) {
+  return terrain.kept(std::string(style.path), [&]() -> proto::Result<std::optional<Document>> {
+    HeightGrid grid;
+    grid.side = kTilePixels + 2 * kMargin;
+    grid.height_m.assign(grid.side * grid.side, std::numeric_limits<double>::quiet_NaN());
+    return std::optional(document(style.encode(style.pixels(grid, {}))));
+  });
+}
+
+struct Walk {
+  const Terrain& terrain;
+  const RasterStyle& style;
+  const PathSink& sink;
+  Extent extent;
+  Zooms zooms;
+
+  /// Whether any mesh, of the level that the tile is drawn from or below it, lies under a tile.
+  bool meshes_under(const Place& p) const {
+    const int level = level_of(terrain.manifest(), zooms, p.z, row_latitude_deg(extent, p.z, p.y));
+    const double tiles_a_degree = std::ldexp(1, level) / 180;
+    const double west = p.x * 360 / std::ldexp(1, p.z), east = (p.x + 1) * 360 / std::ldexp(1, p.z);
+    const double north = pixel_latitude_deg(p.z, double{kTilePixels} * p.y) + 90;
+    const double south = pixel_latitude_deg(p.z, double{kTilePixels} * (p.y + 1)) + 90;
+    const auto index = [&](double deg) { return static_cast<std::int32_t>(deg * tiles_a_degree); };
+    const std::int32_t last = std::min(index(east), proto::tiles_across(level) - 1);
+    return !terrain.store().extents(level, index(west), index(south), last, index(north)).empty();
+  }
+  void visit(const Place& p) const {
+    if (!touches(extent, p.z, p.x, p.y) || !meshes_under(p)) return;
+    if (zooms.holds(p.z)) {
+      const auto tile = drawn(terrain, p, style);
+      if (!tile || *tile) sink(path_at(style, p));  // a problem is told to whoever fetches it
+    }
+    if (p.z >= zooms.last) return;
+    for (std::int32_t child = 0; child < 4; ++child) visit({0, p.z + 1, 2 * p.x + (child & 1), 2 * p.y + (child >> 1)});
+  }
+};
+
+}  // namespace
+
+proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style) {
+  auto tile = drawn(terrain, place, style);
+  if (!tile || *tile) return tile;
+  const auto extent = extent_of(terrain.manifest());
+  if (!extent || !touches(*extent, place.z, place.x, place.y)) return nothing();
+  return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, style) : nothing();
+}
+
+void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink) {
+  const auto extent = extent_of(terrain.manifest());
+  if (extent) Walk{terrain, style, sink, *extent, zooms_of(terrain.manifest(), *extent)}.visit({});
+}
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,27 @@
+#pragma once
+// What every face of raster tiles does the same way, whatever its pixels mean.
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/faces/face.h"
+#include "pipeline/faces/height_grid.h"
+
+namespace cordillera::pipeline::faces {
+
+/// How heights become a picture.
+struct RasterStyle {
+  std::string_view path;  ///< of the tiles, with z, x and y in braces
+  /// By row from the north, then column.
+  std::vector<std::uint8_t> (*pixels)(const HeightGrid& grid, const Place& place) = nullptr;
+  std::string (*encode)(const std::vector<std::uint8_t>& pixels) = nullptr;
+};
+
+/// A tile. Where it touches the dataset's bounds but has no data, the picture of a grid without heights: clients ask for what a
+/// TileJSON's bounds cover, and many of them complain about a refusal. Beyond the bounds and the zooms nothing exists.
+proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style);
+
+/// Paths of the tiles that have data.
+void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink);
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,94 @@
+#include "pipeline/faces/tilejson.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/faces/html_text.h"
+#include "pipeline/faces/web_mercator.h"
+#include "pipeline/json.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+/// Degrees for people; a tenth of a metre on the ground.
+double short_deg(double deg) { return std::round(deg * 1e6) / 1e6; }
+
+double stated_error_m(const proto::Manifest& manifest, int level) {
+  for (const proto::LevelSummary& summary : manifest.levels()) {
+    if (static_cast<int>(summary.level()) == level) return summary.stated_max_error();
+  }
+  return 0;
+}
+
+/// Which meshes a zoom is drawn from, and how far its heights may be off. Far from the equator pixels are smaller and need finer
+/// levels.
+Json zoom_entry(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, int zoom, double rounding_m) {
+  const auto [equatorward, poleward] = std::minmax({std::abs(extent.south_deg), std::abs(extent.north_deg)});
+  const bool equator = extent.south_deg < 0 && extent.north_deg > 0;
+  Json levels = Json::array();
+  double error_m = 0;
+  const int finest = level_of(manifest, zooms, zoom, poleward);
+  for (int level = level_of(manifest, zooms, zoom, equator ? 0 : equatorward); level <= finest; ++level) {
+    levels.push_back(level);
+    error_m = std::max(error_m, stated_error_m(manifest, level));
+  }
+  return {{"zoom", zoom}, {"levels", std::move(levels)}, {"stated_max_error", std::ceil((error_m + rounding_m) * 1e4) / 1e4}};
+}
+
+/// Longitudes of a TileJSON may not wrap: data across the antimeridian has the whole circle.
+Json bounds(const Extent& e) {
+  const bool wraps = e.east_deg > 180;
+  const double west = wraps ? -180 : e.west_deg, east = wraps ? 180 : e.east_deg;
+  return {short_deg(west), short_deg(e.south_deg), short_deg(east), short_deg(e.north_deg)};
+}
+
+/// The zoom at which the data is about two tiles wide or high.
+Json center(const Extent& e, const Zooms& zooms) {
+  const double middle = (e.west_deg + e.east_deg) / 2;
+  const double wide = longitude_pixel(0, e.east_deg) - longitude_pixel(0, e.west_deg);
+  const double high = latitude_pixel(0, e.south_deg) - latitude_pixel(0, e.north_deg);
+  const double zoom = std::floor(std::log2(2 * kTilePixels / std::max({wide, high, 1e-6})));
+  return {short_deg(middle > 180 ? middle - 360 : middle), short_deg((e.south_deg + e.north_deg) / 2),
+          std::clamp(static_cast<int>(zoom), zooms.first, zooms.last)};
+}
+
+void add_heights(Json& out, const Terrain& terrain, const RasterTileset& tiles) {
+  out["encoding"] = tiles.encoding;
+  out["height_formula"] = tiles.formula;
+  out["heights"] = "metres above the geoid " + terrain.geoid_name();
+  out["vertical_datum"] = terrain.geoid_name();
+  out["no_data_height"] = 0;
+}
+
+}  // namespace
+
+proto::Result<std::optional<Document>> tilejson(const Terrain& terrain, const RasterTileset& tiles) {
+  const proto::Manifest& manifest = terrain.manifest();
+  const auto extent = extent_of(manifest);
+  if (!extent)
+    return proto::Problem{"tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends",
+                          "the 3D Tiles and .drc faces, which reach the poles", ""};
+  if (const auto undulation = terrain.undulation_m(extent->west_deg, extent->south_deg); !undulation) return undulation.problem();
+  const Zooms zooms = zooms_of(manifest, *extent);
+  Json out = {{"tilejson", "3.0.0"}};
+  out["name"] = manifest.title().empty() ? manifest.name() : manifest.title();
+  out["description"] = tiles.about;
+  out["version"] = "1.0.0";
+  if (!manifest.attribution().empty()) out["attribution"] = html_text(manifest.attribution());
+  out["scheme"] = "xyz";
+  out["tiles"] = {tiles.path};
+  out["vector_layers"] = Json::array();  // the specification's text does not want it of raster tiles; its schema does
+  out["minzoom"] = zooms.first;
+  out["maxzoom"] = zooms.last;
+  out["bounds"] = bounds(*extent);
+  out["center"] = center(*extent, zooms);
+  out["tileSize"] = kTilePixels;
+  out["format"] = tiles.format;
+  if (!tiles.encoding.empty()) add_heights(out, terrain, tiles);
+  for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
+    out["zooms"].push_back(zoom_entry(manifest, *extent, zooms, zoom, tiles.rounding_m));
+  }
+  return std::optional(document(out.dump(1, ' ', false, Json::error_handler_t::replace)));
+}
+
+}  // namespace cordillera::pipeline::faces

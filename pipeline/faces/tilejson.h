@@ -1,0 +1,21 @@
+#pragma once
+// TileJSON 3.0: what a map client is given to open a face of raster tiles.
+#include <string_view>
+
+#include "pipeline/faces/face.h"
+
+namespace cordillera::pipeline::faces {
+
+struct RasterTileset {
+  std::string_view path;      ///< of the tiles
+  std::string_view format;    ///< "png" or "webp"
+  std::string_view about;
+  std::string_view encoding{};  ///< "mapbox" or "terrarium", as clients know them; empty: a picture
+  std::string_view formula{};   ///< of the height, in words of R, G and B
+  double rounding_m = 0;        ///< what the encoding adds to a height's error
+};
+
+/// Its tile template is relative to the document. A problem where Web Mercator has nothing of the dataset.
+proto::Result<std::optional<Document>> tilejson(const Terrain& terrain, const RasterTileset& tiles);
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,112 @@
+#include "pipeline/faces/tileset_explicit.h"
+
+#include <array>
+
+#include "pipeline/faces/walk.h"
+#include "pipeline/implicit_tile.h"
+#include "pipeline/json.h"
+#include "pipeline/tileset.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+// A file holds up to 85 tiles and names up to 256 files below it: some 40 kB, and four requests down to level 15.
+constexpr int kLevels = 4;
+
+std::string glb_path(const proto::TileAddress& tile) {
+  return std::string("tiles/") + hemisphere_of(tile) + "/" + std::to_string(tile.z) + "/" + std::to_string(implicit_x(tile)) +
+         "/" + std::to_string(tile.y) + ".glb";
+}
+
+std::string file_path(const proto::TileAddress& tile) {
+  return "explicit/" + std::to_string(tile.z) + "/" + std::to_string(tile.x) + "/" + std::to_string(tile.y) + ".json";
+}
+
+class Writer {
+ public:
+  /// up: from the file's own folder to the dataset's.
+  Writer(const StoreReader& store, std::string up) : store_(store), up_(std::move(up)) {}
+
+  /// A tile and what is below it, down to the next files.
+  Json tile(const TileExtent& node, int levels_left) const {
+    Json out = bounds(node);
+    if (levels_left == 0) {
+      out["content"] = {{"uri", up_ + file_path(node.tile)}};
+      return out;
+    }
+    if (node.content) out["content"] = {{"uri", up_ + glb_path(node.tile)}};
+    const auto& [z, x, y] = node.tile;
+    Json children = Json::array();
+    if (z < static_cast<int>(store_.manifest().max_level())) {
+      for (const TileExtent& child : store_.extents(z + 1, 2 * x, 2 * y, 2 * x + 1, 2 * y + 1)) {
+        children.push_back(tile(child, levels_left - 1));
+      }
+    }
+    if (!children.empty()) out["children"] = std::move(children);
+    return out;
+  }
+
+  std::string file(Json root) const {
+    root["refine"] = "REPLACE";
+    Json out;
+    out["asset"] = tileset_asset(store_.manifest());
+    out["geometricError"] = root["geometricError"];
+    out["root"] = std::move(root);
+    return out.dump(-1, ' ', false, Json::error_handler_t::replace);
+  }
+
+ private:
+  Json bounds(const TileExtent& node) const {
+    return {{"boundingVolume", {{"region", node.region}}},
+            {"geometricError", node.content ? node.geometric_error_m : empty_error_m(store_.manifest())}};
+  }
+
+  const StoreReader& store_;
+  std::string up_;
+};
+
+proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place&) {
+  const StoreReader& store = terrain.store();
+  const Writer writer(store, "");
+  Json root, children = Json::array();
+  std::array<double, 6> region{};
+  for (const TileExtent& node : store.extents(0, 0, 0, 1, 0)) {
+    region = children.empty() ? node.region : joined_regions(region, node.region);
+    children.push_back(writer.tile(node, 0));
+  }
+  root["boundingVolume"] = {{"region", region}};
+  root["geometricError"] = empty_error_m(terrain.manifest());
+  if (!children.empty()) root["children"] = std::move(children);
+  return std::optional(document(writer.file(std::move(root))));
+}
+
+proto::Result<std::optional<Document>> part(const Terrain& terrain, const Place& place) {
+  if (place.z % kLevels != 0) return std::optional<Document>();
+  const auto nodes = terrain.store().extents(place.z, place.x, place.y, place.x, place.y);
+  if (nodes.empty()) return std::optional<Document>();
+  const Writer writer(terrain.store(), "../../../");
+  return std::optional(document(writer.file(writer.tile(nodes[0], kLevels))));
+}
+
+constexpr std::array<Resource, 2> kResources = {{
+    {"tileset-explicit.json", Grid::none, "application/json", "3D Tiles tileset without implicit tiling", top},
+    {"explicit/{z}/{x}/{y}.json", Grid::geodetic, "application/json", "Four levels of that tileset", part},
+}};
+
+void each_path(const Terrain& terrain, const PathSink& sink) {
+  walk_tiles(terrain.store(), [&](const TileExtent& node) {
+    if (node.content) sink(glb_path(node.tile));
+    if (node.tile.z % kLevels == 0) sink(file_path(node.tile));
+  });
+  sink("tileset-explicit.json");
+}
+
+}  // namespace
+
+const Face& tileset_explicit() {
+  static const Face kFace = {"3d-tiles-explicit", "3D Tiles clients without implicit tiling", "tileset-explicit.json", kResources,
+                             each_path};
+  return kFace;
+}
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,125 @@
+// The page's controls: an upload from the page itself, looks, heights under the pointer, links, keys, a phone.
+import assert from "node:assert/strict";
+
+import { open_dataset, open_page, tiles_loaded } from "./browser.mjs";
+import { mean_colour } from "./views.mjs";
+
+const camera_of = (page) => page.evaluate(() => {
+  const { longitude, latitude, height } = window.cordillera.scene.camera.positionCartographic;
+  return { longitude, latitude, height };
+});
+
+// Drawing in software takes as long as there are pixels.
+export const kSmall = { viewport: { width: 480, height: 320 } };
+
+const apart = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
+
+// From a file to the terrain, all of it by the page.
+export async function try_upload(browser, url, raster) {
+  const { page, complaints } = await open_page(browser, url, kSmall);
+  const before = await page.$$eval("#datasets option", (options) => options.map(({ value }) => value));
+  await page.setInputFiles("#file", raster);
+  await page.waitForFunction((count) => document.querySelectorAll("#datasets option").length === count + 1, before.length);
+  const id = await page.evaluate(() => document.getElementById("datasets").value);
+  assert.ok(!before.includes(id), "the new dataset is not the one that is shown");
+  await page.waitForFunction((wanted) => new URL(window.location.href).searchParams.get("dataset") === wanted, id);
+  await tiles_loaded(page);
+  assert.equal(await page.isHidden("#going"), true, "the progress is still there");
+  assert.match(await page.textContent("#drawn"), /[1-9][\d,]* triangles on screen · [\d.]+ MB/);
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
+  return id;
+}
+
+// A raster that is none: the reason, in the page.
+export async function try_bad_upload(browser, url, file) {
+  const { page } = await open_page(browser, url, kSmall);
+  await page.setInputFiles("#file", file);
+  await page.waitForFunction(() => document.getElementById("message").className === "problem");
+  const words = await page.textContent("#message");
+  assert.match(words, /Accepted: .*GeoTIFF/, `what would be accepted is not said: ${words}`);
+  await page.close();
+}
+
+// Every look is another picture.
+export async function try_looks(page) {
+  const colours = {};
+  for (const look of ["height", "hillshade", "levels", "plain"]) {
+    await page.selectOption("#look", look);
+    await tiles_loaded(page);
+    colours[look] = await mean_colour(page);
+  }
+  for (const [one, other] of [["height", "hillshade"], ["height", "levels"], ["levels", "plain"], ["height", "plain"]]) {
+    assert.ok(apart(colours[one], colours[other]) > 3, `${one} and ${other} look the same: ${colours[one]}, ${colours[other]}`);
+  }
+  assert.equal(await page.textContent("#message"), "");
+  await page.selectOption("#look", "height");
+}
+
+// Height and stated error under the pointer; exaggeration changes the picture, not the height.
+export async function try_pointer(page) {
+  const read = async () => {
+    const { width, height } = page.viewportSize();
+    await page.mouse.move(0.7 * width - 1, height / 2);
+    await page.mouse.move(0.7 * width, height / 2);
+    await page.waitForFunction(() => / m above the ellipsoid ± [\d.]+ m \(level \d+\)/.test(document.getElementById("position").textContent));
+    return Number(/, (-?[\d.]+) m above/.exec(await page.textContent("#position"))[1]);
+  };
+  await page.evaluate(() => window.cordillera.scene.camera.setView({ destination: window.cordillera.scene.camera.positionWC, orientation: { pitch: -Math.PI / 2 } }));
+  const once = await read();
+  await page.fill("#exaggeration", "2");
+  await tiles_loaded(page);
+  assert.ok(Math.abs((await read()) - once) < 30, "the height follows the exaggeration");
+  await page.fill("#exaggeration", "1");
+}
+
+export async function try_link(browser, page) {
+  await page.evaluate(() => window.cordillera.scene.camera.moveForward(3000));
+  await page.waitForFunction(() => window.location.hash.length > 1);
+  await page.waitForTimeout(1000);
+  const [link, here] = [await page.evaluate(() => window.location.href), await camera_of(page)];
+  const { page: other } = await open_page(browser, link, kSmall);
+  await tiles_loaded(other);
+  const there = await camera_of(other);
+  assert.ok(Math.abs(here.height - there.height) < 1 && Math.abs(here.longitude - there.longitude) < 1e-6, "the link leads elsewhere");
+  await other.close();
+}
+
+export async function try_keys(page) {
+  await page.focus("#globe");
+  const before = await camera_of(page);
+  await page.keyboard.press("+");
+  assert.ok((await camera_of(page)).height < before.height, "+ does not zoom in");
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("Home");
+}
+
+export async function try_snippets(page, url, id) {
+  await page.click("#clients summary");
+  const count = await page.$$eval("#client option", (options) => options.length);
+  for (let k = 0; k < count; ++k) {
+    await page.selectOption("#client", String(k));
+    assert.ok((await page.textContent("#snippet")).includes(`${url}/v1/datasets/${id}`), `snippet ${k} has another address`);
+  }
+}
+
+// Touch, a small screen with three times the pixels, a light scheme.
+export async function try_phone(browser, url, id, picture) {
+  const phone = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true, colorScheme: "light" };
+  const { page, complaints } = await open_dataset(browser, url, id, phone);
+  const { scrolls, pixels, paper } = await page.evaluate(() => ({
+    scrolls: document.documentElement.scrollWidth > window.innerWidth,
+    pixels: window.cordillera.scene.canvas.width / window.innerWidth,
+    paper: getComputedStyle(document.getElementById("panel")).backgroundColor,
+  }));
+  assert.equal(scrolls, false, "the page is wider than the screen");
+  assert.ok(pixels <= 2.01, `${pixels} pixels a point are drawn`);
+  assert.match(paper, /25\d, 25\d, 25\d/, `the light scheme is dark: ${paper}`);
+  await page.touchscreen.tap(195, 500);
+  await page.waitForFunction(() => / m above the ellipsoid/.test(document.getElementById("position").textContent));
+  await page.tap("#fold");
+  await page.waitForFunction(() => !document.getElementById("panel").classList.contains("folded"));
+  await page.screenshot({ path: picture });
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
+}

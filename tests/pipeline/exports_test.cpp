@@ -1,0 +1,232 @@
+// Archives of tiles, read back by their specifications and compared with what the faces make.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "pipeline/content_hash.h"
+#include "pipeline/exports/archive_3tz.h"
+#include "pipeline/exports/hilbert.h"
+#include "pipeline/exports/mbtiles.h"
+#include "pipeline/exports/pmtiles.h"
+#include "pipeline/exports/pmtiles_directory.h"
+#include "pipeline/exports/tile_places.h"
+#include "pipeline/json.h"
+#include "tests/pipeline/archive_readers.h"
+#include "tests/pipeline/exports_dataset.h"
+
+namespace cordillera::pipeline::exports {
+namespace {
+
+using namespace pipeline::testing;
+using faces::Face;
+using faces::Grid;
+
+std::vector<std::string> paths_of(const Face& face) {
+  std::vector<std::string> paths;
+  face.each_path(plain_dataset().terrain(), [&](const std::string& path) { paths.push_back(path); });
+  return paths;
+}
+
+std::string face_bytes(const std::string& path) {
+  const auto found = faces::find(path);
+  auto made = found->resource->make(plain_dataset().terrain(), found->place);
+  return made.ok() && *made ? (*made)->bytes : "nothing at " + path;
+}
+
+TEST(Hilbert, NumbersAreThoseOfTheSpecification) {
+  EXPECT_EQ(hilbert_id({0, 0, 0}), 0u);
+  EXPECT_EQ(hilbert_id({1, 0, 0}), 1u);
+  EXPECT_EQ(hilbert_id({1, 0, 1}), 2u);
+  EXPECT_EQ(hilbert_id({1, 1, 1}), 3u);
+  EXPECT_EQ(hilbert_id({1, 1, 0}), 4u);
+  EXPECT_EQ(hilbert_id({2, 0, 0}), 5u);
+  EXPECT_EQ(hilbert_id({12, 3423, 1763}), 19078479u);
+}
+
+TEST(Hilbert, ConsecutiveTilesTouchAndAddressesComeBack) {
+  for (std::uint64_t id = 5; id < 21845; ++id) {
+    const SquareAddress here = hilbert_address(id), next = hilbert_address(id + 1);
+    ASSERT_EQ(hilbert_id(here), id);
+    if (here.zoom != next.zoom) continue;
+    const int step = std::abs(int(here.x) - int(next.x)) + std::abs(int(here.y) - int(next.y));
+    ASSERT_EQ(step, 1) << id;
+  }
+  const SquareAddress far{22, 4194303, 2097152};
+  EXPECT_EQ(hilbert_address(hilbert_id(far)), far);
+}
+
+TEST(SquareAddresses, TheGeodeticGridIsTheNorthOfASquareOneZoomDown) {
+  EXPECT_EQ(square_address(Grid::geodetic, {0, 0, 1, 0}), (SquareAddress{1, 1, 0}));
+  EXPECT_EQ(square_address(Grid::geodetic, {0, 3, 9, 0}), (SquareAddress{4, 9, 7}));
+  EXPECT_EQ(square_address(Grid::web_mercator, {0, 3, 5, 2}), (SquareAddress{3, 5, 2}));
+  const faces::Place back = place_at(Grid::geodetic, {4, 9, 7});
+  EXPECT_EQ(std::tie(back.z, back.x, back.y), std::make_tuple(3, 9, 0));
+}
+
+/// Every face with tiles: the archive holds what the face names, byte for byte, and nothing else.
+TEST(Pmtiles, HoldsEveryTileOfEveryFace) {
+  int archives = 0;
+  for (const Face* face : faces::all_faces()) {
+    if (!fits_pmtiles(*face)) continue;
+    const std::string file = plain_dataset().place(std::string(face->name) + ".pmtiles");
+    const auto written = write_pmtiles(plain_dataset().terrain(), *face, file);
+    ASSERT_TRUE(written.ok()) << face->name << ": " << written.problem().line();
+    const PmtilesReader reader(bytes_of(file));
+    const faces::Resource& tiles = *tiles_of(*face);
+    std::set<std::uint64_t> wanted;
+    each_place(plain_dataset().terrain(), *face, tiles, [&](const faces::Place& at) {
+      const std::uint64_t id = hilbert_id(square_address(tiles.grid, at));
+      const std::string bytes = face_bytes(faces::path_of(tiles, at));
+      const auto found = reader.tile(id);
+      ASSERT_TRUE(found) << faces::path_of(tiles, at);
+      EXPECT_EQ(reader.byte(98) == 2 ? gunzipped(*found) : *found, bytes) << faces::path_of(tiles, at);
+      wanted.insert(id);
+    });
+    EXPECT_GE(wanted.size(), 10u) << face->name;
+    EXPECT_EQ(reader.at64(72), wanted.size()) << face->name;
+    EXPECT_EQ(reader.at64(80), reader.runs().size());
+    EXPECT_EQ(reader.byte(100), hilbert_address(*wanted.begin()).zoom);
+    EXPECT_EQ(reader.byte(101), hilbert_address(*wanted.rbegin()).zoom);
+    ++archives;
+  }
+  EXPECT_GE(archives, 2);
+}
+
+TEST(Pmtiles, IsClusteredAndSaysWhatItIs) {
+  const std::string file = plain_dataset().place("said.pmtiles");
+  ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), *faces::face_named("drc"), file).ok());
+  const PmtilesReader reader(bytes_of(file));
+  EXPECT_EQ(reader.byte(96), 1);
+  std::uint64_t end = 0;
+  std::set<std::uint64_t> offsets;
+  for (const DirectoryRun& run : reader.runs()) {
+    EXPECT_LE(run.offset, end) << "a gap or a step ahead";
+    end = std::max(end, run.offset + run.length);
+    offsets.insert(run.offset);
+  }
+  EXPECT_EQ(end, reader.at64(64));
+  EXPECT_EQ(offsets.size(), reader.at64(88));
+  const auto& bounds = plain_dataset().terrain().manifest().bounds();
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(reader.degrees(102 + 4 * static_cast<std::size_t>(k)), bounds[k], 1e-6);
+  const Json metadata = Json::parse(reader.metadata());
+  EXPECT_EQ(metadata["attribution"], "Nobody <nobody@example.org>");
+  EXPECT_EQ(metadata["name"], "Synthetic hills");
+  EXPECT_EQ(metadata["tile_matrix_set"], "GoogleCRS84Quad");
+  EXPECT_EQ(metadata["manifest"]["max_level"], 7);
+}
+
+TEST(Pmtiles, EqualTilesAreOneRun) {
+  std::vector<PmtilesEntry> entries;
+  append(entries, {10, 0, 5, 1});
+  append(entries, {11, 0, 5, 1});
+  append(entries, {13, 0, 5, 1});
+  append(entries, {14, 5, 5, 1});
+  ASSERT_EQ(entries.size(), 3u);
+  EXPECT_EQ(entries[0].run, 2u);
+}
+
+TEST(Pmtiles, ALargeDirectoryHasLeavesAndASmallRoot) {
+  std::vector<PmtilesEntry> entries;
+  std::uint64_t offset = 0;
+  for (std::uint64_t k = 0; k < 120000; ++k) {
+    const auto length = static_cast<std::uint32_t>(content_hash(std::to_string(k))[0] & 127) + 1000;
+    entries.push_back({3 * k + 7, offset, length, 1});
+    offset += length;
+  }
+  const PmtilesDirectories made = pmtiles_directories(entries);
+  EXPECT_LE(made.root.size(), kMostRootBytes);
+  std::string file = "PMTiles\3" + std::string(kPmtilesHeader - 8, '\0');
+  const auto put = [&](std::size_t at, std::uint64_t value) { std::memcpy(file.data() + at, &value, 8); };
+  put(8, kPmtilesHeader);
+  put(16, made.root.size());
+  put(40, kPmtilesHeader + made.root.size());
+  const PmtilesReader reader(file + made.root + made.leaves);
+  EXPECT_GT(reader.leaves(), 10);
+  ASSERT_EQ(reader.runs().size(), entries.size());
+  for (std::size_t k = 0; k < entries.size(); k += 997) {
+    EXPECT_EQ(reader.runs()[k].id, entries[k].id);
+    EXPECT_EQ(reader.runs()[k].offset, entries[k].offset);
+    EXPECT_EQ(reader.runs()[k].length, entries[k].length);
+  }
+}
+
+TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
+  int archives = 0;
+  for (const Face* face : faces::all_faces()) {
+    if (!fits_mbtiles(*face)) continue;
+    const std::string file = plain_dataset().place(std::string(face->name) + ".mbtiles");
+    const auto written = write_mbtiles(plain_dataset().terrain(), *face, file);
+    ASSERT_TRUE(written.ok()) << face->name << ": " << written.problem().line();
+    const faces::Resource& tiles = *tiles_of(*face);
+    std::size_t count = 0;
+    for (const auto& row : sqlite_rows(file, "SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles")) {
+      const int z = std::stoi(row[0]);
+      const faces::Place at{0, z, std::stoi(row[1]), (1 << z) - 1 - std::stoi(row[2])};
+      EXPECT_EQ(row[3], face_bytes(faces::path_of(tiles, at))) << faces::path_of(tiles, at);
+      ++count;
+    }
+    EXPECT_EQ(count, paths_of(*face).size() - 1) << "every path but the TileJSON is a tile";
+    EXPECT_EQ(sqlite_rows(file, "SELECT count(*) = count(DISTINCT tile_data) FROM images")[0][0], "1");
+    std::map<std::string, std::string> said;
+    for (const auto& row : sqlite_rows(file, "SELECT name, value FROM metadata")) said[row[0]] = row[1];
+    EXPECT_EQ(said["name"], "Synthetic hills");
+    EXPECT_EQ(said["attribution"], "Nobody <nobody@example.org>");
+    EXPECT_EQ(said["format"], tiles.path.substr(tiles.path.rfind('.') + 1));
+    EXPECT_EQ(said["maxzoom"], sqlite_rows(file, "SELECT max(zoom_level) FROM map")[0][0]);
+    EXPECT_EQ(said["center"].substr(said["center"].rfind(',') + 1), said["minzoom"]);
+    EXPECT_EQ(std::count(said["bounds"].begin(), said["bounds"].end(), ','), 3);
+    ++archives;
+  }
+  EXPECT_EQ(archives == 0, faces::face_named("terrain-rgb") == nullptr);
+}
+
+TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
+  const Face& face = *faces::face_named("3d-tiles");
+  ASSERT_TRUE(fits_3tz(face));
+  EXPECT_FALSE(fits_3tz(*faces::face_named("drc")));
+  const std::string file = plain_dataset().place("a.3tz");
+  ASSERT_TRUE(write_3tz(plain_dataset().terrain(), face, file).ok());
+  const auto entries = zip_entries(bytes_of(file));
+  ASSERT_EQ(entries.size(), paths_of(face).size() + 1);
+  ASSERT_EQ(entries.back().name, "@3dtilesIndex1@");
+  const std::string& index = entries.back().bytes;
+  ASSERT_EQ(index.size(), 24 * (entries.size() - 1));
+  std::map<std::string, std::uint64_t> offsets;
+  std::array<std::uint64_t, 2> last{};
+  for (std::size_t at = 0; at < index.size(); at += 24) {
+    const std::array<std::uint64_t, 2> hash{number_at<std::uint64_t>(index, at), number_at<std::uint64_t>(index, at + 8)};
+    EXPECT_TRUE(at == 0 || last < hash);
+    last = hash;
+    offsets[index.substr(at, 16)] = number_at<std::uint64_t>(index, at + 16);
+  }
+  bool tileset = false;
+  for (std::size_t k = 0; k + 1 < entries.size(); ++k) {
+    EXPECT_EQ(entries[k].bytes, face_bytes(entries[k].name)) << entries[k].name;
+    EXPECT_EQ(offsets.at(md5(entries[k].name)), entries[k].local) << entries[k].name;
+    tileset = tileset || entries[k].name == "tileset.json";
+  }
+  EXPECT_TRUE(tileset);
+  EXPECT_EQ(hex(md5("tileset.json")), "c09bdea7e745894f499a7517db9a7709");
+}
+
+TEST(Archives, AppearWholeOrNotAtAll) {
+  const Face& face = *faces::face_named("drc");
+  const std::string file = plain_dataset().place("whole.pmtiles");
+  ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), face, file, Existing::refuse).ok());
+  const std::string before = bytes_of(file);
+  const auto again = write_pmtiles(plain_dataset().terrain(), face, file, Existing::refuse);
+  ASSERT_FALSE(again.ok());
+  EXPECT_EQ(again.problem().type, "output-exists");
+  ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), face, file, Existing::replace).ok());
+  EXPECT_EQ(bytes_of(file), before);
+  const auto nowhere = write_pmtiles(plain_dataset().terrain(), face, plain_dataset().place("no/folder.pmtiles"));
+  ASSERT_FALSE(nowhere.ok());
+  EXPECT_EQ(nowhere.problem().type, "output-failed");
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(file).parent_path())) {
+    EXPECT_EQ(entry.path().filename().string().find("partial"), std::string::npos) << entry.path();
+  }
+}
+
+}  // namespace
+}  // namespace cordillera::pipeline::exports

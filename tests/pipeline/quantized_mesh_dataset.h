@@ -1,0 +1,47 @@
+#pragma once
+// The dataset that the faces with a whole surface are tested on.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "pipeline/faces/face.h"
+#include "tests/pipeline/store_synthetic.h"
+
+namespace cordillera::pipeline::testing {
+
+inline constexpr int kFinest = 7;
+inline const proto::Lattice kLattice{proto::Scheme::geodetic, kFinest};
+
+/// Level 7 on both sides of Greenwich, lakes without data in it; levels 0 and 1 are not published.
+struct SurfaceDataset {
+  TemporaryFolder folder;
+  std::shared_ptr<const StoreReader> store;
+  std::unique_ptr<faces::Terrain> terrain;
+
+  SurfaceDataset() {
+    auto writer = StoreWriter::open(folder / "a.db", synthetic_plan(kFinest, 2));
+    EXPECT_TRUE(writer.ok());
+    for (FinishedTask& task : synthetic_tasks(kLattice, {kFinest, 126, 80}, {kFinest, 131, 85}, hills_with_voids())) {
+      if (task.node.z < 2) task.tiles.clear();
+      EXPECT_TRUE((*writer)->commit(task).ok());
+    }
+    EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
+    store = StoreReader::open(folder / "a.db").value();
+    terrain = std::make_unique<faces::Terrain>(store);
+  }
+};
+
+inline const faces::Terrain& terrain() {
+  static const SurfaceDataset dataset;
+  return *dataset.terrain;
+}
+
+inline std::optional<faces::Document> fetch(const std::string& path) {
+  const auto found = faces::find(path);
+  EXPECT_TRUE(found) << path;
+  return found->resource->make(terrain(), found->place).value();
+}
+
+}  // namespace cordillera::pipeline::testing

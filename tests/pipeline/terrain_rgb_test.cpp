@@ -1,0 +1,431 @@
+// Raster faces as a map client reads them: pictures decoded by the libraries that clients use, heights against the raster.
+#include <gtest/gtest.h>
+#include <png.h>
+#include <webp/decode.h>
+
+#include <atomic>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "pipeline/build.h"
+#include "pipeline/faces/face.h"
+#include "pipeline/faces/height_grid.h"
+#include "pipeline/faces/web_mercator.h"
+#include "pipeline/json.h"
+#include "tests/pipeline/store_synthetic.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+using namespace pipeline::testing;
+using proto::TileAddress;
+
+const proto::Lattice kLattice{proto::Scheme::geodetic, 7};
+
+/// A dataset of level 7 and all above it, from blocks of tiles that it is told, opened.
+class Made {
+ public:
+  Made(const std::vector<std::pair<TileAddress, TileAddress>>& blocks, const Heights& heights, int coarsest = 0) {
+    auto writer = StoreWriter::open(folder_ / "a.db", synthetic_plan(7, coarsest));
+    EXPECT_TRUE(writer.ok());
+    for (const auto& [first, last] : blocks) {
+      for (FinishedTask& task : synthetic_tasks(kLattice, first, last, heights)) {
+        if (task.node.z < coarsest) task.tiles.clear();
+        EXPECT_TRUE((*writer)->commit(task).ok());
+      }
+    }
+    EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
+    terrain_ = std::make_unique<Terrain>(StoreReader::open(folder_ / "a.db").value());
+  }
+  const Terrain& terrain() const { return *terrain_; }
+
+ private:
+  TemporaryFolder folder_;
+  std::unique_ptr<Terrain> terrain_;
+};
+
+/// The shipped sample as a build makes it, and its lattice samples.
+struct Sample {
+  Sample() {
+    const std::string path = std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif";
+    proto::BuildOptions options;
+    options.set_error(2);
+    options.set_threads(2);
+    options.set_device("cpu");
+    BuildRequest request{path, "sample.tif", raster::Trust::operator_file, "sample", folder / "a.db", Existing::replace, options};
+    const std::atomic<bool> stop = false;
+    const auto built = build(request, nullptr, stop);
+    if (!built) throw std::runtime_error(built.problem().line());
+    terrain = std::make_unique<Terrain>(StoreReader::open(request.store_path).value());
+    auto source = raster::open_source(path, "sample.tif", request.trust, options).value();
+    const auto window = source->window(terrain->lattice());
+    const auto columns = static_cast<std::int32_t>(window.east - window.west + 1);
+    const auto rows = static_cast<std::int32_t>(window.north - window.south + 1);
+    samples = source->sample(terrain->lattice(), window.west, window.south, columns, rows).value();
+  }
+
+  /// The raster between four samples, metres above the ellipsoid; what they span, and how far two triangles may be from it.
+  struct Truth {
+    double height_m = 0, twist_m = 0, low_m = 0, high_m = 0;
+  };
+  std::optional<Truth> at(double longitude_deg, double latitude_deg) const {
+    const double cell_deg = terrain->lattice().cell_deg(), x = (longitude_deg + 180) / cell_deg, y = (latitude_deg + 90) / cell_deg;
+    const auto i = static_cast<std::int64_t>(std::floor(x)), j = static_cast<std::int64_t>(std::floor(y));
+    if (i < samples.west || i + 1 >= samples.west + samples.columns) return std::nullopt;
+    if (j < samples.south || j + 1 >= samples.south + samples.rows) return std::nullopt;
+    const auto h = [&](std::int64_t di, std::int64_t dj) { return samples.at(i + di, j + dj); };
+    for (const std::int64_t k : {0, 1, 2, 3}) {
+      if (h(k & 1, k >> 1) == proto::kNoHeight) return std::nullopt;
+    }
+    const double s = x - static_cast<double>(i), t = y - static_cast<double>(j);
+    const double low = (1 - s) * h(0, 0) + s * h(1, 0), high = (1 - s) * h(0, 1) + s * h(1, 1);
+    const double twist = std::abs(h(0, 0) + h(1, 1) - h(0, 1) - h(1, 0)) / 4.0;
+    const auto [least, most] = std::minmax({h(0, 0), h(1, 0), h(0, 1), h(1, 1)});
+    constexpr double kStep_m = proto::kHeightStep_m;
+    return Truth{((1 - t) * low + t * high) * kStep_m, twist * kStep_m, least * kStep_m, most * kStep_m};
+  }
+
+  TemporaryFolder folder;
+  std::unique_ptr<Terrain> terrain;
+  proto::Samples samples;
+};
+const Sample& sample() {
+  static const Sample kSample;
+  return kSample;
+}
+
+struct Picture {
+  std::uint32_t side = 0;
+  std::vector<std::uint8_t> bytes;
+};
+
+Picture read_png(const std::string& bytes, std::uint32_t format) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  if (png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()) == 0) return {};
+  EXPECT_EQ(image.width, image.height);
+  image.format = format;
+  Picture picture{image.width, std::vector<std::uint8_t>(PNG_IMAGE_SIZE(image))};
+  EXPECT_NE(png_image_finish_read(&image, nullptr, picture.bytes.data(), 0, nullptr), 0);
+  return picture;
+}
+
+Picture read_webp(const std::string& bytes) {
+  int width = 0, height = 0;
+  std::uint8_t* rgb = WebPDecodeRGB(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(), &width, &height);
+  if (rgb == nullptr) return {};
+  Picture picture{static_cast<std::uint32_t>(width), {rgb, rgb + 3 * width * height}};
+  WebPFree(rgb);
+  return picture;
+}
+
+double mapbox_m(const Picture& p, std::size_t k) {
+  return -10000 + 0.1 * (p.bytes[3 * k] * 65536 + p.bytes[3 * k + 1] * 256 + p.bytes[3 * k + 2]);
+}
+double terrarium_m(const Picture& p, std::size_t k) {
+  return p.bytes[3 * k] * 256 + p.bytes[3 * k + 1] + p.bytes[3 * k + 2] / 256.0 - 32768;
+}
+
+std::optional<std::string> fetch(const Terrain& terrain, const std::string& path) {
+  const auto found = find(path);
+  if (!found) {
+    ADD_FAILURE() << "no face has " << path;
+    return std::nullopt;
+  }
+  if (!inside(found->resource->grid, found->place)) return std::nullopt;
+  const auto made = found->resource->make(terrain, found->place);
+  if (!made.ok()) {
+    ADD_FAILURE() << path << ": " << made.problem().line();
+    return std::nullopt;
+  }
+  return *made ? std::optional((*made)->bytes) : std::nullopt;
+}
+
+std::string tile_path(const std::string& face, int z, std::int32_t x, std::int32_t y, const std::string& ending) {
+  return face + "/" + std::to_string(z) + "/" + std::to_string(x) + "/" + std::to_string(y) + ending;
+}
+
+Json tilejson_of(const Terrain& terrain, const std::string& path) { return Json::parse(fetch(terrain, path).value_or("{}")); }
+
+/// The tile that holds a place, by the formula that every map client has.
+Place tile_at(int zoom, double longitude_deg, double latitude_deg) {
+  const double n = std::ldexp(1, zoom), lat = latitude_deg * std::numbers::pi / 180;
+  return {0, zoom, static_cast<std::int32_t>((longitude_deg + 180) / 360 * n),
+          static_cast<std::int32_t>((1 - std::asinh(std::tan(lat)) / std::numbers::pi) / 2 * n)};
+}
+
+double longitude_of(const Place& p, double column) { return (p.x + column / 256) / std::ldexp(1, p.z) * 360 - 180; }
+double latitude_of(const Place& p, double row) {
+  return std::atan(std::sinh(std::numbers::pi * (1 - 2 * (p.y + row / 256) / std::ldexp(1, p.z)))) * 180 / std::numbers::pi;
+}
+
+TEST(TerrainRgb, HeightsAreTheRastersWithinTheStatedError) {
+  const Terrain& terrain = *sample().terrain;
+  for (const std::string face : {"terrain-rgb", "terrarium"}) {
+    const Json json = tilejson_of(terrain, face + ".json");
+    const int zoom = json["maxzoom"];
+    const Json entry = json["zooms"].back();
+    EXPECT_EQ(entry["zoom"], zoom);
+    EXPECT_EQ(entry["levels"], Json::array({terrain.manifest().max_level()}));
+    const double stated = entry["stated_max_error"];
+    EXPECT_LT(stated, 2.2);
+    std::size_t compared = 0, beyond = 0, outside = 0;
+    double squares = 0;
+    const Place first = tile_at(zoom, -71.55, 44.35), last = tile_at(zoom, -71.15, 44.15);
+    for (std::int32_t x = first.x; x <= last.x; ++x) {
+      for (std::int32_t y = first.y; y <= last.y; ++y) {
+        const Picture picture = read_png(fetch(terrain, tile_path(face, zoom, x, y, ".png")).value_or(""), PNG_FORMAT_RGB);
+        ASSERT_EQ(picture.side, 256u);
+        for (std::size_t k = 0; k < 65536; ++k) {
+          const Place tile{0, zoom, x, y};
+          const double lon = longitude_of(tile, static_cast<double>(k % 256) + 0.5);
+          const double lat = latitude_of(tile, static_cast<double>(k / 256) + 0.5);
+          const auto truth = sample().at(lon, lat);
+          if (!truth) continue;  // beside the raster
+          const double height = face == "terrarium" ? terrarium_m(picture, k) : mapbox_m(picture, k);
+          const double ellipsoidal = height + *terrain.undulation_m(lon, lat), off = std::abs(ellipsoidal - truth->height_m);
+          // The error is stated at samples; between them mesh and raster are two ways of joining the same points.
+          beyond += off > stated + truth->twist_m ? 1 : 0;
+          outside += ellipsoidal < truth->low_m - stated || ellipsoidal > truth->high_m + stated ? 1 : 0;
+          squares += off * off;
+          ++compared;
+        }
+      }
+    }
+    EXPECT_GT(compared, 3 * 65536u);
+    EXPECT_LT(beyond, compared / 25) << face;
+    EXPECT_LT(outside, compared / 1000) << face;
+    EXPECT_LT(std::sqrt(squares / static_cast<double>(compared)), stated) << face;
+  }
+}
+
+TEST(TerrainRgb, APixelIsTheMeshOverItsCentre) {
+  const Terrain& terrain = *sample().terrain;
+  for (const int zoom : {6, 9, 11}) {
+    const Place at = tile_at(zoom, -71.3, 44.25);
+    const auto grid = height_grid(terrain, at).value();
+    ASSERT_TRUE(grid && grid->data);
+    std::size_t compared = 0;
+    for (std::int32_t row = 0; row < 256; row += 3) {
+      for (std::int32_t column = 0; column < 256; column += 3) {
+        const double lon = longitude_of(at, column + 0.5), lat = latitude_of(at, row + 0.5);
+        const auto height = terrain.height_m(grid->level, lon, lat);
+        ASSERT_EQ(height.has_value(), !std::isnan(grid->at(row, column)));
+        if (!height) continue;
+        EXPECT_NEAR(grid->at(row, column) + *terrain.undulation_m(lon, lat), *height, 1e-5);
+        ++compared;
+      }
+    }
+    EXPECT_GT(compared, zoom == 6 ? 5u : 1000u);
+  }
+}
+
+TEST(TerrainRgb, NoCellIsLargerThanAPixelAndTheLastZoomIsTheFirstWithFinestPixels) {
+  const proto::Manifest& manifest = sample().terrain->manifest();
+  const auto extent = extent_of(manifest);
+  const Zooms zooms = zooms_of(manifest, *extent);
+  EXPECT_EQ(zooms.first, 0);
+  const double latitude = (extent->south_deg + extent->north_deg) / 2;
+  const double pixel0_deg = 360.0 / 256 * std::cos(latitude * std::numbers::pi / 180);
+  const auto cell_deg = [](int level) { return 180.0 / 256 / std::ldexp(1, level); };
+  const auto finest = static_cast<int>(manifest.max_level());
+  EXPECT_LE(std::ldexp(pixel0_deg, -zooms.last), cell_deg(finest));
+  EXPECT_GT(std::ldexp(pixel0_deg, 1 - zooms.last), cell_deg(finest));
+  for (int zoom = 0; zoom < zooms.last; ++zoom) {
+    const int level = level_of(manifest, zooms, zoom, latitude);
+    EXPECT_LE(cell_deg(level), std::ldexp(pixel0_deg, -zoom)) << zoom;
+    EXPECT_TRUE(level == 0 || cell_deg(level - 1) > std::ldexp(pixel0_deg, -zoom)) << zoom;
+  }
+  EXPECT_EQ(level_of(manifest, zooms, zooms.last, latitude), finest);
+  for (const double deg : {0.0, 44.0, -60.0, 84.0, -85.05}) EXPECT_NEAR(pixel_latitude_deg(5, latitude_pixel(5, deg)), deg, 1e-9);
+}
+
+TEST(TerrainRgb, WebpHoldsTheSamePixels) {
+  const Terrain& terrain = *sample().terrain;
+  const Place at = tile_at(10, -71.3, 44.25);
+  for (const std::string face : {"terrain-rgb", "terrarium"}) {
+    const Picture png = read_png(*fetch(terrain, tile_path(face, 10, at.x, at.y, ".png")), PNG_FORMAT_RGB);
+    const Picture webp = read_webp(*fetch(terrain, tile_path(face, 10, at.x, at.y, ".webp")));
+    EXPECT_EQ(webp.side, 256u);
+    EXPECT_TRUE(png.bytes == webp.bytes) << face;
+    EXPECT_EQ(tilejson_of(terrain, face + "-webp.json")["tiles"][0], face + "/{z}/{x}/{y}.webp");
+  }
+}
+
+TEST(TerrainRgb, NeighboursSeeTheSameSurroundings) {
+  // Level 7 on both sides of the antimeridian: columns 255 and 0.
+  const Made made({{{7, 254, 80}, {7, 255, 83}}, {{7, 0, 80}, {7, 1, 83}}}, hills());
+  const Terrain& terrain = made.terrain();
+  const Json json = tilejson_of(terrain, "terrain-rgb.json");
+  EXPECT_EQ(json["bounds"][0], -180) << "longitudes of a TileJSON do not wrap";
+  EXPECT_EQ(json["bounds"][2], 180);
+  EXPECT_NEAR(std::abs(json["center"][0].get<double>()), 180, 0.01);
+  const int zoom = json["maxzoom"];
+  std::size_t compared = 0;
+  const Place last{0, zoom, (1 << zoom) - 1, tile_at(zoom, 179.9, 25).y}, first{0, zoom, 0, tile_at(zoom, 179.9, 24).y};
+  for (const Place& west : {last, first}) {
+    const Place east{0, zoom, (west.x + 1) % (1 << zoom), west.y}, south{0, zoom, west.x, west.y + 1};
+    const auto a = height_grid(terrain, west).value(), b = height_grid(terrain, east).value();
+    const auto c = height_grid(terrain, south).value();
+    ASSERT_TRUE(a && b && c && a->data && b->data && c->data);
+    for (std::int32_t k = 0; k < 256; ++k) {
+      // The geoid's height alone depends, by less than a nanometre, on which pixels are asked together.
+      const auto same = [](double p, double q) { return std::abs(p - q) < 1e-8 || (std::isnan(p) && std::isnan(q)); };
+      EXPECT_TRUE(same(a->at(k, 256), b->at(k, 0)) && same(a->at(k, 255), b->at(k, -1))) << k;
+      EXPECT_TRUE(same(a->at(256, k), c->at(0, k)) && same(a->at(255, k), c->at(-1, k))) << k;
+      compared += !std::isnan(a->at(k, 256)) && !std::isnan(a->at(256, k)) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(compared, 100u);
+  const Place greenwich = tile_at(zoom, 0.1, 25);
+  EXPECT_FALSE(fetch(terrain, tile_path("terrain-rgb", zoom, greenwich.x, greenwich.y, ".png")));
+}
+
+TEST(TerrainRgb, WhereThereIsNoDataItIsTheSea) {
+  const Made made({{{7, 126, 80}, {7, 131, 85}}}, hills_with_voids());
+  const Terrain& terrain = made.terrain();
+  const int zoom = tilejson_of(terrain, "terrain-rgb.json")["maxzoom"];
+  const Place in = tile_at(zoom, -1.4, 26);
+  const Picture picture = read_png(*fetch(terrain, tile_path("terrain-rgb", zoom, in.x, in.y, ".png")), PNG_FORMAT_RGB);
+  const Picture relief = read_png(*fetch(terrain, tile_path("hillshade", zoom, in.x, in.y, ".png")), PNG_FORMAT_GA);
+  const auto grid = height_grid(terrain, in).value();
+  ASSERT_TRUE(grid);
+  std::size_t voids = 0;
+  for (std::int32_t k = 0; k < 65536; ++k) {
+    const double height = grid->at(k / 256, k % 256);
+    EXPECT_NEAR(mapbox_m(picture, static_cast<std::size_t>(k)), std::isnan(height) ? 0 : height, 0.05001);
+    EXPECT_EQ(relief.bytes[2 * static_cast<std::size_t>(k) + 1], std::isnan(height) ? 0 : 255);
+    voids += std::isnan(height) ? 1 : 0;
+  }
+  EXPECT_GT(voids, 100u);
+  EXPECT_LT(voids, 60000u);
+}
+
+TEST(TerrainRgb, InsideTheBoundsEveryTileExistsAndOutsideNone) {
+  // Two blocks far apart: most of their common bounds is empty.
+  const Made made({{{7, 126, 80}, {7, 126, 80}}, {{7, 140, 92}, {7, 140, 92}}}, hills());
+  const Terrain& terrain = made.terrain();
+  const Json json = tilejson_of(terrain, "terrarium.json");
+  const int last = json["maxzoom"];
+  const double between_lon = (json["bounds"][0].get<double>() + json["bounds"][2].get<double>()) / 2;
+  const Place empty = tile_at(last, between_lon, 30);
+  const Picture sea = read_png(*fetch(terrain, tile_path("terrarium", last, empty.x, empty.y, ".png")), PNG_FORMAT_RGB);
+  for (std::size_t k = 0; k < 65536; ++k) ASSERT_EQ(terrarium_m(sea, k), 0);
+  const Picture clear = read_png(*fetch(terrain, tile_path("hillshade", last, empty.x, empty.y, ".png")), PNG_FORMAT_GA);
+  for (std::size_t k = 0; k < 65536; ++k) ASSERT_EQ(clear.bytes[2 * k + 1], 0);
+  const Place outside = tile_at(last, 100, 30);
+  EXPECT_FALSE(fetch(terrain, tile_path("terrarium", last, outside.x, outside.y, ".png")));
+  EXPECT_FALSE(fetch(terrain, tile_path("terrarium", last + 1, 2 * empty.x, 2 * empty.y, ".png"))) << "beyond the last zoom";
+  EXPECT_TRUE(fetch(terrain, "terrarium/0/0/0.png"));
+}
+
+TEST(TerrainRgb, AListOfPathsIsEveryTileThatHasData) {
+  const Made made({{{7, 126, 80}, {7, 126, 80}}, {{7, 140, 92}, {7, 141, 92}}}, hills_with_voids());
+  const Terrain& terrain = made.terrain();
+  std::set<std::string> listed, wanted = {"terrain-rgb.json"};
+  const auto list = [&](const std::string& path) { EXPECT_TRUE(listed.insert(path).second) << path; };
+  face_named("terrain-rgb")->each_path(terrain, list);
+  const Zooms zooms = zooms_of(terrain.manifest(), *extent_of(terrain.manifest()));
+  for (int z = zooms.first; z <= zooms.last; ++z) {
+    for (std::int32_t x = 0; x < 1 << z; ++x) {
+      for (std::int32_t y = 0; y < 1 << z; ++y) {
+        const auto grid = height_grid(terrain, {0, z, x, y}).value();
+        if (grid && grid->data) wanted.insert(tile_path("terrain-rgb", z, x, y, ".png"));
+      }
+    }
+  }
+  EXPECT_EQ(listed, wanted);
+  EXPECT_GT(wanted.size(), 15u);
+}
+
+TEST(TerrainRgb, CoarseZoomsThatWerePublishedWithoutLevelsDoNotExist) {
+  const Made made({{{7, 126, 80}, {7, 127, 81}}}, hills(), 5);
+  const Json json = tilejson_of(made.terrain(), "terrain-rgb.json");
+  EXPECT_EQ(json["minzoom"], 5) << "at 23 degrees its pixel is larger than a cell of level 5, and smaller than one of level 4";
+  EXPECT_EQ(json["zooms"][0]["levels"][0], 5);
+  const Place below = tile_at(4, -1, 24);
+  EXPECT_FALSE(fetch(made.terrain(), tile_path("terrain-rgb", 4, below.x, below.y, ".png")));
+}
+
+TEST(TerrainRgb, BeyondTheEndsOfMercatorThereIsNothing) {
+  const Made straddling({{{7, 130, 123}, {7, 130, 126}}}, hills());  // latitudes 83.0 to 88.6
+  const Json json = tilejson_of(straddling.terrain(), "terrain-rgb.json");
+  EXPECT_NEAR(json["bounds"][3], 85.051129, 1e-6);
+  const Place top = tile_at(json["maxzoom"], 3.5, 85.04);
+  EXPECT_EQ(top.y, 0);
+  EXPECT_TRUE(fetch(straddling.terrain(), tile_path("terrain-rgb", top.z, top.x, 0, ".png")));
+  const Made polar({{{7, 130, 126}, {7, 130, 126}}}, hills());  // 87.2 to 88.6
+  EXPECT_FALSE(fetch(polar.terrain(), tile_path("terrain-rgb", top.z, top.x, 0, ".png")));
+  EXPECT_FALSE(fetch(polar.terrain(), "terrain-rgb/0/0/0.png"));
+  std::size_t paths = 0;
+  face_named("hillshade")->each_path(polar.terrain(), [&](const std::string& path) { paths += path.ends_with(".png") ? 1 : 0; });
+  EXPECT_EQ(paths, 0u);
+  const auto refused = find("hillshade.json")->resource->make(polar.terrain(), {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "tile-unknown");
+}
+
+TEST(TerrainRgb, TheTileJsonSaysWhatTheTilesAre) {
+  const Made made({{{7, 126, 80}, {7, 131, 85}}}, hills());
+  for (const std::string face : {"terrain-rgb", "terrarium", "hillshade"}) {
+    const Json json = tilejson_of(made.terrain(), face + ".json");
+    EXPECT_EQ(json["tilejson"], "3.0.0");
+    EXPECT_EQ(json["tiles"], Json::array({face + "/{z}/{x}/{y}.png"})) << "relative to the document";
+    EXPECT_TRUE(json["vector_layers"].is_array());
+    EXPECT_EQ(json["scheme"], "xyz");
+    EXPECT_EQ(json["tileSize"], 256);
+    EXPECT_EQ(json["attribution"], "Nobody &lt;nobody@example.org&gt;") << "clients put it into pages";
+    const auto bounds = json["bounds"].get<std::array<double, 4>>();
+    const auto center = json["center"].get<std::array<double, 3>>();
+    EXPECT_NEAR(bounds[0], -180 + 126 * 1.40625, 1e-5);
+    EXPECT_NEAR(bounds[3], -90 + 86 * 1.40625, 1e-3) << "chords along a parallel bulge poleward";
+    EXPECT_TRUE(center[0] > bounds[0] && center[0] < bounds[2] && center[1] > bounds[1] && center[1] < bounds[3]);
+    EXPECT_TRUE(center[2] >= json["minzoom"] && center[2] <= json["maxzoom"]);
+    EXPECT_EQ(json["zooms"].size(), json["maxzoom"].get<std::size_t>() - json["minzoom"].get<std::size_t>() + 1);
+    if (face == "hillshade") continue;
+    EXPECT_EQ(json["encoding"], face == "terrarium" ? "terrarium" : "mapbox");
+    EXPECT_EQ(json["vertical_datum"], "EGM96");
+  }
+}
+
+/// Grey of a plane that rises by so much a metre, under light from the north-west at 45 degrees.
+double grey(double east, double north) {
+  const double half = std::sqrt(0.5);
+  return 255 * std::max(0.0, (half + half * half * east - half * half * north) / std::sqrt(1 + east * east + north * north));
+}
+
+TEST(Hillshade, AFlatPlainIsOneGreyAndASlopeIsLitByItsGroundSize) {
+  const double cell_deg = kLattice.cell_deg();
+  const auto plane = [&](double east, double north, std::int32_t y) {
+    const double lat = (-90 + (y + 0.5) * 180 / 128) * std::numbers::pi / 180, metre_deg = 111320;  // within a percent anywhere
+    return Made({{{7, 126, y}, {7, 127, y}}}, [=](std::int64_t i, std::int64_t j) -> std::optional<double> {
+      const double x = (static_cast<double>(i) * cell_deg - 180) * metre_deg * std::cos(lat);
+      const double up = static_cast<double>(j - 256 * y) * cell_deg * metre_deg;
+      return 3000 + east * x + north * up;
+    });
+  };
+  struct Case {
+    double east, north;
+    std::int32_t y;
+  };
+  // At 23 and at 66 degrees of latitude, where a pixel has 0.92 and 0.41 of its size at the equator.
+  for (const Case& c : {Case{0, 0, 80}, Case{0.02, 0, 80}, Case{0, -0.02, 80}, Case{-0.02, 0, 110}, Case{0.02, 0.01, 110}}) {
+    const Made made = plane(c.east, c.north, c.y);
+    const int zoom = tilejson_of(made.terrain(), "hillshade.json")["maxzoom"];
+    const Place at = tile_at(zoom, -1.5, -90 + (c.y + 0.5) * 180 / 128);
+    const Picture picture = read_png(*fetch(made.terrain(), tile_path("hillshade", zoom, at.x, at.y, ".png")), PNG_FORMAT_GA);
+    ASSERT_EQ(picture.side, 256u);
+    std::size_t seen = 0, close = 0;
+    for (std::size_t k = 0; k < 65536; ++k) {
+      if (picture.bytes[2 * k + 1] == 0) continue;
+      ++seen;
+      close += std::abs(picture.bytes[2 * k] - grey(c.east, c.north)) < 0.75 ? 1 : 0;
+    }
+    EXPECT_GT(seen, 3000u);
+    EXPECT_GT(close, seen * 93 / 100) << c.east << ' ' << c.north << ' ' << c.y << ' ' << seen;
+  }
+}
+
+}  // namespace
+}  // namespace cordillera::pipeline::faces

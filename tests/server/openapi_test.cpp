@@ -1,0 +1,194 @@
+// The API's description and the server hold each other to their word.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <regex>
+#include <set>
+
+#include "fixture.h"
+#include "pipeline/faces/face.h"
+#include "server/mesh_options.h"
+#include "server/problems.h"
+#include "server/routes.h"
+
+namespace cordillera::server {
+namespace {
+
+using Words = std::set<std::string>;
+
+Json description() {
+  TestService test;
+  return body_of(test.get("/api"));
+}
+
+/// A path of the description with values for its braces.
+std::string filled(std::string path, std::map<std::string, std::string> values) {
+  for (const auto& [name, value] : std::map<std::string, std::string>{
+           {"root", "W"}, {"z", "3"}, {"x", "7"}, {"y", "6"}, {"mesh_format", "glb"}, {"version", "0"}, {"id", "a"}}) {
+    values.emplace(name, value);
+  }
+  for (const auto& [name, value] : values) path = std::regex_replace(path, std::regex("\\{" + name + "\\}"), value);
+  return path;
+}
+
+Words words_of(const std::string& allow) {
+  Words words;
+  std::istringstream list(allow);
+  for (std::string word; std::getline(list, word, ',');) words.insert(word.substr(word.find_first_not_of(' ')));
+  return words;
+}
+
+TEST(OpenApi, IsOfTheVersionAndCanBeKept) {
+  TestService test;
+  const Response got = test.get("/api");
+  EXPECT_EQ(got.status, 200);
+  EXPECT_EQ(got.header("Content-Type"), "application/json");
+  EXPECT_EQ(body_of(got)["openapi"], "3.1.0");
+  EXPECT_EQ(body_of(got)["info"]["version"], CORDILLERA_VERSION);
+  EXPECT_EQ(body_of(got)["servers"][0]["url"], ".");
+  EXPECT_EQ(test.get("/api", {{"if-none-match", got.header("ETag")}}).status, 304);
+}
+
+/// The played tiles hold words instead of meshes: what fails over them was found, and the socket's adapter answers 500.
+Response asked_for(TestService& test, const std::string& method, const std::string& address) {
+  if (method == "post" && address == "/v1/datasets") return test.post("GOOD");
+  Request request;
+  request.method = method == "get" ? "GET" : "POST";
+  request.path = address;
+  request.read_body = [](const Request::Sink&) { return true; };
+  try {
+    return test.api().handle(request);
+  } catch (const std::exception& error) {
+    return problem_response({"internal", error.what(), "", ""});
+  }
+}
+
+TEST(OpenApi, EveryPathIsAnswered) {
+  TestService test;
+  const std::string id = body_of(test.post("GOOD", {}, {{"prefer", "wait=200"}}))["id"];
+  const std::string version = body_of(test.get("/v1/datasets/" + id))["version"];
+  int asked = 0;
+  const Json document = description();
+  for (const auto& [path, item] : document["paths"].items()) {
+    const std::string address = filled(path, {{"id", id}, {"version", version}});
+    EXPECT_EQ(address.find('{'), std::string::npos) << address;
+    for (const auto& [method, operation] : item.items()) {
+      if (method == "parameters" || method == "delete") continue;
+      const Response answer = asked_for(test, method, address);
+      EXPECT_NE(answer.status, 405) << method << " " << address;
+      if (answer.status >= 400) {
+        EXPECT_NE(slug_of(answer), "not-found") << method << " " << address;
+      }
+      if (answer.status >= 400) {
+        EXPECT_TRUE(operation["responses"].contains("4XX")) << path;
+      }
+      ++asked;
+    }
+  }
+  EXPECT_GT(asked, 20);
+  EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
+}
+
+TEST(OpenApi, MethodsAreThoseThatAreAllowed) {
+  const Json document = description();
+  for (const auto& [path, item] : document["paths"].items()) {
+    Words described;
+    for (const auto& [method, operation] : item.items()) {
+      if (method == "parameters") continue;
+      std::string upper = method;
+      for (char& c : upper) c = static_cast<char>(c - 'a' + 'A');
+      described.insert(upper);
+    }
+    Words allowed = words_of(allowed_methods(parse_route(filled(path, {})).resource));
+    allowed.erase("HEAD");
+    allowed.erase("OPTIONS");
+    EXPECT_EQ(described, allowed) << path;
+  }
+}
+
+TEST(OpenApi, EveryRouteIsDescribed) {
+  std::map<Resource, int> described;
+  const Json document = description();
+  for (const auto& [path, item] : document["paths"].items()) {
+    const Resource resource = parse_route(filled(path, {})).resource;
+    EXPECT_NE(resource, Resource::none) << path;
+    ++described[resource];
+  }
+  for (int r = static_cast<int>(Resource::none) + 1; r <= static_cast<int>(Resource::page); ++r) {
+    EXPECT_GE(described[static_cast<Resource>(r)], 1) << "resource " << r << " of routes.h is in no path";
+  }
+}
+
+TEST(OpenApi, EveryFaceIsDescribedWithAndWithoutAVersion) {
+  const Json paths = description()["paths"];
+  for (const auto* face : pipeline::faces::all_faces()) {
+    for (const auto& resource : face->resources) {
+      for (const std::string& base : {std::string("/v1/datasets/{id}/"), std::string("/v1/datasets/{id}/versions/{version}/")}) {
+        const std::string path = base + std::string(resource.path);
+        ASSERT_TRUE(paths.contains(path)) << path;
+        EXPECT_TRUE(paths[path]["get"]["responses"]["200"]["content"].contains(std::string(resource.type))) << path;
+      }
+    }
+  }
+}
+
+TEST(OpenApi, NamesAreUsedOnceAndReferencesResolve) {
+  const Json document = description();
+  const std::string text = document.dump();
+  static const std::regex kReference(R"re("\$ref":"#([^"]+)")re");
+  int references = 0;
+  for (std::sregex_iterator at(text.begin(), text.end(), kReference), end; at != end; ++at, ++references) {
+    EXPECT_TRUE(document.contains(Json::json_pointer((*at)[1].str()))) << (*at)[1];
+  }
+  EXPECT_GT(references, 20);
+  Words ids;
+  for (const auto& [path, item] : document["paths"].items()) {
+    for (const auto& [method, operation] : item.items()) {
+      if (method != "parameters") {
+        EXPECT_TRUE(ids.insert(operation["operationId"]).second) << operation["operationId"];
+      }
+    }
+  }
+}
+
+TEST(OpenApi, OptionsOfAPostAreParameters) {
+  Words said, wanted;
+  const Json document = description();
+  for (const Json& parameter : document["paths"]["/v1/datasets"]["post"]["parameters"]) {
+    if (parameter["in"] == "query") said.insert(parameter["name"]);
+  }
+  for (const OptionSpec& option : build_options()) wanted.insert(spelt(option, Spelling::query));
+  EXPECT_EQ(said, wanted);
+  Words of_meshes;
+  for (const Json& parameter : document["paths"]["/v1/datasets/{id}/mesh.{mesh_format}"]["get"]["parameters"])
+    of_meshes.insert(parameter["name"]);
+  EXPECT_EQ(of_meshes.size(), mesh_options().size());
+}
+
+/// Slugs of the README's rows that have a status: what HTTP may say.
+Words slugs_of_the_readme() {
+  const std::string text = file_text(std::filesystem::path(CORDILLERA_SOURCE_DIR) / "README.md");
+  Words slugs;
+  static const std::regex kRow(R"(\| *[0-9]{3} *\|(.*)\|)"), kSlug("`([a-z-]+)`");
+  std::istringstream lines(text.substr(text.find("\n## Problems\n")));
+  std::smatch row;
+  for (std::string line; std::getline(lines, line);) {
+    if (!std::regex_match(line, row, kRow)) continue;
+    const std::string cell = row[1];
+    for (std::sregex_iterator at(cell.begin(), cell.end(), kSlug), end; at != end; ++at) slugs.insert((*at)[1]);
+  }
+  return slugs;
+}
+
+TEST(OpenApi, ProblemsAreThoseOfTheTableAndTheReadme) {
+  Words said;
+  const Json document = description();
+  for (const Json& type : document["components"]["schemas"]["problem"]["properties"]["type"]["enum"]) {
+    EXPECT_TRUE(said.insert(type.get<std::string>().substr(std::string("urn:cordillera:problem:").size())).second) << type;
+  }
+  EXPECT_GT(said.size(), 45u);
+  EXPECT_EQ(said, slugs_of_the_readme());
+}
+
+}  // namespace
+}  // namespace cordillera::server
