@@ -107,15 +107,6 @@ class CudaSteps {
   }
 
  protected:
-  explicit CudaSteps(int multiprocessors) : multiprocessors_(multiprocessors) {
-    cudaStream_t stream = nullptr;
-    CORDILLERA_CUDA(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
-    owned_stream_.reset(stream);
-    stream_ = stream;
-  }
-  cudaStream_t stream_ = nullptr;
-
- private:
   /// CUB asks for scratch memory first, then works.
   template <class Call>
   void with_scratch(const Call& call) {
@@ -125,6 +116,15 @@ class CudaSteps {
     CORDILLERA_CUDA(call(scratch_.data(), bytes));
   }
 
+  explicit CudaSteps(int multiprocessors) : multiprocessors_(multiprocessors) {
+    cudaStream_t stream = nullptr;
+    CORDILLERA_CUDA(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
+    owned_stream_.reset(stream);
+    stream_ = stream;
+  }
+  cudaStream_t stream_ = nullptr;
+
+ private:
   struct DestroyStream {
     void operator()(cudaStream_t stream) const { cudaStreamDestroy(stream); }
   };

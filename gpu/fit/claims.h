@@ -20,10 +20,9 @@ template <class Change>
 struct OfferClaim {
   Change change;
   std::uint32_t round;
-  const std::uint32_t* list;
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const Claimed claimed = change.claimed(list[i]);
-    const std::uint64_t key = claim_key(change.mesh, change.wave, list[i], round);
+  CORDILLERA_HD void operator()(std::uint32_t u) const {
+    const Claimed claimed = change.claimed(u);
+    const std::uint64_t key = claim_key(change.mesh, change.wave, u, round);
     for (int k = 0; k < claimed.count; ++k) lower_to(change.wave.lock + claimed.vertex[k], key);
   }
 };
@@ -32,14 +31,13 @@ template <class Change>
 struct DecideClaim {
   Change change;
   std::uint32_t round;
-  const std::uint32_t* list;
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const Claimed claimed = change.claimed(list[i]);
-    const std::uint64_t key = claim_key(change.mesh, change.wave, list[i], round);
+  CORDILLERA_HD void operator()(std::uint32_t u) const {
+    const Claimed claimed = change.claimed(u);
+    const std::uint64_t key = claim_key(change.mesh, change.wave, u, round);
     for (int k = 0; k < claimed.count; ++k) {
       if (change.wave.lock[claimed.vertex[k]] != key) return;
     }
-    change.wave.mark[list[i]] |= kWinner;
+    change.wave.mark[u] |= kWinner;
   }
 };
 

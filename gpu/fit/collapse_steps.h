@@ -19,6 +19,11 @@ struct StartVertex {
   }
 };
 
+struct TakeAsEstimate {
+  WaveView wave;
+  CORDILLERA_HD void operator()(std::uint32_t v) const { wave.mark[v] |= kStale; }
+};
+
 /// The edge becomes its end of lower number; whoever sees it is touched.
 struct Collapse {
   MeshView mesh;
@@ -50,10 +55,13 @@ struct Collapse {
     std::uint32_t* const row = mesh.row(u);
     for (std::uint32_t k = 0; k < count; ++k) {
       row[k] = ring[k];
-      wave.mark[ring[k]] |= kTouched;
+      touch(ring[k]);
     }
     mesh.vertex[u].valence = static_cast<std::uint16_t>(count);
-    wave.mark[u] |= kTouched;
+    touch(u);
+  }
+  CORDILLERA_HD void touch(std::uint32_t v) const {
+    set_shared(wave.mark + v, static_cast<std::uint8_t>(get_shared(wave.mark + v) | kTouched));
   }
   CORDILLERA_HD Planes planes_from(std::uint32_t v, Point to, float z) const {
     const Vertex& at = mesh.vertex[v];
@@ -76,30 +84,36 @@ struct MendRow {
   CORDILLERA_HD void operator()(std::uint32_t v) const {
     Vertex& at = mesh.vertex[v];
     std::uint32_t* const row = mesh.row(v);
-    const std::uint32_t wanted = wave.intent[v].slot;
-    std::uint32_t count = 0;
+    const std::uint32_t valence = at.valence, wanted = wave.intent[v].slot;
+    std::uint32_t count = 0, first = v, last = v, slot = wanted;
     bool stale = (wave.mark[v] & kStale) != 0;
-    for (std::uint32_t k = 0; k < at.valence; ++k) {
-      std::uint32_t w = row[k];
-      if (mesh.vertex[w].gone()) {
-        w = wave.into[w];
-        stale |= k == wanted;
+    for (std::uint32_t begin = 0; begin < valence; begin += kAtOnce) {
+      std::uint32_t ring[kAtOnce];
+      bool gone[kAtOnce];
+      for (std::uint32_t k = 0; k < kAtOnce; ++k) {
+        ring[k] = row[begin + k < valence ? begin + k : begin];
+        gone[k] = mesh.vertex[ring[k]].gone();
       }
-      if (count == 0 || row[count - 1] != w) row[count++] = w;
-      if (k == wanted) wave.intent[v].slot = count - 1;
+      for (std::uint32_t k = 0; k < kAtOnce && begin + k < valence; ++k) {
+        const std::uint32_t w = gone[k] ? wave.into[ring[k]] : ring[k];
+        stale |= gone[k] && begin + k == wanted;
+        if (count == 0) first = w;
+        if (last != w) row[count++] = last = w;
+        if (begin + k == wanted) slot = count - 1;
+      }
     }
-    if (count > 1 && row[count - 1] == row[0]) --count;
+    if (count > 1 && last == first) --count;
     at.valence = static_cast<std::uint16_t>(count);
     wave.mark[v] = static_cast<std::uint8_t>(stale ? kStale : 0);
-    if (wave.intent[v].slot >= count) wave.intent[v].slot = 0;
+    wave.intent[v].slot = slot >= count ? 0 : slot;
     if (stale && wave.cost[v] == kNever) wave.cost[v] = -kNever;
   }
 };
 
 /// What an edge's owner must look at anew.
 CORDILLERA_HD inline void make_stale(const WaveView& wave, std::uint32_t v) {
-  wave.mark[v] = kStale;
-  if (wave.cost[v] == kNever) wave.cost[v] = -kNever;  // had no way out; may have one now
+  set_shared(wave.mark + v, std::uint8_t{kStale});
+  if (get_shared(wave.cost + v) == kNever) set_shared(wave.cost + v, -kNever);  // had no way out; may have one now
 }
 CORDILLERA_HD inline void make_edges_stale(const MeshView& mesh, const WaveView& wave, std::uint32_t v) {
   const std::uint32_t* const row = mesh.row(v);
@@ -139,9 +153,10 @@ struct FollowVertex {
 
  private:
   CORDILLERA_HD bool concerns(std::uint32_t owner, std::uint32_t v) const {
-    if ((wave.mark[owner] & kStale) || wave.cost[owner] >= kNever || mesh.row(owner)[wave.intent[owner].slot] == v) return true;
+    const float cost = get_shared(wave.cost + owner);
+    if ((get_shared(wave.mark + owner) & kStale) || cost >= kNever || mesh.row(owner)[wave.intent[owner].slot] == v) return true;
     if ((mesh.vertex[owner].flags | mesh.vertex[v].flags) & (kOpen | kFixed)) return true;
-    return EdgeQuadric(mesh, wave.planes, owner, v).best(Place::anywhere).cost < wave.cost[owner];
+    return EdgeQuadric(mesh, wave.planes, owner, v).best(Place::anywhere).cost < cost;
   }
 };
 

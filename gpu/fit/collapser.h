@@ -1,9 +1,10 @@
 #pragma once
 // Waves of collapses down to a count: evaluate what may have become cheap, take the cheapest share as candidates, let those
 // collapse that are the least around them, several rounds of this for one evaluation.
-#include <algorithm>
+#include <utility>
 
 #include "gpu/fit/collapse_steps.h"
+#include "gpu/fit/cutter.h"
 #include "gpu/fit/lock_steps.h"
 #include "gpu/fit/quadric_cost.h"
 #include "gpu/fit/recipe.h"
@@ -17,41 +18,24 @@ template <class Device, class Samples>
 class Collapser {
  public:
   Collapser(Device& device, WorkMesh<Device>& work, const Samples& samples)
-      : device_(device), work_(work), samples_(samples), threshold_(device) {}
+      : device_(device), work_(work), samples_(samples), threshold_(device), cutter_(device, work) {}
 
   /// Until so many triangles are left, or nothing more can go. error: room for a float a sample.
   void collapse(std::uint64_t target, const CollapseRules& rules, float* error, std::size_t samples);
 
-  int waves() const { return waves_; }
-
  private:
   template <class T>
   using Array = typename Device::template Array<T>;
-  using List = std::span<const std::uint32_t>;
 
   void start(bool has_planes);
-  List list(Array<std::uint32_t>& to, std::size_t count) { return {to.data(), count}; }
-  /// f(what finds a vertex' cheapest edge)
-  template <class F>
-  void with_costs(const F& f) {
-    if (rules_.cost == CostOf::samples)
-      f(EvaluateBySamples<Samples>{work_.mesh(), work_.wave(), samples_, error_, choice_, rules_.limit});
-    else
-      f(EvaluateByQuadric<Samples>{work_.mesh(), work_.wave(), samples_, choice_, rules_.limit});
-  }
-  void evaluate(List vertices) {
-    with_costs([&](const auto& costs) { device_.each(vertices.size(), Listed{costs, vertices.data()}); });
-  }
-  void evaluate_stale(std::uint32_t most_class) {
-    const std::size_t all = work_.ids();
-    evaluate(list(stale_, device_.select(all, IsStaleUnder{work_.wave(), most_class}, work_.room(stale_, all))));
-  }
-  /// Winners among the candidates, whole or cut to what is still to go.
-  List decide(List candidates, std::uint64_t target);
-  List cut_short(List winners, std::uint64_t excess);
-  std::uint64_t removed_by(List winners);
-  void apply(List winners);
-  bool wave(std::uint64_t target, double pool);
+  Count estimated();
+  void evaluate_stale(Count most_class);
+  void waves(std::uint64_t target, std::uint64_t enough);
+  void wave(Progress* progress);
+  /// Winners among the candidates.
+  Vertices decide(Vertices candidates);
+  Vertices cut_short(Vertices winners, std::uint64_t excess);
+  void apply(Vertices winners);
   void last_one();
 
   Device& device_;
@@ -62,10 +46,9 @@ class Collapser {
   float* error_ = nullptr;
   EdgeChoice choice_ = EdgeChoice::all;
   std::uint32_t wave_number_ = 0, round_ = 0;
-  int waves_ = 0;
-  Array<std::uint32_t> stale_, candidates_, winners_, touched_, border_, removal_;
-  Array<std::uint64_t> keys_;
+  Array<std::uint32_t> stale_, candidates_, winners_, touched_, border_;
   Array<Bid> bids_;
+  Cutter<Device> cutter_;
 };
 
 template <class Device, class Samples>
@@ -75,18 +58,10 @@ void Collapser<Device, Samples>::collapse(std::uint64_t target, const CollapseRu
   if (work_.triangles() <= target) return;
   if (rules.cost == CostOf::samples) {
     device_.zero(error, samples);
-    device_.each(work_.ids(), MeasureErrors<Samples>{work_.mesh(), samples_, error});
+    device_.each_star({work_.ids()}, work_.crowd(), MeasureErrors<Samples>{work_.mesh(), samples_, error});
   }
   start(rules.has_planes);
-  double pool = rules.pool;
-  while (work_.triangles() > target + 1) {
-    if (wave(target, pool))
-      pool = rules.pool;
-    else if (pool < 1)
-      pool = 1;
-    else
-      break;
-  }
+  waves(target, target + 1);
   if (work_.triangles() == target + 1) last_one();
 }
 
@@ -94,112 +69,111 @@ template <class Device, class Samples>
 void Collapser<Device, Samples>::start(bool has_planes) {
   wave_number_ = round_ = 0;
   device_.each(work_.ids(), StartVertex{work_.mesh(), work_.wave(), has_planes});
-  evaluate_stale(kCostClasses);
+  if (rules_.cost == CostOf::samples && rules_.first_look < 1)
+    evaluate_stale(estimated());
+  else
+    evaluate_stale({kCostClasses});
+}
+
+/// Costs by the planes, and the class up to which those are to be looked at closely.
+template <class Device, class Samples>
+Count Collapser<Device, Samples>::estimated() {
+  const std::size_t all = work_.ids();
+  const MeshView mesh = work_.mesh();
+  const WaveView wave = work_.wave();
+  const Vertices stale = device_.list({all}, IsStaleUnder{wave, {kCostClasses}}, work_.room(stale_, all));
+  device_.each_of(stale, EvaluateByQuadric<Samples>{mesh, wave, samples_, choice_, rules_.limit});
+  device_.each_of(stale, TakeAsEstimate{wave});
+  return threshold_.of_share(wave, all, rules_.first_look, work_.fresh_progress());
 }
 
 template <class Device, class Samples>
-bool Collapser<Device, Samples>::wave(std::uint64_t target, double pool) {
-  if (work_.close_up()) wave_number_ = round_ = 0;
+void Collapser<Device, Samples>::evaluate_stale(Count most_class) {
+  const std::size_t all = work_.ids();
+  const Vertices stale = device_.list({all}, IsStaleUnder{work_.wave(), most_class}, work_.room(stale_, all));
+  if (rules_.cost == CostOf::samples) {
+    device_.each_edge(stale, work_.crowd(),
+                      EvaluateBySamples<Samples>{work_.mesh(), work_.wave(), samples_, error_, choice_, rules_.limit});
+  } else {
+    device_.each_of(stale, EvaluateByQuadric<Samples>{work_.mesh(), work_.wave(), samples_, choice_, rules_.limit});
+  }
+}
+
+/// Series of waves, with what only a host does between them.
+template <class Device, class Samples>
+void Collapser<Device, Samples>::waves(std::uint64_t target, std::uint64_t enough) {
+  while (work_.triangles() > enough) {
+    if (work_.close_up()) wave_number_ = round_ = 0;
+    const Progress end = work_.until_halt(target, enough, [&](Progress* progress) { wave(progress); });
+    if (end.halt == Halt::cut) apply(cut_short({{end.winners}, winners_.data()}, end.triangles - target));
+    if (end.halt == Halt::stuck) return;
+  }
+}
+
+template <class Device, class Samples>
+void Collapser<Device, Samples>::wave(Progress* progress) {
   if (round_ + static_cast<std::uint32_t>(rules_.rounds) >= 0xffffu) {
     device_.each(work_.ids(), ForgetRounds{work_.wave()});
     wave_number_ = round_ = 0;
   }
   ++wave_number_;
-  ++waves_;
   const std::size_t all = work_.ids();
-  const std::uint32_t most = threshold_.of_share(work_.wave(), all, pool);
+  const Count most = threshold_.of_share(work_.wave(), all, rules_.pool, progress);
   evaluate_stale(most);
-  const std::size_t count = device_.select(all, IsCandidateUnder{work_.wave(), most}, work_.room(candidates_, all));
-  if (count == 0) return false;
-  const List winners = decide(list(candidates_, count), target);
-  apply(winners);
-  return !winners.empty();
+  const Vertices candidates = device_.list({all}, IsCandidateUnder{work_.wave(), most}, work_.room(candidates_, all));
+  const Vertices winners = decide(candidates);
+  const Vertices along = device_.list(winners, IsAlongBorder{work_.mesh(), work_.wave()}, work_.room(border_, all));
+  device_.each(1, CommitCollapses{progress, winners.count, along.count, rules_.pool >= 1});
+  apply({{winners.count.most, &progress->going}, winners.list});
 }
 
 template <class Device, class Samples>
-typename Collapser<Device, Samples>::List Collapser<Device, Samples>::decide(List candidates, std::uint64_t target) {
-  Bid* const bids = work_.room(bids_, candidates.size());
-  device_.each(candidates.size(), MakeBid{work_.mesh(), work_.wave(), candidates.data(), bids});
+Vertices Collapser<Device, Samples>::decide(Vertices candidates) {
+  Bid* const bids = work_.room(bids_, candidates.count.most);
+  device_.each(candidates.count, MakeBid{work_.mesh(), work_.wave(), candidates.list, bids});
   for (int k = 0; k < rules_.rounds; ++k, ++round_) {
     const Lock lock{work_.mesh(), work_.wave(), bids, round_, wave_number_};
-    device_.each(candidates.size(), Offer{lock});
-    device_.each(candidates.size(), Decide{lock, rules_.cost == CostOf::carried_planes});
+    device_.each(candidates.count, Offer{lock});
+    device_.each(candidates.count, Decide{lock, rules_.cost == CostOf::carried_planes});
   }
-  std::uint32_t* const to = work_.room(winners_, candidates.size());
-  const std::size_t count = device_.select(candidates.size(), IsWinner{work_.wave(), candidates.data()}, to);
-  device_.each(count, PickFrom{candidates.data(), to});
-  const List winners = list(winners_, count);
-  const std::uint64_t removed = removed_by(winners), excess = work_.triangles() - target;
-  if (removed <= excess) {
-    work_.count(-static_cast<std::int64_t>(count), -static_cast<std::int64_t>(removed));
-    return winners;
-  }
-  return cut_short(winners, excess);
-}
-
-template <class Device, class Samples>
-std::uint64_t Collapser<Device, Samples>::removed_by(List winners) {
-  std::uint32_t border = 0;
-  device_.zero(work_.room(border_, 1), 1);
-  device_.each(winners.size(), CountBorder{work_.mesh(), work_.wave(), winners.data(), border_.data()});
-  device_.copy_out(&border, border_.data(), 1);
-  return 2 * winners.size() - border;
+  return device_.list(candidates, IsWinner{work_.wave()}, work_.room(winners_, candidates.count.most));
 }
 
 /// The cheapest winners, as many as the count bears.
 template <class Device, class Samples>
-typename Collapser<Device, Samples>::List Collapser<Device, Samples>::cut_short(List winners, std::uint64_t excess) {
-  const std::size_t count = winners.size();
-  device_.each(count,
-               DescribeWinner{work_.mesh(), work_.wave(), winners.data(), work_.room(keys_, count), work_.room(removal_, count)});
-  std::vector<std::uint64_t> keys(count);
-  std::vector<std::uint32_t> removal(count), vertex(count), order(count);
-  device_.copy_out(keys.data(), keys_.data(), count);
-  device_.copy_out(removal.data(), removal_.data(), count);
-  device_.copy_out(vertex.data(), winners.data(), count);
-  for (std::uint32_t i = 0; i < count; ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
-  std::vector<std::uint32_t> taken;
-  std::int64_t removed = 0;
-  for (const std::uint32_t i : order) {
-    if (static_cast<std::uint64_t>(removed) + removal[i] > excess) continue;
-    removed += removal[i];
-    taken.push_back(vertex[i]);
-  }
-  device_.each(count, ForgetWinner{work_.wave(), winners.data()});
-  device_.copy_in(winners_.data(), taken.data(), taken.size());
-  work_.count(-static_cast<std::int64_t>(taken.size()), -removed);
-  return list(winners_, taken.size());
+Vertices Collapser<Device, Samples>::cut_short(Vertices winners, std::uint64_t excess) {
+  device_.each_of(winners, ForgetWinner{work_.wave()});
+  const CutResult cut =
+      cutter_.cut(winners_.data(), winners.count.most, IsAlongBorder{work_.mesh(), work_.wave()}, {.budget = excess});
+  work_.count(-static_cast<std::int64_t>(cut.taken), -static_cast<std::int64_t>(cut.sum));
+  return {{cut.taken}, winners.list};
 }
 
 template <class Device, class Samples>
-void Collapser<Device, Samples>::apply(List winners) {
+void Collapser<Device, Samples>::apply(Vertices winners) {
   const MeshView mesh = work_.mesh();
   const WaveView wave = work_.wave();
-  device_.each(winners.size(), Listed{Collapse{mesh, wave}, winners.data()});
+  device_.each_of(winners, Collapse{mesh, wave});
   const std::size_t all = work_.ids();
-  const List touched = list(touched_, device_.select(all, IsTouched{wave}, work_.room(touched_, all)));
-  device_.each(touched.size(), Listed{MendRow{mesh, wave}, touched.data()});
-  if (rules_.polish) {
-    device_.each(winners.size(), Listed{Relocate<Samples>{mesh, samples_, 2, rules_.limit}, winners.data()});
-  }
-  if (rules_.cost == CostOf::samples) {
-    device_.each(winners.size(), RenewErrors<Samples>{mesh, samples_, error_, winners.data()});
-  }
+  const Vertices touched = device_.list({all}, IsTouched{wave}, work_.room(touched_, all));
+  device_.each_of(touched, MendRow{mesh, wave});
+  if (rules_.polish) device_.each_star(winners, work_.crowd(), Relocate<Samples>{mesh, samples_, 2, rules_.limit});
+  if (rules_.cost == CostOf::samples) device_.each_star(winners, work_.crowd(), RenewErrors<Samples>{mesh, samples_, error_});
   if (rules_.cost == CostOf::carried_planes)
-    device_.each(winners.size(), Listed{FollowVertex{mesh, wave}, winners.data()});
+    device_.each_of(winners, FollowVertex{mesh, wave});
   else
-    device_.each(touched.size(), Listed{RenewPlanes{mesh, wave}, touched.data()});
+    device_.each_of(touched, RenewPlanes{mesh, wave});
 }
 
 /// An odd triangle is left: only a collapse along the border takes one alone.
 template <class Device, class Samples>
 void Collapser<Device, Samples>::last_one() {
   choice_ = EdgeChoice::border;
+  const double pool = std::exchange(rules_.pool, 1.0);
   const std::uint64_t target = work_.triangles() - 1;
   start(false);
-  while (work_.triangles() > target && wave(target, 1)) {
-  }
+  waves(target, target);
+  rules_.pool = pool;
   choice_ = EdgeChoice::all;
 }
 

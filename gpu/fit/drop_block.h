@@ -8,7 +8,7 @@ namespace cordillera::gpu::fit {
 
 struct BlockSchedule {
   int waves = 10;
-  std::uint32_t first_class = 0;   ///< up to this cost vertices may go in the first wave
+  Count first_class;               ///< up to this cost vertices may go in the first wave
   std::uint32_t class_growth = 0;  ///< a wave
   double most_share = 1;           ///< of a block's vertices may go
 };
@@ -26,7 +26,7 @@ struct DropInBlock {
     const auto most = static_cast<std::uint32_t>(schedule.most_share * (range.end - range.begin));
     team.each(range.size(), [&](std::size_t i) { lock(range, range.at(i)); });
     team.barrier();
-    std::uint32_t limit = schedule.first_class;
+    std::uint32_t limit = schedule.first_class.value();
     for (int k = 0; k < schedule.waves; ++k, limit += schedule.class_growth) {
       const auto number = static_cast<std::uint32_t>(k + 1);
       team.each(range.size(), [&](std::size_t i) { evaluate(range, range.at(i), limit); });

@@ -95,11 +95,12 @@ CORDILLERA_HD inline bool drops_before(const WaveView& wave, std::uint32_t u, st
 struct IsLeast {
   MeshView mesh;
   WaveView wave;
-  std::uint32_t most_class;
+  Count most_class;
   CORDILLERA_HD bool operator()(std::uint32_t u) const {
     const std::uint32_t* const row = mesh.row(u);
+    const std::uint32_t most = most_class.value();
     for (std::uint32_t k = 0; k < mesh.vertex[u].valence; ++k) {
-      if (drops_before(wave, row[k], u) && cost_class(wave.cost[row[k]]) <= most_class) return false;
+      if (drops_before(wave, row[k], u) && cost_class(wave.cost[row[k]]) <= most) return false;
     }
     return true;
   }
@@ -140,19 +141,25 @@ struct IsFirstSuitor {
   }
 };
 
-/// What holds for the entries of a list.
-template <class Test>
-struct OfList {
-  Test test;
-  const std::uint32_t* list;
-  CORDILLERA_HD bool operator()(std::uint32_t i) const { return test(list[i]); }
-};
-template <class Test>
-OfList(Test, const std::uint32_t*) -> OfList<Test>;
-
 struct ForgetPossible {
   WaveView wave;
   CORDILLERA_HD void operator()(std::uint32_t u) const { wave.mark[u] &= static_cast<std::uint8_t>(~kWinner); }
+};
+
+/// A wave goes ahead whole, or the series ends.
+struct CommitDrops {
+  Progress* progress;
+  Count winners;
+  CORDILLERA_HD void operator()(std::size_t) const {
+    Progress& at = *progress;
+    at.going = 0;
+    if (at.halt != Halt::none) return;
+    const std::uint32_t count = winners.value();
+    if (count == 0 || at.triangles < at.least + 2 * count)
+      at.halt = Halt::stuck;
+    else
+      at.go(count, 2 * count);
+  }
 };
 
 /// The neighbour takes over the planes; those around are touched.
@@ -169,7 +176,7 @@ struct Drop {
     const Planes seen = wave.planes[u].seen_from(static_cast<float>(kept.x - at.x) * mesh.cells_per_unit,
                                                  static_cast<float>(kept.y - at.y) * mesh.cells_per_unit, kept.z - at.z);
     wave.planes[to] = together(wave.planes[to], seen);
-    for (std::uint32_t i = 0; i < at.valence; ++i) wave.spent[row[i]] = wave_number;
+    for (std::uint32_t i = 0; i < at.valence; ++i) set_shared(wave.spent + row[i], wave_number);
     wave.into[u] = to;
     wave.cost[u] = kNever;
     at.flags |= kGone;

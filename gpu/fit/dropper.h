@@ -17,22 +17,22 @@ class Dropper {
     device_.each(work_.ids(), StartDrops{work_.mesh(), work_.wave()});
     wave_number_ = 0;
     if (work_.blocks() > 0) in_blocks(least);
-    while (work_.triangles() > about && wave(least)) {
+    for (bool stuck = false; !stuck && work_.triangles() > about;) {
+      if (work_.close_up()) wave_number_ = 0;
+      stuck = work_.until_halt(least, about, [&](Progress* progress) { wave(progress); }).halt == Halt::stuck;
     }
   }
 
  private:
   template <class T>
   using Array = typename Device::template Array<T>;
-  using List = std::span<const std::uint32_t>;
 
   static constexpr double kPool = 0.5, kFirstPool = 0.8;
   static constexpr int kBlockWaves = 10;
   static constexpr std::uint32_t kClassGrowth = 5;
 
   void in_blocks(std::uint64_t least);
-  bool wave(std::uint64_t least);
-  List find_winners(List candidates, std::uint32_t limit);
+  void wave(Progress* progress);
 
   Device& device_;
   WorkMesh<Device>& work_;
@@ -48,57 +48,39 @@ void Dropper<Device>::in_blocks(std::uint64_t least) {
   const WaveView wave = work_.wave();
   const std::size_t all = work_.ids(), blocks = work_.blocks();
   const double most_share = static_cast<double>(work_.triangles() - least) / 2 / static_cast<double>(all);
-  const BlockSchedule schedule{kBlockWaves, threshold_.of_share(wave, all, kFirstPool), kClassGrowth, most_share};
+  const Count first_class = threshold_.of_share(wave, all, kFirstPool, work_.fresh_progress());
   std::uint32_t* const dropped = work_.room(dropped_, blocks);
   device_.zero(dropped, blocks);
+  const BlockSchedule schedule{kBlockWaves, first_class, kClassGrowth, most_share};
   device_.each_block(blocks, DropInBlock{mesh, wave, schedule, work_.block_start(), dropped});
-  const auto gone = static_cast<std::int64_t>(all - work_.alive().size());
-  work_.count(-gone, -2 * gone);
+  const Vertices gone = device_.list({all}, IsGone{mesh.vertex}, work_.room(listed_, all));
+  const auto count = static_cast<std::int64_t>(device_.value(gone.count));
+  work_.count(-count, -2 * count);
   device_.each(all, Unlock{mesh, wave});
   wave_number_ = kBlockWaves;
 }
 
 template <class Device>
-bool Dropper<Device>::wave(std::uint64_t least) {
-  if (work_.close_up()) wave_number_ = 0;
+void Dropper<Device>::wave(Progress* progress) {
   ++wave_number_;
   const MeshView mesh = work_.mesh();
   const WaveView wave = work_.wave();
   const std::size_t all = work_.ids();
-  std::uint32_t* const listed = work_.room(listed_, all);
-  const auto evaluate_under = [&](std::uint32_t most_class) {
-    const std::size_t stale = device_.select(all, IsStaleUnder{wave, most_class}, listed);
-    device_.each(stale, Listed{EvaluateDrop{mesh, wave}, listed});
+  std::uint32_t *const listed = work_.room(listed_, all), *const least = work_.room(least_, all);
+  const auto evaluate_under = [&](Count most_class) {
+    device_.each_of(device_.list({all}, IsStaleUnder{wave, most_class}, listed), EvaluateDrop{mesh, wave});
   };
-  evaluate_under(cost_class(-kNever));  // nobody knows anything of these
-  const std::uint32_t limit = threshold_.of_share(wave, all, kPool);
+  evaluate_under({cost_class(-kNever)});  // nobody knows anything of these
+  const Count limit = threshold_.of_share(wave, all, kPool, progress);
   evaluate_under(limit);
-  const List candidates{listed, device_.select(all, IsCandidateUnder{wave, limit}, listed)};
-  const List winners = find_winners(candidates, limit);
-  if (winners.empty() || work_.triangles() < least + 2 * winners.size()) return false;
-
-  device_.each(winners.size(), Listed{Drop{mesh, wave, wave_number_}, winners.data()});
-  const std::size_t touched = device_.select(all, WasTouched{wave, wave_number_}, listed);
-  device_.each(touched, Listed{CloseRing{mesh, wave}, listed});
-  const auto count = static_cast<std::int64_t>(winners.size());
-  work_.count(-count, -2 * count);
-  return true;
-}
-
-template <class Device>
-typename Dropper<Device>::List Dropper<Device>::find_winners(List candidates, std::uint32_t limit) {
-  const MeshView mesh = work_.mesh();
-  const WaveView wave = work_.wave();
-  std::uint32_t* const least = work_.room(least_, candidates.size());
-  const std::size_t least_count =
-      device_.select(candidates.size(), OfList{IsLeast{mesh, wave, limit}, candidates.data()}, least);
-  device_.each(least_count, PickFrom{candidates.data(), least});
-  device_.each(least_count, Listed{MarkPossible{mesh, wave}, least});
-  std::uint32_t* const winners = work_.room(winners_, least_count);
-  const std::size_t count = device_.select(least_count, OfList{IsFirstSuitor{mesh, wave}, least}, winners);
-  device_.each(count, PickFrom{least, winners});
-  device_.each(least_count, Listed{ForgetPossible{wave}, least});
-  return {winners, count};
+  const Vertices candidates = device_.list({all}, IsCandidateUnder{wave, limit}, listed);
+  const Vertices first = device_.list(candidates, IsLeast{mesh, wave, limit}, least);
+  device_.each_of(first, MarkPossible{mesh, wave});
+  const Vertices winners = device_.list(first, IsFirstSuitor{mesh, wave}, work_.room(winners_, all));
+  device_.each_of(first, ForgetPossible{wave});
+  device_.each(1, CommitDrops{progress, winners.count});
+  device_.each_of({{winners.count.most, &progress->going}, winners.list}, Drop{mesh, wave, wave_number_});
+  device_.each_of(device_.list({all}, WasTouched{wave, wave_number_}, listed), CloseRing{mesh, wave});
 }
 
 }  // namespace cordillera::gpu::fit

@@ -3,6 +3,8 @@
 
 namespace cordillera::gpu::fit {
 
-std::unique_ptr<FitEngine> make_host_fit() { return std::make_unique<Fitter<HostSteps>>(std::make_unique<HostSteps>()); }
+std::unique_ptr<FitEngine> make_host_fit(unsigned threads) {
+  return std::make_unique<Fitter<HostSteps>>(std::make_unique<HostSteps>(threads));
+}
 
 }  // namespace cordillera::gpu::fit

@@ -68,16 +68,6 @@ CORDILLERA_HD bool each_triangle(const MeshView& mesh, std::uint32_t v, const Vi
   return mesh.vertex[v].open() || visit(a, first);
 }
 
-/// What is done to a vertex, for a list of them.
-template <class Step>
-struct Listed {
-  Step step;
-  const std::uint32_t* list;
-  CORDILLERA_HD void operator()(std::size_t i) const { step(list[i]); }
-};
-template <class Step>
-Listed(Step, const std::uint32_t*) -> Listed<Step>;
-
 /// Does the border run straight through v?
 CORDILLERA_HD inline bool is_straight(const MeshView& mesh, std::uint32_t v) {
   const Vertex& at = mesh.vertex[v];

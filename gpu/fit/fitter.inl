@@ -1,8 +1,8 @@
 // The driver of the fit; included by fit_host.cpp and fit_cuda.cu only.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "gpu/fit/collapser.h"
 #include "gpu/fit/dropper.h"
@@ -30,6 +30,7 @@ class Fit {
         turner_(device, work),
         inserter_(device, work) {
     error_.reserve(std::max(count_, std::size_t{1}));
+    work_.set_samples(count_);
   }
 
   /// The lowest sample at which the surface lies over itself.
@@ -46,6 +47,7 @@ class Fit {
   void to_count(std::uint64_t target, const Recipe& recipe, const Stage& stage) {
     CollapseRules waves = recipe.waves;
     if (recipe.drop_to > 0) waves.has_planes = drop(target, recipe.drop_to);
+    if (waves.has_planes) waves.pool = recipe.pool_after_drops;
     stage("drops");
     CollapseRules late = recipe.waves;
     late.cost = CostOf::samples;
@@ -89,7 +91,7 @@ class Fit {
   void measure(std::vector<float>& error) {
     error.resize(count_);
     device_.zero(error_.data(), count_);
-    device_.each(work_.ids(), MeasureErrors<Samples>{work_.mesh(), samples_, error_.data()});
+    device_.each_star({work_.ids()}, work_.crowd(), MeasureErrors<Samples>{work_.mesh(), samples_, error_.data()});
     device_.copy_out(error.data(), error_.data(), count_);
   }
 
@@ -97,7 +99,6 @@ class Fit {
   static constexpr int kTries = 2;
   /// Drops spare this share of the triangles: what comes below takes little time, and shows most.
   static constexpr double kNoDrops = 0.1;
-  static constexpr float kAll = -1;
   /// Of scaled heights as floats: the promise is about the input's own.
   static constexpr float kRounding = 2.5e-4f, kRelativeRounding = 1e-5f;
 
@@ -123,11 +124,12 @@ class Fit {
     CollapseRules rules = recipe.waves;
     rules.cost = CostOf::samples;
     rules.pool = recipe.exchange_pool;
+    rules.first_look = recipe.exchange_look;
     collapse(target - static_cast<std::uint64_t>(recipe.exchange_share * static_cast<double>(target)), rules);
-    inserter_.insert(samples_, target, kAll);
+    inserter_.insert(samples_, target);
     if (work_.triangles() + 1 == target) {  // one is missing: one more goes, along the border, and two come
       collapse(target - 2, rules);
-      inserter_.insert(samples_, target, kAll);
+      inserter_.insert(samples_, target);
     }
     for (int k = 0; k < recipe.exchange_sweeps; ++k) {
       turner_.pass(samples_, recipe.flip_rounds, {});
@@ -165,57 +167,99 @@ class Fitter final : public FitEngine {
   explicit Fitter(std::unique_ptr<Device> device) : device_(std::move(device)), work_(*device_), store_(*device_) {}
 
   FittedMesh fit(const Plan& plan, const FitRequest& request) override {
-    device_->use();
-    stages_.clear();
-    clock_ = Clock::now();
-    if (!work_.load(plan)) {
-      FittedMesh broken;
-      broken.fault = FittedMesh::Fault::not_manifold;
-      return broken;
-    }
-    if (plan.is_lattice()) return fit(store_.lattice(plan, work_), plan.lattice_z.size(), request);
-    return fit(store_.scattered(plan, work_), plan.z.size(), request);
+    begin();
+    if (!work_.load(plan)) return faulty(FittedMesh::Fault::not_manifold, 0);
+    if (plan.is_lattice()) return fit(store_.lattice(plan, work_), plan.lattice_z.size(), request, true);
+    return fit(store_.scattered(plan, work_), plan.z.size(), request, true);
   }
+
+  FittedMesh fit(const HeightGrid& from, FitRequest request, PlanScale& scale) override {
+    begin();
+    const std::size_t count = std::size_t{from.columns} * from.rows;
+    HeightGrid grid = from;
+    grid.z = heights_of(from);
+    HeightFacts facts, *const found = work_.room(facts_, 1);
+    device_->zero(reinterpret_cast<std::uint32_t*>(found), sizeof(facts) / sizeof(std::uint32_t));
+    device_->each(count, FindHeights{grid.z, found});
+    device_->copy_out(&facts, found, 1);
+    if (facts.bad != 0) return faulty(FittedMesh::Fault::not_finite, ~facts.bad);
+    scale.set_heights(unordered(~facts.low), unordered(facts.high));
+    request.error = static_cast<float>(request.error_m * scale.scale_z);
+    work_.load(grid, scale, store_.grid_room(count, work_));
+    return fit(store_.grid(grid, work_), count, request, false);
+  }
+
+  const float* keep(const HeightGrid& grid) override {
+    device_->use();
+    const std::size_t count = std::size_t{grid.columns} * grid.rows;
+    device_->copy_in(work_.room(kept_, count), grid.z, count);
+    return kept_.data();
+  }
+
   std::string device() const override { return device_->name(); }
   const std::vector<MeshStage>& stages() const override { return stages_; }
 
  private:
-  using Clock = std::chrono::steady_clock;
+  void begin() {
+    device_->use();
+    device_->forget_stamps();
+    stages_.clear();
+    ended_.clear();
+    start_ = device_->stamp();
+  }
+  static FittedMesh faulty(FittedMesh::Fault fault, std::uint32_t sample) {
+    FittedMesh result;
+    result.fault = fault;
+    result.fault_sample = sample;
+    return result;
+  }
+  const float* heights_of(const HeightGrid& grid) {
+    if (grid.on_device) return grid.z;
+    const std::size_t count = std::size_t{grid.columns} * grid.rows;
+    device_->copy_in(work_.room(heights_, count), grid.z, count);
+    return heights_.data();
+  }
 
   template <class Samples>
-  FittedMesh fit(const Samples& samples, std::size_t sample_count, const FitRequest& request) {
-    FittedMesh result;
+  FittedMesh fit(const Samples& samples, std::size_t sample_count, const FitRequest& request, bool may_overlap) {
     Fit<Device, Samples> fit(*device_, work_, samples, sample_count);
-    const auto in_stage = [this](const char* name) { stage(name); };
-    if (const auto sample = fit.overlap()) {
-      result.fault = FittedMesh::Fault::overlap;
-      result.fault_sample = *sample;
-      return result;
+    const auto in_stage = [this](const char* name) { ended_.push_back({name, device_->stamp()}); };
+    if (may_overlap) {
+      if (const auto sample = fit.overlap()) return faulty(FittedMesh::Fault::overlap, *sample);
     }
-    stage("load");
+    in_stage("load");
     if (request.by_error)
       fit.to_error(request.error, request.recipe, in_stage);
     else
       fit.to_count(request.triangles, request.recipe, in_stage);
-    work_.unload(result);
-    stage("unload");
+    FittedMesh result;
+    work_.pack();
+    in_stage("pack");
+    work_.fetch(result);
+    in_stage("fetch");
+    sum_up_stages();
     fit.measure(result.error);
     return result;
   }
 
-  void stage(const std::string& name) {
-    const Clock::time_point now = Clock::now();
-    auto at = std::find_if(stages_.begin(), stages_.end(), [&](const MeshStage& known) { return known.name == name; });
-    if (at == stages_.end()) at = stages_.insert(at, {name, 0});
-    at->seconds += std::chrono::duration<double>(now - clock_).count();
-    clock_ = now;
+  void sum_up_stages() {
+    std::size_t from = start_;
+    for (const auto& [name, to] : ended_) {
+      auto at = std::find_if(stages_.begin(), stages_.end(), [&](const MeshStage& known) { return known.name == name; });
+      if (at == stages_.end()) at = stages_.insert(at, {name, 0});
+      at->seconds += device_->seconds_between(from, to);
+      from = to;
+    }
   }
 
   std::unique_ptr<Device> device_;
   WorkMesh<Device> work_;
   SampleStore<Device> store_;
   std::vector<MeshStage> stages_;
-  Clock::time_point clock_;
+  std::vector<std::pair<std::string, std::size_t>> ended_;
+  std::size_t start_ = 0;
+  typename Device::template Array<float> heights_, kept_;
+  typename Device::template Array<HeightFacts> facts_;
 };
 
 }  // namespace cordillera::gpu::fit

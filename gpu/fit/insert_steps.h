@@ -5,39 +5,68 @@
 
 namespace cordillera::gpu::fit {
 
+/// The sample that is farthest off, the first of several.
+struct WorstSample {
+  static constexpr float kNone = -1;
+  float size = kNone;
+  std::uint32_t sample = 0;
+  CORDILLERA_HD void add(const WorstSample& other) {
+    if (other.size > size) *this = other;
+  }
+};
+struct WorstTriangle {
+  const float* z;  ///< of samples
+  Point a, b, c;
+  float base, at_b, at_c;
+
+  CORDILLERA_HD WorstTriangle(const float* samples, const Vertex& p, const Vertex& q, const Vertex& r)
+      : z(samples), a(p.at()), b(q.at()), c(r.at()), base(p.z) {
+    const float inverse = 1 / static_cast<float>(turn(a, b, c));
+    at_b = (q.z - base) * inverse;
+    at_c = (r.z - base) * inverse;
+  }
+  template <class Int>
+  CORDILLERA_HD void add(WorstSample& worst, std::uint32_t sample, Int e0, Int e1, Int e2) const {
+    if ((e0 == 0) + (e1 == 0) + (e2 == 0) > 1) return;  // the sample is a corner
+    const float error = static_cast<float>(e1) * at_b + static_cast<float>(e2) * at_c - (z[sample] - base);
+    worst.add({error < 0 ? -error : error, sample});
+  }
+};
+
 /// The worst sample of a vertex' own triangles; as a cost, its error counts below zero.
 template <class Samples>
 struct FindWorst {
   MeshView mesh;
   WaveView wave;
   Samples samples;
-  const std::uint32_t* list;
-  float least_error = 0;  ///< only greater ones count; below zero: all
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const std::uint32_t u = list[i];
-    float worst = least_error;
-    wave.cost[u] = kNever;
+  template <class Lanes>
+  CORDILLERA_HD void operator()(const Lanes& lanes, std::uint32_t u) const {
+    const Vertex at = mesh.vertex[u];
+    const std::uint32_t* const row = mesh.row(u);
+    WorstSample worst;
+    std::uint32_t slot = 0;
+    lanes.template sum<WorstSample>(
+        samples, at.triangles(),
+        [&](std::uint32_t i) {
+          const std::uint32_t a = row[i], b = row[mesh.next(at, i)];
+          const bool own = u < a && u < b;
+          return WorstTriangle(samples.z, at, own ? mesh.vertex[a] : at, own ? mesh.vertex[b] : at);
+        },
+        [&](std::uint32_t i, const WorstSample& one) {
+          if (one.size <= worst.size) return;
+          worst = one;
+          slot = i;
+        });
+    if (!lanes.leads()) return;
+    const bool found = worst.size > WorstSample::kNone;
     wave.mark[u] = 0;
-    each_own_triangle(mesh, u, [&](std::uint32_t slot, std::uint32_t a, std::uint32_t b) { look(u, slot, a, b, worst); });
+    wave.cost[u] = found ? -(worst.size + kLeast) : kNever;
+    if (found) wave.intent[u] = {samples.at(worst.sample), samples.z[worst.sample], slot};
   }
 
  private:
   static constexpr float kLeast = 1e-30f;
-
-  CORDILLERA_HD void look(std::uint32_t u, std::uint32_t slot, std::uint32_t v, std::uint32_t w, float& worst) const {
-    const Vertex &a = mesh.vertex[u], &b = mesh.vertex[v], &c = mesh.vertex[w];
-    const float inverse = 1 / static_cast<float>(turn(a.at(), b.at(), c.at()));
-    const float at_b = (b.z - a.z) * inverse, at_c = (c.z - a.z) * inverse;
-    samples.in_triangle(a.at(), b.at(), c.at(), [&](std::uint32_t sample, auto e0, auto e1, auto e2) {
-      const float error = static_cast<float>(e1) * at_b + static_cast<float>(e2) * at_c - (samples.z[sample] - a.z);
-      const float size = error < 0 ? -error : error;
-      if (size <= worst || (e0 == 0) + (e1 == 0) + (e2 == 0) > 1) return;  // the sample is a corner
-      worst = size;
-      wave.cost[u] = -(size + kLeast);
-      wave.intent[u] = {samples.at(sample), samples.z[sample], slot};
-    });
-  }
 };
 
 /// A vertex put into a triangle, or into one of its edges.
@@ -113,22 +142,16 @@ struct Insert {
 
 struct WantsInsert {
   Insert insert;
-  std::uint32_t most_class;
+  Count most_class;
   CORDILLERA_HD bool operator()(std::uint32_t v) const {
-    return insert.wave.cost[v] < 0 && cost_class(insert.wave.cost[v]) <= most_class && insert.possible(v);
+    return insert.wave.cost[v] < 0 && cost_class(insert.wave.cost[v]) <= most_class.value() && insert.possible(v);
   }
 };
 
-/// Insertions into a border edge: they add one triangle, not two.
-struct DescribeInsert {
+/// Into a border edge: that adds one triangle, not two.
+struct IsIntoBorder {
   Insert insert;
-  const std::uint32_t* list;
-  std::uint64_t* keys;
-  std::uint32_t* added;
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    keys[i] = claim_key(insert.mesh, insert.wave, list[i], 0);
-    added[i] = insert.place(list[i]).on_border ? 1 : 2;
-  }
+  CORDILLERA_HD bool operator()(std::uint32_t u) const { return insert.place(u).on_border; }
 };
 
 }  // namespace cordillera::gpu::fit

@@ -2,23 +2,24 @@
 // Which candidates collapse in a wave. A vertex speaks for the edges to neighbours of higher number; the cheapest is its
 // candidate. Of the candidates under a threshold those win that are the least around both their ends.
 #include "gpu/fit/edge_rules.h"
-#include "gpu/fit/wave_view.h"
+#include "gpu/fit/progress.h"
+#include "gpu/fit/steps.h"
 
 namespace cordillera::gpu::fit {
 
 struct IsStaleUnder {
   WaveView wave;
-  std::uint32_t most_class;
+  Count most_class;
   CORDILLERA_HD bool operator()(std::uint32_t v) const {
-    return (wave.mark[v] & kStale) && wave.cost[v] < kNever && cost_class(wave.cost[v]) <= most_class;
+    return (wave.mark[v] & kStale) && wave.cost[v] < kNever && cost_class(wave.cost[v]) <= most_class.value();
   }
 };
 
 struct IsCandidateUnder {
   WaveView wave;
-  std::uint32_t most_class;
+  Count most_class;
   CORDILLERA_HD bool operator()(std::uint32_t v) const {
-    return !(wave.mark[v] & kStale) && wave.cost[v] < kNever && cost_class(wave.cost[v]) <= most_class;
+    return !(wave.mark[v] & kStale) && wave.cost[v] < kNever && cost_class(wave.cost[v]) <= most_class.value();
   }
 };
 
@@ -80,7 +81,7 @@ struct Decide : Lock {
     if (bid.key == kNoBid) return;
     const std::uint64_t mine = key(bid);
     if (wave.lock[bid.u] != mine || wave.lock[bid.v] != mine) return;
-    if (!all_around(bid, [&](std::uint32_t x) { return wave.lock[x] >= mine; })) return;
+    if (!is_least_around(bid.u, mine) || !is_least_around(bid.v, mine)) return;
     bid.key = kNoBid;
     const Intent& intent = wave.intent[bid.u];
     if (ask_again && !(valences_allow(mesh, bid.u, intent.slot) && link_sees(mesh, bid.u, bid.v, intent.at))) {
@@ -88,63 +89,67 @@ struct Decide : Lock {
       return;
     }
     wave.mark[bid.u] |= kWinner;
-    all_around(bid, [&](std::uint32_t x) {
-      wave.spent[x] = wave_number;
-      return true;
-    });
+    spend_around(bid.u);
+    spend_around(bid.v);
   }
 
  private:
-  template <class Visit>
-  CORDILLERA_HD bool all_around(const Bid& bid, const Visit& visit) const {
-    for (int end = 0; end < 2; ++end) {
-      const std::uint32_t from = end ? bid.v : bid.u, valence = mesh.vertex[from].valence;
-      const std::uint32_t* const row = mesh.row(from);
-      for (std::uint32_t i = 0; i < valence; ++i) {
-        if (!visit(row[i])) return false;
-      }
+  /// Several at once: each is far away in memory.
+  CORDILLERA_HD bool is_least_around(std::uint32_t end, std::uint64_t mine) const {
+    const std::uint32_t valence = mesh.vertex[end].valence;
+    const std::uint32_t* const row = mesh.row(end);
+    for (std::uint32_t i = 0; i < valence; i += kAtOnce) {
+      bool least = true;
+      for (std::uint32_t k = 0; k < kAtOnce; ++k) least &= wave.lock[row[i + k < valence ? i + k : 0]] >= mine;
+      if (!least) return false;
     }
     return true;
+  }
+  CORDILLERA_HD void spend_around(std::uint32_t end) const {
+    const std::uint32_t* const row = mesh.row(end);
+    for (std::uint32_t i = 0; i < mesh.vertex[end].valence; ++i) set_shared(wave.spent + row[i], wave_number);
   }
 };
 
 struct IsWinner {
   WaveView wave;
-  const std::uint32_t* list;
-  CORDILLERA_HD bool operator()(std::uint32_t i) const { return (wave.mark[list[i]] & kWinner) != 0; }
+  CORDILLERA_HD bool operator()(std::uint32_t v) const { return (wave.mark[v] & kWinner) != 0; }
 };
-
-CORDILLERA_HD inline bool is_border_edge(const MeshView& mesh, std::uint32_t u, std::uint32_t slot) {
-  return mesh.vertex[u].open() && mesh.vertex[mesh.row(u)[slot]].open();
-}
-
-/// Winners on the border: they take one triangle, not two.
-struct CountBorder {
-  MeshView mesh;
-  WaveView wave;
-  const std::uint32_t* list;
-  std::uint32_t* count;
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    if (is_border_edge(mesh, list[i], wave.intent[list[i]].slot)) fetch_add(count, 1);
-  }
-};
-
-struct DescribeWinner {
-  MeshView mesh;
-  WaveView wave;
-  const std::uint32_t* list;
-  std::uint64_t* keys;
-  std::uint32_t* removal;
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    keys[i] = bid_key(mesh, wave, list[i]);
-    removal[i] = is_border_edge(mesh, list[i], wave.intent[list[i]].slot) ? 1 : 2;
-  }
-};
-
 struct ForgetWinner {
   WaveView wave;
-  const std::uint32_t* list;
-  CORDILLERA_HD void operator()(std::size_t i) const { wave.mark[list[i]] &= static_cast<std::uint8_t>(~kWinner); }
+  CORDILLERA_HD void operator()(std::uint32_t v) const { wave.mark[v] &= static_cast<std::uint8_t>(~kWinner); }
+};
+
+/// Along the border: such an edge takes one triangle, not two.
+struct IsAlongBorder {
+  MeshView mesh;
+  WaveView wave;
+  CORDILLERA_HD bool operator()(std::uint32_t u) const {
+    return mesh.vertex[u].open() && mesh.vertex[mesh.row(u)[wave.intent[u].slot]].open();
+  }
+};
+
+/// What a wave may do: whole, or nothing and the series halts.
+struct CommitCollapses {
+  Progress* progress;
+  Count winners, along_border;
+  bool anyone;  ///< all were candidates from the first
+
+  CORDILLERA_HD void operator()(std::size_t) const {
+    Progress& at = *progress;
+    at.going = 0;
+    if (at.halt != Halt::none) return;
+    at.winners = winners.value();
+    const std::uint32_t removed = 2 * at.winners - along_border.value();
+    if (at.winners == 0 && (anyone || at.all)) {
+      at.halt = Halt::stuck;
+    } else if (removed > at.triangles - at.least) {
+      at.halt = Halt::cut;
+    } else {
+      at.all = at.winners == 0;
+      at.go(at.winners, removed);
+    }
+  }
 };
 
 struct ForgetRounds {

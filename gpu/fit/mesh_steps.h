@@ -1,5 +1,6 @@
 #pragma once
 // What is done to every vertex when a mesh is taken in, closed up and given back.
+#include "gpu/fit/lanes.h"
 #include "gpu/fit/wave_view.h"
 #include "gpu/wedges.h"
 
@@ -31,7 +32,7 @@ struct ChainFan {
     std::uint32_t* const row = mesh.row(static_cast<std::uint32_t>(v));
     if (count == 0 || !chain(wedges + begin, count, row)) {
       at.flags = kGone;
-      facts->broken = 1;
+      set_shared(&facts->broken, std::uint32_t{1});
       return;
     }
     const Wedge& last = wedges[end[v] - 1];
@@ -39,7 +40,7 @@ struct ChainFan {
     if (open) row[count] = last.to;
     at.valence = static_cast<std::uint16_t>(count + std::uint32_t{open});
     at.flags = static_cast<std::uint8_t>(open ? kOpen : 0);
-    if (!open && count < 3) facts->broken = 1;
+    if (!open && count < 3) set_shared(&facts->broken, std::uint32_t{1});
   }
 
  private:
@@ -196,23 +197,40 @@ struct MoveWave {
   }
 };
 
-/// The surface minus every sample, triangle by triangle.
+/// The surface minus the samples of a triangle.
+struct ErrorTriangle {
+  const float* z;  ///< of samples
+  float* error;    ///< likewise
+  Point a, b, c;
+  float base, at_b, at_c;
+
+  CORDILLERA_HD ErrorTriangle(const float* samples, float* errors, const Vertex& p, const Vertex& q, const Vertex& r)
+      : z(samples), error(errors), a(p.at()), b(q.at()), c(r.at()), base(p.z) {
+    const float inverse = 1 / static_cast<float>(turn(a, b, c));
+    at_b = (q.z - base) * inverse;
+    at_c = (r.z - base) * inverse;
+  }
+  template <class Int>
+  CORDILLERA_HD void visit(std::uint32_t sample, Int, Int e1, Int e2) const {
+    error[sample] = static_cast<float>(e1) * at_b + static_cast<float>(e2) * at_c - (z[sample] - base);
+  }
+};
+
 template <class Samples>
 struct MeasureErrors {
   MeshView mesh;
   Samples samples;
   float* error;  ///< indexed by sample
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto v = static_cast<std::uint32_t>(i);
-    if (mesh.vertex[v].gone()) return;
-    each_own_triangle(mesh, v, [&](std::uint32_t, std::uint32_t a, std::uint32_t b) {
-      const Vertex &p = mesh.vertex[v], &q = mesh.vertex[a], &r = mesh.vertex[b];
-      const float inverse = 1 / static_cast<float>(turn(p.at(), q.at(), r.at()));
-      const float at_q = (q.z - p.z) * inverse, at_r = (r.z - p.z) * inverse;
-      samples.in_triangle(p.at(), q.at(), r.at(), [&](std::uint32_t sample, auto, auto e1, auto e2) {
-        error[sample] = static_cast<float>(e1) * at_q + static_cast<float>(e2) * at_r - (samples.z[sample] - p.z);
-      });
+  template <class Lanes>
+  CORDILLERA_HD void operator()(const Lanes& lanes, std::uint32_t v) const {
+    const Vertex at = mesh.vertex[v];
+    if (at.gone()) return;
+    const std::uint32_t* const row = mesh.row(v);
+    lanes.each(samples, at.triangles(), [&](std::uint32_t i) {
+      const std::uint32_t a = row[i], b = row[mesh.next(at, i)];
+      const bool own = v < a && v < b;
+      return ErrorTriangle{samples.z, error, at, own ? mesh.vertex[a] : at, own ? mesh.vertex[b] : at};
     });
   }
 };

@@ -62,16 +62,6 @@ Lattice find_lattice(const HeightMesh& mesh, const Range& x, const Range& y) {
   return lattice;
 }
 
-PlanScale height_scale(const HeightMesh& mesh) {
-  PlanScale scale;
-  const Range z = range_of(mesh.z);
-  scale.middle_z = z.low + z.size() / 2;
-  int exponent = 0;
-  if (z.size() > 0) std::frexp(z.size() / 2, &exponent);
-  scale.scale_z = z.size() > 0 ? std::ldexp(1.0, std::clamp(11 - exponent, -1000, 1000)) : 1;
-  return scale;
-}
-
 /// Vertices by key, equal ones in their old order.
 std::vector<std::uint32_t> sorted_by(const std::vector<std::uint32_t>& key, std::size_t keys) {
   std::vector<std::uint32_t> start(keys + 1), order(key.size());
@@ -160,10 +150,18 @@ void plan_scattered(const HeightMesh& mesh, const Range& x, const Range& y, Plan
 
 }  // namespace
 
+void PlanScale::set_heights(double low, double high) {
+  const double size = high - low;
+  middle_z = low + size / 2;
+  int exponent = 0;
+  if (size > 0) std::frexp(size / 2, &exponent);
+  scale_z = size > 0 ? std::ldexp(1.0, std::clamp(11 - exponent, -1000, 1000)) : 1;
+}
+
 Plan make_plan(const HeightMesh& mesh, bool clockwise) {
-  const Range x = range_of(mesh.x), y = range_of(mesh.y);
+  const Range x = range_of(mesh.x), y = range_of(mesh.y), z = range_of(mesh.z);
   Plan plan;
-  plan.scale = height_scale(mesh);
+  plan.scale.set_heights(z.low, z.high);
   plan.scale.x0 = x.low;
   plan.scale.y0 = y.low;
   const Lattice lattice = find_lattice(mesh, x, y);

@@ -15,6 +15,7 @@ struct PlanScale {
   double middle_z = 0, scale_z = 1;  ///< scaled height = (z - middle_z) * scale_z, within some 4096
 
   float height(double z) const { return static_cast<float>((z - middle_z) * scale_z); }
+  void set_heights(double low, double high);
 };
 
 struct Plan {

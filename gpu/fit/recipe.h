@@ -18,19 +18,21 @@ struct CollapseRules {
   CostOf cost = CostOf::planes;
   ErrorLimit limit;
   bool has_planes = false;  ///< those of earlier waves are to be carried on
+  double first_look = 1;    ///< costs from samples: for this share, cheapest by the planes; the others wait until they are due
 };
 
 struct Recipe {
   double drop_to = 0;  ///< down to so many times the target, vertices are dropped onto neighbours; 0: never
   CollapseRules waves;
+  double pool_after_drops = 0.25;  ///< little is left to do then, and it shows
   double late_from = 0;  ///< below so many times the target, costs come from the samples; 0: never
   double late_pool = 0.1;
   int sweeps = 3;
   int flip_rounds = 3;  ///< of every flip pass
-  int exchanges = 1;
-  double exchange_share = 0.04;  ///< of the triangles
-  double exchange_pool = 0.02;
-  int exchange_sweeps = 2;
+  int exchanges = 2;
+  double exchange_share = 0.02;  ///< of the triangles
+  double exchange_pool = 0.02, exchange_look = 0.2;
+  int exchange_sweeps = 1;
   bool lower_maximum = false;  ///< sweeps by a high power of the error at the end
 };
 
@@ -38,7 +40,7 @@ inline Recipe recipe_of(Quality quality) {
   Recipe recipe;
   switch (quality) {
     case Quality::fast:
-      recipe.waves = {0.5, 3, false, CostOf::carried_planes, {}, false};
+      recipe.waves = {0.5, 3, false, CostOf::carried_planes, {}, false, 1};
       recipe.drop_to = 1.7;
       recipe.sweeps = recipe.exchanges = 0;
       break;

@@ -88,24 +88,27 @@ struct Relocate {
   int tries = 2;
   ErrorLimit limit;
 
-  CORDILLERA_HD void operator()(std::uint32_t v) const {
-    Vertex& at = mesh.vertex[v];
+  template <class Lanes>
+  CORDILLERA_HD void operator()(const Lanes& lanes, std::uint32_t v) const {
+    const Vertex at = mesh.vertex[v];
     if (at.fixed()) return;
     StepEquations equations;
-    const HeightFit here = fit_star(mesh, samples, v, equations);
+    const HeightFit here = fit_star(lanes, mesh, samples, v, equations);
     Vertex moved = at;
     moved.z = at.z + here.best_height();
     const float least_error = here.at(here.best_height());
-    if (least_error > kNothing && equations.zz > 0) try_steps(v, equations, least_error, moved);
+    if (least_error > kNothing && equations.zz > 0) try_steps(lanes, v, equations, least_error, moved);
     if (limit.set() && !star_within(mesh, samples, v, moved, limit)) return;
-    at = moved;
+    if (lanes.leads()) mesh.vertex[v] = moved;
   }
 
  private:
   static constexpr float kNothing = 1e-6f;  ///< squared error below which nothing is to be gained
   static constexpr float kGain = 0.9999f;
 
-  CORDILLERA_HD void try_steps(std::uint32_t v, const StepEquations& equations, float least_error, Vertex& moved) const {
+  template <class Lanes>
+  CORDILLERA_HD void try_steps(const Lanes& lanes, std::uint32_t v, const StepEquations& equations, float least_error,
+                               Vertex& moved) const {
     const Vertex at = mesh.vertex[v];
     const Freedom freedom = freedom_of(mesh, v);
     if (!freedom.x && !freedom.y) return;
@@ -115,7 +118,7 @@ struct Relocate {
       const Point p{at.x + nearest(share * step.x * mesh.units_per_cell), at.y + nearest(share * step.y * mesh.units_per_cell)};
       if (p.x == at.x && p.y == at.y) return;
       if (!star_stays_positive(mesh, v, p) || leaves_border(mesh, v, p)) continue;
-      const HeightFit there = fit_star(mesh, samples, v, p);
+      const HeightFit there = fit_star(lanes, mesh, samples, v, p);
       const float h = there.best_height();
       if (!(there.at(h) < least_error * kGain)) continue;
       moved.x = p.x;

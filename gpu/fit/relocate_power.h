@@ -11,6 +11,39 @@ struct PowerFit {
   StepEquations step;
 };
 
+/// Of a triangle (p, b, c), p at height z: the powers, and what the equations are made of.
+struct PowerSum {
+  float sum = 0, hat_hat = 0, hat_error = 0;
+  CORDILLERA_HD void add(const PowerSum& other) {
+    sum += other.sum;
+    hat_hat += other.hat_hat;
+    hat_error += other.hat_error;
+  }
+};
+struct PowerTriangle : FitTriangle {
+  float inverse_scale;
+  int power;
+
+  template <class Int>
+  CORDILLERA_HD void add(PowerSum& to, std::uint32_t sample, Int e0, Int e1, Int e2) const {
+    const float hat = static_cast<float>(e0) * inverse;
+    const float error = static_cast<float>(e1) * at_b + static_cast<float>(e2) * at_c - (z[sample] - base);
+    const float scaled = error * inverse_scale, weight = weight_of(scaled);
+    to.sum += weight * scaled * scaled;
+    to.hat_hat += weight * hat * hat;
+    to.hat_error += weight * hat * error;
+  }
+
+ private:
+  /// scaled^(power - 2)
+  CORDILLERA_HD float weight_of(float scaled) const {
+    const float square = scaled * scaled;
+    float weight = square;
+    for (int k = 4; k < power; k += 2) weight *= square;
+    return weight;
+  }
+};
+
 template <class Samples>
 struct RelocateByPower {
   MeshView mesh;
@@ -19,11 +52,11 @@ struct RelocateByPower {
   int power = 8;            ///< even
   ErrorLimit limit;
 
-  CORDILLERA_HD void operator()(std::uint32_t v) const {
-    Vertex& at = mesh.vertex[v];
+  template <class Lanes>
+  CORDILLERA_HD void operator()(const Lanes& lanes, std::uint32_t v) const {
+    const Vertex at = mesh.vertex[v];
     if (at.fixed()) return;
-    PowerFit here;
-    add_star(v, at.at(), at.z, here);
+    const PowerFit here = fit(lanes, v, at.at(), at.z);
     const StepEquations& n = here.step;
     if (here.sum < kNothing || !(n.zz > kNothing)) return;
     const Slope plan = plan_step(n, freedom_of(mesh, v), 0.5f * mean_edge_cells(mesh, v));
@@ -32,14 +65,13 @@ struct RelocateByPower {
     for (int k = 0; k < kTries; ++k, share *= 0.4f) {
       const Point p{at.x + nearest(share * plan.x * mesh.units_per_cell), at.y + nearest(share * plan.y * mesh.units_per_cell)};
       if (!star_stays_positive(mesh, v, p) || leaves_border(mesh, v, p)) continue;
-      PowerFit there;
-      add_star(v, p, at.z + share * rise, there);
+      const PowerFit there = fit(lanes, v, p, at.z + share * rise);
       if (!(there.sum < here.sum * kGain)) continue;
       Vertex moved = at;
       moved.x = p.x;
       moved.y = p.y;
       moved.z = at.z + share * rise;
-      if (!limit.set() || star_within(mesh, samples, v, moved, limit)) at = moved;
+      if ((!limit.set() || star_within(mesh, samples, v, moved, limit)) && lanes.leads()) mesh.vertex[v] = moved;
       return;
     }
   }
@@ -48,37 +80,25 @@ struct RelocateByPower {
   static constexpr int kTries = 4;
   static constexpr float kNothing = 1e-30f, kGain = 0.9999f;
 
-  CORDILLERA_HD void add_star(std::uint32_t v, Point p, float z, PowerFit& fit) const {
-    each_triangle(mesh, v, [&](const Vertex& a, const Vertex& b) {
-      add_triangle(p, z, a, b, fit);
-      return true;
-    });
-  }
-
-  CORDILLERA_HD void add_triangle(Point p, float z, const Vertex& a, const Vertex& b, PowerFit& fit) const {
-    const float inverse = 1 / static_cast<float>(turn(p, a.at(), b.at()));
-    const float at_a = (a.z - z) * inverse, at_b = (b.z - z) * inverse;
-    float sum = 0, hat_hat = 0, hat_error = 0;
-    samples.in_triangle(p, a.at(), b.at(), [&](std::uint32_t sample, auto e0, auto e1, auto e2) {
-      const float hat = static_cast<float>(e0) * inverse;
-      const float error = static_cast<float>(e1) * at_a + static_cast<float>(e2) * at_b - (samples.z[sample] - z);
-      const float scaled = error * inverse_scale, weight = weight_of(scaled);
-      sum += weight * scaled * scaled;
-      hat_hat += weight * hat * hat;
-      hat_error += weight * hat * error;
-    });
-    float twice_area;
-    const Slope slope = slope_of(mesh, p, z, a, b, twice_area);
-    fit.sum += sum;
-    fit.step.add(hat_hat, hat_error, slope.x, slope.y);
-  }
-
-  /// scaled^(power - 2)
-  CORDILLERA_HD float weight_of(float scaled) const {
-    const float square = scaled * scaled;
-    float weight = square;
-    for (int k = 4; k < power; k += 2) weight *= square;
-    return weight;
+  /// The star of v with v at p and height z.
+  template <class Lanes>
+  CORDILLERA_HD PowerFit fit(const Lanes& lanes, std::uint32_t v, Point p, float z) const {
+    const Vertex at = mesh.vertex[v];
+    const std::uint32_t* const row = mesh.row(v);
+    const auto corner = [&](std::uint32_t i) -> const Vertex& { return mesh.vertex[row[i]]; };
+    PowerFit whole;
+    lanes.template sum<PowerSum>(
+        samples, at.triangles(),
+        [&](std::uint32_t i) {
+          return PowerTriangle{FitTriangle(samples.z, p, corner(i), corner(mesh.next(at, i)), z), inverse_scale, power};
+        },
+        [&](std::uint32_t i, const PowerSum& one) {
+          float twice_area;
+          const Slope slope = slope_of(mesh, p, z, corner(i), corner(mesh.next(at, i)), twice_area);
+          whole.sum += one.sum;
+          whole.step.add(one.hat_hat, one.hat_error, slope.x, slope.y);
+        });
+    return whole;
   }
 };
 

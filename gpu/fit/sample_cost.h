@@ -2,9 +2,29 @@
 // Costs taken from the samples themselves: the error of a collapse is the squared error of its new star less what the same
 // samples had.
 #include "gpu/fit/edge_rules.h"
+#include "gpu/fit/mesh_steps.h"
 #include "gpu/fit/wave_view.h"
 
 namespace cordillera::gpu::fit {
+
+/// The fit of a new star, and what the same samples have now.
+struct StarChange {
+  HeightFit after;
+  float before = 0;
+  CORDILLERA_HD void add(const StarChange& other) {
+    after.add(other.after);
+    before += other.before;
+  }
+};
+struct ChangedTriangle : FitTriangle {
+  const float* error;  ///< indexed by sample
+
+  template <class Int>
+  CORDILLERA_HD void add(StarChange& to, std::uint32_t sample, Int e0, Int e1, Int e2) const {
+    FitTriangle::add(to.after, sample, e0, e1, e2);
+    to.before += error[sample] * error[sample];
+  }
+};
 
 template <class Samples>
 struct EvaluateBySamples {
@@ -15,77 +35,80 @@ struct EvaluateBySamples {
   EdgeChoice choice = EdgeChoice::all;
   ErrorLimit limit;
 
-  CORDILLERA_HD void operator()(std::uint32_t u) const {
+  template <class Lanes>
+  CORDILLERA_HD void operator()(const Lanes& lanes, std::uint32_t u) const {
     const Vertex& at = mesh.vertex[u];
     const std::uint32_t* const row = mesh.row(u);
-    Candidate best;
-    std::uint32_t best_slot = 0;
-    for (std::uint32_t slot = 0; slot < at.valence; ++slot) {
+    Choice best;
+    for (std::uint32_t slot = lanes.part(); slot < at.valence; slot += lanes.parts()) {
       if (row[slot] < u) continue;
       const Place place = place_of_edge(mesh, u, slot, choice);
       if (place == Place::nowhere || !valences_allow(mesh, u, slot)) continue;
-      const Candidate candidate = cheapest(u, row[slot], place);
-      if (candidate.cost >= best.cost) continue;
-      best = candidate;
-      best_slot = slot;
+      best.take({cheapest(lanes, u, row[slot], place), slot});
     }
+    lanes.each_part(best, [&](const Choice& other) { best.take(other); });
+    if (!lanes.leads()) return;
     wave.mark[u] &= static_cast<std::uint8_t>(~kStale);
-    wave.cost[u] = best.cost;
-    wave.intent[u] = {best.at, best.z, best_slot};
+    wave.cost[u] = best.candidate.cost;
+    wave.intent[u] = {best.candidate.at, best.candidate.z, best.slot};
   }
 
  private:
+  /// The cheapest, the first of several.
+  struct Choice {
+    Candidate candidate;
+    std::uint32_t slot = 0;
+    CORDILLERA_HD void take(const Choice& other) {
+      const float mine = candidate.cost, its = other.candidate.cost;
+      if (its < mine || (its == mine && its < kNever && other.slot < slot)) *this = other;
+    }
+  };
+
   /// At the optimum of the quadric; where that turns a triangle, at the best of the ends and the middle.
-  CORDILLERA_HD Candidate cheapest(std::uint32_t u, std::uint32_t v, Place place) const {
+  template <class Lanes>
+  CORDILLERA_HD Candidate cheapest(const Lanes& lanes, std::uint32_t u, std::uint32_t v, Place place) const {
     const EdgeQuadric quadric(mesh, wave.planes, u, v);
-    Candidate best = priced(u, v, quadric.rounded(quadric.best(place)));
+    Candidate best = priced(lanes, u, v, quadric.rounded(quadric.best(place)));
     if (best.cost < kNever || place == Place::at_u || place == Place::at_v) return best;
     const Point places[3] = {mesh.vertex[u].at(), mesh.vertex[v].at(), quadric.middle()};
     for (int k = 0; k < (place == Place::anywhere ? 3 : 2); ++k) {
-      const Candidate candidate = priced(u, v, quadric.at(places[k]));
+      const Candidate candidate = priced(lanes, u, v, quadric.at(places[k]));
       if (candidate.cost < best.cost) best = candidate;
     }
     return best;
   }
 
-  CORDILLERA_HD Candidate priced(std::uint32_t u, std::uint32_t v, Candidate candidate) const {
+  template <class Lanes>
+  CORDILLERA_HD Candidate priced(const Lanes& lanes, std::uint32_t u, std::uint32_t v, Candidate candidate) const {
     if (!link_sees(mesh, u, v, candidate.at)) {
       candidate.cost = kNever;
       return candidate;
     }
-    float before = guard_cost(u) + guard_cost(v);
-    HeightFit after;
-    add_spike_guard(samples, candidate.at, candidate.z, after);
-    each_link_edge(mesh, u, v, [&](const Vertex& a, const Vertex& b) {
-      const HeightFit one = fit_and_sum(candidate, a, b, before);
-      after.add(one);
-      return true;
-    });
-    float h = after.best_height();
+    StarChange change;
+    add_spike_guard(samples, candidate.at, candidate.z, change.after);
+    change.before = guard_cost(u) + guard_cost(v);
+    const std::uint32_t at_u = mesh.vertex[u].triangles();
+    lanes.template sum<StarChange>(
+        samples, at_u + mesh.vertex[v].triangles(),
+        [&](std::uint32_t i) { return i < at_u ? left_by(candidate, u, i, v) : left_by(candidate, v, i - at_u, u); },
+        [&](std::uint32_t, const StarChange& one) { change.add(one); });
+    float h = change.after.best_height();
     if (mesh.vertex[u].fixed() || mesh.vertex[v].fixed())
       h = (mesh.vertex[u].fixed() ? mesh.vertex[u].z : mesh.vertex[v].z) - candidate.z;
     candidate.z += h;
-    candidate.cost = after.at(h) - before;
+    candidate.cost = change.after.at(h) - change.before;
     if (limit.set() && !link_within(mesh, samples, u, v, candidate, limit)) candidate.cost = kNever;
     return candidate;
   }
 
-  /// As fit_triangle(), and adds up what the same samples have now.
-  CORDILLERA_HD HeightFit fit_and_sum(const Candidate& candidate, const Vertex& a, const Vertex& b, float& before) const {
-    const float inverse = 1 / static_cast<float>(turn(candidate.at, a.at(), b.at()));
-    const float at_a = (a.z - candidate.z) * inverse, at_b = (b.z - candidate.z) * inverse;
-    HeightFit fit;
-    float now = 0;
-    samples.in_triangle(candidate.at, a.at(), b.at(), [&](std::uint32_t sample, auto e0, auto e1, auto e2) {
-      const float hat = static_cast<float>(e0) * inverse;
-      const float rest = static_cast<float>(e1) * at_a + static_cast<float>(e2) * at_b - (samples.z[sample] - candidate.z);
-      fit.ll += hat * hat;
-      fit.lr += hat * rest;
-      fit.rr += rest * rest;
-      now += error[sample] * error[sample];
-    });
-    before += now;
-    return fit;
+  /// What becomes of the i-th triangle of an end; one that has both ends becomes nothing.
+  CORDILLERA_HD ChangedTriangle left_by(const Candidate& candidate, std::uint32_t end, std::uint32_t i,
+                                        std::uint32_t other) const {
+    const std::uint32_t* const row = mesh.row(end);
+    const std::uint32_t a = row[i], b = row[mesh.next(mesh.vertex[end], i)];
+    const Vertex none{candidate.at.x, candidate.at.y, candidate.z, 0, 0, 0};
+    const bool gone = a == other || b == other;
+    return {FitTriangle(samples.z, candidate.at, gone ? none : mesh.vertex[a], gone ? none : mesh.vertex[b], candidate.z), error};
   }
 
   CORDILLERA_HD float guard_cost(std::uint32_t v) const {
@@ -101,17 +124,13 @@ struct RenewErrors {
   MeshView mesh;
   Samples samples;
   float* error;
-  const std::uint32_t* list;
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const Vertex at = mesh.vertex[list[i]];
-    each_triangle(mesh, list[i], [&](const Vertex& a, const Vertex& b) {
-      const float inverse = 1 / static_cast<float>(turn(at.at(), a.at(), b.at()));
-      const float at_a = (a.z - at.z) * inverse, at_b = (b.z - at.z) * inverse;
-      samples.in_triangle(at.at(), a.at(), b.at(), [&](std::uint32_t sample, auto, auto e1, auto e2) {
-        error[sample] = static_cast<float>(e1) * at_a + static_cast<float>(e2) * at_b - (samples.z[sample] - at.z);
-      });
-      return true;
+  template <class Lanes>
+  CORDILLERA_HD void operator()(const Lanes& lanes, std::uint32_t v) const {
+    const Vertex at = mesh.vertex[v];
+    const std::uint32_t* const row = mesh.row(v);
+    lanes.each(samples, at.triangles(), [&](std::uint32_t i) {
+      return ErrorTriangle{samples.z, error, at, mesh.vertex[row[i]], mesh.vertex[row[mesh.next(at, i)]]};
     });
   }
 };

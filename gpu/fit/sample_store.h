@@ -51,6 +51,15 @@ class SampleStore {
     return samples;
   }
 
+  /// Room for the samples of a grid.
+  float* grid_room(std::size_t count, WorkMesh<Device>& work) { return work.room(z_, count); }
+  /// After the mesh has been loaded, and the samples with it.
+  LatticeSamples grid(const HeightGrid& grid, WorkMesh<Device>& work) {
+    LatticeSamples samples{z_.data(), nullptr, static_cast<std::int32_t>(grid.columns), static_cast<std::int32_t>(grid.rows)};
+    samples.lean = lean(samples, work.ids(), work);
+    return samples;
+  }
+
   ScatteredSamples scattered(const Plan& plan, WorkMesh<Device>& work) {
     ScatteredSamples samples;
     samples.z = work.upload(z_, plan.z);

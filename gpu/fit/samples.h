@@ -23,6 +23,11 @@ CORDILLERA_HD bool leans_left(Int dx, Int dy, std::uint8_t lean) {
 CORDILLERA_HD inline std::int32_t least(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
 CORDILLERA_HD inline std::int32_t greatest(std::int32_t a, std::int32_t b) { return a > b ? a : b; }
 
+/// Rows begin..end-1.
+struct Rows {
+  std::int32_t begin = 0, end = 0;
+};
+
 /// Samples on a regular lattice, 16 units apart; some may be missing.
 struct LatticeSamples {
   static constexpr std::int32_t kStep = 16;
@@ -47,16 +52,28 @@ struct LatticeSamples {
     return close(a.x, b.x, c.x) && close(a.y, b.y, c.y);
   }
 
-  /// visit(sample, e0, e1, e2): the e are twice the areas opposite to a, b and c; their sum is that of the triangle.
+  /// The rows of the lattice that a triangle reaches.
+  CORDILLERA_HD Rows rows_of(Point a, Point b, Point c) const {
+    const std::int32_t south = least(a.y, least(b.y, c.y)), north = greatest(a.y, greatest(b.y, c.y));
+    return {(south + kStep - 1) / kStep, north / kStep + 1};
+  }
+  /// The samples of one row of it: visit(sample, e0, e1, e2). The e are twice the areas opposite to a, b and c; their sum is that
+  /// of the triangle.
+  template <class Visit>
+  CORDILLERA_HD void in_row(Point a, Point b, Point c, std::int32_t row, const Visit& visit) const {
+    with_scan(a, b, c, [&](const auto& scan) { scan.row(row, visit); });
+  }
+  /// visit(in_row): in_row(visit) visits the samples of the next row.
+  template <class Visit>
+  CORDILLERA_HD void each_row(Point a, Point b, Point c, const Visit& visit) const {
+    const Rows reach = rows_of(a, b, c);
+    with_scan(a, b, c, [&](const auto& scan) {
+      for (std::int32_t row = reach.begin; row < reach.end; ++row) visit([&](const auto& sample) { scan.row(row, sample); });
+    });
+  }
   template <class Visit>
   CORDILLERA_HD void in_triangle(Point a, Point b, Point c, const Visit& visit) const {
-    const std::int32_t west = least(a.x, least(b.x, c.x)), east = greatest(a.x, greatest(b.x, c.x));
-    const std::int32_t south = least(a.y, least(b.y, c.y)), north = greatest(a.y, greatest(b.y, c.y));
-    constexpr std::int32_t kSmall = 1 << 14;  // products of two differences and their sum fit 32 bits
-    if (east - west <= kSmall && north - south <= kSmall)
-      scan<std::int32_t>(a, b, c, {west, south}, {east, north}, visit);
-    else
-      scan<std::int64_t>(a, b, c, {west, south}, {east, north}, visit);
+    each_row(a, b, c, [&](const auto& row) { row(visit); });
   }
 
   /// The height of the surface, bilinear; kNoSample where a corner is missing.
@@ -72,31 +89,42 @@ struct LatticeSamples {
   }
 
  private:
-  template <class Int, class Visit>
-  CORDILLERA_HD void scan(Point a, Point b, Point c, Point low, Point high, const Visit& visit) const {
-    const std::int32_t first = (low.x + kStep - 1) / kStep, last = high.x / kStep, top = high.y / kStep;
-    std::int32_t row = (low.y + kStep - 1) / kStep;
-    if (first > last) return;
-    const Int d0x = Int{c.x} - b.x, d0y = Int{c.y} - b.y, d1x = Int{a.x} - c.x, d1y = Int{a.y} - c.y, d2x = Int{b.x} - a.x,
-              d2y = Int{b.y} - a.y;
-    for (; row <= top; ++row) {
+  /// A triangle and the columns that it reaches; differences of its points and sums of two of their products fit Int.
+  template <class Int>
+  struct Scan {
+    const LatticeSamples& samples;
+    Point a, b, c;
+    std::int32_t first, last;  ///< columns
+
+    template <class Visit>
+    CORDILLERA_HD void row(std::int32_t row, const Visit& visit) const {
+      const Int d0x = Int{c.x} - b.x, d0y = Int{c.y} - b.y, d1x = Int{a.x} - c.x, d1y = Int{a.y} - c.y, d2x = Int{b.x} - a.x,
+                d2y = Int{b.y} - a.y;
       const std::int32_t x = first * kStep, y = row * kStep;
       Int e0 = d0x * (Int{y} - b.y) - d0y * (Int{x} - b.x);
       Int e1 = d1x * (Int{y} - c.y) - d1y * (Int{x} - c.x);
       Int e2 = d2x * (Int{y} - a.y) - d2y * (Int{x} - a.x);
-      std::uint32_t sample =
-          static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(columns) + static_cast<std::uint32_t>(first);
+      std::int32_t column = 0, end = last - first;
+      if (end > kLong) {
+        narrow(e0, d0y * kStep, column, end);
+        narrow(e1, d1y * kStep, column, end);
+        narrow(e2, d2y * kStep, column, end);
+        e0 -= d0y * kStep * column;
+        e1 -= d1y * kStep * column;
+        e2 -= d2y * kStep * column;
+      }
+      std::uint32_t sample = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(samples.columns) +
+                             static_cast<std::uint32_t>(first + column);
       bool inside = false;
-      for (std::int32_t column = first; column <= last;
-           ++column, ++sample, e0 -= d0y * kStep, e1 -= d1y * kStep, e2 -= d2y * kStep) {
+      for (; column <= end; ++column, ++sample, e0 -= d0y * kStep, e1 -= d1y * kStep, e2 -= d2y * kStep) {
         if ((e0 | e1 | e2) < 0) {
           if (inside) break;
           continue;
         }
         inside = true;
-        if (z[sample] == kNoSample) continue;
+        if (samples.z[sample] == kNoSample) continue;
         if (e0 == 0 || e1 == 0 || e2 == 0) {
-          const std::uint8_t way = lean ? lean[sample] : std::uint8_t{0};
+          const std::uint8_t way = samples.lean ? samples.lean[sample] : std::uint8_t{0};
           if (e0 == 0 && !leans_left(d0x, d0y, way)) continue;
           if (e1 == 0 && !leans_left(d1x, d1y, way)) continue;
           if (e2 == 0 && !leans_left(d2x, d2y, way)) continue;
@@ -104,6 +132,37 @@ struct LatticeSamples {
         visit(sample, e0, e1, e2);
       }
     }
+
+   private:
+    /// Longer rows are worth divisions. A CPU walks past samples outside faster than it divides.
+#ifdef __CUDA_ARCH__
+    static constexpr std::int32_t kLong = 12;
+#else
+    static constexpr std::int32_t kLong = INT32_MAX;
+#endif
+
+    /// The steps n from..to with e - n * step >= 0; to < from if there are none.
+    CORDILLERA_HD static void narrow(Int e, Int step, std::int32_t& from, std::int32_t& to) {
+      if (step > 0) {
+        const Int most = e < 0 ? -1 : e / step;
+        if (most < to) to = static_cast<std::int32_t>(most);
+      } else if (e < 0) {
+        const Int fewest = step == 0 ? Int{to} + 1 : (-e - step - 1) / -step;
+        if (fewest > from) from = fewest > to ? to + 1 : static_cast<std::int32_t>(fewest);
+      }
+    }
+  };
+
+  template <class Visit>
+  CORDILLERA_HD void with_scan(Point a, Point b, Point c, const Visit& visit) const {
+    const std::int32_t west = least(a.x, least(b.x, c.x)), east = greatest(a.x, greatest(b.x, c.x));
+    const std::int32_t south = least(a.y, least(b.y, c.y)), north = greatest(a.y, greatest(b.y, c.y));
+    const std::int32_t first = (west + kStep - 1) / kStep, last = east / kStep;
+    constexpr std::int32_t kSmall = 1 << 14;
+    if (east - west <= kSmall && north - south <= kSmall)
+      visit(Scan<std::int32_t>{*this, a, b, c, first, last});
+    else
+      visit(Scan<std::int64_t>{*this, a, b, c, first, last});
   }
 };
 
@@ -123,21 +182,33 @@ struct ScatteredSamples {
   CORDILLERA_HD bool has_only_corners(Point, Point, Point) const { return false; }
   CORDILLERA_HD float surface(Point p) const { return raster.surface({p.x >> raster_shift, p.y >> raster_shift}); }
 
+  /// Rows of bins.
+  CORDILLERA_HD Rows rows_of(Point a, Point b, Point c) const {
+    return {least(a.y, least(b.y, c.y)) >> bin_shift, (greatest(a.y, greatest(b.y, c.y)) >> bin_shift) + 1};
+  }
+  template <class Visit>
+  CORDILLERA_HD void in_row(Point a, Point b, Point c, std::int32_t row, const Visit& visit) const {
+    const std::int32_t west = least(a.x, least(b.x, c.x)) >> bin_shift, east = greatest(a.x, greatest(b.x, c.x)) >> bin_shift;
+    const std::uint32_t* const bins = start + static_cast<std::int64_t>(row) * columns;
+    for (std::uint32_t i = bins[west]; i < bins[east + 1]; ++i) {
+      const std::int64_t e0 = turn(b, c, point[i]), e1 = turn(c, a, point[i]), e2 = turn(a, b, point[i]);
+      if ((e0 | e1 | e2) < 0) continue;
+      if (e0 == 0 && !leans_left(c.x - b.x, c.y - b.y, lean[i])) continue;
+      if (e1 == 0 && !leans_left(a.x - c.x, a.y - c.y, lean[i])) continue;
+      if (e2 == 0 && !leans_left(b.x - a.x, b.y - a.y, lean[i])) continue;
+      visit(i, e0, e1, e2);
+    }
+  }
+  template <class Visit>
+  CORDILLERA_HD void each_row(Point a, Point b, Point c, const Visit& visit) const {
+    const Rows reach = rows_of(a, b, c);
+    for (std::int32_t row = reach.begin; row < reach.end; ++row) {
+      visit([&](const auto& sample) { in_row(a, b, c, row, sample); });
+    }
+  }
   template <class Visit>
   CORDILLERA_HD void in_triangle(Point a, Point b, Point c, const Visit& visit) const {
-    const std::int32_t west = least(a.x, least(b.x, c.x)) >> bin_shift, east = greatest(a.x, greatest(b.x, c.x)) >> bin_shift;
-    const std::int32_t south = least(a.y, least(b.y, c.y)) >> bin_shift, north = greatest(a.y, greatest(b.y, c.y)) >> bin_shift;
-    for (std::int32_t row = south; row <= north; ++row) {
-      const std::uint32_t* const bins = start + static_cast<std::int64_t>(row) * columns;
-      for (std::uint32_t i = bins[west]; i < bins[east + 1]; ++i) {
-        const std::int64_t e0 = turn(b, c, point[i]), e1 = turn(c, a, point[i]), e2 = turn(a, b, point[i]);
-        if ((e0 | e1 | e2) < 0) continue;
-        if (e0 == 0 && !leans_left(c.x - b.x, c.y - b.y, lean[i])) continue;
-        if (e1 == 0 && !leans_left(a.x - c.x, a.y - c.y, lean[i])) continue;
-        if (e2 == 0 && !leans_left(b.x - a.x, b.y - a.y, lean[i])) continue;
-        visit(i, e0, e1, e2);
-      }
-    }
+    each_row(a, b, c, [&](const auto& row) { row(visit); });
   }
 };
 

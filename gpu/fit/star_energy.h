@@ -1,7 +1,7 @@
 #pragma once
 // How well the triangles around a vertex fit the samples below and above them, and where the vertex would fit better. All heights
 // are taken relative to a nearby one, so that floats suffice.
-#include "gpu/fit/samples.h"
+#include "gpu/fit/lanes.h"
 
 namespace cordillera::gpu::fit {
 
@@ -41,21 +41,26 @@ struct StepEquations {
   }
 };
 
-/// Samples of triangle (p, a, b): the fit as a function of the height of p above base.
-template <class Samples>
-CORDILLERA_HD HeightFit fit_triangle(const Samples& samples, Point p, const Vertex& a, const Vertex& b, float base) {
-  const float inverse = 1 / static_cast<float>(turn(p, a.at(), b.at()));
-  const float at_a = (a.z - base) * inverse, at_b = (b.z - base) * inverse;
-  HeightFit fit;
-  samples.in_triangle(p, a.at(), b.at(), [&](std::uint32_t sample, auto e0, auto e1, auto e2) {
+/// The samples of triangle (p, b, c): the fit as a function of the height of p above base.
+struct FitTriangle {
+  const float* z;  ///< of samples
+  Point a, b, c;
+  float inverse, at_b, at_c, base;
+
+  CORDILLERA_HD FitTriangle(const float* samples, Point p, const Vertex& to, const Vertex& next, float base_)
+      : z(samples), a(p), b(to.at()), c(next.at()), inverse(1 / static_cast<float>(turn(a, b, c))), base(base_) {
+    at_b = (to.z - base) * inverse;
+    at_c = (next.z - base) * inverse;
+  }
+  template <class Int>
+  CORDILLERA_HD void add(HeightFit& fit, std::uint32_t sample, Int e0, Int e1, Int e2) const {
     const float hat = static_cast<float>(e0) * inverse;
-    const float rest = static_cast<float>(e1) * at_a + static_cast<float>(e2) * at_b - (samples.z[sample] - base);
+    const float rest = static_cast<float>(e1) * at_b + static_cast<float>(e2) * at_c - (z[sample] - base);
     fit.ll += hat * hat;
     fit.lr += hat * rest;
     fit.rr += rest * rest;
-  });
-  return fit;
-}
+  }
+};
 
 template <class Samples>
 CORDILLERA_HD void add_spike_guard(const Samples& samples, Point p, float base, HeightFit& fit) {
@@ -87,36 +92,41 @@ CORDILLERA_HD inline bool star_stays_positive(const MeshView& mesh, std::uint32_
 }
 
 /// The star of v with v at p, which must keep it positive; heights relative to that of v.
-template <class Samples>
-CORDILLERA_HD HeightFit fit_star(const MeshView& mesh, const Samples& samples, std::uint32_t v, Point p) {
-  const float base = mesh.vertex[v].z;
+template <class Lanes, class Samples>
+CORDILLERA_HD HeightFit fit_star(const Lanes& lanes, const MeshView& mesh, const Samples& samples, std::uint32_t v, Point p) {
+  const Vertex at = mesh.vertex[v];
+  const std::uint32_t* const row = mesh.row(v);
   HeightFit fit;
-  each_triangle(mesh, v, [&](const Vertex& a, const Vertex& b) {
-    fit.add(fit_triangle(samples, p, a, b, base));
-    return true;
-  });
-  add_spike_guard(samples, p, base, fit);
+  lanes.template sum<HeightFit>(
+      samples, at.triangles(),
+      [&](std::uint32_t i) { return FitTriangle(samples.z, p, mesh.vertex[row[i]], mesh.vertex[row[mesh.next(at, i)]], at.z); },
+      [&](std::uint32_t, const HeightFit& one) { fit.add(one); });
+  add_spike_guard(samples, p, at.z, fit);
   return fit;
 }
 
 /// The same where v is, with the equations of a step.
-template <class Samples>
-CORDILLERA_HD HeightFit fit_star(const MeshView& mesh, const Samples& samples, std::uint32_t v, StepEquations& step) {
+template <class Lanes, class Samples>
+CORDILLERA_HD HeightFit fit_star(const Lanes& lanes, const MeshView& mesh, const Samples& samples, std::uint32_t v,
+                                 StepEquations& step) {
   const Vertex at = mesh.vertex[v];
+  const std::uint32_t* const row = mesh.row(v);
   HeightFit fit;
   add_spike_guard(samples, at.at(), at.z, fit);
   step.zz = fit.ll;
   step.rz = fit.lr;
-  each_triangle(mesh, v, [&](const Vertex& a, const Vertex& b) {
-    const HeightFit one = fit_triangle(samples, at.at(), a, b, at.z);
-    if (one.ll > 0) {
-      float twice_area;
-      const Slope slope = slope_of(mesh, at.at(), at.z, a, b, twice_area);
-      step.add(one.ll, one.lr, slope.x, slope.y);
-    }
-    fit.add(one);
-    return true;
-  });
+  const auto corner = [&](std::uint32_t i) -> const Vertex& { return mesh.vertex[row[i]]; };
+  lanes.template sum<HeightFit>(
+      samples, at.triangles(),
+      [&](std::uint32_t i) { return FitTriangle(samples.z, at.at(), corner(i), corner(mesh.next(at, i)), at.z); },
+      [&](std::uint32_t i, const HeightFit& one) {
+        if (one.ll > 0) {
+          float twice_area;
+          const Slope slope = slope_of(mesh, at.at(), at.z, corner(i), corner(mesh.next(at, i)), twice_area);
+          step.add(one.ll, one.lr, slope.x, slope.y);
+        }
+        fit.add(one);
+      });
   return fit;
 }
 

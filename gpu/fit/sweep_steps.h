@@ -15,23 +15,20 @@ struct IsGone {
   CORDILLERA_HD bool operator()(std::uint32_t v) const { return vertex[v].gone(); }
 };
 
-struct SetByte {
-  std::uint8_t* byte;
-  const std::uint32_t* list;
-  std::uint8_t value;
-  CORDILLERA_HD void operator()(std::size_t i) const { byte[list[i]] = value; }
+struct MakeWait {
+  std::uint8_t* waiting;
+  CORDILLERA_HD void operator()(std::uint32_t v) const { waiting[v] = 1; }
 };
 
 /// A vertex waits for neighbours that come before it. The order differs from sweep to sweep.
 struct IsNext {
   MeshView mesh;
   const std::uint8_t* waiting;
-  const std::uint32_t* list;
   std::uint32_t sweep;
 
   CORDILLERA_HD std::uint32_t turn_of(std::uint32_t v) const { return mixed(v ^ sweep); }
-  CORDILLERA_HD bool operator()(std::uint32_t i) const {
-    const std::uint32_t v = list[i], mine = turn_of(v);
+  CORDILLERA_HD bool operator()(std::uint32_t v) const {
+    const std::uint32_t mine = turn_of(v);
     const std::uint32_t* const row = mesh.row(v);
     for (std::uint32_t k = 0; k < mesh.vertex[v].valence; ++k) {
       if (waiting[row[k]] && turn_of(row[k]) < mine) return false;
@@ -40,17 +37,16 @@ struct IsNext {
   }
 };
 
-struct IsWaiting {
-  const std::uint8_t* waiting;
-  const std::uint32_t* list;
-  CORDILLERA_HD bool operator()(std::uint32_t i) const { return waiting[list[i]] != 0; }
-};
-
-/// to[i] = list[to[i]]
-struct PickFrom {
-  const std::uint32_t* list;
-  std::uint32_t* to;
-  CORDILLERA_HD void operator()(std::size_t i) const { to[i] = list[to[i]]; }
+/// Its turn: it moves, and nobody waits for it any more.
+template <class Move>
+struct TakeTurn {
+  Move move;
+  std::uint8_t* waiting;
+  template <class Lanes>
+  CORDILLERA_HD void operator()(const Lanes& lanes, std::uint32_t v) const {
+    move(lanes, v);
+    if (lanes.leads()) waiting[v] = 0;
+  }
 };
 
 }  // namespace cordillera::gpu::fit

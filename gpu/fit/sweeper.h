@@ -1,5 +1,7 @@
 #pragma once
 // Sweeps: every vertex moved once to where it fits better.
+#include <utility>
+
 #include "gpu/fit/work_mesh.h"
 
 namespace cordillera::gpu::fit {
@@ -11,20 +13,17 @@ class Sweeper {
 
   template <class Move>
   void sweep(const Move& move) {
-    const std::span<const std::uint32_t> all = work_.alive();
-    std::uint8_t* const waiting = work_.room(waiting_, work_.ids());
-    std::uint32_t *rest = work_.room(rest_[0], all.size()), *spare = work_.room(rest_[1], all.size()),
-                  *next = work_.room(next_, all.size());
-    device_.each(all.size(), SetByte{waiting, all.data(), 1});
-    const std::uint32_t* list = all.data();
-    for (std::size_t left = all.size(); left > 0; std::swap(rest, spare)) {
-      const std::size_t count = device_.select(left, IsNext{work_.mesh(), waiting, list, sweeps_}, next);
-      device_.each(count, PickFrom{list, next});
-      device_.each(count, Listed{move, next});
-      device_.each(count, SetByte{waiting, next, 0});
-      left = device_.select(left, IsWaiting{waiting, list}, rest);
-      device_.each(left, PickFrom{list, rest});
-      list = rest;
+    const std::size_t all = work_.ids();
+    std::uint8_t* const waiting = work_.room(waiting_, all);
+    std::uint32_t *rest = work_.room(rest_[0], all), *spare = work_.room(rest_[1], all), *next = work_.room(next_, all);
+    Vertices left = device_.list({all}, IsAlive{work_.mesh().vertex}, rest);
+    device_.each_of(left, MakeWait{waiting});
+    auto watch = device_.template watch<std::uint32_t>();
+    for (bool done = false; !done; std::swap(rest, spare)) {
+      const Split turns = device_.split(left, IsNext{work_.mesh(), waiting, sweeps_}, next, spare);
+      device_.each_star(turns.yes, work_.crowd(), TakeTurn<Move>{move, waiting});
+      left = turns.no;
+      done = left.count.found ? watch.look(left.count.found) == 0u : left.count.most == 0;
     }
     ++sweeps_;
   }

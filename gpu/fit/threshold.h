@@ -1,49 +1,55 @@
 #pragma once
 // The class of cost up to which a wanted number of vertices lies: a histogram, no sort.
-#include <algorithm>
-
-#include "gpu/fit/wave_view.h"
+#include "gpu/fit/progress.h"
 
 namespace cordillera::gpu::fit {
+
+/// Those that a wave looks at: a share of the vertices that can go at all, or so many. Nobody once waves have halted.
+struct FindLimit {
+  CostBins bins;
+  double share;
+  std::uint32_t fewest;
+  Progress* progress;
+
+  template <class Team>
+  CORDILLERA_HD void operator()(Team& team, std::size_t) const {
+    const auto wanted = [&](std::uint32_t all) {
+      const auto some = static_cast<std::uint32_t>((progress->all ? 1 : share) * all);
+      return some > fewest ? some : fewest;
+    };
+    bins.find(team, wanted, [&](std::uint32_t limit) { progress->limit = progress->halt == Halt::none ? limit : 0; });
+  }
+};
 
 template <class Device>
 class Threshold {
  public:
   explicit Threshold(Device& device) : device_(device) {}
 
-  std::uint32_t of_share(const WaveView& wave, std::size_t vertices, double share) {
-    const std::uint64_t all = count(wave, vertices);
-    return class_of(std::max<std::uint64_t>(static_cast<std::uint64_t>(share * static_cast<double>(all)), kFewest));
+  /// Where later steps find the class; overwritten by the next call.
+  Count of_share(const WaveView& wave, std::size_t vertices, double share, Progress* progress) {
+    return find(wave, vertices, share, kFewest, progress);
   }
-  std::uint32_t of_count(const WaveView& wave, std::size_t vertices, std::uint64_t wanted) {
-    count(wave, vertices);
-    return class_of(std::max<std::uint64_t>(wanted, 1));
+  Count of_count(const WaveView& wave, std::size_t vertices, std::uint32_t wanted, Progress* progress) {
+    return find(wave, vertices, 0, wanted, progress);
   }
 
  private:
-  static constexpr std::uint64_t kFewest = 32;
+  static constexpr std::uint32_t kFewest = 32;
 
-  std::uint64_t count(const WaveView& wave, std::size_t vertices) {
-    bins_.reserve(kCostClasses);
-    device_.zero(bins_.data(), kCostClasses);
-    device_.each(vertices, CountClass{wave, bins_.data()});
-    device_.copy_out(counts_, bins_.data(), kCostClasses);
-    std::uint64_t all = 0;
-    for (const std::uint32_t n : counts_) all += n;
-    return all;
-  }
-  std::uint32_t class_of(std::uint64_t wanted) const {
-    std::uint64_t below = 0;
-    for (std::uint32_t k = 0; k < kCostClasses; ++k) {
-      below += counts_[k];
-      if (below >= wanted) return k;
+  Count find(const WaveView& wave, std::size_t vertices, double share, std::uint32_t fewest, Progress* progress) {
+    if (!bins_.data()) {
+      bins_.reserve(kCostClasses);
+      sums_.reserve(CostBins::kParts);
+      device_.zero(bins_.data(), kCostClasses);
     }
-    return kCostClasses;
+    device_.histogram(vertices, ClassOfCost{wave}, bins_.data(), kCostClasses);
+    device_.each_block(1, FindLimit{{bins_.data(), sums_.data()}, share, fewest, progress});
+    return {kCostClasses, &progress->limit};
   }
 
   Device& device_;
-  std::uint32_t counts_[kCostClasses];
-  typename Device::template Array<std::uint32_t> bins_;
+  typename Device::template Array<std::uint32_t> bins_, sums_;
 };
 
 }  // namespace cordillera::gpu::fit

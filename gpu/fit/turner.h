@@ -15,20 +15,16 @@ class Turner {
     const std::size_t all = work_.ids();
     const MeshView mesh = work_.mesh();
     const WaveView wave = work_.wave();
+    std::uint32_t *const list = work_.room(list_, all), *const winners = work_.room(winners_, all);
     device_.each(all, MakeAllStale{mesh, wave});
     for (std::uint32_t round = 0; round < static_cast<std::uint32_t>(rounds); ++round) {
-      std::uint32_t* const list = work_.room(list_, all);
-      std::uint32_t* const winners = work_.room(winners_, all);
-      const std::size_t stale = device_.select(all, IsMarked{wave, kStale}, list);
-      device_.each(stale, EvaluateFlips<Samples>{mesh, wave, samples, limit, list});
-      const std::size_t count = device_.select(all, WantsFlip{mesh, wave}, list);
-      if (count == 0) return;
-      const Flip flip{mesh, wave, winners};
-      device_.each(count, OfferClaim<Flip>{flip, round, list});
-      device_.each(count, DecideClaim<Flip>{flip, round, list});
-      const std::size_t won = device_.select(count, IsWinner{wave, list}, winners);
-      device_.each(won, PickFrom{list, winners});
-      device_.each(won, flip);
+      const Vertices stale = device_.list({all}, IsMarked{wave, kStale}, list);
+      device_.each_star(stale, work_.crowd(), EvaluateFlips<Samples>{mesh, wave, samples, limit});
+      const Vertices wanting = device_.list({all}, WantsFlip{mesh, wave}, list);
+      const Flip flip{mesh, wave};
+      device_.each_of(wanting, OfferClaim<Flip>{flip, round});
+      device_.each_of(wanting, DecideClaim<Flip>{flip, round});
+      device_.each_of(device_.list(wanting, IsWinner{wave}, winners), flip);
     }
   }
 

@@ -38,23 +38,22 @@ CORDILLERA_HD inline std::uint32_t ordered(float value) {
   return as.bits & 0x80000000u ? ~as.bits : as.bits | 0x80000000u;
 }
 
+CORDILLERA_HD inline float unordered(std::uint32_t bits) {
+  union {
+    std::uint32_t bits;
+    float f;
+  } as{bits & 0x80000000u ? bits & 0x7fffffffu : ~bits};
+  return as.f;
+}
+
 /// Classes of cost: a histogram's bins, eight to a factor of two.
 inline constexpr std::uint32_t kCostClasses = 4096;
 CORDILLERA_HD inline std::uint32_t cost_class(float cost) { return ordered(cost) >> 20; }
 
-CORDILLERA_HD inline void lower_to(std::uint64_t* at, std::uint64_t value) {
-#ifdef __CUDA_ARCH__
-  atomicMin(reinterpret_cast<unsigned long long*>(at), static_cast<unsigned long long>(value));
-#else
-  if (value < *at) *at = value;
-#endif
-}
-
-struct CountClass {
+struct ClassOfCost {
   WaveView wave;
-  std::uint32_t* bins;
-  CORDILLERA_HD void operator()(std::size_t v) const {
-    if (wave.cost[v] < kNever) count_one(bins + cost_class(wave.cost[v]));
+  CORDILLERA_HD std::uint32_t operator()(std::size_t v) const {
+    return wave.cost[v] < kNever ? cost_class(wave.cost[v]) : kCostClasses;
   }
 };
 

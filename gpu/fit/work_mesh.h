@@ -1,9 +1,13 @@
 #pragma once
 // The mesh in work and its arrays on a device.
-#include <span>
+#include <algorithm>
+#include <optional>
 
 #include "gpu/fit/fitter.h"
+#include "gpu/fit/grid_steps.h"
 #include "gpu/fit/mesh_steps.h"
+#include "gpu/fit/progress.h"
+#include "gpu/fit/steps.h"
 #include "gpu/fit/sweep_steps.h"
 
 namespace cordillera::gpu::fit {
@@ -18,17 +22,47 @@ class WorkMesh {
 
   /// False: some vertex has no single fan.
   bool load(const Plan& plan);
+  /// A regular grid, its heights where steps run; sample_z: room for the samples.
+  void load(const HeightGrid& grid, const PlanScale& scale, float* sample_z);
   /// Numbers the survivors anew when well under half are left: neighbours come to lie near each other again.
   /// Locks and waves are forgotten then; true if so.
   bool close_up();
   /// More numbers that are gone, for vertices to come: at least so many, or as many as there is memory for.
   void make_room(std::size_t wanted);
-  void unload(FittedMesh& to);
+  void pack();
+  /// What was packed.
+  void fetch(FittedMesh& to);
 
   /// The survivors, ascending; valid until the next call of this or of close_up().
-  std::span<const std::uint32_t> alive() {
+  Vertices alive() {
     std::uint32_t* const list = room(alive_, ids_);
-    return {list, device_.select(ids_, IsAlive{mesh_.vertex}, list)};
+    return {device_.select(ids_, IsAlive{mesh_.vertex}, list), list};
+  }
+
+  /// Gives out waves, by wave(progress), until one halts. No fewer triangles than `least` may be left; `enough` are few enough.
+  template <class Wave>
+  Progress until_halt(std::uint64_t least, std::uint64_t enough, const Wave& wave) {
+    Progress start;
+    start.triangles = triangles_;
+    start.least = least;
+    start.enough = enough;
+    start.vertices = static_cast<std::uint32_t>(ids_ - removed_);
+    start.crowded = static_cast<std::uint32_t>(crowded());
+    Progress* const progress = room(progress_, 1);
+    device_.copy_in(progress, &start, 1);
+    for (auto watch = device_.template watch<Progress>();;) {
+      wave(progress);
+      const std::optional<Progress> now = watch.look(progress);
+      if (!now || now->halt == Halt::none) continue;
+      count(std::int64_t{now->vertices} - std::int64_t{start.vertices},
+            static_cast<std::int64_t>(now->triangles) - static_cast<std::int64_t>(start.triangles));
+      return *now;
+    }
+  }
+  /// For steps that want one though there are no waves.
+  Progress* fresh_progress() {
+    device_.zero(reinterpret_cast<std::uint32_t*>(room(progress_, 1)), sizeof(Progress) / sizeof(std::uint32_t));
+    return progress_.data();
   }
 
   const MeshView& mesh() const { return mesh_; }
@@ -38,7 +72,9 @@ class WorkMesh {
   /// Runs of vertex numbers that lie near each other in the plan, as they were loaded; none: nobody knows of any.
   std::size_t blocks() const { return blocks_; }
   const std::uint32_t* block_start() const { return block_start_.data(); }
-  std::uint64_t removed_vertices() const { return removed_; }  ///< since the last closing up
+  /// Samples to a vertex, about.
+  std::size_t crowd() const { return samples_ / std::max<std::size_t>(ids_ - removed_, 1); }
+  void set_samples(std::size_t count) { samples_ = count; }
   void count(std::int64_t vertices, std::int64_t triangles) {
     removed_ -= static_cast<std::uint64_t>(vertices);
     triangles_ += static_cast<std::uint64_t>(triangles);
@@ -60,10 +96,15 @@ class WorkMesh {
   static constexpr std::uint32_t kWidestRow = 256;
   static constexpr std::size_t kLeastRoom = 256;
 
+  void make_arrays(std::size_t count);
+
+  /// So few survivors are well under half.
+  std::size_t crowded() const { return ids_ * 9 / 20; }
+
   Device& device_;
   MeshView mesh_, spare_mesh_;
   WaveView wave_, spare_wave_;
-  std::size_t blocks_ = 0, ids_ = 0, capacity_ = 0, spare_capacity_ = 0;
+  std::size_t blocks_ = 0, ids_ = 0, samples_ = 0, capacity_ = 0, spare_capacity_ = 0, packed_ = 0;
   std::uint64_t triangles_ = 0, removed_ = 0;
   Array<Vertex> vertex_[2];
   Array<std::uint32_t> rows_[2];
@@ -73,6 +114,7 @@ class WorkMesh {
   Array<Planes> planes_[2];
   Array<std::uint64_t> lock_;
   Array<std::uint32_t> block_start_, spent_, into_, alive_, number_, wedge_end_, first_;
+  Array<Progress> progress_;
   Array<Triangle> triangle_;
   Array<Wedge> wedges_;
   Array<RingFacts> facts_;

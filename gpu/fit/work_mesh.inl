@@ -25,10 +25,10 @@ bool WorkMesh<Device>::load(const Plan& plan) {
   Wedge* const wedges = room(wedges_, 3 * plan.triangles.size());
   device_.zero(end, count);
   device_.zero(facts, 1);
-  device_.each(plan.triangles.size(), CountWedges{triangles, end});
+  device_.each_counting(plan.triangles.size(), CountWedges{triangles, end});
   device_.each(count, WidestFan{end, facts});
   device_.exclusive_sum(end, end, count);
-  device_.each(plan.triangles.size(), PlaceWedges{triangles, end, wedges});
+  device_.each_counting(plan.triangles.size(), PlaceWedges{triangles, end, wedges});
   RingFacts found;
   device_.copy_out(&found, facts, 1);
   const std::uint32_t widest = std::max(found.widest + 1, kMostNeighbours);
@@ -38,6 +38,31 @@ bool WorkMesh<Device>::load(const Plan& plan) {
   device_.each(count, ChainFan{mesh_, end, wedges, facts});
   device_.copy_out(&found, facts, 1);
 
+  make_arrays(count);
+  return found.broken == 0;
+}
+
+template <class Device>
+void WorkMesh<Device>::load(const HeightGrid& grid, const PlanScale& scale, float* sample_z) {
+  const TileOrder order{grid.columns, grid.rows};
+  const std::size_t count = std::size_t{grid.columns} * grid.rows;
+  ids_ = count;
+  triangles_ = std::uint64_t{2} * (grid.columns - 1) * (grid.rows - 1);
+  removed_ = 0;
+  blocks_ = order.tiles();
+  device_.each(blocks_ + 1, StartTile{order, static_cast<std::uint32_t>(count), room(block_start_, blocks_ + 1)});
+  mesh_.vertex = room(vertex_[0], count);
+  mesh_.units_per_cell = LatticeSamples::kStep;
+  mesh_.cells_per_unit = 1 / mesh_.units_per_cell;
+  mesh_.row_shift = std::bit_width(kMostNeighbours - 1);
+  mesh_.rows = room(rows_[0], count << mesh_.row_shift);
+  device_.each(count, TakeNode{mesh_, order, grid.z, scale.middle_z, scale.scale_z, sample_z});
+  make_arrays(count);
+}
+
+/// What waves keep, and the spare ones.
+template <class Device>
+void WorkMesh<Device>::make_arrays(std::size_t count) {
   wave_ = {room(cost_[0], count), room(intent_[0], count), room(mark_[0], count), room(planes_[0], count),
            room(lock_, count),    room(spent_, count),     room(into_, count)};
   spare_mesh_ = mesh_;
@@ -51,21 +76,21 @@ bool WorkMesh<Device>::load(const Plan& plan) {
   spare_wave_.intent = room(intent_[1], half);
   spare_wave_.mark = room(mark_[1], half);
   spare_wave_.planes = room(planes_[1], half);
-  return found.broken == 0;
 }
 
 template <class Device>
 bool WorkMesh<Device>::close_up() {
-  if (ids_ - removed_ > ids_ * 9 / 20) return false;
-  const std::span<const std::uint32_t> left = alive();
+  if (ids_ - removed_ > crowded()) return false;
+  const Vertices left = alive();
+  const std::size_t count = left.count.most;
   std::uint32_t* const number = room(number_, ids_);
-  device_.each(left.size(), NumberSurvivor{left.data(), number});
-  device_.each(left.size(), MoveSurvivor{mesh_, spare_mesh_, left.data(), number});
-  device_.each(left.size(), MoveWave{wave_, spare_wave_, left.data()});
+  device_.each(count, NumberSurvivor{left.list, number});
+  device_.each(count, MoveSurvivor{mesh_, spare_mesh_, left.list, number});
+  device_.each(count, MoveWave{wave_, spare_wave_, left.list});
   std::swap(mesh_, spare_mesh_);
   std::swap(wave_, spare_wave_);
   std::swap(capacity_, spare_capacity_);
-  ids_ = left.size();
+  ids_ = count;
   removed_ = 0;
   device_.each(ids_, ForgetRounds{wave_});
   return true;
@@ -81,22 +106,28 @@ void WorkMesh<Device>::make_room(std::size_t wanted) {
 }
 
 template <class Device>
-void WorkMesh<Device>::unload(FittedMesh& to) {
-  const std::span<const std::uint32_t> left = alive();
+void WorkMesh<Device>::pack() {
+  const Vertices left = alive();
+  const std::size_t count = left.count.most;
   std::uint32_t* const number = room(number_, ids_);
-  std::uint32_t* const first = room(first_, left.size());
+  std::uint32_t* const first = room(first_, count);
   Triangle* const triangles = room(triangle_, triangles_);
-  device_.each(left.size(), NumberSurvivor{left.data(), number});
-  device_.each(left.size(), CountOwnTriangles{mesh_, left.data(), first});
-  device_.exclusive_sum(first, first, left.size());
-  device_.each(left.size(),
-               PackVertex{mesh_, left.data(), number, first, room(at_, left.size()), room(z_, left.size()), triangles});
-  to.at.resize(left.size());
-  to.z.resize(left.size());
+  device_.each(count, NumberSurvivor{left.list, number});
+  device_.each(count, CountOwnTriangles{mesh_, left.list, first});
+  device_.exclusive_sum(first, first, count);
+  device_.each(count,
+               PackVertex{mesh_, left.list, number, first, room(at_, count), room(z_, count), triangles});
+  packed_ = count;
+}
+
+template <class Device>
+void WorkMesh<Device>::fetch(FittedMesh& to) {
+  to.at.resize(packed_);
+  to.z.resize(packed_);
   to.triangles.resize(triangles_);
-  device_.copy_out(to.at.data(), at_.data(), left.size());
-  device_.copy_out(to.z.data(), z_.data(), left.size());
-  device_.copy_out(to.triangles.data(), triangles, triangles_);
+  device_.copy_out(to.at.data(), at_.data(), packed_);
+  device_.copy_out(to.z.data(), z_.data(), packed_);
+  device_.copy_out(to.triangles.data(), triangle_.data(), triangles_);
 }
 
 }  // namespace cordillera::gpu::fit

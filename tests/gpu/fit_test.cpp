@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "gpu/fit/simplify_height_mesh.h"
+#include "gpu/fit/simplify_height_grid.h"
 #include "gpu/vertical_error.h"
 #include "tests/bench/pyramid/terrain.h"
 
@@ -100,7 +100,7 @@ SimplifiedMesh simplified(const HeightMesh& in, const MeshTarget& target, Qualit
   EXPECT_EQ(report.device, "cpu");
   const VerticalError error = judged(in, result->mesh);
   EXPECT_EQ(error.uncovered, 0u);
-  EXPECT_NEAR(report.rmse_m, error.rmse, 1e-5 + 1e-4 * error.rmse);
+  EXPECT_NEAR(report.rmse_m, error.rmse, 5e-5 + 1e-4 * error.rmse);  // plan positions are rounded, which shows across needles
   EXPECT_NEAR(report.max_error_m, error.max, 1e-4 + 1e-3 * error.max);
   return std::move(*result);
 }
@@ -352,16 +352,77 @@ TEST(Fit, MoreThanThereIsGivesTheInputBack) {
   EXPECT_NEAR(out.report.max_error_m, 0, 1e-4);
 }
 
+void expect_same(const HeightMesh& one, const HeightMesh& other) {
+  EXPECT_EQ(one.triangles, other.triangles);
+  EXPECT_EQ(one.x, other.x);
+  EXPECT_EQ(one.y, other.y);
+  EXPECT_EQ(one.z, other.z);
+}
+
+TEST(Fit, ThreadsDoNotShow) {
+  const HeightMesh in = terrain(bench::Terrain::alpine, 100), scattered = shaken(in);
+  for (const Quality quality : kQualities) {
+    for (const HeightMesh* mesh : {&in, &scattered}) {
+      const auto alone = simplify(*mesh, MeshTarget::keep(0.1), {quality, "cpu", 1});
+      for (const unsigned threads : {2u, 3u}) {
+        expect_same(alone->mesh, simplify(*mesh, MeshTarget::keep(0.1), {quality, "cpu", threads})->mesh);
+      }
+    }
+  }
+}
+
+/// The mesh that a grid stands for.
+HeightMesh mesh_of(const HeightGrid& from) {
+  HeightMesh mesh = grid(from.columns, from.rows, from.cell_x, [&](std::uint32_t c, std::uint32_t r) {
+    return static_cast<double>(from.z[r * from.columns + c]);
+  });
+  for (double& x : mesh.x) x += from.x0 - 1000;
+  for (double& y : mesh.y) y += from.y0 + 500;
+  return mesh;
+}
+
+TEST(Fit, GridsAreMeshes) {
+  auto simplifier = GridSimplifier::make("cpu", 2);
+  ASSERT_TRUE(simplifier.ok());
+  for (const auto& [columns, rows] : {std::pair{2u, 2u}, {33u, 7u}, {70u, 65u}, {9u, 100u}}) {
+    std::vector<float> z(columns * rows);
+    for (std::uint32_t i = 0; i < z.size(); ++i) z[i] = static_cast<float>(bench::mixed(i % columns, i / columns, 3) % 1000) / 8;
+    const HeightGrid from{z.data(), false, columns, rows, 64, 128, 32, 32};
+    for (const Quality quality : {Quality::fast, Quality::default_}) {
+      const MeshOptions options{quality, "cpu"};
+      const auto result = simplifier->simplify(from, MeshTarget::keep(0.3), options);
+      ASSERT_TRUE(result.ok());
+      expect_same(result->mesh, simplify(mesh_of(from), MeshTarget::keep(0.3), options)->mesh);
+      expect_same(result->mesh, simplifier->simplify(simplifier->keep(from), MeshTarget::keep(0.3), options)->mesh);
+    }
+    const auto bounded = simplifier->simplify(from, MeshTarget::error_m(20));
+    EXPECT_LE(bounded->report.max_error_m, 20);
+    expect_same(bounded->mesh, simplify(mesh_of(from), MeshTarget::error_m(20), {Quality::default_, "cpu"})->mesh);
+  }
+}
+
+TEST(Fit, GridsAreRefusedByName) {
+  auto simplifier = GridSimplifier::make("cpu");
+  std::vector<float> z(12, 1);
+  const auto refused = [&](const HeightGrid& from) {
+    const auto result = simplifier->simplify(from, MeshTarget::keep(0.5));
+    return result.ok() ? "" : result.problem().type + ": " + result.problem().detail;
+  };
+  EXPECT_EQ(refused({z.data(), false, 4, 3}), "");
+  EXPECT_EQ(refused({z.data(), false, 12, 1}), "grid-broken: the grid has 12 columns and 1 rows, or cells without a size");
+  EXPECT_EQ(refused({z.data(), false, 4, 3, 0, 0, 0, 1}),
+            "grid-broken: the grid has 4 columns and 3 rows, or cells without a size");
+  z[7] = std::nanf("");
+  EXPECT_EQ(refused({z.data(), false, 4, 3}), "grid-not-finite: sample 7 is NaN or infinity");
+}
+
 TEST(Fit, CudaGivesTheBitsOfTheCpu) {
   const HeightMesh in = terrain(bench::Terrain::alpine, 200);
   for (const Quality quality : kQualities) {
     const auto cuda = simplify(in, MeshTarget::keep(0.1), {quality, "cuda"});
     if (!cuda.ok()) GTEST_SKIP() << "no CUDA device: " << cuda.problem().detail;
     const auto cpu = simplify(in, MeshTarget::keep(0.1), {quality, "cpu"});
-    EXPECT_EQ(cpu->mesh.triangles, cuda->mesh.triangles);
-    EXPECT_EQ(cpu->mesh.x, cuda->mesh.x);
-    EXPECT_EQ(cpu->mesh.y, cuda->mesh.y);
-    EXPECT_EQ(cpu->mesh.z, cuda->mesh.z);
+    expect_same(cpu->mesh, cuda->mesh);
   }
 }
 

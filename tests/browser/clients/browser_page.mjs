@@ -1,0 +1,83 @@
+// A client's page in the browser: what it asked for, what it complained about, when it is done, what its picture shows.
+const kPatience_ms = 120000;
+const kGivenUp = "net::ERR_ABORTED";  // by the client itself: the camera went on before the tile was there
+const kPoll_ms = 150;
+const kQuietPolls = 6;
+const kMagentaOver = 60;  // red and blue over green; terrain is drawn in white, grey and earth colours
+
+// Red lines of the browser's console, and every request that failed or left the two servers.
+function watch(page, origins) {
+  const complaints = [], answered = [];
+  page.on("console", (message) => { if (message.type() === "error") complaints.push(message.text()); });
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("requestfailed", (request) => {
+    const why = request.failure()?.errorText;
+    if (why !== kGivenUp) complaints.push(`${request.url()}: ${why}`);
+  });
+  page.on("response", (response) => {
+    if (response.status() >= 400) complaints.push(`${response.url()}: ${response.status()}`);
+    if ([200, 206].includes(response.status())) answered.push(response.url());
+  });
+  page.on("request", (request) => {
+    const { protocol, origin } = new URL(request.url());
+    const elsewhere = !["data:", "blob:"].includes(protocol) && !origins.includes(origin);
+    if (elsewhere) complaints.push(`a request to somewhere else: ${request.url()}`);
+  });
+  return { complaints, answered };
+}
+
+export async function open_client(browser, url, origins) {
+  const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+  page.setDefaultTimeout(kPatience_ms);
+  const seen = watch(page, origins);
+  await page.goto(url);
+  const opened = { page, ...seen };
+  await until(opened, () => page.evaluate(() => Boolean(globalThis.client)), "the snippet never ended");
+  return opened;
+}
+
+// Asks until the answer is true some polls on end: clients learn what they lack only as frames go by.
+async function until({ page, complaints }, ask, otherwise) {
+  const end = Date.now() + kPatience_ms;
+  for (let quiet = 0; quiet < kQuietPolls;) {
+    if (complaints.length > 0) throw new Error(complaints.join("\n"));
+    if (Date.now() > end) throw new Error(otherwise);
+    quiet = (await ask()) ? quiet + 1 : 0;
+    await page.waitForTimeout(kPoll_ms);
+  }
+}
+
+export async function settle(opened) {
+  const settled = () => opened.page.evaluate(() => globalThis.client.settled());
+  await until(opened, settled, "the client is not done loading, or shows no tile");
+  return opened.page.evaluate(() => globalThis.client.tiles());
+}
+
+export async function look_down(opened, view) {
+  await opened.page.evaluate((how) => globalThis.client.look_down(how), view);
+  return settle(opened);
+}
+
+// Shares and spread of colours in what is on the screen now; kept as a file too if it is given a name.
+export async function picture_of({ page }, path) {
+  const png = await page.locator("#map").screenshot({ path });
+  return page.evaluate(async ({ base64, over }) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${base64}`;
+    await image.decode();
+    const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: image.height });
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
+    let magenta = 0, sum = 0, squares = 0;
+    for (let i = 0; i < data.length; i += 4) {
+      const [red, green, blue] = [data[i], data[i + 1], data[i + 2]];
+      if (red - green > over && blue - green > over) ++magenta;
+      const light = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+      sum += light;
+      squares += light * light;
+    }
+    const pixels = data.length / 4, mean = sum / pixels;
+    return { magenta: magenta / pixels, deviation: Math.sqrt(Math.max(squares / pixels - mean * mean, 0)) };
+  }, { base64: png.toString("base64"), over: kMagentaOver });
+}

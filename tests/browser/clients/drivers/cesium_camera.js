@@ -1,0 +1,18 @@
+// What both CesiumJS drivers do with a scene.
+import { Cartesian3, Color, Math as CesiumMath } from "cesium";
+
+// Nothing but terrain in front of one colour.
+export function set_background(scene, css) {
+  scene.backgroundColor = Color.fromCssColorString(css);
+  for (const part of ["skyBox", "skyAtmosphere", "sun", "moon"]) if (scene[part]) scene[part].show = false;
+}
+
+// From above the middle of the bounds, so that the picture's height covers a share of their north-south extent.
+export function look_down(camera, { bounds: [west, south, east, north, , top], share }) {
+  const across_m = share * (north - south) * 111000;
+  const range_m = across_m / 2 / Math.tan(camera.frustum.fovy / 2);
+  camera.setView({
+    destination: Cartesian3.fromDegrees((west + east) / 2, (south + north) / 2, top + range_m),
+    orientation: { heading: 0, pitch: -CesiumMath.PI_OVER_TWO, roll: 0 },
+  });
+}

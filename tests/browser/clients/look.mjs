@@ -1,0 +1,72 @@
+// Runs the code of every client page, one after another, against a real server; pages in one Chromium.
+//   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --known known.json --archives FOLDER
+//                 --docs FOLDER --readme FILE --modules FOLDER --pictures FOLDER [--only NAME,NAME]
+import { mkdirSync, readFileSync, rmSync } from "node:fs";
+import { parseArgs } from "node:util";
+
+import { open_browser } from "../browser.mjs";
+import { open_client } from "./browser_page.mjs";
+import { bundle_all } from "./bundles.mjs";
+import { kHeightTolerance_m } from "./checks.mjs";
+import { kArchiveBlocks, kBrowserClients, kMeshBlocks, kTilesetBlocks } from "./clients.mjs";
+import { try_archive_block, try_mesh_block, try_readme, try_tileset_block } from "./node_clients.mjs";
+import { start_page_server } from "./page_server.mjs";
+import { block_of, page_of, snippet_of } from "./snippets.mjs";
+import { try_browser_client } from "./try_browser.mjs";
+
+const options = ["chromium", "url", "terrain", "flat", "known", "archives", "docs", "readme", "modules", "pictures", "only"];
+const { values: given } = parseArgs({ options: Object.fromEntries(options.map((name) => [name, { type: "string" }])) });
+const wanted = ({ name }) => !given.only || given.only.split(",").includes(name);
+const in_browser = kBrowserClients.filter(wanted);
+const entries = new URL("./entries", import.meta.url).pathname;
+
+let failures = 0;
+async function run(name, body) {
+  const start = Date.now();
+  try {
+    const seen = await body();
+    console.log(`ok  ${name}: ${seen}; ${((Date.now() - start) / 1000).toFixed(1)} s`);
+  } catch (error) {
+    ++failures;
+    console.error(`FAILED  ${name}: ${error.message}`);
+  }
+}
+
+function read_snippet(client) {
+  client.snippet = snippet_of(`${given.docs}/${client.page}`, client.section);
+  return client;
+}
+
+async function run_node(shared) {
+  const kinds = [[kMeshBlocks, try_mesh_block], [kArchiveBlocks, try_archive_block], [kTilesetBlocks, try_tileset_block]];
+  for (const [clients, attempt] of kinds) {
+    for (const client of clients.filter(wanted)) await run(client.name, () => attempt(read_snippet(client), shared));
+  }
+  if (wanted({ name: "readme" })) await run("readme", () => try_readme(block_of(given.readme, "draco3d"), shared));
+}
+
+async function run_browser(pages, shared) {
+  const browser = await open_browser(given.chromium);
+  for (const client of in_browser) {
+    const open = (dataset) => open_client(browser, `${pages.url}/${dataset}/${client.name}/index.html`, [pages.url, given.url]);
+    const allowed_m = shared.allowed_m + client.added_m;
+    await run(client.name, () => try_browser_client(client, { ...shared, open, allowed_m }));
+  }
+  await browser.close();
+}
+
+rmSync(entries, { recursive: true, force: true });
+mkdirSync(entries, { recursive: true });
+for (const client of in_browser) Object.assign(read_snippet(client), page_of(`${given.docs}/${client.page}`));
+await bundle_all(in_browser, entries);
+const dataset = (id) => ({ address: `${given.url}/v1/datasets/${id}`, archives: `${given.archives}/${id}` });
+const datasets = { terrain: dataset(given.terrain), flat: dataset(given.flat) };
+const pages = await start_page_server({ clients: in_browser, modules: given.modules, bundles: `${entries}/out`, datasets });
+const manifest = await (await fetch(`${datasets.terrain.address}/manifest.json`)).json();
+const shared = {
+  addresses_of: pages.addresses_of, pictures: given.pictures, known: JSON.parse(readFileSync(given.known, "utf8")), manifest,
+  bounds: manifest.bounds, allowed_m: manifest.levels[0].stated_max_error + kHeightTolerance_m,
+};
+await run_node(shared);
+if (in_browser.length > 0) await run_browser(pages, shared);
+process.exit(failures > 0 ? 1 : 0);
