@@ -1,5 +1,8 @@
 #include "pipeline/exports/archive_metadata.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/json.h"
@@ -23,6 +26,11 @@ Extent extent_of(const proto::Manifest& manifest) {
     extent.east = 180;
   }
   return extent;
+}
+
+int zoom_to_look_from(const Extent& extent, int least, int most) {
+  const double degrees = std::max({extent.east - extent.west, extent.north - extent.south, 1e-6});
+  return std::clamp(static_cast<int>(std::floor(std::log2(2 * 360 / degrees))), least, most);
 }
 
 std::string title_of(const proto::Manifest& manifest) { return manifest.title().empty() ? manifest.name() : manifest.title(); }

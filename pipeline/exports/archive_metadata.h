@@ -12,6 +12,9 @@ struct Extent {
 };
 Extent extent_of(const proto::Manifest& manifest);
 
+/// The zoom at which the data is about two tiles of a square pyramid wide or high: where a client that trusts the archive begins.
+int zoom_to_look_from(const Extent& extent, int least, int most);
+
 /// The title where the dataset has one, else its name.
 std::string title_of(const proto::Manifest& manifest);
 

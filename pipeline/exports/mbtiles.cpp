@@ -66,7 +66,7 @@ void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zoom
   say("bounds", numbers({extent.west, extent.south, extent.east, extent.north}));
   const int least = std::min(zooms.least, zooms.most);
   std::string middle = numbers({(extent.west + extent.east) / 2, (extent.south + extent.north) / 2});
-  say("center", middle.append(",").append(std::to_string(least)));
+  say("center", middle.append(",").append(std::to_string(zoom_to_look_from(extent, least, zooms.most))));
   say("minzoom", std::to_string(least));
   say("maxzoom", std::to_string(zooms.most));
   say("attribution", manifest.attribution());

@@ -98,7 +98,7 @@ std::string header(const Resource& tiles, const Contents& all, const PmtilesDire
     out.push_back(static_cast<char>(byte));
   }
   for (const double degrees : {extent.west, extent.south, extent.east, extent.north}) append_degrees(out, degrees);
-  out.push_back(static_cast<char>(all.least_zoom));
+  out.push_back(static_cast<char>(zoom_to_look_from(extent, all.least_zoom, all.most_zoom)));
   append_degrees(out, (extent.west + extent.east) / 2);
   append_degrees(out, (extent.south + extent.north) / 2);
   return out;

@@ -17,7 +17,8 @@ std::string_view ending(std::string_view path) { return path.substr(path.rfind('
 
 const Resource* tiles_of(const faces::Face& face) {
   for (const Resource& resource : face.resources) {
-    if (resource.grid == Grid::geodetic || resource.grid == Grid::web_mercator) return &resource;
+    const bool document = resource.type == "application/json";  // of a tileset in parts, which name each other by their paths
+    if (!document && (resource.grid == Grid::geodetic || resource.grid == Grid::web_mercator)) return &resource;
   }
   return nullptr;
 }

@@ -20,14 +20,20 @@ widget.camera.setView({ destination: Cesium.Rectangle.fromDegrees(west, south, e
     terrain: { source: "dem" },
   },
 });`,
-  "three.js, 3d-tiles-renderer": ({ url }) => `const tiles = new TilesRenderer("${url}/tileset.json");
+  "three.js, 3d-tiles-renderer": ({ url }) => `const dracoLoader = new DRACOLoader().setDecoderPath("draco/");
+const tiles = new TilesRenderer("${url}/tileset-explicit.json");
 tiles.registerPlugin(new GLTFExtensionsPlugin({ dracoLoader }));
+tiles.errorTarget = 0.5;
 tiles.setCamera(camera);
 tiles.setResolutionFromRenderer(camera, renderer);
 scene.add(tiles.group);
 // every frame: tiles.update();`,
-  "deck.gl": ({ url }) => `new Tile3DLayer({
-  id: "terrain", data: "${url}/tileset.json", loader: Tiles3DLoader,
+  "deck.gl": ({ url }) => `// Draco's decoder, copied from draco3d beside the page
+const draco = { "draco_wasm_wrapper.js": "draco/draco_wasm_wrapper.js",
+  "draco_decoder.wasm": "draco/draco_decoder.wasm" };
+new Tile3DLayer({
+  id: "terrain", data: "${url}/tileset-explicit.json", loader: Tiles3DLoader,
+  loadOptions: { modules: draco, tileset: { maximumScreenSpaceError: 1 } },
 });`,
   "Leaflet, hillshade": ({ url }) => `L.tileLayer("${url}/hillshade/{z}/{x}/{y}.png").addTo(map);`,
   "QGIS": ({ url }) => `Layer > Add Layer > Add Tiled Scene Layer… > New Cesium 3D Tiles Connection

@@ -65,7 +65,6 @@ export async function try_pointer(page) {
     await page.waitForFunction(() => / m above the ellipsoid ± [\d.]+ m \(level \d+\)/.test(document.getElementById("position").textContent));
     return Number(/, (-?[\d.]+) m above/.exec(await page.textContent("#position"))[1]);
   };
-  await page.evaluate(() => window.cordillera.scene.camera.setView({ destination: window.cordillera.scene.camera.positionWC, orientation: { pitch: -Math.PI / 2 } }));
   const once = await read();
   await page.fill("#exaggeration", "2");
   await tiles_loaded(page);

@@ -104,6 +104,7 @@ async function look_at_panel(browser) {
 
 async function use_controls(browser) {
   const { page, complaints } = await open_dataset(browser, given.url, given.terrain, kSmall);
+  await page.click("#fold");  // on a small window the controls are folded away at first
   await check("controls: height, hillshade, levels and plain are different pictures", () => try_looks(page));
   await check("controls: height and stated error under the pointer, however exaggerated", () => try_pointer(page));
   await check("controls: a link leads to the same view", () => try_link(browser, page));

@@ -98,6 +98,7 @@ TEST(Pmtiles, IsClusteredAndSaysWhatItIs) {
   ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), *faces::face_named("drc"), file).ok());
   const PmtilesReader reader(bytes_of(file));
   EXPECT_EQ(reader.byte(96), 1);
+  EXPECT_GT(reader.byte(118), reader.byte(100)) << "a client that begins at the archive's own zoom sees more than a dot";
   std::uint64_t end = 0;
   std::set<std::uint64_t> offsets;
   for (const DirectoryRun& run : reader.runs()) {
@@ -174,7 +175,9 @@ TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
     EXPECT_EQ(said["attribution"], "Nobody <nobody@example.org>");
     EXPECT_EQ(said["format"], tiles.path.substr(tiles.path.rfind('.') + 1));
     EXPECT_EQ(said["maxzoom"], sqlite_rows(file, "SELECT max(zoom_level) FROM map")[0][0]);
-    EXPECT_EQ(said["center"].substr(said["center"].rfind(',') + 1), said["minzoom"]);
+    const int look_from = std::stoi(said["center"].substr(said["center"].rfind(',') + 1));
+    EXPECT_GE(look_from, std::stoi(said["minzoom"]));
+    EXPECT_LE(look_from, std::stoi(said["maxzoom"]));
     EXPECT_EQ(std::count(said["bounds"].begin(), said["bounds"].end(), ','), 3);
     ++archives;
   }

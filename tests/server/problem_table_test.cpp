@@ -35,7 +35,7 @@ Slugs found_in(const std::string& text, const std::regex& what) {
 }
 
 /// Words of the sources that look like slugs and are none; names of options are known from their table.
-const Slugs kOtherWords = {"content-encoding", "content-length", "content-type", "cordillera-data",  "idempotency-key",
+const Slugs kOtherWords = {"accept-encoding",  "content-encoding", "content-length", "content-type", "cordillera-data", "date-time",  "idempotency-key",
                            "if-none-match",    "no-cache",       "no-store",     "transfer-encoding", "user-defined"};
 
 std::string source_text() {
