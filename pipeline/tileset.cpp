@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/html_text.h"
 #include "pipeline/json.h"
 #include "proto/ellipsoid.h"
 
@@ -14,21 +15,6 @@ constexpr double kPi = std::numbers::pi;
 // Half of the earth, less what sums of its parts may be off: clients and validators cut regions into quarters by adding, and a last digit
 // beyond the pole is an error to them.
 constexpr double kPole = kPi / 2 - 1e-14, kAntimeridian = kPi - 1e-14;
-
-// Attributions come from users and end up in a viewer's page.
-std::string html(const std::string& text) {
-  std::string out;
-  for (const char ch : text) {
-    switch (ch) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += ch;
-    }
-  }
-  return out;
-}
 
 // What the property tables of the subtrees hold. Implied regions and errors (a quarter and a half of the parent's) would be untrue.
 Json schema() {
@@ -82,7 +68,7 @@ Json tileset_asset(const proto::Manifest& manifest) {
     out["copyright"] = manifest.attribution();
     extras["attribution"] = manifest.attribution();
     // Where CesiumJS looks for what it has to show.
-    extras["cesium"] = {{"credits", Json::array({{{"html", html(manifest.attribution())}, {"showOnScreen", true}}})}};
+    extras["cesium"] = {{"credits", Json::array({{{"html", html_text(manifest.attribution())}, {"showOnScreen", true}}})}};
   }
   out["extras"] = extras;
   return out;

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "pipeline/html_text.h"
 #include "server/digest.h"
 #include "server/json.h"
 
@@ -36,29 +37,6 @@ const char* content_type(const fs::path& path) {
   return "application/octet-stream";
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
-
 Response plain_page(const std::vector<Dataset>& datasets) {
   std::string html =
       "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Cordillera</title>"
@@ -73,7 +51,7 @@ Response plain_page(const std::vector<Dataset>& datasets) {
   html += "<ul>";
   for (const Dataset& dataset : datasets) {
     const std::string base = "v1/datasets/" + dataset.id;
-    html += "<li><a href=\"" + base + "\">" + escaped(dataset.name) + "</a> (" + to_string(dataset.state) + ")";
+    html += "<li><a href=\"" + base + "\">" + pipeline::html_text(dataset.name) + "</a> (" + to_string(dataset.state) + ")";
     if (dataset.state == State::ready) {
       html +=
           ": <a href=\"" + base + "/tileset.json\">tileset.json</a>, <a href=\"" + base + "/manifest.json\">manifest.json</a>";

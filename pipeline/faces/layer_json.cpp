@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/faces/html_text.h"
 #include "pipeline/faces/quantized_mesh_grid.h"
+#include "pipeline/html_text.h"
 #include "pipeline/json.h"
 
 namespace cordillera::pipeline::faces {

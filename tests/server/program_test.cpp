@@ -243,6 +243,7 @@ TEST_F(Program, AKilledServerTakesItsChildrenAlongAndTheNextOneGoesOn) {
   kill(child, SIGSTOP);  // or a fast one is over before its server is
   EXPECT_TRUE(alive(child));
   server_.end(SIGKILL);
+  kill(child, SIGCONT);  // it may have been held before it asked to be told of the server's end; then it looks for itself
   EXPECT_TRUE(eventually([&] { return !alive(child); })) << "an orphan builds on";
   start_server();
   Json seen;

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-namespace cordillera::pipeline::faces {
+namespace cordillera::pipeline {
 
 inline std::string html_text(std::string_view text) {
   std::string out;
@@ -19,4 +19,4 @@ inline std::string html_text(std::string_view text) {
   return out;
 }
 
-}  // namespace cordillera::pipeline::faces
+}  // namespace cordillera::pipeline
