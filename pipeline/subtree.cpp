@@ -2,16 +2,13 @@
 
 #include <algorithm>
 
-#include "pipeline/json.h"
-#include "pipeline/little_endian.h"
 #include "pipeline/implicit_tile.h"
+#include "pipeline/little_endian.h"
+#include "pipeline/subtree_file.h"
 #include "pipeline/tileset.h"
 
 namespace cordillera::pipeline {
 namespace {
-
-constexpr std::uint32_t kMagic = 0x74627573;  // "subt"
-constexpr std::uint32_t kVersion = 1;
 
 // Bits of x and y by turns, x lowest.
 std::uint32_t morton(std::uint32_t x, std::uint32_t y) {
@@ -22,27 +19,11 @@ std::uint32_t morton(std::uint32_t x, std::uint32_t y) {
 
 std::size_t first_of_level(int depth) { return ((std::size_t{1} << (2 * depth)) - 1) / 3; }
 
-class Bits {
- public:
-  explicit Bits(std::size_t count) : count_(count), bytes_((count + 7) / 8, '\0') {}
-  void set(std::size_t i) {
-    bytes_[i / 8] = static_cast<char>(bytes_[i / 8] | 1 << (i % 8));
-    ++set_;
-  }
-  std::size_t available() const { return set_; }
-  bool uniform() const { return set_ == 0 || set_ == count_; }
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  std::size_t count_, set_ = 0;
-  std::string bytes_;
-};
-
 // Availability and, in availability order, the rows of the property table.
 struct Availability {
-  Bits tiles{first_of_level(kSubtreeLevels)};
-  Bits contents{first_of_level(kSubtreeLevels)};
-  Bits subtrees{std::size_t{1} << (2 * kSubtreeLevels)};
+  AvailabilityBits tiles{first_of_level(kSubtreeLevels)};
+  AvailabilityBits contents{first_of_level(kSubtreeLevels)};
+  AvailabilityBits subtrees{std::size_t{1} << (2 * kSubtreeLevels)};
   std::string regions, errors;
 };
 
@@ -72,34 +53,6 @@ Availability gather(const StoreReader& store, const proto::TileAddress& root) {
   return out;
 }
 
-struct Buffer {
-  Json views = Json::array();
-  std::string bytes;
-
-  std::size_t add(const std::string& part) {
-    views.push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", part.size()}});
-    bytes += part;
-    pad(bytes, 8, '\0');
-    return views.size() - 1;
-  }
-};
-
-Json availability(const Bits& bits, Buffer& buffer) {
-  if (bits.uniform()) return {{"constant", bits.available() > 0 ? 1 : 0}};
-  return {{"bitstream", buffer.add(bits.bytes())}, {"availableCount", bits.available()}};
-}
-
-std::string pack(std::string json, std::string binary) {
-  pad(json, 8, ' ');
-  pad(binary, 8, '\0');
-  std::string out;
-  append_little_endian(out, kMagic);
-  append_little_endian(out, kVersion);
-  append_little_endian(out, std::uint64_t{json.size()});
-  append_little_endian(out, std::uint64_t{binary.size()});
-  return out + json + binary;
-}
-
 }  // namespace
 
 std::optional<std::string> subtree(const StoreReader& store, char hemisphere, int level, std::int32_t x, std::int32_t y) {
@@ -108,19 +61,17 @@ std::optional<std::string> subtree(const StoreReader& store, char hemisphere, in
   const Availability found = gather(store, *root);
   if (found.tiles.available() == 0) return std::nullopt;
 
-  Buffer buffer;
+  SubtreeFile file;
+  const Json tiles = file.availability(found.tiles), contents = file.availability(found.contents);
+  const Json subtrees = file.availability(found.subtrees);
+  const Json properties = {{"region", {{"values", file.add(found.regions)}}}, {"geometric_error", {{"values", file.add(found.errors)}}}};
   Json json;
-  const Json tiles = availability(found.tiles, buffer), contents = availability(found.contents, buffer);
-  const Json subtrees = availability(found.subtrees, buffer);
-  const Json properties = {{"region", {{"values", buffer.add(found.regions)}}}, {"geometric_error", {{"values", buffer.add(found.errors)}}}};
-  json["buffers"] = Json::array({{{"byteLength", buffer.bytes.size()}}});
-  json["bufferViews"] = buffer.views;
   json["propertyTables"] = Json::array({{{"class", "tile"}, {"count", found.tiles.available()}, {"properties", properties}}});
   json["tileAvailability"] = tiles;
   json["contentAvailability"] = Json::array({contents});
   json["childSubtreeAvailability"] = subtrees;
   json["tileMetadata"] = 0;
-  return pack(json.dump(), buffer.bytes);
+  return file.bytes(json);
 }
 
 }  // namespace cordillera::pipeline

@@ -6,13 +6,12 @@
 #include <numbers>
 
 #include "pipeline/faces/quantized_mesh_bounds.h"
-#include "pipeline/json.h"
 #include "pipeline/little_endian.h"
+#include "pipeline/subtree_file.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x74627573;  // "subt"
 constexpr int kLevels = kTerrainSubtreeLevels;
 
 /// The node at a place of the Morton order of a depth.
@@ -75,69 +74,41 @@ struct Tables {
   }
 };
 
-struct Buffer {
-  Json views = Json::array();
-  std::string bytes;
-
-  std::size_t add(const std::string& part) {
-    views.push_back({{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", part.size()}});
-    bytes += part;
-    pad(bytes, 8, '\0');
-    return views.size() - 1;
-  }
-};
-
-struct Bits {
-  std::string bytes;
-  std::size_t count = 0, set = 0;
-
-  void push(bool bit) {
-    if (count % 8 == 0) bytes += '\0';
-    if (bit) bytes.back() = static_cast<char>(bytes.back() | 1 << count % 8);
-    set += bit ? 1 : 0;
-    ++count;
-  }
-  Json json(Buffer& buffer) const {
-    if (set == 0 || set == count) return {{"constant", set == 0 ? 0 : 1}};
-    return {{"bitstream", buffer.add(bytes)}, {"availableCount", set}};
-  }
-};
+std::size_t places(int depth) { return std::size_t{1} << (2 * depth); }
 
 }  // namespace
 
 std::optional<std::string> terrain_subtree(const Terrain& terrain, const proto::TileAddress& root) {
   if (root.z % kLevels != 0 || !has_quantized_tile(terrain.store(), root)) return std::nullopt;
-  Bits tiles, below;
+  AvailabilityBits tiles((places(kLevels) - 1) / 3), below(places(kLevels));
   Tables tables;
+  std::size_t first = 0;  // of the depth, in the availability
   for (int depth = 0; depth <= kLevels; ++depth) {
-    for (std::uint32_t place = 0; place < 1U << (2 * depth); ++place) {
+    for (std::uint32_t place = 0; place < places(depth); ++place) {
       const proto::TileAddress tile = node(root, depth, place);
-      const bool there = has_quantized_tile(terrain.store(), tile);
-      (depth == kLevels ? below : tiles).push(there);
-      if (there && depth < kLevels) tables.add(terrain, tile);
+      if (!has_quantized_tile(terrain.store(), tile)) continue;
+      if (depth == kLevels) {
+        below.set(place);
+      } else {
+        tiles.set(first + place);
+        tables.add(terrain, tile);
+      }
     }
+    first += places(depth);
   }
-  Buffer buffer;
+  SubtreeFile file;
+  const Json availability = file.availability(tiles), children = file.availability(below);
+  const Json properties = {{"minimum_height", {{"values", file.add(tables.lows)}}},
+                           {"maximum_height", {{"values", file.add(tables.highs)}}},
+                           {"bounding_sphere", {{"values", file.add(tables.spheres)}}},
+                           {"horizon_occlusion_point", {{"values", file.add(tables.horizons)}}}};
   Json json;
-  const Json availability = tiles.json(buffer), children = below.json(buffer);
-  const Json properties = {{"minimum_height", {{"values", buffer.add(tables.lows)}}},
-                           {"maximum_height", {{"values", buffer.add(tables.highs)}}},
-                           {"bounding_sphere", {{"values", buffer.add(tables.spheres)}}},
-                           {"horizon_occlusion_point", {{"values", buffer.add(tables.horizons)}}}};
-  json["buffers"] = Json::array({{{"byteLength", buffer.bytes.size()}}});
-  json["bufferViews"] = buffer.views;
-  json["propertyTables"] = Json::array({{{"class", "tile"}, {"count", tiles.set}, {"properties", properties}}});
+  json["propertyTables"] = Json::array({{{"class", "tile"}, {"count", tiles.available()}, {"properties", properties}}});
   json["tileAvailability"] = availability;
   json["contentAvailability"] = Json::array({availability});
   json["childSubtreeAvailability"] = children;
   json["tileMetadata"] = 0;
-  std::string text = json.dump(), out;
-  pad(text, 8, ' ');
-  append_little_endian(out, kMagic);
-  append_little_endian(out, std::uint32_t{1});
-  append_little_endian(out, std::uint64_t{text.size()});
-  append_little_endian(out, std::uint64_t{buffer.bytes.size()});
-  return out + text + buffer.bytes;
+  return file.bytes(json);
 }
 
 }  // namespace cordillera::pipeline::faces
