@@ -1,5 +1,7 @@
 #include "pipeline/blank_manifest.h"
 
+#include <filesystem>
+
 #include "pipeline/encode.h"
 #include "pipeline/plan.h"
 #include "proto/ellipsoid.h"
@@ -21,6 +23,7 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
   options.set_threads(machine.threads);
   options.set_min_level(plan.min_level());
   options.set_max_level(plan.finest_level());
+  options.set_water_mask(std::filesystem::path(options.water_mask()).filename().string());
   if (!options.has_z_scale()) options.set_z_scale(1);
   if (!options.has_z_offset()) options.set_z_offset(0);
   return options;
@@ -36,6 +39,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   manifest.set_attribution(request.options.attribution());
   manifest.set_program(plan.program());
   *manifest.mutable_source() = source;
+  for (const raster::MosaicMember& member : request.members) *manifest.add_sources() = member.description;
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());
   manifest.mutable_options()->set_title(manifest.title());

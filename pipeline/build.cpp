@@ -2,17 +2,19 @@
 
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <mutex>
 
 #include "gpu/simplify.h"
 #include "pipeline/blank_manifest.h"
 #include "pipeline/builder.h"
+#include "pipeline/content_hash.h"
 #include "pipeline/pilot.h"
 #include "pipeline/plan.h"
 #include "pipeline/store.h"
+#include "pipeline/water_build.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
+#include "raster/storage.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -29,6 +31,10 @@ class Teller {
     first_ = -1;
     last_ = {};
     tell(0);
+  }
+  void committed_block() {
+    const std::lock_guard lock(mutex_);
+    progress_.set_blocks(progress_.blocks() + 1);
   }
   void tell(double done) {
     const std::lock_guard lock(mutex_);  // workers tell too
@@ -69,6 +75,7 @@ proto::Result<void> build_blocks(Builder& builder, const proto::Plan& plan, Stor
       auto task = builder.block(node, [&](double share) { teller.tell(done + share * samples); });
       if (!task.ok()) return task.problem();
       if (const auto committed = store.commit(*task); !committed.ok()) return committed.problem();
+      teller.committed_block();
     }
     done += samples;
     teller.tell(done);
@@ -86,7 +93,7 @@ proto::Result<void> merge_upwards(Builder& builder, const proto::Plan& plan, Sto
     for (const proto::TileAddress& node : touched_tiles(plan, z)) {
       if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
       if (!store.finished(node)) {
-        auto task = builder.merge(node, store);
+        auto task = builder.merge(node, [&](const proto::TileAddress& child) { return store.mesh(child); });
         if (!task.ok()) return task.problem();
         if (const auto committed = store.commit(*task); !committed.ok()) return committed.problem();
       }
@@ -96,20 +103,25 @@ proto::Result<void> merge_upwards(Builder& builder, const proto::Plan& plan, Sto
   return {};
 }
 
-/// Size and time of last change; empty where the raster is no file of this machine.
-std::string state_of(const std::string& path) {
-  std::error_code error;
-  const auto bytes = std::filesystem::file_size(path, error);
-  if (error) return "";
-  const auto changed = std::filesystem::last_write_time(path, error).time_since_epoch();
-  return std::to_string(bytes) + " bytes, " + std::to_string(std::chrono::duration_cast<std::chrono::nanoseconds>(changed).count());
-}
+}  // namespace
 
-proto::Result<std::unique_ptr<raster::Source>> open(const BuildRequest& request) {
+proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request) {
+  if (!request.members.empty()) return raster::make_mosaic(request.members, request.options.feather());
   return raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
 }
 
-}  // namespace
+proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source) {
+  if (const auto checked = check_water(request.options); !checked.ok()) return checked.problem();
+  auto plan = make_plan(source, request.options);
+  if (!plan.ok()) return plan;
+  plan->set_program(proto::kProgram);
+  std::string state = request.members.empty() ? raster::state_of(request.raster_path) : "";
+  for (const raster::MosaicMember& member : request.members) state += member.path + "\n" + member.state + "\n" + member.options.SerializeAsString();
+  plan->set_source_state(request.members.empty() ? state : hex(content_hash(state)));
+  const std::string& mask = request.options.water_mask();
+  if (!mask.empty()) plan->mutable_source_state()->append("; water mask " + raster::state_of(mask));
+  return plan;
+}
 
 proto::Problem without_data(const BuildRequest& request) {
   const bool boxed = request.options.bbox_size() > 0;
@@ -120,14 +132,12 @@ proto::Problem without_data(const BuildRequest& request) {
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {
   Teller teller(progress);
   teller.stage("open", 1);
-  const auto source = open(request);
+  const auto source = open_source(request);
   if (!source.ok()) return source.problem();
-  auto plan = make_plan(**source, request.options);
+  auto plan = plan_of(request, **source);
   if (!plan.ok()) return plan.problem();
-  plan->set_program(proto::kProgram);
-  plan->set_source_state(state_of(request.raster_path));
   Workers workers(request.options.threads());
-  Builder builder(*plan, workers, [&] { return open(request); }, request.options.device(), stop);
+  Builder builder(*plan, workers, [&] { return open_source(request); }, request.options.device(), stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   if (request.options.keep_size() > 0) {
     teller.stage("plan", 1);
@@ -139,6 +149,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   if (const auto built = build_blocks(builder, *plan, **store, teller, stop); !built.ok()) return built.problem();
   if (const auto merged = merge_upwards(builder, *plan, **store, teller, stop); !merged.ok()) return merged.problem();
   teller.stage("publish", 1);
+  if (const auto masked = build_water(*plan, workers, [&] { return open_source(request); }, **store, stop); !masked.ok()) return masked.problem();
   proto::Manifest manifest = blank_manifest(request, *plan, (*source)->description(), {workers.threads(), builder.device()});
   const double resampled_m = (*source)->resampling_error_m(lattice_of(*plan));
   manifest.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);

@@ -3,16 +3,19 @@
 #include <atomic>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "cordillera.pb.h"
 #include "pipeline/store.h"
 #include "proto/result.h"
+#include "raster/mosaic.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {
 
 struct BuildRequest {
-  std::string raster_path;
+  std::string raster_path;   ///< the one raster; or
+  std::vector<raster::MosaicMember> members;  ///< several, the one that wins first
   std::string raster_name;   ///< what the user called it
   raster::Trust trust = raster::Trust::operator_file;
   std::string id;            ///< dataset id, goes into the manifest
@@ -27,6 +30,12 @@ using ProgressCallback = std::function<void(const proto::Progress&)>;
 /// Builds and publishes. Same request, same bytes, whatever threads, device, order or restarts. stop: set to leave early
 /// (type "cancelled"); everything committed so far is kept for the next call.
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop);
+
+/// The request's raster, or the mosaic of its members.
+proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request);
+
+/// All numbers of a build, those of keep= too: what make_plan gives, with the program and the state of what is read.
+proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source);
 
 /// A raster, or the part of it inside bbox, all of whose samples are void.
 proto::Problem without_data(const BuildRequest& request);

@@ -206,14 +206,14 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   return task;
 }
 
-proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const StoreWriter& store) {
+proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const ChildMesh& mesh_of) {
   FinishedTask task;
   task.node = node;
   std::array<BuiltTile, 4> tiles;
   std::array<const BuiltTile*, 4> children{};
   for (std::size_t c = 0; c < 4; ++c) {
     const proto::TileAddress child = node.child(static_cast<int>(c));
-    const std::optional<std::string> bytes = store.mesh(child);
+    const std::optional<std::string> bytes = mesh_of(child);
     if (!bytes) continue;
     proto::Result<BuiltTile> tile = tile_from_bytes(child, *bytes);
     if (!tile.ok()) return tile.problem();

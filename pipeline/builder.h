@@ -35,8 +35,10 @@ class Builder {
 
   /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any thread.
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
+  /// The mesh that a finished task left for its parent; nullopt where it has none.
+  using ChildMesh = std::function<std::optional<std::string>(const proto::TileAddress& child)>;
   /// One parent above the blocks.
-  proto::Result<FinishedTask> merge(const proto::TileAddress& node, const StoreWriter& store);
+  proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of);
 
   /// The finest samples of a node, and one cell of its level around it. Empty where the source knows that it has no data there.
   proto::Result<proto::Samples> read(const proto::TileAddress& node);

@@ -106,7 +106,7 @@ double seconds_for(const Sampled& sampled, const std::vector<LevelSum>& sums, un
 }  // namespace
 
 proto::Result<Estimate> estimate(const BuildRequest& request) {
-  const auto open = [&] { return raster::open_source(request.raster_path, request.raster_name, request.trust, request.options); };
+  const auto open = [&] { return open_source(request); };
   const auto source = open();
   if (!source.ok()) return source.problem();
   auto plan = make_plan(**source, request.options);

@@ -42,7 +42,9 @@ class RasterSource : public Source {
   bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override;
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override;
+  proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override;
   double resampling_error_m(const proto::Lattice& lattice) override;
+  std::string datum_print() const override;
 
  private:
   /// A rectangle of the samples asked for.
@@ -67,6 +69,11 @@ class RasterSource : public Source {
   void place_samples(Job& job) const;
   proto::Result<void> resample(Job& job, const Rect& rect);
   proto::Result<void> resample_wide(Job& job, std::size_t at);
+  /// The pixel that holds a place.
+  struct PixelPlace {
+    std::int64_t x = 0, y = 0;
+  };
+  proto::Result<void> read_nearest(std::span<const PixelPlace> places, double* out);
 
   SourceParts parts_;
   Pixels pixels_;

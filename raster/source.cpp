@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "raster/gdal_scope.h"
@@ -218,6 +219,18 @@ proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice
   if (count == 0 || empty(lattice, west, south, columns, rows))
     return proto::Samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
   return sample_present(lattice, west, south, columns, rows);
+}
+
+std::string RasterSource::datum_print() const {
+  std::string print;
+  for (int k = 0; k < 9; ++k) {
+    const Area& a = parts_.area;
+    const double lat = a.south_deg + (a.north_deg - a.south_deg) * (k / 3) / 2, lon = a.west_deg + (a.east_deg - a.west_deg) * (k % 3) / 2;
+    char text[32];
+    std::snprintf(text, sizeof text, "%s%.4f", k == 0 ? "" : " ", undulation_m(std::clamp(lat, -90.0, 90.0), lon));
+    print += text;
+  }
+  return print;
 }
 
 }  // namespace cordillera::raster

@@ -1,6 +1,7 @@
 #pragma once
 // A digital elevation model as one function: lattice vertex -> ellipsoidal height. The only floor that knows GDAL and GeographicLib.
 #include <memory>
+#include <span>
 #include <string>
 
 #include "cordillera.pb.h"
@@ -39,11 +40,19 @@ class Source {
   virtual proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
                                                std::int32_t columns, std::int32_t rows) = 0;
 
+  /// What the source says at places, before any geoid: the height of the pixel that holds the place (unit, scale and nodata rule applied),
+  /// NaN where there is none. Nothing is interpolated, so equal values stay equal. out: one a place; longitudes in any turn. As
+  /// sample(): not thread-safe, and a place's value never depends on what else was asked.
+  virtual proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out);
+
   /// How far the lattice is from the source's own pixels: the greatest deviation, in metres, between the height of a pixel at its centre
   /// (unit, scale, nodata rule and datum applied, as in sample()) and the lattice cell there, cut from south-west to north-east. Over
   /// at most 4096 pixels spread evenly, always the same ones: a lower bound of the true maximum. Voids, and cells with a void vertex, are
   /// left out. About a second at most for lattices as fine as the raster; a failed read is left out too, for sample() to tell.
   virtual double resampling_error_m(const proto::Lattice&) { return 0; }
+
+  /// Undulations at a few places of the data as text: two machines whose texts differ would make different tiles.
+  virtual std::string datum_print() const { return ""; }
 };
 
 /// path: the file. name: what the user called it; an .hgt knows its place only by that. Options used: crs, vertical_datum, nodata,

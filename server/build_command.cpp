@@ -9,10 +9,12 @@
 #include "pipeline/build.h"
 #include "pipeline/estimate.h"
 #include "pipeline/export.h"
+#include "raster/source_list.h"
 #include "server/child.h"
 #include "server/commands.h"
 #include "server/memory_limit.h"
 #include "server/progress_bar.h"
+#include "server/sources.h"
 
 namespace cordillera::server {
 namespace {
@@ -26,10 +28,22 @@ int fail(const proto::Problem& problem) {
   return kFailed;
 }
 
-pipeline::BuildRequest request_for(const Settings& settings, const std::string& raster) {
+proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, const BuildLine& line) {
   pipeline::BuildRequest request;
-  const std::string file = fs::path(raster).filename().string();
-  request.raster_path = raster;
+  std::string file = fs::path(line.rasters.front()).filename().string();
+  const auto listed = raster::list_sources(line.rasters.front());
+  if (!listed) return listed.problem();
+  if (line.rasters.size() == 1 && listed->size() == 1 && listed->front().options.empty()) {
+    request.raster_path = listed->front().path;
+    file = fs::path(request.raster_path).filename().string();
+  } else {
+    auto sources = examine_sources(line.rasters, settings, BadSource::refuse);
+    if (!sources) return sources.problem();
+    for (const std::string& warning : sources->warnings) std::cerr << "cordillera: warning: " << warning << "\n";
+    request.members = std::move(sources->members);
+    const fs::path place = fs::absolute(line.output).lexically_normal();
+    file = (place.has_filename() ? place : place.parent_path()).filename().string();
+  }
   request.raster_name = settings.build.name().empty() ? file : settings.build.name();
   request.id = fs::path(request.raster_name).stem().string();
   request.options = settings.build;
@@ -109,7 +123,9 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
 }  // namespace
 
 int build_command(const Settings& settings, const BuildLine& line) {
-  pipeline::BuildRequest request = request_for(settings, line.raster);
+  auto asked = request_for(settings, line);
+  if (!asked) return fail(asked.problem());
+  pipeline::BuildRequest request = std::move(*asked);
   request.other = line.other;
   limit_memory(request.options);
   if (settings.dry_run) return dry_run(request);

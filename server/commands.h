@@ -18,7 +18,7 @@ int serve_command(const Settings& settings, const std::string& program);
 enum class Words { all, none };
 
 struct BuildLine {
-  std::string raster;
+  std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/source_list.h
   std::string output;  ///< a static folder, or one .sqlite file if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
   Words words = Words::all;
@@ -37,6 +37,18 @@ int info_command(const std::string& path, Show show);
 
 /// cordillera decode: what a fetched .drc or .glb tile holds, counted after decoding.
 int decode_command(const std::string& path);
+
+struct CheckLine {
+  std::string path;    ///< a store, a dataset's folder, a static folder or a server's data folder
+  std::string source;  ///< the raster it was built from, or empty
+  Show show = Show::table;
+};
+/// cordillera check: whether datasets are what they say. The exit code says so too.
+int check_command(const CheckLine& line);
+/// cordillera vacuum, backup, restore: a server's data folder.
+int vacuum_command(const std::string& data);
+int backup_command(const std::string& data, const std::string& output);
+int restore_command(const std::string& from, const std::string& data);
 
 /// One line to stderr.
 void complain(const proto::Problem& problem);

@@ -6,32 +6,12 @@
 #include "pipeline/build.h"
 #include "pipeline/plan.h"
 #include "tests/whole/built.h"
+#include "tests/whole/bytes.h"
 
 namespace cordillera::whole {
 namespace {
 
 constexpr std::int64_t kTile = proto::kTileCells;
-
-using Bytes = std::map<std::pair<proto::TileAddress, int>, std::string>;
-
-/// Everything a client can fetch of a store's tiles, and what is stated of them.
-Bytes published(const std::string& path) {
-  const auto store = pipeline::StoreReader::open(path);
-  Bytes bytes;
-  if (!store.ok()) {
-    ADD_FAILURE() << store.problem().line();
-    return bytes;
-  }
-  for (int z = 0; z <= static_cast<int>((*store)->manifest().max_level()); ++z) {
-    for (const proto::TileRecord& record : (*store)->records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
-      const proto::TileAddress at{z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
-      bytes[{at, 0}] = (*store)->tile(at, pipeline::Encoding::drc)->bytes;
-      bytes[{at, 1}] = (*store)->tile(at, pipeline::Encoding::glb)->bytes;
-      bytes[{at, 2}] = record.SerializeAsString();
-    }
-  }
-  return bytes;
-}
 
 class SameBytes : public testing::Test {
  protected:
@@ -74,16 +54,6 @@ class SameBytes : public testing::Test {
   pipeline::BuildRequest request_;
   const std::atomic<bool> never_ = false;
 };
-
-void expect_same(const Bytes& a, const Bytes& b) {
-  EXPECT_GT(a.size(), 30u);
-  ASSERT_EQ(a.size(), b.size());
-  for (const auto& [key, bytes] : a) {
-    const auto other = b.find(key);
-    ASSERT_NE(other, b.end());
-    EXPECT_TRUE(bytes == other->second) << key.first.z << "/" << key.first.x << "/" << key.first.y << ", face " << key.second;
-  }
-}
 
 TEST_F(SameBytes, on_one_thread_and_on_four) { expect_same(build("one", 1), build("four", 4)); }
 

@@ -1,0 +1,120 @@
+#include "pipeline/work/publish.h"
+
+#include <filesystem>
+#include <set>
+
+#include "pipeline/blank_manifest.h"
+#include "pipeline/water_build.h"
+#include "pipeline/workers.h"
+#include "pipeline/work/shard.h"
+#include "pipeline/work/work_plan.h"
+#include "raster/storage.h"
+
+namespace cordillera::pipeline::work {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostNamed = 5;  // in a message
+
+proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& folder) {
+  std::size_t missing = 0;
+  std::string named;
+  for (int s = 0; s < plan.stages_size(); ++s) {
+    const proto::WorkStage& stage = plan.stages(s);
+    for (int k = 0; k < stage.tasks_size(); ++k) {
+      if (has_shard(folder, stage.tasks(k))) continue;
+      if (++missing > kMostNamed) continue;
+      named += (named.empty() ? "" : ", ") + std::string("stage ") + std::to_string(s) + " task " + std::to_string(k);
+    }
+  }
+  if (missing == 0) return {};
+  return proto::Problem{"shards-missing", std::to_string(missing) + " tasks have not been done: " + named + (missing > kMostNamed ? ", …" : ""),
+                        "cordillera work for these tasks", ""};
+}
+
+/// Water masks come from pixels, which no shard holds; without water= there are none.
+proto::Result<void> add_water(const proto::WorkPlan& plan, const BuildRequest& request, StoreWriter& store) {
+  if (!plan.options().has_water() && plan.options().water_mask().empty()) return {};
+  for (const raster::MosaicMember& member : request.members) {
+    if (const auto same = check_unchanged(member); !same.ok()) return same;
+  }
+  Workers workers(0);
+  const std::atomic<bool> never{false};
+  return build_water(plan.plan(), workers, [&] { return open_source(request); }, store, never);
+}
+
+proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::string& folder, const std::string& path,
+                                       const std::function<void(Progress)>& told) {
+  auto store = StoreWriter::open(path, plan.plan());
+  if (!store.ok()) return store.problem();
+  Progress progress;
+  for (const proto::WorkStage& stage : plan.stages()) progress.all += static_cast<std::size_t>(stage.tasks_size());
+  for (const proto::WorkStage& stage : plan.stages()) {
+    for (const proto::WorkTask& task : stage.tasks()) {
+      auto finished = read_shard(folder, task);
+      if (!finished.ok()) return finished.problem();
+      finished->mesh.reset();  // for the task above, which is done
+      if (const auto committed = (*store)->commit(*finished); !committed.ok()) return committed.problem();
+      ++progress.done;
+      told(progress);
+    }
+  }
+  const BuildRequest request = request_of(plan);
+  if (const auto masked = add_water(plan, request, **store); !masked.ok()) return masked.problem();
+  proto::Manifest manifest = blank_manifest(request, plan.plan(), plan.source(), {0, "tasks"});
+  manifest.mutable_source()->set_resampling_error(plan.source().resampling_error());
+  manifest.set_device("tasks");
+  auto published = (*store)->publish(std::move(manifest));
+  if (!published.ok() && published.problem().type == "no-data") return without_data(request);
+  return published;
+}
+
+}  // namespace
+
+std::vector<Progress> progress_of(const proto::WorkPlan& plan, const std::string& folder) {
+  std::vector<Progress> stages;
+  for (const proto::WorkStage& stage : plan.stages()) {
+    Progress progress{0, static_cast<std::size_t>(stage.tasks_size())};
+    for (const proto::WorkTask& task : stage.tasks()) progress.done += has_shard(folder, task) ? 1 : 0;
+    stages.push_back(progress);
+  }
+  return stages;
+}
+
+proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path,
+                                       const std::function<void(Progress)>& told) {
+  if (const auto there = all_there(plan, folder); !there.ok()) return there.problem();
+  const std::string part = store_path + ".publishing";
+  std::error_code error;
+  const auto clean = [&] {
+    for (const char* suffix : {"", "-journal", "-wal", "-shm"}) fs::remove(part + suffix, error);
+  };
+  clean();
+  auto manifest = collect(plan, folder, part, told);
+  if (!manifest.ok()) {
+    clean();
+    return manifest;
+  }
+  fs::rename(part, store_path, error);
+  if (error) return proto::Problem{"storage-write", store_path + " cannot be written: " + error.message(), "a folder that can be written", ""};
+  return manifest;
+}
+
+std::size_t prune(const proto::WorkPlan& plan, const std::string& folder) {
+  std::set<std::string> wanted;
+  for (const proto::WorkStage& stage : plan.stages()) {
+    for (const proto::WorkTask& task : stage.tasks()) wanted.insert(shard_path(folder, task.key()));
+  }
+  std::size_t removed = 0;
+  const std::string shards = folder + "/shards";
+  for (const std::string& group : raster::names_in(shards)) {
+    for (const std::string& name : raster::names_in(shards + "/" + group)) {
+      const std::string path = shards + "/" + group + "/" + name;
+      if (!wanted.contains(path) && path.ends_with(".shard") && raster::remove_file(path)) ++removed;
+    }
+  }
+  return removed;
+}
+
+}  // namespace cordillera::pipeline::work

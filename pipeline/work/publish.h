@@ -1,0 +1,25 @@
+#pragma once
+// The end of a plan: all shards into one store, in one step.
+#include <functional>
+#include <string>
+
+#include "pipeline/store.h"
+#include "work.pb.h"
+
+namespace cordillera::pipeline::work {
+
+/// How many of the plan's shards are there, without reading them.
+struct Progress {
+  std::size_t done = 0, all = 0;
+};
+std::vector<Progress> progress_of(const proto::WorkPlan& plan, const std::string& folder);  ///< a stage each
+
+/// Checks that every shard is there, then every hash, and writes the store that a build in one process would have written: the same
+/// tiles, the same bytes. store_path appears whole or stays as it was. Problems: "shards-missing" with the first of them, "shard-damaged".
+proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path,
+                                       const std::function<void(Progress)>& told);
+
+/// Removes shards below the folder that no task of the plan names; how many.
+std::size_t prune(const proto::WorkPlan& plan, const std::string& folder);
+
+}  // namespace cordillera::pipeline::work

@@ -1,0 +1,102 @@
+#include "pipeline/work/shard.h"
+
+#include "pipeline/content_hash.h"
+#include "pipeline/little_endian.h"
+#include "pipeline/work/work_plan.h"
+#include "raster/storage.h"
+
+namespace cordillera::pipeline::work {
+namespace {
+
+constexpr std::string_view kMagic = "CDshard1";
+constexpr std::size_t kHash = 16, kHead = 8 + 8 + 8 + 2 * kHash;
+
+struct Head {
+  std::uint64_t mesh = 0, tiles = 0;
+  std::string mesh_hash, tiles_hash;
+};
+
+std::string place(const proto::WorkTask& task) {
+  return std::to_string(task.level()) + "/" + std::to_string(task.x()) + "/" + std::to_string(task.y());
+}
+
+proto::Problem missing(const std::string& path, const proto::WorkTask& task) {
+  return {"shard-missing", "task " + place(task) + " has not been done: " + path + " does not exist", "cordillera work for its stage", ""};
+}
+proto::Problem damaged(const std::string& path, const proto::WorkTask& task) {
+  return {"shard-damaged", "the result of task " + place(task) + " is damaged: " + path, "cordillera work for its stage, which makes it anew", ""};
+}
+
+std::optional<Head> head_of(const std::string& bytes) {
+  if (bytes.size() < kHead || bytes.compare(0, kMagic.size(), kMagic) != 0) return std::nullopt;
+  return Head{little_endian_at<std::uint64_t>(bytes, 8), little_endian_at<std::uint64_t>(bytes, 16), bytes.substr(24, kHash), bytes.substr(24 + kHash, kHash)};
+}
+
+}  // namespace
+
+std::string shard_path(const std::string& folder, const std::string& key) {
+  return folder + "/shards/" + key.substr(0, 2) + "/" + key + ".shard";
+}
+
+proto::Result<void> write_shard(const std::string& folder, const proto::WorkTask& task, const FinishedTask& finished) {
+  proto::Shard shard;
+  shard.set_key(task.key());
+  shard.set_level(task.level());
+  shard.set_x(task.x());
+  shard.set_y(task.y());
+  for (const EncodedTile& tile : finished.tiles) {
+    proto::ShardTile& out = *shard.add_tiles();
+    *out.mutable_record() = tile.record;
+    out.set_drc(tile.drc);
+    out.set_glb(tile.glb);
+  }
+  const std::string mesh = finished.mesh ? finished.mesh->second : "", tiles = shard.SerializeAsString();
+  std::string bytes(kMagic);
+  append_little_endian(bytes, std::uint64_t{mesh.size()});
+  append_little_endian(bytes, std::uint64_t{tiles.size()});
+  bytes += content_hash(mesh) + content_hash(tiles) + mesh + tiles;
+  return raster::write_whole(shard_path(folder, task.key()), bytes);
+}
+
+proto::Result<FinishedTask> read_shard(const std::string& folder, const proto::WorkTask& task) {
+  const std::string path = shard_path(folder, task.key());
+  const auto bytes = raster::read_whole(path);
+  if (!bytes.ok()) return bytes.problem();
+  if (!*bytes) return missing(path, task);
+  const auto head = head_of(**bytes);
+  if (!head || (*bytes)->size() != kHead + head->mesh + head->tiles) return damaged(path, task);
+  const std::string mesh = (*bytes)->substr(kHead, head->mesh);
+  const std::string_view tiles = std::string_view(**bytes).substr(kHead + head->mesh);
+  proto::Shard shard;
+  if (content_hash(mesh) != head->mesh_hash || content_hash(tiles) != head->tiles_hash ||
+      !shard.ParseFromArray(tiles.data(), static_cast<int>(tiles.size())) || shard.key() != task.key()) {
+    return damaged(path, task);
+  }
+  FinishedTask finished;
+  finished.node = address_of(task);
+  if (!mesh.empty()) finished.mesh = {finished.node, mesh};
+  for (proto::ShardTile& tile : *shard.mutable_tiles()) {
+    finished.tiles.push_back({std::move(*tile.mutable_record()), std::move(*tile.mutable_drc()), std::move(*tile.mutable_glb())});
+  }
+  return finished;
+}
+
+proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& folder, const proto::WorkTask& task) {
+  const std::string path = shard_path(folder, task.key());
+  const auto first = raster::read_range(path, 0, kHead);
+  if (!first.ok()) return first.problem();
+  if (!*first) return missing(path, task);
+  const auto head = head_of(**first);
+  if (!head) return damaged(path, task);
+  if (head->mesh == 0) return std::optional<std::string>();
+  auto mesh = raster::read_range(path, kHead, head->mesh);
+  if (!mesh.ok()) return mesh.problem();
+  if (!*mesh || content_hash(**mesh) != head->mesh_hash) return damaged(path, task);
+  return mesh;
+}
+
+bool has_shard(const std::string& folder, const proto::WorkTask& task) {
+  return raster::size_of(shard_path(folder, task.key())).has_value();
+}
+
+}  // namespace cordillera::pipeline::work

@@ -1,0 +1,39 @@
+#pragma once
+// One task of a plan, done by whoever is told to: pure, idempotent, safe to run twice at once.
+#include <atomic>
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "pipeline/build.h"
+#include "work.pb.h"
+
+namespace cordillera::pipeline::work {
+
+struct WorkOrder {
+  std::string folder;   ///< of the plan; shards go below it
+  std::string device;   ///< auto, cpu, cuda, cuda:N
+  unsigned threads = 0; ///< 0: as many as the machine has
+};
+
+/// Tasks `part` of `parts` of a stage: neighbours in the stage's order, with about equal cost. part 0 … parts - 1; may be empty.
+std::vector<std::size_t> part_of(const proto::WorkStage& stage, std::size_t part, std::size_t parts);
+
+/// Cost of a task relative to others: finest samples to read, or what a merge costs in those.
+double cost_of(const proto::WorkTask& task);
+
+enum class Outcome { done, was_done };
+/// Called after every task.
+using TaskEnded = std::function<void(const proto::WorkTask&, Outcome)>;
+
+/// Does the tasks in order and writes their shards. One whose shard is there, whole and undamaged, is not done again. Problems:
+/// "source-changed" (a raster or its geoid is not as planned), "shard-missing" (a stage below is not finished), "shard-damaged",
+/// "storage-write", "storage-read", "cancelled", and those of the raster.
+proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage& stage, const std::vector<std::size_t>& tasks,
+                             const WorkOrder& order, const TaskEnded& ended, const std::atomic<bool>& stop);
+
+/// Whether trying again later, elsewhere, may help: storage and missing stages, not bad input.
+bool worth_retrying(const proto::Problem& problem);
+
+}  // namespace cordillera::pipeline::work

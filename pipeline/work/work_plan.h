@@ -1,0 +1,35 @@
+#pragma once
+// A build cut into tasks: blocks first, then merges level by level. Each has a key, the hash of all that its result depends on, so a task
+// that was done once, for this plan or an earlier one in the same folder, is not done again: a changed raster costs the blocks that it
+// touches and what lies above them.
+#include <atomic>
+#include <string>
+
+#include "pipeline/build.h"
+#include "work.pb.h"
+
+namespace cordillera::pipeline::work {
+
+inline constexpr unsigned kPlanFormat = 1;
+inline constexpr const char* kPlanFile = "plan.json";
+
+/// Fixes numbers, tasks and keys. request.members must be set. Reads no more than a pilot (keep=) or a default error needs; with error=
+/// no pixel at all. Deterministic.
+proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std::atomic<bool>& stop);
+
+/// Writes and reads folder/plan.json. A plan of another program version or format is refused ("plan-version").
+proto::Result<void> write_plan(const proto::WorkPlan& plan, const std::string& folder);
+proto::Result<proto::WorkPlan> read_plan(const std::string& folder);
+
+/// The request that the plan was made from: for the manifest, and to open sources.
+BuildRequest request_of(const proto::WorkPlan& plan);
+/// A raster, and its geoid, are what they were when the plan was made; "source-changed" if not.
+proto::Result<void> check_unchanged(const raster::MosaicMember& planned);
+/// The rasters that one task reads.
+std::vector<raster::MosaicMember> members_of(const proto::WorkPlan& plan, const proto::WorkTask& task);
+
+inline proto::TileAddress address_of(const proto::WorkTask& task) {
+  return {static_cast<int>(task.level()), static_cast<std::int32_t>(task.x()), static_cast<std::int32_t>(task.y())};
+}
+
+}  // namespace cordillera::pipeline::work

@@ -1,0 +1,43 @@
+#pragma once
+// Several rasters as one Source: where they overlap the first in the list that has data wins, and its voids are filled by the next.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "raster/source.h"
+
+namespace cordillera::raster {
+
+/// Lattice whose windows tell where a member of a mosaic lies: windows of coarser lattices follow from it.
+inline constexpr proto::Lattice kMemberLattice{proto::Scheme::geodetic, proto::kMaxLevel};
+
+/// One raster of a mosaic. options: those of the build with the raster's own put over them; trust as for open_source.
+struct MosaicMember {
+  std::string path, name;
+  Trust trust = Trust::operator_file;
+  proto::BuildOptions options;
+  proto::Source description;
+  Source::Window window;  ///< on kMemberLattice
+  std::string state;      ///< of the file, when it was examined
+  std::string datum;      ///< Source::datum_print
+};
+
+/// Opens the raster once to see where it lies and what it is. Its problems name it.
+proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options);
+
+/// The lattice vertices of a coarser lattice inside a member's window; empty (west > east) when there are none.
+Source::Window coarser(const Source::Window& window, const proto::Lattice& lattice);
+
+/// Whether two windows of a lattice share a vertex; columns are taken modulo the circle.
+bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattice& lattice);
+
+/// feather_m: the width over which a raster gives way to those below it, towards its rims and voids; 0: it ends in a step. Heights are
+/// blended in whole steps, and a vertex's height depends on nothing but the members around it. Members are opened when their place is
+/// asked for, the last few are kept open. At least one member; not thread-safe, as every Source.
+std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m);
+
+/// How far a feather reaches, in vertices of the lattice; at most kMostFeather.
+int feather_vertices(double feather_m, const proto::Lattice& lattice);
+inline constexpr int kMostFeather = 256;
+
+}  // namespace cordillera::raster

@@ -1,0 +1,35 @@
+#pragma once
+// Files wherever GDAL reaches: a path of this machine, or /vsis3/…, /vsigs/…, /vsiaz/… for object storage. Addresses and keys of
+// object storage come from GDAL's own options and environment variables (AWS_S3_ENDPOINT and so on).
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/result.h"
+
+namespace cordillera::raster {
+
+/// One of GDAL's file systems, not a folder of this machine.
+bool is_remote(const std::string& path);
+
+/// The file appears whole under its name or not at all, whoever writes it at the same time: here by a synced file and a rename, in object
+/// storage by the end of its upload. Folders on the way are made. "storage-write" when it fails.
+proto::Result<void> write_whole(const std::string& path, const std::string& bytes);
+
+/// Bytes from offset on, fewer at the file's end; nullopt when there is no such file. "storage-read" when it fails otherwise.
+proto::Result<std::optional<std::string>> read_range(const std::string& path, std::uint64_t offset, std::uint64_t count);
+/// The whole file.
+proto::Result<std::optional<std::string>> read_whole(const std::string& path);
+
+/// Bytes of the file; nullopt when there is none.
+std::optional<std::uint64_t> size_of(const std::string& path);
+
+/// Size and time of last change as text, to tell whether a file is still the same; empty when it cannot be told.
+std::string state_of(const std::string& path);
+
+/// Names in a folder, sorted; empty when there is none. Removes a file; false when that fails.
+std::vector<std::string> names_in(const std::string& folder);
+bool remove_file(const std::string& path);
+
+}  // namespace cordillera::raster

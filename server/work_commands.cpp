@@ -1,0 +1,205 @@
+#include "server/work_commands.h"
+
+#include <signal.h>
+
+#include <atomic>
+#include <filesystem>
+#include <iostream>
+
+#include "pipeline/export.h"
+#include "pipeline/work/publish.h"
+#include "pipeline/work/work.h"
+#include "pipeline/work/work_plan.h"
+#include "server/child.h"
+#include "server/json.h"
+#include "server/option_values.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+namespace work = pipeline::work;
+using proto::Problem;
+
+std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
+
+void stop_on_signals() {
+  signal(SIGINT, [](int) { g_stop = true; });
+  signal(SIGTERM, [](int) { g_stop = true; });
+}
+
+int fail(const Problem& problem) {
+  complain(problem);
+  return work::worth_retrying(problem) ? kTryAgain : kFailed;
+}
+
+int wrong_usage(const std::string& detail, const std::string& accepted, const std::string& parameter) {
+  complain({"usage", detail, accepted, parameter});
+  return kUsage;
+}
+
+/// The tasks that a line asks for, of one stage.
+proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const proto::WorkStage& stage) {
+  const auto tasks = static_cast<std::uint32_t>(stage.tasks_size());
+  std::uint32_t task = 0, part = 0, parts = 1;
+  if (!line.task.empty()) {
+    if (const auto wrong = read_whole(line.task, {0, tasks - 1}, &task)) {
+      return Problem{"option-invalid", "--task='" + line.task + "': " + *wrong, "0 to " + std::to_string(tasks - 1), "--task"};
+    }
+    return std::vector<std::size_t>{task};
+  }
+  const std::size_t slash = line.part.find('/');
+  if (!line.part.empty()) {
+    const bool right = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts) &&
+                       !read_whole(line.part.substr(0, slash), {0, parts - 1}, &part);
+    if (!right) return Problem{"option-invalid", "--part='" + line.part + "' is no K/N", "K/N with K from 0 to N - 1", "--part"};
+  }
+  return work::part_of(stage, part, parts);
+}
+
+class Counter {
+ public:
+  Counter(std::size_t all, Words words) : all_(all), words_(words) {}
+  void ended(const proto::WorkTask& task, work::Outcome outcome) {
+    ++done_;
+    if (words_ == Words::none) return;
+    std::cerr << done_ << "/" << all_ << " " << task.level() << "/" << task.x() << "/" << task.y()
+              << (outcome == work::Outcome::done ? "" : " was there") << "\n";
+  }
+
+ private:
+  std::size_t all_, done_ = 0;
+  Words words_;
+};
+
+proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const WorkLine& line) {
+  const proto::WorkStage& stage = plan.stages(number);
+  const auto tasks = tasks_of(line, stage);
+  if (!tasks) return tasks.problem();
+  work::WorkOrder order{line.folder, "auto", 0};
+  if (!line.device.empty()) {
+    if (const auto wrong = read_device(line.device, &order.device)) {
+      return Problem{"option-invalid", "--device='" + line.device + "': " + *wrong, "auto, cpu, cuda or cuda:N", "--device"};
+    }
+  }
+  if (!line.threads.empty()) {
+    if (const auto wrong = read_whole(line.threads, {0, 1024}, &order.threads)) {
+      return Problem{"option-invalid", "--threads='" + line.threads + "': " + *wrong, "0 to 1024", "--threads"};
+    }
+  }
+  Counter counter(tasks->size(), line.words);
+  return work::do_tasks(
+      plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::Outcome outcome) { counter.ended(task, outcome); }, g_stop);
+}
+
+void say(const proto::WorkPlan& plan, const std::string& folder) {
+  double samples = 0;
+  for (const proto::WorkTask& task : plan.stages(0).tasks()) samples += task.samples();
+  std::cout << plan.sources_size() << " rasters, levels " << plan.plan().min_level() << " to " << plan.plan().finest_level() << ", "
+            << samples / 1e6 << " million samples\n";
+  const auto stages = work::progress_of(plan, folder);
+  for (std::size_t s = 0; s < stages.size(); ++s) {
+    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << stages[s].all << " tasks, " << stages[s].done << " done\n";
+  }
+}
+
+}  // namespace
+
+int plan_command(const Settings& settings, const PlanLine& line) {
+  if (line.folder.empty()) return wrong_usage("plan needs to know where to write", "-o FOLDER", "--output");
+  stop_on_signals();
+  auto sources = examine_sources(line.sources, settings, line.bad);
+  if (!sources) return fail(sources.problem());
+  pipeline::BuildRequest request;
+  request.members = std::move(sources->members);
+  request.options = settings.build;
+  fs::path place = fs::path(line.folder).lexically_normal();
+  if (!place.has_filename()) place = place.parent_path();
+  request.raster_name = settings.build.name().empty() ? place.filename().string() : settings.build.name();
+  auto plan = work::plan_work(request, g_stop);
+  if (!plan) return fail(plan.problem());
+  for (const std::string& skipped : sources->skipped) plan->add_skipped(skipped);
+  for (const std::string& warning : sources->warnings) plan->add_warnings(warning);
+  if (const auto written = work::write_plan(*plan, line.folder); !written) return fail(written.problem());
+  for (const std::string& skipped : plan->skipped()) std::cerr << "cordillera: left out: " << skipped << "\n";
+  for (const std::string& warning : plan->warnings()) std::cerr << "cordillera: warning: " << warning << "\n";
+  if (line.words == Words::all) say(*plan, line.folder);
+  return kDone;
+}
+
+int work_command(const WorkLine& line) {
+  stop_on_signals();
+  const auto plan = work::read_plan(line.folder);
+  if (!plan) return fail(plan.problem());
+  if (line.stage.empty()) {
+    if (!line.task.empty() || !line.part.empty()) return wrong_usage("a task is one of a stage", "--stage N", "--stage");
+    for (int s = 0; s < plan->stages_size(); ++s) {
+      if (const auto done = do_stage(*plan, s, line); !done) return fail(done.problem());
+    }
+    return kDone;
+  }
+  std::uint32_t stage = 0;
+  const auto last = static_cast<std::uint32_t>(plan->stages_size() - 1);
+  if (const auto wrong = read_whole(line.stage, {0, last}, &stage)) {
+    return wrong_usage("--stage='" + line.stage + "': " + *wrong, "0 to " + std::to_string(last), "--stage");
+  }
+  const auto done = do_stage(*plan, static_cast<int>(stage), line);
+  if (done) return kDone;
+  return done.problem().type == "option-invalid" ? wrong_usage(done.problem().detail, done.problem().accepted, done.problem().parameter)
+                                                 : fail(done.problem());
+}
+
+int tasks_command(const std::string& folder, Show show) {
+  const auto plan = work::read_plan(folder);
+  if (!plan) return fail(plan.problem());
+  if (show == Show::table) {
+    say(*plan, folder);
+    return kDone;
+  }
+  const auto stages = work::progress_of(*plan, folder);
+  Json json = Json::array();
+  for (std::size_t s = 0; s < stages.size(); ++s) {
+    double cost = 0;
+    for (const proto::WorkTask& task : plan->stages(static_cast<int>(s)).tasks()) cost += work::cost_of(task);
+    json.push_back({{"stage", s}, {"tasks", stages[s].all}, {"done", stages[s].done}, {"cost", cost}});
+  }
+  std::cout << dump(plain_numbers(json)) << "\n";
+  return kDone;
+}
+
+int publish_command(const PublishLine& line) {
+  if (line.output.empty()) return wrong_usage("publish needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output");
+  const auto plan = work::read_plan(line.folder);
+  if (!plan) return fail(plan.problem());
+  const bool file = line.output.ends_with(".sqlite");
+  std::error_code error;
+  if (file && line.other == pipeline::Existing::refuse && fs::exists(line.output, error)) {
+    return fail(pipeline::output_exists(line.output + " is there already"));
+  }
+  if (!file) {
+    if (const auto usable = pipeline::check_export_folder(line.output, line.other); !usable) return fail(usable.problem());
+  }
+  fs::path place = fs::absolute(line.output).lexically_normal();
+  if (!place.has_filename()) place = place.parent_path();
+  const std::string store = file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
+  const auto manifest = work::publish(*plan, line.folder, store, [](work::Progress) {});
+  if (!manifest) return fail(manifest.problem());
+  if (!file) {
+    const auto exported = [&]() -> proto::Result<void> {
+      auto reader = pipeline::StoreReader::open(store);
+      if (!reader) return reader.problem();
+      const pipeline::faces::Terrain terrain(std::move(reader).value());
+      return pipeline::export_static(terrain, line.formats, place.string(), line.other);
+    }();
+    fs::remove(store, error);
+    if (!exported) return fail(exported.problem());
+  }
+  if (line.words == Words::all) std::cout << manifest_table(*manifest) << "written to " << place.string() << "\n";
+  if (line.prune) {
+    const std::size_t removed = work::prune(*plan, line.folder);
+    if (line.words == Words::all) std::cout << removed << " shards of other plans removed\n";
+  }
+  return kDone;
+}
+
+}  // namespace cordillera::server

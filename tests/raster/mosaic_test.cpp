@@ -1,0 +1,166 @@
+// Several rasters as one.
+#include <cmath>
+
+#include "raster/blend.h"
+#include "raster/mosaic.h"
+#include "raster/source_list.h"
+#include "tests/raster/fixture.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+constexpr int kLevel = 12;
+constexpr std::int64_t kWest = 900000, kNorth = 700000;
+
+class Mosaic : public RasterTest {
+ protected:
+  /// A square of pixels that are cells of the lattice, `east` and `south` of the corner.
+  raster::MosaicMember square(const std::string& name, int east, int south, int side, std::function<double(int, int)> value) {
+    Spec spec;
+    spec.columns = spec.rows = side;
+    spec.geotransform = cells_of(kLevel, kWest + east, kNorth - south);
+    spec.value = std::move(value);
+    spec.nodata = -9999;
+    const auto member = raster::examine(write(spec, name), name, raster::Trust::operator_file, plain_options());
+    EXPECT_TRUE(member.ok()) << member.problem().line();
+    return *member;
+  }
+  raster::MosaicMember plane(const std::string& name, int east, int south, int side, double height) {
+    return square(name, east, south, side, [height](int, int) { return height; });
+  }
+  double at(raster::Source& source, int east, int south) { return height_m(source, lattice(kLevel), kWest + east, kNorth - south); }
+};
+
+TEST_F(Mosaic, the_first_wins_and_the_next_fills_its_voids) {
+  const auto holed = [](int c, int r) { return c >= 20 && c < 30 && r >= 20 && r < 30 ? -9999.0 : 100.0; };
+  const auto source = raster::make_mosaic({square("a.tif", 0, 0, 64, holed), plane("b.tif", 10, 10, 64, 300)}, 0);
+  EXPECT_EQ(at(*source, 15, 15), 100);
+  EXPECT_EQ(at(*source, 25, 25), 300);
+  EXPECT_EQ(at(*source, 70, 70), 300);
+  EXPECT_TRUE(std::isnan(at(*source, 5, 70)));
+}
+
+TEST_F(Mosaic, one_raster_is_what_it_is_alone) {
+  const auto member = square("a.tif", 0, 0, 64, [](int c, int r) { return c * 3.25 + r; });
+  const auto alone = must_open(member.path), mosaic = raster::make_mosaic({member}, 500);
+  const proto::Samples a = whole(*alone, lattice(kLevel)), b = mosaic->sample(lattice(kLevel), a.west, a.south, a.columns, a.rows).value();
+  EXPECT_EQ(a.height, b.height);
+}
+
+TEST_F(Mosaic, a_seam_is_feathered_without_a_step) {
+  const auto one = plane("a.tif", 0, 0, 100, 0), other = plane("b.tif", 50, 0, 100, 100);
+  const double cell_m = 111000.0 * 180 / (256 << kLevel), feather_m = 20 * cell_m;
+  const auto source = raster::make_mosaic({one, other}, feather_m);
+  double before = at(*source, 40, 50);
+  EXPECT_EQ(before, 0) << "far from its rim the first is unchanged";
+  for (int east = 41; east <= 120; ++east) {
+    const double now = at(*source, east, 50);
+    EXPECT_LE(now - before, 12) << "at " << east;
+    EXPECT_GE(now, before) << "at " << east;
+    before = now;
+  }
+  EXPECT_EQ(before, 100);
+}
+
+TEST_F(Mosaic, a_height_does_not_depend_on_the_window_that_asked) {
+  const auto rough = [](int c, int r) { return std::fmod(c * 7.3 + r * 3.1, 97.0); };
+  const auto source = raster::make_mosaic({square("a.tif", 0, 0, 80, rough), square("b.tif", 40, 30, 80, rough), plane("c.tif", -20, 60, 90, 50)}, 600);
+  const proto::Samples all = whole(*source, lattice(kLevel));
+  for (const auto [c, r, columns, rows] : {std::array{3, 5, 40, 20}, std::array{50, 40, 17, 60}, std::array{60, 70, 1, 1}, std::array{0, 0, 9, 130}}) {
+    const proto::Samples part = source->sample(lattice(kLevel), all.west + c, all.south + r, columns, rows).value();
+    for (int y = 0; y < rows; ++y) {
+      for (int x = 0; x < columns; ++x) ASSERT_EQ(part.at(part.west + x, part.south + y), all.at(part.west + x, part.south + y)) << c + x << " " << r + y;
+    }
+  }
+}
+
+TEST_F(Mosaic, the_window_holds_all_members_and_the_finest_says_the_level) {
+  const auto fine = plane("a.tif", 0, 0, 64, 1);
+  Spec coarse;
+  coarse.geotransform = {-170, 0.5, 0, 45, 0, -0.5};
+  const auto other = raster::examine(write(coarse, "c.tif"), "c.tif", raster::Trust::operator_file, plain_options()).value();
+  const auto source = raster::make_mosaic({other, fine}, 0);
+  EXPECT_EQ(source->description().pixel_height_m(), fine.description.pixel_height_m());
+  EXPECT_EQ(source->description().file(), "2 rasters");
+  const auto all = source->window(lattice(kLevel));
+  for (const auto& member : {fine, other}) {
+    const auto w = raster::coarser(member.window, lattice(kLevel));
+    EXPECT_TRUE(raster::touch(w, all, lattice(kLevel)));
+    EXPECT_GE(all.north, w.north);
+    EXPECT_LE(all.south, w.south);
+  }
+  EXPECT_LE(all.east - all.west, lattice(kLevel).columns() / 2 + 60000) << "the short way round";
+}
+
+TEST_F(Mosaic, a_member_that_vanished_is_named) {
+  const auto member = plane("a.tif", 0, 0, 64, 1);
+  const auto source = raster::make_mosaic({member, plane("b.tif", 30, 0, 64, 1)}, 0);
+  std::filesystem::remove(member.path);
+  const auto samples = source->sample(lattice(kLevel), kWest, kNorth - 60, 10, 10);
+  ASSERT_FALSE(samples.ok());
+  EXPECT_EQ(samples.problem().type, "raster-not-found");
+  EXPECT_NE(samples.problem().detail.find("a.tif"), std::string::npos);
+}
+
+TEST(Blend, distances_count_diagonals_as_one) {
+  proto::Samples samples;
+  samples.columns = samples.rows = 9;
+  samples.height.assign(81, 5);
+  samples.flat_water.assign(81, 0);
+  samples.height[4 * 9 + 4] = proto::kNoHeight;
+  const auto distance = raster::distance_to_void(samples, 3);
+  for (int r = 0; r < 9; ++r) {
+    for (int c = 0; c < 9; ++c) EXPECT_EQ(distance[static_cast<std::size_t>(r * 9 + c)], std::min(3, std::max(std::abs(r - 4), std::abs(c - 4))));
+  }
+}
+
+class SourceList : public RasterTest {
+ protected:
+  std::vector<std::string> names(const std::string& word) {
+    const auto listed = raster::list_sources(word);
+    std::vector<std::string> names;
+    if (!listed.ok()) return {listed.problem().type};
+    for (const auto& source : *listed) names.push_back(std::filesystem::path(source.path).filename().string());
+    return names;
+  }
+};
+
+using Names = std::vector<std::string>;
+
+TEST_F(SourceList, a_folder_is_its_rasters_by_name) {
+  for (const char* name : {"b.tif", "a.TIF", "c.txt.tif"}) write(Spec{}, name);
+  write_text("no raster", "readme.md");
+  EXPECT_EQ(names(path("")), (Names{"a.TIF", "b.tif", "c.txt.tif"}));
+}
+
+TEST_F(SourceList, a_text_has_a_raster_a_line_with_its_own_options) {
+  const auto listed = raster::list_sources(write_text("# fine first\n\"fine dem.tif\" vertical_datum=EGM2008 nodata=fill\n\n/abs/coarse.tif # all\n", "l.txt"));
+  ASSERT_TRUE(listed.ok());
+  ASSERT_EQ(listed->size(), 2u);
+  EXPECT_EQ(listed->front().path, path("fine dem.tif"));
+  ASSERT_EQ(listed->front().options.size(), 2u);
+  EXPECT_EQ(listed->front().options[1].second, "fill");
+  EXPECT_EQ(listed->back().path, "/abs/coarse.tif");
+}
+
+TEST_F(SourceList, stac_items_give_their_data_asset) {
+  const std::string items = R"({"type":"FeatureCollection","features":[
+    {"type":"Feature","id":"one","assets":{"thumb":{"href":"t.png","type":"image/png"},"dem":{"href":"one.tif","type":"image/tiff; application=geotiff"}}},
+    {"type":"Feature","id":"two","assets":{"x":{"href":"other.tif"},"h":{"href":"s3://bucket/two.tif","roles":["data"]}}}]})";
+  const auto listed = raster::list_sources(write_text(items, "items.json"));
+  ASSERT_TRUE(listed.ok()) << listed.problem().line();
+  ASSERT_EQ(listed->size(), 2u);
+  EXPECT_EQ((*listed)[0].path, path("one.tif"));
+  EXPECT_EQ((*listed)[1].path, "/vsis3/bucket/two.tif");
+}
+
+TEST_F(SourceList, a_list_that_is_none_is_refused) {
+  EXPECT_EQ(names(path("missing.txt")), Names{"sources-invalid"});
+  EXPECT_EQ(names(write_text("a.tif crs\n", "a.txt")), Names{"sources-invalid"});
+  EXPECT_EQ(names(write_text("{", "a.json")), Names{"sources-invalid"});
+  EXPECT_EQ(names(write_text("{}", "b.json")), Names{"sources-invalid"});
+  EXPECT_EQ(names(write_text("# nothing\n", "c.txt")), Names{"sources-invalid"});
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test

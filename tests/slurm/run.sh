@@ -1,0 +1,128 @@
+#!/bin/bash
+# A plan on a real Slurm of two nodes on this host: the result is that of a build in one process, byte for byte, whatever is killed
+# meanwhile.
+#
+#   tests/slurm/run.sh BUILD [case...]     BUILD: where the program was built. Cases: plain task node controller twice bad
+#
+# Exit code 77: Slurm or munge is not installed (packages slurm-wlm, munge).
+set -euo pipefail
+build=$(realpath "${1:?usage: tests/slurm/run.sh BUILD [case...]}")
+shift
+cases=${*:-plain task node controller twice bad}
+here=$(cd "$(dirname "$0")" && pwd)
+program=$build/bin/cordillera
+submit=$here/../../deploy/slurm/submit.sh
+for need in slurmctld slurmd sbatch munged; do
+  command -v $need > /dev/null || { echo "skipped: $need is not installed (slurm-wlm, munge)"; exit 77; }
+done
+
+work=$(mktemp -d)
+cluster=$work/cluster
+# shellcheck source=tests/slurm/cluster.sh
+. "$here/cluster.sh"
+trap 'stop_cluster; rm -rf "$work" 2> /dev/null || { sleep 2; rm -rf "$work"; }' EXIT
+start_cluster
+
+options=(--name cluster --max-level 13 --error 4 --vertical-datum ellipsoid)
+python3 "$here/make_rasters.py" "$work/dem" 24
+"$program" build "$work/dem" -o "$work/one" -q "${options[@]}"
+
+failed() { echo "FAILED: $*" >&2; squeue >&2 || true; grep -h "^cordillera:" "$work"/*/log/*.log >&2 || true; exit 1; }
+jobs_left() { squeue --noheader --format=%i 2> /dev/null || echo unknown; }
+wait_for_jobs() {  # seconds
+  for _ in $(seq $(($1 * 2))); do
+    [ -n "$(jobs_left)" ] || return 0
+    sleep 0.5
+  done
+  failed "jobs are left after $1 s"
+}
+plan_for() {  # name
+  "$program" plan "$work/dem" -o "$work/$1" -q "${options[@]}"
+  "$submit" "$work/$1" -o "$work/$1-out" --program "$program" --parts 12 --samples 1000000 --mem 500
+}
+same_as_one() {  # name
+  [ -d "$work/$1-out" ] || failed "$1: nothing was published"
+  diff -r -x manifest.json "$work/one" "$work/$1-out" || failed "$1: other bytes than one process gives"
+}
+some_done() {  # name; waits until the first shards are there
+  for _ in $(seq 120); do
+    if [ "$(find "$work/$1/shards" -name '*.shard' 2> /dev/null | wc -l)" -ge 2 ]; then return 0; fi
+    sleep 0.25
+  done
+  failed "$1: no task has ended"
+}
+
+blocks_of() { "$program" tasks "$work/$1" --json | python3 -c 'import json, sys; print(json.load(sys.stdin)[0][sys.argv[1]])' "$2"; }  # name, tasks or done
+
+case_plain() {
+  plan_for plain
+  blocks=$(blocks_of plain tasks)
+  [ "${blocks:-0}" -ge 20 ] || failed "only ${blocks:-no} blocks"
+  wait_for_jobs 240
+  same_as_one plain
+  "$here/../../deploy/slurm/status.sh" "$work/plain" --program "$program"
+}
+case_task() {  # a task is killed in its middle, five times
+  plan_for task
+  some_done task
+  for _ in 1 2 3 4 5; do
+    pkill -KILL -n -f "$program work $work/task" || true
+    sleep 1
+  done
+  wait_for_jobs 300
+  same_as_one task
+}
+case_node() {  # a node's daemon and its tasks are killed; it comes back later
+  plan_for node
+  some_done node
+  kill -KILL "$node1"
+  pkill -KILL -f "slurmstepd" || true
+  pkill -KILL -f "$program work $work/node" || true
+  sleep 3
+  start_node 1
+  wait_for_jobs 300
+  same_as_one node
+}
+case_controller() {
+  plan_for controller
+  some_done controller
+  kill -KILL "$controller"
+  sleep 3
+  start_controller
+  sleep 2
+  wait_for_jobs 300
+  same_as_one controller
+}
+case_twice() {  # the same tasks by two at once
+  "$program" plan "$work/dem" -o "$work/twice" -q "${options[@]}"
+  "$program" work "$work/twice" -q --threads 1 & first=$!
+  "$program" work "$work/twice" -q --threads 1 --stage 0
+  wait $first
+  "$program" publish "$work/twice" -o "$work/twice-out" -q
+  same_as_one twice
+}
+case_bad() {  # one raster cannot be read: its task says so, the others finish, and after the mending the same plan goes on
+  python3 "$here/make_rasters.py" "$work/mended" 24
+  python3 "$here/make_rasters.py" "$work/dem-bad" 24 broken
+  "$program" plan "$work/dem-bad" -o "$work/bad" -q "${options[@]}"
+  "$submit" "$work/bad" -o "$work/bad-out" --program "$program" --parts 24 --samples 1000 --mem 500
+  wait_for_jobs 300
+  [ ! -e "$work/bad-out" ] || failed "a plan with a failed task was published"
+  grep -q dem23.asc "$work"/bad/log/*.log || failed "no log names the raster that cannot be read"
+  undone=$(($(blocks_of bad tasks) - $(blocks_of bad done)))
+  [ $undone -ge 1 ] && [ $undone -le 4 ] || failed "$undone blocks are undone; the broken raster touches no more than 4"
+  # The raster is put right. It is another file now, so the plan is made anew; what does not depend on it is there already.
+  cp "$work/mended/dem23.asc" "$work/dem-bad/dem23.asc"
+  "$program" plan "$work/dem-bad" -o "$work/bad" -q "${options[@]}"
+  "$submit" "$work/bad" -o "$work/bad-out" --program "$program" --parts 24 --samples 1000 --mem 500
+  wait_for_jobs 300
+  grep -q 'was there' "$work"/bad/log/stage-0-*.log || failed "everything was done again"
+  same_as_one bad
+}
+
+for name in $cases; do
+  echo "== $name"
+  start=$(date +%s)
+  "case_$name"
+  echo "== $name: as in one process, $(($(date +%s) - start)) s"
+done

@@ -1,0 +1,194 @@
+// A build cut into tasks gives what a build in one piece gives, and a changed raster costs what it touches.
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+
+#include "pipeline/build.h"
+#include "pipeline/work/publish.h"
+#include "pipeline/work/shard.h"
+#include "pipeline/work/work.h"
+#include "pipeline/work/work_plan.h"
+#include "raster/storage.h"
+#include "tests/whole/built.h"
+#include "tests/whole/bytes.h"
+
+namespace cordillera::whole {
+namespace {
+
+namespace fs = std::filesystem;
+namespace work = pipeline::work;
+
+constexpr std::int64_t kTile = proto::kTileCells;
+constexpr int kLevel = 13;
+
+/// Three small rasters: two that overlap, one so far away that it lies in other blocks.
+class Work : public testing::Test {
+ protected:
+  Work() {
+    write_patch("west.tif", 0, 0, 160, 70);
+    write_patch("beside.tif", 110, -60, 160, 71);
+    write_patch("far.tif", 9000, 6000, 140, 72);
+    request_.raster_name = "three";
+    request_.options = plain_options();
+    request_.options.set_max_level(kLevel);
+    request_.options.set_error(6);
+    request_.options.set_feather(300);
+    examine({"west.tif", "beside.tif", "far.tif"});
+  }
+  void write_patch(const std::string& name, int east, int north, int side, std::uint32_t seed) {
+    write(points_of({kLevel, 9008 * kTile + east, 6000 * kTile + north}, side, side, rough(seed)), folder_.path(name));
+  }
+  void examine(const std::vector<std::string>& names) {
+    request_.members.clear();
+    for (const std::string& name : names) {
+      auto member = raster::examine(folder_.path(name), name, raster::Trust::operator_file, request_.options);
+      ASSERT_TRUE(member.ok()) << member.problem().line();
+      request_.members.push_back(*member);
+    }
+  }
+  Bytes in_one_piece(const std::string& name) {
+    request_.store_path = folder_.path(name);
+    const auto built = pipeline::build(request_, nullptr, never_);
+    EXPECT_TRUE(built.ok()) << built.problem().line();
+    return published(request_.store_path);
+  }
+  proto::WorkPlan plan() {
+    auto plan = work::plan_work(request_, never_);
+    EXPECT_TRUE(plan.ok()) << plan.problem().line();
+    EXPECT_TRUE(work::write_plan(*plan, shards_).ok());
+    auto read = work::read_plan(shards_);  // as a worker elsewhere has it
+    EXPECT_TRUE(read.ok()) << read.problem().line();
+    return *read;
+  }
+  proto::Result<void> stage(const proto::WorkPlan& plan, int number, std::size_t part = 0, std::size_t parts = 1) {
+    const proto::WorkStage& stage = plan.stages(number);
+    return work::do_tasks(plan, stage, work::part_of(stage, part, parts), {shards_, "cpu", 2},
+                          [this](const proto::WorkTask&, work::Outcome outcome) { ++(outcome == work::Outcome::done ? done_ : found_); }, never_);
+  }
+  void all_stages(const proto::WorkPlan& plan) {
+    for (int s = 0; s < plan.stages_size(); ++s) {
+      const auto done = stage(plan, s);
+      EXPECT_TRUE(done.ok()) << done.problem().line();
+    }
+  }
+  proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& name) {
+    return work::publish(plan, shards_, folder_.path(name), [](work::Progress) {});
+  }
+
+  Folder folder_;
+  std::string shards_ = folder_.path("plan");
+  pipeline::BuildRequest request_;
+  const std::atomic<bool> never_ = false;
+  int done_ = 0, found_ = 0;
+};
+
+TEST_F(Work, in_tasks_gives_the_bytes_of_one_piece) {
+  const proto::WorkPlan plan = this->plan();
+  EXPECT_GT(plan.stages(0).tasks_size(), 2) << "all is one block: nothing to share out";
+  EXPECT_GT(plan.stages_size(), 3);
+  all_stages(plan);
+  const auto manifest = publish(plan, "tasks.sqlite");
+  ASSERT_TRUE(manifest.ok()) << manifest.problem().line();
+  EXPECT_EQ(manifest->sources_size(), 3);
+  expect_same(in_one_piece("piece.sqlite"), published(folder_.path("tasks.sqlite")));
+}
+
+TEST_F(Work, parts_of_a_stage_are_all_of_it) {
+  const proto::WorkPlan plan = this->plan();
+  for (const std::size_t parts : {1u, 2u, 3u, 7u, 100u}) {
+    std::vector<std::size_t> all;
+    for (std::size_t part = 0; part < parts; ++part) {
+      for (const std::size_t task : work::part_of(plan.stages(0), part, parts)) all.push_back(task);
+    }
+    ASSERT_EQ(all.size(), static_cast<std::size_t>(plan.stages(0).tasks_size()));
+    for (std::size_t k = 0; k < all.size(); ++k) EXPECT_EQ(all[k], k);
+  }
+}
+
+TEST_F(Work, a_changed_raster_costs_what_it_touches) {
+  const proto::WorkPlan before = plan();
+  all_stages(before);
+  const int blocks = before.stages(0).tasks_size(), tasks = done_;
+  write_patch("far.tif", 9000, 6000, 140, 99);
+  examine({"west.tif", "beside.tif", "far.tif"});
+  const proto::WorkPlan after = plan();
+  done_ = found_ = 0;
+  all_stages(after);
+  EXPECT_GT(found_, 0);
+  EXPECT_LT(done_, tasks);
+  int same = 0;
+  for (int k = 0; k < blocks; ++k) same += before.stages(0).tasks(k).key() == after.stages(0).tasks(k).key() ? 1 : 0;
+  EXPECT_GT(same, 0);
+  EXPECT_LT(same, blocks);
+  ASSERT_TRUE(publish(after, "patched.sqlite").ok());
+  expect_same(in_one_piece("scratch.sqlite"), published(folder_.path("patched.sqlite")));
+  // The results that are now nobody's go, and only those.
+  EXPECT_EQ(work::prune(after, shards_), static_cast<std::size_t>(done_));
+  EXPECT_TRUE(publish(after, "again.sqlite").ok());
+}
+
+TEST_F(Work, a_merge_before_its_blocks_may_be_tried_again) {
+  const auto early = stage(plan(), 1);
+  ASSERT_FALSE(early.ok());
+  EXPECT_EQ(early.problem().type, "shard-missing");
+  EXPECT_TRUE(work::worth_retrying(early.problem()));
+}
+
+TEST_F(Work, what_is_missing_or_damaged_is_named_and_nothing_is_published) {
+  const proto::WorkPlan plan = this->plan();
+  all_stages(plan);
+  const proto::WorkTask& task = plan.stages(0).tasks(1);
+  const std::string shard = work::shard_path(shards_, task.key());
+  fs::rename(shard, shard + ".away");
+  auto refused = publish(plan, "out.sqlite");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "shards-missing");
+  EXPECT_THAT(refused.problem().detail, testing::HasSubstr("stage 0 task 1"));
+  fs::rename(shard + ".away", shard);
+  {
+    std::fstream file(shard, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(-5, std::ios::end);
+    file.put('x');
+  }
+  refused = publish(plan, "out.sqlite");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "shard-damaged");
+  EXPECT_FALSE(fs::exists(folder_.path("out.sqlite")));
+  // Work makes it anew, and no other.
+  done_ = 0;
+  ASSERT_TRUE(stage(plan, 0).ok());
+  EXPECT_EQ(done_, 1);
+  EXPECT_TRUE(publish(plan, "out.sqlite").ok());
+}
+
+TEST_F(Work, a_raster_that_changed_since_the_plan_is_refused) {
+  const proto::WorkPlan plan = this->plan();
+  write_patch("far.tif", 9000, 6000, 140, 5);
+  const auto refused = stage(plan, 0);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "source-changed");
+  EXPECT_FALSE(work::worth_retrying(refused.problem()));
+}
+
+TEST_F(Work, a_plan_of_another_version_is_refused) {
+  proto::WorkPlan plan = this->plan();
+  plan.mutable_plan()->set_program("cordillera 0.0.1");
+  ASSERT_TRUE(work::write_plan(plan, shards_).ok());
+  const auto read = work::read_plan(shards_);
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.problem().type, "plan-version");
+}
+
+TEST_F(Work, the_same_rasters_in_another_order_are_another_plan) {
+  const std::string key = plan().stages(0).tasks(0).key();
+  examine({"beside.tif", "west.tif", "far.tif"});
+  bool differs = false;
+  const proto::WorkPlan turned = plan();
+  for (const proto::WorkTask& task : turned.stages(0).tasks()) differs = differs || task.key() != key;
+  EXPECT_TRUE(differs);
+}
+
+}  // namespace
+}  // namespace cordillera::whole
