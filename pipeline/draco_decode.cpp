@@ -50,6 +50,8 @@ proto::Result<LatticeMesh> draco_decode_lattice(std::string_view bytes) {
       !metadata->GetEntryDouble("height_step", &out.height_step)) {
     return not_a_tile("z, x, y, side or height_step is missing from its metadata");
   }
+  std::string matrix_set;
+  out.web_mercator = metadata->GetEntryString("tile_matrix_set", &matrix_set) && matrix_set == kWebMercator;
   const draco::PointAttribute* position = (*mesh)->GetNamedAttribute(draco::GeometryAttribute::POSITION);
   if (position == nullptr || position->data_type() != draco::DT_INT32) return not_a_tile("its positions are no integers");
   if (!read_attribute(**mesh, draco::GeometryAttribute::POSITION, out.points)) return not_a_tile("it has no positions");

@@ -8,9 +8,6 @@
 namespace cordillera::pipeline {
 namespace {
 
-// Measured on an irregular terrain tile of 8,192 triangles, .drc and .glb: speed 3 saves 7-9 % and takes twice the time to encode and
-// two to three times to decode; 5 and 7 give the same bytes; 10 costs 0-8 % more and saves nothing worth it.
-constexpr int kSpeed = 5;
 constexpr int kNormalBits = 10;
 // Draco's entropy coder counts symbols in a table as long as the greatest one. Tiles a dozen levels above the finest would need
 // gigabytes of it; there are a handful of them in a dataset, so their integers go in as they are.
@@ -39,8 +36,8 @@ void add_faces(draco::Mesh& mesh, const std::vector<Triangle>& triangles) {
   }
 }
 
-std::string encode(draco::Encoder& encoder, const draco::Mesh& mesh) {
-  encoder.SetSpeedOptions(kSpeed, kSpeed);
+std::string encode(draco::Encoder& encoder, const draco::Mesh& mesh, int speed) {
+  encoder.SetSpeedOptions(speed, speed);
   encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
   draco::EncoderBuffer buffer;
   const draco::Status status = encoder.EncodeMeshToBuffer(mesh, &buffer);
@@ -50,7 +47,7 @@ std::string encode(draco::Encoder& encoder, const draco::Mesh& mesh) {
 
 }  // namespace
 
-std::string draco_encode(const LatticeMesh& mesh) {
+std::string draco_encode(const LatticeMesh& mesh, int speed) {
   draco::Mesh out;
   out.set_num_points(static_cast<std::uint32_t>(mesh.points.size()));
   add_attribute(out, draco::GeometryAttribute::POSITION, mesh.points);
@@ -61,10 +58,11 @@ std::string draco_encode(const LatticeMesh& mesh) {
   metadata->AddEntryInt("y", mesh.y);
   metadata->AddEntryInt("side", mesh.side);
   metadata->AddEntryDouble("height_step", mesh.height_step);
+  if (mesh.web_mercator) metadata->AddEntryString("tile_matrix_set", kWebMercator);
   out.AddMetadata(std::move(metadata));
   draco::Encoder encoder;
   if (mesh.side > kMaxCodedSide) encoder.options().SetGlobalBool("use_built_in_attribute_compression", false);
-  return encode(encoder, out);
+  return encode(encoder, out, speed);
 }
 
 std::string draco_encode(const LitSurface& surface, const FloatGrid& grid) {
@@ -80,7 +78,7 @@ std::string draco_encode(const LitSurface& surface, const FloatGrid& grid) {
   const float range = grid.step * static_cast<float>((1 << grid.bits) - 1);
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::POSITION, grid.bits, 3, origin, range);
   encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, kNormalBits);
-  return encode(encoder, out);
+  return encode(encoder, out, kDracoSpeed);
 }
 
 }  // namespace cordillera::pipeline

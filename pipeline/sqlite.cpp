@@ -7,6 +7,8 @@
 namespace cordillera::pipeline {
 namespace {
 
+constexpr int kPatience_ms = 10000;  // for whoever holds a file that is shared
+
 // A file name as SQLite's URIs want it: %, ? and # would mean something else.
 std::string uri(const std::string& path) {
   static constexpr char kHex[] = "0123456789ABCDEF";
@@ -25,10 +27,13 @@ std::string uri(const std::string& path) {
 }  // namespace
 
 Database::Database(const std::string& path, Mode mode) {
-  const bool create = mode == Mode::create;
-  const int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (create ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
-  const std::string name = uri(path) + (create ? "" : "?immutable=1");
-  if (sqlite3_open_v2(name.c_str(), &handle_, flags, nullptr) == SQLITE_OK) return;
+  const bool writes = mode == Mode::create || mode == Mode::scratch;
+  const int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (writes ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
+  const std::string name = mode == Mode::scratch ? ":memory:" : uri(path) + (mode == Mode::published ? "?immutable=1" : "");
+  if (sqlite3_open_v2(name.c_str(), &handle_, flags, nullptr) == SQLITE_OK) {
+    if (mode == Mode::shared) sqlite3_busy_timeout(handle_, kPatience_ms);
+    return;
+  }
   const std::string why = handle_ ? sqlite3_errmsg(handle_) : "out of memory";
   sqlite3_close(handle_);
   throw StoreError(why);
@@ -45,6 +50,14 @@ void Database::execute(const std::string& sql) {
 std::int64_t Database::integer(const std::string& sql) {
   Statement statement(*this, sql);
   return statement.step() ? statement.integer(0) : 0;
+}
+
+void Database::copy_to(const std::string& path) {
+  const Database to(path, Mode::create);
+  sqlite3_backup* backup = sqlite3_backup_init(to.handle_, "main", handle_, "main");
+  if (backup == nullptr) to.fail();
+  const int stepped = sqlite3_backup_step(backup, -1);
+  if (sqlite3_backup_finish(backup) != SQLITE_OK || stepped != SQLITE_DONE) to.fail();
 }
 
 Statement::Statement(Database& database, const std::string& sql) : database_(database) {

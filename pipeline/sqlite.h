@@ -19,7 +19,8 @@ class StoreError : public std::runtime_error {
 
 class Database {
  public:
-  enum class Mode { create, published };  ///< published: read-only, nobody may write the file while it is open
+  /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. scratch: in memory, no path.
+  enum class Mode { create, published, shared, scratch };
   Database(const std::string& path, Mode mode);
   ~Database();
   Database(const Database&) = delete;
@@ -27,6 +28,8 @@ class Database {
 
   void execute(const std::string& sql);
   std::int64_t integer(const std::string& sql);  ///< first column of the first row; 0 when there is none
+  /// Everything as it stands now, into a new file, whoever else reads or writes meanwhile.
+  void copy_to(const std::string& path);
   sqlite3* handle() const { return handle_; }
   [[noreturn]] void fail() const;
 

@@ -50,10 +50,21 @@ class StoreWriter {
   virtual bool finished(const proto::TileAddress& node) const = 0;   ///< a committed block or merge
   virtual proto::Result<void> commit(const FinishedTask& task) = 0;  ///< all or nothing
   virtual std::optional<std::string> mesh(const proto::TileAddress& node) const = 0;
+  /// A tile's water mask, as pack_water has it; tiles that are all land have none.
+  struct Water {
+    proto::TileAddress tile;
+    std::string packed;
+  };
+  /// All or nothing; a tile's mask takes the place of an earlier one. Nothing happens to a published store, which has them.
+  virtual proto::Result<void> put_water(const std::vector<Water>& masks) = 0;
   /// Sums the records up per level into manifest->levels, tiles, triangles, bytes; writes the manifest; only then can StoreReader
   /// open the file. Geometric errors are made not to fall towards the root.
   virtual proto::Result<proto::Manifest> publish(proto::Manifest manifest) = 0;
 };
+
+/// Rewrites a published store without blobs that no tile names and without free pages, if it has such. Bytes saved; whoever reads the
+/// file keeps the old one. The new one is whole on disk before it takes its place.
+proto::Result<std::uint64_t> compact_store(const std::string& path);
 
 /// A node of the tile tree as 3D Tiles sees it: it has triangles itself or tiles below it have.
 struct TileExtent {
@@ -76,6 +87,8 @@ class StoreReader {
   virtual ~StoreReader() = default;
   virtual const proto::Manifest& manifest() const = 0;
   virtual std::optional<Blob> tile(const proto::TileAddress& tile, Encoding encoding) const = 0;
+  /// A tile's water mask, as pack_water has it; empty: all land.
+  virtual std::string water(const proto::TileAddress& tile) const = 0;
   virtual std::optional<proto::TileRecord> record(const proto::TileAddress& tile) const = 0;
   /// Every record of a level between x and y bounds (inclusive), ordered by y then x.
   virtual std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const = 0;

@@ -33,10 +33,14 @@ struct Connection {
         nodes(database,
               "SELECT n.y, n.x, n.error, n.west, n.south, n.east, n.north, n.low, n.high, "
               "EXISTS(SELECT 1 FROM tiles t WHERE t.level = n.level AND t.y = n.y AND t.x = n.x) "
-              "FROM nodes n WHERE n.level = ? AND n.y BETWEEN ? AND ? AND n.x BETWEEN ? AND ? ORDER BY n.y, n.x") {}
+              "FROM nodes n WHERE n.level = ? AND n.y BETWEEN ? AND ? AND n.x BETWEEN ? AND ? ORDER BY n.y, n.x") {
+    if (database.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'water'") == 0) return;
+    water.emplace(database, "SELECT mask FROM water WHERE level = ? AND y = ? AND x = ?");
+  }
   std::mutex mutex;
   Database database;
   Statement drc, glb, records, nodes;
+  std::optional<Statement> water;
 };
 
 template <class Row>
@@ -77,6 +81,13 @@ class SqliteReader final : public StoreReader {
       Statement& get = encoding == Encoding::drc ? c.drc : c.glb;
       if (!get.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
       return Blob{std::string(get.blob(1)), hex(get.blob(0))};
+    });
+  }
+
+  std::string water(const TileAddress& tile) const override {
+    return with_connection([&](Connection& c) {
+      if (!c.water || !c.water->bind(tile.z, tile.y, tile.x).step()) return std::string();
+      return std::string(c.water->blob(0));
     });
   }
 

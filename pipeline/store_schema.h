@@ -6,6 +6,7 @@
 //   blobs   bytes by content hash
 //   tasks   committed blocks and merges                               } only while it is written
 //   meshes  meshes that wait for their parent's weld                   }
+//   water   water masks by tile, only of datasets that have any
 //   nodes   a row a tile that has triangles itself or below it, with the region and the error of it all: made when published
 //
 // Rows are addressed by content or by place, so what they hold does not depend on the order of commits.
@@ -23,6 +24,8 @@ CREATE TABLE blobs(id INTEGER PRIMARY KEY, hash BLOB NOT NULL UNIQUE, bytes BLOB
 CREATE TABLE tasks(level INT, y INT, x INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID;
 CREATE TABLE meshes(id INTEGER PRIMARY KEY, level INT, y INT, x INT, bytes BLOB NOT NULL, UNIQUE(level, y, x));
 )";
+
+inline constexpr const char* kCreateWater = "CREATE TABLE IF NOT EXISTS water(level INT, y INT, x INT, mask BLOB NOT NULL, PRIMARY KEY(level, y, x)) WITHOUT ROWID";
 
 inline constexpr const char* kCreateNodes = R"(
 CREATE TABLE nodes(level INT, y INT, x INT, error REAL, west REAL, south REAL, east REAL, north REAL, low REAL, high REAL,

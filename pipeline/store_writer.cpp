@@ -90,6 +90,21 @@ class SqliteWriter final : public StoreWriter {
     return bytes;
   }
 
+  proto::Result<void> put_water(const std::vector<Water>& masks) override {
+    const std::lock_guard lock(mutex_);
+    if (published_) return {};
+    try {
+      Transaction transaction(*database_);
+      database_->execute(kCreateWater);
+      Statement put(*database_, "INSERT OR REPLACE INTO water(level, y, x, mask) VALUES(?, ?, ?, ?)");
+      for (const auto& [tile, packed] : masks) put.bind(tile.z, tile.y, tile.x, packed).run();
+      transaction.commit();
+      return {};
+    } catch (const StoreError& e) {
+      return write_problem(path_, e.what());
+    }
+  }
+
   proto::Result<proto::Manifest> publish(proto::Manifest manifest) override {
     const std::lock_guard lock(mutex_);
     if (published_) return *published_;

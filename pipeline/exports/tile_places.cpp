@@ -18,7 +18,7 @@ std::string_view ending(std::string_view path) { return path.substr(path.rfind('
 const Resource* tiles_of(const faces::Face& face) {
   for (const Resource& resource : face.resources) {
     const bool document = resource.type == "application/json";  // of a tileset in parts, which name each other by their paths
-    if (!document && (resource.grid == Grid::geodetic || resource.grid == Grid::web_mercator)) return &resource;
+    if (!document && resource.grid != Grid::none && resource.grid != Grid::implicit) return &resource;
   }
   return nullptr;
 }
@@ -39,15 +39,17 @@ void each_place(const faces::Terrain& terrain, const faces::Face& face, const Re
 SquareAddress square_address(Grid grid, const Place& place) {
   const auto x = static_cast<std::uint32_t>(place.x);
   if (grid == Grid::web_mercator) return {place.z, x, static_cast<std::uint32_t>(place.y)};
+  if (grid == Grid::web_mercator_south) return {place.z, x, static_cast<std::uint32_t>(proto::tiles_up(place.z) - 1 - place.y)};
   return {place.z + 1, x, static_cast<std::uint32_t>(proto::tiles_up(place.z) - 1 - place.y)};
 }
 
 Place place_at(Grid grid, const SquareAddress& address) {
   const auto x = static_cast<std::int32_t>(address.x), y = static_cast<std::int32_t>(address.y);
   if (grid == Grid::web_mercator) return {0, address.zoom, x, y};
+  if (grid == Grid::web_mercator_south) return {0, address.zoom, x, proto::tiles_up(address.zoom) - 1 - y};
   return {0, address.zoom - 1, x, proto::tiles_up(address.zoom - 1) - 1 - y};
 }
 
-const char* square_matrix_set(Grid grid) { return grid == Grid::web_mercator ? "WebMercatorQuad" : "GoogleCRS84Quad"; }
+const char* square_matrix_set(Grid grid) { return grid == Grid::web_mercator || grid == Grid::web_mercator_south ? "WebMercatorQuad" : "GoogleCRS84Quad"; }
 
 }  // namespace cordillera::pipeline::exports

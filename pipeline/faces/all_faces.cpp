@@ -4,6 +4,8 @@
 #include "pipeline/faces/draco_tiles.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/hillshade.h"
+#include "pipeline/faces/mercator_draco.h"
+#include "pipeline/faces/mercator_terrain.h"
 #include "pipeline/faces/quantized_mesh.h"
 #include "pipeline/faces/terrain_rgb.h"
 #include "pipeline/faces/terrain_tileset.h"
@@ -14,7 +16,9 @@
 namespace cordillera::pipeline::faces {
 
 std::span<const Face* const> all_faces() {
-  static const std::array<const Face*, 10> kAll = {&draco_tiles(), &tileset_3d(), &tileset_explicit(), &quantized_mesh(), &terrain_tileset(), &terrain_rgb(), &terrain_rgb_webp(), &terrarium(), &terrarium_webp(), &hillshade()};
+  static const std::array<const Face*, 12> kAll = {&draco_tiles(),      &tileset_3d(),       &tileset_explicit(), &quantized_mesh(),
+                                                   &terrain_tileset(),  &terrain_rgb(),      &terrain_rgb_webp(), &terrarium(),
+                                                   &terrarium_webp(),   &hillshade(),        &mercator_draco(),   &mercator_terrain()};
   return kAll;
 }
 

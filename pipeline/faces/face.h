@@ -28,6 +28,7 @@ enum class Grid : std::uint8_t {
   geodetic,      ///< two tiles at level 0, y from the south
   implicit,      ///< levels below the root W or E, y from the south
   web_mercator,  ///< one tile at level 0, y from the north
+  web_mercator_south,  ///< the same tiles, y from the south
 };
 
 /// Makes a document. Nothing where the place has no tile; a problem where the dataset or the machine cannot give any.

@@ -6,6 +6,7 @@
 #include "pipeline/faces/quantized_mesh_grid.h"
 #include "pipeline/html_text.h"
 #include "pipeline/json.h"
+#include "pipeline/water_mask.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -13,10 +14,10 @@ namespace {
 /// First and last parent columns whose children exist in a row of parents.
 using Runs = std::vector<std::array<std::int32_t, 2>>;
 
-Runs runs_of(const StoreReader& store, int z, std::int32_t parent_row) {
+Runs runs_of(const MeshGrid& grid, int z, std::int32_t parent_row) {
   std::vector<std::int32_t> columns;
-  for (const TileExtent& node : store.extents(z, 0, 2 * parent_row, proto::tiles_across(z) - 1, 2 * parent_row + 1)) {
-    columns.push_back(node.tile.x / 2);
+  for (const MeshGrid::Under& node : grid.under(z, {0, 2 * parent_row, grid.across(z) - 1, 2 * parent_row + 1})) {
+    columns.push_back(node.x / 2);
   }
   std::sort(columns.begin(), columns.end());
   Runs out;
@@ -30,11 +31,11 @@ Runs runs_of(const StoreReader& store, int z, std::int32_t parent_row) {
   return out;
 }
 
-Json available(const StoreReader& store) {
+Json available(const MeshGrid& grid) {
   Json levels = Json::array();
-  for (int z = 0; z <= static_cast<int>(store.manifest().max_level()); ++z) {
+  for (int z = 0; z <= grid.finest(); ++z) {
     Json ranges = Json::array();
-    for (const TileRange& r : quantized_ranges(store, z)) {
+    for (const TileRange& r : quantized_ranges(grid, z)) {
       ranges.push_back({{"startX", r.start_x}, {"startY", r.start_y}, {"endX", r.end_x}, {"endY", r.end_y}});
     }
     levels.push_back(std::move(ranges));
@@ -43,15 +44,16 @@ Json available(const StoreReader& store) {
 }
 
 /// What a client cannot see in the tiles: what is beside the data, and what the format's own rounding adds to each level's error.
-Json about(const Terrain& terrain) {
+Json about(const MeshGrid& grid) {
+  const Terrain& terrain = grid.terrain();
   const proto::Manifest& manifest = terrain.manifest();
   const bool geoid = terrain.undulation_m(0, 0).ok();
   Json levels = Json::array();
-  for (int z = 0; z <= static_cast<int>(manifest.max_level()); ++z) {
-    const QuantizedLevel level = quantized_level(manifest, z);
-    Json entry = {{"level", z}, {"height_step", level.step_m}, {"position_step_degrees", 180 / std::ldexp(1, z) / kMostQuanta}};
+  for (int z = 0; z <= grid.finest(); ++z) {
+    const QuantizedLevel level = grid.quantized(z);
+    Json entry = {{"level", z}, {"height_step", level.step_m}, {"position_step_degrees", 360.0 / grid.across(z) / kMostQuanta}};
     for (const proto::LevelSummary& summary : manifest.levels()) {
-      if (static_cast<int>(summary.level()) == z) entry["stated_max_error"] = summary.stated_max_error();
+      if (static_cast<int>(summary.level()) == grid.level(z)) entry["stated_max_error"] = summary.stated_max_error();
     }
     levels.push_back(std::move(entry));
   }
@@ -63,20 +65,19 @@ Json about(const Terrain& terrain) {
 
 }  // namespace
 
-std::vector<TileRange> quantized_ranges(const StoreReader& store, int z) {
-  if (z == 0) return {{0, 0, 1, 0}};
+std::vector<TileRange> quantized_ranges(const MeshGrid& grid, int z) {
+  if (z == 0) return {{0, 0, grid.across(0) - 1, 0}};
   std::vector<TileRange> out;
-  const auto& bounds = store.manifest().bounds();
-  const double rows_a_degree = proto::tiles_up(z - 1) / 180.0;
-  const std::int32_t last = proto::tiles_up(z - 1) - 1;
+  const auto& bounds = grid.terrain().manifest().bounds();
+  const std::int32_t last = grid.up(z - 1) - 1;
   std::int32_t first_row = 0, last_row = last;
   if (bounds.size() >= 4) {
-    first_row = std::clamp(static_cast<std::int32_t>(std::floor((bounds[1] + 90) * rows_a_degree)) - 1, 0, last);
-    last_row = std::clamp(static_cast<std::int32_t>(std::floor((bounds[3] + 90) * rows_a_degree)) + 1, 0, last);
+    first_row = std::clamp(static_cast<std::int32_t>(std::floor(grid.rows_to(z - 1, bounds[1]))) - 1, 0, last);
+    last_row = std::clamp(static_cast<std::int32_t>(std::floor(grid.rows_to(z - 1, bounds[3]))) + 1, 0, last);
   }
   Runs before;
   for (std::int32_t row = first_row; row <= last_row; ++row) {
-    const Runs runs = runs_of(store, z, row);
+    const Runs runs = runs_of(grid, z, row);
     if (!runs.empty() && runs == before) {
       for (std::size_t k = 0; k < runs.size(); ++k) out[out.size() - 1 - k].end_y += 2;
     } else {
@@ -87,25 +88,26 @@ std::vector<TileRange> quantized_ranges(const StoreReader& store, int z) {
   return out;
 }
 
-std::string layer_json(const Terrain& terrain) {
-  const proto::Manifest& manifest = terrain.manifest();
+std::string layer_json(const MeshGrid& grid, const std::string& projection) {
+  const proto::Manifest& manifest = grid.terrain().manifest();
   Json out;
   out["tilejson"] = "2.1.0";
   out["name"] = manifest.title().empty() ? manifest.name() : manifest.title();
   out["version"] = "1.0.0";
   out["format"] = "quantized-mesh-1.0";
   out["scheme"] = "tms";
-  out["projection"] = "EPSG:4326";
+  out["projection"] = projection;
   out["tiles"] = Json::array({"terrain/{z}/{x}/{y}.terrain"});
   out["extensions"] = Json::array({"octvertexnormals"});
+  if (has_water(manifest.options())) out["extensions"].push_back("watermask");
   if (!manifest.attribution().empty()) out["attribution"] = html_text(manifest.attribution());
   out["minzoom"] = 0;
-  out["maxzoom"] = manifest.max_level();
+  out["maxzoom"] = grid.finest();
   if (manifest.bounds_size() >= 4) {
     out["bounds"] = Json::array({manifest.bounds(0), manifest.bounds(1), manifest.bounds(2), manifest.bounds(3)});
   }
-  out["available"] = available(terrain.store());
-  out["cordillera"] = about(terrain);
+  out["available"] = available(grid);
+  out["cordillera"] = about(grid);
   return out.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

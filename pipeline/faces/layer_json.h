@@ -1,17 +1,16 @@
 #pragma once
 // layer.json: what a terrain provider asks for first.
 #include <string>
+#include <vector>
 
-#include "pipeline/faces/terrain.h"
+#include "pipeline/faces/mesh_grid.h"
 
 namespace cordillera::pipeline::faces {
 
-std::string layer_json(const Terrain& terrain);
+/// projection: as the format has it. Tiles are at terrain/{z}/{x}/{y}.terrain beside the document.
+std::string layer_json(const MeshGrid& grid, const std::string& projection);
 
-/// The tiles of one level that has_quantized_tile says yes to, as rectangles that do not overlap.
-struct TileRange {
-  std::int32_t start_x = 0, start_y = 0, end_x = 0, end_y = 0;  ///< both ends belong to it; y from the south
-};
-std::vector<TileRange> quantized_ranges(const StoreReader& store, int z);
+/// The tiles of one z that has_quantized_tile says yes to, as rectangles that do not overlap.
+std::vector<TileRange> quantized_ranges(const MeshGrid& grid, int z);
 
 }  // namespace cordillera::pipeline::faces

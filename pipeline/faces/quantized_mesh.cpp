@@ -10,7 +10,7 @@ namespace {
 
 proto::Result<std::optional<Document>> layer(const Terrain& terrain, const Place&) {
   return terrain.kept("layer.json",
-                      [&]() -> proto::Result<std::optional<Document>> { return std::optional(document(layer_json(terrain))); });
+                      [&]() -> proto::Result<std::optional<Document>> { return std::optional(document(layer_json(GeodeticGrid(terrain), "EPSG:4326"))); });
 }
 
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place);
@@ -24,15 +24,17 @@ constexpr std::array<Resource, 2> kResources = {{
 
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place) {
   return terrain.kept(path_of(kResources[1], place), [&]() -> proto::Result<std::optional<Document>> {
+    const GeodeticGrid grid(terrain);
     const proto::TileAddress at{place.z, place.x, place.y};
-    if (!has_quantized_tile(terrain.store(), at)) return std::optional<Document>();
-    return std::optional(document(quantized_mesh_bytes(quantized_surface(terrain, at))));
+    if (!has_quantized_tile(grid, at)) return std::optional<Document>();
+    return std::optional(document(quantized_mesh_tile(grid, at)));
   });
 }
 
 void each_path(const Terrain& terrain, const PathSink& sink) {
-  for (int z = 0; z <= static_cast<int>(terrain.manifest().max_level()); ++z) {
-    for (const TileRange& range : quantized_ranges(terrain.store(), z)) {
+  const GeodeticGrid grid(terrain);
+  for (int z = 0; z <= grid.finest(); ++z) {
+    for (const TileRange& range : quantized_ranges(grid, z)) {
       for (std::int32_t y = range.start_y; y <= range.end_y; ++y) {
         for (std::int32_t x = range.start_x; x <= range.end_x; ++x) sink(path_of(kResources[1], {0, z, x, y}));
       }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -13,6 +12,8 @@ using proto::Vec3;
 constexpr double kStep_m = 0x1p-6, kHorizonStep = 0x1p-28;
 // What a hemisphere's points need is infinitely far away.
 constexpr double kFar = 0x1p20;
+// A tile that is far more than a hemisphere is never behind the horizon. Comparisons with no number are false, so nobody takes it for hidden.
+constexpr double kBeyond = 0x1p-7;
 
 double length(Vec3 v) { return std::sqrt(dot(v, v)); }
 Vec3 rounded(Vec3 p) {
@@ -41,6 +42,7 @@ Vec3 horizon(const std::vector<Vec3>& points, Vec3 direction, double low_m) {
     const Vec3 p = scaled(point);
     const double distance = length(p), out = std::max(distance, 1.0);
     const double cosine = dot(p, along) / distance, sine = length(cross(p, along)) / distance;
+    if (cosine < -kBeyond) return {NAN, NAN, NAN};
     const double share = cosine / out - sine * std::sqrt(out * out - 1) / out;
     farthest = std::max(farthest, share > 1 / kFar ? 1 / share : kFar);
   }
@@ -50,13 +52,12 @@ Vec3 horizon(const std::vector<Vec3>& points, Vec3 direction, double low_m) {
 }  // namespace
 
 std::vector<Vec3> positions(const QuantizedSurface& surface) {
-  const double side = std::numbers::pi / std::ldexp(1, surface.tile.z);
-  const double west = surface.tile.x * side - std::numbers::pi, south = surface.tile.y * side - std::numbers::pi / 2;
+  const auto& [west, south, width, height] = surface.angles;
   const double e2 = proto::kFlattening * (2 - proto::kFlattening);
   std::vector<Vec3> out;
   out.reserve(surface.vertices.size());
   for (const auto& vertex : surface.vertices) {
-    const double longitude = west + side * vertex.u / kMostQuanta, latitude = south + side * vertex.v / kMostQuanta;
+    const double longitude = west + width * vertex.u / kMostQuanta, latitude = south + height * vertex.v / kMostQuanta;
     const double sine = std::sin(latitude), height_m = vertex.height * surface.step_m;
     const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * sine * sine), out_m = (n + height_m) * std::cos(latitude);
     out.push_back({out_m * std::cos(longitude), out_m * std::sin(longitude), (n * (1 - e2) + height_m) * sine});

@@ -11,7 +11,7 @@
 namespace cordillera::pipeline::faces {
 namespace {
 
-constexpr std::uint8_t kNormals = 1;
+constexpr std::uint8_t kNormals = 1, kWaterMask = 2;
 
 void append(std::string& out, float value) { append_little_endian(out, std::bit_cast<std::uint32_t>(value)); }
 void append(std::string& out, const proto::Vec3& v) {
@@ -101,9 +101,22 @@ void append_normals(std::string& out, const QuantizedSurface& surface) {
   }
 }
 
+/// One byte where a tile is all land or all water.
+void append_water(std::string& out, const WaterPixels& water) {
+  const std::uint8_t first = water.empty() ? 0 : water[0];
+  const bool one = (first == 0 || first == kWater) && std::all_of(water.begin(), water.end(), [&](std::uint8_t p) { return p == first; });
+  append_little_endian(out, kWaterMask);
+  append_little_endian(out, static_cast<std::uint32_t>(one ? 1 : water.size()));
+  if (one) {
+    append_little_endian(out, first);
+  } else {
+    out.append(water.begin(), water.end());
+  }
+}
+
 }  // namespace
 
-std::string quantized_mesh_bytes(const QuantizedSurface& surface) {
+std::string quantized_mesh_bytes(const QuantizedSurface& surface, const WaterPixels* water) {
   const Heights heights(surface);
   const bool wide = surface.vertices.size() > 65536;
   std::string out;
@@ -119,7 +132,15 @@ std::string quantized_mesh_bytes(const QuantizedSurface& surface) {
     for (const std::uint32_t v : side) append_index(out, v, wide);
   }
   append_normals(out, surface);
+  if (water != nullptr) append_water(out, *water);
   return out;
+}
+
+std::string quantized_mesh_tile(const MeshGrid& grid, const proto::TileAddress& tile) {
+  const QuantizedSurface surface = quantized_surface(grid, tile);
+  if (!has_water(grid.terrain().manifest().options())) return quantized_mesh_bytes(surface, nullptr);
+  const WaterPixels water = grid.water(tile);
+  return quantized_mesh_bytes(surface, &water);
 }
 
 }  // namespace cordillera::pipeline::faces

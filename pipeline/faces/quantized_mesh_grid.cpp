@@ -54,25 +54,28 @@ std::optional<double> plan_height_m(const Terrain& terrain, int level, std::int6
   return std::nullopt;
 }
 
-QuantizedLevel quantized_level(const proto::Manifest& manifest, int z) {
-  QuantizedLevel out{z, proto::kHeightStep_m, kMostSeaCells, false};
+QuantizedLevel quantized_level(const proto::Manifest& manifest, int z, double room_m) {
+  QuantizedLevel out{z, proto::kHeightStep_m, kMostSeaCells};
   double low_m = -kSea_m, high_m = kSea_m;
   for (const proto::LevelSummary& level : manifest.levels()) {
     // Levels without meshes take their heights from the coarsest that has some.
     const auto at = static_cast<int>(level.level());
     if (at != std::max(z, static_cast<int>(manifest.min_level()))) continue;
-    low_m = std::min(low_m, level.min_height());
-    high_m = std::max(high_m, level.max_height());
+    low_m = std::min(low_m, level.min_height() - room_m);
+    high_m = std::max(high_m, level.max_height() + room_m);
     out.stored = at == z;
     if (out.stored) out.sea_cells = sea_cells(z, std::max(level.target(), proto::kHeightStep_m));
   }
   while ((high_m - low_m) / out.step_m > kMostQuanta - 2) out.step_m *= 2;
+  if (room_m > 0) {
+    out.low_m = low_m;
+    out.high_m = high_m;
+  }
   return out;
 }
 
-double sea_level_m(const Terrain& terrain, std::int64_t column, std::int64_t row) {
-  const proto::Lattice lattice = terrain.lattice();
-  const auto found = terrain.undulation_m(lattice.longitude_deg(column % lattice.columns()), lattice.latitude_deg(row));
+double sea_level_m(const Terrain& terrain, double longitude_deg, double latitude_deg) {
+  const auto found = terrain.undulation_m(longitude_deg, latitude_deg);
   return found.ok() ? std::clamp(*found, -kSea_m, kSea_m) : 0;
 }
 

@@ -2,6 +2,7 @@
 // The numbers of a quantized-mesh level: positions in 32767ths of a tile, heights in one step for all its tiles, so that
 // neighbours agree.
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -17,8 +18,10 @@ struct QuantizedLevel {
   double step_m = 0;           ///< of heights; a power of two
   std::int32_t sea_cells = 1;  ///< what lies beside the data is a grid of so many cells a side; a power of two
   bool stored = false;         ///< false below the dataset's coarsest level: there is no mesh, only heights on that grid
+  double low_m = -INFINITY, high_m = INFINITY;  ///< what heights are held to
 };
-QuantizedLevel quantized_level(const proto::Manifest& manifest, int z);
+/// room_m: for heights beyond those of the level's vertices; they are held to it. 0: there are none.
+QuantizedLevel quantized_level(const proto::Manifest& manifest, int z, double room_m = 0);
 
 /// The nearest quantum of a position in [0, side] that keeps off the sides what is not on them: nothing else may become a vertex
 /// of a side, or of a corner.
@@ -27,9 +30,8 @@ inline std::int32_t quanta(std::int32_t units, std::int32_t side) {
   return units == 0 || units == side ? nearest : std::clamp(nearest, 1, kMostQuanta - 1);
 }
 
-/// Sea level at a vertex of the finest lattice, metres above the ellipsoid: the geoid's height, 0 where no geoid grid is
-/// installed. Within kSea_m of the ellipsoid. Columns wrap.
-double sea_level_m(const Terrain& terrain, std::int64_t column, std::int64_t row);
+/// Sea level, metres above the ellipsoid: the geoid's height, 0 where no geoid grid is installed. Within kSea_m of the ellipsoid.
+double sea_level_m(const Terrain& terrain, double longitude_deg, double latitude_deg);
 inline constexpr double kSea_m = 112;  // no geoid is farther away
 
 /// Height of a level's mesh at a vertex of the finest lattice, between its vertices in plan as clients interpolate; none beside

@@ -161,11 +161,11 @@ class Planner {
 
 }  // namespace
 
-QuantizedPlan quantized_plan(const Terrain& terrain, const QuantizedLevel& level, const proto::TileAddress& tile,
+QuantizedPlan quantized_plan(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile,
                              const MeshIndex* mesh) {
   QuantizedPlan plan;
-  for (const Side side : kSides) plan.lines[static_cast<std::size_t>(side)] = side_line(terrain, level, tile, side);
-  Planner(level, static_cast<std::int32_t>(terrain.lattice().tile_units(tile.z)), mesh, &plan).fill();
+  for (const Side side : kSides) plan.lines[static_cast<std::size_t>(side)] = side_line(grid, level, tile, side);
+  Planner(level, grid.side(tile.z), mesh, &plan).fill();
   return plan;
 }
 

@@ -13,7 +13,7 @@ struct QuantizedPlan {
   static constexpr std::uint32_t kNone = PlaneTriangulation::kNone;
   struct Vertex {
     PlaneTriangulation::Point at;         ///< quanta
-    std::array<std::int32_t, 2> units{};  ///< of the finest lattice, from the tile's south-west
+    std::array<std::int32_t, 2> units{};  ///< of the grid, from the tile's south-west
     std::uint32_t source = kNone;         ///< vertex of the tile's mesh; kNone: only the sea is here
   };
   struct Face {
@@ -28,7 +28,7 @@ struct QuantizedPlan {
 
 /// mesh: null where the tile has none. Rounding moves vertices by half a quantum, or one where a side is left to the sea;
 /// triangles that this would turn over are cut anew.
-QuantizedPlan quantized_plan(const Terrain& terrain, const QuantizedLevel& level, const proto::TileAddress& tile,
+QuantizedPlan quantized_plan(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile,
                              const MeshIndex* mesh);
 
 }  // namespace cordillera::pipeline::faces

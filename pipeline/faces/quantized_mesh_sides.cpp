@@ -37,16 +37,16 @@ std::vector<Piece> pieces_of(const MeshIndex* index, Side side) {
   return out;
 }
 
-std::vector<Piece> common_pieces(const Terrain& terrain, const proto::TileAddress& tile, Side side) {
+std::vector<Piece> common_pieces(const MeshGrid& grid, const proto::TileAddress& tile, Side side) {
   proto::TileAddress other = tile;
-  const std::int32_t across = proto::tiles_across(tile.z);
+  const std::int32_t across = grid.across(tile.z);
   other.x = (tile.x + (side == Side::east ? 1 : side == Side::west ? -1 : 0) + across) % across;
   other.y += side == Side::north ? 1 : side == Side::south ? -1 : 0;
-  const auto own = terrain.mesh(tile);
+  const auto own = grid.mesh(tile);
   std::vector<Piece> mine = pieces_of(own.get(), side);
-  if (mine.empty() || other.y < 0 || other.y >= proto::tiles_up(tile.z)) return mine;
+  if (mine.empty() || other.y < 0 || other.y >= grid.up(tile.z)) return mine;
   constexpr std::array<Side, 4> kOpposite = {Side::east, Side::north, Side::west, Side::south};
-  const auto neighbour = terrain.mesh(other);
+  const auto neighbour = grid.mesh(other);
   const std::vector<Piece> theirs = pieces_of(neighbour.get(), kOpposite[static_cast<std::size_t>(side)]);
   std::vector<Piece> both;
   std::set_intersection(mine.begin(), mine.end(), theirs.begin(), theirs.end(), std::back_inserter(both));
@@ -104,10 +104,10 @@ std::array<std::int32_t, 2> across_and_along(Side side, const std::array<std::in
   return vertical(side) ? std::array{point[0], point[1]} : std::array{point[1], point[0]};
 }
 
-SideLine side_line(const Terrain& terrain, const QuantizedLevel& level, const proto::TileAddress& tile, Side side) {
-  const auto units = static_cast<std::int32_t>(terrain.lattice().tile_units(tile.z));
+SideLine side_line(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile, Side side) {
+  const std::int32_t units = grid.side(tile.z);
   Line line(units);
-  const std::vector<Piece> pieces = common_pieces(terrain, tile, side);
+  const std::vector<Piece> pieces = common_pieces(grid, tile, side);
   for (const Piece& piece : pieces) {
     line.add(piece.from, piece.from_height);
     line.add(piece.to, piece.to_height);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/faces/quantized_mesh_normals.h"
 #include "pipeline/faces/quantized_mesh_plan.h"
 
 namespace cordillera::pipeline::faces {
@@ -16,16 +15,16 @@ Kind kind_of(bool data) { return data ? Kind::data : Kind::sea; }
 
 class SurfaceMaker {
  public:
-  SurfaceMaker(const Terrain& terrain, const QuantizedLevel& level, const proto::TileAddress& tile)
-      : terrain_(terrain),
-        lattice_(terrain.lattice()),
+  SurfaceMaker(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile)
+      : grid_(grid),
+        tile_(tile),
         level_(level),
-        mesh_(terrain.mesh(tile)),
-        plan_(quantized_plan(terrain, level, tile, mesh_.get())),
+        mesh_(grid.mesh(tile)),
+        plan_(quantized_plan(grid, level, tile, mesh_.get())),
         number_(plan_.vertices.size(), {kNone, kNone}) {
-    out_.tile = tile;
+    out_.angles = grid.angles(tile);
     out_.step_m = level.step_m;
-    if (mesh_) normals_ = mesh_normals(terrain, *mesh_);
+    if (mesh_) normals_ = grid.normals(tile);
   }
 
   QuantizedSurface make() {
@@ -40,21 +39,6 @@ class SurfaceMaker {
   }
 
  private:
-  double sea_m(const QuantizedPlan::Vertex& v) const {
-    const std::int64_t column = (lattice_.west(out_.tile) + v.units[0]) % lattice_.columns(),
-                       row = lattice_.south(out_.tile) + v.units[1];
-    if (!level_.stored) {
-      const auto coarsest = static_cast<int>(terrain_.manifest().min_level());
-      if (const auto height_m = plan_height_m(terrain_, coarsest, column, row)) return *height_m;
-    }
-    return sea_level_m(terrain_, column, row);
-  }
-
-  proto::Vec3 up(const QuantizedPlan::Vertex& v) const {
-    return proto::normal(proto::row_frame(lattice_, lattice_.south(out_.tile) + v.units[1]),
-                         proto::column_frame(lattice_, lattice_.west(out_.tile) + v.units[0]));
-  }
-
   std::uint32_t add(const QuantizedPlan::Vertex& v, std::int32_t height, proto::Vec3 normal) {
     out_.vertices.push_back({v.at.x, v.at.y, height, normal});
     return static_cast<std::uint32_t>(out_.vertices.size() - 1);
@@ -67,9 +51,9 @@ class SurfaceMaker {
     std::uint32_t& sea = number_[at][1];
     std::uint32_t& data = number_[at][0];
     if (kind == Kind::sea && sea == kNone) {
-      const std::int32_t height = steps(sea_m(v));
+      const std::int32_t height = steps(grid_.beside_m(tile_, v.units, level_));
       if (v.source == kNone || data_steps() != height) {
-        sea = add(v, height, up(v));
+        sea = add(v, height, grid_.up_at(tile_, v.units));
       }
       else
         kind = Kind::data;
@@ -77,7 +61,9 @@ class SurfaceMaker {
     if (kind == Kind::data && data == kNone) data = add(v, data_steps(), normals_[v.source]);
     return kind == Kind::data ? data : sea;
   }
-  std::int32_t steps(double height_m) const { return static_cast<std::int32_t>(std::lround(height_m / level_.step_m)); }
+  std::int32_t steps(double height_m) const {
+    return static_cast<std::int32_t>(std::lround(std::clamp(height_m, level_.low_m, level_.high_m) / level_.step_m));
+  }
 
   const SideLine* side_of(const PlaneTriangulation::Point& a, const PlaneTriangulation::Point& b, std::int32_t* at) const {
     const bool upright = a.x == b.x;
@@ -137,8 +123,8 @@ class SurfaceMaker {
     return out;
   }
 
-  const Terrain& terrain_;
-  proto::Lattice lattice_;
+  const MeshGrid& grid_;
+  proto::TileAddress tile_;
   QuantizedLevel level_;
   std::shared_ptr<const MeshIndex> mesh_;
   QuantizedPlan plan_;
@@ -149,15 +135,15 @@ class SurfaceMaker {
 
 }  // namespace
 
-bool has_quantized_tile(const StoreReader& store, const proto::TileAddress& tile) {
-  if (tile.z > static_cast<int>(store.manifest().max_level())) return false;
+bool has_quantized_tile(const MeshGrid& grid, const proto::TileAddress& tile) {
+  if (tile.z > grid.finest()) return false;
   if (tile.z == 0) return true;
   const std::int32_t x = tile.x & ~1, y = tile.y & ~1;
-  return !store.extents(tile.z, x, y, x + 1, y + 1).empty();
+  return !grid.under(tile.z, {x, y, x + 1, y + 1}).empty();
 }
 
-QuantizedSurface quantized_surface(const Terrain& terrain, const proto::TileAddress& tile) {
-  return SurfaceMaker(terrain, quantized_level(terrain.manifest(), tile.z), tile).make();
+QuantizedSurface quantized_surface(const MeshGrid& grid, const proto::TileAddress& tile) {
+  return SurfaceMaker(grid, grid.quantized(tile.z), tile).make();
 }
 
 }  // namespace cordillera::pipeline::faces

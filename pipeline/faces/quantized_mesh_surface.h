@@ -17,17 +17,17 @@ struct QuantizedSurface {
     std::int32_t height = 0;    ///< of the level's steps above the ellipsoid
     proto::Vec3 normal;         ///< unit, earth-centred
   };
-  proto::TileAddress tile;
+  TileAngles angles;
   double step_m = 0;
   std::vector<Vertex> vertices;                     ///< in the order in which the triangles first name them
   std::vector<Triangle> triangles;                  ///< counter-clockwise from above; those of walls have no area in plan
   std::array<std::vector<std::uint32_t>, 4> sides;  ///< as kSides: all vertices on it, from the south or the west
 };
 
-/// Whether the face has a tile: both at level 0, and four children wherever the dataset has something below one of them. z: up to
-/// the dataset's finest.
-bool has_quantized_tile(const StoreReader& store, const proto::TileAddress& tile);
+/// Whether the face has a tile: all at level 0, and four children wherever the dataset has something below one of them. z: up to
+/// the grid's finest.
+bool has_quantized_tile(const MeshGrid& grid, const proto::TileAddress& tile);
 
-QuantizedSurface quantized_surface(const Terrain& terrain, const proto::TileAddress& tile);
+QuantizedSurface quantized_surface(const MeshGrid& grid, const proto::TileAddress& tile);
 
 }  // namespace cordillera::pipeline::faces

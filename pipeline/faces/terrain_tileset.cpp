@@ -68,7 +68,7 @@ proto::Result<std::optional<Document>> tileset(const Terrain& terrain, const Pla
 
 std::optional<proto::TileAddress> at(const Terrain& terrain, const Place& place) {
   const auto tile = absolute_tile(place.root, place.z, place.x, place.y);
-  return tile && has_quantized_tile(terrain.store(), *tile) ? tile : std::nullopt;
+  return tile && has_quantized_tile(GeodeticGrid(terrain), *tile) ? tile : std::nullopt;
 }
 
 proto::Result<std::optional<Document>> subtree_of(const Terrain& terrain, const Place& place);
@@ -96,13 +96,14 @@ proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place&
   return terrain.kept(path_of(kResources[2], place), [&]() -> proto::Result<std::optional<Document>> {
     const auto found = at(terrain, place);
     if (!found) return std::optional<Document>();
-    return std::optional(document(terrain_glb(quantized_surface(terrain, *found), terrain.manifest().attribution())));
+    return std::optional(document(terrain_glb(quantized_surface(GeodeticGrid(terrain), *found), terrain.manifest().attribution())));
   });
 }
 
 void each_path(const Terrain& terrain, const PathSink& sink) {
-  for (int z = 0; z <= static_cast<int>(terrain.manifest().max_level()); ++z) {
-    for (const TileRange& range : quantized_ranges(terrain.store(), z)) {
+  const GeodeticGrid grid(terrain);
+  for (int z = 0; z <= grid.finest(); ++z) {
+    for (const TileRange& range : quantized_ranges(grid, z)) {
       for (std::int32_t y = range.start_y; y <= range.end_y; ++y) {
         for (std::int32_t x = range.start_x; x <= range.end_x; ++x) {
           const Place place{hemisphere_of({z, x, y}), z, implicit_x({z, x, y}), y};

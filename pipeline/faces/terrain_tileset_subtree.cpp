@@ -44,7 +44,7 @@ std::array<double, 2> heights(const Terrain& terrain, const proto::TileAddress& 
 QuantizedBounds bounds_of(const proto::TileAddress& tile, const std::array<double, 2>& heights) {
   constexpr std::int32_t kCells = 8;
   QuantizedSurface grid;
-  grid.tile = tile;
+  grid.angles = geodetic_angles(tile);
   grid.step_m = 1;
   for (const double height_m : heights) {
     for (std::int32_t j = 0; j <= kCells; ++j) {
@@ -79,14 +79,15 @@ std::size_t places(int depth) { return std::size_t{1} << (2 * depth); }
 }  // namespace
 
 std::optional<std::string> terrain_subtree(const Terrain& terrain, const proto::TileAddress& root) {
-  if (root.z % kLevels != 0 || !has_quantized_tile(terrain.store(), root)) return std::nullopt;
+  const GeodeticGrid grid(terrain);
+  if (root.z % kLevels != 0 || !has_quantized_tile(grid, root)) return std::nullopt;
   AvailabilityBits tiles((places(kLevels) - 1) / 3), below(places(kLevels));
   Tables tables;
   std::size_t first = 0;  // of the depth, in the availability
   for (int depth = 0; depth <= kLevels; ++depth) {
     for (std::uint32_t place = 0; place < places(depth); ++place) {
       const proto::TileAddress tile = node(root, depth, place);
-      if (!has_quantized_tile(terrain.store(), tile)) continue;
+      if (!has_quantized_tile(grid, tile)) continue;
       if (depth == kLevels) {
         below.set(place);
       } else {

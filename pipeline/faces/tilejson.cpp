@@ -62,26 +62,34 @@ void add_heights(Json& out, const Terrain& terrain, const RasterTileset& tiles) 
 
 }  // namespace
 
-proto::Result<std::optional<Document>> tilejson(const Terrain& terrain, const RasterTileset& tiles) {
-  const proto::Manifest& manifest = terrain.manifest();
-  const auto extent = extent_of(manifest);
-  if (!extent)
-    return proto::Problem{"tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends",
-                          "the 3D Tiles and .drc faces, which reach the poles", ""};
-  if (const auto undulation = terrain.undulation_m(extent->west_deg, extent->south_deg); !undulation) return undulation.problem();
-  const Zooms zooms = zooms_of(manifest, *extent);
+proto::Problem beyond_mercator() {
+  return {"tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends",
+          "the 3D Tiles and .drc faces, which reach the poles", ""};
+}
+
+Json tilejson_head(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, std::string_view tiles) {
   Json out = {{"tilejson", "3.0.0"}};
   out["name"] = manifest.title().empty() ? manifest.name() : manifest.title();
-  out["description"] = tiles.about;
   out["version"] = "1.0.0";
   if (!manifest.attribution().empty()) out["attribution"] = html_text(manifest.attribution());
   out["scheme"] = "xyz";
-  out["tiles"] = {tiles.path};
+  out["tiles"] = {tiles};
   out["vector_layers"] = Json::array();  // the specification's text does not want it of raster tiles; its schema does
   out["minzoom"] = zooms.first;
   out["maxzoom"] = zooms.last;
-  out["bounds"] = bounds(*extent);
-  out["center"] = center(*extent, zooms);
+  out["bounds"] = bounds(extent);
+  out["center"] = center(extent, zooms);
+  return out;
+}
+
+proto::Result<std::optional<Document>> tilejson(const Terrain& terrain, const RasterTileset& tiles) {
+  const proto::Manifest& manifest = terrain.manifest();
+  const auto extent = extent_of(manifest);
+  if (!extent) return beyond_mercator();
+  if (const auto undulation = terrain.undulation_m(extent->west_deg, extent->south_deg); !undulation) return undulation.problem();
+  const Zooms zooms = zooms_of(manifest, *extent);
+  Json out = tilejson_head(manifest, *extent, zooms, tiles.path);
+  out["description"] = tiles.about;
   out["tileSize"] = kTilePixels;
   out["format"] = tiles.format;
   if (!tiles.encoding.empty()) add_heights(out, terrain, tiles);

@@ -3,6 +3,8 @@
 #include <string_view>
 
 #include "pipeline/faces/face.h"
+#include "pipeline/faces/web_mercator.h"
+#include "pipeline/json.h"
 
 namespace cordillera::pipeline::faces {
 
@@ -14,6 +16,11 @@ struct RasterTileset {
   std::string_view formula{};   ///< of the height, in words of R, G and B
   double rounding_m = 0;        ///< what the encoding adds to a height's error
 };
+
+/// What all of them begin with: names, tiles, zooms and bounds.
+Json tilejson_head(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, std::string_view tiles);
+/// The dataset has nothing that Web Mercator shows.
+proto::Problem beyond_mercator();
 
 /// Its tile template is relative to the document. A problem where Web Mercator has nothing of the dataset.
 proto::Result<std::optional<Document>> tilejson(const Terrain& terrain, const RasterTileset& tiles);

@@ -60,6 +60,8 @@ TEST(SquareAddresses, TheGeodeticGridIsTheNorthOfASquareOneZoomDown) {
   EXPECT_EQ(square_address(Grid::geodetic, {0, 0, 1, 0}), (SquareAddress{1, 1, 0}));
   EXPECT_EQ(square_address(Grid::geodetic, {0, 3, 9, 0}), (SquareAddress{4, 9, 7}));
   EXPECT_EQ(square_address(Grid::web_mercator, {0, 3, 5, 2}), (SquareAddress{3, 5, 2}));
+  EXPECT_EQ(square_address(Grid::web_mercator_south, {0, 3, 5, 2}), (SquareAddress{3, 5, 5}));
+  EXPECT_EQ(place_at(Grid::web_mercator_south, {3, 5, 5}).y, 2);
   const faces::Place back = place_at(Grid::geodetic, {4, 9, 7});
   EXPECT_EQ(std::tie(back.z, back.x, back.y), std::make_tuple(3, 9, 0));
 }

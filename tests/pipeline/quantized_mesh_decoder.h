@@ -22,6 +22,7 @@ struct DecodedTerrain {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::array<std::vector<std::uint32_t>, 4> sides;  ///< west, south, east, north
   std::vector<proto::Vec3> normals;
+  std::vector<std::uint8_t> water;  ///< empty: it says nothing; one value, or 256 x 256 from the north-west
 
   double height_m(std::size_t v) const { return low_m + (double{high_m} - low_m) * vertices[v][2] / 32767; }
   /// Twice the area in plan, square quanta.
@@ -88,6 +89,12 @@ class TerrainReader {
   void extension(DecodedTerrain& out) {
     const auto id = take<std::uint8_t>();
     const auto length = take<std::uint32_t>();
+    if (id == 2 && (length == 1 || length == 65536) && at_ + length <= bytes_.size()) {
+      const std::string_view mask = bytes_.substr(at_, length);
+      out.water.assign(mask.begin(), mask.end());
+      at_ += length;
+      return;
+    }
     if (id != 1 || length != 2 * out.vertices.size()) throw std::runtime_error("an extension that was not announced");
     for (std::size_t v = 0; v < out.vertices.size(); ++v) {
       double x = take<std::uint8_t>() / 255.0 * 2 - 1, y = take<std::uint8_t>() / 255.0 * 2 - 1;

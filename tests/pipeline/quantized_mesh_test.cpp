@@ -20,32 +20,59 @@ using namespace testing;
 
 constexpr int kMost = 32767;
 
-std::string path_of(const TileAddress& t) {
-  return "terrain/" + std::to_string(t.z) + "/" + std::to_string(t.x) + "/" + std::to_string(t.y) + ".terrain";
+/// One of the two tiling schemes that the format is served in.
+struct Layer {
+  std::string folder;  ///< of layer.json
+  std::string projection;
+  int finest = 0;
+  int roots = 0;  ///< tiles of level 0, side by side
+
+  std::int32_t across(int z) const { return roots << z; }
+  /// Angles of a tile's corners: west, south, width, height.
+  std::array<double, 4> angles(const TileAddress& t) const {
+    const double pi = std::numbers::pi, width = 2 * pi / across(t.z);
+    if (roots == 2) return {t.x * width - pi, t.y * width - pi / 2, width, width};
+    const auto parallel = [&](int y) { return std::atan(std::sinh(pi * (2 * std::ldexp(y, -t.z) - 1))); };
+    return {t.x * width - pi, parallel(t.y), width, parallel(t.y + 1) - parallel(t.y)};
+  }
+};
+const Layer kGeodetic{"", "EPSG:4326", kFinest, 2}, kMercator{"web-mercator/", "EPSG:3857", kFinest + 1, 1};
+
+std::string path_of(const Layer& layer, const TileAddress& t) {
+  return layer.folder + "terrain/" + std::to_string(t.z) + "/" + std::to_string(t.x) + "/" + std::to_string(t.y) + ".terrain";
 }
 
 /// Every tile that layer.json lists, decoded.
-const std::map<TileAddress, DecodedTerrain>& all_tiles() {
-  static const auto tiles = [] {
-    std::map<TileAddress, DecodedTerrain> out;
-    const Json layer = Json::parse(fetch("layer.json")->bytes);
-    for (int z = 0; z <= kFinest; ++z) {
-      for (const Json& r : layer["available"][static_cast<std::size_t>(z)]) {
-        for (std::int32_t y = r["startY"]; y <= r["endY"].get<int>(); ++y) {
-          for (std::int32_t x = r["startX"]; x <= r["endX"].get<int>(); ++x) {
-            const auto document = fetch(path_of({z, x, y}));
-            EXPECT_TRUE(document) << z << " " << x << " " << y;
-            if (document) out.emplace(TileAddress{z, x, y}, TerrainReader(document->bytes).read());
-          }
+std::map<TileAddress, DecodedTerrain> tiles_of(const Layer& which) {
+  std::map<TileAddress, DecodedTerrain> out;
+  const Json layer = Json::parse(fetch(which.folder + "layer.json")->bytes);
+  for (int z = 0; z <= which.finest; ++z) {
+    for (const Json& r : layer["available"][static_cast<std::size_t>(z)]) {
+      for (std::int32_t y = r["startY"]; y <= r["endY"].get<int>(); ++y) {
+        for (std::int32_t x = r["startX"]; x <= r["endX"].get<int>(); ++x) {
+          const auto document = fetch(path_of(which, {z, x, y}));
+          EXPECT_TRUE(document) << z << " " << x << " " << y;
+          if (document) out.emplace(TileAddress{z, x, y}, TerrainReader(document->bytes).read());
         }
       }
     }
-    return out;
-  }();
-  return tiles;
+  }
+  return out;
+}
+const std::map<TileAddress, DecodedTerrain>& all_tiles(const Layer& layer = kGeodetic) {
+  static std::map<std::string, std::map<TileAddress, DecodedTerrain>> made;
+  const auto [found, fresh] = made.try_emplace(layer.folder);
+  if (fresh) found->second = tiles_of(layer);
+  return found->second;
 }
 
-std::string name(const TileAddress& t) { return path_of(t); }
+std::string name(const TileAddress& t) { return path_of(kGeodetic, t); }
+
+/// What holds in both schemes.
+class QuantizedMeshIn : public ::testing::TestWithParam<Layer> {};
+INSTANTIATE_TEST_SUITE_P(Schemes, QuantizedMeshIn, ::testing::Values(kGeodetic, kMercator), [](const auto& scheme) {
+  return std::string(scheme.param.roots == 2 ? "WorldCRS84Quad" : "WebMercatorQuad");
+});
 
 /// u, v and the height as the client has it.
 using Corner = std::tuple<int, int, double>;
@@ -90,10 +117,10 @@ std::multiset<std::tuple<int, double, int, double>> line_of(const DecodedTerrain
   return out;
 }
 
-TEST(QuantizedMesh, CoversEveryRectangleExactly) {
-  ASSERT_GT(all_tiles().size(), 60U);
+TEST_P(QuantizedMeshIn, CoversEveryRectangleExactly) {
+  ASSERT_GT(all_tiles(GetParam()).size(), 60U);
   std::size_t walls = 0;
-  for (const auto& [at, tile] : all_tiles()) {
+  for (const auto& [at, tile] : all_tiles(GetParam())) {
     std::int64_t sum = 0;
     for (std::size_t t = 0; t < tile.triangles.size(); ++t) {
       const std::int64_t area = tile.twice_area(t);
@@ -106,8 +133,8 @@ TEST(QuantizedMesh, CoversEveryRectangleExactly) {
   EXPECT_GT(walls, 1000U);
 }
 
-TEST(QuantizedMesh, HasNoHolesInside) {
-  for (const auto& [at, tile] : all_tiles()) {
+TEST_P(QuantizedMeshIn, HasNoHolesInside) {
+  for (const auto& [at, tile] : all_tiles(GetParam())) {
     for (const auto& [a, b] : open_edges(tile)) {
       bool side = false;
       for (std::size_t k = 0; k < 4; ++k) side = side || (on_side(a, k) && on_side(b, k));
@@ -116,18 +143,18 @@ TEST(QuantizedMesh, HasNoHolesInside) {
   }
 }
 
-TEST(QuantizedMesh, NeighboursHaveTheSameLineAndNormals) {
+TEST_P(QuantizedMeshIn, NeighboursHaveTheSameLineAndNormals) {
   std::size_t pairs = 0, rough = 0;
-  for (const auto& [at, tile] : all_tiles()) {
+  for (const auto& [at, tile] : all_tiles(GetParam())) {
     for (const std::size_t side : {2U, 3U}) {  // east, north
       TileAddress other = at;
       if (side == 2) {
-        other.x = (at.x + 1) % proto::tiles_across(at.z);
+        other.x = (at.x + 1) % GetParam().across(at.z);
       }
       else
         ++other.y;
-      const auto found = all_tiles().find(other);
-      if (found == all_tiles().end()) continue;
+      const auto found = all_tiles(GetParam()).find(other);
+      if (found == all_tiles(GetParam()).end()) continue;
       const auto mine = line_of(tile, side), theirs = line_of(found->second, side - 2);
       ASSERT_EQ(mine, theirs) << name(at) << " and " << name(other);
       ++pairs;
@@ -146,8 +173,8 @@ TEST(QuantizedMesh, NeighboursHaveTheSameLineAndNormals) {
   EXPECT_GT(rough, 40U);
 }
 
-TEST(QuantizedMesh, SideListsAreCompleteAndInOrder) {
-  for (const auto& [at, tile] : all_tiles()) {
+TEST_P(QuantizedMeshIn, SideListsAreCompleteAndInOrder) {
+  for (const auto& [at, tile] : all_tiles(GetParam())) {
     for (std::size_t side = 0; side < 4; ++side) {
       std::set<std::uint32_t> wanted;
       for (std::uint32_t v = 0; v < tile.vertices.size(); ++v) {
@@ -246,10 +273,10 @@ TEST(QuantizedMesh, DataIsWhereItIsAndTheSeaElsewhere) {
   EXPECT_GT(sea, 300U);
 }
 
-Vec3 position(const TileAddress& at, const DecodedTerrain& tile, std::size_t v) {
-  const double side = std::numbers::pi / std::ldexp(1, at.z), e2 = proto::kFlattening * (2 - proto::kFlattening);
-  const double longitude = side * (at.x + tile.vertices[v][0] / 32767.0) - std::numbers::pi;
-  const double latitude = side * (at.y + tile.vertices[v][1] / 32767.0) - std::numbers::pi / 2, h = tile.height_m(v);
+Vec3 position(const Layer& layer, const TileAddress& at, const DecodedTerrain& tile, std::size_t v) {
+  const auto [west, south, width, height] = layer.angles(at);
+  const double e2 = proto::kFlattening * (2 - proto::kFlattening);
+  const double longitude = west + width * tile.vertices[v][0] / 32767.0, latitude = south + height * tile.vertices[v][1] / 32767.0, h = tile.height_m(v);
   const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * std::sin(latitude) * std::sin(latitude));
   return {(n + h) * std::cos(latitude) * std::cos(longitude), (n + h) * std::cos(latitude) * std::sin(longitude),
           (n * (1 - e2) + h) * std::sin(latitude)};
@@ -263,17 +290,17 @@ bool behind_horizon(Vec3 camera, Vec3 point) {
   return towards > limb2 && towards * towards / dot(to_point, to_point) > limb2;
 }
 
-TEST(QuantizedMesh, BoundsHoldTheTile) {
+TEST_P(QuantizedMeshIn, BoundsHoldTheTile) {
   std::mt19937 random(11);
   std::normal_distribution<double> any;
   std::size_t hidden = 0;
-  for (const auto& [at, tile] : all_tiles()) {
+  for (const auto& [at, tile] : all_tiles(GetParam())) {
     const double low_m = std::min(0.0, static_cast<double>(tile.low_m));
     const double a = proto::kSemiMajor_m + low_m, b = proto::kSemiMajor_m * (1 - proto::kFlattening) + low_m;
     const auto scaled = [&](Vec3 p) { return Vec3{p.x / a, p.y / a, p.z / b}; };
     std::vector<Vec3> points;
     for (std::size_t v = 0; v < tile.vertices.size(); ++v) {
-      const Vec3 p = position(at, tile, v), d = p - tile.sphere_centre;
+      const Vec3 p = position(GetParam(), at, tile, v), d = p - tile.sphere_centre;
       ASSERT_LE(std::sqrt(dot(d, d)), tile.radius_m) << name(at);
       ASSERT_LE(tile.vertices[v][2], kMost);
       points.push_back(scaled(p));
@@ -312,6 +339,22 @@ TEST(QuantizedMesh, LayerListsWhatThereIs) {
   EXPECT_EQ(all_tiles().size(), 2 + 4 * families.size());
   EXPECT_FALSE(fetch("terrain/7/0/0.terrain"));
   EXPECT_FALSE(fetch("terrain/8/255/165.terrain"));
+}
+
+TEST(QuantizedMesh, LayerOfWebMercatorListsWhatThereIs) {
+  const Json layer = Json::parse(fetch("web-mercator/layer.json")->bytes);
+  EXPECT_EQ(layer["projection"], "EPSG:3857");
+  EXPECT_EQ(layer["scheme"], "tms");
+  EXPECT_EQ(layer["maxzoom"], kFinest + 1);
+  EXPECT_EQ(layer["available"].size(), kFinest + 2U);
+  EXPECT_EQ(layer["available"][0], Json::parse(R"([{"startX":0,"startY":0,"endX":0,"endY":0}])"));
+  std::set<TileAddress> families;
+  for (const auto& [at, tile] : all_tiles(kMercator)) {
+    if (at.z > 0) families.insert(at.parent());
+  }
+  EXPECT_EQ(all_tiles(kMercator).size(), 1 + 4 * families.size());
+  for (const TileAddress& parent : families) EXPECT_TRUE(all_tiles(kMercator).contains(parent)) << path_of(kMercator, parent);
+  EXPECT_FALSE(fetch("web-mercator/terrain/8/0/0.terrain"));
 }
 
 TEST(QuantizedMesh, LevelsAboveTheCoarsestShowItsHeights) {

@@ -1,0 +1,114 @@
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <tuple>
+
+#include "pipeline/check/border_laws.h"
+#include "pipeline/check/check.h"
+#include "pipeline/check/error_laws.h"
+#include "pipeline/implicit_tile.h"
+#include "pipeline/manifest_json.h"
+
+namespace cordillera::pipeline::check {
+namespace {
+
+namespace fs = std::filesystem;
+
+// No .glb step is written into a folder. Errors are measured on .drc tiles alone, whose step this stands for: next to nothing.
+constexpr double kNoRounding_m = 0x1p-20;
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::optional<std::int32_t> number(const std::string& text) {
+  std::int32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+/// tiles/z/x/y.drc of a level, by y, then by x.
+std::vector<proto::TileAddress> drc_tiles(const fs::path& folder, int level) {
+  std::vector<proto::TileAddress> found;
+  std::error_code error;
+  for (const auto& column : fs::directory_iterator(folder / "tiles" / std::to_string(level), error)) {
+    const auto x = number(column.path().filename().string());
+    for (const auto& file : fs::directory_iterator(column.path(), error)) {
+      const auto y = number(file.path().stem().string());
+      if (x && y && file.path().extension() == ".drc") found.push_back({level, *x, *y});
+    }
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return std::tie(a.y, a.x) < std::tie(b.y, b.x); });
+  return found;
+}
+
+/// The .glb of a tile stands below its hemisphere.
+fs::path glb_path(const fs::path& folder, const proto::TileAddress& tile) {
+  const std::int32_t half = proto::tiles_across(tile.z) / 2;
+  const bool east = tile.x >= half;
+  return folder / "tiles" / (east ? "E" : "W") / std::to_string(tile.z) / std::to_string(east ? tile.x - half : tile.x) /
+         (std::to_string(tile.y) + ".glb");
+}
+
+void check_level(const fs::path& folder, const proto::Manifest& manifest, const proto::LevelSummary& level, ErrorLaws* errors, Report& report) {
+  const int z = static_cast<int>(level.level());
+  const std::string where = "level " + std::to_string(z);
+  BorderLaws borders(z, report);
+  std::uint64_t triangles = 0;
+  const auto tiles = drc_tiles(folder, z);
+  for (const proto::TileAddress& at : tiles) {
+    const std::string drc = bytes_of(folder / "tiles" / std::to_string(z) / std::to_string(at.x) / (std::to_string(at.y) + ".drc"));
+    const std::string glb = bytes_of(glb_path(folder, at));
+    ++report.tiles;
+    auto tile = check_tile({at, static_cast<int>(manifest.max_level()), drc, glb, nullptr, 0}, report.findings);
+    if (!tile) continue;
+    triangles += tile->drc.triangles.size();
+    if (errors != nullptr) errors->add(*tile, level.stated_max_error(), report);
+    borders.add(*tile);
+  }
+  borders.finish();
+  if (tiles.size() != level.tiles()) {
+    report.findings.add(where, "the manifest counts " + std::to_string(level.tiles()) + " tiles, " + std::to_string(tiles.size()) + " .drc files are there");
+  } else if (triangles != level.triangles()) {
+    report.findings.add(where, "the manifest counts " + std::to_string(level.triangles()) + " triangles, the tiles have " + std::to_string(triangles));
+  }
+}
+
+}  // namespace
+
+proto::Result<Report> check_folder(const std::string& folder, const std::string& raster) {
+  const auto manifest = parse_manifest_json(bytes_of(fs::path(folder) / "manifest.json"));
+  if (!manifest || manifest->levels_size() == 0) {
+    return proto::Problem{"file-unreadable", folder + "/manifest.json is no manifest", "a folder that `cordillera build` wrote", "path"};
+  }
+  std::error_code error;
+  if (!fs::exists(fs::path(folder) / "tiles" / "E", error) && !fs::exists(fs::path(folder) / "tiles" / "W", error)) {
+    return proto::Problem{"file-unreadable", folder + " holds no .glb tiles; only those of `build` with its usual formats can be checked",
+                          "a folder with drc and 3d-tiles, or the dataset's .sqlite file", "path"};
+  }
+  proto::Plan plan;
+  plan.set_scheme(manifest->scheme());
+  plan.set_finest_level(manifest->max_level());
+  for (const proto::LevelSummary& level : manifest->levels()) {
+    proto::LevelPlan& planned = *plan.add_levels();
+    planned.set_level(level.level());
+    planned.set_ecef_step(kNoRounding_m);
+  }
+  std::unique_ptr<ErrorLaws> errors;
+  if (!raster.empty()) {
+    auto opened = ErrorLaws::open(raster, *manifest, plan);
+    if (!opened) return opened.problem();
+    errors = std::move(*opened);
+  }
+  Report report;
+  for (const proto::LevelSummary& level : manifest->levels()) check_level(folder, *manifest, level, errors.get(), report);
+  return report;
+}
+
+}  // namespace cordillera::pipeline::check

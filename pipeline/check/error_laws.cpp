@@ -1,0 +1,68 @@
+#include "pipeline/check/error_laws.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "gpu/surface_error.h"
+#include "pipeline/plan.h"
+#include "proto/mesh.h"
+
+namespace cordillera::pipeline::check {
+namespace {
+
+proto::TileMesh published(const DecodedDrc& drc) {
+  proto::TileMesh mesh;
+  mesh.side = drc.side;
+  for (const auto& [u, v, h] : drc.points) {
+    mesh.x.push_back(u);
+    mesh.y.push_back(v);
+    mesh.height.push_back(h);
+    mesh.mark.push_back(0);
+  }
+  mesh.triangles = drc.triangles;
+  return mesh;
+}
+
+std::string metres(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f m", value);
+  return text;
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<ErrorLaws>> ErrorLaws::open(const std::string& raster, const proto::Manifest& manifest, const proto::Plan& plan) {
+  auto source = raster::open_source(raster, manifest.name(), raster::Trust::operator_file, manifest.options());
+  if (!source) return source.problem();
+  proto::Plan known = plan;
+  const raster::Source::Window window = (*source)->window(lattice_of(plan));
+  known.clear_window();
+  for (const std::int64_t bound : {window.west, window.south, window.east, window.north}) known.add_window(static_cast<std::int32_t>(bound));
+  return std::unique_ptr<ErrorLaws>(new ErrorLaws(std::move(*source), std::move(known)));
+}
+
+void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
+  const proto::Lattice lattice = lattice_of(plan_);
+  const raster::Source::Window w = node_window(plan_, tile.tile);
+  if (w.west > w.east || w.south > w.north) return report.findings.add(name_of(tile.tile), "it lies outside the raster");
+  const std::int64_t columns = w.east - w.west + 1, rows = w.north - w.south + 1;
+  if (columns * rows > kBlockSamples) {
+    ++report.unmeasured;
+    return;
+  }
+  const auto samples = source_->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
+  if (!samples) return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
+  const proto::TileMesh mesh = published(tile.drc);
+  gpu::SurfaceErrorInput input;
+  input.lattice = &lattice;
+  input.tile = tile.tile;
+  input.mesh = &mesh;
+  input.samples = &*samples;
+  input.ecef_step_m = level_plan(plan_, tile.tile.z).ecef_step();
+  const gpu::SurfaceError error = gpu::surface_error(input, INFINITY);
+  ++report.measured;
+  if (error.max_m <= stated_m) return;
+  report.findings.add(name_of(tile.tile), "it is " + metres(error.max_m) + " off the raster and states " + metres(stated_m));
+}
+
+}  // namespace cordillera::pipeline::check

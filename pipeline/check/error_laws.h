@@ -1,0 +1,23 @@
+#pragma once
+// Stated errors held against the raster itself.
+#include <memory>
+
+#include "pipeline/check/tile_laws.h"
+#include "raster/source.h"
+
+namespace cordillera::pipeline::check {
+
+/// Measures decoded tiles anew. A tile over more samples than a block has is left out and counted.
+class ErrorLaws {
+ public:
+  /// plan: scheme, finest_level and levels.
+  static proto::Result<std::unique_ptr<ErrorLaws>> open(const std::string& raster, const proto::Manifest& manifest, const proto::Plan& plan);
+  void add(const CheckedTile& tile, double stated_m, Report& report);
+
+ private:
+  ErrorLaws(std::unique_ptr<raster::Source> source, proto::Plan plan) : source_(std::move(source)), plan_(std::move(plan)) {}
+  std::unique_ptr<raster::Source> source_;
+  proto::Plan plan_;
+};
+
+}  // namespace cordillera::pipeline::check

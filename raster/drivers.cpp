@@ -1,0 +1,31 @@
+#include "raster/drivers.h"
+
+#include <gdal.h>
+#include <gdal_priv.h>
+#include <ogr_spatialref.h>
+
+#include "raster/gdal_scope.h"
+
+namespace cordillera::raster {
+
+std::vector<DriverState> drivers() {
+  const GdalScope scope(Trust::operator_file);
+  GDALAllRegister();
+  std::vector<DriverState> states = {{"GTiff", "GeoTIFF and COG"},
+                                     {"SRTMHGT", ".hgt"},
+                                     {"AAIGrid", "Esri ASCII grid"},
+                                     {"USGSDEM", "USGS DEM"},
+                                     {"VRT", "VRT, on the command line alone"}};
+  for (DriverState& state : states) state.installed = GetGDALDriverManager()->GetDriverByName(state.name.c_str()) != nullptr;
+  return states;
+}
+
+std::string gdal_version() { return GDALVersionInfo("--version"); }
+
+bool knows_crs() {
+  const GdalScope scope(Trust::operator_file);
+  OGRSpatialReference crs;
+  return crs.importFromEPSG(32632) == OGRERR_NONE;
+}
+
+}  // namespace cordillera::raster
