@@ -14,6 +14,17 @@ std::int32_t grid_cells(const proto::TileMesh& mesh);
 /// Returns the valence.
 CORDILLERA_HD inline int grid_ring(std::int32_t cells, std::int32_t column, std::int32_t row, std::uint32_t first, std::uint32_t* ring) {
   // Counter-clockwise from the south-west, the lowest neighbour of an inner vertex; diagonals run south-west to north-east.
+  const std::uint32_t across = static_cast<std::uint32_t>(cells) + 1;
+  if (column > 0 && row > 0 && column < cells && row < cells) {
+    const std::uint32_t v = first + static_cast<std::uint32_t>(row) * across + static_cast<std::uint32_t>(column);
+    ring[0] = v - across - 1;
+    ring[1] = v - across;
+    ring[2] = v + 1;
+    ring[3] = v + across + 1;
+    ring[4] = v + across;
+    ring[5] = v - 1;
+    return 6;
+  }
   const int dx[6] = {-1, 0, 1, 1, 0, -1}, dy[6] = {-1, -1, 0, 1, 1, 0};
   unsigned inside = 0;
   for (int k = 0; k < 6; ++k) {
@@ -23,7 +34,7 @@ CORDILLERA_HD inline int grid_ring(std::int32_t cells, std::int32_t column, std:
   // An open fan starts at the neighbour that follows none.
   int from = 0;
   for (int k = 0; k < 6; ++k) {
-    if (inside != 63u && ((inside >> k) & 1u) && !((inside >> (k + 5) % 6) & 1u)) from = k;
+    if (((inside >> k) & 1u) && !((inside >> (k + 5) % 6) & 1u)) from = k;
   }
   int valence = 0;
   for (int n = 0; n < 6; ++n) {

@@ -22,7 +22,8 @@ CORDILLERA_HD inline std::int64_t cross(std::int32_t ax, std::int32_t ay, std::i
 CORDILLERA_HD inline float cross(float ax, float ay, float bx, float by) { return ax * by - ay * bx; }
 
 /// The star of u. Coordinate: see WindowVertex. Triangle i is (u, i, after(i)) for every i < triangles.
-template <class Coordinate>
+/// kInside: in a window of which WindowView::inside is true.
+template <class Coordinate, bool kInside = false>
 struct Star {
   /// A neighbour, relative to u.
   struct Corner {
@@ -43,7 +44,7 @@ struct Star {
 
   CORDILLERA_HD Star(const WindowView& window, int vertex, float scale)
       : w(window), u(vertex), centre(window.vertex[vertex]), cells_per_unit(scale), count(centre.info.valence()) {
-    triangles = centre.info.has(kOnSide) ? count - 1 : count;
+    triangles = on_side() ? count - 1 : count;
 #ifndef __CUDA_ARCH__
     for (int i = 0; i < count; ++i) corners[i] = look(i);
 #endif
@@ -59,7 +60,9 @@ struct Star {
     return {v.x<Coordinate>() - centre.x<Coordinate>(), v.y<Coordinate>() - centre.y<Coordinate>(), v.elevation - centre.elevation, v.info};
   }
   CORDILLERA_HD int after(int i) const { return i + 1 == count ? 0 : i + 1; }
-  CORDILLERA_HD bool is_published(int triangle) const { return ((published >> triangle) & 1u) != 0; }
+  CORDILLERA_HD bool on_side() const { return !kInside && centre.info.has(kOnSide); }
+  CORDILLERA_HD bool nowhere() const { return !kInside && centre.info.has(proto::kVoid); }
+  CORDILLERA_HD bool is_published(int triangle) const { return kInside || ((published >> triangle) & 1u) != 0; }
 
   CORDILLERA_HD float cells(float c) const { return c; }
   CORDILLERA_HD float cells(std::int32_t units) const { return cells_per_unit * static_cast<float>(units); }
@@ -68,8 +71,8 @@ struct Star {
 
   /// To be called with `valid` complete.
   CORDILLERA_HD void find_rim() {
-    if (centre.info.has(proto::kVoid)) return;
-    const bool open = centre.info.has(kOnSide);
+    if (nowhere()) return;
+    const bool open = on_side();
     const std::uint32_t wrap = open ? 0 : (valid & 1u) << (count - 1);
     published = valid & ((valid >> 1) | wrap) & ((1u << triangles) - 1);
     const std::uint32_t before = (published << 1) | (open ? 0 : (published >> (count - 1)) & 1u);
@@ -100,28 +103,31 @@ struct Quadric {
 };
 
 /// Finds the labels of the star and its quadric.
-template <class Coordinate>
-CORDILLERA_HD inline Quadric survey(Star<Coordinate>& s) {
+template <class Coordinate, bool kInside>
+CORDILLERA_HD inline Quadric survey(Star<Coordinate, kInside>& s) {
   Quadric q;
-  const bool nowhere = s.centre.info.has(proto::kVoid);
-  typename Star<Coordinate>::Corner a = s.corner(0);
+  typename Star<Coordinate, kInside>::Corner a = s.corner(0);
   for (int i = 0; i < s.count; ++i) {
-    const bool here = !a.info.has(proto::kVoid);
-    if (here) s.valid |= 1u << i;
+    const bool here = kInside || !a.info.has(proto::kVoid);
+    if (!kInside && here) s.valid |= 1u << i;
     if (i == s.triangles) break;
-    const typename Star<Coordinate>::Corner b = s.corner(s.after(i));
-    if (here && !nowhere && !b.info.has(proto::kVoid)) q.add(s.cells(a.x), s.cells(a.y), a.rise, s.cells(b.x), s.cells(b.y), b.rise);
+    const typename Star<Coordinate, kInside>::Corner b = s.corner(s.after(i));
+    if (here && !s.nowhere() && (kInside || !b.info.has(proto::kVoid))) {
+      q.add(s.cells(a.x), s.cells(a.y), a.rise, s.cells(b.x), s.cells(b.y), b.rise);
+    }
     a = b;
   }
-  s.find_rim();
+  if (kInside) s.valid = s.published = (1u << s.count) - 1;
+  else s.find_rim();
   return q;
 }
 
 /// Neighbours that u may collapse onto, a bit each. Labels decide; on the tile's border, so does the straight side.
-template <class Coordinate>
-CORDILLERA_HD inline std::uint32_t allowed_targets(const Star<Coordinate>& s) {
+template <class Coordinate, bool kInside>
+CORDILLERA_HD inline std::uint32_t allowed_targets(const Star<Coordinate, kInside>& s) {
   const std::uint32_t all = (1u << s.count) - 1;
-  const bool nowhere = s.centre.info.has(proto::kVoid);
+  if (kInside) return all;
+  const bool nowhere = s.nowhere();
   if (s.centre.info.has(kOnSide)) {
     const std::uint32_t along = 1u | (1u << (s.count - 1));
     const std::uint32_t same = along & (nowhere ? ~s.valid : s.valid);
@@ -136,33 +142,37 @@ CORDILLERA_HD inline std::uint32_t allowed_targets(const Star<Coordinate>& s) {
 }
 
 /// u moves onto neighbour b, triangle by triangle: do all of them keep positive area, and where in the new surface does u come to lie?
-template <class Coordinate>
+template <class Coordinate, bool kInside>
 struct Trial {
-  using Corner = typename Star<Coordinate>::Corner;
+  using Corner = typename Star<Coordinate, kInside>::Corner;
+  using Area = decltype(cross(Coordinate{}, Coordinate{}, Coordinate{}, Coordinate{}));
 
   int b = -1;  ///< -1: no neighbour
   int at = 0;  ///< triangle to look at
   Corner to, here;
+  Area here_from_to;  ///< twice the area of (u, to, here): of one triangle it is one side's, of the next the other's
   // The new triangle over u is (b, i, after(i)): its weights at u and the rises of the last two. No weight: no published triangle is.
   float weight_b = 0, weight_here = 0, weight_next = 0, rise_here = 0, rise_next = 0;
 
-  CORDILLERA_HD Trial(const Star<Coordinate>& s, int slot) : b(slot), to(s.corner(slot < 0 ? 0 : slot)), here(s.corner(0)) {}
+  CORDILLERA_HD Trial(const Star<Coordinate, kInside>& s, int slot)
+      : b(slot), to(s.corner(slot < 0 ? 0 : slot)), here(s.corner(0)), here_from_to(cross(to.x, to.y, here.x, here.y)) {}
 
   /// False if the triangle turns over.
-  CORDILLERA_HD bool step(const Star<Coordinate>& s) {
+  CORDILLERA_HD bool step(const Star<Coordinate, kInside>& s) {
     const int after = s.after(at);
     const Corner next = s.corner(after);
     const bool vanishes = at == b || after == b;
     if (!vanishes && cross(here.x - to.x, here.y - to.y, next.x - to.x, next.y - to.y) <= 0) return false;
-    const auto at_next = cross(to.x, to.y, here.x, here.y), at_here = cross(next.x, next.y, to.x, to.y);
-    if (s.is_published(at) && at_next >= 0 && at_here >= 0) {  // where two triangles share u, the last counts
+    const Area next_from_to = cross(to.x, to.y, next.x, next.y);
+    if (s.is_published(at) && here_from_to >= 0 && next_from_to <= 0) {  // where two triangles share u, the last counts
       weight_b = static_cast<float>(cross(here.x, here.y, next.x, next.y));
-      weight_here = static_cast<float>(at_here);
-      weight_next = static_cast<float>(at_next);
+      weight_here = static_cast<float>(-next_from_to);
+      weight_next = static_cast<float>(here_from_to);
       rise_here = here.rise;
       rise_next = next.rise;
     }
     here = next;
+    here_from_to = next_from_to;
     ++at;
     return true;
   }
@@ -176,9 +186,9 @@ struct Trial {
 };
 
 /// Distance in cells of u (the origin) from the segment between two neighbours.
-template <class Coordinate>
-CORDILLERA_HD inline float segment_distance(const Star<Coordinate>& s, int from, int to) {
-  const typename Star<Coordinate>::Corner a = s.corner(from), b = s.corner(to);
+template <class Coordinate, bool kInside>
+CORDILLERA_HD inline float segment_distance(const Star<Coordinate, kInside>& s, int from, int to) {
+  const typename Star<Coordinate, kInside>::Corner a = s.corner(from), b = s.corner(to);
   const float ax = s.cells(a.x), ay = s.cells(a.y), ex = s.cells(b.x - a.x), ey = s.cells(b.y - a.y);
   const float length2 = ex * ex + ey * ey;
   const float along = -(ax * ex + ay * ey);
@@ -192,15 +202,15 @@ CORDILLERA_HD inline float segment_distance(const Star<Coordinate>& s, int from,
 }
 
 /// How far the rim moves, in cells, when u collapses onto b: its rim edges swing from u to b. A hole that closes moves by its radius.
-template <class Coordinate>
-CORDILLERA_HD inline float rim_deviation(const Star<Coordinate>& s, int b) {
+template <class Coordinate, bool kInside>
+CORDILLERA_HD inline float rim_deviation(const Star<Coordinate, kInside>& s, int b) {
   float deviation = 0;
   const bool closes = s.centre.info.has(proto::kVoid);
   if (closes && !((s.valid >> b) & 1u)) return 0;
   for (int i = 0; i < s.count; ++i) {
     float distance = 0;
     if (closes) {
-      const typename Star<Coordinate>::Corner a = s.corner(i);
+      const typename Star<Coordinate, kInside>::Corner a = s.corner(i);
       const float ax = s.cells(a.x), ay = s.cells(a.y);
       distance = sqrtf(ax * ax + ay * ay);
     } else if (((s.rim >> i) & 1u) && i != b) {
@@ -212,7 +222,7 @@ CORDILLERA_HD inline float rim_deviation(const Star<Coordinate>& s, int b) {
 }
 
 /// Finds u's best collapse and writes its key, target and the budget the target would have spent.
-template <class Coordinate>
+template <class Coordinate, bool kInside = false>
 struct Evaluate {
   struct Choice {
     int slot = -1;
@@ -224,14 +234,14 @@ struct Evaluate {
 
   CORDILLERA_HD void operator()(int u) const {
     const float carried = w.carried[u], spent = w.spent[u];  // far away on a device: asked for first
-    Star<Coordinate> s(w, u, rules.cells_per_unit);
+    Star<Coordinate, kInside> s(w, u, rules.cells_per_unit);
     w.key[u] = kBlocked;
     if (s.count == 0) return;
     const Quadric quadric = survey(s);
     Choice best, second;
     rank_targets(s, quadric, carried, best, second);
-    const bool must = s.centre.info.has(proto::kRemove);
-    for (Trial<Coordinate> trial(s, best.slot); trial.b >= 0; trial = next(s, best, second)) {
+    const bool must = !kInside && s.centre.info.has(proto::kRemove);
+    for (Trial<Coordinate, kInside> trial(s, best.slot); trial.b >= 0; trial = next(s, best, second)) {
       // Both choices in one loop: lanes of a warp that try again do so while others are at their first.
       while (trial.b >= 0 && trial.at < s.triangles) {
         if (!trial.step(s)) trial = next(s, best, second);
@@ -254,19 +264,20 @@ struct Evaluate {
 
  private:
   /// The two cheapest targets; of equals the first. A third best hardly ever helps and costs every vertex.
-  CORDILLERA_HD void rank_targets(const Star<Coordinate>& s, const Quadric& quadric, float carried, Choice& best, Choice& second) const {
+  CORDILLERA_HD void rank_targets(const Star<Coordinate, kInside>& s, const Quadric& quadric, float carried, Choice& best, Choice& second) const {
     const std::uint32_t allowed = allowed_targets(s);
-    const bool on_side = s.centre.info.has(kOnSide);
+    const bool on_side = s.on_side();
     for (int i = 0; i < s.count; ++i) {
-      const typename Star<Coordinate>::Corner c = s.corner(i);
+      const typename Star<Coordinate, kInside>::Corner c = s.corner(i);
       const float px = s.cells(c.x), py = s.cells(c.y);
       float cost = s.published ? quadric.at(px, py, c.rise) + carried : 0.0f;
       cost += 1e-6f * (px * px + py * py);  // among equals, the shortest edge
       // Both on the tile's border share one triangle, else two.
-      const bool full = !has_room(c.info, s.count - (on_side ? 3 : 4));
+      const int gain = s.count - (on_side ? 3 : 4);
+      const bool full = kInside ? gain > 0 && c.info.valence() + gain > kInnerValence : !has_room(c.info, gain);
       // What must go takes no more in: its own star must stay small enough to be closed.
-      const bool leaving = c.info.has(proto::kRemove) && !on_side;
-      if (!((allowed >> i) & 1u) || full || leaving) continue;
+      const bool leaving = !kInside && c.info.has(proto::kRemove) && !on_side;
+      if ((!kInside && !((allowed >> i) & 1u)) || full || leaving) continue;
       if (cost < best.cost) {
         second = best;
         best = {i, cost};
@@ -276,17 +287,18 @@ struct Evaluate {
     }
   }
 
-  CORDILLERA_HD static Trial<Coordinate> next(const Star<Coordinate>& s, Choice& best, Choice& second) {
+  CORDILLERA_HD static Trial<Coordinate, kInside> next(const Star<Coordinate, kInside>& s, Choice& best, Choice& second) {
     best = second;
     second = {};
     return {s, best.slot};
   }
   CORDILLERA_HD static float larger(float a, float b) { return a > b ? a : b; }
   /// Shares of the budgets that the collapse would spend.
-  CORDILLERA_HD float height_share(const Star<Coordinate>& s, const Trial<Coordinate>& trial) const {
+  CORDILLERA_HD float height_share(const Star<Coordinate, kInside>& s, const Trial<Coordinate, kInside>& trial) const {
     return rules.inverse_guard > 0 && s.published ? trial.height() * rules.inverse_guard : 0.0f;
   }
-  CORDILLERA_HD float rim_share(const Star<Coordinate>& s, const Trial<Coordinate>& trial) const {
+  CORDILLERA_HD float rim_share(const Star<Coordinate, kInside>& s, const Trial<Coordinate, kInside>& trial) const {
+    if (kInside) return 0;
     const bool on_rim = s.rim != 0 || (s.centre.info.has(proto::kVoid) && s.valid != 0);
     return on_rim ? rim_deviation(s, trial.b) / rules.cells_per_unit * rules.inverse_rim : 0.0f;
   }

@@ -23,6 +23,7 @@ struct WaveSchedule {
   }
 };
 
+inline constexpr int kWaveLists = 3;
 enum WaveList {
   kTouchedList,    ///< the ring changed in the last wave
   kStaleList,      ///< key under the threshold, to be evaluated first
@@ -49,13 +50,13 @@ struct Classify {
   WindowView w;
   std::uint32_t threshold;
   int touched;
-  CORDILLERA_HD unsigned operator()(int u) const {
-    const std::uint8_t state = w.state[u];
+  CORDILLERA_HD unsigned operator()(int u) const { return lists(w.state[u], w.key[u]); }
+  CORDILLERA_HD unsigned lists(std::uint8_t state, std::uint32_t key) const {
     if (state == kDead) return 0;
     unsigned lists = state == touched ? 1u << kTouchedList : 0u;
     // A blocked vertex gets another chance when its surroundings change.
-    const bool retry = w.key[u] == kBlocked && state == touched;
-    if (w.key[u] < threshold || retry) lists |= 1u << (state == kClean ? kUpToDateList : kStaleList);
+    const bool retry = key == kBlocked && state == touched;
+    if (key < threshold || retry) lists |= 1u << (state == kClean ? kUpToDateList : kStaleList);
     return lists;
   }
 };
@@ -67,7 +68,8 @@ struct EvaluateListed {
   CORDILLERA_HD void operator()(int i) const {
     const int u = list[i];
     w.state[u] = kClean;
-    if (w.small) Evaluate<float>{w, rules}(u);
+    if (w.small && w.inside) Evaluate<float, true>{w, rules}(u);
+    else if (w.small) Evaluate<float>{w, rules}(u);
     else Evaluate<std::int32_t>{w, rules}(u);
   }
 };

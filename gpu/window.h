@@ -104,6 +104,7 @@ struct WindowView {
   std::uint16_t* target = nullptr;
   std::uint8_t* state = nullptr;
   bool small = false;            ///< coordinates are floats: no two vertices are more than kExactUnits apart in x or y
+  bool inside = false;           ///< no vertex is void, on the tile's border, or to be removed: most questions need not be asked
 
   /// Rows are slot-major on a device, where neighbouring lanes look at neighbouring vertices; a host core has a row at a time in its cache.
   CORDILLERA_HD std::uint16_t& entry(int u, int slot) const {

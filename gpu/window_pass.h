@@ -1,5 +1,6 @@
 #pragma once
 // A window's life: carved out of raw storage, loaded from the tile's mesh, simplified, stored back.
+#include "gpu/atomic.h"
 #include "gpu/wave_loop.h"
 
 namespace cordillera::gpu {
@@ -22,12 +23,14 @@ struct MeshView {
 };
 
 inline constexpr std::size_t kBytesPerWindowVertex = sizeof(WindowVertex) + 4 + 3 * 2 + 2;  // and its row
+/// The counts of the lists, and what marks there are.
+inline constexpr std::size_t kWindowHead = 32;
 /// What is seldom looked at lies outside the window's storage, so that more windows fit a multiprocessor.
 inline constexpr std::size_t kOuterFloats = 3;
 /// Room for a window, a multiple of 16. width: of the rows. The waves raise no valence above the caps, so max(kInnerValence, greatest at the
 /// start) is enough.
 CORDILLERA_HD constexpr std::size_t window_bytes(std::size_t capacity, std::size_t width) {
-  return (16 + capacity * (kBytesPerWindowVertex + 2 * width) + 15) / 16 * 16;
+  return (kWindowHead + capacity * (kBytesPerWindowVertex + 2 * width) + 15) / 16 * 16;
 }
 
 /// Lays a window's arrays into storage of window_bytes(capacity, width), and outer of kOuterFloats * count; capacity is a multiple of 4.
@@ -41,7 +44,7 @@ CORDILLERA_HD inline WindowView carve(unsigned char* storage, int capacity, floa
   };
   w.stride = capacity;
   lists.counts = reinterpret_cast<std::uint64_t*>(at);
-  at += 16;
+  at += kWindowHead;
   w.vertex = static_cast<WindowVertex*>(take(sizeof(WindowVertex)));
   w.carried = outer;
   w.spent = outer + count;
@@ -74,6 +77,7 @@ struct LoadVertex {
   const std::uint32_t* order;
   std::uint32_t window;
   float cells_per_unit;
+  std::uint32_t* special;  ///< counts vertices that WindowView::inside speaks of
 
   CORDILLERA_HD void operator()(int i) const {
     const std::uint32_t v = order[i];
@@ -85,6 +89,7 @@ struct LoadVertex {
       w.entry(i, k) = inside ? mesh.local[other] : static_cast<std::uint16_t>(kOutside | k);
       locked = locked || !inside;
     }
+    if (mesh.mark[v] & (proto::kVoid | proto::kRemove | kOnSide)) fetch_add(special, 1);
     const std::int32_t x = mesh.x[v], y = mesh.y[v];
     const VertexInfo info(n, mesh.mark[v] | (locked ? kLocked : 0), position_hash(x, y));
     w.vertex[i] = {bits_of(x - mesh.x[order[0]]), bits_of(y - mesh.y[order[0]]), mesh.elevation[v], info};
@@ -148,11 +153,13 @@ CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const Windo
   const int count = static_cast<int>(range.count);
   WindowView w = carve(storage, capacity, range.outer, count, lists);
   w.small = range.small;
-  team.each(2, ClearCount{lists.counts});
+  auto* const special = reinterpret_cast<std::uint32_t*>(lists.counts + 2);
+  team.each(3, ClearCount{lists.counts});
   team.each(count, NumberVertex{mesh, range.order});
   team.barrier();
-  team.each(count, LoadVertex{mesh, w, range.order, range.window, rules.cells_per_unit});
+  team.each(count, LoadVertex{mesh, w, range.order, range.window, rules.cells_per_unit, special});
   team.barrier();
+  w.inside = *special == 0;
   run_waves(team, w, lists, count, rules, schedule);
   team.barrier();
   team.each(count, StoreVertex{mesh, w, range.order});

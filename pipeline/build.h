@@ -14,14 +14,14 @@
 namespace cordillera::pipeline {
 
 struct BuildRequest {
-  std::string raster_path;   ///< the one raster; or
-  std::vector<raster::MosaicMember> members;  ///< several, the one that wins first
+  std::string raster_path;   ///< the one raster, unless there are members
   std::string raster_name;   ///< what the user called it
   raster::Trust trust = raster::Trust::operator_file;
   std::string id;            ///< dataset id, goes into the manifest
   std::string store_path;    ///< an unfinished store of the same plan is continued
   Existing other = Existing::replace;  ///< a store of another plan at store_path
   proto::BuildOptions options;
+  std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first
 };
 
 /// Called from one thread at a time, at most a few times a second.

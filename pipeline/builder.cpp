@@ -78,15 +78,17 @@ proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
   samples.flat_water.resize(count);
   std::mutex mutex;
   std::optional<proto::Problem> problem;
+  std::atomic<bool> failed{false};  // a damaged file may take long to say so: once is enough
   const auto strips = static_cast<std::size_t>((samples.rows + kStripRows - 1) / kStripRows);
   workers_.each(strips, [&](std::size_t strip, unsigned worker) {
-    if (stop_) return;
+    if (stop_ || failed) return;
     const std::int64_t from = static_cast<std::int64_t>(strip) * kStripRows;
     const auto rows = static_cast<std::int32_t>(std::min<std::int64_t>(kStripRows, samples.rows - from));
     const auto part = sources_[worker]->sample(lattice_, samples.west, samples.south + from, samples.columns, rows);
     if (!part.ok()) {
       const std::lock_guard lock(mutex);
       if (!problem) problem = part.problem();
+      failed = true;
       return;
     }
     const auto at = static_cast<std::ptrdiff_t>(from * samples.columns);

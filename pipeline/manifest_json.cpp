@@ -26,4 +26,18 @@ proto::Result<proto::Manifest> parse_manifest_json(const std::string& json) {
   return manifest;
 }
 
+std::string compact_json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  std::string out;
+  if (!google::protobuf::util::MessageToJsonString(message, &out, options).ok()) out.clear();
+  return out;
+}
+
+bool parse_json(const std::string& json, google::protobuf::Message* message) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = true;
+  return google::protobuf::util::JsonStringToMessage(json, message, options).ok();
+}
+
 }  // namespace cordillera::pipeline

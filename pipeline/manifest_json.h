@@ -12,4 +12,9 @@ std::string manifest_json(const proto::Manifest& manifest);
 /// Unknown members are passed over: a newer program may have written it.
 proto::Result<proto::Manifest> parse_manifest_json(const std::string& json);
 
+/// Any message on one line with the schema's field names, defaults left out; empty when a string in it is not UTF-8.
+std::string compact_json(const google::protobuf::Message& message);
+/// False if the text is not such a message. Unknown members are passed over.
+bool parse_json(const std::string& json, google::protobuf::Message* message);
+
 }  // namespace cordillera::pipeline

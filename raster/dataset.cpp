@@ -133,7 +133,7 @@ proto::Result<Dataset> open_dataset(const std::string& path, const std::string& 
   dataset.path = path;
   if (trust == Trust::posted_file || (hgt && fs::path(path).filename() != dataset.name)) {
     link.emplace(path, dataset.name);
-    if (link->path().empty()) return Problem{"internal", "no temporary folder to open " + dataset.name + " in", "", ""};
+    if (link->path().empty()) return Problem{"storage-full", "no temporary folder can be made to open " + dataset.name + " in", "a disk with free space", ""};
     dataset.path = link->path();
   }
   dataset.handle = open_handle(dataset.path, trust, hgt);

@@ -1,10 +1,14 @@
 #include "server/api.h"
 
 #include <algorithm>
+#include <cstdlib>
+#include <chrono>
 
+#include "server/gzip.h"
 #include "server/log.h"
 #include "server/openapi.h"
-#include "server/options.h"
+#include "server/request_id.h"
+#include "server/uploads/tus.h"
 #include "server/web.h"
 
 namespace cordillera::server {
@@ -14,7 +18,7 @@ namespace {
 /// yes.
 void add_cors(Response& response) {
   response.set("Access-Control-Allow-Origin", "*");
-  response.set("Access-Control-Expose-Headers", "ETag, Location, Content-Length, Retry-After, Server-Timing");
+  response.set("Access-Control-Expose-Headers", "ETag, Location, Content-Length, Retry-After, Server-Timing, X-Request-Id");
 }
 
 Response preflight(Resource resource) {
@@ -24,7 +28,7 @@ Response preflight(Resource resource) {
   // A POST of places reads as a GET does; only its body is longer than an address may be.
   const bool asked_by_post = resource == Resource::elevation;
   response.set("Access-Control-Allow-Methods", asked_by_post ? "GET, HEAD, POST, OPTIONS" : "GET, HEAD, OPTIONS");
-  response.set("Access-Control-Allow-Headers", std::string("If-None-Match, Range, Cache-Control, Last-Event-ID") + (asked_by_post ? ", Content-Type" : ""));
+  response.set("Access-Control-Allow-Headers", std::string("If-None-Match, Range, Cache-Control, Last-Event-ID, Authorization") + (asked_by_post ? ", Content-Type" : ""));
   response.set("Access-Control-Max-Age", "86400");
   return response;
 }
@@ -49,6 +53,28 @@ std::string face_paths() {
   return paths;
 }
 
+/// Newest first.
+std::vector<Dataset> seen_by(const Request& request, const Registry& registry) {
+  std::vector<Dataset> all = registry.list();
+  std::erase_if(all, [&](const Dataset& dataset) { return !may_see(request, dataset); });
+  return all;
+}
+
+/// Caches between here and the client must not hand it on.
+void keep_from_others(Response& response) {
+  for (auto& [name, value] : response.headers) {
+    if (name == "Cache-Control" && value.rfind("public", 0) == 0) value.replace(0, 6, "private");
+  }
+}
+
+/// Room for all of it must be there now: a client that is told "no" after 40 GB has wasted a day.
+Response begin_upload(Service& service, const Request& request, const uploads::Bounds& bounds) {
+  const std::string announced = request.header("upload-length").value_or("");
+  const std::string full = announced.size() < 19 ? service.admission().disk_full(std::strtoull(announced.c_str(), nullptr, 10)) : "";
+  if (!full.empty()) return problem_response({"storage-full", full, "a smaller raster, or posting when there is room again", ""});
+  return uploads::begin(service.uploads(), request, bounds);
+}
+
 }  // namespace
 
 proto::Problem unknown_dataset(const std::string& id) {
@@ -63,45 +89,106 @@ Response if_changed(const Request& request, Response response) {
   if (*wanted != "*" && wanted->find(etag.substr(etag.find('"'))) == std::string::npos) return response;
   Response unchanged;
   unchanged.status = 304;
-  for (const char* name : {"ETag", "Cache-Control", "Vary"}) {
-    if (const std::string value = response.header(name); !value.empty()) unchanged.set(name, value);
+  for (const auto& [name, value] : response.headers) {  // Vary may be there twice
+    if (name == "ETag" || name == "Cache-Control" || name == "Vary") unchanged.set(name, value);
   }
   return unchanged;
 }
 
 void mark_variants(Response& response) {
-  const std::string type = response.header("Content-Type");
-  static const std::vector<std::string> kCompressed = {"text/", "application/json", "application/xml", "image/svg+xml"};
-  const bool compressed = std::any_of(kCompressed.begin(), kCompressed.end(), [&](const auto& kind) { return type.rfind(kind, 0) == 0; });
-  if (!compressed || type.rfind("text/event-stream", 0) == 0) return;
+  if (!is_compressible(response.header("Content-Type"))) return;
   response.set("Vary", "Accept-Encoding");
   for (auto& [name, value] : response.headers) {
     if (name == "ETag" && value.rfind("W/", 0) != 0) value.insert(0, "W/");
   }
 }
 
-Response Api::handle(const Request& request) {
-  const Route route = parse_route(request.path);
-  Response response = dispatch(request, route);
-  if (route.resource == Resource::face && route.found.resource->links == pipeline::faces::Links::tile_templates) make_absolute(request, response);
+/// A request on its way, until its answer has come.
+struct Api::Asked {
+  Request request;
+  Route route;
+  std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+  std::uint64_t received = 0;
+  std::shared_ptr<void> in_flight;  ///< counted as long as it lives
+};
+
+Response Api::handle(Request request) {
+  const auto asked = std::make_shared<Asked>();
+  asked->request = std::move(request);
+  service_.metrics().in_flight.add(1);
+  asked->in_flight = {this, [](void* api) { static_cast<Api*>(api)->service_.metrics().in_flight.add(-1); }};
+  asked->request.id = request_id_of(asked->request);
+  asked->route = parse_route(asked->request.path);
+  const LogScope scope("request", asked->request.id);
+  if (auto& read = asked->request.read_body) {
+    read = [counted = std::move(read), counter = &asked->received](const Request::Sink& sink) {
+      return counted([&](std::string_view piece) {
+        *counter += piece.size();
+        return sink(piece);
+      });
+    };
+  }
+  return finished(asked, answer(asked->request, asked->route));
+}
+
+std::optional<proto::Problem> Api::admit(Request& request, const Route& route) {
+  const auto identity = service_.gate().identify(request);
+  if (!identity) return identity.problem();
+  request.who = *identity;
+  const bool open = request.method == "OPTIONS" || only_reads(request.method, route.resource);
+  const bool inner = route.resource == Resource::metrics && service_.gate().has_tokens();
+  return service_.gate().refuse(request, !open ? access::Role::write : inner ? access::Role::read : access::Role::none);
+}
+
+Response Api::answer(Request& request, const Route& route) {
+  try {
+    const auto refused = admit(request, route);
+    return refused ? problem_response(*refused) : dispatch(request, route);
+  } catch (const RegistryError& error) {
+    log_warning(error.what());
+    return problem_response({"storage-full", "the service cannot read or write what it knows of its datasets; nothing was changed", "trying again later", ""});
+  } catch (const std::exception& error) {
+    log_warning(std::string("the request failed: ") + error.what());
+    return problem_response({"internal", "the service failed to answer this request", "", ""});
+  }
+}
+
+/// What belongs to every answer, also to those that come later.
+Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
+  asked->request.read_body = nullptr;  // what it reads may be gone when the answer comes
+  if (response.later) {
+    response.later = [this, asked, later = std::move(response.later)]() -> std::optional<Response> {
+      const LogScope scope("request", asked->request.id);
+      auto come = later();
+      return come ? std::optional(finished(asked, std::move(*come))) : std::nullopt;
+    };
+    return response;
+  }
+  const Route& route = asked->route;
+  if (route.resource == Resource::face && route.found.resource->links == pipeline::faces::Links::tile_templates) make_absolute(asked->request, response);
   mark_variants(response);
-  response = if_changed(request, std::move(response));
+  response = if_changed(asked->request, std::move(response));
   add_cors(response);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - asked->start;
+  finish(service_, {asked->request, route, asked->received, took.count()}, response);
   return response;
 }
 
-std::optional<Response> Api::refuse_early(const Request& request) {
+bool Api::is_quick(const Request& request) const {
+  if (request.method == "OPTIONS") return true;
+  if (request.method != "GET" && request.method != "HEAD") return false;
   const Route route = parse_route(request.path);
-  if (request.method != "POST" || route.resource != Resource::datasets) return std::nullopt;
-  const auto problem = check_post(service_, request);
-  if (!problem) return std::nullopt;
-  Response response = problem_response(*problem);
-  add_cors(response);
-  return response;
+  const bool stored = route.resource == Resource::face && route.found.resource->path.starts_with("tiles/");
+  return stored || route.resource == Resource::health || route.resource == Resource::readiness || route.resource == Resource::events;
 }
 
 Response Api::dispatch(const Request& request, const Route& route) {
-  if (request.method == "OPTIONS") return preflight(route.resource);
+  const uploads::Bounds bounds{std::uint64_t{service_.settings().serve.limits.body_mib} << 20};
+  if (request.method == "OPTIONS") {
+    Response response = preflight(route.resource);
+    if (route.resource == Resource::uploads || route.resource == Resource::upload) uploads::announce(response, bounds);
+    return response;
+  }
   if (route.resource == Resource::none) {
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
                              "/v1/datasets, /v1/datasets/{id} and, below it, events, manifest.json, elevation, mesh.glb (.ply, .obj, .stl)" + face_paths(),
@@ -112,44 +199,42 @@ Response Api::dispatch(const Request& request, const Route& route) {
     case Resource::index:
       return index();
     case Resource::health:
+      return alive();
     case Resource::readiness:
-      return health(route.resource);
+      return readiness(service_);
+    case Resource::metrics:
+      return metrics_text(service_);
+    case Resource::limits:
+      return limits_in_effect(service_);
     case Resource::description:
       return api_description();
     case Resource::page:
-      return page(service_.settings().serve.web, request.path, service_.registry().list());
+      return page(service_.settings().serve.web, request, seen_by(request, service_.registry()));
+    case Resource::uploads:
+      return begin_upload(service_, request, bounds);
+    case Resource::upload:
+      return uploads::at(service_.uploads(), route.id, request);
     case Resource::datasets:
       return request.method == "POST" ? post_dataset(service_, request) : list(request);
-    case Resource::dataset:
-      return request.method == "DELETE" ? remove(route.id) : status(route.id);
     default:
-      break;
+      return of_dataset(request, route);
   }
+}
+
+Response Api::of_dataset(const Request& request, const Route& route) {
   const auto dataset = service_.registry().find(route.id);
   if (!dataset) return problem_response(unknown_dataset(route.id));
-  if (route.resource == Resource::events) return event_stream(service_, *dataset);
-  if (route.resource == Resource::elevation) return elevation(service_, *dataset, request, route);
-  if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
-  return published(service_, *dataset, request, route);
-}
-
-Response Api::index() const {
-  Json json;
-  json["name"] = "Cordillera";
-  json["version"] = CORDILLERA_VERSION;
-  json["links"] = {{"datasets", "v1/datasets"}, {"health", "healthz"}, {"readiness", "readyz"}, {"viewer", "."}, {"description", "api"}};
-  for (const OptionSpec& option : build_options()) {
-    json["options"][spelt(option, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};
+  if (!may_see(request, *dataset)) {
+    return problem_response({"token-missing", "dataset " + dataset->id + " is private", "a header Authorization: Bearer TOKEN", "Authorization"});
   }
-  return json_response(200, json);
-}
-
-Response Api::health(Resource resource) {
-  if (resource == Resource::readiness && service_.stopping()) {
-    return problem_response({"service-stopping", "the service is stopping", "", ""});
-  }
-  Response response = json_response(200, {{"status", "ok"}});
-  response.set("Cache-Control", "no-store");
+  if (route.resource == Resource::dataset && request.method == "DELETE") return remove(request, *dataset);
+  if (route.resource == Resource::dataset) return status_document(service_, *dataset);
+  Response response;
+  if (route.resource == Resource::events) response = event_stream(service_, *dataset);
+  else if (route.resource == Resource::elevation) response = elevation(service_, *dataset, request, route);
+  else if (route.resource == Resource::mesh) response = extracted_mesh(service_, *dataset, request, route);
+  else response = published(service_, *dataset, request, route);
+  if (dataset->is_private) keep_from_others(response);
   return response;
 }
 
@@ -162,7 +247,7 @@ Response Api::list(const Request& request) {
   }
   Json json;
   json["datasets"] = Json::array();
-  for (const Dataset& dataset : service_.registry().list()) {
+  for (const Dataset& dataset : seen_by(request, service_.registry())) {
     json["datasets"].push_back(status_json(service_, dataset, "datasets/" + dataset.id));
   }
   Response response = json_response(200, json);
@@ -170,18 +255,12 @@ Response Api::list(const Request& request) {
   return response;
 }
 
-Response Api::status(const std::string& id) {
-  const auto dataset = service_.registry().find(id);
-  if (!dataset) return problem_response(unknown_dataset(id));
-  Json json = status_json(service_, *dataset, id);
-  if (dataset->state == State::ready) json["faces"] = faces_json(id);
-  Response response = json_response(200, json);
-  response.set("Cache-Control", "no-store");
-  return response;
-}
-
-Response Api::remove(const std::string& id) {
-  if (!service_.registry().find(id)) return problem_response(unknown_dataset(id));
+Response Api::remove(const Request& request, const Dataset& dataset) {
+  const std::string& id = dataset.id;
+  if (request.who.role < access::Role::admin && dataset.owner != request.who.name) {
+    return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id, "the token that did, or one with the role admin",
+                             "Authorization"});
+  }
   service_.registry().remove(id);
   service_.queue().cancel(id);
   service_.hub().forget(id);

@@ -1,5 +1,5 @@
 #pragma once
-// The HTTP API as a function: Request -> Response. Thread-safe; a request may wait (uploads, Prefer: wait, event streams).
+// The HTTP API as a function: Request -> Response. Thread-safe. What waits for a build gives a Response that is asked again.
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,27 +15,51 @@ class Api {
  public:
   explicit Api(Service& service) : service_(service) {}
 
-  Response handle(const Request& request);
-  /// What a request with a body can be refused for before a byte of it is read (Expect: 100-continue).
-  std::optional<Response> refuse_early(const Request& request);
+  /// client is the peer's address; id and who are found out here.
+  Response handle(Request request);
+  /// Whether handle() only looks something up: microseconds, and never waits.
+  bool is_quick(const Request& request) const;
+  /// Called, on any thread, when an answer that is still to come or a stream may have something to say; null: nobody any more.
+  void on_change(std::function<void()> listener) { service_.hub().listen(std::move(listener)); }
 
  private:
+  /// Who asks, and whether that one may.
+  std::optional<proto::Problem> admit(Request& request, const Route& route);
+  Response answer(Request& request, const Route& route);
+  struct Asked;
+  Response finished(const std::shared_ptr<Asked>& asked, Response response);
   Response dispatch(const Request& request, const Route& route);
-  Response index() const;
-  Response health(Resource resource);
+  Response of_dataset(const Request& request, const Route& route);
   Response list(const Request& request);
-  Response status(const std::string& id);
-  Response remove(const std::string& id);
+  Response remove(const Request& request, const Dataset& dataset);
 
   Service& service_;
 };
 
 // The parts, a file each.
 
+/// What stands in every answer, and what is told of it: request id, safe headers, log, audit, metrics.
+struct Exchange {
+  const Request& request;
+  const Route& route;
+  std::uint64_t received = 0;  ///< bytes of the body
+  double seconds = 0;
+};
+void finish(Service& service, const Exchange& exchange, Response& response);
+/// Whether the method only reads this resource.
+bool only_reads(const std::string& method, Resource resource);
+/// Nobody's who must not know of it.
+bool may_see(const Request& request, const Dataset& dataset);
+
+/// GET /v1, /healthz, /readyz, /metrics, /v1/limits.
+Response index();
+Response alive();
+Response readiness(Service& service);
+Response metrics_text(Service& service);
+Response limits_in_effect(Service& service);
+
 /// POST /v1/datasets.
 Response post_dataset(Service& service, const Request& request);
-/// What is wrong with a POST's query and headers.
-std::optional<proto::Problem> check_post(Service& service, const Request& request);
 
 /// What a build of the raster in the folder would make; nothing is kept.
 Response dry_run(Service& service, const proto::Job& job, const std::filesystem::path& folder);
@@ -66,6 +90,8 @@ Response elevation(Service& service, const Dataset& dataset, const Request& requ
 /// Makes the tile templates of a document absolute, for readers that do not resolve them; without a host in the request they stay.
 void make_absolute(const Request& request, Response& response);
 
+/// GET /v1/datasets/{id}.
+Response status_document(Service& service, const Dataset& dataset);
 /// State, progress, error, links and, once it is ready, a summary. prefix: the dataset's address relative to the document's.
 Json status_json(Service& service, const Dataset& dataset, const std::string& prefix);
 

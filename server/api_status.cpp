@@ -42,7 +42,7 @@ Json links_json(const std::string& prefix, bool ready) {
 
 const char* grid_name(pipeline::faces::Grid grid) {
   using pipeline::faces::Grid;
-  if (grid == Grid::web_mercator) return "WebMercatorQuad";
+  if (grid == Grid::web_mercator || grid == Grid::web_mercator_south) return "WebMercatorQuad";
   return grid == Grid::geodetic ? "WorldCRS84Quad" : nullptr;
 }
 
@@ -86,16 +86,16 @@ class EventStream {
   EventStream(Service& service, std::string id, Token token)
       : service_(service), id_(std::move(id)), token_(std::move(token)) {}
 
+  /// Empty: nothing new.
   std::optional<std::string> next() {
     if (ended_ || service_.stopping()) return std::nullopt;
-    if (started_) {
-      const auto now = service_.hub().wait(id_, seen_, kKeepAlive);
-      if (service_.stopping()) return std::nullopt;
-      if (now.version == seen_ && service_.registry().find(id_)) return ": waiting\n\n";
-    }
-    started_ = true;
     // The version is read before the state: a change in between is then news again, and never lost.
     const auto now = service_.hub().now(id_);
+    const bool silent = std::chrono::steady_clock::now() - said_ >= kKeepAlive;
+    if (started_ && now.version == seen_ && !silent) return "";
+    said_ = std::chrono::steady_clock::now();
+    if (started_ && now.version == seen_ && service_.registry().find(id_)) return ": waiting\n\n";
+    started_ = true;
     seen_ = now.version;
     const auto dataset = service_.registry().find(id_);
     ended_ = !dataset || dataset->state == State::ready || dataset->state == State::failed;
@@ -112,6 +112,7 @@ class EventStream {
   std::string id_;
   Token token_;
   std::uint64_t seen_ = 0;
+  std::chrono::steady_clock::time_point said_{};  ///< the last piece
   bool started_ = false;
   bool ended_ = false;
 };
@@ -124,6 +125,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
   json["name"] = dataset.name;
   json["state"] = to_string(dataset.state);
   json["created"] = dataset.created;
+  json["private"] = dataset.is_private;
   const auto now = service.hub().now(dataset.id);
   const bool unfinished = dataset.state == State::queued || dataset.state == State::running;
   json["progress"] = unfinished && now.progress ? progress_json(*now.progress) : Json(nullptr);
@@ -156,6 +158,14 @@ Json faces_json(const std::string& prefix) {
     faces.push_back(std::move(json));
   }
   return faces;
+}
+
+Response status_document(Service& service, const Dataset& dataset) {
+  Json json = status_json(service, dataset, dataset.id);
+  if (dataset.state == State::ready) json["faces"] = faces_json(dataset.id);
+  Response response = json_response(200, json);
+  response.set("Cache-Control", "no-store");
+  return response;
 }
 
 Response event_stream(Service& service, const Dataset& dataset) {

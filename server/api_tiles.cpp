@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "pipeline/faces/mercator_draco.h"
+#include "pipeline/faces/mercator_mesh.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/manifest_json.h"
 #include "server/api.h"
@@ -41,8 +43,11 @@ std::string range_text(const proto::Manifest& manifest, int level) {
          span(first(manifest.bounds(1) + 90, up), last(manifest.bounds(3) + 90, up));
 }
 
-/// Of raster faces; none of a dataset that Web Mercator cannot show.
-pipeline::faces::Zooms zooms(const proto::Manifest& manifest) {
+/// Of Web Mercator's faces; none of a dataset that it cannot show. Pictures have those that their pixels are worth, meshes a zoom a level.
+pipeline::faces::Zooms zooms(const proto::Manifest& manifest, const pipeline::faces::Resource& tiles) {
+  using namespace pipeline::faces;
+  if (tiles.grid == Grid::web_mercator_south) return {0, finest_mercator_zoom(manifest)};
+  if (!tiles.type.starts_with("image/")) return mercator_draco_zooms(manifest);
   const auto extent = pipeline::faces::extent_of(manifest);
   return extent ? zooms_of(manifest, *extent) : pipeline::faces::Zooms{0, -1};
 }
@@ -54,13 +59,14 @@ Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& 
     return nothing;
   }
   const auto& [root, z, x, y] = found.place;
-  const bool mercator = found.resource->grid == pipeline::faces::Grid::web_mercator;
-  const auto [least, most] = mercator ? zooms(manifest) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
+  using pipeline::faces::Grid;
+  const bool north = found.resource->grid == Grid::web_mercator, mercator = north || found.resource->grid == Grid::web_mercator_south;
+  const auto [least, most] = mercator ? zooms(manifest, *found.resource) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
   const bool inside = z >= least && z <= most;
   std::string accepted = std::string(mercator ? "zooms " : "levels ") + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
   for (int i = 0; i < 4 && manifest.bounds_size() >= 4; ++i) accepted += (i == 0 ? " " : ", ") + Json(manifest.bounds(i)).dump();
   if (found.resource->grid == pipeline::faces::Grid::geodetic) accepted += range_text(manifest, inside ? z : most);
-  accepted += mercator ? " (y counts from the north)" : " (y counts from the south); a tile without data does not exist";
+  accepted += north ? " (y counts from the north)" : " (y counts from the south); a tile without data does not exist";
   const std::string where = (root == 0 ? "" : " below the root " + std::string(1, root)) + (mercator ? " at zoom " : " at level ") + std::to_string(z);
   return problem_response({"tile-unknown", "there is no tile" + where + ", x " + std::to_string(x) + ", y " + std::to_string(y), accepted, ""});
 }
@@ -89,6 +95,14 @@ Response face(const pipeline::faces::Terrain& terrain, const Request& request, c
   return response;
 }
 
+/// version_of, worked out once.
+std::string version_in(const pipeline::faces::Terrain& terrain) {
+  const auto kept = terrain.kept("version", [&]() -> proto::Result<std::optional<pipeline::faces::Document>> {
+    return std::optional(pipeline::faces::Document{version_of(terrain.manifest()), ""});
+  });
+  return (**kept).bytes;
+}
+
 std::optional<Response> not_ready(const Dataset& dataset) {
   if (dataset.state == State::ready) return std::nullopt;
   if (dataset.state == State::failed) {
@@ -114,9 +128,8 @@ Opened open_published(Service& service, const Dataset& dataset, const Route& rou
   if (auto refusal = not_ready(dataset)) return {nullptr, std::move(*refusal)};
   const auto terrain = service.library().open(dataset.id);
   if (!terrain) return {nullptr, problem_response(terrain.problem())};
-  const std::string version = version_of((*terrain)->manifest());
-  if (!route.version.empty() && route.version != version) {
-    return {nullptr, problem_response({"version-unknown", "dataset " + dataset.id + " has no version " + route.version, version, ""})};
+  if (!route.version.empty() && route.version != version_in(**terrain)) {
+    return {nullptr, problem_response({"version-unknown", "dataset " + dataset.id + " has no version " + route.version, version_in(**terrain), ""})};
   }
   return {*terrain, {}};
 }

@@ -123,6 +123,11 @@ int reap(pid_t pid, const std::atomic<bool>& stop) {
 }
 
 proto::Problem crashed(int status) {
+  // The clock that the job has set itself: no handler, so that nothing inside it can be in the way.
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
+    return {"build-time-limit", "the build took longer than this service lets one take; GET /v1/limits says how long that is",
+            "a smaller raster, a coarser error= or a bbox=", ""};
+  }
   std::string how = "with exit code " + std::to_string(WEXITSTATUS(status));
   if (WIFSIGNALED(status)) {
     const char* name = sigabbrev_np(WTERMSIG(status));

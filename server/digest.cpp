@@ -1,8 +1,22 @@
 #include "server/digest.h"
 
+#include <openssl/crypto.h>
 #include <openssl/evp.h>
+#include <openssl/rand.h>
+
+#include <stdexcept>
+#include <vector>
 
 namespace cordillera::server {
+namespace {
+
+std::vector<unsigned char> random_bytes(std::size_t count) {
+  std::vector<unsigned char> bytes(count);
+  if (RAND_bytes(bytes.data(), static_cast<int>(count)) != 1) throw std::runtime_error("no random numbers can be had");
+  return bytes;
+}
+
+}  // namespace
 
 struct Digest::State {
   EVP_MD_CTX* context = EVP_MD_CTX_new();
@@ -13,6 +27,26 @@ Digest::Digest() : state_(std::make_unique<State>()) { EVP_DigestInit_ex(state_-
 Digest::~Digest() = default;
 
 void Digest::add(std::string_view bytes) { EVP_DigestUpdate(state_->context, bytes.data(), bytes.size()); }
+
+bool same_secret(std::string_view one, std::string_view other) {
+  return one.size() == other.size() && CRYPTO_memcmp(one.data(), other.data(), one.size()) == 0;
+}
+
+std::string random_letters(std::size_t count) {
+  static constexpr char kLetters[] = "abcdefghijkmnpqrstuvwxyz23456789";  // 32, none easily taken for another
+  std::string word;
+  for (const unsigned char byte : random_bytes(count)) word += kLetters[byte % 32];
+  return word;
+}
+
+std::string random_hex(std::size_t bytes) {
+  std::string hex;
+  for (const unsigned char byte : random_bytes(bytes)) {
+    hex += "0123456789abcdef"[byte >> 4];
+    hex += "0123456789abcdef"[byte & 15];
+  }
+  return hex;
+}
 
 std::string Digest::finish() {
   unsigned char bytes[EVP_MAX_MD_SIZE];

@@ -1,5 +1,5 @@
 #pragma once
-// SHA-256, to tell whether two requests carry the same bytes.
+// SHA-256, to tell whether two requests carry the same bytes, and what else is asked of the library of ciphers.
 #include <memory>
 #include <string>
 #include <string_view>
@@ -20,5 +20,12 @@ class Digest {
 };
 
 std::string digest(std::string_view bytes);
+
+/// Whether they are equal; how long it takes depends on the lengths alone.
+bool same_secret(std::string_view one, std::string_view other);
+
+/// What nobody can guess: lower-case letters and digits, 5 bits each; bytes as hex.
+std::string random_letters(std::size_t count);
+std::string random_hex(std::size_t bytes);
 
 }  // namespace cordillera::server

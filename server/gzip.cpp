@@ -25,7 +25,9 @@ double quality(std::string_view item) {
 
 }  // namespace
 
-bool accepts_gzip(const Request& request) {
+bool accepts_gzip(const Request& request) { return accepts(request, "gzip"); }
+
+bool accepts(const Request& request, std::string_view wanted) {
   const auto header = request.header("accept-encoding");
   if (!header) return false;
   const std::string text = lower_without_spaces(*header);
@@ -35,10 +37,16 @@ bool accepts_gzip(const Request& request) {
     const std::string_view item = rest.substr(0, rest.find(','));
     rest.remove_prefix(std::min(rest.size(), item.size() + 1));
     const std::string_view coding = item.substr(0, item.find(';'));
-    if (coding == "gzip" || coding == "x-gzip") named = quality(item);
+    if (coding == wanted || (wanted == "gzip" && coding == "x-gzip")) named = quality(item);
     if (coding == "*") any = quality(item);
   }
   return named >= 0 ? named > 0 : any > 0;
+}
+
+bool is_compressible(std::string_view type) {
+  static constexpr std::string_view kTypes[] = {"text/", "application/json", "application/xml", "image/svg+xml"};
+  const auto begins = [&](std::string_view kind) { return type.substr(0, kind.size()) == kind; };
+  return !begins("text/event-stream") && std::any_of(std::begin(kTypes), std::end(kTypes), begins);
 }
 
 pipeline::faces::Document gzipped(const pipeline::faces::Terrain& terrain, const pipeline::faces::Document& plain) {

@@ -5,8 +5,10 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <new>
+#include <thread>
 #include <sstream>
 
 #include "gpu/device_lost.h"
@@ -15,6 +17,8 @@
 #include "server/child.h"
 #include "server/json.h"
 #include "server/memory_limit.h"
+#include "server/option_values.h"
+#include "server/sandbox.h"
 
 namespace cordillera::server {
 namespace {
@@ -22,6 +26,7 @@ namespace {
 std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
 
 constexpr rlim_t kMiB = rlim_t{1} << 20;
+constexpr rlim_t kMostFiles = 512;
 
 void limit(__rlimit_resource resource, rlim_t value) {
   rlimit now{};
@@ -31,15 +36,20 @@ void limit(__rlimit_resource resource, rlim_t value) {
   setrlimit(resource, &now);
 }
 
-/// What a raster from a stranger may cost.
-void restrict_process(proto::BuildOptions& options) {
-  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+/// What a raster from a stranger may cost, and reach.
+void restrict_process(const proto::Job& job, const std::filesystem::path& folder, proto::BuildOptions& options) {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 1024 * 1024 * kMiB);
+  limit(RLIMIT_NOFILE, kMostFiles);
   if (options.memory() == 0) options.set_memory(default_memory_mib(options));
   limit_memory(options);
+  if (job.max_seconds() > 0) limit(RLIMIT_CPU, rlim_t{job.max_seconds()} * std::max(1u, options.threads() == 0 ? std::thread::hardware_concurrency() : options.threads()));
   // If the machine runs out of memory, the kernel should take the build and not the service.
   std::ofstream("/proc/self/oom_score_adj") << 500;
+  setenv("TMPDIR", folder.c_str(), 1);
+  setenv("GDAL_DRIVER_PATH", "disable", 1);  // no plugins: none of the drivers that are asked for is one
+  const Gpu gpu = may_use_cuda(options) ? Gpu::allowed : Gpu::none;
+  confine({folder, geoid_folders(), cache_folders(), gpu});
 }
 
 /// False when the parent is dead: the pipe has no reader.
@@ -65,6 +75,21 @@ int fail(const proto::Problem& problem) {
   return 1;
 }
 
+/// What the operator lets a raster have. Its header is read for that alone: plan and build open it again.
+std::optional<proto::Problem> too_large(const proto::Job& job, const pipeline::BuildRequest& request) {
+  const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  if (!source) return source.problem();
+  const double columns = (*source)->description().columns(), rows = (*source)->description().rows();
+  const std::string claim = job.name() + " has " + std::to_string((*source)->description().columns()) + " x " +
+                            std::to_string((*source)->description().rows()) + " pixels";
+  const double side = job.max_side(), pixels = job.max_pixels();
+  if (side > 0 && std::max(columns, rows) > side)
+    return proto::Problem{"raster-too-large", claim, "at most " + std::to_string(job.max_side()) + " along a side", ""};
+  if (pixels > 0 && columns * rows > pixels)
+    return proto::Problem{"raster-too-large", claim, "at most " + shown(pixels / 1e6) + " million pixels", ""};
+  return std::nullopt;
+}
+
 int build_job(const proto::Job& job, const std::filesystem::path& folder) {
   pipeline::BuildRequest request;
   request.raster_path = (folder / job.raster()).string();
@@ -73,6 +98,7 @@ int build_job(const proto::Job& job, const std::filesystem::path& folder) {
   request.id = job.id();
   request.store_path = (folder / kStoreFile).string();
   request.options = job.options();
+  if (const auto refused = too_large(job, request)) return fail(*refused);
   if (job.dry_run()) {
     const auto found = pipeline::estimate(request);
     if (!found) return fail(found.problem());
@@ -102,7 +128,8 @@ int job_main(const std::string& folder, int parent) {
   text << file.rdbuf();
   proto::Job job;
   if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
-  restrict_process(*job.mutable_options());
+  restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
+  alarm(job.max_seconds());
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
   try {

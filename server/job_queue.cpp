@@ -1,10 +1,13 @@
 #include "server/job_queue.h"
 
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
 #include <fstream>
 
 #include "server/json.h"
 #include "server/log.h"
+#include "server/metrics/stage_clock.h"
 
 namespace cordillera::server {
 namespace {
@@ -16,6 +19,14 @@ bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
   return file.good();
 }
 
+/// What is the disk's fault and not the raster's: the upload was accepted, so the build waits for better days.
+bool is_passing(const proto::Problem& problem) { return problem.type == "store-write" || problem.type == "storage-full"; }
+
+constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono::seconds(300);
+constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
+
+std::chrono::seconds wait_before(int attempt) { return std::min(kLongestWait, kFirstWait * (1 << std::min(attempt, 10))); }
+
 proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
 
 proto::Problem cannot_write(const std::filesystem::path& folder) {
@@ -24,9 +35,16 @@ proto::Problem cannot_write(const std::filesystem::path& folder) {
 
 }  // namespace
 
-JobQueue::JobQueue(Layout layout, Registry& registry, ProgressHub& hub, JobRunner runner, unsigned concurrency)
-    : layout_(std::move(layout)), registry_(registry), hub_(hub), runner_(std::move(runner)), dry_runs_free_(concurrency),
-      pool_(concurrency) {}
+void keep_store_alone(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.path().filename() != kStoreFile) std::filesystem::remove_all(entry.path(), ignored);
+  }
+}
+
+JobQueue::JobQueue(Parts parts, unsigned concurrency)
+    : layout_(std::move(parts.layout)), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(std::move(parts.runner)),
+      limits_(parts.limits), dry_runs_free_(concurrency), pool_(concurrency) {}
 
 JobQueue::~JobQueue() { stop(); }
 
@@ -40,8 +58,24 @@ void JobQueue::resume() {
   }
 }
 
-void JobQueue::enqueue(const std::string& id) {
-  boost::asio::post(pool_, [this, id] { run(id); });
+void JobQueue::enqueue(const std::string& id) { enqueue(id, 0); }
+
+void JobQueue::enqueue(const std::string& id, int attempt) {
+  boost::asio::post(pool_, [this, id, attempt] {
+    try {
+      run(id, attempt);
+    } catch (const RegistryError& error) {
+      log_warning("dataset " + id + ": " + error.what() + "; its build is tried again");
+      retry_later(id, attempt + 1);
+    }
+  });
+}
+
+void JobQueue::retry_later(const std::string& id, int attempt) {
+  auto timer = std::make_shared<boost::asio::steady_timer>(pool_, wait_before(attempt));
+  timer->async_wait([this, timer, id, attempt](const boost::system::error_code& error) {
+    if (!error) enqueue(id, attempt);
+  });
 }
 
 void JobQueue::cancel(const std::string& id) {
@@ -63,43 +97,76 @@ void JobQueue::stop() {
   pool_.join();
 }
 
-void JobQueue::run(const std::string& id) {
+void JobQueue::run(const std::string& id, int attempt) {
   const auto flag = std::make_shared<std::atomic<bool>>(false);
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) return;
     running_[id] = flag;
   }
+  // However this ends: a delete waits for it.
+  const std::shared_ptr<void> over(nullptr, [&](void*) {
+    {
+      const std::lock_guard lock(mutex_);
+      running_.erase(id);
+    }
+    ended_.notify_all();
+  });
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
   if (const auto dataset = registry_.find(id)) {
+    const LogScope job("job", id), request("request", dataset->request_id);
     registry_.set_state(id, State::running, std::nullopt);
     hub_.touch(id);
     log_info("dataset " + id + ": build started");
-    const auto outcome = build(*dataset, *flag);
-    if (!*flag) finish(*dataset, outcome);
+    metrics::StageClock clock(metrics_);
+    if (attempt > 0 && attempt % kTriesWithOneStore == 0) forget_store(id);
+    const auto outcome = build(*dataset, clock, *flag);
+    clock.end(*flag ? "cancelled" : outcome ? "ready" : "failed");
+    if (*flag) return;
+    if (outcome || !is_passing(outcome.problem())) return finish(*dataset, outcome);
+    registry_.set_state(id, State::queued, outcome.problem());
+    hub_.touch(id);
+    log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again in " + std::to_string(wait_before(attempt + 1).count()) + " s");
+    retry_later(id, attempt + 1);
   }
-  {
-    const std::lock_guard lock(mutex_);
-    running_.erase(id);
-  }
-  ended_.notify_all();
 }
 
-proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, const std::atomic<bool>& stop) {
+proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,
+                                                             const std::atomic<bool>& stop) {
   const auto folder = layout_.dataset(dataset.id);
-  const auto progress = [&](const proto::Progress& now) { hub_.publish(dataset.id, now); };
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder / dataset.raster, ignored)) {
+    return proto::Problem{"internal", "the raster of " + dataset.name + " is no longer in the data folder", "posting it again", ""};
+  }
+  const auto progress = [&](const proto::Progress& now) {
+    clock.report(now);
+    hub_.publish(dataset.id, now);
+  };
   proto::Job job;
   job.set_id(dataset.id);
   job.set_name(dataset.name);
   job.set_raster(dataset.raster);
+  job.set_request_id(dataset.request_id);
   *job.mutable_options() = dataset.options;
+  limit(job);
   if (!write_job(folder, job)) return cannot_write(folder);
   auto outcome = runner_(folder, progress, stop);
+  if (!outcome && outcome.problem().type == "job-crashed" && !stop) {
+    // Once: the machine may have run out of memory, or somebody ended it. What was committed stays, and the job goes on there.
+    log_warning("dataset " + dataset.id + ": " + outcome.problem().detail + "; once more");
+    outcome = runner_(folder, progress, stop);
+  }
   if (outcome || outcome.problem().type != "device-lost" || stop) return outcome;
   log_warning("dataset " + dataset.id + ": " + outcome.problem().detail + "; once more on the CPU");
+  metrics_.device_lost.add(1);
   job.mutable_options()->set_device("cpu");
   if (!write_job(folder, job)) return cannot_write(folder);
   return runner_(folder, progress, stop);
+}
+
+void JobQueue::forget_store(const std::string& id) {
+  std::error_code ignored;
+  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(layout_.store(id).string() + suffix, ignored);
 }
 
 void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome) {
@@ -114,13 +181,19 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
     std::filesystem::remove_all(folder, ignored);
     log_warning("dataset " + dataset.id + ": failed: " + outcome.problem().line());
   }
-  // Nothing reads the raster again, and it may be large.
-  std::filesystem::remove(folder / dataset.raster, ignored);
-  std::filesystem::remove(folder / kJobFile, ignored);
+  if (outcome) keep_store_alone(folder);
   hub_.touch(dataset.id);
 }
 
-proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const proto::Job& job) {
+void JobQueue::limit(proto::Job& job) const {
+  job.set_max_pixels(limits_.megapixels * 1e6);
+  job.set_max_side(limits_.side);
+  job.set_max_seconds(limits_.build_seconds);
+}
+
+proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const proto::Job& asked) {
+  proto::Job job = asked;
+  limit(job);
   {
     std::unique_lock lock(mutex_);
     ended_.wait(lock, [&] { return stopping_ || dry_runs_free_ > 0; });

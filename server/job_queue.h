@@ -10,14 +10,31 @@
 
 #include "server/child.h"
 #include "server/layout.h"
+#include "server/metrics/service_metrics.h"
+#include "server/options.h"
 #include "server/progress_hub.h"
 #include "server/registry.h"
 
 namespace cordillera::server {
 
+namespace metrics {
+class StageClock;
+}
+
+/// Of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed leaves more than that.
+void keep_store_alone(const std::filesystem::path& folder);
+
 class JobQueue {
  public:
-  JobQueue(Layout layout, Registry& registry, ProgressHub& hub, JobRunner runner, unsigned concurrency);
+  struct Parts {
+    Layout layout;
+    Registry& registry;
+    ProgressHub& hub;
+    metrics::ServiceMetrics& metrics;
+    JobRunner runner;
+    Limits limits;  ///< of each job
+  };
+  JobQueue(Parts parts, unsigned concurrency);
   ~JobQueue();
 
   /// Queues again whatever a former process left unfinished, oldest first.
@@ -27,19 +44,27 @@ class JobQueue {
   /// more.
   void cancel(const std::string& id);
   /// What a build of the raster in this folder would make; waits for its turn beside the builds.
-  proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const proto::Job& job);
+  proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const proto::Job& asked);
   /// Ends running builds; their datasets stay unfinished in the registry.
   void stop();
 
  private:
-  void run(const std::string& id);
+  /// attempt: how often the disk has been in the way before.
+  void enqueue(const std::string& id, int attempt);
+  void retry_later(const std::string& id, int attempt);
+  void run(const std::string& id, int attempt);
+  void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
-  proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, const std::atomic<bool>& stop);
+  proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, metrics::StageClock& clock, const std::atomic<bool>& stop);
+
+  void limit(proto::Job& job) const;
 
   Layout layout_;
   Registry& registry_;
   ProgressHub& hub_;
+  metrics::ServiceMetrics& metrics_;
   JobRunner runner_;
+  Limits limits_;
   std::mutex mutex_;
   std::condition_variable ended_;
   std::map<std::string, std::shared_ptr<std::atomic<bool>>> running_;  ///< id -> its stop flag

@@ -74,7 +74,8 @@ Response json_response(int status, const Json& body) {
 Response problem_response(const proto::Problem& problem) {
   Response response = json_response(problem_kind(problem.type).status, problem_json(problem));
   response.headers = {{"Content-Type", "application/problem+json"}, {"Cache-Control", "no-store"}};
-  if (response.status == 503) response.set("Retry-After", "5");
+  response.problem = problem.type;
+  if (response.status == 503 || response.status == 429) response.set("Retry-After", problem.type == "queue-full" ? "30" : "5");
   return response;
 }
 

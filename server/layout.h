@@ -12,6 +12,8 @@ struct Layout {
 
   std::filesystem::path lock() const { return root / "lock"; }
   std::filesystem::path registry() const { return root / "registry.sqlite"; }
+  std::filesystem::path audit() const { return root / "audit.jsonl"; }  ///< unless told otherwise
+  std::filesystem::path uploads() const { return root / "uploads"; }  ///< that arrive in parts; they stay over a restart
   std::filesystem::path incoming() const { return root / "incoming"; }  ///< uploads under way; emptied at every start
   std::filesystem::path datasets() const { return root / "datasets"; }
   std::filesystem::path dataset(const std::string& id) const { return datasets() / id; }

@@ -13,6 +13,7 @@ constexpr std::size_t kMostOpen = 64;  // a few descriptors each
 proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open(const std::string& id) {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return entry.first == id; });
+  metrics_.store_opens.add(1, {found != open_.end() ? "hit" : "miss"});
   if (found != open_.end()) {
     open_.splice(open_.begin(), open_, found);
     return open_.front().second;

@@ -6,9 +6,12 @@
 
 #include "server/child.h"
 #include "server/commands.h"
+#include "server/doctor/doctor.h"
 #include "server/export_command.h"
 #include "server/mesh_options.h"
 #include "server/simplify_command.h"
+#include "server/token_command.h"
+#include "server/work_line.h"
 
 namespace {
 
@@ -126,9 +129,15 @@ CLI::App* add_simplify(CLI::App& app, SimplifyLine& line) {
   option("--triangles", line.triangles, "N", "keep so many triangles [1 or more]");
   option("--error", line.error, "METRES", "keep as few as stay within this distance of every vertex, along z [0 or more]");
   option("--quality", line.quality, "QUALITY", "what the time is spent on [fast, default, best, minimax]");
-  option("--strategy", line.strategy, "STRATEGY", "how [waves]");
+  option("--strategy", line.strategy, "STRATEGY", "how [waves; cleap, sequential: the published algorithm]");
+  option("--collapses", line.collapses, "N", "cleap, sequential: collapse so many edges [1 or more]");
   option("--device", line.device, "DEVICE", "what computes [auto, cpu, cuda, cuda:N]");
   option("--threads", line.threads, "N", "threads that measure the result; 0: as many as the machine has [0 to 1024]");
+  for (const CleapOption& known : cleap_options()) {
+    const auto take = [&line, name = known.name](const std::string& value) { line.cleap[name] = value; };
+    const std::string help = "cleap, sequential: " + known.help + " [" + known.accepted + "]";
+    simplify->add_option_function<std::string>("--" + known.name, take, help)->type_name(known.value);
+  }
   simplify->add_flag_callback("--json", [&line] { line.show = Show::json; }, "the report as JSON");
   return simplify;
 }
@@ -153,6 +162,15 @@ CLI::App* add_export(CLI::App& app, ExportLine& line) {
   return command;
 }
 
+CLI::App* add_token(CLI::App& app, TokenWords& words) {
+  auto* command = app.add_subcommand("token", "make a token for who may write to a service");
+  command->add_option("action", words.action, "new");
+  command->add_option("--name", words.name, "who gets it; stands in logs")->type_name("NAME");
+  command->add_option("--role", words.role, "what it allows [read, write, admin]")->type_name("ROLE");
+  command->add_option("--file", words.file, "add its line to this file, that of serve --tokens")->type_name("FILE");
+  return command;
+}
+
 std::string own_path() {
   std::error_code error;
   return std::filesystem::read_symlink("/proc/self/exe", error).string();
@@ -174,7 +192,8 @@ int main(int count, char** words) {
   bool overwrite = false, quiet = false;
   std::string formats;
   auto* build = app.add_subcommand("build", "make a static folder of tiles that any web server can host");
-  build->add_option("raster", line.raster, "the elevation model: GeoTIFF, COG, .hgt, Esri ASCII or USGS DEM");
+  build->add_option("raster", line.rasters, "the elevation model: GeoTIFF, COG, .hgt, Esri ASCII or USGS DEM; or several, folders and lists of them, "
+                    "the one that wins where they overlap first")->expected(1, -1);
   build->add_option("-o,--output", line.output, "folder to write, or a file called *.sqlite");
   build->add_flag("--overwrite,--force", overwrite, "replace another build that is there; without it, only an unfinished one of the same "
                   "raster and options goes on");
@@ -198,13 +217,44 @@ int main(int count, char** words) {
   ExportLine export_line;
   auto* export_file = add_export(app, export_line);
 
+  WorkWords work_words;
+  work_words.add_to(app);
+  Reading plan_reading;
+  add_options(*work_words.plan(), build_options(), plan_reading);
+
+  CheckLine check_line;
+  auto* check = app.add_subcommand("check", "verify a dataset: every checksum, record, border and bound; the exit code says what came out");
+  check->add_option("path", check_line.path, "a dataset.sqlite, a dataset's folder, a folder that build wrote, or a server's data folder");
+  check->add_option("--source", check_line.source, "the raster it was built from: stated errors are measured against it")->type_name("RASTER");
+  check->add_flag_callback("--json", [&check_line] { check_line.show = Show::json; }, "the report as JSON");
+
+  std::string data, backup_place;
+  auto* vacuum = app.add_subcommand("vacuum", "remove from a stopped server's data folder what no dataset owns, and give free pages back");
+  vacuum->add_option("data", data, "the data folder");
+  auto* backup = app.add_subcommand("backup", "copy a server's data folder while the server runs");
+  backup->add_option("data", data, "the data folder");
+  backup->add_option("-o,--output", backup_place, "a folder that does not exist yet")->type_name("FOLDER");
+  auto* restore = app.add_subcommand("restore", "make a data folder from a backup");
+  restore->add_option("backup", backup_place, "a folder that backup wrote");
+  restore->add_option("--data", data, "the data folder to make [cordillera-data]")->type_name("FOLDER");
+
+  TokenWords token_words;
+  auto* token = add_token(app, token_words);
+
+  Reading doctor_reading;
+  auto doctor_output = doctor::Output::lines;
+  auto* doctor = app.add_subcommand("doctor", "look whether this machine is fit to serve; takes the options of serve");
+  add_options(*doctor, serve_table, doctor_reading);
+  doctor->add_flag_callback("--json", [&doctor_output] { doctor_output = doctor::Output::json; }, "the findings as JSON");
+
   std::string folder;
   int parent = 0;
   auto* job = app.add_subcommand("job", "")->group("");
   job->add_option("folder", folder)->required();
   job->add_option("--parent", parent);
 
-  for (CLI::App* command : {serve, build, info, decode, simplify, export_file}) command->allow_extras();
+  for (CLI::App* command : {serve, build, info, decode, simplify, export_file, check, vacuum, backup, restore}) command->allow_extras();
+  for (CLI::App* command : work_words.commands()) command->allow_extras();
   if (count > 1) {
     if (const auto unknown = check_command(app, words[1])) return wrong_usage(*unknown);
   }
@@ -216,10 +266,22 @@ int main(int count, char** words) {
   if (*job) return job_main(folder, parent);
   if (const auto wrong = check_words(*app.get_subcommands().front())) return wrong_usage(*wrong);
   if (*decode) return decode_command(tile);
+  if (*check) return check_command(check_line);
+  if (*vacuum) return vacuum_command(data);
+  if (*backup) return backup_command(data, backup_place);
+  if (*restore) return restore_command(backup_place, data.empty() ? ServeSettings().data : data);
+  if (*token) return token_command(token_words);
+  if (*doctor) {
+    return with_settings(serve_table, doctor_reading, [&](const Settings& settings) { return doctor::doctor_command(settings, doctor_output); });
+  }
   if (*simplify) return simplify_command(simplify_line);
   if (*export_file) return export_command(export_line);
   if (*info) return info_command(subject, as_json ? Show::json : Show::table);
 
+  if (const auto code = work_words.run()) return *code;
+  if (*work_words.plan()) {
+    return with_settings(build_options(), plan_reading, [&](const Settings& settings) { return work_words.run_plan(settings); });
+  }
   if (*build) {
     return with_settings(build_options(), build_reading, [&](const Settings& settings) {
       line.other = overwrite ? pipeline::Existing::replace : pipeline::Existing::refuse;

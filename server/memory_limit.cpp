@@ -21,12 +21,6 @@ std::uint32_t threads_of(const proto::BuildOptions& options) {
   return options.threads() == 0 ? std::max(1u, std::thread::hardware_concurrency()) : options.threads();
 }
 
-bool may_use_cuda(const proto::BuildOptions& options) {
-  std::error_code ignored;
-  const auto exists = [&](const char* device) { return std::filesystem::exists(device, ignored); };
-  return options.device() != "cpu" && (exists("/dev/nvidiactl") || exists("/dev/dxg"));
-}
-
 /// Private memory of this process so far, as RLIMIT_DATA counts it.
 rlim_t data_bytes() {
   std::ifstream status("/proc/self/status");
@@ -55,6 +49,12 @@ void on_abort(int) {
 }
 
 }  // namespace
+
+bool may_use_cuda(const proto::BuildOptions& options) {
+  std::error_code ignored;
+  const auto exists = [&](const char* device) { return std::filesystem::exists(device, ignored); };
+  return options.device() != "cpu" && (exists("/dev/nvidiactl") || exists("/dev/dxg"));
+}
 
 std::uint32_t default_memory_mib(const proto::BuildOptions& options) {
   return std::max(kDefault_mib, kMemoryPerThread_mib * threads_of(options));

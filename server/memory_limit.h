@@ -13,6 +13,9 @@ inline constexpr std::uint32_t kMemoryPerThread_mib = 96;
 /// memory() of a posted build that asks for nothing: enough for all its threads.
 std::uint32_t default_memory_mib(const proto::BuildOptions& options);
 
+/// Whether a build with these options may talk to a GPU: there is a driver, and nobody asked for the CPU.
+bool may_use_cuda(const proto::BuildOptions& options);
+
 /// Limits this process to memory() MiB and threads() to what fits in it; 0 limits nothing. For the rest of the process's life: the
 /// process is the build's. A build that may talk to a GPU keeps its address space (the driver reserves far more than it uses) and only
 /// gives up threads.

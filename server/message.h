@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/access/role.h"
+
 namespace cordillera::server {
 
 struct Request {
@@ -19,6 +21,9 @@ struct Request {
   /// Hands the body to the sink in pieces, until its end or until the sink says false. True if the body came to its end.
   using Sink = std::function<bool(std::string_view piece)>;
   std::function<bool(const Sink& sink)> read_body;
+  std::string client;    ///< address of the other end of the connection
+  std::string id;        ///< names the request in answers and logs; the API gives it
+  access::Identity who;  ///< likewise
 
   std::optional<std::string> header(const std::string& lower_case_name) const {
     const auto found = headers.find(lower_case_name);
@@ -30,8 +35,12 @@ struct Response {
   int status = 200;
   std::vector<std::pair<std::string, std::string>> headers;
   std::string body;
-  /// Instead of a body: the next piece, or nothing at the end. May wait; is called from one thread.
+  std::string problem;  ///< slug of what went wrong; empty: nothing
+  /// Instead of a body: the next piece, or nothing at the end. An empty piece: none yet, to be asked again when something has changed
+  /// (Api::on_change) or a second later. Never waits.
   std::function<std::optional<std::string>()> next_piece;
+  /// Instead of all else: an answer that is still to come, asked for in the same way.
+  std::function<std::optional<Response>()> later;
 
   void set(const std::string& name, const std::string& value) { headers.emplace_back(name, value); }
   std::string header(std::string_view name) const {

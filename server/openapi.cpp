@@ -22,9 +22,10 @@ std::string made_document() {
                   {"description", kAbout},
                   {"license", {{"name", "Apache-2.0"}, {"identifier", "Apache-2.0"}}}};
   json["servers"] = Json::array({{{"url", "."}, {"description", "where this document is"}}});
-  json["security"] = Json::array();
+  // Without a token; where the service asks for one, with it.
+  json["security"] = Json::array({Json::object(), {{"bearer", Json::array()}}});
   json["tags"] = Json::array({tag("datasets", "Posting, watching and removing elevation models"),
-                              tag("tiles", "What map and globe clients fetch"),
+                              tag("uploads", "Rasters that arrive in parts and survive a broken connection"), tag("tiles", "What map and globe clients fetch"),
                               tag("versions", "The same, at addresses whose content never changes"),
                               tag("meshes", "Parts of a dataset for other programs"), tag("heights", "Elevation queries"),
                               tag("service", "The service itself")});

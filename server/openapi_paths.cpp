@@ -67,9 +67,10 @@ Json& item(Json& paths, const std::string& path) {
 
 Json post_parameters() {
   Json parameters = Json::array();
-  for (const OptionSpec& option : build_options()) {
+  for (const OptionSpec& option : post_options()) {
     parameters.push_back(query(spelt(option, Spelling::query), option.help + "; accepted: " + option.accepted));
   }
+  parameters.push_back(query("upload", "id of an upload that is complete; then there is no body"));
   parameters.push_back(header("Prefer", "wait=SECONDS: the answer waits so long for the tiles, 600 at most"));
   parameters.push_back(header("Idempotency-Key", "the same key with the same request gives the same dataset"));
   return parameters;
@@ -90,7 +91,7 @@ void add_datasets(Json& paths) {
   }
   all["post"] = operation(Operation{
       "post_dataset", "datasets", "Build tiles from a raster: the body is the raster itself, no form", good, post_parameters()});
-  all["post"]["requestBody"] = {{"required", true}, {"content", content_of("application/octet-stream", nullptr)}};
+  all["post"]["requestBody"] = {{"required", false}, {"content", content_of("application/octet-stream", nullptr)}};
 
   Json& one = item(paths, "/v1/datasets/{id}");
   one["get"] = operation(Operation{"dataset",
@@ -108,6 +109,25 @@ void add_datasets(Json& paths) {
                           {{"200", answer("A stream of events", "text/event-stream")}}});
 }
 
+/// An answer without a body, and its headers.
+Json bare(const char* about, std::initializer_list<const char*> headers) {
+  Json good = {{"description", about}};
+  for (const char* name : headers) good["headers"][name] = {{"schema", {{"type", "string"}}}};
+  return good;
+}
+
+void add_uploads(Json& paths) {
+  item(paths, "/v1/uploads")["post"] =
+      operation({"begin_upload", "uploads", "Begin an upload in parts (tus 1.0)", {{"201", bare("It begins at offset 0", {"Location", "Upload-Offset", "Tus-Resumable"})}},
+                 Json::array({header("Upload-Length", "bytes of the raster"), header("Upload-Metadata", "filename and its base64")})});
+  Json& one = item(paths, "/v1/uploads/{id}");
+  one["get"] = operation({"upload", "uploads", "How much of it is on disk for good; a HEAD has it in Upload-Offset and Upload-Length", {{"200", answer("The upload", "application/json")}}});
+  one["patch"] = operation({"continue_upload", "uploads", "Bytes from the offset on", {{"204", bare("They are on disk", {"Upload-Offset", "Tus-Resumable"})}},
+                            Json::array({header("Upload-Offset", "where the body begins: what HEAD told")})});
+  one["patch"]["requestBody"] = {{"required", true}, {"content", content_of("application/offset+octet-stream", nullptr)}};
+  one["delete"] = operation({"end_upload", "uploads", "Throw it away", {{"204", bare("It is gone", {"Tus-Resumable"})}}});
+}
+
 void add_service(Json& paths) {
   const auto get = [&](const char* path, const char* id, const char* summary, const char* type, const char* schema) {
     item(paths, path)["get"] = operation({id, "service", summary, {{"200", answer(summary, type, schema)}}});
@@ -115,6 +135,8 @@ void add_service(Json& paths) {
   get("/", "viewer", "The viewer", "text/html", nullptr);
   get("/api", "description", "This document", "application/json", nullptr);
   get("/v1", "index", "Options of a POST, and links", "application/json", nullptr);
+  get("/v1/limits", "limits", "What the service takes on at most, and how much of it is in use", "application/json", "limits");
+  get("/metrics", "metrics", "Numbers for Prometheus; takes a token where there are any", "text/plain", nullptr);
   get("/healthz", "health", "The process is alive", "application/json", "health");
   get("/readyz", "readiness", "The service takes work", "application/json", "health");
 }
@@ -151,6 +173,7 @@ void add_faces(Json& paths) {
     for (const auto& resource : face->resources) {
       std::string summary(resource.about);
       if (resource.grid == Grid::web_mercator) summary += " (WebMercatorQuad, rows from the north)";
+      if (resource.grid == Grid::web_mercator_south) summary += " (WebMercatorQuad, rows from the south)";
       if (resource.grid == Grid::geodetic) summary += " (WorldCRS84Quad, rows from the south)";
       Json good = good_answers(summary, std::string(resource.type));
       if (resource.absent == pipeline::faces::Absent::no_content) good["204"] = {{"description", "The place has no data"}};
@@ -198,6 +221,7 @@ Json openapi_paths() {
   Json paths;
   add_service(paths);
   add_datasets(paths);
+  add_uploads(paths);
   add_reading(paths, "manifest.json",
               {"manifest", "datasets", "What was read and assumed, and the errors of every level",
                good_answers("The manifest", "application/json")});

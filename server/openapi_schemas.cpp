@@ -30,6 +30,8 @@ Json problem() {
   properties["detail"] = text("what is wrong, and where");
   properties["accepted"] = text("what would be accepted instead");
   properties["parameter"] = text("the parameter at fault, as it was spelt");
+  properties["request_id"] = text("names the request in the service's log; also the header X-Request-Id");
+  properties["reasons"] = {{"type", "array"}, {"items", {{"type", "string"}}}, {"description", "of not-ready, a word each"}};
   return object(properties, {"type", "title", "status", "detail"});
 }
 
@@ -41,6 +43,7 @@ Json dataset() {
   properties["name"] = text("what the raster was called");
   properties["state"] = {{"type", "string"}, {"enum", states}};
   properties["created"] = {{"type", "string"}, {"format", "date-time"}};
+  properties["private"] = {{"type", "boolean"}, {"description", "read with a token only"}};
   properties["progress"] = or_null("progress");
   properties["error"] = or_null("problem");
   properties["links"] = {
@@ -95,6 +98,17 @@ Json elevations() {
   return object(properties, Json::array_t{"level", "stated_max_error", "points"});
 }
 
+Json limits() {
+  Json of_one;
+  of_one["value"] = number("at most, min_disk_free apart");
+  of_one["unit"] = text("what it counts");
+  of_one["about"] = text("what it is");
+  Json properties;
+  properties["limits"] = {{"type", "object"}, {"additionalProperties", object(of_one, Json::array_t{"value", "unit", "about"})}};
+  properties["in_use"] = {{"type", "object"}, {"additionalProperties", {{"type", "integer"}}}, {"description", "of some of them, by the same names"}};
+  return object(properties, Json::array_t{"limits", "in_use"});
+}
+
 Json schemas() {
   Json all;
   all["problem"] = problem();
@@ -105,6 +119,7 @@ Json schemas() {
   all["link"] = link();
   all["elevations"] = elevations();
   all["health"] = object({{"status", {{"type", "string"}, {"enum", Json::array_t{"ok"}}}}}, Json::array_t{"status"});
+  all["limits"] = limits();
   all["estimate"] = {{"type", "object"}, {"description", "levels and targets; tiles, triangles, bytes and seconds as guesses"}};
   return all;
 }
@@ -139,6 +154,10 @@ Json openapi_components() {
   json["responses"]["problem"] = {
       {"description", "What went wrong"},
       {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/problem"}}}}}}}};
+  json["securitySchemes"]["bearer"] = {
+      {"type", "http"},
+      {"scheme", "bearer"},
+      {"description", "A token of the operator. Roles: read (private datasets, metrics), write (posting, removing what the token posted), admin."}};
   json["headers"]["etag"] = {{"description", "a function of the content"}, {"schema", in_text}};
   json["headers"]["timing"] = {{"description", "milliseconds that making it took"}, {"schema", in_text}};
   return json;

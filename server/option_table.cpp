@@ -1,9 +1,11 @@
 // The entries of the option table. Help and accepted values are written once, here.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "proto/lattice.h"
 #include "proto/mesh.h"
+#include "server/access/client_address.h"
 #include "server/options.h"
 
 namespace cordillera::server {
@@ -68,6 +70,13 @@ Complaint apply_source_nodata(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
+Complaint apply_water(std::string_view text, Settings& settings) {
+  double height_m = 0;
+  if (auto complaint = read_number(text, {-proto::kMaxHeight_m, proto::kMaxHeight_m}, &height_m)) return complaint;
+  settings.build.set_water(height_m);
+  return std::nullopt;
+}
+
 Complaint apply_bbox(std::string_view text, Settings& settings) {
   std::vector<double> box;
   if (auto complaint = read_numbers(text, {-360, 360}, &box)) return complaint;
@@ -85,6 +94,13 @@ Complaint apply_memory(std::string_view text, Settings& settings) {
   if (auto complaint = read_whole(text, {0, 1u << 24}, &value)) return complaint;
   if (value != 0 && value < 64) return "less than 64";
   settings.build.set_memory(value);
+  return std::nullopt;
+}
+
+Complaint apply_feather(std::string_view text, Settings& settings) {
+  double value_m = 0;
+  if (auto complaint = read_number(text, {0, 1e5}, &value_m)) return complaint;
+  settings.build.set_feather(value_m);
   return std::nullopt;
 }
 
@@ -134,6 +150,23 @@ Complaint apply_path(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
+Complaint apply_proxies(std::string_view text, Settings& settings) {
+  std::vector<std::string> addresses;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string_view one = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
+    if (!access::looks_like_address(one)) return std::string(one) + " is no address";
+    addresses.emplace_back(one);
+  }
+  settings.serve.trusted_proxies = std::move(addresses);
+  return std::nullopt;
+}
+
+template <std::uint32_t Limits::*field, std::uint32_t least, std::uint32_t greatest>
+Complaint apply_limit(std::string_view text, Settings& settings) {
+  return read_whole(text, {least, greatest}, &(settings.serve.limits.*field));
+}
+
 std::vector<OptionSpec> make_build_options() {
   constexpr std::uint32_t kLevel = proto::kMaxLevel;
   const std::string level = "a level from 0 to " + std::to_string(kLevel);
@@ -158,6 +191,10 @@ std::vector<OptionSpec> make_build_options() {
        apply_nodata},
       {"source-nodata", "VALUE", "a value of the raster that means no data, beside the one that the file declares; before scale and offset",
        "a number as it stands in the file, such as -9999, or nan", apply_source_nodata},
+      {"water", "HEIGHT", "pixels of exactly this height, in metres above the vertical datum, are water: quantized-mesh then has water masks",
+       "a height in metres, -16384 to 16384", apply_water},
+      {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
+       "a single-band raster that GDAL can read", apply_text<&BuildOptions::mutable_water_mask>},
       {"strategy", "NAME", "how meshes are simplified", "waves",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"waves"}, settings.build.mutable_strategy());
@@ -180,6 +217,8 @@ std::vector<OptionSpec> make_build_options() {
        apply_whole<&BuildOptions::set_max_level, kLevel>},
       {"z-scale", "FACTOR", "height = z-scale * value + z-offset, after the source's own scale and unit", "a number, not 0",
        apply_z_scale},
+      {"feather", "METRES", "width over which one of several rasters gives way to the next, at its rims and voids", "0 to 100000",
+       apply_feather},
       {"z-offset", "METRES", "see z-scale", "metres", apply_z_offset},
       {"title", "TEXT", "title carried into manifest, tileset, status and every .glb", "text", apply_text<&BuildOptions::mutable_title>},
       {"attribution", "TEXT", "attribution carried into manifest, tileset, status and every .glb", "text",
@@ -203,15 +242,59 @@ std::vector<OptionSpec> make_serve_options() {
        [](std::string_view text, Settings& settings) {
          return read_whole(text, {1, 64}, &settings.serve.jobs);
        }},
-      {"body-limit", "MIB", "greatest raster that may be posted, MiB", "1 to 16777216",
-       [](std::string_view text, Settings& settings) {
-         return read_whole(text, {1, 1u << 24}, &settings.serve.body_limit_mib);
-       }},
       {"log-level", "LEVEL", "what is logged to stderr", "debug, info, warn or error",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"debug", "info", "warn", "error"}, &settings.serve.log_level);
        }},
+      {"log-format", "FORMAT", "how it is logged: for people, or a JSON object a line", "text or json",
+       [](std::string_view text, Settings& settings) { return read_choice(text, {"text", "json"}, &settings.serve.log_format); }},
+      {"tokens", "FILE", "who may write: lines of `cordillera token new`; looked at again when it has changed", "a file",
+       apply_path<&ServeSettings::tokens>},
+      {"token-lines", "LINES", "such lines themselves, for containers that have no file", "lines, separated by semicolons",
+       apply_path<&ServeSettings::token_lines>},
+      {"insecure-writes", "", "without tokens, let everybody who reaches the port write", "1 or 0",
+       [](std::string_view text, Settings& settings) { return read_switch(text, &settings.serve.insecure_writes); }},
+      {"trusted-proxies", "ADDRESSES", "proxies whose X-Forwarded-For is believed", "addresses, separated by commas", apply_proxies},
+      {"audit-log", "FILE", "where a line is written for every request that writes; default: audit.jsonl in the data folder", "a file",
+       apply_path<&ServeSettings::audit_log>},
   };
+}
+
+std::vector<OptionSpec> make_limits() {
+  return {
+      {"body-limit", "MIB", "greatest raster that may be posted, MiB", "1 to 16777216", apply_limit<&Limits::body_mib, 1, 1u << 24>, &Limits::body_mib, "MiB"},
+      {"max-megapixels", "N", "most pixels of a posted raster, millions", "1 to 68719", apply_limit<&Limits::megapixels, 1, 68719>, &Limits::megapixels,
+       "million pixels"},
+      {"max-side", "PIXELS", "longest side of a posted raster, pixels", "1 to 2147483647", apply_limit<&Limits::side, 1, 2147483647>, &Limits::side, "pixels"},
+      {"max-datasets", "N", "datasets that are kept at the same time", "1 to 10000000", apply_limit<&Limits::datasets, 1, 10000000>, &Limits::datasets,
+       "datasets"},
+      {"max-queue", "N", "builds that wait for their turn; further posts are told to come again", "1 to 100000", apply_limit<&Limits::queue, 1, 100000>,
+       &Limits::queue, "builds"},
+      {"max-uploads", "N", "uploads at the same time", "1 to 1000", apply_limit<&Limits::uploads, 1, 1000>, &Limits::uploads, "uploads"},
+      {"max-client-uploads", "N", "uploads of one token, or of one address without tokens, at the same time", "1 to 1000",
+       apply_limit<&Limits::client_uploads, 1, 1000>, &Limits::client_uploads, "uploads"},
+      {"max-build-time", "SECONDS", "how long one build may take", "1 to 31536000", apply_limit<&Limits::build_seconds, 1, 31536000>,
+       &Limits::build_seconds, "seconds"},
+      {"max-connections", "N", "connections at the same time; beyond them the longest idle one makes room", "16 to 100000",
+       apply_limit<&Limits::connections, 16, 100000>, &Limits::connections, "connections"},
+      {"max-client-connections", "N", "connections of one address at the same time", "1 to 100000", apply_limit<&Limits::client_connections, 1, 100000>,
+       &Limits::client_connections, "connections"},
+      {"max-client-streams", "N", "event streams and waiting posts of one address at the same time", "1 to 512",
+       apply_limit<&Limits::client_streams, 1, 512>, &Limits::client_streams, "clients"},
+      {"min-rate", "BYTES", "bytes a second that a client must send or read on average, once it has kept the server waiting for 10 s", "1 to 1000000000",
+       apply_limit<&Limits::min_rate, 1, 1000000000>, &Limits::min_rate, "bytes per second"},
+      {"head-timeout", "SECONDS", "how long the head of a request may take", "1 to 3600", apply_limit<&Limits::head_seconds, 1, 3600>,
+       &Limits::head_seconds, "seconds"},
+      {"idle-timeout", "SECONDS", "how long a connection may stay without a request", "1 to 86400", apply_limit<&Limits::idle_seconds, 1, 86400>,
+       &Limits::idle_seconds, "seconds"},
+      {"min-disk-free", "PERCENT", "share of the disk that posts leave free", "0 to 100", apply_limit<&Limits::free_percent, 0, 100>,
+       &Limits::free_percent, "percent"},
+  };
+}
+
+std::vector<OptionSpec> make_posting_options() {
+  return {{"private", "", "let only those read the dataset who have a token", "1 or 0",
+           [](std::string_view text, Settings& settings) { return read_switch(text, &settings.private_dataset); }}};
 }
 
 }  // namespace
@@ -221,8 +304,17 @@ const std::vector<OptionSpec>& build_options() {
   return table;
 }
 
+const std::vector<OptionSpec>& posting_options() {
+  static const std::vector<OptionSpec> table = make_posting_options();
+  return table;
+}
+
 const std::vector<OptionSpec>& serve_options() {
-  static const std::vector<OptionSpec> table = make_serve_options();
+  static const std::vector<OptionSpec> table = [] {
+    std::vector<OptionSpec> all = make_serve_options();
+    for (OptionSpec& limit : make_limits()) all.push_back(std::move(limit));
+    return all;
+  }();
   return table;
 }
 

@@ -144,9 +144,15 @@ proto::Result<Given> config_file_layer(const std::string& path) {
   return given;
 }
 
+std::vector<OptionSpec> post_options() {
+  std::vector<OptionSpec> all = build_options();
+  all.insert(all.end(), posting_options().begin(), posting_options().end());
+  return all;
+}
+
 std::vector<OptionSpec> all_options() {
   std::vector<OptionSpec> all = serve_options();
-  all.insert(all.end(), build_options().begin(), build_options().end());
+  for (const OptionSpec& option : post_options()) all.push_back(option);
   return all;
 }
 

@@ -12,6 +12,25 @@
 
 namespace cordillera::server {
 
+/// What one service takes on at most. GET /v1/limits shows it.
+struct Limits {
+  std::uint32_t body_mib = 16384;         ///< of a posted raster
+  std::uint32_t megapixels = 20000;       ///< of a posted raster
+  std::uint32_t side = 1000000;           ///< pixels along a side of it
+  std::uint32_t datasets = 10000;         ///< kept at the same time
+  std::uint32_t queue = 100;              ///< builds that wait for their turn
+  std::uint32_t uploads = 64;             ///< at the same time
+  std::uint32_t client_uploads = 8;       ///< of one token or address
+  std::uint32_t build_seconds = 86400;    ///< of one build
+  std::uint32_t free_percent = 5;         ///< of the disk, that posting leaves
+  std::uint32_t connections = 4096;       ///< at the same time; beyond them the longest idle one makes room
+  std::uint32_t client_connections = 512;  ///< of one address
+  std::uint32_t client_streams = 64;      ///< event streams and waiting posts of one address
+  std::uint32_t min_rate = 1024;          ///< bytes a second, of bodies and of readers
+  std::uint32_t head_seconds = 10;        ///< for the head of a request
+  std::uint32_t idle_seconds = 60;        ///< of a connection without a request
+};
+
 /// What only the service needs.
 struct ServeSettings {
   std::string listen = "127.0.0.1:8080";
@@ -19,14 +38,21 @@ struct ServeSettings {
   std::string web;         ///< folder of the viewer; empty: beside the program
   std::string geoids;      ///< folders, separated by colons, whose grids a request may name as vertical_datum
   std::uint32_t jobs = 1;  ///< builds that run at the same time
-  std::uint32_t body_limit_mib = 16384;
   std::string log_level = "info";
+  std::string log_format = "text";
+  std::string tokens;                        ///< file of who may write; empty: none
+  std::string token_lines;                   ///< the same without a file
+  std::string audit_log;                     ///< empty: audit.jsonl in the data folder
+  bool insecure_writes = false;              ///< without tokens, beyond loopback
+  std::vector<std::string> trusted_proxies;  ///< whose X-Forwarded-For is believed
+  Limits limits;
 };
 
 /// Everything that options can say.
 struct Settings {
   proto::BuildOptions build;
   bool dry_run = false;
+  bool private_dataset = false;  ///< read with a token only
   ServeSettings serve;
 };
 
@@ -36,13 +62,19 @@ struct OptionSpec {
   std::string help;
   std::string accepted;  ///< for problems and help: what values there are
   Complaint (*apply)(std::string_view text, Settings& settings);
+  std::uint32_t Limits::*limit = nullptr;  ///< of one that GET /v1/limits shows
+  std::string unit = {};                   ///< of a limit
 };
 
 /// What a build takes, over HTTP and on the command line alike.
 const std::vector<OptionSpec>& build_options();
+/// What only a POST takes, and `serve` as its default.
+const std::vector<OptionSpec>& posting_options();
+/// What a POST takes: options of the build, and those of posting.
+std::vector<OptionSpec> post_options();
 /// What only `serve` takes.
 const std::vector<OptionSpec>& serve_options();
-/// Both: `serve` takes the build options as the defaults of its requests.
+/// All: `serve` takes those of a POST as the defaults of its requests.
 std::vector<OptionSpec> all_options();
 
 /// How the user spelt a name: vertical_datum, --vertical-datum, vertical-datum or CORDILLERA_VERTICAL_DATUM.

@@ -2,12 +2,23 @@
 
 namespace cordillera::server {
 
+void ProgressHub::tell() {
+  changed_.notify_all();
+  const std::lock_guard lock(listener_mutex_);
+  if (listener_) listener_();
+}
+
+void ProgressHub::listen(std::function<void()> listener) {
+  const std::lock_guard lock(listener_mutex_);
+  listener_ = std::move(listener);
+}
+
 void ProgressHub::publish(const std::string& id, const proto::Progress& progress) {
   {
     const std::lock_guard lock(mutex_);
     last_[id] = {++clock_, progress};
   }
-  changed_.notify_all();
+  tell();
 }
 
 void ProgressHub::touch(const std::string& id) {
@@ -15,7 +26,7 @@ void ProgressHub::touch(const std::string& id) {
     const std::lock_guard lock(mutex_);
     last_[id].version = ++clock_;
   }
-  changed_.notify_all();
+  tell();
 }
 
 void ProgressHub::forget(const std::string& id) {
@@ -23,7 +34,7 @@ void ProgressHub::forget(const std::string& id) {
     const std::lock_guard lock(mutex_);
     last_.erase(id);
   }
-  changed_.notify_all();
+  tell();
 }
 
 ProgressHub::Snapshot ProgressHub::snapshot(const std::string& id) const {
@@ -47,7 +58,7 @@ void ProgressHub::close() {
     const std::lock_guard lock(mutex_);
     closed_ = true;
   }
-  changed_.notify_all();
+  tell();
 }
 
 bool ProgressHub::closed() const {

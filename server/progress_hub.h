@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -29,18 +30,25 @@ class ProgressHub {
   /// Returns when the version is another than `seen`, the time is over or the hub is closed.
   Snapshot wait(const std::string& id, std::uint64_t seen, std::chrono::milliseconds longest) const;
 
+  /// Called after every change and when the hub closes, on the thread that makes it: must be quick and not come back here. One at a time;
+  /// null: none. Once this returns, the one before is not called any more.
+  void listen(std::function<void()> listener);
+
   /// No one waits any more.
   void close();
   bool closed() const;
 
  private:
   Snapshot snapshot(const std::string& id) const;
+  void tell();
 
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   std::map<std::string, Snapshot> last_;
   std::uint64_t clock_ = 0;
   bool closed_ = false;
+  std::mutex listener_mutex_;
+  std::function<void()> listener_;
 };
 
 }  // namespace cordillera::server

@@ -31,6 +31,13 @@ std::optional<proto::Problem> check_crs(const proto::BuildOptions& options) {
                         "a code such as EPSG:32632, WKT or a PROJ string", "crs"};
 }
 
+/// The service reads no file that a request names.
+std::optional<proto::Problem> check_water_mask(const Settings& server, const proto::BuildOptions& options) {
+  if (options.water_mask() == server.build.water_mask()) return std::nullopt;
+  return proto::Problem{"option-forbidden", "water_mask names a file of the server's machine",
+                        "water= with the height of the sea in the raster, such as water=0, or water-mask on the command line", "water_mask"};
+}
+
 std::uint32_t within(std::uint32_t wanted, std::uint32_t most) {
   if (most == 0) return wanted;
   return wanted == 0 ? most : std::min(wanted, most);
@@ -40,6 +47,7 @@ std::uint32_t within(std::uint32_t wanted, std::uint32_t most) {
 
 std::optional<proto::Problem> apply_policy(const Settings& server, proto::BuildOptions& options) {
   if (auto refused = check_crs(options)) return refused;
+  if (auto refused = check_water_mask(server, options)) return refused;
   options.set_threads(within(options.threads(), server.build.threads()));
   options.set_memory(within(options.memory(), server.build.memory()));
   return check_datum(options);

@@ -44,12 +44,20 @@ Route parse_route(std::string_view path) {
   if (path == "/healthz") route.resource = Resource::health;
   if (path == "/readyz") route.resource = Resource::readiness;
   if (path == "/api") route.resource = Resource::description;
+  if (path == "/metrics") route.resource = Resource::metrics;
+  if (path == "/v1/limits") route.resource = Resource::limits;
   if (path == "/v1") route.resource = Resource::index;
+  if (path == "/v1/uploads") route.resource = Resource::uploads;
   if (path == "/v1/datasets") route.resource = Resource::datasets;
   if (route.resource != Resource::none) return route;
   if (path.empty() || path[0] != '/') return {};
   if (parts.size() < 2 || parts[1] != "v1") {
     route.resource = Resource::page;
+    return route;
+  }
+  if (parts.size() == 4 && parts[2] == "uploads" && is_id(parts[3])) {
+    route.resource = Resource::upload;
+    route.id = std::string(parts[3]);
     return route;
   }
   if (parts.size() < 4 || parts[2] != "datasets" || !is_id(parts[3])) return {};
@@ -68,11 +76,41 @@ Route parse_route(std::string_view path) {
   return route;
 }
 
+std::string route_name(const Route& route) {
+  switch (route.resource) {
+    case Resource::none: return "unknown";
+    case Resource::index: return "index";
+    case Resource::health: return "healthz";
+    case Resource::readiness: return "readyz";
+    case Resource::description: return "api";
+    case Resource::metrics: return "metrics";
+    case Resource::limits: return "limits";
+    case Resource::uploads: return "uploads";
+    case Resource::upload: return "upload";
+    case Resource::datasets: return "datasets";
+    case Resource::dataset: return "dataset";
+    case Resource::events: return "events";
+    case Resource::manifest: return "manifest";
+    case Resource::elevation: return "elevation";
+    case Resource::mesh: return "mesh";
+    case Resource::page: return "viewer";
+    case Resource::face: break;
+  }
+  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
+    for (const auto& resource : face->resources) {
+      if (&resource == route.found.resource) return std::string(face->name);
+    }
+  }
+  return "face";
+}
+
 std::string allowed_methods(Resource resource) {
   switch (resource) {
     case Resource::datasets:
     case Resource::elevation: return "GET, HEAD, POST, OPTIONS";
     case Resource::dataset: return "GET, HEAD, DELETE, OPTIONS";
+    case Resource::uploads: return "POST, OPTIONS";
+    case Resource::upload: return "GET, HEAD, PATCH, DELETE, OPTIONS";
     default: return "GET, HEAD, OPTIONS";
   }
 }

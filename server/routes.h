@@ -13,6 +13,10 @@ enum class Resource {
   health,       ///< /healthz
   readiness,    ///< /readyz
   description,  ///< /api
+  metrics,      ///< /metrics
+  limits,       ///< /v1/limits
+  uploads,      ///< /v1/uploads
+  upload,       ///< /v1/uploads/{id}
   datasets,     ///< /v1/datasets
   dataset,      ///< /v1/datasets/{id}
   events,       ///< …/events
@@ -33,6 +37,9 @@ struct Route {
 
 /// A path of the API that is spelt wrongly is Resource::none; everything outside /v1 is a page.
 Route parse_route(std::string_view path);
+
+/// For metrics and logs: one name for all addresses of a resource; a face's own.
+std::string route_name(const Route& route);
 
 /// The methods a resource answers, as the Allow header has them.
 std::string allowed_methods(Resource resource);

@@ -5,17 +5,52 @@
 #include <thread>
 
 #include "server/commands.h"
-#include "server/http.h"
+#include "server/front/http_server.h"
 #include "server/log.h"
 #include "server/request_policy.h"
 #include "server/web.h"
 
 namespace cordillera::server {
 
+namespace {
+
+front::Limits front_limits(const ServeSettings& settings) {
+  const Limits& from = settings.limits;
+  front::Limits limits;
+  limits.connections = from.connections;
+  limits.connections_per_client = from.client_connections;
+  limits.uploads = from.uploads + from.client_uploads;  // those that the service refuses take a place for a moment too
+  limits.uploads_per_client = 2 * from.client_uploads;
+  limits.streams_per_client = from.client_streams;
+  limits.min_rate = from.min_rate;
+  limits.head = std::chrono::seconds(from.head_seconds);
+  limits.idle = std::chrono::seconds(from.idle_seconds);
+  limits.trusted_proxies = settings.trusted_proxies;
+  return limits;
+}
+
+/// What becomes of requests on the wire. The API tells of those that reach it.
+front::OnServed note_of(Service& service) {
+  return [&service](const front::Served& served) {
+    service.metrics().sent_bytes.add(static_cast<double>(served.bytes));
+    if (served.by_front) service.metrics().problems.add(1, {served.problem});
+    if (!logs_debug() || (!served.by_front && served.whole)) return;
+    log_debug(served.whole ? "refused before it was a request" : "the client went before the end of the answer",
+              {{"client", served.client},
+               {"path", served.path.substr(0, 300)},
+               {"status", std::int64_t{served.status}},
+               {"sent", static_cast<std::int64_t>(served.bytes)},
+               {"seconds", served.seconds},
+               {"problem", served.problem}});
+  };
+}
+
+}  // namespace
+
 int serve_command(const Settings& given, const std::string& program) {
   Settings settings = given;
   if (settings.serve.web.empty()) settings.serve.web = default_web_folder(program);
-  start_log(settings.serve.log_level);
+  start_log(settings.serve.log_level, settings.serve.log_format);
   // Where raster looks for geoid grids, in the processes that build.
   if (!settings.serve.geoids.empty()) setenv("CORDILLERA_GEOIDS", settings.serve.geoids.c_str(), 1);
   // What is a default of every request must be something that a request may ask for.
@@ -31,11 +66,13 @@ int serve_command(const Settings& given, const std::string& program) {
     return kFailed;
   }
   Api api(**service);
-  auto http = HttpServer::bind(api, settings.serve.listen);
+  auto http = front::HttpServer::bind(api, settings.serve.listen, front_limits(settings.serve), note_of(**service));
   if (!http) {
     complain(http.problem());
     return kFailed;
   }
+
+  (*service)->count_connections([&http] { return (*http)->connections(); });
 
   boost::asio::io_context io;
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);

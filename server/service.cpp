@@ -30,6 +30,13 @@ bool is_ours(const Layout& layout) {
   return true;
 }
 
+proto::Result<std::unique_ptr<access::Gate>> open_gate(const Settings& settings) {
+  const ServeSettings& serve = settings.serve;
+  auto gate = access::Gate::open({serve.listen, serve.tokens, serve.token_lines, serve.insecure_writes});
+  if (!gate || !settings.private_dataset || (*gate)->has_tokens()) return gate;
+  return proto::Problem{"options-conflict", "--private without tokens would keep nobody out", "--tokens FILE beside it", "--private"};
+}
+
 /// Folders of datasets that the registry does not know: an upload or a delete was cut off.
 void remove_orphans(const Layout& layout, const Registry& registry) {
   std::error_code error;
@@ -42,10 +49,20 @@ void remove_orphans(const Layout& layout, const Registry& registry) {
   }
 }
 
+/// What a process that was killed had no time to remove: rasters of finished builds, folders of failed ones.
+void remove_remains(const Layout& layout, const Registry& registry) {
+  for (const Dataset& dataset : registry.list()) {
+    std::error_code ignored;
+    const fs::path folder = layout.dataset(dataset.id);
+    if (dataset.state == State::failed) fs::remove_all(folder, ignored);
+    if (dataset.state == State::ready) keep_store_alone(folder);
+  }
+}
+
 }  // namespace
 
 Service::Service(const Settings& settings, int lock)
-    : settings_(settings), layout_{settings.serve.data}, lock_(lock), library_(layout_) {}
+    : settings_(settings), layout_{settings.serve.data}, lock_(lock), library_(layout_, metrics_), uploads_(layout_.uploads()) {}
 
 proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, JobRunner runner) {
   const Layout layout{settings.serve.data};
@@ -53,6 +70,8 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
     return proto::Problem{"data-unusable", "cannot use the data folder " + layout.root.string() + ": " + why,
                           "a folder of its own that can be written: a new one, an empty one or that of an earlier server", "--data"};
   };
+  auto gate = open_gate(settings);
+  if (!gate) return gate.problem();
   std::error_code error;
   fs::create_directories(layout.root, error);
   if (error) return unusable(error.message());
@@ -68,9 +87,18 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   auto registry = Registry::open(layout.registry().string());
   if (!registry) return registry.problem();
   service->registry_ = std::move(registry.value());
-  remove_orphans(layout, *service->registry_);
-  service->queue_ =
-      std::make_unique<JobQueue>(layout, *service->registry_, service->hub_, std::move(runner), settings.serve.jobs);
+  try {
+    remove_orphans(layout, *service->registry_);
+    remove_remains(layout, *service->registry_);
+    service->uploads_.remove_old();
+  } catch (const RegistryError& broken) {
+    return unusable(broken.what());
+  }
+  service->gate_ = std::move(*gate);
+  service->audit_ = std::make_unique<access::Audit>(settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log));
+  service->admission_ = std::make_unique<limits::Admission>(settings.serve.limits, layout.root, *service->registry_);
+  service->queue_ = std::make_unique<JobQueue>(
+      JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits}, settings.serve.jobs);
   service->queue_->resume();
   return service;
 }
@@ -95,6 +123,11 @@ Token Service::wait_token() {
     const std::lock_guard inner(self->mutex_);
     --self->waiting_;
   });
+}
+
+int Service::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_;
 }
 
 Token Service::key_token(const std::string& idempotency_key) {

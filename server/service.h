@@ -1,14 +1,20 @@
 #pragma once
 // Everything the API works on, opened together.
+#include <functional>
 #include <memory>
 #include <set>
 #include <string>
 
+#include "server/access/audit.h"
+#include "server/access/gate.h"
 #include "server/job_queue.h"
 #include "server/library.h"
+#include "server/limits/admission.h"
+#include "server/metrics/service_metrics.h"
 #include "server/options.h"
 #include "server/progress_hub.h"
 #include "server/registry.h"
+#include "server/uploads/part_files.h"
 
 namespace cordillera::server {
 
@@ -28,11 +34,21 @@ class Service {
   ProgressHub& hub() { return hub_; }
   JobQueue& queue() { return *queue_; }
   Library& library() { return library_; }
+  const access::Gate& gate() const { return *gate_; }
+  access::Audit& audit() { return *audit_; }
+  uploads::PartFiles& uploads() { return uploads_; }
+  limits::Admission& admission() { return *admission_; }
+  metrics::ServiceMetrics& metrics() { return metrics_; }
 
-  /// Refuses when too many clients wait already (event streams, Prefer: wait): threads must be left for the others.
+  /// Refuses when too many clients wait already (event streams, Prefer: wait).
   Token wait_token();
+  int waiting() const;
   /// Refuses while another request with the same key is under way.
   Token key_token(const std::string& idempotency_key);
+
+  /// Who knows how many connections are open.
+  void count_connections(std::function<std::size_t()> count) { connections_ = std::move(count); }
+  std::size_t connections() const { return connections_ ? connections_() : 0; }
 
   bool stopping() const { return hub_.closed(); }
   void stop();
@@ -44,16 +60,21 @@ class Service {
   Layout layout_;
   int lock_;
   std::unique_ptr<Registry> registry_;
+  metrics::ServiceMetrics metrics_;
+  std::unique_ptr<access::Gate> gate_;
+  std::unique_ptr<access::Audit> audit_;
+  std::unique_ptr<limits::Admission> admission_;
   ProgressHub hub_;
   Library library_;
+  uploads::PartFiles uploads_;
   std::unique_ptr<JobQueue> queue_;
-  std::mutex mutex_;
+  std::function<std::size_t()> connections_;  ///< set before the first request
+  mutable std::mutex mutex_;
   int waiting_ = 0;
   std::set<std::string> keys_;
 };
 
-/// Connections that are served at the same time, a thread each, and how many of them may wait for progress.
-inline constexpr int kMostConnections = 1024;
+/// Clients that may wait for progress at the same time.
 inline constexpr int kMostWaiting = 512;
 
 }  // namespace cordillera::server

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <iostream>
@@ -11,6 +12,7 @@
 #include "gpu/vertical_error.h"
 #include "pipeline/workers.h"
 #include "proto/mesh_file/mesh_file.h"
+#include "server/progress_bar.h"
 #include "server/simplify_report.h"
 
 namespace cordillera::server {
@@ -87,6 +89,44 @@ Outcome best_outcome(Judge& judge, const TriangleMesh& mesh, proto::MeshEncoding
   return judge.outcome(mesh, encoding);
 }
 
+/// The published algorithm, as the production one would give it back.
+proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& input, CleapRequest request,
+                                                 ProgressBar::Style style, SimplifyReport& report) {
+  ProgressBar bar(style);
+  request.options.progress = [&](std::uint64_t done, std::uint64_t all) {
+    proto::Progress progress;
+    progress.set_stage("collapse");
+    progress.set_done(static_cast<double>(done));
+    progress.set_total(static_cast<double>(all));
+    progress.set_seconds_left(-1);
+    bar.show(progress);
+  };
+  if (request.keep > 0) {
+    const double kept = request.keep * static_cast<double>(input.triangles.size());
+    request.target.triangles = static_cast<std::uint64_t>(std::llround(kept));
+  }
+  auto made = gpu::cleap::simplify(input, request.target, request.options);
+  bar.finish();
+  if (!made) return made.problem();
+  report.cleap = made->report;
+  gpu::fit::SimplifiedMesh result;
+  result.mesh = std::move(made->mesh);
+  if (request.smooth > 0) {
+    auto smoothed = gpu::cleap::smooth(result.mesh, request.smooth, request.options.device, request.options.threads);
+    if (!smoothed) return smoothed.problem();
+    result.mesh = std::move(*smoothed);
+  }
+  const gpu::cleap::Report& said = *report.cleap;
+  result.report.vertices = said.vertices;
+  result.report.triangles = said.triangles;
+  result.report.seconds = said.seconds();
+  result.report.device = said.device;
+  result.report.stages = {{"copy", said.copy_seconds},         {"build", said.build_seconds},
+                          {"select", said.select_seconds},     {"collapse", said.collapse_seconds},
+                          {"rearrange", said.rearrange_seconds}, {"refine", said.refine_seconds}};
+  return result;
+}
+
 int fail(proto::Problem problem, const std::string& path = "") {
   if (!path.empty()) problem.detail = path + ": " + problem.detail;
   complain(problem);
@@ -108,7 +148,10 @@ int run(const SimplifyLine& line, const SimplifyRequest& request) {
 
   const gpu::fit::HeightMesh input{std::move(read.x), std::move(read.y), std::move(read.z), std::move(read.triangles)};
   const std::clock_t before = std::clock();
-  auto made = gpu::fit::simplify(input, request.target, request.options);
+  report.strategy = request.strategy;
+  const auto style = line.show == Show::json ? ProgressBar::Style::none : ProgressBar::where_stderr_goes();
+  auto made = request.cleap ? published(input, *request.cleap, style, report)
+                            : gpu::fit::simplify(input, request.target, request.options);
   if (!made) return fail(made.problem(), line.input);
   report.cpu_seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
   report.simplified = made->report;

@@ -1,10 +1,12 @@
 #pragma once
 // cordillera simplify: a mesh file in, a smaller one out; no tiles, no raster.
+#include <map>
 #include <optional>
 #include <string>
 
 #include "gpu/fit/simplify_height_mesh.h"
 #include "proto/result.h"
+#include "server/cleap_options.h"
 #include "server/commands.h"
 
 namespace cordillera::server {
@@ -12,9 +14,10 @@ namespace cordillera::server {
 /// The command line as it was typed; empty: not given.
 struct SimplifyLine {
   std::string input, output;
-  std::string keep, triangles, error;  ///< one of the three
+  std::string keep, triangles, error, collapses;  ///< one of the four; the last for cleap and sequential only
   std::string quality = "default";
   std::string strategy = "waves";
+  std::map<std::string, std::string> cleap;  ///< options of that table, as given
   std::string device = "auto";
   std::string threads = "0";
   Show show = Show::table;
@@ -22,8 +25,10 @@ struct SimplifyLine {
 
 /// The same, understood.
 struct SimplifyRequest {
+  std::string strategy = "waves";
   gpu::fit::MeshTarget target;
   gpu::fit::MeshOptions options;
+  std::optional<CleapRequest> cleap;  ///< instead of both, if the strategy says so
   unsigned threads = 0;  ///< 0: as many as the machine has
 };
 

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include <fstream>
 #include <random>
 
 #include "server/digest.h"
@@ -20,6 +21,7 @@ class File {
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
+  bool is_open() const { return descriptor_ >= 0; }
   bool write(std::string_view bytes) {
     while (!bytes.empty()) {
       const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
@@ -70,6 +72,7 @@ Upload::~Upload() {
 proto::Result<void> Upload::receive(const Request& request, std::uint64_t limit, std::optional<std::uint64_t> expected) {
   if (expected && *expected > limit) return too_large(limit);
   File file(folder_ / raster_);
+  if (!file.is_open()) return cannot_write();
   Digest digest;
   std::uint64_t size = 0;
   bool written = true;
@@ -96,12 +99,42 @@ proto::Result<void> Upload::receive(const Request& request, std::uint64_t limit,
   return {};
 }
 
+proto::Result<void> Upload::adopt(const fs::path& file) {
+  std::error_code error;
+  fs::create_hard_link(file, folder_ / raster_, error);
+  if (error) return proto::Problem{"storage-full", "the upload cannot be taken over: " + error.message(), "", ""};
+  Digest digest;
+  std::ifstream in(file, std::ios::binary);
+  for (std::string piece(1 << 20, '\0'); in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0;) {
+    digest.add(std::string_view(piece).substr(0, static_cast<std::size_t>(in.gcount())));
+  }
+  if (!in.eof()) return cannot_write();
+  hash_ = digest.finish();
+  return {};
+}
+
 proto::Result<void> Upload::keep(const fs::path& place) {
   std::error_code error;
-  fs::rename(folder_, place, error);
-  if (error) return proto::Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+  const bool named = sync_folder(folder_);
+  if (named) fs::rename(folder_, place, error);
+  if (!named || error) {
+    const std::string why = error ? error.message() : strerror(errno);
+    return proto::Problem{"storage-full", "the raster cannot be put into its place: " + why, "", ""};
+  }
+  folder_ = place;  // goes away again unless the last step succeeds too
+  if (!sync_folder(place.parent_path())) return cannot_write();
   folder_.clear();
   return {};
+}
+
+bool sync_folder(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool synced = fsync(descriptor) == 0;
+  const int why = errno;
+  ::close(descriptor);
+  errno = why;
+  return synced;
 }
 
 std::string random_word(std::size_t length) {

@@ -22,7 +22,9 @@ class Upload {
 
   /// Writes the body down. expected: Content-Length of an unencoded body.
   proto::Result<void> receive(const Request& request, std::uint64_t limit, std::optional<std::uint64_t> expected);
-  /// Moves the folder to its place.
+  /// Takes a file that is on disk already, by a second name: the first one stays until its owner removes it.
+  proto::Result<void> adopt(const std::filesystem::path& file);
+  /// Moves the folder to its place, where it then is whatever happens to the machine.
   proto::Result<void> keep(const std::filesystem::path& place);
 
   const std::filesystem::path& folder() const { return folder_; }
@@ -35,6 +37,8 @@ class Upload {
   std::string hash_;
 };
 
+/// Waits until the names in a folder are on disk.
+bool sync_folder(const std::filesystem::path& folder);
 /// Lower-case letters and digits that nobody can guess.
 std::string random_word(std::size_t length);
 /// ".tif" of "My dem.TIF"; empty if the name has no plain suffix.

@@ -6,6 +6,7 @@
 
 #include "pipeline/html_text.h"
 #include "server/digest.h"
+#include "server/gzip.h"
 #include "server/json.h"
 
 namespace cordillera::server {
@@ -76,6 +77,13 @@ std::optional<fs::path> inside(const std::string& folder, const std::string& pat
   return end == root.end() ? std::optional(file) : std::nullopt;
 }
 
+std::string bytes_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream bytes;
+  bytes << stream.rdbuf();
+  return bytes.str();
+}
+
 }  // namespace
 
 std::string default_web_folder(const std::string& program) {
@@ -84,18 +92,20 @@ std::string default_web_folder(const std::string& program) {
   return (fs::exists(prefix / "web", error) ? prefix / "web" : prefix / "cordillera" / "web").string();
 }
 
-Response page(const std::string& folder, const std::string& path, const std::vector<Dataset>& datasets) {
+Response page(const std::string& folder, const Request& request, const std::vector<Dataset>& datasets) {
+  const std::string& path = request.path;
   const bool root = path == "/" || path == "/index.html";
   const auto file = inside(folder, root ? "/index.html" : path);
   if (!file) {
     if (root) return plain_page(datasets);
     return problem_response({"not-found", "there is nothing at " + path.substr(0, 200), "/, /v1 and what they link to", ""});
   }
-  std::ifstream stream(*file, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << stream.rdbuf();
   Response response;
-  response.body = bytes.str();
+  std::error_code error;
+  const fs::path packed = file->string() + ".br";
+  const bool is_packed = fs::is_regular_file(packed, error) && accepts(request, "br");
+  response.body = bytes_of(is_packed ? packed : *file);
+  if (is_packed) response.set("Content-Encoding", "br");
   response.set("Content-Type", content_type(*file));
   response.set("Cache-Control", "no-cache");
   response.set("ETag", quoted(digest(response.body).substr(0, 32)));

@@ -13,7 +13,8 @@ namespace cordillera::server {
 std::string default_web_folder(const std::string& program);
 
 /// The file of a path like /, /index.html or /assets/viewer.js. Nothing outside the folder is ever read.
+/// Where the build left FILE.br beside a file, clients that accept br get that: a script of megabytes takes seconds to compress.
 /// Without a viewer, / is a page that says what is missing and lists the datasets.
-Response page(const std::string& folder, const std::string& path, const std::vector<Dataset>& datasets);
+Response page(const std::string& folder, const Request& request, const std::vector<Dataset>& datasets);
 
 }  // namespace cordillera::server

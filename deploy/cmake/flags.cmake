@@ -28,3 +28,8 @@ function(cordillera_test name)
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT 1500)
 endfunction()
+if(CORDILLERA_FUZZ)
+  target_compile_options(cordillera_flags INTERFACE
+    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=fuzzer-no-link,address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined -g>)
+  target_link_options(cordillera_flags INTERFACE -fsanitize=address,undefined)
+endif()

@@ -1,12 +1,11 @@
 #include "pipeline/work/work_plan.h"
 
-#include <google/protobuf/util/json_util.h>
-
 #include <cmath>
 #include <map>
 
 #include "pipeline/builder.h"
 #include "pipeline/content_hash.h"
+#include "pipeline/manifest_json.h"
 #include "pipeline/pilot.h"
 #include "pipeline/plan.h"
 #include "proto/mesh.h"
@@ -175,12 +174,8 @@ proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std:
 }
 
 proto::Result<void> write_plan(const proto::WorkPlan& plan, const std::string& folder) {
-  std::string json;
-  google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  if (!google::protobuf::util::MessageToJsonString(plan, &json, options).ok()) {
-    return unreadable(folder, "cannot be written as JSON: a name is not UTF-8");
-  }
+  const std::string json = compact_json(plan);
+  if (json.empty()) return unreadable(folder, "cannot be written as JSON: a name is not UTF-8");
   return raster::write_whole(folder + "/" + kPlanFile, json + "\n");
 }
 
@@ -190,9 +185,7 @@ proto::Result<proto::WorkPlan> read_plan(const std::string& folder) {
   if (!json.ok()) return json.problem();
   if (!*json) return unreadable(path, "does not exist");
   proto::WorkPlan plan;
-  google::protobuf::util::JsonParseOptions options;
-  options.ignore_unknown_fields = true;  // a newer format is told apart below
-  if (!google::protobuf::util::JsonStringToMessage(**json, &plan, options).ok() || !plan.has_plan() || plan.stages_size() == 0) {
+  if (!parse_json(**json, &plan) || !plan.has_plan() || plan.stages_size() == 0) {
     return unreadable(path, "is no plan");
   }
   if (plan.format() != kPlanFormat || plan.plan().program() != proto::kProgram) {

@@ -8,7 +8,10 @@ const kMostPixelsAPoint = 2;
 export function make_globe() {
   // The default credit is the logo of a hosted service that this page does not use.
   Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit('<a href="https://cesium.com/cesiumjs/" rel="noreferrer">CesiumJS</a>', true);
-  const widget = new Cesium.CesiumWidget("globe", { baseLayer: false, scene3DOnly: true, msaaSamples: 4, useBrowserRecommendedResolution: false });
+  const widget = new Cesium.CesiumWidget("globe", {
+    baseLayer: false, scene3DOnly: true, msaaSamples: 4, useBrowserRecommendedResolution: false,
+    requestRenderMode: true, maximumRenderTimeChange: Infinity,  // nothing moves by itself: a page that lies open costs nothing
+  });
   widget.resolutionScale = Math.min(window.devicePixelRatio, kMostPixelsAPoint) / window.devicePixelRatio;
   const scene = widget.scene;
   scene.globe.baseColor = Color.fromCssColorString("#2b3d52");
@@ -18,6 +21,12 @@ export function make_globe() {
   scene.fog.enabled = false;
   scene.screenSpaceCameraController.enableCollisionDetection = false;
   return widget;
+}
+
+// Tiles that are no more than deferred while the camera moves are asked for by a later frame, which nobody else would draw.
+const kDeferred_ms = 300;
+export function draw_after_moves(scene) {
+  scene.camera.moveEnd.addEventListener(() => setTimeout(() => scene.requestRender(), kDeferred_ms));
 }
 
 // The tileset's own bounding volume is half the globe (its root is a hemisphere): the manifest knows where the data is.

@@ -1,5 +1,6 @@
 // How the terrain is shown: its colours, its triangles, how high, how fine.
 import { height_tint, plain_ambient } from "./terrain_style.js";
+import { ask, asked_by_cesium } from "./token.js";
 
 const Cesium = window.Cesium;
 const { Color, ImageryLayer, Rectangle, UrlTemplateImageryProvider } = Cesium;
@@ -38,11 +39,11 @@ export class Looks {
   }
 
   async hillshade() {
-    const response = await fetch(`${this.base}/hillshade.json`);
+    const response = await ask(`${this.base}/hillshade.json`);
     if (!response.ok) throw new Error(`hillshade: HTTP ${response.status}`);
     const { bounds, maxzoom, minzoom } = await response.json();
     return new ImageryLayer(new UrlTemplateImageryProvider({
-      url: `${this.base}/hillshade/{z}/{x}/{y}.png`, rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom,
+      url: asked_by_cesium(`${this.base}/hillshade/{z}/{x}/{y}.png`), rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom,
     }));
   }
 

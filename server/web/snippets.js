@@ -35,7 +35,18 @@ new Tile3DLayer({
   id: "terrain", data: "${url}/tileset-explicit.json", loader: Tiles3DLoader,
   loadOptions: { modules: draco, tileset: { maximumScreenSpaceError: 1 } },
 });`,
-  "Leaflet, hillshade": ({ url }) => `L.tileLayer("${url}/hillshade/{z}/{x}/{y}.png").addTo(map);`,
+  "Leaflet, hillshade": ({ url, box }) => `L.tileLayer("${url}/hillshade/{z}/{x}/{y}.png",
+  { bounds: ${box} }).addTo(map);
+map.fitBounds(${box});`,
+  "OpenLayers, heights as pixels": ({ url }) => `const { tiles: urls, maxzoom: maxZoom } =
+  await (await fetch("${url}/terrarium.json")).json();
+const heights = new TileLayer({ opacity: 0,
+  source: new XYZ({ urls, maxZoom, crossOrigin: "anonymous", interpolate: false }) });
+map.addLayer(heights);
+map.on("click", ({ pixel }) => {
+  const [r, g, b] = heights.getData(pixel);
+  console.log(r * 256 + g + b / 256 - 32768);
+});`,
   "QGIS": ({ url }) => `Layer > Add Layer > Add Tiled Scene Layer… > New Cesium 3D Tiles Connection
 ${url}/tileset.json`,
   "curl": ({ url }) => `curl ${url}/manifest.json
@@ -45,5 +56,6 @@ curl '${url}/elevation?points=LON,LAT'`,
 // bounds in degrees, west, south, east, north; url is absolute.
 export function snippets_for(url, [west, south, east, north]) {
   const center = [(west + (east < west ? east + 360 : east)) / 2, (south + north) / 2].map((degrees) => degrees.toFixed(4)).join(", ");
-  return Object.entries(kClients).map(([client, text]) => ({ client, text: text({ url, center }) }));
+  const box = JSON.stringify([[south, west], [north, east]].map((corner) => corner.map((degrees) => Number(degrees.toFixed(4)))));
+  return Object.entries(kClients).map(([client, text]) => ({ client, text: text({ url, center, box }) }));
 }

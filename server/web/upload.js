@@ -1,4 +1,5 @@
 // From a file on this machine to a dataset: the upload's progress, then the build's, as the server tells it.
+import { ask, listen, show_token_to } from "./token.js";
 
 // Calls on.progress(share or null, words), then on.ready(id) or on.failed(words). Gives a function that gives up.
 export function post_raster(file, on) {
@@ -14,28 +15,30 @@ export function post_raster(file, on) {
     stop_watching = watch_build(id, on);
   };
   request.open("POST", `v1/datasets?name=${encodeURIComponent(file.name)}`);
+  show_token_to(request);
   request.send(file);
   return () => {
     request.abort();
     stop_watching();
-    if (id) fetch(`v1/datasets/${encodeURIComponent(id)}`, { method: "DELETE" });
+    if (id) ask(`v1/datasets/${encodeURIComponent(id)}`, { method: "DELETE" });
   };
 }
 
 // Follows a build that somebody has begun; on as above. Gives a function that ends it.
 export function watch_build(id, on) {
-  const events = new EventSource(`v1/datasets/${encodeURIComponent(id)}/events`);
-  events.addEventListener("progress", ({ data }) => {
-    const { stage, share, seconds_left } = parsed(data);
-    on.progress(share ?? null, stage + (share > 0 ? `, ${Math.floor(100 * share)} %` : "") + (seconds_left > 1 ? `, ${Math.round(seconds_left)} s left` : ""));
+  const stop = listen(`v1/datasets/${encodeURIComponent(id)}/events`, {
+    progress: (data) => {
+      const { stage, share, seconds_left } = parsed(data);
+      on.progress(share ?? null, stage + (share > 0 ? `, ${Math.floor(100 * share)} %` : "") + (seconds_left > 1 ? `, ${Math.round(seconds_left)} s left` : ""));
+    },
+    ready: () => { stop(); on.ready(id); },
+    failed: (data) => {
+      stop();
+      const answer = parsed(data);
+      on.failed(words_of(answer.error || answer, 422));
+    },
   });
-  events.addEventListener("ready", () => { events.close(); on.ready(id); });
-  events.addEventListener("failed", ({ data }) => {
-    events.close();
-    const answer = parsed(data);
-    on.failed(words_of(answer.error || answer, 422));
-  });
-  return () => events.close();
+  return stop;
 }
 
 function parsed(text) {

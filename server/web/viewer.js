@@ -1,10 +1,11 @@
 // The viewer: one dataset's tileset on a plain globe. Every address is relative, so a path prefix or a proxy changes nothing.
 import * as panel from "./dataset_panel.js";
-import { camera_numbers, data_sphere, fly_home, make_globe, place_under, set_camera } from "./globe.js";
+import { camera_numbers, data_sphere, draw_after_moves, fly_home, make_globe, place_under, set_camera } from "./globe.js";
 import { steer_by_keys } from "./keyboard.js";
 import { Looks } from "./looks.js";
 import { snippets_for } from "./snippets.js";
 import { follow_camera, relief_light } from "./terrain_style.js";
+import { ask, asked_by_cesium, take_token } from "./token.js";
 import { post_raster, take_files, watch_build } from "./upload.js";
 
 const Cesium = window.Cesium;
@@ -14,7 +15,7 @@ const page = (window.cordillera = {
   widget: null, scene: null, tileset: null, manifest: null, datasets: [], error: null, tilesLoaded: false, looks: null });
 
 async function fetch_json(url) {
-  const response = await fetch(url);
+  const response = await ask(url);
   const body = await response.json().catch(() => ({}));
   if (!response.ok) throw new Error(body.detail || body.title || `${url}: HTTP ${response.status}`);
   return body;
@@ -38,7 +39,7 @@ function share(changes) {
 
 function apply_look() {
   const { look, imagery } = panel.look();
-  page.looks.show(look, imagery).catch((error) => panel.say(String(error.message || error), "problem"));
+  page.looks.show(look, imagery).catch((error) => panel.say(String(error.message || error), "problem")).finally(() => page.scene.requestRender());
 }
 
 function apply_controls() {
@@ -47,13 +48,14 @@ function apply_controls() {
   page.tileset.debugShowContentBoundingVolume = borders;
   page.tileset.maximumScreenSpaceError = error_px;
   page.looks.exaggerate(exaggeration);
+  page.scene.requestRender();
 }
 
 async function show_dataset(id, camera) {
   const base = base_of(id);
   page.tilesLoaded = false;
   const manifest = await fetch_json(`${base}/manifest.json`);
-  const tileset = await Cesium.Cesium3DTileset.fromUrl(`${base}/tileset.json`, { enablePick: true, enableDebugWireframe: true });
+  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(`${base}/tileset.json`), { enablePick: true, enableDebugWireframe: true });
   if (page.tileset) page.scene.primitives.remove(page.tileset);
   page.scene.primitives.add(tileset);
   Object.assign(page, { manifest, tileset, looks: new Looks(page.scene, tileset, manifest, base) });
@@ -80,7 +82,7 @@ async function list_datasets(chosen) {
 
 // Removes a failed dataset from the server, then from the page.
 async function delete_failed(id) {
-  const response = await fetch(base_of(id), { method: "DELETE" });
+  const response = await ask(base_of(id), { method: "DELETE" });
   // Somebody else may have been quicker: then it is gone as well.
   if (!response.ok && response.status !== 404) throw new Error(`${id} could not be deleted: HTTP ${response.status}`);
   await list_datasets(page.manifest?.id);
@@ -131,9 +133,11 @@ function watch_pointer(widget) {
 
 async function start() {
   panel.start_folding();
+  take_token();
   page.widget = make_globe();
   page.scene = page.widget.scene;
   watch_frames(page.scene);
+  draw_after_moves(page.scene);
   watch_pointer(page.widget);
   steer_by_keys(document.getElementById("globe"), page.scene.camera, home);
   panel.on_controls({ look: apply_look, controls: apply_controls, home, link: () => window.location.href });

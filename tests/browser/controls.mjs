@@ -11,12 +11,13 @@ const camera_of = (page) => page.evaluate(() => {
 
 // Drawing in software takes as long as there are pixels.
 export const kSmall = { viewport: { width: 480, height: 320 } };
+const kTiny = { viewport: { width: 240, height: 180 } };
 
 const apart = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
-// From a file to the terrain, all of it by the page.
+// From a file to the terrain, all of it by the page. Gives the page.
 export async function try_upload(browser, url, raster) {
-  const { page, complaints } = await open_page(browser, url, kSmall);
+  const { page, complaints } = await open_page(browser, url, kTiny);
   const before = await page.$$eval("#datasets option", (options) => options.map(({ value }) => value));
   await page.setInputFiles("#file", raster);
   await page.waitForFunction((count) => document.querySelectorAll("#datasets option").length === count + 1, before.length);
@@ -27,13 +28,11 @@ export async function try_upload(browser, url, raster) {
   assert.equal(await page.isHidden("#going"), true, "the progress is still there");
   assert.match(await page.textContent("#drawn"), /[1-9][\d,]* triangles on screen · [\d.]+ MB/);
   assert.deepEqual(complaints, [], "the browser complained");
-  await page.close();
-  return id;
+  return page;
 }
 
 // A raster that is none: the reason, in the page.
-export async function try_bad_upload(browser, url, file) {
-  const { page } = await open_page(browser, url, kSmall);
+export async function try_bad_upload(page, file) {
   await page.setInputFiles("#file", file);
   await page.waitForFunction(() => document.getElementById("message").className === "problem");
   const words = await page.textContent("#message");
@@ -77,7 +76,7 @@ export async function try_link(browser, page) {
   await page.waitForFunction(() => window.location.hash.length > 1);
   await page.waitForTimeout(1000);
   const [link, here] = [await page.evaluate(() => window.location.href), await camera_of(page)];
-  const { page: other } = await open_page(browser, link, kSmall);
+  const { page: other } = await open_page(browser, link, kTiny);
   await tiles_loaded(other);
   const there = await camera_of(other);
   assert.ok(Math.abs(here.height - there.height) < 1 && Math.abs(here.longitude - there.longitude) < 1e-6, "the link leads elsewhere");
@@ -104,7 +103,7 @@ export async function try_snippets(page, url, id) {
 
 // Touch, a small screen with three times the pixels, a light scheme.
 export async function try_phone(browser, url, id, picture) {
-  const phone = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true, colorScheme: "light" };
+  const phone = { viewport: { width: 240, height: 427 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true, colorScheme: "light" };
   const { page, complaints } = await open_dataset(browser, url, id, phone);
   const { scrolls, pixels, paper } = await page.evaluate(() => ({
     scrolls: document.documentElement.scrollWidth > window.innerWidth,
@@ -114,7 +113,7 @@ export async function try_phone(browser, url, id, picture) {
   assert.equal(scrolls, false, "the page is wider than the screen");
   assert.ok(pixels <= 2.01, `${pixels} pixels a point are drawn`);
   assert.match(paper, /25\d, 25\d, 25\d/, `the light scheme is dark: ${paper}`);
-  await page.touchscreen.tap(195, 500);
+  await page.touchscreen.tap(120, 255);
   await page.waitForFunction(() => / m above the ellipsoid/.test(document.getElementById("position").textContent));
   await page.tap("#fold");
   await page.waitForFunction(() => !document.getElementById("panel").classList.contains("folded"));

@@ -50,6 +50,7 @@ export async function load_everything(page) {
 function measure(page, kind) {
   return page.evaluate((wanted) => {
     const { scene } = window.cordillera;
+    scene.requestRender();
     scene.render();
     const flat = document.createElement("canvas");
     flat.width = scene.canvas.width;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 
@@ -162,10 +163,11 @@ std::vector<BadRow> place_rows(const Maker& make) {
   };
   const double nan = std::nan(""), infinite = std::numeric_limits<double>::infinity();
   for (const double bad : {nan, infinite, 0.0, 1e300, 1e-300, 1e9}) {
-    const std::string value = std::to_string(bad).substr(0, 12);
-    add("pixel width " + value, [bad](Spec& s) { s.geotransform[1] = bad; });
-    add("pixel height " + value, [bad](Spec& s) { s.geotransform[5] = -bad; });
-    add("origin " + value, [bad](Spec& s) { s.geotransform[0] = bad; });
+    char value[32];
+    std::snprintf(value, sizeof value, "%g", bad);
+    add("pixel width "s + value, [bad](Spec& s) { s.geotransform[1] = bad; });
+    add("pixel height "s + value, [bad](Spec& s) { s.geotransform[5] = -bad; });
+    add("origin "s + value, [bad](Spec& s) { s.geotransform[0] = bad; });
   }
   add("rotation only", [](Spec& s) { s.geotransform = {10, 0, 0.01, 45, 0.01, 0}; });
   add("sheared flat", [](Spec& s) { s.geotransform = {10, 0.01, 0.01, 45, 0.01, 0.01}; });

@@ -179,6 +179,7 @@ TEST(Api, BadRequestsLeaveNothing) {
   EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"prefer", "wait=soon"}})), "option-invalid");
   EXPECT_EQ(slug_of(test.post("GOOD", {{"vertical_datum", "/etc/passwd"}})), "option-forbidden");
   EXPECT_EQ(slug_of(test.post("GOOD", {{"crs", "/etc/passwd"}})), "option-forbidden");
+  EXPECT_EQ(slug_of(test.post("GOOD", {{"water_mask", "sea.tif"}})), "option-forbidden");
   EXPECT_EQ(slug_of(test.post("GOOD", {{"crs", "+proj=longlat +nadgrids=/etc/passwd"}})), "option-forbidden");
   EXPECT_EQ(test.leftovers(), 0u);
   EXPECT_TRUE(body_of(test.get("/v1/datasets"))["datasets"].empty());
@@ -186,7 +187,7 @@ TEST(Api, BadRequestsLeaveNothing) {
 
 TEST(Api, ABodyBeyondTheLimitIsRefused) {
   Settings settings;
-  settings.serve.body_limit_mib = 1;
+  settings.serve.limits.body_mib = 1;
   TestService test(settings);
   const std::string large(std::size_t{1} << 20 | 1, 'x');
   EXPECT_EQ(test.post(large).status, 413);

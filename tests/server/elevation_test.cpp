@@ -320,6 +320,10 @@ TEST(RasterFaces, TileTemplatesAreAbsoluteWhereTheClientNamedAHost) {
   EXPECT_NE(a.header("ETag"), b.header("ETag"));
   EXPECT_EQ(get("terrain-rgb.json", {}, {{"host", "a"}, {"if-none-match", a.header("ETag")}}).status, 304);
   EXPECT_EQ(get("terrain-rgb.json", {}, {{"host", "b"}, {"if-none-match", a.header("ETag")}}).status, 200);
+  const Response unchanged = get("terrain-rgb.json", {}, {{"host", "a"}, {"if-none-match", a.header("ETag")}});
+  std::string vary;
+  for (const auto& [name, value] : unchanged.headers) vary += name == "Vary" ? value + ", " : "";
+  EXPECT_EQ(vary, "X-Forwarded-Proto, X-Forwarded-Host, X-Forwarded-Prefix, Accept-Encoding, ") << "a 304 names what the 200 does";
 }
 
 TEST(RasterFaces, OutsideTheDataHeightsAreRefusedAndPicturesAreEmpty) {

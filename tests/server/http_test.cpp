@@ -1,5 +1,5 @@
 // Real sockets: curl as a user types it, a client library, and a raw connection that breaks off.
-#include "server/http.h"
+#include "server/front/http_server.h"
 
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
@@ -14,6 +14,7 @@
 namespace cordillera::server {
 namespace {
 
+using front::HttpServer;
 using testing::HasSubstr;
 
 class Http : public testing::Test {
@@ -162,7 +163,7 @@ TEST_F(Http, ARefusedLargeBodyIsNotAskedFor) {
 TEST_F(Http, HalfAnUploadLeavesNothing) {
   for (const std::string head : {"Content-Length: 1000000\r\n\r\n", "Transfer-Encoding: chunked\r\n\r\n10000\r\n"}) {
     const int descriptor = connected();
-    const std::string bytes = "POST /v1/datasets?name=half.tif HTTP/1.1\r\nHost: x\r\n" + head + std::string(5000, 'x');
+    const std::string bytes = "POST /v1/datasets?name=half.tif HTTP/1.1\r\nHost: localhost\r\n" + head + std::string(5000, 'x');
     ASSERT_EQ(::write(descriptor, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
     EXPECT_TRUE(eventually([&] { return test_.leftovers() > 0; })) << "the upload should be under way";
     EXPECT_TRUE(Json::parse(curl("$U/v1/datasets"))["datasets"].empty()) << "and nobody sees it";

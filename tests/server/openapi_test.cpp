@@ -53,7 +53,7 @@ TEST(OpenApi, IsOfTheVersionAndCanBeKept) {
 Response asked_for(TestService& test, const std::string& method, const std::string& address) {
   if (method == "post" && address == "/v1/datasets") return test.post("GOOD");
   Request request;
-  request.method = method == "get" ? "GET" : "POST";
+  request.method = method == "get" ? "GET" : method == "patch" ? "PATCH" : "POST";
   request.path = address;
   request.read_body = [](const Request::Sink&) { return true; };
   try {
@@ -157,12 +157,24 @@ TEST(OpenApi, OptionsOfAPostAreParameters) {
   for (const Json& parameter : document["paths"]["/v1/datasets"]["post"]["parameters"]) {
     if (parameter["in"] == "query") said.insert(parameter["name"]);
   }
-  for (const OptionSpec& option : build_options()) wanted.insert(spelt(option, Spelling::query));
+  for (const OptionSpec& option : post_options()) wanted.insert(spelt(option, Spelling::query));
+  wanted.insert("upload");
   EXPECT_EQ(said, wanted);
   Words of_meshes;
   for (const Json& parameter : document["paths"]["/v1/datasets/{id}/mesh.{mesh_format}"]["get"]["parameters"])
     of_meshes.insert(parameter["name"]);
   EXPECT_EQ(of_meshes.size(), mesh_options().size());
+}
+
+TEST(OpenApi, TokensAreAScheme) {
+  const Json document = description();
+  EXPECT_EQ(document["components"]["securitySchemes"]["bearer"]["scheme"], "bearer");
+  // With a token or without one; each named scheme is there.
+  ASSERT_EQ(document["security"].size(), 2u);
+  EXPECT_TRUE(document["security"][0].is_object() && document["security"][0].empty());
+  for (const Json& one : document["security"]) {
+    for (const auto& [name, scopes] : one.items()) EXPECT_TRUE(document["components"]["securitySchemes"].contains(name));
+  }
 }
 
 /// Slugs of the README's rows that have a status: what HTTP may say.

@@ -24,7 +24,8 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
   for (const OptionSpec& option : build_options()) EXPECT_TRUE(names.insert(option.name).second) << option.name;
   for (const char* name :
        {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory", "bbox",
-        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name", "quality", "source-nodata"}) {
+        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name", "quality", "source-nodata", "water",
+        "water-mask"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
   for (const OptionSpec& option : all_options()) {
@@ -60,6 +61,8 @@ TEST(Options, EveryValueArrivesInItsField) {
                                {"attribution", "me"},
                                {"source_nodata", " -32767"},
                                {"quality", "Best"},
+                               {"water", "-0.5"},
+                               {"water_mask", "sea.tif"},
                                {"dry_run", ""},
                                {"name", "a.tif"}});
   ASSERT_TRUE(settings) << settings.problem().line();
@@ -80,6 +83,8 @@ TEST(Options, EveryValueArrivesInItsField) {
   EXPECT_EQ(build.title(), "Höhe");
   EXPECT_EQ(build.source_nodata(), "-32767");
   EXPECT_EQ(build.quality(), "best");
+  EXPECT_EQ(build.water(), -0.5);
+  EXPECT_EQ(build.water_mask(), "sea.tif");
   EXPECT_TRUE(settings->dry_run);
   EXPECT_EQ(build.name(), "a.tif");
 }
@@ -89,7 +94,8 @@ const Given kOneOfEach = {{"name", "a.tif"}, {"error", "2.5"}, {"scheme", "geode
                           {"vertical-datum", "EGM2008"}, {"nodata", "fill"}, {"strategy", "waves"}, {"device", "cpu"},
                           {"threads", "3"}, {"memory", "512"}, {"bbox", "10,46,11,47"}, {"min-level", "3"},
                           {"max-level", "12"}, {"z-scale", "0.5"}, {"z-offset", "-7"}, {"title", "two words"},
-                          {"attribution", "me = mine"}, {"source-nodata", "nan"}, {"quality", "fast"}, {"dry-run", "1"}};
+                          {"attribution", "me = mine"}, {"source-nodata", "nan"}, {"quality", "fast"}, {"water", "0"}, {"water-mask", "sea.tif"},
+                          {"feather", "30"}, {"dry-run", "1"}};
 
 Given through_config_file(const Given& given) {
   const TempFolder folder;

@@ -36,9 +36,10 @@ Slugs found_in(const std::string& text, const std::regex& what) {
 }
 
 /// Words of the sources that look like slugs and are none; names of options are known from their table.
-const Slugs kOtherWords = {"accept-encoding", "content-encoding", "content-length", "content-type", "cordillera-data",
-                           "date-time", "idempotency-key", "if-none-match", "no-cache", "no-store",
-                           "transfer-encoding", "user-defined", "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-gzip"};
+const Slugs kOtherWords = {"accept-encoding", "content-encoding", "content-length", "content-type", "cross-site", "strict-origin-when-cross-origin", "cordillera-data",
+                           "data-not-writable", "date-time", "disk-full", "idempotency-key", "if-none-match", "keep-alive", "no-cache",
+                           "no-store", "sec-fetch-site", "transfer-encoding", "user-defined", "x-forwarded-for",
+                           "tus-resumable", "upload-length", "upload-metadata", "upload-offset", "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-gzip", "x-request-id"};
 
 std::string source_text() {
   std::string text;

@@ -198,6 +198,51 @@ TEST_F(Simplify, MayReplaceItsOwnInput) {
   EXPECT_EQ(result("in.ply").triangles.size(), 100u);
 }
 
+TEST_F(Simplify, ThePublishedAlgorithmTellsOfItsWork) {
+  write("in.ply", hills(41), {MeshFormat::ply_little_endian, CoordinateType::float64});
+  const Json told = report("in.ply -o out.off --strategy cleap --metric length --collapses 300 --window 64 --seed 7 --pool 0.5");
+  EXPECT_EQ(told["strategy"], "cleap");
+  EXPECT_EQ(told["collapses"], 300);
+  EXPECT_EQ(told["triangles"], 3200 - 2 * 300);
+  EXPECT_EQ(told["vertices"], 1681 - 300);
+  EXPECT_EQ(result("out.off").vertices(), 1681u - 300);
+  EXPECT_GE(told["iterations"], (300 + 63) / 64);
+  std::uint64_t discards = 0;
+  for (const auto& [name, count] : told["discards"].items()) discards += count.get<std::uint64_t>();
+  EXPECT_EQ(told["candidates"], 300 + discards);
+  EXPECT_NEAR(told["success_percent"], 100.0 * 300 / told["candidates"].get<double>(), 1e-6);
+  EXPECT_GE(told["phases"].size(), 6u);
+
+  const std::string same = "in.ply -o same.off --strategy cleap --metric length --collapses 300 --window 64 --seed 7 --pool 0.5";
+  EXPECT_EQ(report(same + " --threads 3")["collapses"], 300);
+  EXPECT_EQ(file_text(path("same.off")), file_text(path("out.off")));
+  EXPECT_EQ(report("in.ply -o one.off --strategy sequential --keep 0.5")["triangles"], 1600);
+  const Json few = report("in.ply -o few.off --strategy cleap --triangles 320 --border collapse --delaunay at-end");
+  EXPECT_LE(few["triangles"], 320);
+  EXPECT_GE(few["triangles"], 319) << "a collapse at the border takes one triangle away, others two";
+  EXPECT_THAT(run("in.ply -o out.off --strategy cleap --collapses 100").output,
+              AllOf(HasSubstr("collapses 100 in "), HasSubstr("discards "), HasSubstr("lock_down"), HasSubstr("phases ")));
+}
+
+TEST_F(Simplify, ThePublishedAlgorithmPromisesNoErrorAndWavesHasNoMetric) {
+  write("in.ply", hills(21), {MeshFormat::ply_little_endian, CoordinateType::float64});
+  const auto refused = [&](const std::string& arguments, const std::string& words) {
+    const Ended ended = run("in.ply -o out.off " + arguments);
+    EXPECT_EQ(ended.code, 2) << arguments << ": " << ended.output;
+    EXPECT_THAT(ended.output, HasSubstr(words)) << arguments;
+  };
+  refused("--strategy cleap --error 2", "promise none");
+  refused("--strategy cleap", "--collapses N");
+  refused("--strategy cleap --keep 0.5 --collapses 3", "several wishes");
+  refused("--strategy cleap --collapses 2.5", "not a whole number");
+  refused("--strategy cleap --collapses 5 --metric beauty", "qem");
+  refused("--strategy cleap --collapses 5 --pool 0", "no edge would be tried");
+  refused("--strategy sequential --collapses 5 --window 64", "one edge after the other");
+  refused("--keep 0.5 --metric length", "no option of waves");
+  refused("--collapses 5", "does not count collapses");
+  refused("--strategy magic --keep 0.5", "waves, cleap or sequential");
+}
+
 TEST_F(Simplify, ATableForPeople) {
   write("in.obj", hills(21), {MeshFormat::obj, CoordinateType::float64});
   const Ended ended = run("in.obj -o out.off --triangles 200");

@@ -86,6 +86,7 @@ case_node() {  # a node's daemon and its tasks are killed; it comes back later
 case_controller() {
   plan_for controller
   some_done controller
+  sleep 6  # it writes down what was submitted every five seconds; what it lost before that is to be submitted again
   kill -KILL "$controller"
   sleep 3
   start_controller

@@ -23,15 +23,15 @@ WITHOUT_PROTOBUF = ("proto", "gpu")
 
 # Headers of packages, and the only files that may include them: another library should cost a file or two.
 HOMES = [
-    ("httplib.h", ["server/http.cpp"]),
-    ("CLI/*", ["server/main.cpp"]),
+    ("httplib.h", ["server/front/content_coding.cpp"]),
+    ("CLI/*", ["server/main.cpp", "server/work_line.*"]),
     ("spdlog/*", ["server/log.cpp"]),
     ("nlohmann/*", ["pipeline/json.h", "server/json.h"]),
     ("google/protobuf/*", ["pipeline/manifest_json.cpp", "server/json.cpp"]),
     ("openssl/*", ["pipeline/content_hash.cpp", "server/digest.cpp"]),
-    ("zlib.h", ["pipeline/exports/gzip.cpp"]),
+    ("zlib.h", ["pipeline/exports/gzip.cpp", "pipeline/water_mask.cpp"]),
     ("sqlite3.h", ["pipeline/sqlite.*", "server/registry.cpp"]),
-    ("boost/asio*", ["pipeline/workers.cpp", "server/job_queue.*", "server/serve_command.cpp"]),
+    ("boost/asio*", ["pipeline/workers.cpp", "server/front/*", "server/job_queue.*", "server/serve_command.cpp"]),
     ("draco/*", ["pipeline/draco_*"]),
     ("png.h", ["pipeline/faces/png_image.cpp"]),
     ("webp/*", ["pipeline/faces/webp_image.cpp"]),
@@ -45,7 +45,7 @@ HOMES = [
     ("cooperative_groups.h", ["gpu/*.cu", "gpu/*.cuh"]),
 ]
 # C++ names its own headers without an ending. With one: what POSIX and Linux have and C++ has not.
-SYSTEM = re.compile(r"[a-z_]+|sys/\w+\.h|(dirent|fcntl|malloc|poll|pwd|signal|spawn|string|time|unistd)\.h")
+SYSTEM = re.compile(r"[a-z_]+|(sys|linux)/\w+\.h|(dirent|dlfcn|fcntl|malloc|netdb|poll|pwd|signal|spawn|string|time|unistd)\.h")
 
 # A block comment that begins a line may hold an #include that is none.
 COMMENT = re.compile(r"^[ \t]*/\*.*?\*/", re.DOTALL | re.MULTILINE)

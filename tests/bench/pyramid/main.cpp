@@ -4,6 +4,8 @@
 //   --terrain T    only this one
 //   --repeat N     simplifies every level N times; the fastest counts
 //   --threads N    threads for what remains on the host
+//   --alone        every tile in a call of its own, instead of a level in one
+//   --levels N     only so many, from the finest
 #include <atomic>
 #include <cinttypes>
 #include <condition_variable>
@@ -25,8 +27,8 @@ struct Options {
   int across = 4;
   float tolerance_m = 4;
   bool json = false, stages = false;
+  bench::PyramidRun run;
   std::string terrain;
-  int repeats = 1;
   unsigned threads = 1;
 };
 
@@ -39,7 +41,9 @@ Options options_of(int argc, char** argv) {
     if (argument == "--json") options.json = true;
     else if (argument == "--stages") options.stages = true;
     else if (argument == "--terrain") options.terrain = value();
-    else if (argument == "--repeat") options.repeats = std::atoi(value());
+    else if (argument == "--repeat") options.run.repeats = std::atoi(value());
+    else if (argument == "--alone") options.run.alone = true;
+    else if (argument == "--levels") options.run.levels = std::atoi(value());
     else if (argument == "--threads") options.threads = static_cast<unsigned>(std::atoi(value()));
     else if (position == 0 && ++position) options.device = argument;
     else if (position == 1 && ++position) options.across = std::atoi(argument.c_str());
@@ -106,8 +110,13 @@ void print_row(const Options& options, std::string_view terrain, const bench::Le
 
 void print_json(std::string_view terrain, const bench::LevelFigures& level) {
   static bool first = true;
-  std::printf("%s\n{\"terrain\":\"%s\",\"level\":%d,\"vertices_in\":%zu,\"vertices\":%zu,\"simplify_seconds\":%.6f,\"hash\":\"%016" PRIx64 "\"}",
-              first ? "" : ",", terrain.data(), level.level, level.vertices_in, level.vertices, level.simplify_s, level.hash);
+  std::printf("%s\n{\"terrain\":\"%s\",\"level\":%d,\"tiles\":%zu,\"vertices_in\":%zu,\"vertices\":%zu,\"simplify_seconds\":%.6f,\"hash\":\"%016" PRIx64
+              "\",\"stages_ms\":{",
+              first ? "" : ",", terrain.data(), level.level, level.tiles, level.vertices_in, level.vertices, level.simplify_s, level.hash);
+  for (const gpu::StageTime& stage : level.stages) {
+    std::printf("%s\"%s\":%.3f", &stage == level.stages.data() ? "" : ",", stage.name.c_str(), 1e3 * stage.seconds);
+  }
+  std::printf("}}");
   first = false;
 }
 
@@ -131,7 +140,7 @@ int main(int argc, char** argv) {
     const std::string_view name = bench::kTerrainNames[kind];
     if (!options.terrain.empty() && options.terrain != name) continue;
     for (const bench::LevelFigures& level :
-         bench::run_pyramid(static_cast<bench::Terrain>(kind), options.across, options.tolerance_m, **simplifier, options.repeats)) {
+         bench::run_pyramid(static_cast<bench::Terrain>(kind), options.across, options.tolerance_m, **simplifier, options.run)) {
       if (options.json) print_json(name, level);
       else print_row(options, name, level);
     }

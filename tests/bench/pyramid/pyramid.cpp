@@ -92,14 +92,21 @@ void add_mesh(std::uint64_t& hash, const TileMesh& mesh) {
   }
 }
 
+std::vector<TileMesh> simplified(gpu::Simplifier& simplifier, std::span<const gpu::SimplifyJob> jobs, bool alone) {
+  if (!alone) return simplifier.simplify(jobs);
+  std::vector<TileMesh> meshes;
+  for (std::size_t k = 0; k < jobs.size(); ++k) meshes.push_back(std::move(simplifier.simplify(jobs.subspan(k, 1)).front()));
+  return meshes;
+}
+
 }  // namespace
 
-std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier, int repeats) {
+std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier, const PyramidRun& run) {
   const Pyramid pyramid{kind, across, tolerance_m};
   const int top = kFinest - std::countr_zero(static_cast<unsigned>(across));
   std::map<TileAddress, TileMesh> below;
   std::vector<LevelFigures> figures;
-  for (int z = kFinest; z >= top; --z) {
+  for (int z = kFinest; z >= top && kFinest - z < run.levels; --z) {
     LevelFigures level;
     level.level = z;
     const double start = seconds();
@@ -128,9 +135,9 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
     const double ready = seconds();
     level.prepare_s = ready - start;
     std::vector<TileMesh> meshes;
-    for (int k = 0; k < repeats; ++k) {
+    for (int k = 0; k < run.repeats; ++k) {
       const double begin = seconds();
-      meshes = simplifier.simplify(jobs);
+      meshes = simplified(simplifier, jobs, run.alone);
       const double took = seconds() - begin;
       if (k > 0 && took >= level.simplify_s) continue;
       level.simplify_s = took;

@@ -17,8 +17,13 @@ struct LevelFigures {
   std::uint64_t hash = 0;  ///< FNV-1a over tiles, positions, heights, marks and triangles, in order
 };
 
+struct PyramidRun {
+  int repeats = 1;     ///< every level is simplified so often and the fastest counts
+  bool alone = false;  ///< every tile in a call of its own; `stages` is of the last
+  int levels = 99;     ///< at most, from the finest
+};
+
 /// across x across finest tiles (a power of two) around 46 N 7 E, tolerance_m at the finest level doubling upwards, down to one tile.
-/// Every level is simplified `repeats` times and the fastest counts.
-std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier, int repeats = 1);
+std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier, const PyramidRun& run = {});
 
 }  // namespace cordillera::bench

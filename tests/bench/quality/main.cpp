@@ -2,12 +2,14 @@
 //   --json            JSON instead
 //   --hash            only the hashes: what two devices must agree on
 //   --side N          samples along a side of the made terrain; 999
-//   --terrain T       alpine, rolling, city, islands, noise, plane
+//   --terrain T       alpine, rolling, city, islands, noise, plane, ridge, cliff, faint, high, extreme
+//   --first N         sample of that terrain in the south-western corner; 0
 //   --raw F C R CELL  instead: float32 heights from file F, C columns and R rows from the south-west, CELL metres apart
 //   --quality Q       only fast, fit (fast and three sweeps), default, best or minimax
 //   --threads N       of a CPU; 0: as many as the machine has. 1
 //   --grid            as a grid whose heights lie on the device beforehand, not as a mesh
 //   --repeat N        the fastest of so many calls counts. 1
+//   --between         simplifies every second sample of every second row and measures at all of them, too: what lies between the samples
 //   --keep S          only this share of the triangles; else 0.5984, 0.1 and 0.01
 #include <cinttypes>
 #include <cstdio>
@@ -19,7 +21,8 @@
 #include <vector>
 
 #include "gpu/fit/simplify_height_grid.h"
-#include "tests/bench/pyramid/terrain.h"
+#include "gpu/vertical_error.h"
+#include "tests/bench/quality/dems.h"
 
 using namespace cordillera;
 using namespace cordillera::gpu::fit;
@@ -28,9 +31,9 @@ namespace {
 
 struct Options {
   std::string device = "auto", terrain = "alpine", raw, quality;
-  bool json = false, hash = false, grid = false;
+  bool json = false, hash = false, grid = false, between = false;
   int repeats = 1;
-  std::uint32_t side = 999, columns = 0, rows = 0;
+  std::uint32_t side = 999, first = 0, columns = 0, rows = 0;
   unsigned threads = 1;
   double cell_m = 30;
   std::vector<double> keep{0.5984, 0.1, 0.01};
@@ -48,12 +51,16 @@ Options options_of(int argc, char** argv) {
       options.hash = true;
     else if (argument == "--side")
       options.side = number();
+    else if (argument == "--first")
+      options.first = number();
     else if (argument == "--terrain")
       options.terrain = value();
     else if (argument == "--quality")
       options.quality = value();
     else if (argument == "--grid")
       options.grid = true;
+    else if (argument == "--between")
+      options.between = true;
     else if (argument == "--repeat")
       options.repeats = std::atoi(value());
     else if (argument == "--threads")
@@ -79,71 +86,35 @@ std::vector<float> heights_of(const Options& options) {
         .read(reinterpret_cast<char*>(heights.data()), static_cast<std::streamsize>(heights.size() * sizeof(float)));
     return heights;
   }
-  int kind = 0;
-  while (kind < 5 && bench::kTerrainNames[kind] != options.terrain) ++kind;
-  for (std::uint32_t i = 0; i < heights.size(); ++i) {
-    const std::int32_t height =
-        bench::terrain_height(static_cast<bench::Terrain>(kind), i % options.columns, i / options.columns);
-    heights[i] = height == INT32_MIN ? 0 : static_cast<float>(height) / 1024;
+  heights = bench::dem_heights(options.terrain, options.side, options.first);
+  if (heights.empty()) {
+    std::fprintf(stderr, "there is no terrain \"%s\"\n", options.terrain.c_str());
+    std::exit(1);
   }
   return heights;
 }
 
-HeightMesh mesh_of(const Options& options, const std::vector<float>& heights) {
-  HeightMesh mesh;
-  const std::uint32_t columns = options.columns;
-  for (std::uint32_t i = 0; i < heights.size(); ++i) {
-    mesh.x.push_back(i % columns * options.cell_m);
-    mesh.y.push_back(i / columns * options.cell_m);
-    mesh.z.push_back(static_cast<double>(heights[i]));
-  }
-  for (std::uint32_t row = 0; row + 1 < options.rows; ++row) {
-    for (std::uint32_t column = 0; column + 1 < columns; ++column) {
-      const std::uint32_t a = row * columns + column, b = a + 1, c = a + columns, d = c + 1;
-      mesh.triangles.push_back({a, b, d});
-      mesh.triangles.push_back({a, d, c});
-    }
-  }
-  return mesh;
-}
-
-/// FNV-1a over the bytes of vertices and triangles.
-struct Hash {
-  std::uint64_t value = 0xcbf29ce484222325u;
-  void add(const void* data, std::size_t bytes) {
-    for (std::size_t k = 0; k < bytes; ++k) value = (value ^ static_cast<const unsigned char*>(data)[k]) * 0x100000001b3u;
-  }
-};
-std::uint64_t hash_of(const HeightMesh& mesh) {
-  Hash hash;
-  for (const auto* values : {&mesh.x, &mesh.y, &mesh.z}) hash.add(values->data(), values->size() * sizeof(double));
-  hash.add(mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0]));
-  return hash.value;
-}
-
-struct Way {
-  const char* name;
-  MeshOptions options;
-};
-
 /// cpu_s: of the whole call, checks and the report's measuring included; it says more than a clock on a wall where others compute
 /// too.
-void print_row(const Options& options, const Way& way, const SimplifiedMesh& result, double cpu_s) {
+void print_row(const Options& options, const bench::Way& way, const SimplifiedMesh& result, double cpu_s, const gpu::VerticalError& between) {
   const MeshReport& report = result.report;
-  const std::uint64_t hash = hash_of(result.mesh);
+  const std::uint64_t hash = bench::hash_of(result.mesh);
   if (options.hash) {
     std::printf("%s %" PRIu64 " %016" PRIx64 "\n", way.name, report.triangles, hash);
   } else if (options.json) {
     static bool first = true;
     std::printf("%s\n{\"quality\":\"%s\",\"triangles\":%" PRIu64 ",\"vertices\":%" PRIu64
                 ",\"rmse_m\":%.6f,\"max_error_m\":%.6f,\"simplify_seconds\":%.6f,\"cpu_seconds\":%.6f,\"device\":\"%s\",\"hash\":"
-                "\"%016" PRIx64 "\"}",
+                "\"%016" PRIx64 "\"",
                 first ? "" : ",", way.name, report.triangles, report.vertices, report.rmse_m, report.max_error_m, report.seconds,
                 cpu_s, report.device.c_str(), hash);
+    if (options.between) std::printf(",\"rmse_between_m\":%.6f,\"max_between_m\":%.6f", between.rmse, between.max);
+    std::printf("}");
     first = false;
   } else {
     std::printf("%-8s %8" PRIu64 " %9.4f %9.3f %8.4f %8.3f  %016" PRIx64 " ", way.name, report.triangles, report.rmse_m,
                 report.max_error_m, report.seconds, cpu_s, hash);
+    if (options.between) std::printf(" between %.4f %.3f", between.rmse, between.max);
     for (const MeshStage& stage : report.stages) std::printf(" %s %.2f", stage.name.c_str(), 1e3 * stage.seconds);
     std::printf("\n");
   }
@@ -153,9 +124,15 @@ void print_row(const Options& options, const Way& way, const SimplifiedMesh& res
 /// The terrain as a mesh, or as a grid that stays on a device.
 class Input {
  public:
-  explicit Input(const Options& options) : heights_(heights_of(options)) {
+  explicit Input(Options options) : heights_(heights_of(options)) {
+    if (options.between) {
+      all_ = bench::mesh_of(heights_, options.columns, options.cell_m);
+      heights_ = bench::every_second(heights_, options.columns);
+      options.columns = (options.columns + 1) / 2, options.rows = (options.rows + 1) / 2;
+      options.cell_m *= 2;
+    }
     if (!options.grid) {
-      mesh_ = mesh_of(options, heights_);
+      mesh_ = bench::mesh_of(heights_, options.columns, options.cell_m);
       return;
     }
     auto simplifier = GridSimplifier::make(options.device, options.threads);
@@ -171,6 +148,12 @@ class Input {
     return std::move(*result);
   }
 
+  /// Of a result, at all samples; with options.between only.
+  gpu::VerticalError between(const SimplifiedMesh& result) const {
+    if (all_.x.empty()) return {};
+    return gpu::vertical_error({result.mesh.x, result.mesh.y, result.mesh.z, result.mesh.triangles}, {all_.x, all_.y, all_.z});
+  }
+
  private:
   [[noreturn]] static void fail(const proto::Problem& problem) {
     std::fprintf(stderr, "%s\n", problem.line().c_str());
@@ -178,12 +161,12 @@ class Input {
   }
 
   std::vector<float> heights_;
-  HeightMesh mesh_;
+  HeightMesh mesh_, all_;
   std::optional<GridSimplifier> simplifier_;
   HeightGrid grid_;
 };
 
-void measure(const Options& options, Input& input, const Way& way, double keep) {
+void measure(const Options& options, Input& input, const bench::Way& way, double keep) {
   std::optional<SimplifiedMesh> best;
   double best_s = 0;
   for (int k = 0; k < options.repeats; ++k) {
@@ -194,7 +177,7 @@ void measure(const Options& options, Input& input, const Way& way, double keep) 
     best = std::move(result);
     best_s = cpu_s;
   }
-  print_row(options, way, *best, best_s);
+  print_row(options, way, *best, best_s, input.between(*best));
 }
 
 }  // namespace
@@ -202,17 +185,12 @@ void measure(const Options& options, Input& input, const Way& way, double keep) 
 int main(int argc, char** argv) {
   const Options options = options_of(argc, argv);
   Input input(options);
-  const Way ways[] = {{"fast", {Quality::fast, options.device, options.threads}},
-                      {"fit", {Quality::fast, options.device, options.threads, 3, 0}},
-                      {"default", {Quality::default_, options.device, options.threads}},
-                      {"best", {Quality::best, options.device, options.threads}},
-                      {"minimax", {Quality::minimax, options.device, options.threads}}};
   if (options.json)
     std::printf("[");
   else if (!options.hash)
     std::printf("# %u x %u vertices%s\n# quality triangles rmse-m max-m seconds cpu-seconds hash stages-ms\n", options.columns,
                 options.rows, options.grid ? ", a grid that lies on the device" : "");
-  for (const Way& way : ways) {
+  for (const bench::Way& way : bench::ways(options.device, options.threads)) {
     if (!options.quality.empty() && options.quality != way.name) continue;
     for (const double keep : options.keep) measure(options, input, way, keep);
   }

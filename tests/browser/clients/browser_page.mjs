@@ -1,8 +1,8 @@
 // A client's page in the browser: what it asked for, what it complained about, when it is done, what its picture shows.
 const kPatience_ms = 120000;
 const kGivenUp = "net::ERR_ABORTED";  // by the client itself: the camera went on before the tile was there
-const kPoll_ms = 150;
-const kQuietPolls = 6;
+const kPoll_ms = 40;
+const kQuietPolls = 5;
 const kMagentaOver = 60;  // red and blue over green; terrain is drawn in white, grey and earth colours
 
 // Red lines of the browser's console, and every request that failed or left the two servers.
@@ -43,6 +43,7 @@ async function until({ page, complaints }, ask, otherwise) {
     if (complaints.length > 0) throw new Error(complaints.join("\n"));
     if (Date.now() > end) throw new Error(otherwise);
     quiet = (await ask()) ? quiet + 1 : 0;
+    await page.evaluate(() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn))));
     await page.waitForTimeout(kPoll_ms);
   }
 }

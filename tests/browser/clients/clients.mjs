@@ -4,6 +4,7 @@
 //   added_m    what the client or the format adds to the stated error of the finest level
 //   share      of the data's extent that is looked at for heights; all of it if left out
 //   every      one in how many of the known places is looked at; all of them if left out
+//   relief     least deviation of shades in a picture of nothing but data, of 255, where that is what the client shows; a flat raster has less
 //   cracks     how much of a picture from above may be background, as a share; left out where there is no background to see
 export const kBrowserClients = [
   {
@@ -13,6 +14,11 @@ export const kBrowserClients = [
   {
     name: "cesium-terrain", page: "cesium.md", section: "Terrain, as quantized-mesh", driver: "cesium_terrain.js",
     names: ["widget", "terrainProvider"], tiles: /\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0,
+  },
+  {
+    name: "cesium-terrain-mercator", page: "cesium.md", section: "Terrain in Web Mercator", driver: "cesium_terrain.js",
+    names: ["widget", "terrainProvider"], tiles: /\/web-mercator\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0,
+    every: 6,
   },
   {
     name: "cesium-terrain-3d", page: "cesium.md", section: "Terrain, as 3D Tiles", driver: "cesium_terrain.js",
@@ -43,6 +49,15 @@ export const kBrowserClients = [
   {
     name: "maplibre-pmtiles", page: "pmtiles.md", section: "In MapLibre GL", driver: "maplibre.js", names: ["map"],
     tiles: /\/archives\/dem\.pmtiles$/, heights: "orthometric", added_m: 0, every: 6,
+  },
+  {
+    name: "openlayers", page: "openlayers.md", driver: "openlayers.js", names: ["map", "heights", "height_at"],
+    tiles: /\/terrarium\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
+  },
+  {
+    name: "leaflet", page: "leaflet.md", driver: "leaflet.js", names: ["map", "hills"],
+    tiles: /\/hillshade\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
+    relief: 22,  // its buttons alone are 14
   },
 ];
 

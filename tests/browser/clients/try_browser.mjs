@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { look_down, open_client, picture_of, settle } from "./browser_page.mjs";
 import { assert_heights, assert_no_relief } from "./checks.mjs";
 
-const kBackgroundSettles_ms = 700;
+const kBackgroundSettles_ms = 300;
 
 const kAll = 1.2;  // of the data's extent, with a rim
 
@@ -32,6 +32,12 @@ async function look_at_cracks(opened, client, bounds, picture) {
   assert.ok(magenta > 0.9, `only ${magenta} of the background is seen where there is no terrain (control)`);
 }
 
+// Of a picture that shows nothing but data.
+async function shades_inside(opened, bounds) {
+  await look_down(opened, { bounds, share: 0.3 });
+  return (await picture_of(opened)).deviation;
+}
+
 // Given: how to open a dataset's page, where pictures go, the known places, the dataset's bounds, the error that is allowed.
 export async function try_browser_client(client, { open, pictures, known: all, bounds, allowed_m }) {
   const view = { bounds, share: client.share ?? kAll };
@@ -39,6 +45,7 @@ export async function try_browser_client(client, { open, pictures, known: all, b
   const opened = await open("terrain");
   const shown = await settle(opened);
   const { deviation } = await picture_of(opened, `${pictures}/${client.name}.png`);
+  if (client.relief) assert.ok((await shades_inside(opened, bounds)) >= client.relief, "there is no relief");
   assert.ok(known.length >= 5, "too few known places");
   const worst_m = assert_heights(await heights_of(opened, view, known), known, client.heights, allowed_m);
   if (client.cracks !== undefined) await look_at_cracks(opened, client, bounds, `${pictures}/${client.name}-above.png`);
@@ -49,6 +56,7 @@ export async function try_browser_client(client, { open, pictures, known: all, b
 
   const flat = await open("flat");
   await settle(flat);
+  if (client.relief) assert.ok((await shades_inside(flat, bounds)) < client.relief, "a flat raster has relief (control)");
   assert_no_relief(await heights_of(flat, view, known), known, client.heights, allowed_m);
   assert.deepEqual(flat.complaints, [], "the browser complained");
   await flat.page.close();

@@ -1,0 +1,92 @@
+#pragma once
+// The steps of Figure 4.1, pass after pass: connect, select, windows, rearrange.
+#include <chrono>
+
+#include "gpu/cleap/engine.h"
+#include "gpu/cleap/metrics.h"
+#include "gpu/cleap/pool_maker.h"
+#include "gpu/cleap/windows.h"
+#include "gpu/cleap/working_mesh.h"
+
+namespace cordillera::gpu::cleap {
+
+template <class Device>
+class Driver : public Engine {
+ public:
+  explicit Driver(std::unique_ptr<Device> device) : device_(std::move(device)), mesh_(*device_), pool_(*device_) {}
+
+  Outcome simplify(const fit::HeightMesh& from, const Target& target, const Options& options) override {
+    device_->use();
+    device_->forget_stamps();
+    Outcome outcome;
+    with_metric(AllMetrics{}, options.metric,
+                [&]<class Metric>(Metric) { outcome.crowded_edge = !simplify<Metric>(from, target, options, outcome.result); });
+    return outcome;
+  }
+
+  fit::HeightMesh smooth(const fit::HeightMesh& from, std::uint32_t steps, double lambda, double mu) override {
+    device_->use();
+    mesh_.load(from);
+    if (!mesh_.connect(false)) return {};
+    for (std::uint32_t step = 0; step < steps; ++step) {
+      mesh_.smooth(lambda);
+      mesh_.smooth(mu);
+    }
+    return mesh_.taken_out();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// False: an edge has more than two triangles.
+  template <class Metric>
+  bool simplify(const fit::HeightMesh& from, const Target& target, const Options& options, Simplified& result) {
+    Report& report = result.report;
+    report.device = device_->name();
+    last_ = Clock::now();
+    mesh_.load(from);
+    report.copy_seconds += lap();
+    Goal goal{target, from.triangles.size(), 0};
+    Windows<Device> windows(*device_, options, report);
+    for (bool again = true; again;) {
+      if (!mesh_.connect(options.repair == Repair::around)) return false;
+      if (Metric::kQuadrics && report.passes == 0) mesh_.sum_planes();
+      report.build_seconds += lap();
+      const std::uint64_t before = goal.collapses;
+      const std::uint32_t size = pool_.template make<Metric>(mesh_.arrays(), options, report.passes);
+      report.select_seconds += lap();
+      windows.template run<Metric>(mesh_.arrays(), pool_.data(), size, goal);
+      report.collapse_seconds += lap();
+      ++report.passes;
+      again = goal.left() > 0 && goal.collapses > before && report.passes < options.most_passes;
+      mesh_.rearrange(again ? Rearrange::scan : options.rearrange);
+      report.rearrange_seconds += lap();
+      if (options.delaunay == Delaunay::between || (options.delaunay == Delaunay::at_end && !again)) refine(report);
+    }
+    result.mesh = mesh_.taken_out();
+    report.copy_seconds += lap();
+    report.vertices = result.mesh.vertices();
+    report.triangles = result.mesh.triangles.size();
+    return true;
+  }
+
+  void refine(Report& report) {
+    mesh_.connect(false);
+    mesh_.make_delaunay();
+    report.refine_seconds += lap();
+  }
+
+  /// Since the last one; the device has come to an end.
+  double lap() {
+    mesh_.wait();
+    const Clock::time_point now = Clock::now();
+    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+  }
+
+  std::unique_ptr<Device> device_;
+  WorkingMesh<Device> mesh_;
+  PoolMaker<Device> pool_;
+  Clock::time_point last_;
+};
+
+}  // namespace cordillera::gpu::cleap

@@ -1,0 +1,34 @@
+#include "server/access/audit.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cstring>
+
+#include "server/json.h"
+#include "server/log.h"
+
+namespace cordillera::server::access {
+
+void Audit::note(const AuditEntry& entry) {
+  Json json;
+  json["time"] = now_text();
+  json["who"] = entry.who.empty() ? Json(nullptr) : Json(entry.who);
+  json["client"] = entry.client;
+  json["method"] = entry.method;
+  json["path"] = entry.path.substr(0, 300);
+  json["dataset"] = entry.dataset.empty() ? Json(nullptr) : Json(entry.dataset);
+  json["bytes"] = entry.bytes;
+  json["status"] = entry.status;
+  if (!entry.problem.empty()) json["problem"] = entry.problem;
+  json["request"] = entry.request_id;
+  const std::string line = json.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::lock_guard lock(mutex_);
+  const int file = ::open(file_.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0640);
+  // One write: lines of two processes do not mix.
+  const bool written = file >= 0 && ::write(file, line.data(), line.size()) == static_cast<ssize_t>(line.size());
+  if (!written) log_warning("the audit log cannot be written: " + std::string(strerror(errno)), {{"line", line}});
+  if (file >= 0) ::close(file);
+}
+
+}  // namespace cordillera::server::access

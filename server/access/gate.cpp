@@ -1,0 +1,104 @@
+#include "server/access/gate.h"
+
+#include "server/access/client_address.h"
+
+namespace cordillera::server::access {
+namespace {
+
+using proto::Problem;
+
+constexpr const char* kHeader = "a header Authorization: Bearer TOKEN, with a token that the operator gave you";
+
+/// "Bearer abc" -> abc. Other schemes are for a proxy before us.
+std::optional<std::string> bearer_of(const Request& request) {
+  const auto header = request.header("authorization");
+  if (!header || header->size() < 7) return std::nullopt;
+  std::string scheme = header->substr(0, 7);
+  for (char& c : scheme) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return scheme == "bearer " ? std::optional(header->substr(7)) : std::nullopt;
+}
+
+/// "https://host:port" -> "host:port".
+std::string authority_of(const std::string& origin) {
+  const auto slashes = origin.find("://");
+  return slashes == origin.npos ? "" : origin.substr(slashes + 3);
+}
+
+/// A page of another site: browsers send its requests without asking as long as they look like a form's.
+bool from_another_site(const Request& request) {
+  const auto origin = request.header("origin");
+  if (!origin) return request.header("sec-fetch-site").value_or("") == "cross-site";
+  const std::string authority = authority_of(*origin);
+  return authority.empty() || (authority != request.header("host") && authority != request.header("x-forwarded-host"));
+}
+
+Problem too_low(const Identity& who, Role needed) {
+  return {"role-too-low",
+          "the token '" + who.name + "' has the role " + to_string(who.role) + "; this takes " + to_string(needed),
+          std::string("a token with the role ") + to_string(needed), "Authorization"};
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<Gate>> Gate::open(const AccessSettings& settings) {
+  std::unique_ptr<Gate> gate(new Gate);
+  gate->settings_ = settings;
+  auto tokens = TokenFile::open(settings.token_file, settings.token_lines);
+  if (!tokens) return tokens.problem();
+  gate->tokens_ = std::move(*tokens);
+  if (gate->has_tokens() && settings.insecure_writes) {
+    return Problem{"options-conflict", "--insecure-writes lets everybody write, and there are tokens that say who may",
+                   "one of them", "--insecure-writes"};
+  }
+  if (!gate->has_tokens() && !settings.insecure_writes && !is_loopback(host_of(settings.listen))) {
+    return Problem{
+        "listen-unprotected", "on " + settings.listen + " everybody on the network could post and delete: there are no tokens",
+        "--tokens FILE with lines of `cordillera token new`, an address of this machine alone such as 127.0.0.1:8080, or "
+        "--insecure-writes where everybody may write",
+        "--listen"};
+  }
+  return gate;
+}
+
+proto::Result<Identity> Gate::identify(const Request& request) const {
+  if (!has_tokens()) return Identity{Role::admin, ""};
+  const auto token = bearer_of(request);
+  if (!token) return Identity{};
+  Identity found = tokens_->find(*token);
+  if (found.role != Role::none) return found;
+  return Problem{"token-invalid", "the token is not, or no longer, one of this service", kHeader, "Authorization"};
+}
+
+std::optional<Problem> Gate::refuse(const Request& request, Role needed) const {
+  if (needed == Role::none) return std::nullopt;
+  if (!has_tokens()) return needed == Role::read ? std::nullopt : refuse_without_tokens(request);
+  if (request.who.role >= needed) return std::nullopt;
+  if (request.who.role != Role::none) return too_low(request.who, needed);
+  return Problem{"token-missing", "this takes a token", kHeader, "Authorization"};
+}
+
+std::optional<Problem> Gate::refuse_without_tokens(const Request& request) const {
+  if (from_another_site(request)) {
+    return Problem{"origin-forbidden", "a page of another site may not write here",
+                   "a page of this service, or a program that is no browser", "Origin"};
+  }
+  if (settings_.insecure_writes) return std::nullopt;
+  // A name that a stranger points at 127.0.0.1 makes his page one of ours, as browsers see it. And what a proxy hands on
+  // comes from everywhere.
+  const auto host = request.header("host");
+  const bool by_name = host && !is_loopback(host_of(*host)) && is_loopback(host_of(settings_.listen));
+  if (!by_name && !request.header("x-forwarded-for") && !request.header("forwarded")) return std::nullopt;
+  return Problem{"token-missing", "writing from beyond this machine takes a token, and this service was started without any",
+                 "cordillera serve --tokens FILE, or --insecure-writes where everybody may write", "Authorization"};
+}
+
+std::string challenge_of(std::string_view problem) {
+  const std::string bearer = "Bearer realm=\"cordillera\"";
+  if (problem == "token-missing") return bearer;
+  if (problem == "token-invalid") return bearer + ", error=\"invalid_token\"";
+  return problem == "role-too-low" ? bearer + ", error=\"insufficient_scope\"" : "";
+}
+
+}  // namespace cordillera::server::access

@@ -1,0 +1,46 @@
+// cordillera vacuum, backup and restore.
+#include <iostream>
+
+#include "server/commands.h"
+#include "server/data_folder.h"
+
+namespace cordillera::server {
+namespace {
+
+int failed(const proto::Problem& problem) {
+  complain(problem);
+  return kFailed;
+}
+
+std::string counted(const BackedUp& done) {
+  return std::to_string(done.ready) + " datasets with their tiles, " + std::to_string(done.waiting) + " still to be built";
+}
+
+}  // namespace
+
+int vacuum_command(const std::string& data) {
+  const auto done = vacuum(Layout{data});
+  if (!done) return failed(done.problem());
+  std::cout << data << ": " << done->files << " files and folders removed, " << done->stores << " stores rewritten, " << done->bytes << " bytes less\n";
+  return kDone;
+}
+
+int backup_command(const std::string& data, const std::string& output) {
+  if (output.empty()) {
+    complain({"usage", "backup needs to know where to write", "-o FOLDER", "--output"});
+    return kUsage;
+  }
+  const auto done = backup(Layout{data}, output);
+  if (!done) return failed(done.problem());
+  std::cout << output << ": " << counted(*done) << "\n";
+  return kDone;
+}
+
+int restore_command(const std::string& from, const std::string& data) {
+  const auto done = restore(from, Layout{data});
+  if (!done) return failed(done.problem());
+  std::cout << data << ": " << counted(*done) << "\n";
+  return kDone;
+}
+
+}  // namespace cordillera::server

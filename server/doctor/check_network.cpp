@@ -1,0 +1,46 @@
+// Where the service would listen, and for whom.
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "server/access/gate.h"
+#include "server/doctor/doctor.h"
+#include "server/doctor/port.h"
+
+namespace cordillera::server::doctor {
+namespace {
+
+Finding port(const std::string& listen) {
+  const std::string why = cannot_listen(listen);
+  if (why.empty()) return Finding{"port", Health::good, listen + " is free", ""};
+  return Finding{"port", Health::bad, listen + ": " + why,
+                 "--listen with an address of this machine and a free port; is the service running already?"};
+}
+
+Finding access_of(const ServeSettings& serve) {
+  const auto gate = access::Gate::open({serve.listen, serve.tokens, serve.token_lines, serve.insecure_writes});
+  if (!gate) return Finding{"access", Health::bad, gate.problem().detail, gate.problem().accepted};
+  if ((*gate)->has_tokens()) return Finding{"access", Health::good, "writing takes a token", ""};
+  if (serve.insecure_writes)
+    return Finding{"access", Health::warning, "everybody who reaches the port may post and delete",
+                   "--tokens FILE in place of --insecure-writes"};
+  return Finding{"access", Health::good, "whoever is on this machine may write, nobody else", ""};
+}
+
+Finding descriptors() {
+  rlimit limit{};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  const std::string what = std::to_string(limit.rlim_cur) + " descriptors";
+  if (limit.rlim_cur >= 4096) return Finding{"descriptors", Health::good, what, ""};
+  return Finding{"descriptors", Health::warning, what + ": each connection takes one, and each dataset that is read some",
+                 "ulimit -n 65536, or LimitNOFILE= of a systemd unit"};
+}
+
+}  // namespace
+
+void check_network(const Settings& settings, Findings& findings) {
+  findings.push_back(port(settings.serve.listen));
+  findings.push_back(access_of(settings.serve));
+  findings.push_back(descriptors());
+}
+
+}  // namespace cordillera::server::doctor

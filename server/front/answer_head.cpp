@@ -1,0 +1,91 @@
+#include "server/front/answer_head.h"
+
+#include <array>
+#include <ctime>
+
+namespace cordillera::server::front {
+namespace {
+
+const char* reason(int status) {
+  switch (status) {
+    case 200: return "OK";
+    case 201: return "Created";
+    case 202: return "Accepted";
+    case 204: return "No Content";
+    case 206: return "Partial Content";
+    case 304: return "Not Modified";
+    case 400: return "Bad Request";
+    case 401: return "Unauthorized";
+    case 403: return "Forbidden";
+    case 404: return "Not Found";
+    case 405: return "Method Not Allowed";
+    case 408: return "Request Timeout";
+    case 409: return "Conflict";
+    case 410: return "Gone";
+    case 412: return "Precondition Failed";
+    case 413: return "Content Too Large";
+    case 414: return "URI Too Long";
+    case 415: return "Unsupported Media Type";
+    case 416: return "Range Not Satisfiable";
+    case 422: return "Unprocessable Content";
+    case 423: return "Locked";
+    case 429: return "Too Many Requests";
+    case 431: return "Request Header Fields Too Large";
+    case 500: return "Internal Server Error";
+    case 503: return "Service Unavailable";
+    case 507: return "Insufficient Storage";
+    default: return status < 400 ? "OK" : "Error";
+  }
+}
+
+void add(std::string& out, std::string_view name, std::string_view value) {
+  out.append(name).append(": ");
+  const std::size_t start = out.size();
+  out.append(value);
+  // A line end in a value would be the end of its header.
+  for (std::size_t i = start; i < out.size(); ++i) {
+    if (static_cast<unsigned char>(out[i]) < 0x20 || out[i] == 0x7f) out[i] = ' ';
+  }
+  out.append("\r\n");
+}
+
+}  // namespace
+
+bool is_bodiless(int status) { return status == 204 || status == 304 || status < 200; }
+
+std::string answer_head(const Response& response, const AnswerForm& form) {
+  std::string out;
+  out.reserve(640);
+  out.append("HTTP/1.1 ").append(std::to_string(response.status)).append(" ").append(reason(response.status)).append("\r\n");
+  if (!form.date.empty()) add(out, "Date", form.date);
+  add(out, "Server", "Cordillera");
+  add(out, "Accept-Ranges", "none");
+  bool typed = false;
+  for (const auto& [name, value] : response.headers) {
+    typed = typed || name == "Content-Type";
+    add(out, name, value);
+  }
+  if (!is_bodiless(response.status)) {
+    if (!typed && (form.ending != Ending::length || !response.body.empty())) add(out, "Content-Type", "application/octet-stream");
+    if (form.ending == Ending::length) add(out, "Content-Length", std::to_string(response.body.size()));
+    if (form.ending == Ending::chunks) add(out, "Transfer-Encoding", "chunked");
+  }
+  if (!form.keep_alive) add(out, "Connection", "close");
+  if (form.keep_alive && form.old) add(out, "Connection", "keep-alive");
+  return out.append("\r\n");
+}
+
+std::string http_date() {
+  static constexpr const char* kDays[] = {"Sun", "Mon", "Tue", "Wed", "Thu", "Fri", "Sat"};
+  static constexpr const char* kMonths[] = {"Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec"};
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 40> text{};
+  // The names are English whatever the locale.
+  std::strftime(text.data(), text.size(), "%d %%s %Y %H:%M:%S GMT", &utc);
+  std::string date = std::string(kDays[utc.tm_wday]) + ", " + text.data();
+  return date.replace(date.find("%s"), 2, kMonths[utc.tm_mon]);
+}
+
+}  // namespace cordillera::server::front

@@ -1,0 +1,119 @@
+#pragma once
+// One client's connection: requests in turn, each answered before the next is read.
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/front/body_framing.h"
+#include "server/front/body_pipe.h"
+#include "server/front/head.h"
+#include "server/front/pace.h"
+#include "server/front/shared.h"
+
+namespace cordillera::server::front {
+
+class Loop;
+
+/// Lives on its loop's thread; only what says so may be called from another one.
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  /// share: of the client's connections; null: it has too many, and is told so.
+  Connection(Loop& loop, boost::asio::ip::tcp::socket socket, ClientCounts::Share share);
+
+  void start();
+  /// Says why instead of serving.
+  void refuse(const proto::Problem& problem);
+  /// Time has passed.
+  void tick(Clock::time_point now);
+  /// Something happened that event streams and waiting answers may want to tell.
+  void changed();
+  /// The answer under way is the last.
+  void finish();
+  void close();
+
+  bool idle() const { return state_ == State::head && in_.empty(); }
+  Clock::time_point since() const { return since_; }
+  bool closed() const { return state_ == State::closed; }
+
+ private:
+  enum class State : std::uint8_t {
+    head,       ///< a request is awaited, or its head is being read
+    handling,   ///< the API works; with a body, that is read meanwhile
+    waiting,    ///< the answer is still to come
+    writing,    ///< the answer goes out
+    streaming,  ///< it is a stream, and has nothing to say now
+    lingering,  ///< all is said; what the client still sends is thrown away, so that it reads the answer
+    closed,
+  };
+
+  // Reading (connection.cpp).
+  void await_bytes();
+  void on_readable();
+  void on_end_of_input();
+  void read_head_or_wait();
+  void begin(Head head);
+  void refuse_head(const proto::Problem& problem);
+  void linger();
+
+  // Bodies (connection_body.cpp).
+  void begin_with_body(Head head);
+  void want_body();
+  void feed_body();
+  void take_body(std::string_view bytes);
+  void skip_body();
+  void end_body(BodyPipe::End end);
+
+  // Answers (connection_answer.cpp).
+  void respond(Response response);
+  void respond_with(const proto::Problem& problem);
+  void ask_again();
+  void pump();
+  void write();
+  void answered();
+  void report(bool whole);
+
+  /// From another thread: does it on the loop's.
+  template <class Work>
+  void later(Work work) {
+    boost::asio::post(socket_.get_executor(), std::move(work));
+  }
+
+  Loop& loop_;
+  Shared& shared_;
+  boost::asio::ip::tcp::socket socket_;
+  std::string peer_;
+  ClientCounts::Share share_, stream_share_;
+
+  State state_ = State::head;
+  Clock::time_point since_;  ///< of the state, or of the head's first byte
+  std::string in_;           ///< read and not used yet
+  HeadScan scan_;
+  bool reading_ = false;
+
+  Request request_;
+  std::string client_;
+  Clock::time_point asked_;
+  bool keep_ = true, linger_ = false, old_ = false;
+  bool by_front_ = false;  ///< the answer is no answer of the API
+
+  std::shared_ptr<BodyPipe> pipe_;
+  std::optional<BodyFraming> framing_;
+  bool expects_continue_ = false, body_wanted_ = false, body_late_ = false;
+  Pace body_pace_;
+
+  std::function<std::optional<Response>()> awaited_;
+  std::function<std::optional<std::string>()> pieces_;
+  bool chunks_ = false;
+  std::string out_head_, out_body_;
+  std::size_t out_at_ = 0;
+  std::uint64_t out_bytes_ = 0;
+  int status_ = 0;
+  std::string problem_;
+  Pace answer_pace_;
+  std::uint64_t thrown_away_ = 0;
+  Clock::time_point last_byte_;
+};
+
+}  // namespace cordillera::server::front

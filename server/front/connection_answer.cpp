@@ -1,0 +1,141 @@
+// The answer to a request: at once, later, or piece by piece.
+#include <array>
+#include <boost/asio/buffer.hpp>
+#include <charconv>
+
+#include "server/front/answer_head.h"
+#include "server/front/connection.h"
+#include "server/front/loop.h"
+
+namespace cordillera::server::front {
+namespace {
+
+std::string chunk(const std::string& piece) {
+  std::array<char, 20> size{};
+  const auto end = std::to_chars(size.data(), size.data() + size.size(), piece.size(), 16).ptr;
+  return std::string(size.data(), end).append("\r\n").append(piece).append("\r\n");
+}
+
+}  // namespace
+
+/// Something is wrong that the API does not know of.
+void Connection::respond_with(const proto::Problem& problem) {
+  by_front_ = true;
+  Response response = refusal(problem);
+  if (response.status == 429 || response.status == 503) response.set("Retry-After", "5");
+  respond(std::move(response));
+}
+
+void Connection::respond(Response response) {
+  if (state_ == State::closed) return;
+  if (body_late_) {
+    body_late_ = false;
+    return respond_with({"request-timeout", "the body came too slowly", "at least " + std::to_string(shared_.limits.min_rate) + " bytes a second", ""});
+  }
+  if (framing_ && !framing_->done() && !expects_continue_) skip_body();
+  const bool body_left = framing_ ? !framing_->done() : linger_;
+  if (response.next_piece || response.later) {
+    stream_share_ = shared_.streams.take(client_, shared_.limits.streams_per_client);
+    if (!stream_share_) {
+      return respond_with({"too-many-streams", "this address waits for too much at a time",
+                           "at most " + std::to_string(shared_.limits.streams_per_client) + " event streams and waiting posts", ""});
+    }
+  }
+  if (response.later) {
+    awaited_ = std::move(response.later);
+    state_ = State::waiting;
+    return ask_again();
+  }
+  if (body_left) keep_ = false, linger_ = true;  // where the next request would begin is behind bytes that nobody reads
+  if (shared_.stopping) keep_ = false;
+  const bool head_only = request_.method == "HEAD" || is_bodiless(response.status);
+  const Ending ending = !response.next_piece ? Ending::length : old_ ? Ending::connection : Ending::chunks;
+  if (ending == Ending::connection) keep_ = false;
+  status_ = response.status;
+  problem_ = response.problem;
+  out_head_ = answer_head(response, {ending, keep_, old_, loop_.date()});
+  out_body_ = head_only ? std::string() : std::move(response.body);
+  out_at_ = out_bytes_ = 0;
+  chunks_ = ending == Ending::chunks;
+  pieces_ = head_only ? nullptr : std::move(response.next_piece);
+  answer_pace_.start();
+  write();
+}
+
+void Connection::ask_again() {
+  auto response = awaited_();
+  if (!response) return;
+  awaited_ = nullptr;
+  stream_share_ = nullptr;
+  state_ = State::handling;
+  respond(std::move(*response));
+}
+
+/// The next piece of a stream, if there is one by now.
+void Connection::pump() {
+  const auto piece = pieces_();
+  state_ = State::streaming;
+  if (piece && piece->empty()) return;
+  out_head_.clear();
+  out_at_ = 0;
+  if (piece) {
+    out_body_ = chunks_ ? chunk(*piece) : *piece;
+  } else {
+    out_body_ = chunks_ ? "0\r\n\r\n" : "";
+    pieces_ = nullptr;
+  }
+  write();
+}
+
+/// Until all is out or the system takes no more.
+void Connection::write() {
+  state_ = State::writing;
+  const std::size_t all = out_head_.size() + out_body_.size();
+  while (out_at_ < all) {
+    const std::size_t in_head = std::min(out_at_, out_head_.size());
+    const std::array<boost::asio::const_buffer, 2> rest = {boost::asio::buffer(out_head_) + in_head,
+                                                           boost::asio::buffer(out_body_) + (out_at_ - in_head)};
+    boost::system::error_code error;
+    const std::size_t count = socket_.write_some(rest, error);
+    if (error == boost::asio::error::would_block) {
+      answer_pace_.wait(Clock::now());
+      socket_.async_wait(boost::asio::ip::tcp::socket::wait_write, [self = shared_from_this()](const boost::system::error_code& failed) {
+        if (!failed && self->state_ == State::writing) self->write();
+      });
+      return;
+    }
+    if (error) return close();
+    if (answer_pace_.waiting()) answer_pace_.moved(count, Clock::now());
+    out_at_ += count;
+    out_bytes_ += count;
+  }
+  pieces_ ? pump() : answered();
+}
+
+void Connection::answered() {
+  report(true);
+  out_head_.clear();
+  out_body_ = {};
+  stream_share_ = nullptr;
+  pipe_ = nullptr;
+  framing_.reset();
+  request_ = {};
+  if (linger_) return linger();
+  if (!keep_) return close();
+  state_ = State::head;
+  scan_ = {};
+  since_ = Clock::now();
+  if (in_.empty()) return await_bytes();
+  // What was sent ahead waits for its turn behind other connections.
+  later([self = shared_from_this()] {
+    if (self->state_ == State::head && !self->reading_) self->read_head_or_wait();
+  });
+}
+
+void Connection::report(bool whole) {
+  if (!shared_.on_served) return;
+  const std::chrono::duration<double> took = Clock::now() - asked_;
+  shared_.on_served({request_.method, request_.path, client_, problem_, status_, out_bytes_, took.count(), by_front_, whole});
+}
+
+}  // namespace cordillera::server::front

@@ -1,0 +1,166 @@
+#include "server/front/head.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+
+#include "server/front/target.h"
+
+namespace cordillera::server::front {
+namespace {
+
+using proto::Problem;
+
+Problem invalid(const std::string& what) {
+  return {"request-invalid", "the request is not valid HTTP/1.1: " + what, "a request line, headers and a body as RFC 9112 has them", ""};
+}
+
+Problem target_too_long(const Limits& limits) {
+  return {"uri-too-long", "the address is too long", "an address of at most " + std::to_string(limits.target_bytes >> 10) + " KiB", ""};
+}
+
+Problem head_too_large(const Limits& limits) {
+  return {"head-too-large", "the request's headers are too large",
+          "at most " + std::to_string(limits.fields) + " headers of " + std::to_string(limits.head_bytes >> 10) + " KiB in all", ""};
+}
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = lower(c);
+  return out;
+}
+
+bool is_token(std::string_view text) {
+  static constexpr std::string_view kOthers = "!#$%&'*+-.^_`|~";
+  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
+    return (lower(c) >= 'a' && lower(c) <= 'z') || (c >= '0' && c <= '9') || kOthers.find(c) != kOthers.npos;
+  });
+}
+
+bool is_known_method(std::string_view method) {
+  static constexpr std::string_view kKnown[] = {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"};
+  return std::find(std::begin(kKnown), std::end(kKnown), method) != std::end(kKnown);
+}
+
+bool has_control(std::string_view text) {
+  return std::any_of(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f; });
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == text.npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+/// A word of a comma-separated list.
+bool lists(const Request& request, const char* header, std::string_view word) {
+  const auto found = request.headers.find(header);
+  if (found == request.headers.end()) return false;
+  std::string_view rest = found->second;
+  while (!rest.empty()) {
+    const std::string_view item = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(rest.size(), item.size() + 1));
+    if (lower(trimmed(item)) == word) return true;
+  }
+  return false;
+}
+
+/// authority: of an absolute target.
+std::optional<Problem> read_request_line(std::string_view line, const Limits& limits, Head& head, std::string& authority) {
+  const auto first = line.find(' '), second = line.rfind(' ');
+  if (first == line.npos || second == first) return invalid("the request line has not three words");
+  const std::string_view method = line.substr(0, first), target = line.substr(first + 1, second - first - 1), version = line.substr(second + 1);
+  if (!is_token(method) || !is_known_method(method)) return invalid("unknown method");
+  if (version != "HTTP/1.1" && version != "HTTP/1.0") return invalid("unknown version");
+  if (target.size() > limits.target_bytes) return target_too_long(limits);
+  if (has_control(target) || target.find_first_of(" \t") != target.npos) return invalid("the address holds blanks or control characters");
+  auto read = read_target(target);
+  if (!read || (target == "*" && method != "OPTIONS")) return invalid("the address is none");
+  head.old = version == "HTTP/1.0";
+  head.request.method = method;
+  head.request.path = std::move(read->path);
+  head.request.query = std::move(read->query);
+  authority = std::move(read->authority);
+  return std::nullopt;
+}
+
+std::optional<Problem> read_field(std::string_view line, Head& head) {
+  const auto colon = line.find(':');
+  if (colon == line.npos || !is_token(line.substr(0, colon))) return invalid("a header has no plain name");
+  const std::string_view value = trimmed(line.substr(colon + 1));
+  if (has_control(value)) return invalid("a header holds control characters");
+  auto [place, fresh] = head.request.headers.try_emplace(lower(line.substr(0, colon)), value);
+  if (fresh) return std::nullopt;
+  if (place->first == "content-length") return invalid("Content-Length stands there twice");
+  if (place->first == "host") return invalid("Host stands there twice");
+  place->second.append(", ").append(value);
+  return std::nullopt;
+}
+
+std::optional<Problem> read_framing(Head& head) {
+  const auto coding = head.request.header("transfer-encoding"), length = head.request.header("content-length");
+  if (coding && length) return invalid("Content-Length and Transfer-Encoding exclude each other");
+  if (coding) {
+    if (lower(*coding) != "chunked" || head.old) return invalid("the only Transfer-Encoding is chunked, of HTTP/1.1");
+    head.body = Head::Body::chunked;
+  }
+  if (length) {
+    const auto [end, error] = std::from_chars(length->data(), length->data() + length->size(), head.length);
+    if (error != std::errc() || end != length->data() + length->size()) return invalid("Content-Length is not a number");
+    if (head.length > 0) head.body = Head::Body::sized;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+HeadScan::State HeadScan::look(std::string_view bytes, const Limits& limits) {
+  while (at_ < bytes.size()) {
+    const void* found = std::memchr(bytes.data() + at_, '\n', bytes.size() - at_);
+    if (found == nullptr) break;
+    const std::size_t end = static_cast<std::size_t>(static_cast<const char*>(found) - bytes.data());
+    if (end == line_ || bytes[end - 1] != '\r') return State::broken;
+    at_ = end + 1;
+    const bool empty = end == line_ + 1;
+    line_ = at_;
+    if (empty && lines_ > 0) {
+      size_ = at_;
+      return State::whole;
+    }
+    // A client may end its last body with an empty line that belongs to nothing (RFC 9112, 2.2).
+    if (empty && at_ > 2) return State::broken;
+    if (!empty) ++lines_;
+  }
+  at_ = std::max(at_, bytes.size());
+  too_long_ = bytes.size() > limits.head_bytes || (lines_ == 0 && bytes.size() > limits.target_bytes + 100) || lines_ > limits.fields + 1;
+  return too_long_ ? State::broken : State::more;
+}
+
+Problem head_problem(const HeadScan& scan, const Limits& limits) {
+  if (!scan.too_long()) return invalid("lines end with CR and LF, both");
+  return scan.in_first_line() ? target_too_long(limits) : head_too_large(limits);
+}
+
+proto::Result<Head> read_head(std::string_view bytes, const Limits& limits) {
+  Head head;
+  if (bytes.substr(0, 2) == "\r\n") bytes.remove_prefix(2);
+  const bool too_large = bytes.size() > limits.head_bytes;
+  std::string authority;
+  std::size_t lines = 0;
+  for (std::size_t end = bytes.find("\r\n"); end != bytes.npos && end > 0; end = bytes.find("\r\n")) {
+    const std::string_view line = bytes.substr(0, end);
+    bytes.remove_prefix(end + 2);
+    if (lines > 0 && (too_large || lines > limits.fields)) return head_too_large(limits);
+    if (auto problem = lines++ == 0 ? read_request_line(line, limits, head, authority) : read_field(line, head)) return *problem;
+  }
+  if (!authority.empty()) head.request.headers["host"] = authority;
+  if (!head.old && head.request.headers.count("host") == 0) return invalid("Host is missing");
+  if (auto problem = read_framing(head)) return *problem;
+  head.keep_alive = head.old ? lists(head.request, "connection", "keep-alive") : !lists(head.request, "connection", "close");
+  head.expects_continue = !head.old && lists(head.request, "expect", "100-continue");
+  return head;
+}
+
+}  // namespace cordillera::server::front

@@ -1,0 +1,122 @@
+#include "server/front/http_server.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <thread>
+#include <vector>
+
+#include "server/front/loop.h"
+
+namespace cordillera::server::front {
+namespace {
+
+using boost::asio::ip::tcp;
+using Error = boost::system::error_code;
+
+constexpr int kBacklog = 1024;  // a map that zooms opens many connections at once
+constexpr auto kNoDescriptors = std::chrono::milliseconds(100);
+
+std::size_t loop_count() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 16); }
+
+/// As many descriptors as the system lets us have: a connection takes one.
+void raise_descriptor_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+class AsioServer final : public HttpServer {
+ public:
+  AsioServer(Api& api, const Limits& limits, OnServed on_served) : shared_(api, limits, std::move(on_served)) {
+    for (std::size_t k = 0; k < loop_count(); ++k) loops_.push_back(std::make_unique<Loop>(shared_));
+    acceptor_ = std::make_unique<tcp::acceptor>(loops_[0]->io());
+    retry_ = std::make_unique<boost::asio::steady_timer>(loops_[0]->io());
+    api.on_change([this] {
+      for (const auto& loop : loops_) loop->changed();
+    });
+  }
+  ~AsioServer() override { shared_.api.on_change(nullptr); }
+
+  Error bind_to(const std::string& host, const std::string& port) {
+    Error error;
+    tcp::resolver resolver(loops_[0]->io());
+    const auto found = resolver.resolve(host, port, tcp::resolver::passive, error);
+    for (const auto& entry : found) {
+      acceptor_->close(error);
+      acceptor_->open(entry.endpoint().protocol(), error);
+      // Not SO_REUSEPORT: two servers would share a port, and each would get some of the requests.
+      if (!error) acceptor_->set_option(tcp::acceptor::reuse_address(true), error);
+      if (!error) acceptor_->bind(entry.endpoint(), error);
+      if (!error) acceptor_->listen(kBacklog, error);
+      if (!error) return error;
+    }
+    return error;
+  }
+
+  int port() const override { return acceptor_->local_endpoint().port(); }
+  std::size_t connections() const override { return shared_.connections.all(); }
+
+  void run() override {
+    accept();
+    std::vector<std::thread> threads;
+    for (const auto& loop : loops_) threads.emplace_back([&loop] { loop->run(); });
+    for (std::thread& thread : threads) thread.join();
+    // Handlers that still run read from connections that are closed by now.
+    shared_.makers.stop();
+    shared_.takers.stop();
+  }
+
+  void stop() override {
+    shared_.stopping = true;
+    boost::asio::post(loops_[0]->io(), [this] {
+      Error ignored;
+      acceptor_->close(ignored);
+      retry_->cancel();
+    });
+    for (const auto& loop : loops_) loop->stop();
+  }
+
+ private:
+  void accept() {
+    Loop& loop = *loops_[next_++ % loops_.size()];
+    acceptor_->async_accept(loop.io(), [this, &loop](const Error& error, tcp::socket socket) {
+      if (!acceptor_->is_open()) return;
+      if (!error) {
+        loop.adopt(std::move(socket));
+        return accept();
+      }
+      retry_->expires_after(kNoDescriptors);
+      retry_->async_wait([this](const Error& cancelled) {
+        if (!cancelled) accept();
+      });
+    });
+  }
+
+  Shared shared_;
+  std::vector<std::unique_ptr<Loop>> loops_;
+  std::unique_ptr<tcp::acceptor> acceptor_;
+  std::unique_ptr<boost::asio::steady_timer> retry_;
+  std::size_t next_ = 0;
+};
+
+}  // namespace
+
+proto::Result<std::unique_ptr<HttpServer>> HttpServer::bind(Api& api, const std::string& listen, const Limits& limits, OnServed on_served) {
+  const auto colon = listen.rfind(':');
+  std::string host = listen.substr(0, colon);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
+  raise_descriptor_limit();
+  auto server = std::make_unique<AsioServer>(api, limits, std::move(on_served));
+  if (const Error error = server->bind_to(host, listen.substr(colon + 1))) {
+    const std::string why = error == boost::asio::error::address_in_use ? "another program listens there" : error.message();
+    return proto::Problem{"listen-failed", "cannot listen on " + listen + ": " + why, "an address of this machine and a port that is free",
+                          "--listen"};
+  }
+  return std::unique_ptr<HttpServer>(std::move(server));
+}
+
+}  // namespace cordillera::server::front

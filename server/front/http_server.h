@@ -1,0 +1,28 @@
+#pragma once
+// HTTP/1.1 on one side, the API function on the other: the socket.
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "proto/result.h"
+#include "server/api.h"
+#include "server/front/limits.h"
+#include "server/front/served.h"
+
+namespace cordillera::server::front {
+
+class HttpServer {
+ public:
+  /// listen: HOST:PORT; port 0 takes any free one. The API must outlive the server.
+  static proto::Result<std::unique_ptr<HttpServer>> bind(Api& api, const std::string& listen, const Limits& limits = {}, OnServed on_served = {});
+  virtual ~HttpServer() = default;
+  virtual int port() const = 0;
+  /// Open now.
+  virtual std::size_t connections() const = 0;
+  /// Serves until stop().
+  virtual void run() = 0;
+  /// From any thread, before run() too. Requests under way are answered, within Limits::drain; streams end.
+  virtual void stop() = 0;
+};
+
+}  // namespace cordillera::server::front

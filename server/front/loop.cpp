@@ -1,0 +1,104 @@
+#include "server/front/loop.h"
+
+#include <boost/asio/post.hpp>
+
+#include "server/front/answer_head.h"
+#include "server/front/connection.h"
+
+namespace cordillera::server::front {
+namespace {
+
+constexpr auto kTick = std::chrono::milliseconds(250);
+constexpr auto kNews = std::chrono::milliseconds(50);  // a build that reports often is told of twenty times a second
+constexpr std::size_t kScratch = std::size_t{256} << 10;
+
+}  // namespace
+
+Loop::Loop(Shared& shared) : shared_(shared), work_(io_.get_executor()), ticks_(io_), news_(io_), scratch_(kScratch), date_(http_date()) {}
+
+Loop::~Loop() = default;
+
+void Loop::run() {
+  tick();
+  io_.run();
+}
+
+void Loop::adopt(boost::asio::ip::tcp::socket socket) {
+  boost::asio::post(io_, [this, socket = std::move(socket)]() mutable {
+    boost::system::error_code error;
+    const auto peer = socket.remote_endpoint(error);
+    // Those that are told why they are refused take a place for a moment too.
+    if (error || stopping_ || connections_.size() > shared_.limits.connections) return;
+    const bool room = shared_.connections.all() < shared_.limits.connections || make_room();
+    auto share = room ? shared_.connections.take(peer.address().to_string(), shared_.limits.connections_per_client) : nullptr;
+    const bool welcome = share != nullptr;
+    const auto connection = std::make_shared<Connection>(*this, std::move(socket), std::move(share));
+    connections_.insert(connection);
+    if (welcome) return connection->start();
+    connection->refuse(room ? proto::Problem{"too-many-connections", "this address has too many connections open",
+                                             "at most " + std::to_string(shared_.limits.connections_per_client) + " at a time", ""}
+                            : proto::Problem{"service-busy", "too many clients are connected", "trying again later", ""});
+  });
+}
+
+/// The connection that has been idle for longest goes: its client only has to connect again.
+bool Loop::make_room() {
+  std::shared_ptr<Connection> oldest;
+  for (const auto& connection : connections_) {
+    if (connection->idle() && (!oldest || connection->since() < oldest->since())) oldest = connection;
+  }
+  if (oldest) oldest->close();
+  return oldest != nullptr;
+}
+
+void Loop::forget(const std::shared_ptr<Connection>& connection) {
+  connections_.erase(connection);
+  if (stopping_ && connections_.empty()) {
+    ticks_.cancel();
+    work_.reset();
+  }
+}
+
+void Loop::tick() {
+  date_ = http_date();
+  const auto now = Clock::now();
+  const std::vector<std::shared_ptr<Connection>> all(connections_.begin(), connections_.end());  // ticks may close them
+  for (const auto& connection : all) {
+    connection->tick(now);
+    if (stopping_ && now >= stop_at_) connection->close();
+  }
+  if (stopping_ && connections_.empty()) return work_.reset();
+  ticks_.expires_after(kTick);
+  ticks_.async_wait([this](const boost::system::error_code& error) {
+    if (!error) tick();
+  });
+}
+
+void Loop::changed() {
+  if (changed_.exchange(true)) return;
+  boost::asio::post(io_, [this] {
+    news_.expires_after(kNews);
+    news_.async_wait([this](const boost::system::error_code&) { tell_changed(); });
+  });
+}
+
+void Loop::tell_changed() {
+  changed_ = false;
+  const std::vector<std::shared_ptr<Connection>> all(connections_.begin(), connections_.end());
+  for (const auto& connection : all) connection->changed();
+}
+
+void Loop::stop() {
+  boost::asio::post(io_, [this] {
+    stopping_ = true;
+    stop_at_ = Clock::now() + shared_.limits.drain;
+    const std::vector<std::shared_ptr<Connection>> all(connections_.begin(), connections_.end());
+    for (const auto& connection : all) connection->finish();
+    if (connections_.empty()) {
+      ticks_.cancel();
+      work_.reset();
+    }
+  });
+}
+
+}  // namespace cordillera::server::front

@@ -1,0 +1,46 @@
+#include "server/front/shared.h"
+
+#include <algorithm>
+#include <regex>
+
+#include "server/log.h"
+
+namespace cordillera::server::front {
+namespace {
+
+std::size_t cores() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 64); }
+
+/// Ranges are answered with the whole, as any server may: tiles are small. One that is none is a mistake that the client should see.
+bool is_range(const std::string& header) {
+  static const std::regex kRanges(R"(bytes=(\d+-\d*|-\d+)(\s*,\s*(\d+-\d*|-\d+))*)");
+  return header.size() < 256 && std::regex_match(header, kRanges);
+}
+
+}  // namespace
+
+Shared::Shared(Api& api_, const Limits& limits_, OnServed on_served_)
+    : api(api_), limits(limits_), on_served(std::move(on_served_)),
+      makers(cores() * 2, limits_.connections * std::size_t{2}, limits_.connections * std::size_t{2}),
+      takers(limits_.uploads, limits_.uploads, limits_.uploads_per_client) {}
+
+Response refusal(const proto::Problem& problem) {
+  Response response = problem_response(problem);
+  response.set("Access-Control-Allow-Origin", "*");
+  return response;
+}
+
+Response answer_of(Shared& shared, const Request& request) {
+  if (const auto range = request.header("range"); range && !is_range(*range)) {
+    return refusal({"range-invalid", "the Range header cannot be read", "no Range header: ranges are not served", "Range"});
+  }
+  try {
+    Response response = shared.api.handle(request);
+    shared.coder.encode(request, response);
+    return response;
+  } catch (const std::exception& error) {
+    log_warning(request.method + " " + request.path.substr(0, 300) + ": " + error.what());
+    return refusal({"internal", "the service failed to answer this request", "", ""});
+  }
+}
+
+}  // namespace cordillera::server::front

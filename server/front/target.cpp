@@ -1,0 +1,72 @@
+#include "server/front/target.h"
+
+#include <algorithm>
+
+namespace cordillera::server::front {
+namespace {
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
+enum class Plus { space, itself };
+
+/// %41 to what it means; what is no escape stays.
+std::string decoded(std::string_view text, Plus plus) {
+  std::string out;
+  out.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const int high = text[i] == '%' && i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
+    const int low = high >= 0 ? hex_digit(text[i + 2]) : -1;
+    if (low >= 0) {
+      out += static_cast<char>(high * 16 + low);
+      i += 2;
+    } else {
+      out += text[i] == '+' && plus == Plus::space ? ' ' : text[i];
+    }
+  }
+  return out;
+}
+
+std::vector<std::pair<std::string, std::string>> read_query(std::string_view rest) {
+  std::vector<std::pair<std::string, std::string>> query;
+  while (!rest.empty()) {
+    const std::string_view pair = rest.substr(0, rest.find('&'));
+    rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
+    if (pair.empty()) continue;
+    const auto equals = pair.find('=');
+    query.emplace_back(decoded(pair.substr(0, equals), Plus::space),
+                       equals == pair.npos ? "" : decoded(pair.substr(equals + 1), Plus::space));
+  }
+  return query;
+}
+
+bool begins_with_scheme(std::string_view text, std::string_view scheme) {
+  return text.size() > scheme.size() && std::equal(scheme.begin(), scheme.end(), text.begin(),
+                                                   [](char wanted, char c) { return wanted == (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+}
+
+}  // namespace
+
+std::optional<Target> read_target(std::string_view text) {
+  Target target;
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!begins_with_scheme(text, scheme)) continue;
+    text.remove_prefix(scheme.size());
+    target.authority = text.substr(0, text.find_first_of("/?#"));
+    text.remove_prefix(target.authority.size());
+    if (target.authority.empty()) return std::nullopt;
+    if (text.empty() || text[0] != '/') target.path += '/';
+  }
+  text = text.substr(0, text.find('#'));
+  if (target.authority.empty() && text != "*" && (text.empty() || text[0] != '/')) return std::nullopt;
+  const auto mark = text.find('?');
+  target.path += decoded(text.substr(0, mark), Plus::itself);
+  if (mark != text.npos) target.query = read_query(text.substr(mark + 1));
+  if (target.path.find('\0') != std::string::npos) return std::nullopt;
+  return target;
+}
+
+}  // namespace cordillera::server::front

@@ -1,0 +1,82 @@
+#include "server/limits/admission.h"
+
+#include "server/limits/disk.h"
+#include "server/registry.h"
+
+namespace cordillera::server::limits {
+namespace {
+
+using proto::Problem;
+
+std::string at_most(std::uint32_t count, const char* what) { return "at most " + std::to_string(count) + " " + what; }
+
+}  // namespace
+
+InUse Admission::in_use() const {
+  const StateCounts counts = registry_.counts();
+  InUse now;
+  now.queue = counts.queued;
+  now.datasets = counts.queued + counts.running + counts.ready + counts.failed;
+  const std::lock_guard lock(mutex_);
+  now.uploads = uploads_;
+  return now;
+}
+
+std::string Admission::disk_full(std::uint64_t bytes) const {
+  const auto disk = disk_space(data_);
+  if (!disk || room(*disk, limits_.free_percent) > bytes) return "";
+  return "the disk has " + std::to_string(disk->free >> 20) + " MiB free; " + std::to_string(limits_.free_percent) +
+         " % of its " + std::to_string(disk->size >> 20) + " MiB are kept free";
+}
+
+std::optional<Problem> Admission::refused_fresh() const {
+  const StateCounts counts = registry_.counts();
+  const std::size_t datasets = counts.queued + counts.running + counts.ready + counts.failed + uploads_;
+  if (datasets >= limits_.datasets) {
+    return Problem{"datasets-full", "this service holds as many datasets as it may",
+                   at_most(limits_.datasets, "datasets; remove one by DELETE"), ""};
+  }
+  if (counts.queued + uploads_ >= limits_.queue) {
+    return Problem{"queue-full", "as many builds as may wait are waiting", at_most(limits_.queue, "builds; post again later"),
+                   ""};
+  }
+  return std::nullopt;
+}
+
+std::optional<Problem> Admission::refused(const std::string& client, std::uint64_t bytes, Entry entry) const {
+  if (entry == Entry::fresh) {
+    if (auto full = refused_fresh()) return full;
+  }
+  if (uploads_ >= limits_.uploads) {
+    return Problem{"service-busy", "too many rasters are being sent at the moment",
+                   at_most(limits_.uploads, "uploads; post again later"), ""};
+  }
+  const auto own = of_client_.find(client);
+  if (own != of_client_.end() && own->second >= limits_.client_uploads) {
+    return Problem{"too-many-uploads", "you are sending " + std::to_string(own->second) + " rasters already",
+                   at_most(limits_.client_uploads, "uploads of one client at a time"), ""};
+  }
+  if (const std::string full = disk_full(bytes); !full.empty())
+    return Problem{"storage-full", full, "a smaller raster, or posting when there is room again", ""};
+  return std::nullopt;
+}
+
+std::optional<Problem> Admission::refuse(const std::string& client, std::optional<std::uint64_t> bytes) const {
+  const std::lock_guard lock(mutex_);
+  return refused(client, bytes.value_or(0), Entry::fresh);
+}
+
+proto::Result<Place> Admission::enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry) {
+  const std::lock_guard lock(mutex_);
+  if (auto why = refused(client, bytes.value_or(0), entry)) return *why;
+  ++uploads_;
+  ++of_client_[client];
+  return Place(this, [client](void* admission) {
+    auto* self = static_cast<Admission*>(admission);
+    const std::lock_guard inner(self->mutex_);
+    --self->uploads_;
+    if (--self->of_client_[client] == 0) self->of_client_.erase(client);
+  });
+}
+
+}  // namespace cordillera::server::limits

@@ -1,0 +1,61 @@
+#pragma once
+// Whether the service takes on one more upload. What it takes it can finish: a place in the queue and a dataset are set
+// aside while the body still comes.
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "proto/result.h"
+#include "server/options.h"
+
+namespace cordillera::server {
+class Registry;
+}
+
+namespace cordillera::server::limits {
+
+/// Held while an upload is under way.
+using Place = std::shared_ptr<void>;
+
+/// A request that is sent again has its dataset, and its place in the queue, already.
+enum class Entry { fresh, again };
+
+/// What is taken up now.
+struct InUse {
+  std::size_t datasets = 0;
+  std::size_t queue = 0;
+  std::size_t uploads = 0;
+};
+
+/// Thread-safe.
+class Admission {
+ public:
+  Admission(const Limits& limits, std::filesystem::path data, const Registry& registry)
+      : limits_(limits), data_(std::move(data)), registry_(registry) {}
+
+  /// Whether there would be room for a body of so many bytes (nothing: unknown) of this client.
+  std::optional<proto::Problem> refuse(const std::string& client, std::optional<std::uint64_t> bytes) const;
+  /// The same, and takes the place.
+  proto::Result<Place> enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry = Entry::fresh);
+
+  InUse in_use() const;
+  /// "The disk is full" in a sentence, where it is; empty: it is not, or cannot be asked.
+  std::string disk_full(std::uint64_t bytes) const;
+
+ private:
+  std::optional<proto::Problem> refused_fresh() const;
+  std::optional<proto::Problem> refused(const std::string& client, std::uint64_t bytes, Entry entry) const;
+
+  const Limits limits_;
+  const std::filesystem::path data_;
+  const Registry& registry_;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::uint32_t> of_client_;
+  std::uint32_t uploads_ = 0;
+};
+
+}  // namespace cordillera::server::limits

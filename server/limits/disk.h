@@ -1,0 +1,20 @@
+#pragma once
+// Room on the disk that holds a folder.
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+namespace cordillera::server::limits {
+
+struct DiskSpace {
+  std::uint64_t size = 0;  ///< bytes
+  std::uint64_t free = 0;  ///< bytes that this user may write
+};
+
+/// Nothing where the folder cannot be asked.
+std::optional<DiskSpace> disk_space(const std::filesystem::path& folder);
+
+/// Bytes that may be written before less than the share is free; 0: none.
+std::uint64_t room(const DiskSpace& disk, std::uint32_t free_percent);
+
+}  // namespace cordillera::server::limits

@@ -1,0 +1,115 @@
+#include "server/metrics/family.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace cordillera::server::metrics {
+namespace {
+
+std::string number(double value) {
+  char text[40];
+  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
+  return std::string(text, end);
+}
+
+std::string escaped(std::string_view value) {
+  std::string text;
+  for (const char c : value) {
+    if (c == '\\' || c == '"') text += '\\';
+    text += c == '\n' ? std::string("\\n") : std::string(1, c);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string Family::key(Labels values) const {
+  std::string text;
+  auto name = labels_.begin();
+  for (const std::string_view value : values) {
+    text.append(text.empty() ? "" : ",").append(*name++).append("=\"").append(escaped(value)).append("\"");
+  }
+  return text;
+}
+
+void Family::write_sample(std::string& out, const char* suffix, const std::string& labels, double value) const {
+  out.append(name_).append(suffix);
+  if (!labels.empty()) out.append("{").append(labels).append("}");
+  out.append(" ").append(number(value)).append("\n");
+}
+
+void Family::write(std::string& out) const {
+  out.append("# HELP ")
+      .append(name_)
+      .append(" ")
+      .append(help_)
+      .append("\n# TYPE ")
+      .append(name_)
+      .append(" ")
+      .append(type_)
+      .append("\n");
+  const std::lock_guard lock(mutex_);
+  write_samples(out);
+}
+
+void Numbers::add(double by, Labels labels) {
+  const std::string at = key(labels);
+  const std::lock_guard lock(mutex_);
+  values_[at] += by;
+}
+
+void Numbers::set(double value, Labels labels) {
+  const std::string at = key(labels);
+  const std::lock_guard lock(mutex_);
+  values_[at] = value;
+}
+
+double Numbers::value(Labels labels) const {
+  const std::string at = key(labels);
+  const std::lock_guard lock(mutex_);
+  const auto found = values_.find(at);
+  return found == values_.end() ? 0 : found->second;
+}
+
+void Numbers::write_samples(std::string& out) const {
+  for (const auto& [labels, value] : values_) write_sample(out, "", labels, value);
+}
+
+// A family without labels has its one value from the start: a rate then sees the first event too.
+Counter::Counter(const char* name, const char* help, std::vector<const char*> labels) : Numbers(name, help, "counter", labels) {
+  if (labels.empty()) set(0);
+}
+
+Gauge::Gauge(const char* name, const char* help, std::vector<const char*> labels) : Numbers(name, help, "gauge", labels) {
+  if (labels.empty()) set(0);
+}
+
+Histogram::Histogram(const char* name, const char* help, std::vector<double> bounds, std::vector<const char*> labels)
+    : Family(name, help, "histogram", std::move(labels)), bounds_(std::move(bounds)) {}
+
+void Histogram::observe(double value, Labels labels) {
+  const std::string at = key(labels);
+  const auto bucket = std::lower_bound(bounds_.begin(), bounds_.end(), value) - bounds_.begin();
+  const std::lock_guard lock(mutex_);
+  Spread& spread = spreads_[at];
+  if (spread.counts.empty()) spread.counts.resize(bounds_.size() + 1);
+  ++spread.counts[static_cast<std::size_t>(bucket)];
+  spread.sum += value;
+}
+
+void Histogram::write_samples(std::string& out) const {
+  for (const auto& [labels, spread] : spreads_) {
+    const std::string before = labels.empty() ? "" : labels + ",";
+    double count = 0;
+    for (std::size_t i = 0; i < bounds_.size(); ++i) {
+      count += spread.counts[i];
+      write_sample(out, "_bucket", before + "le=\"" + number(bounds_[i]) + "\"", count);
+    }
+    count += spread.counts.back();
+    write_sample(out, "_bucket", before + "le=\"+Inf\"", count);
+    write_sample(out, "_sum", labels, spread.sum);
+    write_sample(out, "_count", labels, count);
+  }
+}
+
+}  // namespace cordillera::server::metrics

@@ -1,0 +1,81 @@
+#pragma once
+// Numbers that only grow, that go up and down, and spreads of durations, as Prometheus reads them (text format 0.0.4). A family
+// is a metric with all values of its labels. Labels come from our own tables, never from what clients send: there are few.
+#include <initializer_list>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cordillera::server::metrics {
+
+/// Values of the labels, in the order of their names.
+using Labels = std::initializer_list<std::string_view>;
+
+class Family {
+ public:
+  Family(const char* name, const char* help, const char* type, std::vector<const char*> labels)
+      : name_(name), help_(help), type_(type), labels_(std::move(labels)) {}
+  virtual ~Family() = default;
+  Family(const Family&) = delete;
+  Family& operator=(const Family&) = delete;
+  /// Appends the family's lines.
+  void write(std::string& out) const;
+
+ protected:
+  /// label="value",… without braces.
+  std::string key(Labels values) const;
+  virtual void write_samples(std::string& out) const = 0;
+  void write_sample(std::string& out, const char* suffix, const std::string& labels, double value) const;
+
+  mutable std::mutex mutex_;
+
+ private:
+  const char* name_;
+  const char* help_;
+  const char* type_;
+  const std::vector<const char*> labels_;
+};
+
+/// Counters and gauges.
+class Numbers : public Family {
+ public:
+  using Family::Family;
+  void add(double by, Labels labels = {});
+  void set(double value, Labels labels = {});
+  double value(Labels labels = {}) const;
+
+ private:
+  void write_samples(std::string& out) const override;
+  std::map<std::string, double> values_;
+};
+
+class Counter : public Numbers {
+ public:
+  Counter(const char* name, const char* help, std::vector<const char*> labels = {});
+};
+
+class Gauge : public Numbers {
+ public:
+  Gauge(const char* name, const char* help, std::vector<const char*> labels = {});
+};
+
+class Histogram : public Family {
+ public:
+  /// bounds: upper ones of the buckets, rising; the last, +Inf, is added.
+  Histogram(const char* name, const char* help, std::vector<double> bounds, std::vector<const char*> labels = {});
+  void observe(double value, Labels labels = {});
+
+ private:
+  struct Spread {
+    std::vector<double> counts;  ///< indexed as bounds, then +Inf; not cumulated
+    double sum = 0;
+  };
+  void write_samples(std::string& out) const override;
+
+  const std::vector<double> bounds_;
+  std::map<std::string, Spread> spreads_;
+};
+
+}  // namespace cordillera::server::metrics

@@ -1,0 +1,64 @@
+#pragma once
+// Everything that the service counts, one member a family. A dashboard that names them: deploy/grafana.json.
+#include <cstdint>
+#include <string>
+
+#include "server/metrics/family.h"
+
+namespace cordillera::server::metrics {
+
+/// A request that was answered.
+struct Finished {
+  std::string route;
+  std::string method;
+  int status = 0;
+  double seconds = 0;
+  std::uint64_t received = 0;  ///< bytes of the body
+  std::string problem;         ///< slug, or empty
+};
+
+/// Thread-safe.
+class ServiceMetrics {
+ public:
+  ServiceMetrics();
+  void finished(const Finished& request);
+  /// Every family, and numbers of this process.
+  std::string text() const;
+
+  // HTTP.
+  Counter requests{"cordillera_http_requests_total", "Requests answered.", {"route", "method", "status"}};
+  Histogram request_seconds;
+  Gauge in_flight{"cordillera_http_requests_in_flight", "Requests being answered now."};
+  Counter received_bytes{"cordillera_http_received_bytes_total", "Bytes of bodies received."};
+  Counter sent_bytes{"cordillera_http_sent_bytes_total", "Bytes of answers that were sent, heads included."};
+  Gauge connections{"cordillera_http_connections", "Connections that are open."};
+  Gauge waiting{"cordillera_http_waiting_clients", "Clients that wait for progress: streams of events and Prefer: wait."};
+  Counter problems{"cordillera_problems_total", "Problems told to clients, by their type.", {"type"}};
+  Counter denied{"cordillera_access_denied_total", "Requests refused for want of a token or of its role.", {"reason"}};
+
+  // Uploads and builds.
+  Gauge uploads{"cordillera_uploads_in_progress", "Rasters that are being received."};
+  Gauge datasets{"cordillera_datasets", "Datasets by state; queued ones are the queue.", {"state"}};
+  Gauge queue_limit{"cordillera_queue_limit", "Builds that may wait."};
+  Counter builds{"cordillera_builds_total", "Builds that ended.", {"outcome"}};
+  Histogram build_seconds;
+  Counter stage_seconds{"cordillera_build_stage_seconds_total", "Seconds spent in the stages of builds.", {"stage"}};
+  Counter blocks{"cordillera_build_blocks_total", "Blocks built and committed."};
+  Counter samples{"cordillera_build_samples_total", "Samples of the finest lattice that builds went through."};
+  Counter device_lost{"cordillera_build_device_lost_total", "Builds begun anew on the CPU because the GPU was lost."};
+
+  // Reading.
+  Counter store_opens{"cordillera_store_opens_total", "Datasets looked for among the open ones.", {"result"}};
+
+  // The machine.
+  Gauge disk_size{"cordillera_disk_size_bytes", "Size of the disk that holds the data."};
+  Gauge disk_free{"cordillera_disk_free_bytes", "Bytes free on it."};
+  Gauge ready{"cordillera_ready", "1 when the service takes work, else 0."};
+  Gauge gpu_memory{"cordillera_gpu_memory_bytes", "Memory of the GPUs.", {"gpu", "kind"}};
+  Gauge build_info{"cordillera_build_info", "1, with the version of the program.", {"version"}};
+};
+
+/// process_… as other programs have them: CPU, memory, descriptors, threads, start.
+void write_process(std::string& out);
+
+}  // namespace cordillera::server::metrics

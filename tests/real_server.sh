@@ -1,0 +1,77 @@
+# For tests that talk to a real server, many of them by programs of Node.js: sourced after `set -euo pipefail`, with the test's name, as
+# it says that something is missing: . tests/real_server.sh "The browser test"
+# Gives $work, a folder that is gone at the end, and the functions below. A server that was started is stopped at the end.
+test_name=${1:?the test\'s name}
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+export no_proxy=127.0.0.1 NO_PROXY=127.0.0.1
+work=$(mktemp -d)
+server_pid=
+end_test() {
+  [[ -z $server_pid ]] || { kill -TERM "$server_pid" 2>/dev/null && wait "$server_pid"; } || true
+  rm -rf "$work"
+}
+trap end_test EXIT
+
+# Ends the test as skipped: ctest is told that 77 means so.
+leave_out() {
+  printf '%s is left out; missing: %s\n' "$test_name" "$*"
+  exit 77
+}
+
+need_node() {
+  local program
+  for program in npm node curl "$@"; do
+    command -v "$program" >/dev/null || leave_out "$program"
+  done
+  node -e 'process.exit(Number(process.versions.node.split(".")[0]) >= 18 ? 0 : 1)' ||
+    leave_out "Node.js 18 or newer (this is $(node --version))"
+}
+
+need_chromium() {
+  chromium=$(command -v chromium || command -v chromium-browser) || leave_out Chromium
+}
+
+# node_modules SOURCE FOLDER: puts what SOURCE/package-lock.json names into FOLDER/node_modules. It is fetched once for each lock file,
+# into a cache outside of the checkout and of the build; FOLDER has a link to it.
+node_modules() {
+  local source=$1 folder=$2 cache
+  cache=${CORDILLERA_CACHE:-${XDG_CACHE_HOME:-${HOME:-$folder}/.cache}/cordillera}/npm/$(sha256sum "$source/package-lock.json" | cut -c1-16)
+  mkdir -p "$cache" "$folder"
+  exec 9>"$cache/lock"
+  flock 9
+  if [[ ! -e $cache/complete ]]; then
+    cp "$source/package.json" "$source/package-lock.json" "$cache"
+    npm_ci "$cache" || npm_ci "$cache" || {
+      (cd "$cache" && npm ping >/dev/null 2>&1) && exit 1  # the registry is there: what we ask of it is wrong
+      leave_out 'the registry of npm'
+    }
+    touch "$cache/complete"
+  fi
+  exec 9>&-
+  [[ -L $folder/node_modules ]] || rm -rf "$folder/node_modules"
+  ln -sfn "$cache/node_modules" "$folder/node_modules"
+}
+npm_ci() { (cd "$1" && npm ci --prefer-offline --ignore-scripts --no-audit --no-fund --loglevel=error >/dev/null); }
+
+# start_server BUILD [OPTION]...: sets $url; what it keeps is in $work/data.
+start_server() {
+  local build=$1 port
+  shift
+  port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+  url=http://127.0.0.1:$port
+  "$build/bin/cordillera" serve --listen "127.0.0.1:$port" --data "$work/data" "$@" >"$work/server.log" 2>&1 &
+  server_pid=$!
+  until curl -fs -o /dev/null "$url/readyz"; do
+    kill -0 "$server_pid" || { cat "$work/server.log" >&2; exit 1; }
+    sleep 0.1
+  done
+}
+
+# post RASTER: prints the id of the dataset, as soon as it is ready; fails if it never is.
+post() {
+  local id
+  id=$(curl -fsS -T "$1" -X POST -H 'Prefer: wait=300' "$url/v1/datasets?name=$(basename "$1")" | json_id)
+  python3 "$repository/deploy/client.py" watch "$url" "$id" >&2
+  printf '%s\n' "$id"
+}
+json_id() { python3 -c 'import json, sys; print(json.load(sys.stdin)["id"])'; }

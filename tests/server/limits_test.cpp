@@ -1,0 +1,179 @@
+// Every limit, met once; and what the service says of them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <future>
+
+#include "fixture.h"
+#include "server/access/tokens.h"
+#include "server/limits/disk.h"
+
+namespace cordillera::server {
+namespace {
+
+/// A post whose body comes when it is told to.
+class SlowPost {
+ public:
+  SlowPost(TestService& test, std::map<std::string, std::string> headers) {
+    Request request;
+    request.method = "POST";
+    request.path = "/v1/datasets";
+    request.client = "192.0.2.1";
+    request.headers = std::move(headers);
+    request.headers.emplace("content-length", "4");
+    request.read_body = [this](const Request::Sink& sink) {
+      begun_.set_value();
+      go_.get_future().wait();
+      return sink("GOOD");
+    };
+    answer_ = std::async(std::launch::async, [&test, request] { return test.api().handle(request); });
+    begun_.get_future().wait();
+  }
+  Response end() {
+    go_.set_value();
+    return answer_.get();
+  }
+
+ private:
+  std::promise<void> begun_, go_;
+  std::future<Response> answer_;
+};
+
+Response post_from(TestService& test, const std::string& client, const std::map<std::string, std::string>& headers = {}) {
+  Request request;
+  request.method = "POST";
+  request.path = "/v1/datasets";
+  request.client = client;
+  request.headers = headers;
+  request.headers.emplace("content-length", "4");
+  request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
+  return test.api().handle(request);
+}
+
+TEST(Limits, UploadsOfOneClient) {
+  Settings settings;
+  settings.serve.limits.client_uploads = 1;
+  TestService test(settings);
+  SlowPost first(test, {});
+  const Response second = post_from(test, "192.0.2.1");
+  EXPECT_EQ(second.status, 429);
+  EXPECT_EQ(slug_of(second), "too-many-uploads");
+  EXPECT_EQ(second.header("Retry-After"), "5");
+  EXPECT_EQ(post_from(test, "192.0.2.2").status, 202);  // another one's are his own
+  EXPECT_EQ(first.end().status, 202);
+  EXPECT_EQ(post_from(test, "192.0.2.1").status, 202);
+}
+
+TEST(Limits, UploadsAreThoseOfAToken) {
+  const access::NewToken one = access::make_token("one", access::Role::write),
+                         two = access::make_token("two", access::Role::write);
+  Settings settings;
+  settings.serve.token_lines = one.line + ";" + two.line;
+  settings.serve.limits.client_uploads = 1;
+  TestService test(settings);
+  SlowPost first(test, {{"authorization", "Bearer " + one.token}});
+  EXPECT_EQ(post_from(test, "192.0.2.9", {{"authorization", "Bearer " + one.token}}).status, 429);
+  EXPECT_EQ(post_from(test, "192.0.2.1", {{"authorization", "Bearer " + two.token}}).status, 202);
+  EXPECT_EQ(first.end().status, 202);
+}
+
+TEST(Limits, UploadsOfAll) {
+  Settings settings;
+  settings.serve.limits.uploads = 1;
+  TestService test(settings);
+  SlowPost first(test, {});
+  const Response second = post_from(test, "192.0.2.2");
+  EXPECT_EQ(second.status, 503);
+  EXPECT_EQ(slug_of(second), "service-busy");
+  EXPECT_FALSE(second.header("Retry-After").empty());
+  EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 1);
+  EXPECT_EQ(first.end().status, 202);
+  EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 0);
+}
+
+TEST(Limits, BuildsThatWait) {
+  Settings settings;
+  settings.serve.limits.queue = 1;
+  TestService test(settings);
+  ASSERT_EQ(test.post("SLOW").status, 202);
+  ASSERT_TRUE(eventually([&] { return test.service().registry().counts().running == 1; }));
+  ASSERT_EQ(test.post("GOOD", {}, {{"idempotency-key", "again"}}).status, 202);
+  const Response third = test.post("GOOD");
+  EXPECT_EQ(third.status, 503);
+  EXPECT_EQ(slug_of(third), "queue-full");
+  EXPECT_EQ(third.header("Retry-After"), "30");
+  EXPECT_EQ(test.post("GOOD", {}, {{"idempotency-key", "again"}}).status, 202);  // it has its place
+  const Response ready = test.get("/readyz");
+  EXPECT_EQ(ready.status, 503);
+  EXPECT_EQ(body_of(ready)["reasons"], Json::array({"queue-full"}));
+  EXPECT_EQ(test.get("/healthz").status, 200);
+}
+
+TEST(Limits, Datasets) {
+  Settings settings;
+  settings.serve.limits.datasets = 1;
+  TestService test(settings);
+  const std::string id = body_of(test.post("GOOD"))["id"];
+  const Response second = test.post("GOOD");
+  EXPECT_EQ(second.status, 507);
+  EXPECT_EQ(slug_of(second), "datasets-full");
+  EXPECT_EQ(body_of(test.get("/readyz"))["reasons"], Json::array({"datasets-full"}));
+  EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
+  EXPECT_EQ(test.post("GOOD").status, 202);
+  EXPECT_EQ(test.get("/readyz").status, 503);
+}
+
+TEST(Limits, ShareOfTheDisk) {
+  Settings settings;
+  settings.serve.limits.free_percent = 100;
+  TestService test(settings);
+  const Response refused = test.post("GOOD");
+  EXPECT_EQ(refused.status, 507);
+  EXPECT_EQ(slug_of(refused), "storage-full");
+  EXPECT_EQ(test.leftovers(), 0u);
+  EXPECT_EQ(body_of(test.get("/readyz"))["reasons"], Json::array({"disk-full"}));
+  EXPECT_EQ(limits::room({1000, 300}, 20), 100u);
+  EXPECT_EQ(limits::room({1000, 200}, 20), 0u);
+  EXPECT_EQ(limits::room({1000, 100}, 20), 0u);
+}
+
+TEST(Limits, ABodyThatDoesNotFitIsRefusedBeforeItComes) {
+  TestService test;
+  const auto disk = limits::disk_space(test.data());
+  ASSERT_TRUE(disk);
+  EXPECT_EQ(test.service().admission().refuse("a", disk->free)->type, "storage-full");
+  EXPECT_FALSE(test.service().admission().refuse("a", 1000));
+}
+
+TEST(Limits, AFolderThatCannotBeWrittenIsNotReady) {
+  TestService test;
+  EXPECT_EQ(test.get("/readyz").status, 200);
+  std::filesystem::remove_all(test.data() / "incoming");  // root writes anywhere: what is gone nobody can write
+  const Response ready = test.get("/readyz");
+  EXPECT_EQ(ready.status, 503);
+  EXPECT_EQ(slug_of(ready), "not-ready");
+  EXPECT_EQ(body_of(ready)["reasons"], Json::array({"data-not-writable"}));
+  EXPECT_THAT(ready.body, testing::Not(testing::HasSubstr(test.data().string())));
+  EXPECT_FALSE(ready.header("Retry-After").empty());
+}
+
+TEST(Limits, AreShownAsTheyAre) {
+  Settings settings;
+  settings.serve.limits.queue = 7;
+  TestService test(settings);
+  const Json shown = body_of(test.get("/v1/limits"));
+  EXPECT_EQ(shown["limits"]["max_queue"]["value"], 7);
+  int limits = 0;
+  for (const OptionSpec& option : serve_options()) {
+    if (option.limit == nullptr) continue;
+    ++limits;
+    const Json& one = shown["limits"][spelt(option, Spelling::query)];
+    EXPECT_EQ(one["value"], settings.serve.limits.*option.limit) << option.name;
+    EXPECT_FALSE(std::string(one["unit"]).empty()) << option.name;
+  }
+  EXPECT_GE(limits, 9);
+}
+
+}  // namespace
+}  // namespace cordillera::server
