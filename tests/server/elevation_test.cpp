@@ -50,7 +50,7 @@ class Built {
     request.query = {{"name", "sample.tif"}, {"error", "2"}, {"device", "cpu"}, {"threads", "2"}};
     request.headers = {{"content-length", std::to_string(body.size())}, {"prefer", "wait=600"}};
     request.read_body = [&](const Request::Sink& sink) { return sink(body); };
-    const Response response = api_->handle(request);
+    const Response response = TestService::settled(api_->handle(request));
     if (response.status != 201) throw std::runtime_error(response.body);
     base_ = "/v1/datasets/" + body_of(response)["id"].get<std::string>();
   }

@@ -19,7 +19,7 @@ const std::vector<std::pair<std::string, std::string>> kChosen = {
     {"max-level", "9"}, {"z-scale", "2"}, {"z-offset", "100"}, {"title", "Mount"}, {"attribution", "me"}, {"source-nodata", "-32767"}, {"quality", "best"},
     {"water", "-5"}};
 constexpr const char* kEffective =
-    R"({"name":"mount.asc","error":20,"keep":[],"scheme":"geodetic","crs":"EPSG:4326","vertical_datum":"EGM96","nodata":"fill",)"
+    R"({"name":"mount.asc","error":20,"feather":0,"keep":[],"scheme":"geodetic","crs":"EPSG:4326","vertical_datum":"EGM96","nodata":"fill",)"
     R"("strategy":"waves","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,"z_scale":2,)"
     R"("z_offset":100,"title":"Mount","attribution":"me","source_nodata":"-32767","quality":"best","water":-5,"water_mask":""})";
 

@@ -102,7 +102,7 @@ class RealServer {
     int process = -1;
     eventually([&] {
       const std::string said = log();
-      const auto start = said.find(words);
+      const auto start = said.rfind(words);  // the last one: a job may have had a second try
       if (start != std::string::npos && said.find('\n', start) != std::string::npos) process = std::atoi(&said[start + words.size()]);
       return process > 0;
     });
