@@ -270,7 +270,7 @@ TEST_F(BadPosts, AnUploadThatIsCutOff) {
     address.sin_port = htons(static_cast<std::uint16_t>(server_.port()));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     ASSERT_EQ(connect(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-    const std::string sent = "POST /v1/datasets?name=half.tif HTTP/1.1\r\nHost: x\r\n" + head + good.substr(0, good.size() / 2);
+    const std::string sent = "POST /v1/datasets?name=half.tif HTTP/1.1\r\nHost: 127.0.0.1\r\n" + head + good.substr(0, good.size() / 2);
     ASSERT_EQ(::write(descriptor, sent.data(), sent.size()), static_cast<ssize_t>(sent.size()));
     EXPECT_TRUE(eventually([&] { return !std::filesystem::is_empty(data("incoming")); })) << "the upload should be under way";
     EXPECT_TRUE(get("/v1/datasets")["datasets"].empty());
