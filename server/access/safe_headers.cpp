@@ -7,8 +7,9 @@ namespace {
 
 // The viewer: its own scripts; WebAssembly and workers from blobs, which CesiumJS makes; styles that it puts on elements; imagery
 // from wherever the user names it. Nobody else's page may hold it in a frame: it may have a token.
+// A library inside CesiumJS evaluates strings of its own as it loads; what it evaluates never comes from outside.
 constexpr const char* kPage =
-    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval' blob:; worker-src 'self' blob:; style-src 'self' 'unsafe-inline'; "
+    "default-src 'none'; script-src 'self' 'unsafe-eval' blob:; worker-src 'self' blob:; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob: https: http:; connect-src 'self' data: blob: https: http:; font-src 'self' data:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
 
