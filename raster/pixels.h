@@ -41,6 +41,7 @@ class Pixels {
   proto::Result<void> read_wrapped(const PixelWindow& window, std::vector<double>& heights);
   proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift, std::vector<double>& heights);
   proto::Result<void> read_stored(const PixelWindow& part, double* out, std::size_t stride);
+  proto::Result<void> pass_lines(int end);
   bool block_missing(std::int64_t block_x, std::int64_t block_y) const;
   void to_metres(double* line, const std::uint8_t* mask, std::size_t count) const;
 
@@ -48,6 +49,8 @@ class Pixels {
   HeightRule rule_;
   int period_;
   Validity validity_;
+  int lines_ = 0;        ///< of a text grid, those that were read in their order
+  bool torn_ = false;    ///< the next one could not be
   std::vector<std::uint8_t> mask_;  ///< scratch
 };
 

@@ -28,6 +28,29 @@ std::string outcome(const std::string& file, int level, Trust trust = Trust::pos
   return s.ok() ? "" : s.problem().type;
 }
 
+/// GDAL, asked for a line behind a damaged one, looks for all before it again, and for each of these again.
+TEST_F(BadInput, ATextGridWithATornLineIsToldSoAtOnce) {
+  std::string grid = "ncols 200\nnrows 200\nxllcorner 10\nyllcorner 45\ncellsize 0.01\n";
+  for (int row = 0; row < 100; ++row) {
+    for (int column = 0; column < 200; ++column) grid += std::to_string(row + column) + " ";
+    grid += "\n";
+  }
+  grid += std::string(90000, 'x');
+  auto options = plain_options();
+  options.set_crs("EPSG:4326");
+  const auto source = must_open(write_text(grid, "torn.asc"), options);
+  ASSERT_NE(source, nullptr);
+  const auto window = source->window(lattice(9));
+  for (int again = 0; again < 2; ++again) {
+    const auto samples = source->sample(lattice(9), window.west, window.south, 40, 4);
+    ASSERT_FALSE(samples.ok());
+    EXPECT_EQ(samples.problem().type, "raster-unreadable");
+    EXPECT_NE(samples.problem().detail.find("row 101 of 200"), std::string::npos) << samples.problem().detail;
+  }
+  // What lies before the damage can be read.
+  EXPECT_TRUE(source->sample(lattice(9), window.west, window.north - 20, 10, 4).ok());
+}
+
 TEST_F(BadInput, WhatIsNoRasterIsSaidToBeSo) {
   using namespace std::string_literals;
   EXPECT_EQ(problem_type(write_text("", "empty.tif")), "raster-empty");
