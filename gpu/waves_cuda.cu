@@ -2,6 +2,7 @@
 // too little of it). The body is simplify_window(), the same source that the host runs.
 #include <algorithm>
 
+#include "gpu/cuda_device.cuh"
 #include "gpu/cuda_steps.cuh"
 #include "gpu/waves.inl"
 
@@ -123,7 +124,7 @@ struct SideStream {
 class CudaDevice : public CudaSteps {
  public:
   CudaDevice(int device, const cudaDeviceProp& properties) : CudaSteps(properties.multiProcessorCount), device_(device) {
-    name_ = "cuda:" + std::to_string(device) + " (" + properties.name + ")";
+    name_ = cuda_name(device, properties);
     shared_bytes_ = properties.sharedMemPerBlockOptin;
     processors_ = static_cast<unsigned>(properties.multiProcessorCount);
     scratch_blocks_ = 8 * processors_;
@@ -190,21 +191,9 @@ class CudaDevice : public CudaSteps {
 }  // namespace
 
 proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device, ParallelFor parallel) {
-  int count = 0;
-  const cudaError_t error = cudaGetDeviceCount(&count);
-  if (error != cudaSuccess || device >= count) {
-    const std::string reason = error != cudaSuccess ? cudaGetErrorString(error) : "there are " + std::to_string(count);
-    return proto::Problem{"device-unavailable", "CUDA device " + std::to_string(device) + " cannot be used: " + reason, "auto, cpu", "device"};
-  }
-  try {
-    cudaDeviceProp properties{};
-    CORDILLERA_CUDA(cudaSetDevice(device));
-    CORDILLERA_CUDA(cudaGetDeviceProperties(&properties, device));
-    return std::unique_ptr<Simplifier>(
-        std::make_unique<WaveSimplifier<CudaDevice>>(std::make_unique<CudaDevice>(device, properties), std::move(parallel)));
-  } catch (const DeviceLost& lost) {
-    return proto::Problem{"device-unavailable", lost.what(), "auto, cpu", "device"};
-  }
+  return with_cuda_device<Simplifier>(device, [&](const cudaDeviceProp& properties) {
+    return std::make_unique<WaveSimplifier<CudaDevice>>(std::make_unique<CudaDevice>(device, properties), std::move(parallel));
+  });
 }
 
 }  // namespace cordillera::gpu

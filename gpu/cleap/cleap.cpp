@@ -1,39 +1,21 @@
 #include "gpu/cleap/cleap.h"
 
-#include <charconv>
-
 #include "gpu/cleap/engine.h"
 #include "gpu/cleap/metrics.h"
+#include "gpu/device_choice.h"
 #include "gpu/device_lost.h"
 #include "gpu/fit/check.h"
 
 namespace cordillera::gpu::cleap {
 
 #ifndef CORDILLERA_HAS_CUDA
-proto::Result<std::unique_ptr<Engine>> make_cuda_engine(int) {
-  return proto::Problem{"device-unavailable", "this program was built without CUDA", "auto, cpu", "device"};
-}
+proto::Result<std::unique_ptr<Engine>> make_cuda_engine(int) { return built_without_cuda(); }
 #endif
 
 namespace {
 
 proto::Result<std::unique_ptr<Engine>> make_engine(const std::string& device, unsigned threads) {
-  if (device == "cpu") return make_host_engine(threads);
-  if (device.empty() || device == "auto") {
-    auto cuda = make_cuda_engine(0);
-    if (cuda.ok()) return cuda;
-    return make_host_engine(threads);
-  }
-  int number = 0;
-  bool known = device == "cuda";
-  if (device.starts_with("cuda:")) {
-    const char* const end = device.data() + device.size();
-    const auto [stop, error] = std::from_chars(device.data() + 5, end, number);
-    known = error == std::errc{} && stop == end && number >= 0;
-  }
-  if (!known)
-    return proto::Problem{"unknown-device", "device \"" + device + "\" is not known", "auto, cpu, cuda, cuda:N", "device"};
-  return make_cuda_engine(number);
+  return on_device(device, [threads] { return make_host_engine(threads); }, make_cuda_engine);
 }
 
 std::optional<proto::Problem> check_options(const Options& options) {

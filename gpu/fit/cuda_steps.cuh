@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "gpu/cuda_device.cuh"
 #include "gpu/cuda_steps.cuh"
 #include "gpu/fit/lanes.h"
 #include "gpu/fit/shared_lanes.h"
@@ -315,6 +316,20 @@ class CudaFitSteps : public CudaSteps {
   PinnedBuffer<unsigned char> posts_;
   std::array<Event, kAhead> posted_;
   std::vector<Event> stamp_;
+};
+
+/// The steps on one device, as drivers ask for them.
+class CudaFitDevice : public CudaFitSteps {
+ public:
+  CudaFitDevice(int device, const cudaDeviceProp& properties)
+      : CudaFitSteps(properties.multiProcessorCount), device_(device), name_(cuda_name(device, properties)) {}
+  /// What a thread calls belongs to its current device.
+  void use() { CORDILLERA_CUDA(cudaSetDevice(device_)); }
+  std::string name() const { return name_; }
+
+ private:
+  int device_ = 0;
+  std::string name_;
 };
 
 }  // namespace cordillera::gpu::fit

@@ -1,34 +1,18 @@
 #include "gpu/fit/engine.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+
+#include "gpu/device_choice.h"
 
 namespace cordillera::gpu::fit {
 
 #ifndef CORDILLERA_HAS_CUDA
-proto::Result<std::unique_ptr<FitEngine>> make_cuda_fit(int) {
-  return proto::Problem{"device-unavailable", "this program was built without CUDA", "auto, cpu", "device"};
-}
+proto::Result<std::unique_ptr<FitEngine>> make_cuda_fit(int) { return built_without_cuda(); }
 #endif
 
 proto::Result<std::unique_ptr<FitEngine>> make_engine(const std::string& device, unsigned threads) {
-  if (device == "cpu") return make_host_fit(threads);
-  if (device.empty() || device == "auto") {
-    auto cuda = make_cuda_fit(0);
-    if (cuda.ok()) return cuda;
-    return make_host_fit(threads);
-  }
-  int number = 0;
-  bool known = device == "cuda";
-  if (device.starts_with("cuda:")) {
-    const char* const end = device.data() + device.size();
-    const auto [stop, error] = std::from_chars(device.data() + 5, end, number);
-    known = error == std::errc{} && stop == end && number >= 0;
-  }
-  if (!known)
-    return proto::Problem{"unknown-device", "device \"" + device + "\" is not known", "auto, cpu, cuda, cuda:N", "device"};
-  return make_cuda_fit(number);
+  return on_device(device, [threads] { return make_host_fit(threads); }, make_cuda_fit);
 }
 
 FitRequest request_of(std::uint64_t triangles, const MeshTarget& target, const MeshOptions& options) {

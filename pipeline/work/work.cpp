@@ -88,7 +88,7 @@ proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage
   for (const std::size_t k : tasks) {
     if (stop) return Problem{"cancelled", "the work was cancelled", "", ""};
     const proto::WorkTask& task = stage.tasks(static_cast<int>(k));
-    if (has_shard(order.folder, task) && read_shard(order.folder, task).ok()) {
+    if (read_shard(order.folder, task).ok()) {
       ended(task, Outcome::was_done);
       continue;
     }

@@ -7,10 +7,13 @@
 #include <map>
 
 #include "gpu/vertical_error.h"
+#include "tests/bench/mesh_hash.h"
 #include "tests/bench/pyramid/terrain.h"
 
 namespace cordillera::gpu::cleap {
 namespace {
+
+using bench::hash_of;
 
 using fit::HeightMesh;
 
@@ -51,16 +54,6 @@ std::string broken_law(const HeightMesh& in, const HeightMesh& out) {
   if (std::count(used.begin(), used.end(), false) > 0) return "a vertex without triangles";
   if (std::abs(area / before - 1) > 1e-9) return "the plan is not covered once";
   return "";
-}
-
-std::uint64_t hash_of(const HeightMesh& mesh) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  const auto add = [&](const void* data, std::size_t bytes) {
-    for (std::size_t k = 0; k < bytes; ++k) hash = (hash ^ static_cast<const unsigned char*>(data)[k]) * 0x100000001b3u;
-  };
-  for (const auto* values : {&mesh.x, &mesh.y, &mesh.z}) add(values->data(), values->size() * sizeof(double));
-  add(mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0]));
-  return hash;
 }
 
 Simplified simplified(const HeightMesh& mesh, const Target& target, Options options) {

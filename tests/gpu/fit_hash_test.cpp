@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "tests/bench/mesh_hash.h"
 #include "tests/bench/quality/dems.h"
 
 namespace cordillera {

@@ -26,10 +26,6 @@ double height_at(std::string_view name, std::uint32_t x, std::uint32_t y, std::u
   return 3e38 * smooth_noise(x, y, 4, 3);
 }
 
-void add(std::uint64_t& hash, const void* data, std::size_t bytes) {
-  for (std::size_t k = 0; k < bytes; ++k) hash = (hash ^ static_cast<const unsigned char*>(data)[k]) * 0x100000001b3u;
-}
-
 }  // namespace
 
 std::span<const std::string_view> dem_names() { return kNames; }
@@ -72,13 +68,6 @@ HeightMesh mesh_of(std::span<const float> heights, std::uint32_t columns, double
     }
   }
   return mesh;
-}
-
-std::uint64_t hash_of(const HeightMesh& mesh) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  for (const auto* values : {&mesh.x, &mesh.y, &mesh.z}) add(hash, values->data(), values->size() * sizeof(double));
-  add(hash, mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0]));
-  return hash;
 }
 
 std::vector<Way> ways(const std::string& device, unsigned threads) {

@@ -28,9 +28,6 @@ std::vector<float> every_second(std::span<const float> heights, std::uint32_t co
 /// Two triangles in every cell, parted from the south-west to the north-east.
 gpu::fit::HeightMesh mesh_of(std::span<const float> heights, std::uint32_t columns, double cell_m);
 
-/// FNV-1a over the bytes of vertices and triangles.
-std::uint64_t hash_of(const gpu::fit::HeightMesh& mesh);
-
 struct Way {
   const char* name;
   gpu::fit::MeshOptions options;

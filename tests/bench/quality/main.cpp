@@ -22,6 +22,7 @@
 
 #include "gpu/fit/simplify_height_grid.h"
 #include "gpu/vertical_error.h"
+#include "tests/bench/mesh_hash.h"
 #include "tests/bench/quality/dems.h"
 
 using namespace cordillera;

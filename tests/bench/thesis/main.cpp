@@ -16,6 +16,7 @@
 
 #include "gpu/vertical_error.h"
 #include "proto/mesh_file/mesh_file.h"
+#include "tests/bench/mesh_hash.h"
 #include "tests/bench/pyramid/terrain.h"
 #include "tests/bench/thesis/shapes.h"
 #include "tests/bench/thesis/spec.h"
@@ -92,17 +93,6 @@ HeightMesh mesh_of(const Line& line) {
     }
   }
   return mesh;
-}
-
-/// FNV-1a over vertices and triangles.
-std::uint64_t hash_of(const HeightMesh& mesh) {
-  std::uint64_t hash = 0xcbf29ce484222325u;
-  const auto add = [&](const void* data, std::size_t bytes) {
-    for (std::size_t k = 0; k < bytes; ++k) hash = (hash ^ static_cast<const unsigned char*>(data)[k]) * 0x100000001b3u;
-  };
-  for (const auto* values : {&mesh.x, &mesh.y, &mesh.z}) add(values->data(), values->size() * sizeof(double));
-  add(mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0]));
-  return hash;
 }
 
 /// A run's result, and what its own report says as the inside of a JSON object.
