@@ -3,8 +3,8 @@
 namespace cordillera::gpu {
 namespace {
 
-// Of all that may become a corner: the mesh's vertices and the tile's samples.
-std::pair<double, double> height_range_m(const SurfaceErrorInput& in) {
+// Of all that may become a corner: the mesh's vertices and the tile's samples, rounded.
+std::pair<double, double> height_range_m(const SurfaceErrorInput& in, std::int32_t step) {
   std::int32_t low = INT32_MAX, high = -INT32_MAX;
   const auto see = [&](std::int32_t h) {
     if (h == proto::kNoHeight) return;
@@ -16,7 +16,7 @@ std::pair<double, double> height_range_m(const SurfaceErrorInput& in) {
   for (std::int64_t y = window.rows().first; y <= window.rows().last; ++y)
     for (const auto& s : window.stretches())
       for (std::int64_t x = s.columns.first; x <= s.columns.last; ++x) see(window.row(y)[x + s.shift]);
-  return {std::min(low, high) * proto::kHeightStep_m, std::max(low, high) * proto::kHeightStep_m};
+  return {(std::min(low, high) - step) * proto::kHeightStep_m, (std::max(low, high) + step) * proto::kHeightStep_m};
 }
 
 struct NoTally {
@@ -27,8 +27,8 @@ struct NoTally {
 
 }  // namespace
 
-SampleMeter::SampleMeter(const SurfaceErrorInput& input)
-    : meter_(input, height_range_m(input)), side_(input.mesh->side) {}
+SampleMeter::SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step)
+    : meter_(input, height_range_m(input, height_step)), side_(input.mesh->side) {}
 
 TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, double limit_m) const {
   const auto corner = [&](std::size_t k) { return meter_.corner(corners[k].x, corners[k].y, corners[k].height); };

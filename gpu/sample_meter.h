@@ -9,7 +9,8 @@ namespace cordillera::gpu {
 /// beside its worst corner. Borrows what input points to.
 class SampleMeter final : public ErrorMeter {
  public:
-  explicit SampleMeter(const SurfaceErrorInput& input);
+  /// height_step: no corner is farther than that beyond the samples and the mesh, in kHeightStep_m.
+  explicit SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step = 1);
   TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const override;
 
  private:

@@ -21,8 +21,8 @@ constexpr int kHeightSteps = 5;      // of a search for the best height: each ha
 
 class Thinner {
  public:
-  Thinner(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m)
-      : mesh_(mesh), meter_(meter), limit_m_(limit_m), rings_(rings_of(mesh)), round_(mesh.vertices(), 0) {
+  Thinner(proto::TileMesh& mesh, const ErrorMeter& meter, const Thinning& how)
+      : mesh_(mesh), meter_(meter), limit_m_(how.limit_m), height_step_(how.height_step), rings_(rings_of(mesh)), round_(mesh.vertices(), 0) {
     for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
       if (is_void(v)) continue;
       low_ = std::min(low_, mesh.height[v]);
@@ -193,10 +193,10 @@ class Thinner {
       best = height;
       return true;
     };
-    auto step = static_cast<std::int32_t>(least_m / proto::kHeightStep_m / 2);
-    for (int n = 0; n < kHeightSteps && step > 0; ++n, step /= 2) {
+    auto steps = static_cast<std::int32_t>(least_m / proto::kHeightStep_m / 2 / height_step_);
+    for (int n = 0; n < kHeightSteps && steps > 0; ++n, steps /= 2) {
       const std::int32_t from = best;
-      if (!improves(from + step)) improves(from - step);
+      if (!improves(from + steps * height_step_)) improves(from - steps * height_step_);
     }
     mesh_.height[v] = best;
   }
@@ -204,6 +204,7 @@ class Thinner {
   proto::TileMesh& mesh_;
   const ErrorMeter& meter_;
   double limit_m_;
+  std::int32_t height_step_;
   Rings rings_;
   std::int32_t low_ = INT32_MAX, high_ = INT32_MIN;  // of the mesh as it came
   std::vector<std::uint32_t> round_;  // indexed by vertex: what was queued in an earlier round no longer counts
@@ -213,7 +214,7 @@ class Thinner {
 }  // namespace
 
 std::uint32_t thin(proto::TileMesh& mesh, const ErrorMeter& meter, const Thinning& how) {
-  return Thinner(mesh, meter, how.limit_m).run(how.height_rounds);
+  return Thinner(mesh, meter, how).run(how.height_rounds);
 }
 
 }  // namespace cordillera::gpu

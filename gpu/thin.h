@@ -12,6 +12,7 @@ namespace cordillera::gpu {
 struct Thinning {
   double limit_m = 0;    ///< no new triangle may exceed it
   int height_rounds = 0;  ///< after the first round: heights move where that lessens the greatest error around, and what then may go goes
+  std::int32_t height_step = 1;  ///< by multiples of it
 };
 
 /// Collapses inner vertices with data all around onto a neighbour. Returns how many went. Vertices marked kKeep, those on the tile's border

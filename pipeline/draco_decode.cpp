@@ -1,6 +1,9 @@
 #include <draco/compression/decode.h>
 
+#include <cmath>
+
 #include "pipeline/draco_mesh.h"
+#include "proto/mesh.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -57,6 +60,13 @@ proto::Result<LatticeMesh> draco_decode_lattice(std::string_view bytes) {
   if (!read_attribute(**mesh, draco::GeometryAttribute::POSITION, out.points)) return not_a_tile("it has no positions");
   out.triangles = read_faces(**mesh);
   return out;
+}
+
+LatticeMesh in_mesh_steps(LatticeMesh mesh) {
+  const auto steps = static_cast<std::int32_t>(std::lround(mesh.height_step / proto::kHeightStep_m));
+  for (auto& point : mesh.points) point[2] *= steps;
+  mesh.height_step = proto::kHeightStep_m;
+  return mesh;
 }
 
 proto::Result<LitSurface> draco_decode_lit(std::string_view bytes) {

@@ -22,13 +22,14 @@ struct EncodeInput {
   proto::TileAddress tile;
   const proto::TileMesh* mesh = nullptr;  ///< whole rectangle; only triangles without a void corner are encoded
   double ecef_step_m = 0;                 ///< power of two; .glb positions are multiples of it
+  std::int32_t height_step = 1;           ///< in kHeightStep_m; the mesh's heights are multiples of it
   Skirts skirts;
   double geometric_error_m = 0;
   std::string title;                      ///< of the dataset, if it was given one
   std::string attribution;
 };
 
-/// Draco mesh, lossless: POSITION is int32 (u, v, h): tile-local units from the south-west and steps of kHeightStep_m.
+/// Draco mesh, lossless: POSITION is int32 (u, v, h): tile-local units from the south-west and steps of the level's height step.
 /// Metadata: z, x, y, side (units a tile side), height_step. The formula:
 ///   lon = -180 + (x + u / side) * 180 / 2^z,  lat = -90 + (y + v / side) * 180 / 2^z,  height = h * height_step
 std::string encode_drc(const EncodeInput& input);

@@ -83,6 +83,7 @@ void fill_in(const proto::Plan& plan, const std::vector<LevelSum>& sums, proto::
     const proto::LevelPlan& level = plan.levels(static_cast<int>(up));
     summary->set_level(level.level());
     summary->set_target(level.target());
+    summary->set_height_step(level.height_step());
     summary->set_tiles(whole(sums[up].tiles));
     summary->set_triangles(whole(sums[up].triangles));
     summary->set_drc_bytes(std::round(sums[up].drc));

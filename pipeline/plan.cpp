@@ -18,6 +18,9 @@ constexpr double kChainShare = 0.8;           // of the target: border chains, a
 constexpr double kStepsPerTile = 262144;      // .glb quantisation: 18 bits a tile side, so that walls and spikes stay where they are
 constexpr double kStepShare = 1.0 / 64;       // of the target: quantisation must not spend the promise
 constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
+// Of the target. Heights are most of a .drc: at 2 m a step of 1/4 m instead of a millimetre leaves less than half of its bytes, and adds 1/8 m at the most.
+constexpr double kHeightStepShare = 1.0 / 8;
+constexpr double kGreatestHeightStep_m = 4;   // seen from afar, mountains should not be terraces
 constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
 constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
 constexpr double kRelief_m = 8192;             // within a tile, and its skirts, quantisation must have room for
@@ -106,7 +109,12 @@ proto::Lattice lattice_of(const proto::Plan& plan) {
   return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
 }
 
+
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) { return plan.levels(static_cast<int>(plan.finest_level()) - level); }
+
+std::int32_t height_step(const proto::LevelPlan& level) {
+  return std::max(static_cast<std::int32_t>(std::lround(level.height_step() / proto::kHeightStep_m)), 1);
+}
 
 double greatest_target_m(const proto::Plan& plan, int level) { return reach_m(plan, level) + kRelief_m; }
 
@@ -121,9 +129,12 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   const double step = at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * kStepShare);
   const double room_m = greatest_target_m(plan, z) + 2 * target_m;
   level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
+  // There, too, two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the normal.
+  const double height_step = at_pole ? 0 : std::min(target_m * kHeightStepShare, kGreatestHeightStep_m);
+  level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
   // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where somebody
   // asks for less than a float32 can tell.
-  const double left = target_m * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step();
+  const double left = target_m * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step() - level.height_step() / 2;
   level.set_chain_tolerance(kChainShare * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
   level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));

@@ -16,11 +16,13 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
 /// No error of a tile of the level is greater, nor need a target be: all that the tile spans, and all relief.
 double greatest_target_m(const proto::Plan& plan, int level);
 
-/// Sets chain tolerance, .glb step and rim tolerance of a level from its target.
+/// Sets chain tolerance, .glb step, height step and rim tolerance of a level from its target.
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
 
 proto::Lattice lattice_of(const proto::Plan& plan);
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level);
+/// What heights of the level's meshes are multiples of, in kHeightStep_m; 1 where the level does not say.
+std::int32_t height_step(const proto::LevelPlan& level);
 
 /// Tiles of level z whose closed rectangle touches the plan's window; x modulo the circle, ordered by y then x, none twice.
 std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pipeline/encode.h"
+#include "pipeline/plan.h"
 #include "pipeline/store_schema.h"
 #include "proto/mesh.h"
 
@@ -132,6 +133,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
     sum.set_target(plan.promise() ? level.target() : sum.stated_max_error());  // a share promises no error: none but what came out
     geometric_error = std::max(geometric_error, sum.stated_max_error());
     sum.set_geometric_error(geometric_error);
+    sum.set_height_step(height_step(level) * proto::kHeightStep_m);
     tiles += sum.tiles();
     triangles += sum.triangles();
   }
@@ -150,7 +152,6 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   manifest.set_min_level(plan.min_level());
   manifest.set_max_level(plan.finest_level());
   manifest.set_height_datum("WGS 84 ellipsoid");
-  manifest.set_height_step(proto::kHeightStep_m);
   manifest.set_drc_formula(kDrcFormula);
 }
 

@@ -4,10 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "gpu/height_step.h"
 #include "gpu/sample_meter.h"
 #include "gpu/thin.h"
 #include "pipeline/composed_error.h"
 #include "pipeline/loose.h"
+#include "pipeline/plan.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -31,9 +33,11 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   };
   std::vector<std::uint32_t> left = over();
   if (context.promise) {
-    const gpu::SampleMeter meter(input);
+    const std::int32_t step = height_step(*context.level);
+    const gpu::SampleMeter samples(input, step);
+    const gpu::SteppedMeter meter(samples, step);
     if (!left.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m - kGrace_m, left, SIZE_MAX).inserted;
-    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m - kGrace_m, context.height_rounds});
+    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m - kGrace_m, context.height_rounds, step});
     left = over();
   }
   built.max_error_m = built.measured.max_m + kGrace_m;
@@ -45,13 +49,15 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   const Surface& surface = *prepared.truth;
   const ComposedMeter truth(*context.lattice, built.tile, surface.mesh, surface.max_error_m, surface.loose, step_m);
   const ComposedMeter children(*context.lattice, built.tile, prepared.input, prepared.inherited_error_m, prepared.inherited_loose, step_m);
-  const NearerMeter meter(truth, children);
+  const NearerMeter nearer(truth, children);
+  const std::int32_t step = height_step(*context.level);
+  const gpu::SteppedMeter meter(nearer, step);
   const double left_m = std::max(limit_m, truth.least_m() + kLeastStepShare * limit_m);
   std::vector<std::uint32_t> over, still_over;
   double greatest_m = greatest_error_m(meter, built.mesh, left_m, over);
   if (context.promise) {
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, truth.points()).inserted;
-    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds});
+    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds, step});
     greatest_m = greatest_error_m(meter, built.mesh, left_m, still_over);
   }
   built.composed = true;

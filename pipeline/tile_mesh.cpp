@@ -6,12 +6,14 @@
 #include <stdexcept>
 
 #include "gpu/grid_mesh_sparse.h"
+#include "gpu/height_step.h"
 #include "gpu/rings.h"
 #include "pipeline/border.h"
 #include "pipeline/chain.h"
 #include "pipeline/loose.h"
 #include "pipeline/moved.h"
 #include "pipeline/overlay.h"
+#include "pipeline/plan.h"
 #include "pipeline/support.h"
 #include "pipeline/tile_error.h"
 #include "pipeline/weld.h"
@@ -302,10 +304,18 @@ bool has_its_border(const LevelContext& context, PreparedTile& prepared, const p
 
 namespace {
 
+/// The border of two neighbours is rounded alike: its vertices are the same samples, or the same children's.
+void round_heights(const LevelContext& context, proto::TileMesh& mesh) {
+  const std::int32_t step = height_step(*context.level);
+  for (std::size_t v = 0; v < mesh.vertices(); ++v)
+    if (!(mesh.mark[v] & proto::kVoid)) mesh.height[v] = gpu::rounded_height(mesh.height[v], step);
+}
+
 std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   if (!has_its_border(context, prepared, mesh, attempt)) return std::move(prepared.best);  // if there is one
   if (has_vanished(prepared, mesh)) return std::nullopt;
   settle_moved(context, prepared, mesh);
+  round_heights(context, mesh);
   BuiltTile built;
   built.tile = prepared.tile;
   built.mesh = std::move(mesh);

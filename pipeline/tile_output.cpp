@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "pipeline/encode.h"
+#include "pipeline/plan.h"
 #include "pipeline/published_mesh.h"
 #include "pipeline/skirt_depth.h"
 
@@ -85,6 +86,7 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
   input.tile = built.tile;
   input.mesh = &built.mesh;
   input.ecef_step_m = context.level->ecef_step();
+  input.height_step = height_step(*context.level);
   input.skirts = skirts_of(context, built, published, static_cast<int>(options.min_level()));
   input.geometric_error_m = built.max_error_m;
   input.title = options.title();

@@ -66,7 +66,7 @@ void check_level(const fs::path& folder, const proto::Manifest& manifest, const 
     const std::string drc = bytes_of(folder / "tiles" / std::to_string(z) / std::to_string(at.x) / (std::to_string(at.y) + ".drc"));
     const std::string glb = bytes_of(glb_path(folder, at));
     ++report.tiles;
-    auto tile = check_tile({at, static_cast<int>(manifest.max_level()), drc, glb, nullptr, 0}, report.findings);
+    auto tile = check_tile({at, static_cast<int>(manifest.max_level()), drc, glb, nullptr, 0, level.height_step()}, report.findings);
     if (!tile) continue;
     triangles += tile->drc.triangles.size();
     if (errors != nullptr) errors->add(*tile, level.stated_max_error(), report);

@@ -121,7 +121,7 @@ class StoreCheck {
     }
     check_columns(row, record, at);
     ++report_.tiles;
-    return check_tile({at, static_cast<int>(plan_.finest_level()), row.blob(3), row.blob(4), &record, level.ecef_step()}, report_.findings);
+    return check_tile({at, static_cast<int>(plan_.finest_level()), row.blob(3), row.blob(4), &record, level.ecef_step(), height_step(level) * proto::kHeightStep_m}, report_.findings);
   }
 
   void check_columns(const Statement& row, const proto::TileRecord& record, const proto::TileAddress& at) {

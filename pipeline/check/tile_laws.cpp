@@ -24,7 +24,9 @@ std::optional<std::string> misplaced(const DecodedDrc& mesh, const TileBytes& by
   const proto::Lattice lattice{proto::Scheme::geodetic, bytes.finest_level};
   if (proto::TileAddress{mesh.z, mesh.x, mesh.y} != bytes.tile) return "its .drc is of " + name_of({mesh.z, mesh.x, mesh.y});
   if (mesh.side != lattice.tile_units(bytes.tile.z)) return "its side has " + std::to_string(mesh.side) + " units";
-  if (mesh.height_step != proto::kHeightStep_m) return "its height step is not that of the dataset";
+  const double steps = mesh.height_step / proto::kHeightStep_m;
+  const bool of_the_level = bytes.height_step_m == 0 ? steps >= 1 && steps == std::floor(steps) : mesh.height_step == bytes.height_step_m;
+  if (!of_the_level) return "its height step is not that of its level";
   for (const auto& p : mesh.points) {
     if (p[0] < 0 || p[1] < 0 || p[0] > mesh.side || p[1] > mesh.side) return "vertex " + words(p) + " is outside";
     if (std::abs(p[2] * mesh.height_step) > proto::kMaxHeight_m) return "vertex " + words(p) + " has an impossible height";
@@ -181,6 +183,7 @@ std::optional<CheckedTile> check_tile(const TileBytes& bytes, Findings& findings
     findings.add(where, *wrong);
     return std::nullopt;
   }
+  *drc = in_mesh_steps(std::move(*drc));
   check_triangles(*drc, where, findings);
   if (!finite(*glb)) findings.add(where, "its .glb has a coordinate that is no number");
   if (glb->triangles.size() != drc->triangles.size()) findings.add(where, "its .glb has another number of triangles than its .drc");

@@ -20,6 +20,7 @@ struct TileBytes {
   std::string_view drc, glb;
   const proto::TileRecord* record = nullptr;  ///< null: a static folder has none
   double ecef_step_m = 0;                     ///< of the .glb; 0: unknown, then both faces are not held against each other
+  double height_step_m = 0;                   ///< of the .drc; 0: unknown
 };
 
 /// A published edge on a side of its tile, from < to in units along the side.

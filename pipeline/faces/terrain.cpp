@@ -36,7 +36,7 @@ std::shared_ptr<const MeshIndex> Terrain::mesh(const proto::TileAddress& tile) c
   if (!blob) return nullptr;
   auto decoded = draco_decode_lattice(blob->bytes);
   if (!decoded) throw StoreError("a tile cannot be decoded: " + decoded.problem().detail);
-  auto index = std::make_shared<const MeshIndex>(std::move(*decoded));
+  auto index = std::make_shared<const MeshIndex>(in_mesh_steps(std::move(*decoded)));
   meshes_.keep(tile, index, index->bytes());
   return index;
 }

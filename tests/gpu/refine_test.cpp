@@ -6,10 +6,34 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gpu/height_step.h"
 #include "tests/gpu/measured_tile.h"
 
 namespace cordillera::gpu {
 namespace {
+
+TEST(HeightStep, rounds_to_the_nearest_multiple_below_zero_as_above) {
+  for (const std::int32_t h : {-1000001, -257, -256, -129, -128, -127, -1, 0, 1, 127, 128, 255, 1000003}) {
+    const std::int32_t rounded = rounded_height(h, 256);
+    EXPECT_EQ(rounded % 256, 0) << h;
+    EXPECT_LE(std::abs(rounded - h), 128) << h;
+    EXPECT_EQ(rounded_height(h, 1), h);
+  }
+  EXPECT_EQ(rounded_height(128, 256), 256);
+  EXPECT_EQ(rounded_height(-128, 256), 0);
+}
+
+TEST(HeightStep, what_refinement_puts_in_is_a_multiple) {
+  const proto::Samples samples = samples_of(kHills);
+  TileMesh mesh = coarse(samples, 16);
+  for (std::int32_t& h : mesh.height) h = rounded_height(h, 512);
+  const std::vector<std::uint32_t> too_far = over(mesh, samples, 4);
+  const TileMesh crude = mesh;
+  const SampleMeter meter(input_of(crude, samples), 512);
+  EXPECT_GT(refine(mesh, SteppedMeter(meter, 512), 4, too_far, SIZE_MAX).inserted, 0u);
+  for (const std::int32_t h : mesh.height) EXPECT_EQ(h % 512, 0);
+  expect_lawful(mesh);
+}
 
 class Refine : public testing::TestWithParam<Height> {};
 TEST_P(Refine, leaves_nothing_over_the_limit) {

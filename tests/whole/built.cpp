@@ -25,7 +25,8 @@ BuiltTile decode(const pipeline::StoreReader& store, const proto::TileRecord& re
   const pipeline::DecodedDrc drc = must(pipeline::decode_drc(drc_bytes->bytes));
   if (proto::TileAddress{drc.z, drc.x, drc.y} != at) throw std::runtime_error("a tile that names another place");
   tile.drc.side = drc.side;
-  for (const auto& [u, v, h] : drc.points) tile.drc.u.push_back(u), tile.drc.v.push_back(v), tile.drc.h.push_back(h);
+  const auto steps = static_cast<std::int32_t>(std::lround(drc.height_step * 1024));
+  for (const auto& [u, v, h] : drc.points) tile.drc.u.push_back(u), tile.drc.v.push_back(v), tile.drc.h.push_back(h * steps);
   tile.drc.triangles = drc.triangles;
   const pipeline::DecodedGlb glb = must(pipeline::decode_glb(glb_bytes->bytes));
   for (const proto::Vec3& p : glb.points) tile.glb.points.push_back({p.x, p.y, p.z});

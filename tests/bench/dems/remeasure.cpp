@@ -101,7 +101,8 @@ TileFigures figures_of(const fs::path& folder, const proto::TileAddress& at, con
   const pipeline::DecodedGlb glb = must(pipeline::decode_glb(glb_bytes));
   if (proto::TileAddress{drc.z, drc.x, drc.y} != at) throw std::runtime_error(drc_path(at) + " names another tile");
   whole::DecodedTile tile{at, drc.side, {}, {}, {}, drc.triangles};
-  for (const auto& [u, v, h] : drc.points) tile.u.push_back(u), tile.v.push_back(v), tile.h.push_back(h);
+  const auto steps = static_cast<std::int32_t>(std::lround(drc.height_step * 1024));
+  for (const auto& [u, v, h] : drc.points) tile.u.push_back(u), tile.v.push_back(v), tile.h.push_back(h * steps);
   const whole::DecodedSurface by_formula = whole::surface_of(tile);
   whole::DecodedSurface in_space{{}, glb.triangles};
   for (const proto::Vec3& p : glb.points) in_space.points.push_back({p.x, p.y, p.z});
