@@ -1,3 +1,6 @@
+#include <algorithm>
+
+#include "gpu/cleap/tile_simplifier.h"
 #include "gpu/device_choice.h"
 #include "gpu/simplify.h"
 #include "gpu/waves.h"
@@ -6,13 +9,27 @@ namespace cordillera::gpu {
 
 #ifndef CORDILLERA_HAS_CUDA
 proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int, ParallelFor) { return built_without_cuda(); }
+int cuda_devices() { return 0; }
 #endif
 
 void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work) {
   for (std::size_t i = 0; i < count; ++i) work(i);
 }
 
-proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel) {
+std::optional<proto::Problem> check_strategy(const std::string& strategy, const std::string& device) {
+  if (std::find(kStrategies.begin(), kStrategies.end(), strategy) == kStrategies.end()) {
+    std::string names;
+    for (const std::string name : kStrategies) names += (names.empty() ? "" : ", ") + name;
+    return proto::Problem{"option-invalid", "strategy \"" + strategy + "\" is not known", names, "strategy"};
+  }
+  if (strategy != "sequential" || !device.starts_with("cuda")) return {};
+  return proto::Problem{"options-conflict", "strategy sequential collapses one edge after the other: there is nothing in it for a GPU",
+                        "device auto or cpu, or strategy cleap", "device"};
+}
+
+proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel, const std::string& strategy) {
+  if (auto problem = check_strategy(strategy, device)) return *problem;
+  if (strategy != kStrategies.front()) return cleap::make_tile_simplifier(device, std::move(parallel), strategy);
   return on_device(
       device, [&] { return make_host_waves(parallel); }, [&](int number) { return make_cuda_waves(number, parallel); });
 }

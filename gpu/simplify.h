@@ -1,8 +1,10 @@
 #pragma once
 // The simplifier: one interface, a CPU and a CUDA backend made from the same source, the same bits from both.
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +24,7 @@ struct SimplifyJob {
   float tolerance_m = 1;    ///< collapses are taken while the quadric cost stays under tolerance_m^2 * cost_per_tolerance
   float guard_m = 0;        ///< > 0: no vertex may end up farther than this from the new surface, as far as the collapse can see
   float rim_units = 0;      ///< how far the rim of a hole may move, in units
+  float unit_m = 1;         ///< metres a unit, about; for strategies that measure across as well as along the vertical
 };
 
 /// Runs work(i) for every i in 0..count-1, at the same time if it can; returns when all are done.
@@ -53,8 +56,20 @@ class Simplifier {
 /// x and y are multiples of step (units); heights row-major from the south-west, kNoHeight where void; the four corners are kKeep.
 proto::TileMesh grid_mesh(std::int32_t cells, std::int32_t step, std::span<const std::int32_t> heights);
 
+/// How tiles are simplified, by name: the production strategy first; then the published algorithm, many edges at a time or one after
+/// the other, to be compared with (cleap/README.md).
+inline constexpr std::array<const char*, 3> kStrategies{"waves", "cleap", "sequential"};
+
+/// A strategy that is not there ("option-invalid"), or a device that is nothing for it ("options-conflict").
+std::optional<proto::Problem> check_strategy(const std::string& strategy, const std::string& device);
+
 /// "auto", "cpu", "cuda", "cuda:N". auto takes the first CUDA device that works, else the CPU. One Simplifier a thread.
-/// parallel: for what remains on the host, tile by tile; called from the thread that calls simplify().
-proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel = one_after_the_other);
+/// parallel: for what remains on the host, tile by tile; called from the thread that calls simplify(). strategy: see check_strategy();
+/// `sequential` works on the CPU alone.
+proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel = one_after_the_other,
+                                                           const std::string& strategy = kStrategies.front());
+
+/// How many CUDA devices this process may use; 0 where there is none, or the program was built without CUDA.
+int cuda_devices();
 
 }  // namespace cordillera::gpu

@@ -3,19 +3,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "gpu/mend.h"
-#include "gpu/nudge.h"
+#include "gpu/empty_border.h"
 
 namespace cordillera::gpu {
-namespace {
-
-// What a weld leaves above the contract inside is brought down by flips.
-constexpr ValenceCaps kMendCaps{kInnerValence, kMendedSide, kMendedCorner};
-// Where nothing else empties a border: 13 + 13 - 2 and 4 x 7 - 4 are as wide as a row. Too tight for all, for then no weld had room.
-constexpr ValenceCaps kLastCaps{kMostValence, 13, 7};
-static_assert(2 * kLastCaps.side - 2 <= kRowWidth && 4 * kLastCaps.corner - 4 <= kRowWidth);
-
-}  // namespace
 
 Rules rules_of(const SimplifyJob& job) {
   Rules rules;
@@ -67,9 +57,7 @@ proto::TileMesh finish_tile(const SimplifyJob& job, const Survivors& survivors) 
     rings.open[i] = in.x[v] == 0 || in.x[v] == in.side || in.y[v] == 0 || in.y[v] == in.side;
     for (std::uint32_t k = from; k < to; ++k) rings.neighbour[i * kRowWidth + k - from] = survivors.neighbour[k] - survivors.first;
   }
-  const bool must_step = mend(rings, mesh, kMendCaps, job.rim_units) > 0;
-  if (must_step && nudge_inwards(rings, mesh) > 0 && mend(rings, mesh, kMendCaps) > 0 && nudge_inwards(rings, mesh) > 0) mend(rings, mesh, kLastCaps);
-  return mesh_from_rings(mesh, rings);
+  return with_border_emptied(rings, mesh, job.rim_units);
 }
 
 }  // namespace cordillera::gpu

@@ -196,4 +196,9 @@ proto::Result<std::unique_ptr<Simplifier>> make_cuda_waves(int device, ParallelF
   });
 }
 
+int cuda_devices() {
+  int count = 0;
+  return cudaGetDeviceCount(&count) == cudaSuccess ? count : 0;
+}
+
 }  // namespace cordillera::gpu

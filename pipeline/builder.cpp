@@ -51,7 +51,7 @@ proto::Result<void> Builder::prepare() {
   const auto on_all_threads = [this](std::size_t count, const std::function<void(std::size_t)>& work) {
     workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
   };
-  auto simplifier = gpu::make_simplifier(device_, on_all_threads);
+  auto simplifier = gpu::make_simplifier(device_, on_all_threads, strategy_of(plan_));
   if (!simplifier.ok()) return simplifier.problem();
   simplifiers_.push_back(std::move(*simplifier));
   if (device() == "cpu") fall_back_to_cpu();
@@ -60,7 +60,9 @@ proto::Result<void> Builder::prepare() {
 
 void Builder::fall_back_to_cpu() {
   simplifiers_.clear();
-  for (unsigned k = 0; k < workers_.threads(); ++k) simplifiers_.push_back(gpu::make_simplifier("cpu").value());
+  for (unsigned k = 0; k < workers_.threads(); ++k) {
+    simplifiers_.push_back(gpu::make_simplifier("cpu", gpu::one_after_the_other, strategy_of(plan_)).value());
+  }
 }
 
 proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
@@ -183,6 +185,7 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &*samples};
     context.merges_above = z == node.z && z > static_cast<int>(plan_.min_level());
     context.height_rounds = height_rounds(plan_.options());
+    context.sparse_start = strategy_of(plan_) == gpu::kStrategies.front();
     const std::vector<proto::TileAddress> addresses = touched_tiles(plan_, z, node);
     const bool finest = z == lattice_.finest_level;
     std::atomic<std::size_t> finished{0};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gpu/simplify.h"
 #include "pipeline/relief.h"
 #include "proto/ellipsoid.h"
 
@@ -61,8 +62,8 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (!options.scheme().empty() && options.scheme() != "geodetic") {
     return proto::Problem{"option-invalid", "scheme \"" + options.scheme() + "\" is not known", "geodetic", "scheme"};
   }
-  if (!options.strategy().empty() && options.strategy() != "waves") {
-    return proto::Problem{"option-invalid", "strategy \"" + options.strategy() + "\" is not known", "waves", "strategy"};
+  if (!options.strategy().empty()) {
+    if (auto problem = gpu::check_strategy(options.strategy(), options.device())) return *problem;
   }
   const std::string& quality = options.quality();
   if (!quality.empty() && quality != "fast" && quality != "default" && quality != "best") {
@@ -109,6 +110,7 @@ proto::Lattice lattice_of(const proto::Plan& plan) {
   return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
 }
 
+std::string strategy_of(const proto::Plan& plan) { return plan.options().strategy().empty() ? gpu::kStrategies.front() : plan.options().strategy(); }
 
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) { return plan.levels(static_cast<int>(plan.finest_level()) - level); }
 

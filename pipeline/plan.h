@@ -20,6 +20,8 @@ double greatest_target_m(const proto::Plan& plan, int level);
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
 
 proto::Lattice lattice_of(const proto::Plan& plan);
+/// Of gpu::kStrategies.
+std::string strategy_of(const proto::Plan& plan);
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level);
 /// What heights of the level's meshes are multiples of, in kHeightStep_m; 1 where the level does not say.
 std::int32_t height_step(const proto::LevelPlan& level);

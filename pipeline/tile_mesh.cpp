@@ -148,6 +148,7 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   job.input = &input;
   job.elevation = elevation;
   job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
+  job.unit_m = static_cast<float>(proto::kSemiMajor_m * std::numbers::pi / static_cast<double>(context.lattice->rows()));
   job.tolerance_m = static_cast<float>(context.level->target() / caution);
   // Children that left too little must not make the guard keep all: then the promise would be no nearer, on this level and all above.
   const double left = std::max(context.level->target() - inherited_error_m, kLeastStepShare * context.level->target());
@@ -183,7 +184,7 @@ std::optional<PreparedTile> prepare_finest(const LevelContext& context, const pr
   std::optional<PreparedTile> prepared = prepare_dense(context, tile);
   // At a pole a cell is a sliver in space: halves of squares are nothing there, and their chords leave what is measured of them.
   const bool polar = tile.y == 0 || tile.y + 1 == proto::tiles_up(tile.z);
-  if (!prepared || !context.promise || polar) return prepared;
+  if (!prepared || !context.promise || !context.sparse_start || polar) return prepared;
   gpu::SparseGrid start = gpu::sparse_grid(prepared->input, prepared->elevation, static_cast<float>(kSparseShare * context.level->target()));
   prepared->input = std::move(start.mesh);
   prepared->elevation = std::move(start.elevation);

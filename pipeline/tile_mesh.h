@@ -38,6 +38,7 @@ struct LevelContext {
   const proto::Samples* samples = nullptr;  ///< finest samples of the block; nullptr above the blocks
   bool measured = true;                     ///< false: the mesh alone is wanted, and no error of it
   bool merges_above = false;                ///< the tile is a block or above: keep what its parent will be measured against
+  bool sparse_start = true;                 ///< a promised tile may start without what it would hardly keep
   int height_rounds = 0;                    ///< see gpu::Thinning; below 0: nothing is thinned
 };
 

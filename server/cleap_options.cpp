@@ -48,10 +48,10 @@ std::vector<CleapOption> selection_table() {
       {"metric", "METRIC", "what an edge costs", joined(metric_names()),
        [](std::string_view text, CleapRequest& request) { return read_choice(text, metric_names(), &request.options.metric); }},
       {"pool", "SHARE", "try this share of the edges, the cheapest", "above 0, up to 1; default 0.8", apply_pool},
-      {"selection", "WAY", "how they are found: sorted, by a threshold, not at all, or as the best at both their ends",
-       "sort, histogram, unsorted, vertex-best",
+      {"selection", "WAY", "how they are found: sorted, by a threshold, not at all, as the best at both their ends, or one each of vertices three edges apart",
+       "sort, histogram, unsorted, vertex-best, super-independent",
        [](std::string_view text, CleapRequest& request) {
-         return choose(text, {"sort", "histogram", "unsorted", "vertex-best"}, request.options.selection);
+         return choose(text, {"sort", "histogram", "unsorted", "vertex-best", "super-independent"}, request.options.selection);
        }},
       {"shuffle", "WAY", "in which order they are tried", "fisher-yates, keyed, none",
        [](std::string_view text, CleapRequest& request) {

@@ -1,5 +1,8 @@
 #pragma once
 // A window: the candidates that are tried at the same time (sections 4.3 and 5), and what becomes of each.
+#include <type_traits>
+
+#include "gpu/cleap/half_edge.h"
 #include "gpu/cleap/metrics.h"
 #include "gpu/cleap/structure.h"
 
@@ -42,6 +45,7 @@ struct Window {
   std::int32_t* edge = nullptr;
   Position* to = nullptr;         ///< where the new vertex goes
   std::int32_t* left = nullptr;   ///< three a candidate: the triangles that go (-1: none), the vertex that stays
+  Tag* tag = nullptr;             ///< of tiles: what the vertex that stays will be
 
   CORDILLERA_HD std::uint32_t place(std::uint32_t i) const { return i < queued ? queue[i] : next + (i - queued); }
 };
@@ -91,11 +95,22 @@ struct LoadCandidate {
       return;
     }
     window.fate[i] = edge.b[0] < 0 ? Fate::collapsed_border : Fate::collapsed;
+    if constexpr (std::is_same_v<Metric, QuadricOnTile>) return place_on_tile(i, edge);
     window.to[i] = Metric::place(mesh, edge);
     if (border == Border::collapse) place_on_border(i, edge);
   }
 
  private:
+  CORDILLERA_HD void place_on_tile(std::size_t i, const Edge& edge) const {
+    const HalfEdge half = best_half_edge(mesh, edge);
+    if (half.stays < 0) {
+      window.fate[i] = Fate::border;
+      return;
+    }
+    window.to[i] = mesh.vertex[half.stays];
+    window.tag[i] = mesh.tag[half.stays];
+    if (half.spent > window.tag[i].spent) window.tag[i].spent = half.spent;
+  }
   /// An inner vertex goes to the one on the border; along the border, the one goes through which it runs straight.
   CORDILLERA_HD void place_on_border(std::size_t i, const Edge& edge) const {
     const std::int32_t v1 = edge.n[0], v2 = edge.n[1];

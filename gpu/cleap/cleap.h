@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,7 @@ enum class Selection {
   histogram,    ///< the cheapest by a threshold, within a sixteenth of the cost
   unsorted,     ///< all; costs are not looked at (Franc and Skala)
   vertex_best,  ///< those that are the cheapest at both their ends (Grund, Cellier)
+  super_independent,  ///< one each of vertices that are three edges apart (Papageorgiou and Platis)
 };
 enum class Shuffle {
   fisher_yates,  ///< Algorithm 4, on the host
@@ -54,6 +56,9 @@ struct Options {
   std::int32_t most_triangles = 14;  ///< c: at a vertex that a collapse makes
   bool come_back = false;          ///< those that lost the lock-down are tried again in the next window
   bool closing = false;            ///< what a collapse touched is left alone until the next pass (Shontz and Nistor)
+  double most_cost = std::numeric_limits<double>::infinity();  ///< edges that cost more are not tried, where costs are looked at
+  double idle_share = 0;           ///< a pass that collapses no larger share of the vertices is the last
+  std::uint64_t around_first = 0;  ///< with Repair::everywhere: so many collapses are repaired around, for measurements that begin in the middle
   std::uint32_t most_passes = 100;  ///< when a pool is used up the costs are found anew; published: 1
   std::string device = "auto";     ///< as in fit::MeshOptions
   unsigned threads = 1;            ///< likewise

@@ -37,7 +37,7 @@ struct TestCandidate {
     const Edge& edge = mesh.edge[window.edge[i]];
     if (inverts(edge, window.to[i])) window.fate[i] = Fate::inverted;
     else if (border == Border::keep && touches_border(edge)) window.fate[i] = Fate::border;
-    else if (crowds(edge)) window.fate[i] = Fate::crowded;
+    else if (crowds(i, edge)) window.fate[i] = Fate::crowded;
   }
 
  private:
@@ -61,10 +61,15 @@ struct TestCandidate {
   /// Algorithm 9. A single triangle left between an edge with two and the border could lose its last neighbour: an inner edge
   /// that joins two places of the border never goes.
   CORDILLERA_HD bool touches_border(const Edge& edge) const { return mesh.border[edge.n[0]] || mesh.border[edge.n[1]]; }
-  /// Algorithm 10 with equation 4.1; an edge on the border takes 2 away.
-  CORDILLERA_HD bool crowds(const Edge& edge) const {
-    const std::int32_t both = triangles_at(mesh, edge.n[0]) + triangles_at(mesh, edge.n[1]);
-    return both - (edge.b[0] < 0 ? 2 : 4) > most_triangles;
+  /// Algorithm 10 with equation 4.1; an edge on the border takes 2 away. The vertices of a tile have
+  /// caps of their own; one that a weld left above its cap may only lose.
+  CORDILLERA_HD bool crowds(std::size_t i, const Edge& edge) const {
+    const std::int32_t first = triangles_at(mesh, edge.n[0]), second = triangles_at(mesh, edge.n[1]);
+    const std::int32_t left = first + second - (edge.b[0] < 0 ? 2 : 4);
+    if (!mesh.tag) return left > most_triangles;
+    const Tag& tag = window.tag[i];
+    const std::int32_t most = most_triangles_of(tag.mark) < most_triangles ? most_triangles_of(tag.mark) : most_triangles;
+    return left > most && left > (mesh.tag[edge.n[0]].original == tag.original ? first : second);
   }
 };
 

@@ -43,6 +43,7 @@ struct Eliminate {
     const auto heir = static_cast<double>(v2);
     mesh.vertex[v1] = {kInfinite, heir, heir};
     mesh.border[v2] = mesh.border[v1] | mesh.border[v2];
+    if (mesh.tag) mesh.tag[v2] = window.tag[i];
     if (mesh.quadric) mesh.quadric[v2] = sum(mesh.quadric[v1], mesh.quadric[v2]);
     edge = {{-1, -1}, {-1, -1}, {-1, -1}, {-1, -1}};
   }

@@ -32,6 +32,11 @@ struct ClassOfKey {
   const std::uint64_t* key;
   CORDILLERA_HD std::uint32_t operator()(std::size_t e) const { return class_of_key(key[e]); }
 };
+struct IsDearer {
+  const std::uint64_t* key;
+  std::uint32_t most;
+  CORDILLERA_HD std::uint32_t operator()(std::size_t e) const { return key[e] > most ? 1 : 0; }
+};
 struct IsCheap {
   const std::uint64_t* key;
   std::uint32_t most;

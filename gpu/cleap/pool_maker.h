@@ -5,6 +5,7 @@
 
 #include "gpu/cleap/pool.h"
 #include "gpu/cleap/shuffle.h"
+#include "gpu/cleap/super_independent.h"
 
 namespace cordillera::gpu::cleap {
 
@@ -51,10 +52,42 @@ class PoolMaker {
         device_.each(mesh.edges, OfferToEnds{mesh, key, best});
         return static_cast<std::uint32_t>(device_.select(mesh.edges, IsBestAtBothEnds{mesh, best}, number));
       }
+      case Selection::super_independent:
+        return centres(mesh, OfferCheap{{mesh, key, room(best_, mesh.vertices)}, threshold(mesh, key, wanted)}, number);
       default:
         device_.sort_by_key(key, number, mesh.edges);
-        return wanted;
+        return std::isinf(options.most_cost) ? wanted : std::min(wanted, within(mesh, key, options.most_cost));
     }
+  }
+
+  std::uint32_t within(const Arrays& mesh, const std::uint64_t* key, double most_cost) {
+    std::uint32_t* const bins = room(bins_, kCostClasses), found[2] = {};
+    device_.zero(bins, 2);
+    device_.histogram(mesh.edges, IsDearer{key, std::bit_cast<std::uint32_t>(static_cast<float>(most_cost))}, bins, 2);
+    device_.copy_out(found, bins, 2);
+    return found[0];
+  }
+
+  std::uint32_t centres(const Arrays& mesh, const OfferCheap& offers, std::uint32_t* number) {
+    std::uint64_t* const offer = offers.offer.best;
+    std::uint64_t *const near = room(least_[0], mesh.vertices), *const far = room(least_[1], mesh.vertices);
+    std::uint8_t* const state = room(state_, mesh.vertices);
+    std::uint8_t *const first = room(near_[0], mesh.vertices), *const second = room(near_[1], mesh.vertices);
+    std::uint32_t* const any = room(bins_, kCostClasses);
+    device_.each(mesh.vertices, ForgetBest{offer});
+    device_.each(mesh.edges, offers);
+    device_.zero(state, mesh.vertices);
+    for (std::uint32_t some = 1; some > 0;) {
+      device_.zero(any, 1);
+      device_.each(mesh.vertices, LeastAround{mesh, offer, state, near});
+      device_.each(mesh.vertices, LeastAround{mesh, near, nullptr, far});
+      device_.each(mesh.vertices, BecomeCentre{offer, far, state, any});
+      device_.each(mesh.vertices, IsNear{mesh, state, kCentre, first});
+      device_.each(mesh.vertices, IsNear{mesh, first, 1, second});
+      device_.each(mesh.vertices, SetAside{second, state});
+      device_.copy_out(&some, any, 1);
+    }
+    return static_cast<std::uint32_t>(device_.select(mesh.edges, IsOfCentre{mesh, offer, state}, number));
   }
 
   /// The class up to which so many edges lie, at least.
@@ -83,7 +116,8 @@ class PoolMaker {
     device_.copy_out(pool.data(), number_.data(), 1);  // the copy may not outlive the vector
   }
   Device& device_;
-  Array<std::uint64_t> key_, best_;
+  Array<std::uint64_t> key_, best_, least_[2];
+  Array<std::uint8_t> state_, near_[2];
   Array<std::uint32_t> number_, shuffled_, bins_;
 };
 

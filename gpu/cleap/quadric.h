@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "gpu/cleap/structure.h"
+#include "proto/mesh.h"
 
 namespace cordillera::gpu::cleap {
 
@@ -70,6 +71,12 @@ CORDILLERA_HD inline Position least_near(const Quadric& q, const Position& origi
   return {near.x + dx, near.y + dy, near.z + dz};
 }
 
+/// A triangle of a tile's hole has no height.
+CORDILLERA_HD inline bool is_void(const Arrays& mesh, std::int32_t triangle) {
+  const std::int32_t* const corner = mesh.corner + 3 * triangle;
+  return mesh.tag && ((mesh.tag[corner[0]].mark | mesh.tag[corner[1]].mark | mesh.tag[corner[2]].mark) & proto::kVoid) != 0;
+}
+
 /// By vertex. Algorithm 1 adds from the triangles' side, by atomics in any order; a vertex that gathers has the same sum every
 /// time.
 struct SumPlanes {
@@ -77,7 +84,7 @@ struct SumPlanes {
   CORDILLERA_HD void operator()(std::size_t v) const {
     Quadric sum;
     all_triangles_at(mesh, static_cast<std::int32_t>(v), [&](std::int32_t triangle) {
-      add_plane(sum, plane_of(mesh, triangle));
+      if (!is_void(mesh, triangle)) add_plane(sum, plane_of(mesh, triangle));
       return true;
     });
     mesh.quadric[v] = sum;

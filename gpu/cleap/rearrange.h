@@ -36,6 +36,7 @@ struct FillGaps {
     number[v] = to;
     mesh.vertex[to] = mesh.vertex[v];
     mesh.border[to] = mesh.border[v];
+    if (mesh.tag) mesh.tag[to] = mesh.tag[v];
     if (mesh.quadric) mesh.quadric[to] = mesh.quadric[v];
   }
 };

@@ -27,6 +27,13 @@ struct Quadric {
   double xx = 0, xy = 0, xz = 0, xw = 0, yy = 0, yz = 0, yw = 0, zz = 0, zw = 0, ww = 0;
 };
 
+/// Of a tile: what a vertex brings along, whatever its number becomes.
+struct Tag {
+  std::uint32_t original = 0;  ///< its number in the tile
+  float spent = 0;             ///< share of what rims may move that collapses around it have used
+  std::uint8_t mark = 0;       ///< proto::VertexMark and WindowMark bits
+};
+
 inline constexpr std::uint32_t kFree = 0xffffffff;  ///< a triangle's flag that nobody holds: the text's -1
 inline constexpr std::uint32_t kClosed = 0;         ///< likewise that nobody can take: candidates are counted from 1
 inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
@@ -45,6 +52,9 @@ struct Arrays {
   Quadric* quadric = nullptr;             ///< indexed by vertex; of metrics that want them
   /// Ours: the three edges of a triangle. Only for repairs that go no farther than the candidate's vicinity; null otherwise.
   std::int32_t* edge_of = nullptr;
+  /// Of a tile (half_edge.h), indexed by vertex; null: any other mesh.
+  Tag* tag = nullptr;
+  double inverse_rim = 0;  ///< 1 / units that rims may move
 
   CORDILLERA_HD std::int32_t* row(std::int32_t v) const {
     return table + static_cast<std::int64_t>(v) * (row_places + 2);

@@ -66,6 +66,7 @@ class Windows {
     room(edge_, width);
     room(to_, width);
     room(left_, std::size_t{3} * width);
+    if (mesh_.tag) room(tag_, width);
     room(going_, width);
     room(before_, width);
     for (auto& queue : queue_) room(queue, width);
@@ -78,12 +79,14 @@ class Windows {
     window.edge = edge_.data();
     window.to = to_.data();
     window.left = left_.data();
+    window.tag = tag_.data();
     return window;
   }
   /// So many windows cannot pass the target, whatever becomes of them: nobody need look in between.
   std::uint32_t windows_ahead(const Goal& goal, std::uint32_t width) const {
     if (options_.come_back) return 1;
-    return static_cast<std::uint32_t>(std::min<std::uint64_t>(kMostAhead, goal.left() / width));
+    const std::uint64_t left = is_begun() ? goal.left() : std::min(goal.left(), options_.around_first - report_.collapses);
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(kMostAhead, left / width));
   }
 
   template <class Metric>
@@ -118,8 +121,9 @@ class Windows {
     }
   }
 
+  bool is_begun() const { return report_.collapses >= options_.around_first; }
   void repair(const Window& window) {
-    if (options_.repair == Repair::around) {
+    if (options_.repair == Repair::around || !is_begun()) {
       device_.each(window.count, RepairAround{mesh_, window});
       return end_phase(kAround);
     }
@@ -204,6 +208,7 @@ class Windows {
   Array<Fate> fate_;
   Array<std::int32_t> edge_, left_;
   Array<Position> to_;
+  Array<Tag> tag_;
   Array<std::uint32_t> going_, before_, queue_[2], tally_;
   std::vector<Stamp> stamps_;
   double seconds_[kPhases] = {};

@@ -35,6 +35,18 @@ class WorkingMesh {
     wait();
   }
 
+  void load_tags(const std::vector<Tag>& tags, double rim_units) {
+    mesh_.tag = room(tag_, mesh_.vertices);
+    mesh_.inverse_rim = rim_units > 0 ? 1 / rim_units : 1e30;
+    device_.copy_in(mesh_.tag, tags.data(), tags.size());
+    wait();
+  }
+  std::vector<Tag> tags() {
+    std::vector<Tag> tags(mesh_.vertices);
+    device_.copy_out(tags.data(), mesh_.tag, tags.size());
+    return tags;
+  }
+
   /// Rows and edges of the triangles as they are (section 4.2); false: an edge has more than two triangles.
   bool connect(bool with_edges_of) {
     std::uint32_t* const count = room(count_, std::max(mesh_.vertices, mesh_.triangles) + 1u);
@@ -198,6 +210,7 @@ class WorkingMesh {
   Array<std::uint8_t> border_, wants_;
   Array<std::uint32_t> flag_, count_, before_, number_;
   Array<Quadric> quadric_;
+  Array<Tag> tag_;
 };
 
 }  // namespace cordillera::gpu::cleap

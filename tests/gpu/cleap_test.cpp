@@ -5,7 +5,11 @@
 
 #include <cmath>
 #include <map>
+#include <set>
 
+#include "gpu/cleap/pool_maker.h"
+#include "gpu/cleap/working_mesh.h"
+#include "gpu/fit/host_steps.h"
 #include "gpu/vertical_error.h"
 #include "tests/bench/mesh_hash.h"
 #include "tests/bench/pyramid/terrain.h"
@@ -86,6 +90,7 @@ std::vector<Way> ways() {
       {"threshold", with([](Options& o) { o.selection = Selection::histogram, o.pool = 0.3; })},
       {"unsorted", with([](Options& o) { o.selection = Selection::unsorted; })},
       {"best at both ends", with([](Options& o) { o.selection = Selection::vertex_best, o.window = 0; })},
+      {"super-independent", with([](Options& o) { o.selection = Selection::super_independent, o.window = 0, o.pool = 0.5; })},
       {"closing", with([](Options& o) { o.closing = true, o.window = 2000; })},
       {"closing, raced", with([](Options& o) { o.closing = true, o.lock = Lock::raced; })},
       {"border", with([](Options& o) { o.border = Border::collapse; })},
@@ -153,6 +158,41 @@ TEST(Cleap, GivesTheBitsThatAGpuGave) {
             0x82a54faa5e1ba508u);
   EXPECT_EQ(hash_of(simplified(mesh, {6000, 0}, with([](Options& o) { o.inversion = Inversion::normals; })).mesh),
             0x76ca3039e5f40165u);
+  const auto centres = with([](Options& o) { o.window = 0, o.selection = Selection::super_independent, o.pool = 0.3; });
+  EXPECT_EQ(hash_of(simplified(mesh, {30000, 0}, centres).mesh), 0x4649accf5e73ac5au);
+}
+
+/// The vertex, its neighbours and theirs.
+std::set<std::int32_t> within_two(const Arrays& mesh, std::int32_t v) {
+  std::set<std::int32_t> near, far;
+  each_around(mesh, v, [&](std::int32_t w) { near.insert(w); });
+  for (const std::int32_t w : near) each_around(mesh, w, [&](std::int32_t x) { far.insert(x); });
+  return far;
+}
+
+TEST(Cleap, SuperIndependentEdgesHaveEndsThreeEdgesApart) {
+  fit::HostSteps device(1);
+  WorkingMesh<fit::HostSteps> work(device);
+  work.load(terrain(bench::Terrain::alpine, 40));
+  ASSERT_TRUE(work.connect(false));
+  work.sum_planes();
+  const Arrays& mesh = work.arrays();
+  PoolMaker<fit::HostSteps> maker(device);
+  const std::uint32_t count = maker.make<QuadricAtMiddle>(mesh, with([](Options& o) { o.selection = Selection::super_independent, o.pool = 1; }), 0);
+  EXPECT_GT(count, 40u * 40 / 19) << "a set that takes no more in has at least as many as there are stars of two rings";
+  std::vector<std::array<std::set<std::int32_t>, 2>> around;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const Edge& edge = mesh.edge[maker.data()[k]];
+    around.push_back({within_two(mesh, edge.n[0]), within_two(mesh, edge.n[1])});
+  }
+  for (std::uint32_t k = 0; k < count; ++k) {
+    for (std::uint32_t i = 0; i < k; ++i) {
+      const Edge& other = mesh.edge[maker.data()[i]];
+      bool apart = false;
+      for (const auto& near : around[k]) apart = apart || !near.contains(other.n[0]) || !near.contains(other.n[1]);
+      EXPECT_TRUE(apart) << "edges " << maker.data()[k] << " and " << maker.data()[i];
+    }
+  }
 }
 
 TEST(Cleap, TwoPointersAndTheScanAgree) {

@@ -4,11 +4,14 @@
   run.py BUILD OUT.json [options]     BUILD: a build folder with bin/thesis_bench and, unless --input is given, bin/terrain_mesh
 
 --real NAME=FILE,COLUMNS,ROWS,CELL_M   further terrains: float32 heights, rows from the south; as often as there are any
---only NAMES                           of the experiments below, separated by commas"""
+--only NAMES                           of the experiments below, separated by commas; whole, half an hour or more of one core, is run
+                                       only where it is named: --only whole --add OLD.json keeps what is there"""
 import argparse
+import concurrent.futures
 import json
 import os
 import platform
+import re
 import subprocess
 import sys
 import tempfile
@@ -75,7 +78,18 @@ def selections():
             f"{base} window=65536 selection=histogram come_back=1 shuffle=keyed",
             f"{base} window=65536 selection=sort pool=0.3 come_back=1 shuffle=keyed",
             f"{base} window=0 selection=vertex-best", f"{base} window=0 selection=vertex-best come_back=1",
+            f"{base} window=0 selection=super-independent pool=1", f"{base} window=0 selection=super-independent pool=0.6",
+            f"{base} window=0 selection=super-independent pool=0.3", f"{base} window=0 selection=super-independent pool=0.3 shuffle=none",
             f"{base} window=65536 closing=1 shuffle=keyed", f"{base} window=65536 closing=1 selection=unsorted shuffle=keyed"]
+
+
+def whole(stretches):
+    """Table 5.2 at 50,000 as it was run, whole arrays repaired after every edge: the same collapses in so many stretches, each with its
+    beginning done the quick way. Above, 300 collapses at each target; and some swaps of Table 5.7."""
+    edges = [50000 * k // stretches for k in range(stretches + 1)]
+    parts = [*zip(edges, edges[1:]), *((t, t + 300) for t in TARGETS)]
+    return [[f"window=1 passes=1 pool=0.8 around_first={a} collapses={b} phases=1"] for a, b in parts] + [
+        ["window=1 repair=around passes=1 pool=0.8 collapses=1000 rearrange=pointers"]]
 
 
 def borders():
@@ -122,7 +136,10 @@ def arguments():
     parser.add_argument("--device", default="cuda")
     parser.add_argument("--threads", default="1", help="of a CPU")
     parser.add_argument("--input", help="the mesh; else terrain_mesh 999 999")
+    parser.add_argument("--side", type=int, default=999, help="of a smaller terrain_mesh, for a quick look: targets shrink with it")
     parser.add_argument("--real", action="append", default=[])
+    parser.add_argument("--add", help="an earlier OUT.json: its rows are kept, but for those of experiments that are run again")
+    parser.add_argument("--side-by-side", type=int, default=1, help="processes of whole at the same time")
     parser.add_argument("--only", default=",".join([*ALL, "sizes", "terrains", "listing", "sequential", "sample"]))
     return parser.parse_args()
 
@@ -133,7 +150,7 @@ class Runs:
         self.bin = os.path.join(options.build, "bin")
         self.input = options.input
         if not self.input:
-            self.input = self.terrain(work, 999)
+            self.input = self.terrain(work, options.side)
         self.work = work
         self.rows = []
 
@@ -143,17 +160,22 @@ class Runs:
             subprocess.run([os.path.join(self.bin, "terrain_mesh"), str(side), str(side), path], check=True)
         return path
 
+    def scaled(self, spec):
+        """Targets are counted for 998,001 vertices."""
+        share = (self.options.side / 999) ** 2
+        return re.sub(r"\b(collapses|triangles|around_first)=(\d+)", lambda found: f"{found[1]}={round(int(found[2]) * share)}", spec)
+
     def run(self, experiment, specs, source=None, terrain="made", device=None):
         command = [os.path.join(self.bin, "thesis_bench"), "--device", device or self.options.device]
         command += ["--threads", self.options.threads]
         command += source or ["--input", self.input]
         command += ["--judge"] if experiment in JUDGED else []
-        done = subprocess.run(command + specs, capture_output=True, text=True)
+        done = subprocess.run(command + [self.scaled(spec) for spec in specs], capture_output=True, text=True)
         if done.returncode != 0:
             print(f"{experiment} {terrain}: {done.stderr.strip()}", file=sys.stderr, flush=True)
             return
-        for row in json.loads(done.stdout):
-            self.rows.append(dict(shorter(row), experiment=experiment, terrain=terrain))
+        for spec, row in zip(specs, json.loads(done.stdout)):
+            self.rows.append(dict(shorter(row), spec=spec, experiment=experiment, terrain=terrain))
         print(experiment, terrain, len(specs), "runs", flush=True)
 
 
@@ -165,7 +187,7 @@ def main():
         for name in wanted:
             if name in ALL:
                 runs.run(name, [spec.replace("{share}", "400000") for spec in ALL[name]()])
-        for side in (250, 500, 2000) if "sizes" in wanted else ():
+        for side in (250, 500, 2000) if "sizes" in wanted and options.side == 999 else ():
             share = str(int(side * side * 0.4))
             specs = [spec.replace("{share}", share) for spec in windows()]
             runs.run("windows", specs, ["--input", runs.terrain(work, side)], f"made {side}")
@@ -182,11 +204,16 @@ def main():
             runs.run("terrains", terrains())
         if "sequential" in wanted:
             runs.run("sequential", [f"window=1 repair=around passes=1 collapses={t}" for t in TARGETS], device="cpu")
+        if "whole" in wanted:
+            with concurrent.futures.ThreadPoolExecutor(options.side_by_side) as pool:
+                list(pool.map(lambda specs: runs.run("whole", specs, device="cpu"), whole(options.side_by_side)))
         if "sample" in wanted:
             runs.run("sample", ["window=1 passes=1 collapses=300 phases=1", "window=1 passes=1 collapses=100 rearrange=pointers"],
                      device="cpu")
+        kept = json.load(open(options.add, encoding="utf-8"))["rows"] if options.add else []
+        rows = [row for row in kept if row["experiment"] not in wanted] + runs.rows
         with open(options.out, "w", encoding="utf-8") as file:
-            json.dump({"machine": platform.processor() or platform.machine(), "cores": os.cpu_count(), "rows": runs.rows}, file)
+            json.dump({"machine": platform.processor() or platform.machine(), "cores": os.cpu_count(), "rows": rows}, file)
 
 
 if __name__ == "__main__":

@@ -56,12 +56,14 @@ inline gpu::cleap::Options options_of(const Spec& spec) {
   options.seed = static_cast<std::uint64_t>(spec.number("seed", 1));
   options.most_triangles = static_cast<std::int32_t>(spec.number("c", options.most_triangles));
   options.most_passes = static_cast<std::uint32_t>(spec.number("passes", options.most_passes));
+  options.around_first = static_cast<std::uint64_t>(spec.number("around_first", 0));
   options.come_back = spec.number("come_back", 0) != 0;
   options.closing = spec.number("closing", 0) != 0;
   options.time_phases = spec.number("phases", 0) != 0;
   options.each_window = spec.number("each_window", 0) != 0;
   spec.choose<Selection>("selection", {{"sort", Selection::sort}, {"histogram", Selection::histogram},
-                                       {"unsorted", Selection::unsorted}, {"vertex-best", Selection::vertex_best}},
+                                       {"unsorted", Selection::unsorted}, {"vertex-best", Selection::vertex_best},
+                                       {"super-independent", Selection::super_independent}},
                          options.selection);
   spec.choose<Shuffle>("shuffle", {{"fisher-yates", Shuffle::fisher_yates}, {"keyed", Shuffle::keyed}, {"none", Shuffle::none}},
                        options.shuffle);

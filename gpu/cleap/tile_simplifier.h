@@ -1,0 +1,13 @@
+#pragma once
+// The published algorithm as a strategy of tiles: in the place of the waves, with everything before and after them as it is.
+#include <memory>
+#include <string>
+
+#include "gpu/simplify.h"
+
+namespace cordillera::gpu::cleap {
+
+/// strategy: "cleap" or "sequential", which needs no GPU.
+proto::Result<std::unique_ptr<Simplifier>> make_tile_simplifier(const std::string& device, ParallelFor parallel, const std::string& strategy);
+
+}  // namespace cordillera::gpu::cleap
