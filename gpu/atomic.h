@@ -68,6 +68,22 @@ CORDILLERA_HD inline void raise_to(std::uint32_t* at, std::uint32_t value) {
 #endif
 }
 
+/// *at += n and *at = max(*at, value), from threads of a device; a host's alone.
+CORDILLERA_HD inline void add_to(std::uint64_t* at, std::uint64_t n) {
+#ifdef __CUDA_ARCH__
+  if (n) atomicAdd(reinterpret_cast<unsigned long long*>(at), static_cast<unsigned long long>(n));
+#else
+  *at += n;
+#endif
+}
+CORDILLERA_HD inline void raise_to(std::uint64_t* at, std::uint64_t value) {
+#ifdef __CUDA_ARCH__
+  atomicMax(reinterpret_cast<unsigned long long*>(at), static_cast<unsigned long long>(value));
+#else
+  if (*at < value) *at = value;
+#endif
+}
+
 /// *at = min(*at, value), likewise.
 CORDILLERA_HD inline void lower_to(std::uint64_t* at, std::uint64_t value) {
 #ifdef __CUDA_ARCH__

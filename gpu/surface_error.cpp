@@ -10,16 +10,6 @@ namespace {
 
 std::uint32_t saturated(std::uint64_t n) { return static_cast<std::uint32_t>(std::min<std::uint64_t>(n, UINT32_MAX)); }
 
-/// Of the mesh's vertices.
-std::pair<double, double> height_range_m(const proto::TileMesh& mesh) {
-  double low_m = proto::kMaxHeight_m, high_m = -proto::kMaxHeight_m;
-  for (const std::int32_t h : mesh.height) {
-    low_m = std::min(low_m, h * proto::kHeightStep_m);
-    high_m = std::max(high_m, h * proto::kHeightStep_m);
-  }
-  return {std::min(low_m, high_m), std::max(low_m, high_m)};
-}
-
 /// What is counted and summed while triangles are measured.
 struct Tally {
   bool all_valid = false;
@@ -75,17 +65,11 @@ class Measurement {
     tally_.all_valid = tally_.valid == across * across;
   }
 
-  bool on_border(const Corner& a, const Corner& b) const {
-    return (a.x == b.x && (a.x == 0 || a.x == mesh_.side)) || (a.y == b.y && (a.y == 0 || a.y == mesh_.side));
-  }
-
-  /// Of two triangles at an edge, the one that sees it run north (or due east) counts its samples.
   unsigned owned_edges(const std::array<std::uint32_t, 3>& t, const Corner (&c)[3]) const {
     unsigned owned = 0;
     for (unsigned k = 0; k < 3; ++k) {
       const unsigned n = k == 2 ? 0 : k + 1;
-      const bool first = c[n].y > c[k].y || (c[n].y == c[k].y && c[n].x > c[k].x);
-      if (first || on_border(c[k], c[n]) || rims_.contains(t[k], t[n])) owned |= 1u << k;
+      if (counts_edge(mesh_.side, c[k], c[n]) || rims_.contains(t[k], t[n])) owned |= 1u << k;
     }
     return owned;
   }

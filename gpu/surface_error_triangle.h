@@ -88,6 +88,24 @@ CORDILLERA_HD inline void widen(MeasuredTriangle& t, const TileFacts& tile, cons
 
 }  // namespace detail
 
+/// What the rounding of frames may add to an error: some micrometres on the ground, which on a sliver as steep as a wall are millimetres of
+/// height. Of the steeper decoding.
+CORDILLERA_HD inline double place_error_m(const MeasuredTriangle& t) {
+  constexpr double kPlace_m = 2e-5, kSteepest = 1e4;
+  constexpr double kPolar2 = (1 - proto::kFlattening) * (1 - proto::kFlattening);
+  const proto::Vec3& p = t.exact_corner[0];
+  const proto::Vec3 up{p.x, p.y, p.z / kPolar2};
+  double steepest = 0;
+  const Plane* const planes[] = {&t.exact, &t.rounded};
+  for (const Plane* plane : planes) {
+    if (!plane->shows()) continue;
+    const double along = proto::dot(plane->normal, up), rise = along < 0 ? -along : along;
+    const double whole = sqrt(proto::dot(plane->normal, plane->normal) * proto::dot(up, up));
+    steepest = detail::most(steepest, rise * kSteepest > whole ? whole / rise : kSteepest);
+  }
+  return kPlace_m * steepest;
+}
+
 /// The largest square of units whose triangles surely show no sample outside their plan, whatever their place in the tile.
 CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, const proto::RowFrame& south, const proto::RowFrame& north,
                                               double low_m, double high_m) {
@@ -112,6 +130,12 @@ CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, const proto
     if (worst < 0.99) return size;
   }
   return 0;
+}
+
+/// Of two triangles at an edge, the one that sees it run north (or due east) counts its samples; on the tile's border the only one does.
+CORDILLERA_HD inline bool counts_edge(std::int32_t side, const Corner& from, const Corner& to) {
+  const bool border = (from.x == to.x && (from.x == 0 || from.x == side)) || (from.y == to.y && (from.y == 0 || from.y == side));
+  return border || to.y > from.y || (to.y == from.y && to.x > from.x);
 }
 
 /// owned: bit k set when samples on the edge from corner k to the next count for this triangle.

@@ -32,6 +32,8 @@ class SampleWindow {
 
   const Span& rows() const { return rows_; }
   const std::array<Stretch, 2>& stretches() const { return stretches_; }
+  /// Sample row = tile-local row + row_shift().
+  std::int64_t row_shift() const { return row_shift_; }
   /// First sample of tile-local row y; y in rows().
   const std::int32_t* row(std::int64_t y) const {
     return samples_.height.data() + static_cast<std::size_t>((y + row_shift_) * samples_.columns);
@@ -50,8 +52,8 @@ class SampleWindow {
   Span rows_;
 };
 
-inline Span intersection(const Span& a, const Span& b) { return {std::max(a.first, b.first), std::min(a.last, b.last)}; }
-inline std::uint64_t length(const Span& s) { return s.last < s.first ? 0 : static_cast<std::uint64_t>(s.last - s.first + 1); }
+CORDILLERA_HD inline Span intersection(const Span& a, const Span& b) { return {std::max(a.first, b.first), std::min(a.last, b.last)}; }
+CORDILLERA_HD inline std::uint64_t length(const Span& s) { return s.last < s.first ? 0 : static_cast<std::uint64_t>(s.last - s.first + 1); }
 
 inline std::uint64_t count_valid(const std::int32_t* heights, std::size_t n) {
   std::uint64_t valid = 0;
@@ -79,6 +81,8 @@ class Rims {
     return !edges_.empty() && on_rim_[from] != 0 && on_rim_[to] != 0 &&
            std::binary_search(edges_.begin(), edges_.end(), std::uint64_t{from} << 32 | to);
   }
+  /// All, ascending: from << 32 | to.
+  const std::vector<std::uint64_t>& edges() const { return edges_; }
 
  private:
   std::vector<std::uint64_t> edges_;  ///< as the triangle across runs along them

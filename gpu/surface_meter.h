@@ -25,6 +25,30 @@ struct TriangleWorst {
   WorstSample inside;  ///< of rows over the limit: samples in the closed triangle that could become vertices
 };
 
+/// Of the mesh's vertices.
+inline std::pair<double, double> height_range_m(const proto::TileMesh& mesh) {
+  double low_m = proto::kMaxHeight_m, high_m = -proto::kMaxHeight_m;
+  for (const std::int32_t h : mesh.height) {
+    low_m = std::min(low_m, h * proto::kHeightStep_m);
+    high_m = std::max(high_m, h * proto::kHeightStep_m);
+  }
+  return {std::min(low_m, high_m), std::max(low_m, high_m)};
+}
+
+/// range_m: no corner that will be measured is lower or higher.
+inline TileFacts tile_facts(const SurfaceErrorInput& in, std::pair<double, double> range_m) {
+  const proto::Lattice& lattice = *in.lattice;
+  const std::int64_t south = in.lattice->south(in.tile);
+  TileFacts tile;
+  tile.side = in.mesh->side;
+  tile.unit_rad = M_PI / static_cast<double>(lattice.rows());
+  tile.step_m = in.ecef_step_m;
+  tile.off_south_pole = proto::row_frame(lattice, 1);
+  tile.off_north_pole = proto::row_frame(lattice, lattice.rows() - 1);
+  tile.small_units = small_units(tile, proto::row_frame(lattice, south), proto::row_frame(lattice, south + tile.side), range_m.first, range_m.second);
+  return tile;
+}
+
 class SurfaceMeter {
  public:
   /// Borrows what input points to. range_m: no corner that will be measured is lower or higher.
@@ -45,12 +69,7 @@ class SurfaceMeter {
         strip.cos_lon.push_back(c.cos_lon);
       }
     }
-    tile_.side = side_;
-    tile_.unit_rad = M_PI / static_cast<double>(lattice_.rows());
-    tile_.step_m = in.ecef_step_m;
-    tile_.off_south_pole = proto::row_frame(lattice_, 1);
-    tile_.off_north_pole = proto::row_frame(lattice_, lattice_.rows() - 1);
-    tile_.small_units = small_units(tile_, proto::row_frame(lattice_, south_), proto::row_frame(lattice_, south_ + side_), range_m.first, range_m.second);
+    tile_ = tile_facts(in, range_m);
   }
 
   const SampleWindow& window() const { return window_; }
@@ -69,28 +88,12 @@ class SurfaceMeter {
   TriangleWorst worst(const MeasuredTriangle& t, double limit_m, Tally& tally) const {
     TriangleWorst worst;
     for (std::int64_t y = t.plan.rows.first; y <= t.plan.rows.last; ++y) row(t, y, limit_m, tally, worst);
-    if (worst.any.error_m >= 0) worst.any.error_m += kPlace_m * steepness(t);
+    if (worst.any.error_m >= 0) worst.any.error_m += place_error_m(t);
     return worst;
   }
 
  private:
   static constexpr std::size_t kBlock = 256;
-  /// Frames are rounded to some micrometres on the ground, which on a sliver as steep as a wall is millimetres of height.
-  static constexpr double kPlace_m = 2e-5, kSteepest = 1e4;
-
-  /// Metres of height a metre on the ground, of the steeper decoding.
-  static double steepness(const MeasuredTriangle& t) {
-    double steepest = 0;
-    for (const Plane* plane : {&t.exact, &t.rounded}) {
-      if (!plane->shows()) continue;
-      const proto::Vec3& p = t.exact_corner[0];
-      constexpr double kPolar2 = (1 - proto::kFlattening) * (1 - proto::kFlattening);
-      const proto::Vec3 up{p.x, p.y, p.z / kPolar2};
-      const double rise = std::abs(proto::dot(plane->normal, up)), whole = std::sqrt(proto::dot(plane->normal, plane->normal) * proto::dot(up, up));
-      steepest = std::max(steepest, rise * kSteepest > whole ? whole / rise : kSteepest);
-    }
-    return steepest;
-  }
 
   /// Columns of samples and their frames, indexed by column - columns.first, so that a row's loop reads them in order.
   struct Strip {

@@ -96,8 +96,10 @@ CORDILLERA_HD void run_waves(Team& team, const WindowView& w, WaveLists& lists, 
   for (int wave = 0;; ++wave) {
     team.barrier();
     const int stale = lists.size(kStaleList), candidates = stale + lists.size(kUpToDateList);
-    team.each(stale, EvaluateListed{w, rules, lists.candidates});
-    team.barrier();
+    if (stale > 0) {
+      team.each(stale, EvaluateListed{w, rules, lists.candidates});
+      team.barrier();
+    }
     team.each(candidates, DecideListed{{w, threshold, wave}, lists.candidates, stale, lists.capacity - candidates});
     team.barrier();
     if (wave + 1 < schedule.growing) cost = wave + 2 == schedule.growing ? schedule.cost : cost * schedule.growth;

@@ -6,6 +6,8 @@
 //   --threads N    threads for what remains on the host
 //   --alone        every tile in a call of its own, instead of a level in one
 //   --levels N     only so many, from the finest
+//   --errors       measures every level against all finest samples on the device, too; with --stages, what of it is work on the device
+//   --strategy S   waves, or cleap or sequential
 #include <atomic>
 #include <cinttypes>
 #include <condition_variable>
@@ -26,9 +28,9 @@ struct Options {
   std::string device = "auto";
   int across = 4;
   float tolerance_m = 4;
-  bool json = false, stages = false;
+  bool json = false, stages = false, errors = false;
   bench::PyramidRun run;
-  std::string terrain;
+  std::string terrain, strategy = gpu::kStrategies.front();
   unsigned threads = 1;
 };
 
@@ -42,8 +44,10 @@ Options options_of(int argc, char** argv) {
     else if (argument == "--stages") options.stages = true;
     else if (argument == "--terrain") options.terrain = value();
     else if (argument == "--repeat") options.run.repeats = std::atoi(value());
+    else if (argument == "--errors") options.errors = true;
     else if (argument == "--alone") options.run.alone = true;
     else if (argument == "--levels") options.run.levels = std::atoi(value());
+    else if (argument == "--strategy") options.strategy = value();
     else if (argument == "--threads") options.threads = static_cast<unsigned>(std::atoi(value()));
     else if (position == 0 && ++position) options.device = argument;
     else if (position == 1 && ++position) options.across = std::atoi(argument.c_str());
@@ -99,20 +103,39 @@ class Crew {
   std::vector<std::jthread> threads_;  // last: they stop before the rest goes
 };
 
+/// As "name 1.234 ms", one after the other.
+void print_stages(const std::vector<gpu::StageTime>& stages) {
+  for (const gpu::StageTime& stage : stages) std::printf(" %s %.3f ms", stage.name.c_str(), 1e3 * stage.seconds);
+}
+/// What the device itself worked on, the passes and the measuring, but not what goes to it and comes back.
+double on_device_s(const bench::LevelFigures& level) {
+  double sum_s = 0;
+  for (const auto* stages : {&level.stages, &level.measure_stages}) {
+    for (const gpu::StageTime& stage : *stages) sum_s += stage.name.starts_with("pass") || stage.name == "measure" ? stage.seconds : 0;
+  }
+  return sum_s;
+}
+
 void print_row(const Options& options, std::string_view terrain, const bench::LevelFigures& level) {
   std::printf("%s %d %zu %zu %zu %zu %.3f %.6f %016" PRIx64 "\n", terrain.data(), level.level, level.tiles, level.vertices_in,
               level.vertices, level.triangles, level.prepare_s, level.simplify_s, level.hash);
   if (!options.stages) return;
   std::printf("#  ");
-  for (const gpu::StageTime& stage : level.stages) std::printf(" %s %.3f ms", stage.name.c_str(), 1e3 * stage.seconds);
+  print_stages(level.stages);
+  if (options.errors) {
+    std::printf("\n#   errors in %.3f ms:", 1e3 * level.measure_s);
+    print_stages(level.measure_stages);
+    std::printf("; max %.3f m, RMSE %.4f m", level.max_error_m, level.rmse_m);
+  }
   std::printf("\n");
 }
 
 void print_json(std::string_view terrain, const bench::LevelFigures& level) {
   static bool first = true;
   std::printf("%s\n{\"terrain\":\"%s\",\"level\":%d,\"tiles\":%zu,\"vertices_in\":%zu,\"vertices\":%zu,\"simplify_seconds\":%.6f,\"hash\":\"%016" PRIx64
-              "\",\"stages_ms\":{",
-              first ? "" : ",", terrain.data(), level.level, level.tiles, level.vertices_in, level.vertices, level.simplify_s, level.hash);
+              "\",\"measure_seconds\":%.6f,\"max_error_m\":%.17g,\"rmse_m\":%.17g,\"stages_ms\":{",
+              first ? "" : ",", terrain.data(), level.level, level.tiles, level.vertices_in, level.vertices, level.simplify_s, level.hash, level.measure_s,
+              level.max_error_m, level.rmse_m);
   for (const gpu::StageTime& stage : level.stages) {
     std::printf("%s\"%s\":%.3f", &stage == level.stages.data() ? "" : ",", stage.name.c_str(), 1e3 * stage.seconds);
   }
@@ -123,12 +146,23 @@ void print_json(std::string_view terrain, const bench::LevelFigures& level) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const Options options = options_of(argc, argv);
+  Options options = options_of(argc, argv);
   Crew crew(options.threads);
-  auto simplifier = gpu::make_simplifier(options.device, [&](std::size_t count, const auto& work) { crew.each(count, work); });
+  const auto on_crew = [&](std::size_t count, const auto& work) { crew.each(count, work); };
+  auto simplifier = gpu::make_simplifier(options.device, on_crew, options.strategy);
   if (!simplifier.ok()) {
     std::fprintf(stderr, "%s\n", simplifier.problem().line().c_str());
     return 1;
+  }
+  std::unique_ptr<gpu::BatchMeter> meter;
+  if (options.errors) {
+    auto made = gpu::make_batch_meter(options.device, on_crew);
+    if (!made.ok()) {
+      std::fprintf(stderr, "%s\n", made.problem().line().c_str());
+      return 1;
+    }
+    meter = std::move(*made);
+    options.run.meter = meter.get();
   }
   if (options.json) {
     std::printf("[");
@@ -139,10 +173,15 @@ int main(int argc, char** argv) {
   for (int kind = 0; kind < 6; ++kind) {
     const std::string_view name = bench::kTerrainNames[kind];
     if (!options.terrain.empty() && options.terrain != name) continue;
-    for (const bench::LevelFigures& level :
-         bench::run_pyramid(static_cast<bench::Terrain>(kind), options.across, options.tolerance_m, **simplifier, options.run)) {
+    const auto levels = bench::run_pyramid(static_cast<bench::Terrain>(kind), options.across, options.tolerance_m, **simplifier, options.run);
+    double device_s = 0;
+    for (const bench::LevelFigures& level : levels) {
       if (options.json) print_json(name, level);
       else print_row(options, name, level);
+      device_s += on_device_s(level);
+    }
+    if (options.stages && !options.json && device_s > 0) {
+      std::printf("# on the device: %.3f ms, %.3f Gvertex/s\n", 1e3 * device_s, 1e-9 * static_cast<double>(levels.front().vertices_in) / device_s);
     }
   }
   if (options.json) std::printf("]\n");

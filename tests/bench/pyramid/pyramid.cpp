@@ -1,7 +1,9 @@
 #include "tests/bench/pyramid/pyramid.h"
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 
@@ -40,6 +42,16 @@ struct Pyramid {
   ChainRule rule(int z) const {
     const auto cell = static_cast<std::int32_t>(lattice.cell_units(z));
     return {0.5 * tolerance_m * cell, cell, 0};
+  }
+
+  /// All there are.
+  proto::Samples samples() const {
+    const auto side = static_cast<std::int32_t>(across * proto::kTileCells + 1);
+    proto::Samples samples{lattice.west(corner), lattice.south(corner), side, side, {}, {}};
+    for (std::int32_t y = 0; y < side; ++y) {
+      for (std::int32_t x = 0; x < side; ++x) samples.height.push_back(terrain_height(kind, x, y));
+    }
+    return samples;
   }
 
   void chains(TileMesh& mesh, const TileAddress& tile) const {
@@ -99,6 +111,28 @@ std::vector<TileMesh> simplified(gpu::Simplifier& simplifier, std::span<const gp
   return meshes;
 }
 
+/// Of all tiles of a level, the fastest of some times.
+void measure_level(const std::map<TileAddress, TileMesh>& meshes, const PyramidRun& run, LevelFigures& level) {
+  std::vector<gpu::TileSurface> tiles;
+  for (const auto& [tile, mesh] : meshes) tiles.push_back({tile, &mesh});
+  std::vector<gpu::SurfaceError> errors;
+  for (int k = 0; k < run.repeats; ++k) {
+    const double begin = seconds();
+    errors = run.meter->measure(tiles);
+    const double took = seconds() - begin;
+    if (k > 0 && took >= level.measure_s) continue;
+    level.measure_s = took;
+    level.measure_stages.assign(run.meter->stages().begin(), run.meter->stages().end());
+  }
+  double squares_m2 = 0, samples = 0;
+  for (const gpu::SurfaceError& error : errors) {
+    level.max_error_m = std::max(level.max_error_m, error.max_m);
+    squares_m2 += error.sum_squared_m2;
+    samples += error.samples;
+  }
+  level.rmse_m = std::sqrt(squares_m2 / samples);
+}
+
 }  // namespace
 
 std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier, const PyramidRun& run) {
@@ -106,6 +140,11 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
   const int top = kFinest - std::countr_zero(static_cast<unsigned>(across));
   std::map<TileAddress, TileMesh> below;
   std::vector<LevelFigures> figures;
+  proto::Samples samples;
+  if (run.meter) {
+    samples = pyramid.samples();
+    run.meter->keep(pyramid.lattice, samples, 1.0 / 256);
+  }
   for (int z = kFinest; z >= top && kFinest - z < run.levels; --z) {
     LevelFigures level;
     level.level = z;
@@ -153,6 +192,7 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
       level.triangles += meshes[k].triangles.size();
       below.emplace(tile, std::move(meshes[k++]));
     }
+    if (run.meter) measure_level(below, run, level);
     figures.push_back(level);
   }
   return figures;
