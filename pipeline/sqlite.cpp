@@ -4,6 +4,8 @@
 
 #include <cctype>
 
+#include "pipeline/sqlite_object.h"
+
 namespace cordillera::pipeline {
 namespace {
 
@@ -30,10 +32,22 @@ Database::Database(const std::string& path, Mode mode) {
   const bool writes = mode == Mode::create || mode == Mode::scratch;
   const int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (writes ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
   const std::string name = mode == Mode::scratch ? ":memory:" : uri(path) + (mode == Mode::published ? "?immutable=1" : "");
-  if (sqlite3_open_v2(name.c_str(), &handle_, flags, nullptr) == SQLITE_OK) {
-    if (mode == Mode::shared) sqlite3_busy_timeout(handle_, kPatience_ms);
-    return;
+  open(name, flags);
+  if (mode == Mode::shared) sqlite3_busy_timeout(handle_, kPatience_ms);
+}
+
+Database::Database(const SqliteObject& object) {
+  open("file:/object?immutable=1&vfs=" + object.name(), SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | SQLITE_OPEN_READONLY);
+  try {
+    execute("PRAGMA temp_store = MEMORY");
+  } catch (const StoreError&) {
+    sqlite3_close(handle_);
+    throw;
   }
+}
+
+void Database::open(const std::string& address, int flags) {
+  if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK) return;
   const std::string why = handle_ ? sqlite3_errmsg(handle_) : "out of memory";
   sqlite3_close(handle_);
   throw StoreError(why);

@@ -11,6 +11,8 @@ struct sqlite3_stmt;
 
 namespace cordillera::pipeline {
 
+class SqliteObject;
+
 /// The store's file cannot be read or written: disk full, damaged, gone.
 class StoreError : public std::runtime_error {
  public:
@@ -22,6 +24,8 @@ class Database {
   /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. scratch: in memory, no path.
   enum class Mode { create, published, shared, scratch };
   Database(const std::string& path, Mode mode);
+  /// A database in this one's file, published.
+  explicit Database(const SqliteObject& object);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
@@ -34,6 +38,7 @@ class Database {
   [[noreturn]] void fail() const;
 
  private:
+  void open(const std::string& address, int flags);
   sqlite3* handle_ = nullptr;
 };
 

@@ -7,8 +7,11 @@
 
 #include "pipeline/content_hash.h"
 #include "pipeline/sqlite.h"
+#include "pipeline/sqlite_object.h"
 #include "pipeline/store.h"
+#include "pipeline/store_object.h"
 #include "pipeline/store_schema.h"
+#include "raster/storage.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -17,6 +20,7 @@ using proto::Problem;
 using proto::TileAddress;
 
 constexpr std::size_t kConnections = 4;
+constexpr std::uint64_t kOwnCache_bytes = std::uint64_t{64} << 20;
 // A window of few rows is asked row by row: the key finds each run of columns at once. A tall one is one scan.
 constexpr std::int32_t kFewRows = 256;
 
@@ -24,9 +28,18 @@ Problem refused(const std::string& type, const std::string& path, const std::str
   return {type, path + " " + why, "the store of a dataset whose build has finished", ""};
 }
 
+/// Where a store lies: a path of this machine, or an object.
+struct Place {
+  std::string path;
+  std::shared_ptr<const SqliteObject> object;  ///< null: the path
+  std::unique_ptr<Database> open() const {
+    return object ? std::make_unique<Database>(*object) : std::make_unique<Database>(path, Database::Mode::published);
+  }
+};
+
 struct Connection {
-  explicit Connection(const std::string& path)
-      : database(path, Database::Mode::published),
+  explicit Connection(const Place& place)
+      : opened(place.open()),
         drc(database, "SELECT hash, bytes FROM tiles JOIN blobs ON hash = drc WHERE level = ? AND y = ? AND x = ?"),
         glb(database, "SELECT hash, bytes FROM tiles JOIN blobs ON hash = glb WHERE level = ? AND y = ? AND x = ?"),
         records(database, "SELECT record FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
@@ -38,7 +51,8 @@ struct Connection {
     water.emplace(database, "SELECT mask FROM water WHERE level = ? AND y = ? AND x = ?");
   }
   std::mutex mutex;
-  Database database;
+  std::unique_ptr<Database> opened;
+  Database& database = *opened;
   Statement drc, glb, records, nodes;
   std::optional<Statement> water;
 };
@@ -70,8 +84,8 @@ class SqliteReader final : public StoreReader {
   }
 
  public:
-  SqliteReader(const std::string& path, proto::Manifest manifest) : manifest_(std::move(manifest)) {
-    for (auto& c : connections_) c = std::make_unique<Connection>(path);
+  SqliteReader(Place place, proto::Manifest manifest) : place_(std::move(place)), manifest_(std::move(manifest)) {
+    for (auto& c : connections_) c = std::make_unique<Connection>(place_);
   }
 
   const proto::Manifest& manifest() const override { return manifest_; }
@@ -123,13 +137,13 @@ class SqliteReader final : public StoreReader {
   }
 
  private:
+  Place place_;  ///< outlives the connections
   proto::Manifest manifest_;
   std::array<std::unique_ptr<Connection>, kConnections> connections_;
   mutable std::atomic<std::size_t> turn_{0};
 };
 
-proto::Result<proto::Manifest> published_manifest(const std::string& path) {
-  Database database(path, Database::Mode::published);
+proto::Result<proto::Manifest> published_manifest(Database& database, const std::string& path) {
   if (database.integer("PRAGMA application_id") != kApplicationId) return refused("store-unknown", path, "is no store of Cordillera");
   if (database.integer("PRAGMA user_version") != kSchemaVersion) {
     return refused("store-version", path, "was written by another version of Cordillera");
@@ -143,10 +157,37 @@ proto::Result<proto::Manifest> published_manifest(const std::string& path) {
 }
 
 // The size the header promises; a copy that was cut short has less.
-bool whole(const std::string& path, std::int64_t size) {
-  Database database(path, Database::Mode::published);
-  return database.integer("PRAGMA page_count") * database.integer("PRAGMA page_size") <= size &&
+bool whole(Database& database, std::uint64_t size) {
+  return static_cast<std::uint64_t>(database.integer("PRAGMA page_count") * database.integer("PRAGMA page_size")) <= size &&
          database.integer("SELECT count(*) FROM sqlite_schema WHERE name IN ('tiles', 'blobs', 'nodes')") == 3;
+}
+
+/// Throws StoreError.
+proto::Result<std::unique_ptr<StoreReader>> open_at(const Place& place, std::uint64_t size) {
+  const auto database = place.open();
+  auto manifest = published_manifest(*database, place.path);
+  if (!manifest) return manifest.problem();
+  if (!whole(*database, size)) return refused("store-damaged", place.path, "is cut short");
+  return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(place, std::move(manifest).value()));
+}
+
+/// The size of a file of this machine that nobody is writing.
+proto::Result<std::uint64_t> whole_file(const std::string& path) {
+  struct stat file {};
+  if (stat(path.c_str(), &file) != 0) return refused("store-missing", path, "does not exist");
+  if (!S_ISREG(file.st_mode)) return refused("store-unknown", path, "is no file");
+  // Opened as immutable, a file is read without its log. A log with something in it means that the last write was cut short.
+  for (const char* log : {"-wal", "-journal"}) {
+    struct stat beside {};
+    if (stat((path + log).c_str(), &beside) == 0 && beside.st_size > 0) {
+      return refused("store-unpublished", path, "is being written, or was left in the middle of it");
+    }
+  }
+  return static_cast<std::uint64_t>(file.st_size);
+}
+
+Problem damaged(const std::string& path, const StoreError& error) {
+  return refused("store-damaged", path, std::string("cannot be read as a store: ") + error.what());
 }
 
 }  // namespace
@@ -164,23 +205,36 @@ std::vector<TileExtent> StoreReader::extents(int level, std::int32_t x0, std::in
 }
 
 proto::Result<std::unique_ptr<StoreReader>> StoreReader::open(const std::string& path) {
-  struct stat file {};
-  if (stat(path.c_str(), &file) != 0) return refused("store-missing", path, "does not exist");
-  if (!S_ISREG(file.st_mode)) return refused("store-unknown", path, "is no file");
-  // Opened as immutable, a file is read without its log. A log with something in it means that the last write was cut short.
-  for (const char* log : {"-wal", "-journal"}) {
-    struct stat beside {};
-    if (stat((path + log).c_str(), &beside) == 0 && beside.st_size > 0) {
-      return refused("store-unpublished", path, "is being written, or was left in the middle of it");
-    }
+  if (raster::is_remote(path)) {
+    auto file = raster::ObjectFile::open(path, std::make_shared<raster::BlockCache>(kOwnCache_bytes));
+    return file ? open_store(std::move(*file)) : file.problem();
   }
+  const auto size = whole_file(path);
+  if (!size) return size.problem();
   try {
-    auto manifest = published_manifest(path);
-    if (!manifest) return manifest.problem();
-    if (!whole(path, file.st_size)) return refused("store-damaged", path, "is cut short");
-    return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(path, std::move(manifest).value()));
+    return open_at({path, nullptr}, *size);
   } catch (const StoreError& e) {
-    return refused("store-damaged", path, std::string("cannot be read as a store: ") + e.what());
+    return damaged(path, e);
+  }
+}
+
+proto::Result<proto::Manifest> StoreReader::manifest_of(const std::string& path) {
+  const auto size = whole_file(path);
+  if (!size) return size.problem();
+  try {
+    Database database(path, Database::Mode::published);
+    return published_manifest(database, path);
+  } catch (const StoreError& e) {
+    return damaged(path, e);
+  }
+}
+
+proto::Result<std::unique_ptr<StoreReader>> open_store(std::shared_ptr<raster::ObjectFile> file) {
+  try {
+    return open_at({file->path(), std::make_shared<const SqliteObject>(file)}, file->size());
+  } catch (const StoreError& e) {
+    const auto trouble = file->trouble();
+    return trouble ? *trouble : damaged(file->path(), e);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <ogr_srs_api.h>
 
 #include <mutex>
+#include <utility>
 
 namespace cordillera::raster {
 namespace {
@@ -18,6 +19,10 @@ void start_gdal() {
   OSRSetPROJEnableNetwork(0);
   // GDAL's default is a share of the machine's memory; ours must not grow with the machine or with the raster.
   if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(kBlockCache_bytes);
+  // A storage that does not answer is an error after a while; GDAL by itself waits for ever.
+  for (const auto& [key, value] : {std::pair{"GDAL_HTTP_CONNECTTIMEOUT", "10"}, {"GDAL_HTTP_LOW_SPEED_TIME", "20"}, {"GDAL_HTTP_LOW_SPEED_LIMIT", "1"}}) {
+    if (CPLGetConfigOption(key, nullptr) == nullptr) CPLSetConfigOption(key, value);
+  }
 }
 
 struct Setting {

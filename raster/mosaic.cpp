@@ -103,9 +103,8 @@ class Mosaic final : public Source {
 
   double resampling_error_m(const proto::Lattice& lattice) override {
     double greatest_m = 0;
-    const std::size_t count = std::min(kExaminedMembers, members_.size());
-    for (std::size_t k = 0; k < count; ++k) {
-      auto source = opened(k * members_.size() / count);
+    for (const std::size_t member : examined_members(members_.size())) {
+      auto source = opened(member);
       if (source.ok()) greatest_m = std::max(greatest_m, (*source)->resampling_error_m(lattice));
     }
     return greatest_m;
@@ -248,6 +247,13 @@ Window coarser(const Window& window, const proto::Lattice& lattice) {
 bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
   if (a.west > a.east || b.west > b.east || a.south > b.north || b.south > a.north) return false;
   return modulo(b.west - a.west, lattice.columns()) <= a.east - a.west || modulo(a.west - b.west, lattice.columns()) <= b.east - b.west;
+}
+
+std::vector<std::size_t> examined_members(std::size_t count) {
+  const std::size_t examined = std::min(kExaminedMembers, count);
+  std::vector<std::size_t> members;
+  for (std::size_t k = 0; k < examined; ++k) members.push_back(k * count / examined);
+  return members;
 }
 
 int feather_vertices(double feather_m, const proto::Lattice& lattice) {

@@ -1,6 +1,7 @@
 #include "raster/storage.h"
 
 #include <cpl_conv.h>
+#include <cpl_error.h>
 #include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <fcntl.h>
@@ -57,6 +58,22 @@ class Descriptor {
   int fd_;
 };
 
+/// An upload has at most 10,000 parts, 50 MB each unless the environment says otherwise: files beyond that need larger ones.
+class LargeParts {
+ public:
+  explicit LargeParts(std::uint64_t bytes) {
+    const std::uint64_t part_mb = bytes / 9000 / 1000000 + 1;
+    if (part_mb < 50) return;
+    for (const char* key : kKeys) CPLSetThreadLocalConfigOption(key, std::to_string(part_mb).c_str());
+  }
+  ~LargeParts() {
+    for (const char* key : kKeys) CPLSetThreadLocalConfigOption(key, nullptr);
+  }
+
+ private:
+  static constexpr const char* kKeys[] = {"VSIS3_CHUNK_SIZE", "VSIGS_CHUNK_SIZE"};
+};
+
 /// Beside the file, and nobody else's: two processes may write the same file at once.
 std::string temporary_name(const std::string& path) {
   static std::atomic<unsigned> count{0};
@@ -97,15 +114,45 @@ proto::Result<void> write_remote(const std::string& path, const std::string& byt
 
 }  // namespace
 
+proto::Result<void> upload_file(const std::string& local, const std::string& path) {
+  const GdalScope scope(Trust::operator_file);
+  const auto bytes = size_of(local);
+  const File from(VSIFOpenL(local.c_str(), "rb"));
+  if (!from || !bytes) return read_problem(local, scope.message("", ""));
+  const LargeParts large_parts(*bytes);
+  VSILFILE* const to = VSIFOpenL(path.c_str(), "wb");
+  if (to == nullptr) return write_problem(path, scope.message("", ""));
+  std::string piece(std::size_t{8} << 20, '\0');
+  for (std::uint64_t sent = 0; sent < *bytes;) {
+    const std::size_t count = VSIFReadL(piece.data(), 1, std::min<std::uint64_t>(piece.size(), *bytes - sent), from.get());
+    // Closing would make an object of what was sent so far. Left open, the upload is never ended, and there is none.
+    if (count == 0) return read_problem(local, "it ended early");
+    if (VSIFWriteL(piece.data(), 1, count, to) != count) {
+      VSIFCloseL(to);  // GDAL ends an upload that failed as such
+      return write_problem(path, scope.message("", ""));
+    }
+    sent += count;
+  }
+  if (VSIFCloseL(to) != 0 || scope.failed()) return write_problem(path, scope.message("", ""));
+  return {};
+}
+
 bool is_remote(const std::string& path) { return path.rfind("/vsi", 0) == 0; }
 
 proto::Result<void> write_whole(const std::string& path, const std::string& bytes) {
   return is_remote(path) ? write_remote(path, bytes) : write_here(path, bytes);
 }
 
+/// After size_of. A storage that does not answer has left GDAL with something to say, and a name that it does not have has not.
+static proto::Result<std::optional<std::string>> not_there(const std::string& path) {
+  const std::string why = is_remote(path) ? CPLGetLastErrorMsg() : "";
+  if (!why.empty()) return read_problem(path, why);
+  return std::optional<std::string>();
+}
+
 proto::Result<std::optional<std::string>> read_range(const std::string& path, std::uint64_t offset, std::uint64_t count) {
   const GdalScope scope(Trust::operator_file);
-  if (!size_of(path)) return std::optional<std::string>();
+  if (!size_of(path)) return not_there(path);
   const File file(VSIFOpenL(path.c_str(), "rb"));
   if (!file || VSIFSeekL(file.get(), offset, SEEK_SET) != 0) return read_problem(path, scope.message("", ""));
   std::string bytes(count, '\0');
@@ -116,14 +163,15 @@ proto::Result<std::optional<std::string>> read_range(const std::string& path, st
 
 proto::Result<std::optional<std::string>> read_whole(const std::string& path) {
   const auto bytes = size_of(path);
-  if (!bytes) return std::optional<std::string>();
+  if (!bytes) return not_there(path);
   return read_range(path, 0, *bytes);
 }
 
 std::optional<std::uint64_t> size_of(const std::string& path) {
   const GdalScope scope(Trust::operator_file);
+  if (is_remote(path)) VSICurlPartialClearCache(path.c_str());  // what GDAL remembers was true once
   VSIStatBufL stat{};
-  if (VSIStatExL(path.c_str(), &stat, VSI_STAT_EXISTS_FLAG | VSI_STAT_SIZE_FLAG | VSI_STAT_NATURE_FLAG) != 0 || VSI_ISDIR(stat.st_mode)) {
+  if (VSIStatExL(path.c_str(), &stat, VSI_STAT_EXISTS_FLAG | VSI_STAT_SIZE_FLAG | VSI_STAT_NATURE_FLAG | VSI_STAT_SET_ERROR_FLAG) != 0 || VSI_ISDIR(stat.st_mode)) {
     return std::nullopt;
   }
   return static_cast<std::uint64_t>(stat.st_size);

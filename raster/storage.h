@@ -17,6 +17,9 @@ bool is_remote(const std::string& path);
 /// storage by the end of its upload. Folders on the way are made. "storage-write" when it fails.
 proto::Result<void> write_whole(const std::string& path, const std::string& bytes);
 
+/// A file of this machine under a name elsewhere, in one upload: whole or not at all. "storage-write" when it fails.
+proto::Result<void> upload_file(const std::string& local, const std::string& path);
+
 /// Bytes from offset on, fewer at the file's end; nullopt when there is no such file. "storage-read" when it fails otherwise.
 proto::Result<std::optional<std::string>> read_range(const std::string& path, std::uint64_t offset, std::uint64_t count);
 /// The whole file.

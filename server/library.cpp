@@ -2,34 +2,102 @@
 
 #include <algorithm>
 
+#include "server/digest.h"
 #include "server/log.h"
 
 namespace cordillera::server {
 
 namespace {
+
 constexpr std::size_t kMostOpen = 64;  // a few descriptors each
+constexpr std::uint64_t kLookEvery = 32;  // requests
+
+proto::Problem unreadable(const std::string& id, const proto::Problem& why) {
+  log_warning("dataset " + id + ": " + why.detail);  // with its place on this machine, which is nobody else's business
+  return {"internal", "what was built of dataset " + id + " can no longer be read", "posting the raster again", ""};
+}
+
+std::shared_ptr<const Summary> summary_of(const proto::Manifest& manifest) {
+  auto summary = std::make_shared<Summary>(Summary{manifest, version_of(manifest)});
+  for (auto clear : {&proto::Manifest::clear_levels, &proto::Manifest::clear_sources, &proto::Manifest::clear_source, &proto::Manifest::clear_options}) {
+    (summary->manifest.*clear)();
+  }
+  return summary;
+}
+
+}  // namespace
+
+std::string version_of(const proto::Manifest& manifest) { return digest(manifest.SerializeAsString() + CORDILLERA_VERSION).substr(0, 16); }
+
+std::shared_ptr<const pipeline::faces::Terrain> Library::find(const std::string& id) {
+  const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return entry.first == id; });
+  if (found == open_.end()) return nullptr;
+  open_.splice(open_.begin(), open_, found);
+  return open_.front().second;
+}
+
+/// Takes out those that were used longest ago, until the rest is not too much.
+Library::Open Library::too_much() {
+  Open closed;
+  std::size_t kept = 0;
+  for (auto at = open_.begin(); at != open_.end(); ++at) {
+    kept += at->second->kept_bytes();
+    if (at == open_.begin() || kept <= most_kept_bytes_) continue;
+    closed.splice(closed.end(), open_, at, open_.end());
+    break;
+  }
+  if (open_.size() > kMostOpen) closed.splice(closed.end(), open_, std::prev(open_.end()));
+  return closed;
 }
 
 proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open(const std::string& id) {
-  const std::lock_guard lock(mutex_);
-  const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return entry.first == id; });
-  metrics_.store_opens.add(1, {found != open_.end() ? "hit" : "miss"});
-  if (found != open_.end()) {
-    open_.splice(open_.begin(), open_, found);
-    return open_.front().second;
+  if (mounts_.has(id)) return mounts_.open(id);
+  std::uint64_t before = 0;
+  Open closed;  // stands before the lock: what is freed is freed without it
+  {
+    const std::lock_guard lock(mutex_);
+    before = forgotten_;
+    auto terrain = find(id);
+    if (++asked_ % kLookEvery == 0) closed = too_much();
+    metrics_.store_opens.add(1, {terrain ? "hit" : "miss"});
+    if (terrain) return terrain;
   }
+  // Without the lock: who reads another dataset does not wait for this one's disk.
   auto reader = pipeline::StoreReader::open(layout_.store(id).string());
-  if (!reader) {
-    log_warning("dataset " + id + ": " + reader.problem().detail);  // with its place on this machine, which is nobody else's business
-    return proto::Problem{"internal", "what was built of dataset " + id + " can no longer be read", "posting the raster again", ""};
+  if (!reader) return unreadable(id, reader.problem());
+  auto terrain = std::make_shared<const pipeline::faces::Terrain>(std::move(reader).value());
+  const std::lock_guard lock(mutex_);
+  if (forgotten_ != before) return terrain;
+  if (auto other = find(id)) return other;  // opened by another thread meanwhile
+  open_.emplace_front(id, terrain);
+  closed.splice(closed.end(), too_much());
+  return terrain;
+}
+
+proto::Result<std::shared_ptr<const Summary>> Library::summary(const std::string& id) {
+  if (mounts_.has(id)) {
+    const auto terrain = mounts_.open(id);
+    if (!terrain) return terrain.problem();
+    return summary_of((*terrain)->manifest());
   }
-  open_.emplace_front(id, std::make_shared<const pipeline::faces::Terrain>(std::move(reader).value()));
-  if (open_.size() > kMostOpen) open_.pop_back();
-  return open_.front().second;
+  std::uint64_t before = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    before = forgotten_;
+    if (const auto known = summaries_.find(id); known != summaries_.end()) return known->second;
+  }
+  const auto manifest = pipeline::StoreReader::manifest_of(layout_.store(id).string());
+  if (!manifest) return unreadable(id, manifest.problem());
+  auto summary = summary_of(*manifest);
+  const std::lock_guard lock(mutex_);
+  if (forgotten_ == before) summaries_.insert_or_assign(id, summary);
+  return summary;
 }
 
 void Library::forget(const std::string& id) {
   const std::lock_guard lock(mutex_);
+  ++forgotten_;
+  summaries_.erase(id);
   open_.remove_if([&](const auto& entry) { return entry.first == id; });
 }
 

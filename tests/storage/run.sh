@@ -1,0 +1,87 @@
+#!/usr/bin/env bash
+# A raster, its plan, the results of its tasks and the dataset in object storage, and a server that reads it there: tests/storage/run.sh BUILD
+# Exits with 77, and says what is missing, where it cannot run.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+build=$(cd "${1:?usage: tests/storage/run.sh BUILD}" && pwd)
+. "$here/../real_server.sh" 'The test of object storage'
+. "$here/storage.sh"
+need_node
+need_storage "$here" "$build"
+trap 'kill_storage; end_test' EXIT
+start_storage "$work/storage"
+
+program=$build/bin/cordillera
+sample=$repository/deploy/sample/white_mountains_srtm3.tif
+fail() { echo "FAILED: $*" >&2; tail -n 20 "$work/server.log" >&2 || true; exit 1; }
+expect() { [[ $1 == "$2" ]] || fail "$3: $1 instead of $2"; }
+code_of() { local code=0; "$@" >"$work/said" 2>&1 || code=$?; echo $code; }
+
+# fetch_all FOLDER: asks for every tile that the folder has; prints how many answers were the folder's bytes, 503, and anything else.
+fetch_all() {
+  (cd "$1" && find . -name '*.drc' -o -name '*.glb' | sed 's|^\./||') >"$work/tiles"
+  rm -rf "$work/got"
+  mkdir "$work/got"
+  awk -v url="$url/v1/datasets/bucket/" -v got="$work/got/" '{ n = $0; gsub("/", "+", n); print "url = \"" url $0 "\"\noutput = \"" got n "\"" }' \
+    "$work/tiles" >"$work/urls"
+  curl -s --parallel --parallel-max 6 -w '%{http_code} %{filename_effective}\n' -K "$work/urls" >"$work/answers"
+  local same=0 unreachable=0 other=0 status file
+  while read -r status file; do
+    if [[ $status == 200 ]] && cmp -s "$file" "$1/$(basename "$file" | tr + /)"; then same=$((same + 1))
+    elif [[ $status == 503 ]] && grep -q storage-unreachable "$file"; then unreachable=$((unreachable + 1))
+    else other=$((other + 1)); fi
+  done <"$work/answers"
+  echo "$same $unreachable $other"
+}
+
+curl -fsS -T "$sample" "$storage_url/dem.tif" || fail 'the storage takes no file'
+# make ERROR: a plan of the raster in the bucket, its tasks, and the dataset; the same here, as a folder.
+make() {
+  "$program" build "$sample" -o "$work/here-$1" --error "$1" --name dem -q
+  "$program" plan /vsis3/terrain/dem.tif -o "/vsis3/terrain/plan-$1" --error "$1" --name dem -q
+  "$program" work "/vsis3/terrain/plan-$1" -q
+  "$program" publish "/vsis3/terrain/plan-$1" -o /vsis3/terrain/dem.sqlite -q "${@:2}"
+}
+make 30
+all=$(find "$work/here-30" -name '*.drc' -o -name '*.glb' | wc -l)
+((all >= 100)) || fail "only $all tiles"
+
+echo '== served from the bucket'
+start_server "$build" --mount bucket=/vsis3/terrain/dem.sqlite --cache-size 1
+expect "$(fetch_all "$work/here-30")" "$all 0 0" 'tiles'
+curl -fsS "$url/v1/datasets" | grep -q '"id": "bucket"' || fail 'the list lacks it'
+expect "$(curl -s -o /dev/null -w '%{http_code}' -X DELETE "$url/v1/datasets/bucket")" 405 'DELETE'
+grep -q '^GET 206 /terrain/dem.sqlite' "$storage_log" || fail 'nothing was read by ranges'
+
+echo '== what publish refuses'
+expect "$(code_of "$program" publish /vsis3/terrain/plan-30 -o /vsis3/terrain/dem.sqlite)" 1 'publish over another'
+grep -q 'is there already' "$work/said" || fail 'no word about the other'
+expect "$(code_of "$program" publish /vsis3/terrain/plan-30 -o /vsis3/terrain/folder)" 2 'publish as a folder'
+
+echo '== the storage is killed, and comes back'
+kill_storage
+read -r same unreachable other < <(fetch_all "$work/here-30")
+((other == 0 && unreachable > 0)) || fail "without the storage: $same right, $unreachable unreachable, $other others"
+curl -fsS -o /dev/null "$url/healthz" || fail 'the server is gone'
+curl -sD - -o /dev/null "$url/v1/datasets/bucket/$(awk -v got="$work/got/" '$1 == 503 { sub(got, "", $2); gsub("[+]", "/", $2); print $2; exit }' "$work/answers")" |
+  grep -qi '^retry-after: ' || fail 'no Retry-After'
+expect "$(code_of "$program" publish /vsis3/terrain/plan-30 -o /vsis3/terrain/other.sqlite)" 75 'publish without the storage'
+start_storage "$work/storage"
+sleep 1.5
+expect "$(fetch_all "$work/here-30")" "$all 0 0" 'tiles after the storage came back'
+
+echo '== another dataset takes its place'
+make 60 --overwrite
+sleep 6
+expect "$(fetch_all "$work/here-60")" "$(find "$work/here-60" -name '*.drc' -o -name '*.glb' | wc -l) 0 0" 'tiles of the new one'
+grep -q 'another one has been published' "$work/server.log" || fail 'the server does not say so'
+
+echo '== nothing is there at the start'
+kill -TERM "$server_pid" && wait "$server_pid" || true
+curl -fsS -X DELETE "$storage_url/dem.sqlite"
+start_server "$build" --mount bucket=/vsis3/terrain/dem.sqlite
+expect "$(curl -s -o /dev/null -w '%{http_code}' "$url/v1/datasets/bucket/manifest.json")" 503 'a dataset that is not there'
+"$program" publish /vsis3/terrain/plan-30 -o /vsis3/terrain/dem.sqlite -q
+sleep 5.5
+expect "$(fetch_all "$work/here-30")" "$all 0 0" 'tiles, published after the start'
+echo "object storage: $all tiles, $(grep -c ^GET "$storage_log") reads"
