@@ -7,7 +7,7 @@ plan=${1:?which plan? status.sh PLAN}
 program=cordillera
 if [ "${2:-}" = --program ]; then program=${3:?--program needs a file}; fi
 "$program" tasks "$plan"
-squeue --noheader --format='%i %j %T %r' 2>/dev/null | grep cordillera- || echo "no job in the queue"
+squeue --noheader --format='%i %j %T %r' 2>/dev/null | grep cordillera- || echo "no job in the queue; if tasks are left: submit.sh PLAN --again, with the same words as before"
 for log in "$plan"/log/*.log; do
   [ -e "$log" ] || continue
   last=$(grep '^cordillera: ' "$log" | tail -n 1 || true)

@@ -14,18 +14,23 @@
 #   --program FILE    cordillera [found in PATH]
 #   --formats NAMES   of publish
 #   --sbatch "WORDS"  further words for every sbatch: partition, account, ...
+#   --again           first take back what the queue still has of this plan: after a controller that forgot jobs, or for held ones
 #   --dry-run         say what would be submitted
 #
 # A task that fails for good leaves the others alone: they finish, the stages above are cancelled. Mend what it complains of and submit
-# the same plan again: what is done is not done twice. The log of each task is in PLAN/log.
+# the same plan again: what is done is not done twice. The log of each task is in PLAN/log; of a plan in object storage, in this folder.
+#
+# A controller that is killed may forget what was submitted in the seconds before, and hold what it finds half started. status.sh shows
+# tasks that are left without a job; the same line with --again gets them done.
 set -eu
 
 fail() { echo "submit.sh: $*" >&2; exit 2; }
-plan= output= parts=1000 samples=40000000 cpus=1 mem= minutes= gpu= retries=5 program= formats= extra= dry=
+plan= output= parts=1000 samples=40000000 cpus=1 mem= minutes= gpu= retries=5 program= formats= extra= dry= again=
 while [ $# -gt 0 ]; do
   case $1 in
     --gpu) gpu=yes; shift; continue ;;
     --dry-run) dry=yes; shift; continue ;;
+    --again) again=yes; shift; continue ;;
     -o|--parts|--samples|--cpus|--mem|--time|--retries|--program|--formats|--sbatch) [ $# -ge 2 ] || fail "$1 needs a value" ;;
     -*) fail "unknown option $1" ;;
     *) [ -z "$plan" ] || fail "one plan, not $plan and $1"; plan=$1; shift; continue ;;
@@ -45,6 +50,14 @@ done
 mem=${mem:-$((512 + 512 * cpus))}
 stages=$("$program" tasks "$plan" --json)  # [{"stage": 0, "tasks": 12, "done": 0, "cost": 2.0e8}, ...]
 case $plan in /vsi*) logs=. ;; *) logs=$plan/log; mkdir -p "$logs" ;; esac
+
+# How jobs of this plan are told from others: numbers may be given again after a controller forgot some.
+case $plan in /*) mark="cordillera $plan" ;; *) mark="cordillera $(realpath "$plan")" ;; esac
+if [ -n "$again" ] && [ -z "$dry" ]; then
+  squeue --me --noheader --format='%i|%k' | while IFS='|' read -r job comment; do
+    if [ "$comment" = "$mark" ]; then scancel "$job"; fi
+  done
+fi
 
 # Slurm starts a job that a node lost again by itself (--requeue). One that ends with 75, or by a signal, puts itself back.
 body() {  # command
@@ -70,7 +83,7 @@ submit() {  # name, command, further words
     return
   fi
   # shellcheck disable=SC2086  # words are meant to be split
-  body "$command" | sbatch --parsable --requeue --open-mode=append --job-name="$name" --mem="$mem" --cpus-per-task="$cpus" $extra "$@"
+  body "$command" | sbatch --parsable --requeue --open-mode=append --job-name="$name" --comment="$mark" --mem="$mem" --cpus-per-task="$cpus" $extra "$@"
 }
 
 before=

@@ -2,13 +2,13 @@
 # A plan on a real Slurm of two nodes on this host: the result is that of a build in one process, byte for byte, whatever is killed
 # meanwhile.
 #
-#   tests/slurm/run.sh BUILD [case...]     BUILD: where the program was built. Cases: plain task node controller twice bad
+#   tests/slurm/run.sh BUILD [case...]     BUILD: where the program was built. Cases: plain task node controller storage twice bad
 #
 # Exit code 77: Slurm or munge is not installed (packages slurm-wlm, munge).
 set -euo pipefail
 build=$(realpath "${1:?usage: tests/slurm/run.sh BUILD [case...]}")
 shift
-cases=${*:-plain task node controller twice bad}
+cases=${*:-plain task node controller storage twice bad}
 here=$(cd "$(dirname "$0")" && pwd)
 program=$build/bin/cordillera
 submit=$here/../../deploy/slurm/submit.sh
@@ -27,7 +27,7 @@ options=(--name cluster --max-level 13 --error 4 --vertical-datum ellipsoid)
 python3 "$here/make_rasters.py" "$work/dem" 24
 "$program" build "$work/dem" -o "$work/one" -q "${options[@]}"
 
-failed() { echo "FAILED: $*" >&2; squeue >&2 || true; grep -h "^cordillera:" "$work"/*/log/*.log >&2 || true; exit 1; }
+failed() { echo "FAILED: $*" >&2; squeue >&2 || true; grep -h "^cordillera:" "$work"/*/log/*.log "$work"/*.log >&2 || true; exit 1; }
 jobs_left() { squeue --noheader --format=%i 2> /dev/null || echo unknown; }
 wait_for_jobs() {  # seconds
   for _ in $(seq $(($1 * 2))); do
@@ -36,9 +36,12 @@ wait_for_jobs() {  # seconds
   done
   failed "jobs are left after $1 s"
 }
+submit_plan() {  # name, further words
+  "$submit" "$work/$1" -o "$work/$1-out" --program "$program" --parts 12 --samples 1000000 --mem 500 "${@:2}"
+}
 plan_for() {  # name
   "$program" plan "$work/dem" -o "$work/$1" -q "${options[@]}"
-  "$submit" "$work/$1" -o "$work/$1-out" --program "$program" --parts 12 --samples 1000000 --mem 500
+  submit_plan "$1"
 }
 same_as_one() {  # name
   [ -d "$work/$1-out" ] || failed "$1: nothing was published"
@@ -83,16 +86,52 @@ case_node() {  # a node's daemon and its tasks are killed; it comes back later
   wait_for_jobs 300
   same_as_one node
 }
-case_controller() {
+# Jobs that may still run; not those that are held, or wait for what will never come.
+jobs_alive() { squeue --noheader --format='%i %T %r' 2> /dev/null | grep -v -e DependencyNeverSatisfied -e [Hh]eld || true; }
+case_controller() {  # it is killed while it has not yet written down what was submitted; what it forgot or holds is submitted again
   plan_for controller
   some_done controller
-  sleep 6  # it writes down what was submitted every five seconds; what it lost before that is to be submitted again
   kill -KILL "$controller"
   sleep 3
   start_controller
-  sleep 2
-  wait_for_jobs 300
+  sleep 5
+  for _ in 1 2 3; do
+    for _ in $(seq 300); do
+      [ -n "$(jobs_alive)" ] || break
+      sleep 1
+    done
+    [ ! -d "$work/controller-out" ] || break
+    echo "tasks are left: submitted again"
+    submit_plan controller --again
+  done
   same_as_one controller
+}
+case_storage() {  # the plan and the results of its tasks lie in a bucket; its server is killed in the middle, and comes back
+  if ! (. "$here/../real_server.sh" "The case of the storage" && need_node && node_modules "$here/../storage" "$build/storage"); then
+    echo "the case of the storage is left out"
+    return
+  fi
+  # shellcheck source=tests/storage/storage.sh
+  . "$here/../storage/storage.sh"
+  node_modules() { :; }
+  need_storage "$here/../storage" "$build"
+  start_storage "$work/storage"
+  (
+    cd "$work"  # logs of a plan in a bucket go to where it is submitted
+    "$program" plan "$work/dem" -o /vsis3/terrain/storage -q "${options[@]}"
+    "$submit" /vsis3/terrain/storage -o "$work/storage-out" --program "$program" --parts 12 --samples 1000000 --mem 500
+  )
+  for _ in $(seq 240); do
+    [ "$(grep -c '^PUT 200 .*shard' "$storage_log")" -lt 2 ] || break
+    sleep 0.25
+  done
+  kill_storage
+  sleep 8
+  start_storage "$work/storage"
+  wait_for_jobs 400
+  grep -q 'trying again' "$work"/stage-*.log || failed "no task has met the storage's end"
+  same_as_one storage
+  kill_storage
 }
 case_twice() {  # the same tasks by two at once
   "$program" plan "$work/dem" -o "$work/twice" -q "${options[@]}"

@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+"""A plan as Kubernetes Jobs, one a stage, for kubectl; run.sh starts them one after the other.
+
+  deploy/kubernetes/jobs.py /vsis3/bucket/plan -o /vsis3/bucket/dem.sqlite --image REGISTRY/cordillera --secret storage-keys > jobs.yaml
+
+Each document is JSON, which is YAML too. Needs Kubernetes 1.29 or newer (backoffLimitPerIndex)."""
+import json
+import os
+import sys
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import stages  # noqa: E402
+
+
+def job(given, name, arguments, parts, gpu):
+    resources = {"cpu": str(given.cpus), "memory": f"{stages.memory_mib(given)}Mi"}
+    limits = {"memory": resources["memory"], **({"nvidia.com/gpu": "1"} if gpu else {})}
+    container = {"name": "cordillera", "image": given.image, "args": arguments, "env": stages.variables(given),
+                 "resources": {"requests": resources, "limits": limits}}
+    if given.secret:
+        container["envFrom"] = [{"secretRef": {"name": given.secret}}]
+    pod = {"restartPolicy": "Never", "containers": [container]}
+    if given.volume:
+        claim, _, path = given.volume.partition(":")
+        container["volumeMounts"] = [{"name": "data", "mountPath": path}]
+        pod["volumes"] = [{"name": "data", "persistentVolumeClaim": {"claimName": claim}}]
+    return {
+        "apiVersion": "batch/v1", "kind": "Job",
+        "metadata": {"name": name, "labels": {"app": "cordillera", "plan": given.name}},
+        "spec": {
+            # Started by run.sh: pods that waited for the stage below would hold the nodes that it needs.
+            "suspend": True,
+            "completionMode": "Indexed", "completions": parts, "parallelism": min(parts, given.parallel),
+            # 1 and 2 fail again wherever they run, and leave the others alone; 75, a lost node and an eviction do not.
+            "backoffLimitPerIndex": given.retries, "maxFailedIndexes": parts,
+            "podFailurePolicy": {"rules": [
+                {"action": "Ignore", "onPodConditions": [{"type": "DisruptionTarget", "status": "True"}]},
+                {"action": "FailIndex", "onExitCodes": {"containerName": "cordillera", "operator": "In", "values": [1, 2]}}]},
+            "template": {"metadata": {"labels": {"app": "cordillera", "plan": given.name}}, "spec": pod},
+        },
+    }
+
+
+def jobs(given):
+    for stage, parts in stages.stages(given):
+        yield job(given, f"{given.name}-{stage}", stages.work(given, stage, parts), parts, given.gpu and stage == 0)
+    yield job(given, f"{given.name}-publish", stages.publish(given), 1, False)
+
+
+def main():
+    words = stages.parser(__doc__.split("\n")[0])
+    words.add_argument("--secret", help="a Secret whose entries become variables: keys of the storage")
+    words.add_argument("--volume", metavar="CLAIM:PATH", help="a PersistentVolumeClaim and where tasks see it, for a plan that is a folder")
+    words.add_argument("--parallel", type=int, default=1000, help="most pods of a stage at the same time [1000]")
+    print("\n---\n".join(json.dumps(document, indent=2) for document in jobs(words.parse_args())))
+
+
+if __name__ == "__main__":
+    main()

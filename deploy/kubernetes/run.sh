@@ -1,0 +1,18 @@
+#!/bin/sh
+# Runs the Jobs of a plan, each stage after the one below it: deploy/kubernetes/run.sh jobs.yaml [words for kubectl, such as -n NAMESPACE]
+# Started again, it goes on: Jobs that are complete are left alone. A stage with failed tasks ends it; after the mending delete that Job
+# and start again. What is done is not done twice.
+set -eu
+file=${1:?which file? run.sh jobs.yaml}
+shift
+kubectl "$@" apply -f "$file"
+# shellcheck disable=SC2013  # a name a line
+for name in $(sed -n 's/^    "name": "\(.*\)",$/\1/p' "$file"); do
+  kubectl "$@" patch job "$name" --type merge -p '{"spec": {"suspend": false}}'
+  until kubectl "$@" wait "job/$name" --for=condition=Complete --timeout=60s; do
+    if kubectl "$@" get "job/$name" -o 'jsonpath={.status.conditions[?(@.type=="Failed")].status}' | grep -q True; then
+      echo "run.sh: $name has failed; kubectl logs -l job-name=$name says why" >&2
+      exit 1
+    fi
+  done
+done

@@ -1,0 +1,48 @@
+"""The stages of a plan as arrays of tasks, for schedulers that are told with JSON. Used by kubernetes/jobs.py and aws-batch/jobs.py."""
+import argparse
+import json
+import math
+import subprocess
+
+
+def parser(about):
+    """The words that both have in common, as deploy/slurm/submit.sh spells them."""
+    words = argparse.ArgumentParser(description=about)
+    words.add_argument("plan", help="as the tasks see it: a folder on a shared volume, or /vsis3/BUCKET/PLAN")
+    words.add_argument("-o", "--output", required=True, help="what publish writes: a folder, or NAME.sqlite, also in object storage")
+    words.add_argument("--image", required=True, help="a container whose entry point is cordillera, such as that of deploy/Dockerfile")
+    words.add_argument("--parts", type=int, default=1000, help="most tasks of an array [1000]")
+    words.add_argument("--samples", type=float, default=4e7, help="finest samples that an array task should get at least [40000000, about a minute of a core]")
+    words.add_argument("--cpus", type=int, default=1, help="cores of a task [1]")
+    words.add_argument("--mem", type=int, help="memory of a task, MiB [1024, and 512 for each further core]")
+    words.add_argument("--gpu", action="store_true", help="a GPU for each task of stage 0")
+    words.add_argument("--retries", type=int, default=5, help="how often a task is done again when it says that this may help [5]")
+    words.add_argument("--name", default="cordillera", help="beginning of all names [cordillera]")
+    words.add_argument("--env", action="append", default=[], metavar="NAME=VALUE", help="for every task, such as AWS_REGION=eu-central-1; may be repeated")
+    words.add_argument("--program", default="cordillera", help="cordillera on this machine [found in PATH]")
+    words.add_argument("--here", help="where this machine sees the plan, if not under the name that the tasks use")
+    return words
+
+
+def stages(given):
+    """[(number, parts)] of the stages, from below."""
+    listed = json.loads(subprocess.run([given.program, "tasks", given.here or given.plan, "--json"], check=True, stdout=subprocess.PIPE).stdout)
+    return [(s["stage"], max(1, min(math.ceil(s["cost"] / given.samples), s["tasks"], given.parts))) for s in listed]
+
+
+def memory_mib(given):
+    return given.mem or 512 + 512 * given.cpus
+
+
+def work(given, stage, parts):
+    """What a task of an array is told: it finds its number in the variable that its scheduler sets."""
+    device = "cuda" if given.gpu and stage == 0 else "cpu"
+    return ["work", given.plan, "--stage", str(stage), "--part", f"array/{parts}", "--threads", str(given.cpus), "--device", device, "--quiet"]
+
+
+def publish(given):
+    return ["publish", given.plan, "-o", given.output, "--overwrite", "--quiet"]
+
+
+def variables(given):
+    return [{"name": name, "value": value} for name, _, value in (word.partition("=") for word in given.env)]

@@ -1,0 +1,148 @@
+#!/usr/bin/env python3
+"""Start-up, list and lookup with very many datasets, or with very many tiles in one.
+
+    many.py PROGRAM [--datasets 10000] [--rows 10000000] [--folder PLACE]
+
+Posts one small raster to a server, copies what became of it so many times into the data folder, or fills its tables with so many tiles, and asks a server
+that is started on that. Prints times in milliseconds. Needs 120 kB of disk for each dataset, 400 bytes for each tile.
+"""
+import argparse
+import http.client
+import json
+import os
+import random
+import shutil
+import sqlite3
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "crash"))
+from client import Server, cone  # noqa: E402
+
+
+def first_dataset(program, folder):
+    """The id of a small dataset that a server made in the folder."""
+    server = Server(program, folder)
+    status, _, body = server.ask("POST", "/v1/datasets?name=cone.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=5", cone(), {"Prefer": "wait=60"})
+    assert status == 201, body
+    server.stop()
+    return json.loads(body)["id"]
+
+
+def make_datasets(data, model, count):
+    registry = sqlite3.connect(os.path.join(data, "registry.sqlite"))
+    columns = [row[1] for row in registry.execute("PRAGMA table_info(datasets)") if row[1] not in ("number", "id", "idempotency_key")]
+    names = ", ".join(columns)
+    for k in range(1, count):
+        name = "cone-%08d" % k
+        shutil.copytree(os.path.join(data, "datasets", model), os.path.join(data, "datasets", name))
+        registry.execute("INSERT INTO datasets (id, %s) SELECT ?, %s FROM datasets WHERE id = ?" % (names, names), (name, model))
+    registry.commit()
+    registry.close()
+
+
+LEVEL = 14  # 4096 x 2560 tiles of it are ten million
+
+
+def make_rows(store, count):
+    """Tiles of a level below the data, all with the bytes of one."""
+    database = sqlite3.connect(store)
+    database.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; PRAGMA cache_size = -400000")
+    across = 4096
+    for table, columns in (("tiles", "record, drc, glb, error, west, south, east, north, low, high"), ("nodes", "error, west, south, east, north, low, high")):
+        database.execute("WITH RECURSIVE k(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM k WHERE n + 1 < %d) "
+                         "INSERT INTO %s (level, y, x, %s) SELECT %d, n / %d, n %% %d, %s FROM k, (SELECT * FROM %s ORDER BY level DESC LIMIT 1)" %
+                         (count, table, columns, LEVEL, across, across, columns, table))
+    database.commit()
+    database.close()
+
+
+class Asking:
+    """One connection that is kept."""
+
+    def __init__(self, port):
+        self.connection = http.client.HTTPConnection("127.0.0.1", port, timeout=600)
+
+    def ask(self, path):
+        """Milliseconds and body."""
+        start = time.perf_counter()
+        self.connection.request("GET", path)
+        answer = self.connection.getresponse()
+        body = answer.read()
+        assert answer.status == 200, (path, answer.status, body[:300])
+        return 1000 * (time.perf_counter() - start), body
+
+    def told(self, what, paths):
+        times = sorted(self.ask(path)[0] for path in paths)
+        print("%-34s %6d  p50 %8.2f  p99 %8.2f  most %8.2f ms" % (what, len(times), times[len(times) // 2], times[int(len(times) * 0.99)], times[-1]), flush=True)
+
+
+def memory_mib(pid):
+    with open("/proc/%d/status" % pid) as status:
+        return next(int(line.split()[1]) for line in status if line.startswith("VmRSS")) / 1024
+
+
+def started(program, folder):
+    start = time.perf_counter()
+    server = Server(program, folder)
+    assert server.started(), "the server does not start"
+    print("%-34s %40.0f ms" % ("start until it listens", 1000 * (time.perf_counter() - start)), flush=True)
+    return server, Asking(server.port)
+
+
+def tile_path(data, model):
+    row = sqlite3.connect("file:%s?immutable=1" % os.path.join(data, "datasets", model, "dataset.sqlite"), uri=True).execute(
+        "SELECT level, x, y FROM tiles ORDER BY level DESC LIMIT 1").fetchone()
+    return "tiles/%d/%d/%d.drc" % row
+
+
+def many_datasets(program, folder, count):
+    model = first_dataset(program, folder)
+    data = os.path.join(folder, "data")
+    make_datasets(data, model, count)
+    tile = tile_path(data, model)
+    names = ["cone-%08d" % random.randrange(1, count) for _ in range(2000)]
+    server, asking = started(program, folder)
+    asking.told("a dataset's status", ["/v1/datasets/" + n for n in names[:1000]])
+    asking.told("a tile, any dataset", ["/v1/datasets/%s/%s" % (n, tile) for n in names])
+    asking.told("a tile, one of 50 datasets", ["/v1/datasets/%s/%s" % (n, tile) for n in (names[:50] * 40)])
+    asking.told("the list, first time", ["/v1/datasets"])
+    asking.told("the list", ["/v1/datasets"] * 5)
+    asking.told("/metrics", ["/metrics"] * 20)
+    print("%-34s %40.1f MiB" % ("memory then", memory_mib(server.process.pid)))
+    server.stop()
+
+
+def many_rows(program, folder, count):
+    model = first_dataset(program, folder)
+    data = os.path.join(folder, "data")
+    make_rows(os.path.join(data, "datasets", model, "dataset.sqlite"), count)
+    server, asking = started(program, folder)
+    base = "/v1/datasets/%s/" % model
+    asking.told("the first answer", [base + "manifest.json"])
+    places = [divmod(random.randrange(count), 4096) for _ in range(3000)]
+    asking.told("a tile", [base + "tiles/%d/%d/%d.drc" % (LEVEL, x, y) for y, x in places])
+    asking.told("a tile again", [base + "tiles/%d/%d/%d.drc" % (LEVEL, x, y) for y, x in places])
+    print("%-34s %40.1f MiB" % ("memory then", memory_mib(server.process.pid)))
+    server.stop()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("--datasets", type=int, default=0)
+    parser.add_argument("--rows", type=int, default=0)
+    parser.add_argument("--folder", help="where the data folders are made; default: the system's place for temporary files")
+    words = parser.parse_args()
+    program = os.path.abspath(words.program)
+    random.seed(1)
+    for count, measure in ((words.datasets, many_datasets), (words.rows, many_rows)):
+        if count > 0:
+            with tempfile.TemporaryDirectory(prefix="cordillera-many-", dir=words.folder) as folder:
+                measure(program, folder, count)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# What a plan says of rasters that do not fit, and what a worker refuses: tests/server/plan_refusals.sh BUILD
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+program=$(cd "${1:?usage: tests/server/plan_refusals.sh BUILD}" && pwd)/bin/cordillera
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+fail() { echo "FAILED: $*" >&2; cat said >&2; exit 1; }
+says() { # code, words that are to be said, command
+  local code=0 wanted=$1 words=$2
+  shift 2
+  "$program" "$@" > said 2>&1 || code=$?
+  [[ $code == "$wanted" ]] || fail "$* ends with $code, not $wanted"
+  [[ -z $words ]] || grep -q -e "$words" said || fail "$* does not say '$words'"
+}
+options=(--max-level 13 --error 4 -q)
+python3 "$here/../slurm/make_rasters.py" dem 3
+
+# A broken raster ends the plan and is named; or it is left out, and the plan says so.
+echo 'ncols 7' > dem/dem99.asc
+says 1 dem99.asc plan dem -o plan "${options[@]}" --vertical-datum ellipsoid
+[[ ! -e plan/plan.json ]] || fail 'a plan was written'
+says 0 'left out: .*dem99.asc' plan dem -o plan "${options[@]}" --vertical-datum ellipsoid --skip-bad
+grep -q '"skipped": *\["[^"]*dem99.asc' plan/plan.json || fail 'the plan does not record it'
+rm dem/dem99.asc
+
+# Two rasters of one place above different datums.
+cat > two.txt << 'EOF'
+dem/dem00.asc vertical_datum=EGM96
+dem/dem00.asc vertical_datum=ellipsoid
+EOF
+says 0 'warning: dem00.asc counts from EGM96.*are [0-9.]* m apart' plan two.txt -o two "${options[@]}"
+[[ $(sed -n 's/.*are \([0-9]*\)\..* m apart.*/\1/p' said) -gt 10 ]] || fail 'they are about 50 m apart there'
+
+# A geoid that is another one where the task is done.
+grid() { # metres
+  python3 - "$1" << 'EOF'
+import struct, sys
+rows = columns = 40
+with open("own.gtx", "wb") as out:
+    out.write(struct.pack(">4d2i", 40.0, 0.0, 0.5, 0.5, rows, columns) + struct.pack(">f", float(sys.argv[1])) * rows * columns)
+EOF
+}
+grid 40
+says 0 '' plan dem -o geoid "${options[@]}" --vertical-datum "$work/own.gtx"
+grid 41
+says 1 'the geoid grid for .*differs' work geoid -q
+grid 40
+says 0 '' work geoid -q
+
+# Another version of the program.
+sed -i 's/"program": *"[^"]*"/"program":"cordillera 0.0.1"/' geoid/plan.json
+says 1 'was made by cordillera 0.0.1' work geoid -q
