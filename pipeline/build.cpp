@@ -1,8 +1,6 @@
 #include "pipeline/build.h"
 
-#include <chrono>
 #include <cmath>
-#include <mutex>
 
 #include "gpu/simplify.h"
 #include "pipeline/blank_manifest.h"
@@ -11,6 +9,7 @@
 #include "pipeline/pilot.h"
 #include "pipeline/plan.h"
 #include "pipeline/store.h"
+#include "pipeline/teller.h"
 #include "pipeline/water_build.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
@@ -18,45 +17,6 @@
 
 namespace cordillera::pipeline {
 namespace {
-
-/// Tells the beginning and the end of every stage, and what lies between no more often than a few times a second, with the time left
-/// as the rate so far suggests.
-class Teller {
- public:
-  explicit Teller(const ProgressCallback& callback) : callback_(callback) {}
-  void stage(const std::string& name, double total) {
-    progress_.set_stage(name);
-    progress_.set_total(total);
-    started_ = Clock::now();
-    first_ = -1;
-    last_ = {};
-    tell(0);
-  }
-  void committed_block() {
-    const std::lock_guard lock(mutex_);
-    progress_.set_blocks(progress_.blocks() + 1);
-  }
-  void tell(double done) {
-    const std::lock_guard lock(mutex_);  // workers tell too
-    const auto now = Clock::now();
-    if (done < progress_.total() && now - last_ < std::chrono::milliseconds(200)) return;
-    last_ = now;
-    if (first_ < 0) first_ = done;
-    const double seconds = std::chrono::duration<double>(now - started_).count();
-    progress_.set_done(done);
-    const double moved = done - first_;
-    progress_.set_seconds_left(moved > 0 && seconds > 1 ? seconds * (progress_.total() - done) / moved : -1);
-    if (callback_) callback_(progress_);
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  const ProgressCallback& callback_;
-  proto::Progress progress_;
-  std::mutex mutex_;
-  Clock::time_point started_, last_;
-  double first_ = -1;
-};
 
 double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
   const raster::Source::Window w = node_window(plan, node);
@@ -115,12 +75,16 @@ proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& 
   auto plan = make_plan(source, request.options);
   if (!plan.ok()) return plan;
   plan->set_program(proto::kProgram);
+  plan->set_source_state(state_of(request));
+  return plan;
+}
+
+std::string state_of(const BuildRequest& request) {
   std::string state = request.members.empty() ? raster::state_of(request.raster_path) : "";
   for (const raster::MosaicMember& member : request.members) state += member.path + "\n" + member.state + "\n" + member.options.SerializeAsString();
-  plan->set_source_state(request.members.empty() ? state : hex(content_hash(state)));
+  if (!request.members.empty()) state = hex(content_hash(state));
   const std::string& mask = request.options.water_mask();
-  if (!mask.empty()) plan->mutable_source_state()->append("; water mask " + raster::state_of(mask));
-  return plan;
+  return mask.empty() ? state : state + "; water mask " + raster::state_of(mask);
 }
 
 proto::Problem without_data(const BuildRequest& request) {

@@ -37,6 +37,9 @@ proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& r
 /// All numbers of a build, those of keep= too: what make_plan gives, with the program and the state of what is read.
 proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source);
 
+/// Size, time of last change and options of all that is read, or a hash of them.
+std::string state_of(const BuildRequest& request);
+
 /// A raster, or the part of it inside bbox, all of whose samples are void.
 proto::Problem without_data(const BuildRequest& request);
 

@@ -84,6 +84,8 @@ class StoreReader {
  public:
   /// Refuses a file that was not published.
   static proto::Result<std::unique_ptr<StoreReader>> open(const std::string& path);
+  /// Only the manifest, at a fraction of the cost: for lists of many.
+  static proto::Result<proto::Manifest> manifest_of(const std::string& path);
   virtual ~StoreReader() = default;
   virtual const proto::Manifest& manifest() const = 0;
   virtual std::optional<Blob> tile(const proto::TileAddress& tile, Encoding encoding) const = 0;

@@ -1,11 +1,11 @@
 #pragma once
 // The tables of a dataset's file.
 //
-//   meta    'plan' while it is written and after, 'manifest' once it is published: nothing else says that it is
+//   meta    'plan' while it is written and after, 'manifest' once it is published: nothing else says that it is; notes (store_revise.h)
 //   tiles   a row a tile that has triangles; drc and glb name rows of blobs
 //   blobs   bytes by content hash
 //   tasks   committed blocks and merges                               } only while it is written
-//   meshes  meshes that wait for their parent's weld                   }
+//   meshes  meshes that wait for their parent's weld                   }   kept in a store that will be built on
 //   water   water masks by tile, only of datasets that have any
 //   nodes   a row a tile that has triangles itself or below it, with the region and the error of it all: made when published
 //

@@ -5,6 +5,7 @@
 #include "pipeline/sqlite.h"
 #include "pipeline/store.h"
 #include "pipeline/store_publish.h"
+#include "pipeline/store_revise.h"
 #include "pipeline/store_schema.h"
 
 namespace cordillera::pipeline {
@@ -149,6 +150,11 @@ class SqliteWriter final : public StoreWriter {
     transaction.commit();
   }
 
+  bool has_note(const std::string& key) {
+    Statement row(*database_, "SELECT 1 FROM meta WHERE key = CAST(? AS TEXT)");
+    return row.bind(key).step();
+  }
+
   bool read_manifest() {
     Statement row(*database_, "SELECT value FROM meta WHERE key = 'manifest'");
     if (!row.step()) return false;
@@ -173,7 +179,9 @@ class SqliteWriter final : public StoreWriter {
 
   void publish_in_one(proto::Manifest& manifest) {
     Transaction transaction(*database_);
-    database_->execute("DROP TABLE tasks; DROP TABLE meshes");
+    database_->execute("DROP TABLE tasks");
+    // One that will be built on keeps what its tasks left for those above.
+    if (!has_note(kTasksNote)) database_->execute("DROP TABLE meshes");
     make_nodes(*database_, static_cast<int>(plan_.finest_level()));
     summarise(*database_, plan_, manifest);
     Statement(*database_, "INSERT INTO meta(key, value) VALUES('manifest', ?)").bind(manifest.SerializeAsString()).run();

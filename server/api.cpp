@@ -8,6 +8,7 @@
 #include "server/log.h"
 #include "server/openapi.h"
 #include "server/request_id.h"
+#include "server/updates/api.h"
 #include "server/uploads/tus.h"
 #include "server/web.h"
 
@@ -54,8 +55,8 @@ std::string face_paths() {
 }
 
 /// Newest first.
-std::vector<Dataset> seen_by(const Request& request, const Registry& registry) {
-  std::vector<Dataset> all = registry.list();
+std::vector<Dataset> seen_by(const Request& request, const Service& service) {
+  std::vector<Dataset> all = service.list();
   std::erase_if(all, [&](const Dataset& dataset) { return !may_see(request, dataset); });
   return all;
 }
@@ -73,6 +74,18 @@ Response begin_upload(Service& service, const Request& request, const uploads::B
   const std::string full = announced.size() < 19 ? service.admission().disk_full(std::strtoull(announced.c_str(), nullptr, 10)) : "";
   if (!full.empty()) return problem_response({"storage-full", full, "a smaller raster, or posting when there is room again", ""});
   return uploads::begin(service.uploads(), request, bounds);
+}
+
+/// A part takes a thread and the disk's time, as a whole raster does, so it needs a place too.
+Response upload_in_parts(Service& service, const Request& request, const std::string& id) {
+  limits::Place place;
+  if (request.method == "PATCH") {
+    const std::string announced = request.header("content-length").value_or("");
+    auto taken = service.admission().enter(sender(request), announced.size() < 19 ? std::strtoull(announced.c_str(), nullptr, 10) : 0, limits::Entry::part);
+    if (!taken) return problem_response(taken.problem());
+    place = std::move(*taken);
+  }
+  return uploads::at(service.uploads(), id, request);
 }
 
 }  // namespace
@@ -178,12 +191,13 @@ bool Api::is_quick(const Request& request) const {
   if (request.method == "OPTIONS") return true;
   if (request.method != "GET" && request.method != "HEAD") return false;
   const Route route = parse_route(request.path);
-  const bool stored = route.resource == Resource::face && route.found.resource->path.starts_with("tiles/");
+  const bool here = !service_.mounts().has(route.id);  // who waits for a storage is not quick
+  const bool stored = route.resource == Resource::face && route.found.resource->path.starts_with("tiles/") && here;
   return stored || route.resource == Resource::health || route.resource == Resource::readiness || route.resource == Resource::events;
 }
 
 Response Api::dispatch(const Request& request, const Route& route) {
-  const uploads::Bounds bounds{std::uint64_t{service_.settings().serve.limits.body_mib} << 20};
+  const uploads::Bounds bounds{std::uint64_t{service_.settings().serve.limits.body_mib} << 20, sender(request)};
   if (request.method == "OPTIONS") {
     Response response = preflight(route.resource);
     if (route.resource == Resource::uploads || route.resource == Resource::upload) uploads::announce(response, bounds);
@@ -191,7 +205,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
   }
   if (route.resource == Resource::none) {
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
-                             "/v1/datasets, /v1/datasets/{id} and, below it, events, manifest.json, elevation, mesh.glb (.ply, .obj, .stl)" + face_paths(),
+                             "/v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, elevation, mesh.glb (.ply, .obj, .stl)" + face_paths(),
                              ""});
   }
   if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);
@@ -209,11 +223,11 @@ Response Api::dispatch(const Request& request, const Route& route) {
     case Resource::description:
       return api_description();
     case Resource::page:
-      return page(service_.settings().serve.web, request, seen_by(request, service_.registry()));
+      return page(service_.settings().serve.web, request, seen_by(request, service_));
     case Resource::uploads:
       return begin_upload(service_, request, bounds);
     case Resource::upload:
-      return uploads::at(service_.uploads(), route.id, request);
+      return upload_in_parts(service_, request, route.id);
     case Resource::datasets:
       return request.method == "POST" ? post_dataset(service_, request) : list(request);
     default:
@@ -222,18 +236,23 @@ Response Api::dispatch(const Request& request, const Route& route) {
 }
 
 Response Api::of_dataset(const Request& request, const Route& route) {
-  const auto dataset = service_.registry().find(route.id);
+  const auto dataset = service_.find(route.id);
   if (!dataset) return problem_response(unknown_dataset(route.id));
   if (!may_see(request, *dataset)) {
     return problem_response({"token-missing", "dataset " + dataset->id + " is private", "a header Authorization: Bearer TOKEN", "Authorization"});
   }
   if (route.resource == Resource::dataset && request.method == "DELETE") return remove(request, *dataset);
   if (route.resource == Resource::dataset) return status_document(service_, *dataset);
-  Response response;
-  if (route.resource == Resource::events) response = event_stream(service_, *dataset);
-  else if (route.resource == Resource::elevation) response = elevation(service_, *dataset, request, route);
-  else if (route.resource == Resource::mesh) response = extracted_mesh(service_, *dataset, request, route);
-  else response = published(service_, *dataset, request, route);
+  if (route.resource == Resource::rollback) return updates::rollback(service_, request, *dataset);
+  const auto read = [&]() -> Response {
+    if (route.resource == Resource::events) return event_stream(service_, *dataset);
+    if (route.resource == Resource::elevation) return elevation(service_, *dataset, request, route);
+    if (route.resource == Resource::sources || route.resource == Resource::source) return updates::sources(service_, request, *dataset, route);
+    if (route.resource == Resource::versions) return updates::versions(service_, *dataset);
+    if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
+    return published(service_, *dataset, request, route);
+  };
+  Response response = service_.mounts().has(dataset->id) ? of_mount(service_.mounts(), dataset->id, read) : read();
   if (dataset->is_private) keep_from_others(response);
   return response;
 }
@@ -247,7 +266,7 @@ Response Api::list(const Request& request) {
   }
   Json json;
   json["datasets"] = Json::array();
-  for (const Dataset& dataset : seen_by(request, service_.registry())) {
+  for (const Dataset& dataset : seen_by(request, service_)) {
     json["datasets"].push_back(status_json(service_, dataset, "datasets/" + dataset.id));
   }
   Response response = json_response(200, json);
@@ -257,6 +276,11 @@ Response Api::list(const Request& request) {
 
 Response Api::remove(const Request& request, const Dataset& dataset) {
   const std::string& id = dataset.id;
+  if (service_.mounts().has(id)) {
+    auto response = problem_response({"method-not-allowed", "dataset " + id + " was published elsewhere; this service only reads it", "GET, HEAD, OPTIONS", ""});
+    response.set("Allow", "GET, HEAD, OPTIONS");
+    return response;
+  }
   if (request.who.role < access::Role::admin && dataset.owner != request.who.name) {
     return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id, "the token that did, or one with the role admin",
                              "Authorization"});
@@ -267,6 +291,7 @@ Response Api::remove(const Request& request, const Dataset& dataset) {
   service_.library().forget(id);
   std::error_code error;
   std::filesystem::remove_all(service_.layout().dataset(id), error);
+  service_.library().forget(id);  // again, for who opened it meanwhile
   if (error) log_warning("dataset " + id + ": cannot remove its folder: " + error.message());
   log_info("dataset " + id + ": deleted");
   Response response;

@@ -58,6 +58,8 @@ Response readiness(Service& service);
 Response metrics_text(Service& service);
 Response limits_in_effect(Service& service);
 
+/// Who sends, as far as uploads are counted.
+std::string sender(const Request& request);
 /// POST /v1/datasets.
 Response post_dataset(Service& service, const Request& request);
 
@@ -73,8 +75,6 @@ struct Opened {
   Response refusal;
 };
 Opened open_published(Service& service, const Dataset& dataset, const Route& route);
-/// Names the build: what stands below …/versions/{it}/ never changes. Another program may make other bytes of the same build.
-std::string version_of(const proto::Manifest& manifest);
 /// Of a document or a tile: for ever below a version; else a client asks each time, and what has not changed costs it a 304.
 const char* cache_control(const Route& route);
 

@@ -3,6 +3,7 @@
 
 #include "server/api.h"
 #include "server/json.h"
+#include "server/updates/api.h"
 
 namespace cordillera::server {
 namespace {
@@ -94,13 +95,14 @@ class EventStream {
     const bool silent = std::chrono::steady_clock::now() - said_ >= kKeepAlive;
     if (started_ && now.version == seen_ && !silent) return "";
     said_ = std::chrono::steady_clock::now();
-    if (started_ && now.version == seen_ && service_.registry().find(id_)) return ": waiting\n\n";
+    if (started_ && now.version == seen_ && service_.find(id_)) return ": waiting\n\n";
     started_ = true;
     seen_ = now.version;
-    const auto dataset = service_.registry().find(id_);
-    ended_ = !dataset || dataset->state == State::ready || dataset->state == State::failed;
+    const auto dataset = service_.find(id_);
+    const bool changing = dataset && dataset->state == State::ready && updates::is_busy(service_, id_);
+    ended_ = !dataset || (dataset->state == State::ready && !changing) || dataset->state == State::failed;
     if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
-    if (dataset->state == State::ready) return event_text("ready", status_json(service_, *dataset, "../" + id_));
+    if (ended_ && dataset->state == State::ready) return event_text("ready", status_json(service_, *dataset, "../" + id_));
     if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
     Json data = progress_json(now.progress.value_or(before_the_first(dataset->state)));
     data["state"] = to_string(dataset->state);
@@ -127,19 +129,22 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
   json["created"] = dataset.created;
   json["private"] = dataset.is_private;
   const auto now = service.hub().now(dataset.id);
-  const bool unfinished = dataset.state == State::queued || dataset.state == State::running;
+  const Json changes = updates::status(service, dataset.id);
+  const bool changing = changes.is_object() && changes["pending"] > 0;
+  const bool unfinished = dataset.state == State::queued || dataset.state == State::running || changing;
   json["progress"] = unfinished && now.progress ? progress_json(*now.progress) : Json(nullptr);
   json["error"] = dataset.problem ? problem_json(*dataset.problem) : Json(nullptr);
   json["links"] = links_json(prefix, dataset.state == State::ready);
+  if (changes.is_object()) json["updates"] = changes;
   json["manifest"] = nullptr;
   if (dataset.state != State::ready) return json;
-  const auto reader = service.library().open(dataset.id);
-  if (reader) {
-    json["manifest"] = summary_json((*reader)->manifest());
-    json["version"] = version_of((*reader)->manifest());
-    json["links"]["version"] = prefix + "/versions/" + json["version"].get<std::string>();
+  const auto summary = service.library().summary(dataset.id);
+  if (summary) {
+    json["manifest"] = summary_json((*summary)->manifest);
+    json["version"] = (*summary)->version;
+    json["links"]["version"] = prefix + "/versions/" + (*summary)->version;
   } else {
-    json["error"] = problem_json(reader.problem());
+    json["error"] = problem_json(summary.problem());
   }
   return json;
 }

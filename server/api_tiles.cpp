@@ -10,7 +10,6 @@
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/manifest_json.h"
 #include "server/api.h"
-#include "server/digest.h"
 #include "server/gzip.h"
 #include "server/json.h"
 
@@ -118,8 +117,6 @@ std::optional<Response> not_ready(const Dataset& dataset) {
 
 }  // namespace
 
-std::string version_of(const proto::Manifest& manifest) { return digest(manifest.SerializeAsString() + CORDILLERA_VERSION).substr(0, 16); }
-
 const char* cache_control(const Route& route) {
   return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
 }
@@ -129,6 +126,7 @@ Opened open_published(Service& service, const Dataset& dataset, const Route& rou
   const auto terrain = service.library().open(dataset.id);
   if (!terrain) return {nullptr, problem_response(terrain.problem())};
   if (!route.version.empty() && route.version != version_in(**terrain)) {
+    if (const auto kept = service.archive().find(dataset.id, route.version)) return {kept, {}};
     return {nullptr, problem_response({"version-unknown", "dataset " + dataset.id + " has no version " + route.version, version_in(**terrain), ""})};
   }
   return {*terrain, {}};

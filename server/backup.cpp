@@ -2,11 +2,13 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <set>
 
 #include "server/data_folder.h"
 #include "server/digest.h"
 #include "server/json.h"
 #include "server/registry.h"
+#include "server/updates/ledger.h"
 #include "server/upload.h"
 
 namespace cordillera::server {
@@ -40,15 +42,6 @@ std::optional<std::string> copied_file(const fs::path& from, const fs::path& to)
   return digest.finish();
 }
 
-std::string hash_of(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  Digest digest;
-  for (std::string piece(1 << 20, '\0'); in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0;) {
-    digest.add(std::string_view(piece).substr(0, static_cast<std::size_t>(in.gcount())));
-  }
-  return in.eof() ? digest.finish() : "";
-}
-
 /// Copies datasets one after the other, each as it is when its turn comes.
 class Copy {
  public:
@@ -62,10 +55,7 @@ class Copy {
       if (now->state == State::failed) return State::failed;
       const bool ready = now->state == State::ready;
       fs::create_directories(to_.dataset(id));
-      const fs::path name = ready ? fs::path(kStoreFile) : fs::path(now->raster);
-      const auto hash = copied_file(from_.dataset(id) / name, to_.dataset(id) / name);
-      if (hash) {
-        files_["datasets/" + id + "/" + name.string()] = *hash;
+      if (copy_all(id, names_of(id, ready, now->raster))) {
         ready ? ++done_.ready : ++done_.waiting;
         return ready ? State::ready : State::queued;
       }
@@ -78,6 +68,30 @@ class Copy {
   const BackedUp& done() const { return done_; }
 
  private:
+  /// What another server needs to go on with the dataset. Of one whose rasters can be changed those too, and the changes that are pending; first the
+  /// changes, for what is done of them meanwhile is found to be done.
+  std::vector<fs::path> names_of(const std::string& id, bool ready, const std::string& raster) const {
+    const fs::path folder = from_.dataset(id);
+    if (!updates::is_changeable(folder)) return {ready ? fs::path(kStoreFile) : fs::path(raster)};
+    std::vector<fs::path> names = {updates::kChangesFile};
+    if (ready) names.emplace_back(kStoreFile);
+    std::error_code gone;
+    for (const auto& entry : fs::directory_iterator(folder / updates::kSources, gone)) names.push_back(fs::path(updates::kSources) / entry.path().filename());
+    return names;
+  }
+  bool copy_all(const std::string& id, const std::vector<fs::path>& names) {
+    Json copied = Json::object();
+    for (const fs::path& name : names) {
+      const fs::path to = to_.dataset(id) / name;
+      fs::create_directories(to.parent_path());
+      const auto hash = copied_file(from_.dataset(id) / name, to);
+      if (!hash) return false;
+      copied["datasets/" + id + "/" + name.string()] = *hash;
+    }
+    files_.update(copied);
+    return true;
+  }
+
   const Layout& from_;
   Layout to_;
   Registry& live_;
@@ -118,7 +132,7 @@ BackedUp copy_into(const Layout& layout, const fs::path& work) {
   }
   (*copied)->compact();
   copied->reset();  // closed, so that its log is folded in
-  copy.note("registry.sqlite", hash_of(to.registry()));
+  copy.note("registry.sqlite", digest_of_file(to.registry()));
   sync_tree(work);
   write_list(work, copy.files());
   return copy.done();
@@ -167,14 +181,17 @@ proto::Result<BackedUp> restore(const fs::path& from, const Layout& layout) {
     fs::create_directories(to.incoming());
     fs::create_directories(to.datasets());
     BackedUp done;
+    std::set<fs::path> folders;  // of datasets
     for (const auto& [name, hash] : list["files"].items()) {
       const fs::path file = fs::path(name).lexically_normal();
       if (file.is_absolute() || *file.begin() == "..") throw std::runtime_error("the list names " + name);
       fs::create_directories((work / file).parent_path());
       const auto copied = copied_file(from / file, work / file);
       if (!copied || *copied != hash) throw std::runtime_error(name + " is missing from the backup, or is not what was backed up");
-      if (file.filename() != layout.registry().filename()) file.filename() == kStoreFile ? ++done.ready : ++done.waiting;
+      if (file.filename() == kStoreFile) ++done.ready;
+      if (file.has_parent_path()) folders.insert(*std::next(file.begin()));
     }
+    done.waiting = folders.size() - done.ready;
     sync_tree(work);
     return done;
   });

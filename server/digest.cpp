@@ -4,6 +4,7 @@
 #include <openssl/evp.h>
 #include <openssl/rand.h>
 
+#include <fstream>
 #include <stdexcept>
 #include <vector>
 
@@ -58,6 +59,15 @@ std::string Digest::finish() {
     hex += "0123456789abcdef"[bytes[i] & 15];
   }
   return hex;
+}
+
+std::string digest_of_file(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  Digest digest;
+  for (std::string piece(1 << 20, '\0'); in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0;) {
+    digest.add(std::string_view(piece).substr(0, static_cast<std::size_t>(in.gcount())));
+  }
+  return in.eof() ? digest.finish() : "";
 }
 
 std::string digest(std::string_view bytes) {

@@ -1,5 +1,6 @@
 #pragma once
 // SHA-256, to tell whether two requests carry the same bytes, and what else is asked of the library of ciphers.
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -20,6 +21,9 @@ class Digest {
 };
 
 std::string digest(std::string_view bytes);
+
+/// Of a file's bytes; empty when it cannot be read.
+std::string digest_of_file(const std::filesystem::path& file);
 
 /// Whether they are equal; how long it takes depends on the lengths alone.
 bool same_secret(std::string_view one, std::string_view other);

@@ -19,6 +19,7 @@
 #include "server/memory_limit.h"
 #include "server/option_values.h"
 #include "server/sandbox.h"
+#include "server/updates/update_job.h"
 
 namespace cordillera::server {
 namespace {
@@ -75,13 +76,10 @@ int fail(const proto::Problem& problem) {
   return 1;
 }
 
-/// What the operator lets a raster have. Its header is read for that alone: plan and build open it again.
-std::optional<proto::Problem> too_large(const proto::Job& job, const pipeline::BuildRequest& request) {
-  const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
-  if (!source) return source.problem();
-  const double columns = (*source)->description().columns(), rows = (*source)->description().rows();
-  const std::string claim = job.name() + " has " + std::to_string((*source)->description().columns()) + " x " +
-                            std::to_string((*source)->description().rows()) + " pixels";
+/// What the operator lets a raster have.
+std::optional<proto::Problem> too_large(const proto::Job& job, const std::string& name, const proto::Source& source) {
+  const double columns = source.columns(), rows = source.rows();
+  const std::string claim = name + " has " + std::to_string(source.columns()) + " x " + std::to_string(source.rows()) + " pixels";
   const double side = job.max_side(), pixels = job.max_pixels();
   if (side > 0 && std::max(columns, rows) > side)
     return proto::Problem{"raster-too-large", claim, "at most " + std::to_string(job.max_side()) + " along a side", ""};
@@ -90,7 +88,22 @@ std::optional<proto::Problem> too_large(const proto::Job& job, const pipeline::B
   return std::nullopt;
 }
 
+/// The same of a raster whose header is read for that alone: plan and build open it again.
+std::optional<proto::Problem> too_large(const proto::Job& job, const pipeline::BuildRequest& request) {
+  const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  if (!source) return source.problem();
+  return too_large(job, job.name(), (*source)->description());
+}
+
 int build_job(const proto::Job& job, const std::filesystem::path& folder) {
+  const auto sink = [](const proto::Progress& progress) {
+    if (!report(progress)) g_stop = true;
+  };
+  if (updates::is_update(folder)) {
+    const auto large = [&](const std::string& name, const proto::Source& source) { return too_large(job, name, source); };
+    const auto built = updates::build_target(job, folder, large, sink, g_stop);
+    return built ? 0 : fail(built.problem());
+  }
   pipeline::BuildRequest request;
   request.raster_path = (folder / job.raster()).string();
   request.raster_name = job.name();
@@ -107,9 +120,6 @@ int build_job(const proto::Job& job, const std::filesystem::path& folder) {
     progress.mutable_estimate()->set_seconds(found->seconds);
     return report(progress) ? 0 : 1;
   }
-  const auto sink = [](const proto::Progress& progress) {
-    if (!report(progress)) g_stop = true;
-  };
   const auto built = pipeline::build(request, sink, g_stop);
   return built ? 0 : fail(built.problem());
 }

@@ -19,9 +19,7 @@ bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
   return file.good();
 }
 
-/// What is the disk's fault and not the raster's: the upload was accepted, so the build waits for better days.
-bool is_passing(const proto::Problem& problem) { return problem.type == "store-write" || problem.type == "storage-full"; }
-
+constexpr auto kLookAgain = std::chrono::milliseconds(200);
 constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono::seconds(300);
 constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
 
@@ -35,6 +33,17 @@ proto::Problem cannot_write(const std::filesystem::path& folder) {
 
 }  // namespace
 
+proto::Job job_of(const Dataset& dataset) {
+  proto::Job job;
+  job.set_id(dataset.id);
+  job.set_name(dataset.name);
+  job.set_request_id(dataset.request_id);
+  *job.mutable_options() = dataset.options;
+  return job;
+}
+
+bool is_passing(const proto::Problem& problem) { return problem.type == "store-write" || problem.type == "storage-full"; }
+
 void keep_store_alone(const std::filesystem::path& folder) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
@@ -44,13 +53,18 @@ void keep_store_alone(const std::filesystem::path& folder) {
 
 JobQueue::JobQueue(Parts parts, unsigned concurrency)
     : layout_(std::move(parts.layout)), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(std::move(parts.runner)),
-      limits_(parts.limits), dry_runs_free_(concurrency), pool_(concurrency) {}
+      limits_(parts.limits), ledger_(parts.ledger), fetch_(std::move(parts.fetch)), keep_versions_(parts.keep_versions),
+      published_(std::move(parts.published)), dry_runs_free_(concurrency), pool_(concurrency) {}
 
 JobQueue::~JobQueue() { stop(); }
 
 void JobQueue::resume() {
   const auto all = registry_.list();
   for (auto dataset = all.rbegin(); dataset != all.rend(); ++dataset) {
+    if (dataset->state == State::ready && ledger_.holds(dataset->id) && ledger_.first(dataset->id)) {
+      log_info("dataset " + dataset->id + " has changes that were not done: queued again");
+      enqueue(dataset->id);
+    }
     if (dataset->state != State::queued && dataset->state != State::running) continue;
     log_info("dataset " + dataset->id + " was unfinished: queued again");
     registry_.set_state(dataset->id, State::queued, std::nullopt);
@@ -64,15 +78,17 @@ void JobQueue::enqueue(const std::string& id, int attempt) {
   boost::asio::post(pool_, [this, id, attempt] {
     try {
       run(id, attempt);
-    } catch (const RegistryError& error) {
+    } catch (const std::exception& error) {  // the registry's, or want of memory
       log_warning("dataset " + id + ": " + error.what() + "; its build is tried again");
       retry_later(id, attempt + 1);
     }
   });
 }
 
-void JobQueue::retry_later(const std::string& id, int attempt) {
-  auto timer = std::make_shared<boost::asio::steady_timer>(pool_, wait_before(attempt));
+void JobQueue::retry_later(const std::string& id, int attempt) { later(wait_before(attempt), id, attempt); }
+
+void JobQueue::later(std::chrono::milliseconds wait, const std::string& id, int attempt) {
+  auto timer = std::make_shared<boost::asio::steady_timer>(pool_, wait);
   timer->async_wait([this, timer, id, attempt](const boost::system::error_code& error) {
     if (!error) enqueue(id, attempt);
   });
@@ -102,6 +118,8 @@ void JobQueue::run(const std::string& id, int attempt) {
   {
     const std::lock_guard lock(mutex_);
     if (stopping_) return;
+    // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
+    if (running_.contains(id)) return later(kLookAgain, id, attempt);
     running_[id] = flag;
   }
   // However this ends: a delete waits for it.
@@ -115,6 +133,7 @@ void JobQueue::run(const std::string& id, int attempt) {
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
   if (const auto dataset = registry_.find(id)) {
     const LogScope job("job", id), request("request", dataset->request_id);
+    if (ledger_.holds(id)) return take_turns(*dataset, attempt, *flag);
     registry_.set_state(id, State::running, std::nullopt);
     hub_.touch(id);
     log_info("dataset " + id + ": build started");
@@ -138,26 +157,27 @@ proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dat
   if (!std::filesystem::exists(folder / dataset.raster, ignored)) {
     return proto::Problem{"internal", "the raster of " + dataset.name + " is no longer in the data folder", "posting it again", ""};
   }
+  proto::Job job = job_of(dataset);
+  job.set_raster(dataset.raster);
+  return run_job(folder, std::move(job), clock, stop);
+}
+
+JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop) {
+  const std::string id = job.id();
   const auto progress = [&](const proto::Progress& now) {
     clock.report(now);
-    hub_.publish(dataset.id, now);
+    hub_.publish(id, now);
   };
-  proto::Job job;
-  job.set_id(dataset.id);
-  job.set_name(dataset.name);
-  job.set_raster(dataset.raster);
-  job.set_request_id(dataset.request_id);
-  *job.mutable_options() = dataset.options;
   limit(job);
   if (!write_job(folder, job)) return cannot_write(folder);
   auto outcome = runner_(folder, progress, stop);
   if (!outcome && outcome.problem().type == "job-crashed" && !stop) {
     // Once: the machine may have run out of memory, or somebody ended it. What was committed stays, and the job goes on there.
-    log_warning("dataset " + dataset.id + ": " + outcome.problem().detail + "; once more");
+    log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more");
     outcome = runner_(folder, progress, stop);
   }
   if (outcome || outcome.problem().type != "device-lost" || stop) return outcome;
-  log_warning("dataset " + dataset.id + ": " + outcome.problem().detail + "; once more on the CPU");
+  log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more on the CPU");
   metrics_.device_lost.add(1);
   job.mutable_options()->set_device("cpu");
   if (!write_job(folder, job)) return cannot_write(folder);

@@ -1,6 +1,7 @@
 #pragma once
 // Builds, a bounded number at a time, first come first served. The registry remembers what is unfinished over a restart.
 #include <atomic>
+#include <chrono>
 #include <boost/asio/thread_pool.hpp>
 #include <condition_variable>
 #include <map>
@@ -14,6 +15,8 @@
 #include "server/options.h"
 #include "server/progress_hub.h"
 #include "server/registry.h"
+#include "server/updates/fetch.h"
+#include "server/updates/ledger.h"
 
 namespace cordillera::server {
 
@@ -24,6 +27,12 @@ class StageClock;
 /// Of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed leaves more than that.
 void keep_store_alone(const std::filesystem::path& folder);
 
+/// What is the disk's fault and not the raster's: the upload was accepted, so the build waits for better days.
+bool is_passing(const proto::Problem& problem);
+
+/// What a child is told of a dataset, but for its raster and the operator's limits.
+proto::Job job_of(const Dataset& dataset);
+
 class JobQueue {
  public:
   struct Parts {
@@ -33,6 +42,10 @@ class JobQueue {
     metrics::ServiceMetrics& metrics;
     JobRunner runner;
     Limits limits;  ///< of each job
+    updates::Ledger& ledger;
+    updates::Fetch fetch;  ///< of rasters that are named by their address
+    std::size_t keep_versions = 1;
+    std::function<void(const std::string& id)> published;  ///< another version is served
   };
   JobQueue(Parts parts, unsigned concurrency);
   ~JobQueue();
@@ -55,6 +68,13 @@ class JobQueue {
   void run(const std::string& id, int attempt);
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
+  using Outcome = proto::Result<std::optional<proto::Estimate>>;
+  Outcome run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop);
+  void later(std::chrono::milliseconds wait, const std::string& id, int attempt);
+  // Of datasets whose rasters can be changed: a change after the other.
+  void take_turns(const Dataset& dataset, int attempt, const std::atomic<bool>& stop);
+  Outcome take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock, const std::atomic<bool>& stop);
+  void end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome);
   proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, metrics::StageClock& clock, const std::atomic<bool>& stop);
 
   void limit(proto::Job& job) const;
@@ -65,6 +85,10 @@ class JobQueue {
   metrics::ServiceMetrics& metrics_;
   JobRunner runner_;
   Limits limits_;
+  updates::Ledger& ledger_;
+  updates::Fetch fetch_;
+  std::size_t keep_versions_;
+  std::function<void(const std::string& id)> published_;
   std::mutex mutex_;
   std::condition_variable ended_;
   std::map<std::string, std::shared_ptr<std::atomic<bool>>> running_;  ///< id -> its stop flag

@@ -17,17 +17,19 @@ std::vector<std::string_view> split(std::string_view path) {
   }
 }
 
-bool is_id(std::string_view text) {
-  if (text.empty() || text.size() > 80) return false;
-  for (const char c : text) {
-    if (!(c >= 'a' && c <= 'z') && !(c >= '0' && c <= '9') && c != '-') return false;
-  }
-  return true;
+/// What a dataset has and a version of it has not.
+bool is_of_now(Resource resource) {
+  return resource == Resource::events || resource == Resource::sources || resource == Resource::source || resource == Resource::versions ||
+         resource == Resource::rollback;
 }
 
 Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
   if (path == "events") return Resource::events;
   if (path == "manifest.json") return Resource::manifest;
+  if (path == "sources") return Resource::sources;
+  if (path.starts_with("sources/") && is_id(path.substr(8))) return Resource::source;
+  if (path == "versions") return Resource::versions;
+  if (path == "rollback") return Resource::rollback;
   if (path == "elevation") return Resource::elevation;
   if (path.starts_with("mesh.") && pipeline::exports::mesh_kind(path.substr(5))) return Resource::mesh;
   const auto found = pipeline::faces::find(path);
@@ -37,6 +39,14 @@ Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
 }
 
 }  // namespace
+
+bool is_id(std::string_view text) {
+  if (text.empty() || text.size() > 80) return false;
+  for (const char c : text) {
+    if (!(c >= 'a' && c <= 'z') && !(c >= '0' && c <= '9') && c != '-') return false;
+  }
+  return true;
+}
 
 Route parse_route(std::string_view path) {
   Route route;
@@ -72,7 +82,7 @@ Route parse_route(std::string_view path) {
   const std::string_view rest = parts[versioned ? 6 : 4];
   route.path = path.substr(static_cast<std::size_t>(rest.data() - path.data()));
   route.resource = below_dataset(route.path, &route.found);
-  if (versioned && route.resource == Resource::events) route.resource = Resource::none;
+  if (versioned && is_of_now(route.resource)) route.resource = Resource::none;
   return route;
 }
 
@@ -91,6 +101,10 @@ std::string route_name(const Route& route) {
     case Resource::dataset: return "dataset";
     case Resource::events: return "events";
     case Resource::manifest: return "manifest";
+    case Resource::sources: return "sources";
+    case Resource::source: return "source";
+    case Resource::versions: return "versions";
+    case Resource::rollback: return "rollback";
     case Resource::elevation: return "elevation";
     case Resource::mesh: return "mesh";
     case Resource::page: return "viewer";
@@ -107,8 +121,11 @@ std::string route_name(const Route& route) {
 std::string allowed_methods(Resource resource) {
   switch (resource) {
     case Resource::datasets:
+    case Resource::sources:
     case Resource::elevation: return "GET, HEAD, POST, OPTIONS";
     case Resource::dataset: return "GET, HEAD, DELETE, OPTIONS";
+    case Resource::source: return "GET, HEAD, PUT, DELETE, OPTIONS";
+    case Resource::rollback:
     case Resource::uploads: return "POST, OPTIONS";
     case Resource::upload: return "GET, HEAD, PATCH, DELETE, OPTIONS";
     default: return "GET, HEAD, OPTIONS";

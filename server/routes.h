@@ -21,6 +21,10 @@ enum class Resource {
   dataset,      ///< /v1/datasets/{id}
   events,       ///< …/events
   manifest,     ///< …/manifest.json
+  sources,      ///< …/sources
+  source,       ///< …/sources/{source}
+  versions,     ///< …/versions
+  rollback,     ///< …/rollback
   elevation,    ///< …/elevation
   mesh,         ///< …/mesh.glb and others
   face,         ///< whatever a face has below …/{id}
@@ -37,6 +41,9 @@ struct Route {
 
 /// A path of the API that is spelt wrongly is Resource::none; everything outside /v1 is a page.
 Route parse_route(std::string_view path);
+
+/// Whether a text may name a dataset in an address.
+bool is_id(std::string_view text);
 
 /// For metrics and logs: one name for all addresses of a resource; a face's own.
 std::string route_name(const Route& route);

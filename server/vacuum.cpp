@@ -5,6 +5,7 @@
 #include "pipeline/store.h"
 #include "server/data_folder.h"
 #include "server/registry.h"
+#include "server/updates/ledger.h"
 
 namespace cordillera::server {
 namespace {
@@ -70,7 +71,8 @@ proto::Result<Vacuumed> vacuum(const Layout& layout) {
       if (!dataset || dataset->state == State::failed) {
         remove(entry.path(), done);
       } else if (dataset->state == State::ready) {
-        clean_dataset(entry.path(), done);
+        // One that changes keeps its rasters and earlier versions; the server tidies those.
+        if (!updates::is_changeable(entry.path())) clean_dataset(entry.path(), done);
         const fs::path store = layout.store(dataset->id);
         const auto saved = pipeline::compact_store(store.string());
         if (!saved) return saved.problem();

@@ -23,6 +23,11 @@ class Lru {
     return entries_.front().value;
   }
 
+  std::size_t bytes() {
+    const std::lock_guard lock(mutex_);
+    return bytes_;
+  }
+
   /// What is larger than everything that may be kept is not.
   void keep(const Key& key, Value value, std::size_t bytes) {
     const std::lock_guard lock(mutex_);

@@ -53,6 +53,9 @@ class Terrain {
     return fresh;
   }
 
+  /// Memory that what is kept takes at the moment.
+  std::size_t kept_bytes() const { return meshes_.bytes() + documents_.bytes(); }
+
  private:
   struct Undulation;
   Undulation& undulation() const;

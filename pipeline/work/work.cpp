@@ -1,11 +1,15 @@
 #include "pipeline/work/work.h"
 
 #include <algorithm>
+#include <exception>
 #include <map>
+#include <mutex>
+#include <thread>
 
 #include "pipeline/builder.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
+#include "raster/storage.h"
 
 namespace cordillera::pipeline::work {
 namespace {
@@ -14,10 +18,18 @@ constexpr double kMergeCost = 1 << 20;  // samples a second of a block, about; a
 
 using proto::Problem;
 
+/// A worker's share of the threads, at least one.
+unsigned threads_of(const WorkOrder& order, std::size_t device) {
+  const auto workers = static_cast<unsigned>(order.devices.size());
+  if (workers == 1) return order.threads;
+  const unsigned all = order.threads > 0 ? order.threads : std::max(std::thread::hardware_concurrency(), 1u);
+  return std::max(all / workers + (device < all % workers ? 1 : 0), 1u);
+}
+
 class Worker {
  public:
-  Worker(const proto::WorkPlan& plan, const proto::WorkStage& stage, const WorkOrder& order, const std::atomic<bool>& stop)
-      : plan_(plan), order_(order), stop_(stop), workers_(order.threads) {
+  Worker(const proto::WorkPlan& plan, const proto::WorkStage& stage, const WorkOrder& order, std::size_t device, const std::atomic<bool>& stop)
+      : plan_(plan), order_(order), device_(order.devices[device]), stop_(stop), workers_(threads_of(order, device)) {
     // Keys of the stage below, which hold the meshes to be merged.
     for (int k = 1; k < plan.stages_size(); ++k) {
       if (&plan.stages(k) != &stage) continue;
@@ -36,7 +48,7 @@ class Worker {
     const auto open = [&]() -> proto::Result<std::unique_ptr<raster::Source>> {
       return block ? raster::make_mosaic(members, feather_m) : std::unique_ptr<raster::Source>();
     };
-    Builder builder(plan_.plan(), workers_, open, order_.device, stop_);
+    Builder builder(plan_.plan(), workers_, open, device_, stop_);
     if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
     return block ? builder.block(address_of(task), [](double) {}) : merge(builder, task);
   }
@@ -60,10 +72,74 @@ class Worker {
 
   const proto::WorkPlan& plan_;
   const WorkOrder& order_;
+  const std::string& device_;
   const std::atomic<bool>& stop_;
   Workers workers_;
   std::map<proto::TileAddress, const proto::WorkTask*> below_;
 };
+
+/// A raster in object storage that was read when the plan was made, and now is not there or ends early: who asks again may get it.
+Problem of_storage(const proto::WorkPlan& plan, const proto::WorkTask& task, Problem problem) {
+  for (const raster::MosaicMember& member : members_of(plan, task)) {
+    if (problem.type.starts_with("raster-") && raster::is_remote(member.path)) problem.type = "storage-read";
+  }
+  return problem;
+}
+
+enum class Order { as_given, dearest_first };
+
+/// Hands out tasks, each once.
+class TaskList {
+ public:
+  TaskList(const proto::WorkStage& stage, std::vector<std::size_t> tasks, Order order) : stage_(stage), tasks_(std::move(tasks)) {
+    if (order == Order::as_given) return;
+    std::stable_sort(tasks_.begin(), tasks_.end(), [&](std::size_t a, std::size_t b) { return cost_of(task(a)) > cost_of(task(b)); });
+  }
+  /// Null where none is left.
+  const proto::WorkTask* next() {
+    const std::size_t k = next_++;
+    return k < tasks_.size() ? &task(tasks_[k]) : nullptr;
+  }
+  void end() { next_ = tasks_.size(); }
+
+ private:
+  const proto::WorkTask& task(std::size_t k) const { return stage_.tasks(static_cast<int>(k)); }
+  const proto::WorkStage& stage_;
+  std::vector<std::size_t> tasks_;
+  std::atomic<std::size_t> next_{0};
+};
+
+proto::Result<Outcome> do_task(Worker& worker, const proto::WorkPlan& plan, const proto::WorkTask& task, const std::string& folder) {
+  if (read_shard(folder, task).ok()) return Outcome::was_done;
+  const auto finished = worker.work(task);
+  if (!finished.ok()) return of_storage(plan, task, finished.problem());
+  if (const auto written = write_shard(folder, task, *finished); !written.ok()) return written.problem();
+  return Outcome::done;
+}
+
+/// A thread for each worker. The first problem, by the workers' numbers, ends the list for all.
+proto::Result<void> side_by_side(std::size_t workers, TaskList& list, const std::function<proto::Result<void>(std::size_t)>& work_on) {
+  std::vector<proto::Result<void>> results(workers);
+  std::vector<std::exception_ptr> thrown(workers);
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t k = 0; k < workers; ++k) {
+      threads.emplace_back([&, k] {
+        try {
+          results[k] = work_on(k);
+        } catch (...) {
+          thrown[k] = std::current_exception();
+        }
+        if (thrown[k] || !results[k].ok()) list.end();
+      });
+    }
+  }
+  for (const std::exception_ptr& exception : thrown)
+    if (exception) std::rethrow_exception(exception);
+  for (const auto& result : results)
+    if (!result.ok()) return result;
+  return {};
+}
 
 }  // namespace
 
@@ -84,20 +160,21 @@ std::vector<std::size_t> part_of(const proto::WorkStage& stage, std::size_t part
 
 proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage& stage, const std::vector<std::size_t>& tasks,
                              const WorkOrder& order, const TaskEnded& ended, const std::atomic<bool>& stop) {
-  Worker worker(plan, stage, order, stop);
-  for (const std::size_t k : tasks) {
-    if (stop) return Problem{"cancelled", "the work was cancelled", "", ""};
-    const proto::WorkTask& task = stage.tasks(static_cast<int>(k));
-    if (read_shard(order.folder, task).ok()) {
-      ended(task, Outcome::was_done);
-      continue;
+  TaskList list(stage, tasks, order.devices.size() > 1 ? Order::dearest_first : Order::as_given);
+  std::mutex telling;
+  const auto work_on = [&](std::size_t device) -> proto::Result<void> {
+    Worker worker(plan, stage, order, device, stop);
+    while (const proto::WorkTask* task = list.next()) {
+      if (stop) return Problem{"cancelled", "the work was cancelled", "", ""};
+      const auto outcome = do_task(worker, plan, *task, order.folder);
+      if (!outcome) return outcome.problem();
+      const std::lock_guard lock(telling);
+      ended(*task, *outcome);
     }
-    const auto finished = worker.work(task);
-    if (!finished.ok()) return finished.problem();
-    if (const auto written = write_shard(order.folder, task, *finished); !written.ok()) return written.problem();
-    ended(task, Outcome::done);
-  }
-  return {};
+    return {};
+  };
+  if (order.devices.size() == 1) return work_on(0);
+  return side_by_side(order.devices.size(), list, work_on);
 }
 
 bool worth_retrying(const proto::Problem& problem) {

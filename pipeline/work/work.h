@@ -12,9 +12,9 @@
 namespace cordillera::pipeline::work {
 
 struct WorkOrder {
-  std::string folder;   ///< of the plan; shards go below it
-  std::string device;   ///< auto, cpu, cuda, cuda:N
-  unsigned threads = 0; ///< 0: as many as the machine has
+  std::string folder;                ///< of the plan; shards go below it
+  std::vector<std::string> devices;  ///< auto, cpu, cuda, cuda:N; each is one worker's, who takes the dearest task that is left
+  unsigned threads = 0;              ///< of all workers together; 0: as many as the machine has
 };
 
 /// Tasks `part` of `parts` of a stage: neighbours in the stage's order, with about equal cost. part 0 … parts - 1; may be empty.
@@ -24,10 +24,10 @@ std::vector<std::size_t> part_of(const proto::WorkStage& stage, std::size_t part
 double cost_of(const proto::WorkTask& task);
 
 enum class Outcome { done, was_done };
-/// Called after every task.
+/// Called after every task, by one worker at a time.
 using TaskEnded = std::function<void(const proto::WorkTask&, Outcome)>;
 
-/// Does the tasks in order and writes their shards. One whose shard is there, whole and undamaged, is not done again. Problems:
+/// Does the tasks, with one device in order, and writes their shards. One whose shard is there, whole and undamaged, is not done again. Problems:
 /// "source-changed" (a raster or its geoid is not as planned), "shard-missing" (a stage below is not finished), "shard-damaged",
 /// "storage-write", "storage-read", "cancelled", and those of the raster.
 proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage& stage, const std::vector<std::size_t>& tasks,

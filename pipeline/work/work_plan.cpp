@@ -1,5 +1,6 @@
 #include "pipeline/work/work_plan.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -17,19 +18,6 @@ namespace {
 
 using proto::TileAddress;
 using Keys = std::map<TileAddress, std::string>;
-
-/// The options of a build that say how a raster is read.
-proto::BuildOptions reading(const proto::BuildOptions& options) {
-  proto::BuildOptions out;
-  out.set_crs(options.crs());
-  out.set_vertical_datum(options.vertical_datum());
-  out.set_nodata(options.nodata());
-  out.set_source_nodata(options.source_nodata());
-  if (options.has_z_scale()) out.set_z_scale(options.z_scale());
-  if (options.has_z_offset()) out.set_z_offset(options.z_offset());
-  *out.mutable_bbox() = options.bbox();
-  return out;
-}
 
 proto::PlannedSource planned(const raster::MosaicMember& member) {
   proto::PlannedSource source;
@@ -51,6 +39,11 @@ raster::MosaicMember member_of(const proto::PlannedSource& source) {
           {side(0), side(1), side(2), side(3)}, source.state(), source.datum()};
 }
 
+/// What tells a raster and the way in which it is read from others.
+std::string print_of(const proto::PlannedSource& source) {
+  return source.spec().path() + "\n" + source.state() + "\n" + source.datum() + "\n" + source.spec().options().SerializeAsString();
+}
+
 /// Keys of tasks: what is common to all of them, then what each has of its own.
 class Namer {
  public:
@@ -58,21 +51,24 @@ class Namer {
     proto::Plan numbers = plan.plan();
     numbers.clear_window();  // each block has its own part of it
     numbers.clear_source_state();
+    numbers.clear_levels();
     common_ = std::to_string(kPlanFormat) + "\n" + numbers.SerializeAsString();
+    // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.
+    for (const proto::LevelPlan& level : plan.plan().levels()) levels_[static_cast<int>(level.level())] = (numbers_ += level.SerializeAsString());
     for (const proto::PlannedSource& source : plan.sources()) {
-      sources_.push_back(source.spec().path() + "\n" + source.state() + "\n" + source.datum() + "\n" + source.spec().options().SerializeAsString());
+      sources_.push_back(print_of(source));
     }
   }
 
   std::string block(const TileAddress& node, const raster::Source::Window& window, const proto::WorkTask& task) const {
-    std::string text = common_ + place(node);
+    std::string text = common_ + levels_.at(node.z) + place(node);
     for (const std::int64_t side : {window.west, window.south, window.east, window.north}) text.append(1, ' ').append(std::to_string(side));
     for (const std::uint32_t k : task.sources()) text.append(1, '\n').append(sources_[k]);
     return hex(content_hash(text));
   }
 
   std::string merge(const TileAddress& node, const Keys& below) const {
-    std::string text = common_ + place(node);
+    std::string text = common_ + levels_.at(node.z) + place(node);
     for (int c = 0; c < 4; ++c) {
       const auto child = below.find(node.child(c));
       text.append(1, ' ').append(child == below.end() ? "-" : child->second);
@@ -87,7 +83,8 @@ class Namer {
     return text;
   }
   const proto::WorkPlan& plan_;
-  std::string common_;
+  std::string common_, numbers_;
+  std::map<int, std::string> levels_;  ///< numbers of the finest level down to this one
   std::vector<std::string> sources_;
 };
 
@@ -99,6 +96,18 @@ proto::WorkTask task_at(const TileAddress& node) {
   return task;
 }
 
+/// Rasters by the row of blocks that they may touch: trying each with each block would take minutes for a planet.
+std::vector<std::vector<std::uint32_t>> rasters_by_row(const std::vector<raster::Source::Window>& windows, std::int64_t units, std::int64_t beside,
+                                                       std::int64_t rows) {
+  std::vector<std::vector<std::uint32_t>> found(static_cast<std::size_t>(rows));
+  for (std::size_t k = 0; k < windows.size(); ++k) {
+    const std::int64_t first = std::max<std::int64_t>(0, (windows[k].south - beside) / units - 1);
+    const std::int64_t last = std::min(rows - 1, (windows[k].north + beside) / units + 1);
+    for (std::int64_t row = first; row <= last; ++row) found[static_cast<std::size_t>(row)].push_back(static_cast<std::uint32_t>(k));
+  }
+  return found;
+}
+
 /// Blocks that some raster may touch, with the rasters; what none touches has no data and is no task.
 Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const proto::Plan& plan = work.plan();
@@ -107,6 +116,7 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const std::int64_t beside = lattice.cell_units(level) + (work.sources_size() > 1 ? raster::feather_vertices(work.options().feather(), lattice) : 0);
   std::vector<raster::Source::Window> windows;
   for (const proto::PlannedSource& source : work.sources()) windows.push_back(raster::coarser(member_of(source).window, lattice));
+  const auto rasters = rasters_by_row(windows, lattice.tile_units(level), beside, proto::tiles_up(level));
   Keys keys;
   proto::WorkStage* stage = work.add_stages();
   for (const TileAddress& node : touched_tiles(plan, level)) {
@@ -114,8 +124,8 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
     if (window.west > window.east || window.south > window.north) continue;
     const raster::Source::Window read{window.west - beside, window.south - beside, window.east + beside, window.north + beside};
     proto::WorkTask task = task_at(node);
-    for (std::size_t k = 0; k < windows.size(); ++k) {
-      if (raster::touch(windows[k], read, lattice)) task.add_sources(static_cast<std::uint32_t>(k));
+    for (const std::uint32_t k : rasters[static_cast<std::size_t>(node.y)]) {
+      if (raster::touch(windows[k], read, lattice)) task.add_sources(k);
     }
     if (task.sources_size() == 0) continue;
     task.set_samples(static_cast<double>(window.east - window.west + 1) * static_cast<double>(window.north - window.south + 1));
@@ -141,23 +151,92 @@ void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
   }
 }
 
+/// Blocks of the size that is asked for, and what follows from it.
+void set_blocks(const PlanGiven& given, proto::Plan& plan) {
+  std::int64_t most = given.block_samples;
+  if (most == 0 && given.blocks > 0) {
+    most = (plan.window(2) - std::int64_t{plan.window(0)} + 1) * (plan.window(3) - std::int64_t{plan.window(1)} + 1) / given.blocks;
+  }
+  if (most == 0) return;
+  most = std::max(most, kLeastBlockSamples);
+  const proto::Lattice lattice = lattice_of(plan);
+  int level = static_cast<int>(plan.block_level());
+  const auto samples = [&](int z) { return (lattice.tile_units(z) + 1) * (lattice.tile_units(z) + 1); };
+  while (level < lattice.finest_level && samples(level) > most) ++level;
+  plan.set_block_level(static_cast<std::uint32_t>(level));
+  for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
+}
+
+/// The numbers of an earlier plan where its rasters lie now. Where that is farther apart, coarse levels are rounded in another way.
+proto::Result<proto::Plan> plan_again(const BuildRequest& request, raster::Source& source, const proto::Plan& before) {
+  proto::Plan plan = before;
+  const raster::Source::Window window = source.window(lattice_of(plan));
+  if (window.west > window.east || window.south > window.north) return without_data(request);
+  plan.clear_window();
+  for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
+  for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
+  plan.set_program(proto::kProgram);
+  plan.set_source_state(state_of(request));
+  return plan;
+}
+
+/// All numbers: worked out, or those of an earlier plan.
+proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Source& source, const PlanGiven& given, const std::atomic<bool>& stop) {
+  if (given.before != nullptr) return plan_again(request, source, given.before->plan());
+  auto plan = plan_of(request, source);
+  if (!plan.ok()) return plan;
+  set_blocks(given, *plan);
+  if (request.options.keep_size() == 0) return plan;
+  Workers workers(request.options.threads());
+  Builder builder(*plan, workers, [&] { return open_source(request); }, request.options.device(), stop);
+  if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
+  if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
+  return plan;
+}
+
+/// What Source::resampling_error_m would say of all rasters; those that an earlier plan asked are not asked again.
+double resampling_error_m(const BuildRequest& request, const proto::WorkPlan* before, proto::WorkPlan& work) {
+  std::map<std::string, double> known;
+  for (int k = 0; before != nullptr && k < before->sources_size(); ++k) {
+    if (before->sources(k).has_resampling_error()) known[print_of(before->sources(k))] = before->sources(k).resampling_error();
+  }
+  double greatest_m = 0;
+  for (const std::size_t member : raster::examined_members(request.members.size())) {
+    proto::PlannedSource& planned = *work.mutable_sources(static_cast<int>(member));
+    const auto found = known.find(print_of(planned));
+    if (found != known.end()) {
+      planned.set_resampling_error(found->second);
+    } else if (const auto one = raster::make_mosaic({request.members[member]}, 0)) {
+      planned.set_resampling_error(one->resampling_error_m(lattice_of(work.plan())));
+    }
+    greatest_m = std::max(greatest_m, planned.resampling_error());
+  }
+  return greatest_m;
+}
+
 proto::Problem unreadable(const std::string& path, const std::string& why) {
   return {"plan-invalid", path + " " + why, "a folder that `cordillera plan` wrote", ""};
 }
 
 }  // namespace
 
-proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std::atomic<bool>& stop) {
+proto::BuildOptions reading(const proto::BuildOptions& options) {
+  proto::BuildOptions out;
+  out.set_crs(options.crs());
+  out.set_vertical_datum(options.vertical_datum());
+  out.set_nodata(options.nodata());
+  out.set_source_nodata(options.source_nodata());
+  if (options.has_z_scale()) out.set_z_scale(options.z_scale());
+  if (options.has_z_offset()) out.set_z_offset(options.z_offset());
+  *out.mutable_bbox() = options.bbox();
+  return out;
+}
+
+proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std::atomic<bool>& stop, const PlanGiven& given) {
   const auto source = open_source(request);
   if (!source.ok()) return source.problem();
-  auto plan = plan_of(request, **source);
+  const auto plan = numbers_of(request, **source, given, stop);
   if (!plan.ok()) return plan.problem();
-  if (request.options.keep_size() > 0) {
-    Workers workers(request.options.threads());
-    Builder builder(*plan, workers, [&] { return open_source(request); }, request.options.device(), stop);
-    if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
-    if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
-  }
   proto::WorkPlan work;
   work.set_format(kPlanFormat);
   *work.mutable_plan() = *plan;
@@ -165,7 +244,7 @@ proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std:
   work.set_name(request.raster_name);
   for (const raster::MosaicMember& member : request.members) *work.add_sources() = planned(member);
   *work.mutable_source() = (*source)->description();
-  const double resampled_m = (*source)->resampling_error_m(lattice_of(*plan));
+  const double resampled_m = resampling_error_m(request, given.before, work);
   work.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);
   const Namer namer(work);
   add_merges(namer, add_blocks(namer, work), work);

@@ -13,9 +13,24 @@ namespace cordillera::pipeline::work {
 inline constexpr unsigned kPlanFormat = 1;
 inline constexpr const char* kPlanFile = "plan.json";
 
+/// What a plan takes over instead of working it out.
+struct PlanGiven {
+  /// An earlier plan of the same dataset: its levels, blocks and targets stay, so that what no changed raster touches keeps its keys.
+  const proto::WorkPlan* before = nullptr;
+  /// Blocks of so many samples at most, no smaller than kLeastBlockSamples; 0: as large as memory allows. Smaller ones make a change cheaper; errors
+  /// above the blocks are bounds, so coarse levels take more triangles.
+  std::int64_t block_samples = 0;
+  /// As many as the data has, divided by this, if block_samples is 0; 0: see there.
+  std::int64_t blocks = 0;
+};
+inline constexpr std::int64_t kLeastBlockSamples = std::int64_t{513} * 513;
+
 /// Fixes numbers, tasks and keys. request.members must be set. Reads no more than a pilot (keep=) or a default error needs; with error=
 /// no pixel at all. Deterministic.
-proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std::atomic<bool>& stop);
+proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std::atomic<bool>& stop, const PlanGiven& given = {});
+
+/// The options of a build that say how a raster is read.
+proto::BuildOptions reading(const proto::BuildOptions& options);
 
 /// Writes and reads folder/plan.json. A plan of another program version or format is refused ("plan-version").
 proto::Result<void> write_plan(const proto::WorkPlan& plan, const std::string& folder);

@@ -64,7 +64,7 @@ class Work : public testing::Test {
   }
   proto::Result<void> stage(const proto::WorkPlan& plan, int number, std::size_t part = 0, std::size_t parts = 1) {
     const proto::WorkStage& stage = plan.stages(number);
-    return work::do_tasks(plan, stage, work::part_of(stage, part, parts), {shards_, "cpu", 2},
+    return work::do_tasks(plan, stage, work::part_of(stage, part, parts), {shards_, devices_, 2},
                           [this](const proto::WorkTask&, work::Outcome outcome) { ++(outcome == work::Outcome::done ? done_ : found_); }, never_);
   }
   void all_stages(const proto::WorkPlan& plan) {
@@ -81,8 +81,29 @@ class Work : public testing::Test {
   std::string shards_ = folder_.path("plan");
   pipeline::BuildRequest request_;
   const std::atomic<bool> never_ = false;
+  std::vector<std::string> devices_{"cpu"};
   int done_ = 0, found_ = 0;
 };
+
+TEST_F(Work, of_several_devices_gives_the_same_and_does_nothing_twice) {
+  const Bytes whole = in_one_piece("whole.sqlite");
+  devices_ = {"cpu", "cpu", "cpu"};
+  const proto::WorkPlan plan = this->plan();
+  all_stages(plan);
+  int tasks = 0;
+  for (const proto::WorkStage& stage : plan.stages()) tasks += stage.tasks_size();
+  EXPECT_EQ(done_, tasks);
+  ASSERT_TRUE(publish(plan, "tasks.sqlite").ok());
+  EXPECT_EQ(published(folder_.path("tasks.sqlite")), whole);
+}
+
+TEST_F(Work, of_several_devices_ends_with_the_problem_of_the_first) {
+  devices_ = {"no such device", "nor this"};
+  const proto::WorkPlan plan = this->plan();
+  const auto done = stage(plan, 0);
+  ASSERT_FALSE(done.ok());
+  EXPECT_EQ(done.problem().type, "unknown-device");
+}
 
 TEST_F(Work, in_tasks_gives_the_bytes_of_one_piece) {
   const proto::WorkPlan plan = this->plan();

@@ -1,0 +1,147 @@
+#include "pipeline/work/update.h"
+
+#include <map>
+
+#include "pipeline/blank_manifest.h"
+#include "pipeline/teller.h"
+#include "pipeline/water_build.h"
+#include "pipeline/work/lanes.h"
+#include "pipeline/work/work.h"
+#include "pipeline/work/work_plan.h"
+#include "proto/version.h"
+
+namespace cordillera::pipeline::work {
+namespace {
+
+using Keys = std::map<proto::TileAddress, std::string>;
+
+Keys keys_of(const proto::WorkPlan& plan) {
+  Keys keys;
+  for (const proto::WorkStage& stage : plan.stages()) {
+    for (const proto::WorkTask& task : stage.tasks()) keys[address_of(task)] = task.key();
+  }
+  return keys;
+}
+
+Revision between(const proto::WorkPlan& before, const proto::WorkPlan& now) {
+  const Keys old = keys_of(before), wanted = keys_of(now);
+  Revision revision;
+  revision.block_level = static_cast<int>(now.plan().block_level());
+  revision.finest_level = static_cast<int>(now.plan().finest_level());
+  for (const auto& [node, key] : old) {
+    const auto found = wanted.find(node);
+    const bool same = found != wanted.end() && found->second == key;
+    (same ? revision.finished : revision.stale).push_back(node);
+  }
+  return revision;
+}
+
+/// An unfinished store of this very plan goes on; else one is made of the version before.
+proto::Result<void> prepare_store(const UpdateOrder& order, const std::optional<proto::WorkPlan>& before,
+                                  const proto::WorkPlan& plan) {
+  const std::string tasks = plan.SerializeAsString(), &path = order.request.store_path;
+  if (note_in(path, kTasksNote) == tasks) return {};
+  if (before) {
+    if (const auto revised = revise_store(order.before, path, plan.plan(), between(*before, plan)); !revised.ok()) return revised;
+  }
+  std::vector<Note> notes = order.notes;
+  notes.push_back({kTasksNote, tasks});
+  return begin_store(path, plan.plan(), notes);
+}
+
+struct Site {
+  const proto::WorkPlan& plan;
+  StoreWriter& store;
+  Lanes& lanes;
+  Teller& teller;
+};
+
+/// Tasks of a stage that are still to be done.
+std::vector<const proto::WorkTask*> open_tasks(const Site& site, const proto::WorkStage& stage) {
+  std::vector<const proto::WorkTask*> open;
+  for (const proto::WorkTask& task : stage.tasks()) {
+    if (!site.store.finished(address_of(task))) open.push_back(&task);
+  }
+  return open;
+}
+
+proto::Result<void> do_stage(const Site& site, const std::vector<const proto::WorkTask*>& tasks, std::atomic<double>& done) {
+  return site.lanes.each(tasks.size(), [&](Builder& builder, std::size_t k) -> proto::Result<void> {
+    const proto::WorkTask& task = *tasks[k];
+    const bool block = task.sources_size() > 0;
+    auto finished =
+        block ? builder.block(address_of(task), [](double) {})
+              : builder.merge(address_of(task), [&](const proto::TileAddress& child) { return site.store.mesh(child); });
+    if (!finished.ok()) return finished.problem();
+    finished->consumed.clear();  // the next version may need them
+    if (const auto committed = site.store.commit(*finished); !committed.ok()) return committed;
+    if (block) site.teller.committed_block();
+    site.teller.tell(done += block ? task.samples() : 1);
+    return {};
+  });
+}
+
+proto::Result<void> do_all(const Site& site) {
+  for (int s = 0; s < site.plan.stages_size(); ++s) {
+    const auto tasks = open_tasks(site, site.plan.stages(s));
+    double total = 0;
+    for (const proto::WorkTask* task : tasks) total += s == 0 ? task->samples() : 1;
+    if (tasks.empty()) continue;
+    site.teller.stage(s == 0 ? "build" : "merge", total);
+    std::atomic<double> done{0};
+    if (const auto stage = do_stage(site, tasks, done); !stage.ok()) return stage;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::optional<proto::WorkPlan> plan_in(const std::string& store_path) {
+  const auto bytes = note_in(store_path, kTasksNote);
+  proto::WorkPlan plan;
+  if (!bytes || !plan.ParseFromString(*bytes) || plan.stages_size() == 0) return std::nullopt;
+  if (plan.format() != kPlanFormat || plan.plan().program() != proto::kProgram) return std::nullopt;
+  return plan;
+}
+
+raster::MosaicMember member_of(const proto::PlannedSource& source, const std::string& path, raster::Trust trust) {
+  const auto side = [&](int k) { return static_cast<std::int64_t>(source.window(k)); };
+  return {path,
+          source.spec().name(),
+          trust,
+          source.spec().options(),
+          source.description(),
+          {side(0), side(1), side(2), side(3)},
+          source.state(),
+          source.datum()};
+}
+
+proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCallback& progress, const std::atomic<bool>& stop) {
+  Teller teller(progress);
+  teller.stage("plan", 1);
+  const BuildRequest& request = order.request;
+  const auto before = order.before.empty() ? std::nullopt : plan_in(order.before);
+  const auto plan = plan_work(request, stop, {before ? &*before : nullptr, 0, kUpdateBlocks});
+  if (!plan.ok()) return plan.problem();
+  if (const auto ready = prepare_store(order, before, *plan); !ready.ok()) return ready.problem();
+  auto store = StoreWriter::open(request.store_path, plan->plan());
+  if (!store.ok()) return store.problem();
+  const auto lanes = Lanes::open(request, plan->plan(), stop);
+  if (!lanes.ok()) return lanes.problem();
+  if (const auto done = do_all({*plan, **store, **lanes, teller}); !done.ok()) return done.problem();
+  teller.stage("publish", 1);
+  Workers workers(request.options.threads());
+  if (const auto masked = build_water(
+          plan->plan(), workers, [&] { return open_source(request); }, **store, stop);
+      !masked.ok())
+    return masked.problem();
+  proto::Manifest manifest = blank_manifest(request, plan->plan(), plan->source(), {0, "tasks"});
+  manifest.mutable_source()->set_resampling_error(plan->source().resampling_error());
+  manifest.set_device("tasks");
+  auto published = (*store)->publish(std::move(manifest));
+  if (!published.ok() && published.problem().type == "no-data") return without_data(request);
+  teller.tell(1);
+  return published;
+}
+
+}  // namespace cordillera::pipeline::work

@@ -1,0 +1,85 @@
+// The queue's part that serves datasets whose rasters can be changed: a change after the other, each a version of its own or a
+// problem.
+#include "server/digest.h"
+#include "server/job_queue.h"
+#include "server/log.h"
+#include "server/metrics/stage_clock.h"
+#include "server/updates/turn.h"
+#include "server/updates/update_job.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+proto::Progress fetching() {
+  proto::Progress progress;
+  progress.set_stage("fetch");
+  progress.set_total(1);
+  progress.set_seconds_left(-1);
+  return progress;
+}
+
+}  // namespace
+
+void JobQueue::take_turns(const Dataset& dataset, int attempt, const std::atomic<bool>& stop) {
+  const std::string& id = dataset.id;
+  bool served = dataset.state == State::ready;
+  while (const auto change = ledger_.first(id)) {
+    if (!served) registry_.set_state(id, State::running, std::nullopt);
+    hub_.touch(id);
+    log_info("dataset " + id + ": version " + std::to_string(change->number()) + " started");
+    metrics::StageClock clock(metrics_);
+    Outcome outcome = take_turn(dataset, *change, clock, stop);
+    clock.end(stop ? "cancelled" : outcome ? "ready" : "failed");
+    if (stop) return;
+    if (!outcome && is_passing(outcome.problem())) {
+      if (!served) registry_.set_state(id, State::queued, outcome.problem());
+      hub_.touch(id);
+      log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again later");
+      return retry_later(id, attempt + 1);
+    }
+    if (!served && !outcome) return finish(dataset, outcome);  // nothing can come of the changes behind it
+    end_turn(dataset, *change, outcome);
+    served = true;
+  }
+}
+
+JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock,
+                                      const std::atomic<bool>& stop) {
+  const std::string& id = dataset.id;
+  const fs::path folder = layout_.dataset(id);
+  if (updates::is_done(layout_, id, change)) return std::optional<proto::Estimate>();
+  proto::DatasetSource& source = *change.mutable_source();
+  if (!source.url().empty() && source.hash().empty()) {
+    hub_.publish(id, fetching());
+    const fs::path file = folder / source.spec().path();
+    if (const auto fetched = fetch_(source.url(), file, stop); !fetched) return fetched.problem();
+    source.set_hash(digest_of_file(file));
+    std::error_code error;
+    source.set_bytes(static_cast<double>(fs::file_size(file, error)));
+    if (const auto noted = ledger_.amend(id, change); !noted) return noted.problem();
+  }
+  if (const auto prepared = updates::prepare(layout_, id, change); !prepared) return prepared.problem();
+  proto::Job job = job_of(dataset);
+  job.set_request_id(change.request_id());
+  Outcome outcome = run_job(folder, std::move(job), clock, stop);
+  if (!outcome || stop) return outcome;
+  if (const auto published = updates::publish(layout_, id, keep_versions_); !published) return published.problem();
+  return outcome;
+}
+
+void JobQueue::end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome) {
+  const std::string& id = dataset.id;
+  published_(id);
+  if (outcome) registry_.set_state(id, State::ready, std::nullopt);
+  const auto noted = ledger_.end(id, change.id(), outcome ? std::nullopt : std::optional(outcome.problem()));
+  if (!noted) throw RegistryError(noted.problem().detail);  // tried again: what is done is seen to be done
+  ledger_.tidy(id, keep_versions_);
+  metrics_.versions.add(1, {outcome ? "published" : "failed"});
+  log_info("dataset " + id + ": version " + std::to_string(change.number()) +
+           (outcome ? " is served" : " failed: " + outcome.problem().line()));
+  hub_.touch(id);
+}
+
+}  // namespace cordillera::server

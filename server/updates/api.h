@@ -1,0 +1,32 @@
+#pragma once
+// The API of datasets whose rasters can be changed: …/sources, …/versions, …/rollback.
+#include "server/delivery.h"
+#include "server/json.h"
+#include "server/message.h"
+#include "server/registry.h"
+#include "server/routes.h"
+
+namespace cordillera::server::updates {
+
+/// Makes a dataset that is about to be kept one whose rasters can be changed: its folder gets the first change. dataset.raster:
+/// where it lies then.
+proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload);
+/// What a raster is called by its address: "dem.tif" of https://example.org/dem.tif?x=1.
+std::string name_in(const std::string& address);
+
+/// …/sources and …/sources/{source}: the rasters, the one that wins first, and changes of them.
+Response sources(Service& service, const Request& request, const Dataset& dataset, const Route& route);
+/// …/versions: the one that is served and those that are kept.
+Response versions(Service& service, const Dataset& dataset);
+/// POST …/rollback: back to a kept version.
+Response rollback(Service& service, const Request& request, const Dataset& dataset);
+
+/// For a dataset's status: its number of changes under way and how the last one ended; null of one whose rasters are fixed.
+Json status(Service& service, const std::string& id);
+/// Whether a change is pending.
+bool is_busy(Service& service, const std::string& id);
+
+/// Only who posted a dataset, or an admin, changes it.
+std::optional<proto::Problem> refuse(const Request& request, const Dataset& dataset);
+
+}  // namespace cordillera::server::updates

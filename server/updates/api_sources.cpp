@@ -1,0 +1,214 @@
+// …/sources: the rasters of a dataset, and what changes them. A change is written down before its 202; the queue then makes a
+// version of it.
+#include <filesystem>
+
+#include "pipeline/work/update.h"
+#include "server/api.h"
+#include "server/log.h"
+#include "server/updates/api.h"
+#include "server/updates/change_request.h"
+#include "server/updates/ledger.h"
+#include "server/updates/source_json.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+const char* state_of(const proto::SourceChanges& changes, const std::string& id) {
+  for (const proto::SourceChange& change : changes.ended()) {
+    if (change.id() == id) return change.has_problem() ? "failed" : "done";
+  }
+  for (const proto::SourceChange& change : changes.pending()) {
+    if (change.id() == id) return "pending";
+  }
+  return "forgotten";
+}
+
+/// The change as it is now, with its problem if it failed.
+std::optional<proto::SourceChange> change_in(const proto::SourceChanges& changes, const std::string& id) {
+  for (const auto* list : {&changes.ended(), &changes.pending()}) {
+    for (const proto::SourceChange& change : *list) {
+      if (change.id() == id) return change;
+    }
+  }
+  return std::nullopt;
+}
+
+Json sources_json(Service& service, const std::string& id) {
+  const proto::SourceChanges changes = service.ledger().read(id);
+  const proto::DatasetVersion version = service.ledger().current(id);
+  const auto plan = pipeline::work::plan_in(service.layout().store(id).string());
+  Json json;
+  json["version"] = version.number();
+  if (plan) json["block_level"] = plan->plan().block_level();
+  json["sources"] = Json::array();
+  for (int k = 0; k < version.sources_size(); ++k) {
+    const proto::Source* found = plan && k < plan->sources_size() ? &plan->sources(k).description() : nullptr;
+    json["sources"].push_back(source_json(version.sources(k), k, found));
+  }
+  json["changes"] = Json::array();
+  for (const proto::SourceChange& change : changes.ended())
+    json["changes"].push_back(change_json(change, state_of(changes, change.id())));
+  for (const proto::SourceChange& change : changes.pending()) json["changes"].push_back(change_json(change, "pending"));
+  return json;
+}
+
+/// Of a dataset of one raster for good: what its manifest says of it.
+Json fixed_json(const proto::Manifest& manifest) {
+  Json json;
+  json["version"] = 1;
+  json["sources"] = Json::array();
+  const auto add = [&](const proto::Source& source) {
+    proto::DatasetSource plain;
+    plain.mutable_spec()->set_name(source.file());
+    Json one = source_json(plain, static_cast<int>(json["sources"].size()), &source);
+    for (const char* unknown : {"id", "bytes", "added", "options"}) one.erase(unknown);
+    json["sources"].push_back(std::move(one));
+  };
+  for (const proto::Source& source : manifest.sources()) add(source);
+  if (manifest.sources().empty()) add(manifest.source());
+  json["changes"] = Json::array();
+  return json;
+}
+
+Response listed(Service& service, const Dataset& dataset, const Route& route) {
+  Json json;
+  if (service.ledger().holds(dataset.id)) {
+    json = sources_json(service, dataset.id);
+  } else {
+    const Opened opened = open_published(service, dataset, {});
+    if (!opened.terrain) return opened.refusal;
+    json = fixed_json(opened.terrain->manifest());
+  }
+  if (route.resource == Resource::source) {
+    const std::string id = route.path.substr(route.path.find('/') + 1);
+    for (Json& one : json["sources"]) {
+      if (one.value("id", "") != id) continue;
+      Json alone = std::move(one);
+      json = std::move(alone);
+      break;
+    }
+    if (json.contains("sources"))
+      return problem_response(
+          {"source-unknown", "dataset " + dataset.id + " has no raster '" + id + "'", "an id that GET …/sources lists", ""});
+  }
+  Response response = json_response(200, json);
+  response.set("Cache-Control", "no-store");
+  return response;
+}
+
+/// The answer to a change that is noted, as it is now. good: of one that is done.
+Response answer_now(Service& service, const Dataset& dataset, const std::string& change_id, int good) {
+  const proto::SourceChanges changes = service.ledger().read(dataset.id);
+  const auto change = change_in(changes, change_id);
+  if (!change) return problem_response(unknown_dataset(dataset.id));
+  if (change->has_problem()) return problem_response(to_problem(change->problem()));
+  const std::string state = state_of(changes, change_id);
+  Response response = json_response(state == "done" ? good : 202, change_json(*change, state.c_str()));
+  // Relative to …/{id}/sources or …/{id}/sources/{source}, as the client asked.
+  if (change->kind() != "remove") response.set("Location", (change->kind() == "add" ? "sources/" : "") + change->source().id());
+  response.set("Cache-Control", "no-store");
+  return response;
+}
+
+Response accepted(Service& service, const Dataset& dataset, const std::string& change, const Delivery& delivery, int good) {
+  const Token waiting = delivery.wait.count() > 0 ? service.wait_token() : nullptr;
+  if (!waiting) return answer_now(service, dataset, change, good);
+  Response response;
+  response.later = [&service, dataset, change, waiting, good, wait = delivery.wait,
+                    end = std::chrono::steady_clock::now() + delivery.wait]() -> std::optional<Response> {
+    const bool over = service.stopping() || std::chrono::steady_clock::now() >= end;
+    if (!over && state_of(service.ledger().read(dataset.id), change) == std::string("pending")) return std::nullopt;
+    Response come = answer_now(service, dataset, change, good);
+    come.set("Preference-Applied", "wait=" + std::to_string(wait.count()));
+    return come;
+  };
+  return response;
+}
+
+/// The change that an earlier request with this key came to; nullopt: none. A problem: another request had it.
+proto::Result<std::optional<proto::SourceChange>> earlier(Service& service, const std::string& id,
+                                                          const proto::SourceChange& now) {
+  if (now.idempotency_key().empty()) return std::optional<proto::SourceChange>();
+  const proto::SourceChanges changes = service.ledger().read(id);
+  for (const auto* list : {&changes.ended(), &changes.pending()}) {
+    for (const proto::SourceChange& change : *list) {
+      if (change.idempotency_key() != now.idempotency_key()) continue;
+      if (change.request_hash() != now.request_hash()) return key_reused("another request");
+      return std::optional(change);
+    }
+  }
+  return std::optional<proto::SourceChange>();
+}
+
+/// From the upload's folder into the dataset's.
+proto::Result<void> bring(const Upload& upload, const fs::path& place) {
+  std::error_code error;
+  fs::create_directories(place.parent_path(), error);
+  if (!error) fs::rename(upload.folder() / upload.raster(), place, error);
+  if (!error && sync_folder(place.parent_path())) return {};
+  return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+}
+
+Response changed(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
+  if (auto refused = refuse(request, dataset)) return problem_response(*refused);
+  const int good = request.method == "POST" ? 201 : 200;
+  auto asked = read_change(service, request, dataset, route, service.ledger().expected(dataset.id));
+  if (!asked) return problem_response(asked.problem());
+  Token key;
+  if (!asked->delivery.key.empty() && !(key = service.key_token(dataset.id + " " + asked->delivery.key))) {
+    return problem_response(
+        {"idempotency-key-in-use", "a request with this Idempotency-Key is under way", "trying again later", "Idempotency-Key"});
+  }
+  const auto before = earlier(service, dataset.id, asked->change);
+  if (!before) return problem_response(before.problem());
+  if (*before && !asked->delivery.upload.empty() && !service.uploads().find(asked->delivery.upload)) {
+    return accepted(service, dataset, (*before)->id(), asked->delivery, good);  // made of this very upload
+  }
+  auto place = service.admission().enter(sender(request), asked->delivery.expected, limits::Entry::again);
+  if (!place) return problem_response(place.problem());
+  proto::DatasetSource& source = *asked->change.mutable_source();
+  Upload upload(service.layout(), suffix_of(source.spec().name()));
+  if (const auto taken = take_raster(service, asked->delivery, request, upload); !taken) return problem_response(taken.problem());
+  if (*before) {
+    if ((*before)->source().hash() != upload.body_hash() && (*before)->source().url().empty())
+      return problem_response(key_reused("another raster"));
+    return accepted(service, dataset, (*before)->id(), asked->delivery, good);
+  }
+  source.set_hash(upload.body_hash());
+  const bool here = !upload.body_hash().empty();
+  std::error_code error;
+  if (here) source.set_bytes(static_cast<double>(fs::file_size(upload.folder() / upload.raster(), error)));
+  const fs::path file = service.layout().dataset(dataset.id) / source.spec().path();
+  const auto noted = service.ledger().add(dataset.id, asked->change, service.settings().serve.limits.queue,
+                                          [&] { return here ? bring(upload, file) : proto::Result<void>(); });
+  if (!noted) return problem_response(noted.problem());
+  log_info("dataset " + dataset.id + ": version " + std::to_string(noted->number()) + " queued", {{"job", dataset.id}});
+  service.queue().enqueue(dataset.id);
+  service.hub().touch(dataset.id);
+  if (!asked->delivery.upload.empty()) service.uploads().remove(asked->delivery.upload);
+  return accepted(service, dataset, noted->id(), asked->delivery, good);
+}
+
+}  // namespace
+
+std::optional<Problem> refuse(const Request& request, const Dataset& dataset) {
+  if (request.who.role >= access::Role::admin || dataset.owner == request.who.name) return std::nullopt;
+  return Problem{"role-too-low", "the token '" + request.who.name + "' did not post dataset " + dataset.id,
+                 "the token that did, or one with the role admin", "Authorization"};
+}
+
+Response sources(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
+  if (request.method == "GET" || request.method == "HEAD") return listed(service, dataset, route);
+  if (!service.ledger().holds(dataset.id)) {
+    return problem_response(
+        {"dataset-fixed",
+         "dataset " + dataset.id + " was posted without updates=1: neither its raster nor what a change needs was kept",
+         "a dataset that was posted with updates=1", ""});
+  }
+  return changed(service, request, dataset, route);
+}
+
+}  // namespace cordillera::server::updates

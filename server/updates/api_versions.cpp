@@ -1,0 +1,156 @@
+// …/versions and …/rollback; and what a dataset's status says of its changes.
+#include <algorithm>
+#include <filesystem>
+
+#include "server/api.h"
+#include "server/log.h"
+#include "server/option_values.h"
+#include "server/updates/api.h"
+#include "server/updates/change_request.h"
+#include "server/updates/ledger.h"
+#include "server/updates/source_json.h"
+#include "server/updates/turn.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+Json version_json(const proto::DatasetVersion& version, const proto::Manifest& manifest, bool served) {
+  Json json;
+  json["number"] = version.number();
+  json["version"] = version_of(manifest);
+  json["served"] = served;
+  json["about"] = version.about();
+  json["created"] = version.created();
+  json["sources"] = version.sources_size();
+  json["tiles"] = manifest.tiles();
+  json["triangles"] = manifest.triangles();
+  json["bytes"] = manifest.bytes();
+  json["href"] = "versions/" + json["version"].get<std::string>() + "/manifest.json";
+  return json;
+}
+
+/// The number to go back to, out of the query; nullopt: to the one before.
+proto::Result<std::optional<std::uint32_t>> wanted(const Request& request) {
+  std::optional<std::uint32_t> number;
+  for (const auto& [name, value] : request.query) {
+    if (name != "to")
+      return Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "'", "to=NUMBER, or nothing", name};
+    std::uint32_t read = 0;
+    if (const auto wrong = read_whole(value, {1, UINT32_MAX}, &read))
+      return Problem{"option-invalid", "to='" + value + "': " + *wrong, "a number of GET …/versions", "to"};
+    number = read;
+  }
+  return number;
+}
+
+proto::Result<void> go_back(Service& service, const std::string& id, std::optional<std::uint32_t> number) {
+  const std::uint32_t served = service.ledger().current(id).number();
+  if (number == served) return {};
+  const auto kept = kept_numbers(service.layout().dataset(id));
+  const auto found =
+      std::find_if(kept.begin(), kept.end(), [&](std::uint32_t one) { return number ? one == *number : one < served; });
+  if (found == kept.end()) {
+    return Problem{"version-unknown",
+                   number ? "version " + std::to_string(*number) + " is not kept" : std::string("no earlier version is kept"),
+                   "a number of GET …/versions", "to"};
+  }
+  const auto back = roll_back(service.layout(), id, *found);
+  service.library().forget(id);
+  service.archive().forget(id);
+  return back;
+}
+
+}  // namespace
+
+Response versions(Service& service, const Dataset& dataset) {
+  const Opened opened = open_published(service, dataset, {});
+  if (!opened.terrain) return opened.refusal;
+  proto::DatasetVersion served = service.ledger().current(dataset.id);
+  if (served.number() == 0) {  // of one raster for good
+    served.set_number(1);
+    served.set_created(dataset.created);
+  }
+  Json json;
+  json["versions"] = Json::array({version_json(served, opened.terrain->manifest(), true)});
+  const fs::path folder = service.layout().dataset(dataset.id);
+  for (const std::uint32_t number : kept_numbers(folder)) {
+    const auto version = version_in(kept_store(folder, number));
+    const auto terrain = service.archive().open(dataset.id, number);
+    if (version && terrain && number != served.number())
+      json["versions"].push_back(version_json(*version, terrain->manifest(), false));
+  }
+  Response response = json_response(200, json);
+  response.set("Cache-Control", "no-store");
+  return response;
+}
+
+Response rollback(Service& service, const Request& request, const Dataset& dataset) {
+  if (auto refused = refuse(request, dataset)) return problem_response(*refused);
+  const auto number = wanted(request);
+  if (!number) return problem_response(number.problem());
+  proto::Result<void> done;
+  const bool idle = service.ledger().while_idle(dataset.id, [&] { done = go_back(service, dataset.id, *number); });
+  if (!idle) {
+    return problem_response({"dataset-changing",
+                             "changes of dataset " + dataset.id + " are pending; going back would be undone by them",
+                             "asking again when GET …/sources lists none that is pending", ""});
+  }
+  if (!done.ok()) return problem_response(done.problem());
+  service.ledger().tidy(dataset.id, service.settings().serve.keep_versions);
+  service.hub().touch(dataset.id);
+  log_info("dataset " + dataset.id + ": version " + std::to_string(service.ledger().current(dataset.id).number()) +
+           " is served again");
+  return versions(service, dataset);
+}
+
+bool is_busy(Service& service, const std::string& id) {
+  return service.ledger().holds(id) && service.ledger().first(id).has_value();
+}
+
+Json status(Service& service, const std::string& id) {
+  if (!service.ledger().holds(id)) return nullptr;
+  const proto::SourceChanges changes = service.ledger().read(id);
+  Json json;
+  json["version"] = service.ledger().current(id).number();
+  json["pending"] = changes.pending_size();
+  json["last"] = changes.ended_size() == 0
+                     ? Json(nullptr)
+                     : change_json(*changes.ended().rbegin(), changes.ended().rbegin()->has_problem() ? "failed" : "done");
+  return json;
+}
+
+proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload) {
+  proto::SourceChange change;
+  change.set_id(random_word(16));
+  change.set_kind("add");
+  change.set_request_id(dataset.request_id);
+  proto::DatasetSource& source = *change.mutable_source();
+  source.set_id(random_word(8));
+  source.set_added(dataset.created);
+  source.set_url(delivery.address);
+  source.set_hash(upload.body_hash());
+  source.mutable_spec()->set_name(dataset.name);
+  source.mutable_spec()->set_path(raster_path(dataset.name));
+  source.mutable_spec()->mutable_options()->set_crs(dataset.options.crs());
+  dataset.raster = source.spec().path();
+  std::error_code error;
+  fs::create_directory(upload.folder() / kSources, error);
+  if (!error && delivery.address.empty()) {
+    fs::rename(upload.folder() / upload.raster(), upload.folder() / dataset.raster, error);
+    if (!error) source.set_bytes(static_cast<double>(fs::file_size(upload.folder() / dataset.raster, error)));
+  }
+  if (error || !sync_folder(upload.folder() / kSources))
+    return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+  return begin(upload.folder(), std::move(change));
+}
+
+std::string name_in(const std::string& address) {
+  const std::string path = address.substr(0, address.find_first_of("?#"));
+  const std::string name = path.substr(path.rfind('/') + 1);
+  return name.empty() ? "raster" : name;
+}
+
+}  // namespace cordillera::server::updates

@@ -1,0 +1,43 @@
+#include "server/updates/archive.h"
+
+#include <algorithm>
+
+#include "server/library.h"
+#include "server/updates/ledger.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+constexpr std::size_t kMostOpen = 16;
+
+}  // namespace
+
+std::shared_ptr<const pipeline::faces::Terrain> Archive::open(const std::string& id, std::uint32_t number) {
+  const std::lock_guard lock(mutex_);
+  const auto found =
+      std::find_if(open_.begin(), open_.end(), [&](const Open& open) { return open.id == id && open.number == number; });
+  if (found != open_.end()) {
+    open_.splice(open_.begin(), open_, found);
+    return open_.front().terrain;
+  }
+  auto reader = pipeline::StoreReader::open(kept_store(layout_.dataset(id), number).string());
+  if (!reader) return nullptr;
+  open_.push_front({id, number, std::make_shared<const pipeline::faces::Terrain>(std::move(reader).value())});
+  if (open_.size() > kMostOpen) open_.pop_back();
+  return open_.front().terrain;
+}
+
+std::shared_ptr<const pipeline::faces::Terrain> Archive::find(const std::string& id, const std::string& version) {
+  for (const std::uint32_t number : kept_numbers(layout_.dataset(id))) {
+    auto terrain = open(id, number);
+    if (terrain && version_of(terrain->manifest()) == version) return terrain;
+  }
+  return nullptr;
+}
+
+void Archive::forget(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  open_.remove_if([&](const Open& open) { return open.id == id; });
+}
+
+}  // namespace cordillera::server::updates

@@ -1,0 +1,126 @@
+#include "server/updates/change_request.h"
+
+#include <algorithm>
+
+#include "server/digest.h"
+#include "server/json.h"
+#include "server/log.h"
+#include "server/option_values.h"
+#include "server/request_policy.h"
+#include "server/updates/api.h"
+#include "server/updates/ledger.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+using proto::Problem;
+
+constexpr std::uint32_t kLastPosition = 1u << 20;
+
+/// What one raster may have of its own.
+std::vector<OptionSpec> source_options() {
+  std::vector<OptionSpec> table;
+  for (const OptionSpec& option : build_options()) {
+    for (const char* own : {"name", "crs", "vertical-datum", "nodata", "source-nodata", "z-scale", "z-offset"}) {
+      if (option.name == own) table.push_back(option);
+    }
+  }
+  return table;
+}
+
+std::optional<Problem> take_position(Given& options, proto::SourceChange& change) {
+  const auto found = std::find_if(options.begin(), options.end(), [](const auto& option) { return option.first == "position"; });
+  if (found == options.end()) return std::nullopt;
+  std::uint32_t position = 0;
+  if (const auto wrong = read_whole(found->second, {0, kLastPosition}, &position)) {
+    return Problem{"option-invalid", "position='" + found->second + "': " + *wrong,
+                   "0 for the raster that wins, 1 for the next, and so on", "position"};
+  }
+  change.set_position(position);
+  options.erase(found);
+  return std::nullopt;
+}
+
+/// The raster's name and options: those that it had, with those of the request over them.
+std::optional<Problem> take_options(Service& service, const Given& given, const proto::DatasetSource* old,
+                                    const Delivery& delivery, proto::SourceSpec& spec) {
+  Settings settings;
+  if (old != nullptr) settings.build = old->spec().options();
+  auto layered = with_layer(settings, source_options(), given, Spelling::query);
+  if (!layered) return layered.problem();
+  proto::BuildOptions& options = layered->build;
+  spec.set_name(options.name());
+  options.clear_name();
+  Settings server = service.settings();
+  proto::BuildOptions checked = options;
+  checked.set_water_mask(server.build.water_mask());  // not this raster's to ask for
+  if (auto refused = apply_policy(server, checked)) return refused;
+  if (spec.name().empty() && !delivery.address.empty()) spec.set_name(name_in(delivery.address));
+  if (spec.name().empty() && old != nullptr) spec.set_name(old->spec().name());
+  if (spec.name().empty()) spec.set_name("raster");
+  *spec.mutable_options() = options;
+  return std::nullopt;
+}
+
+const proto::DatasetSource* find(const std::vector<proto::DatasetSource>& sources, const std::string& id) {
+  const auto found =
+      std::find_if(sources.begin(), sources.end(), [&](const proto::DatasetSource& source) { return source.id() == id; });
+  return found == sources.end() ? nullptr : &*found;
+}
+
+std::string hash_of(const Request& request) {
+  std::string text = request.method + " " + request.path;
+  for (const auto& [name, value] : request.query) text.append(1, '\n').append(name).append(1, '=').append(value);
+  return digest(text);
+}
+
+}  // namespace
+
+std::string raster_path(const std::string& name) { return std::string(kSources) + "/" + random_word(12) + suffix_of(name); }
+
+proto::Result<ChangeRequest> read_change(Service& service, const Request& request, const Dataset& dataset, const Route& route,
+                                         const std::vector<proto::DatasetSource>& sources) {
+  ChangeRequest asked;
+  proto::SourceChange& change = asked.change;
+  proto::DatasetSource& source = *change.mutable_source();
+  change.set_id(random_word(16));
+  change.set_kind(request.method == "POST" ? "add" : request.method == "PUT" ? "replace" : "remove");
+  change.set_request_id(request.id);
+  change.set_request_hash(hash_of(request));
+  auto options = other_parameters(request, asked.delivery);
+  if (!options) return options.problem();
+  const proto::DatasetSource* old = nullptr;
+  if (route.resource == Resource::source) {
+    const std::string id = route.path.substr(route.path.find('/') + 1);
+    old = find(sources, id);
+    if (old == nullptr)
+      return Problem{"source-unknown", "dataset " + dataset.id + " has no raster '" + id + "'", "an id that GET …/sources lists",
+                     ""};
+    source.set_id(id);
+  } else {
+    source.set_id(random_word(8));
+  }
+  if (request.method == "DELETE") {
+    if (!options->empty())
+      return Problem{"option-unknown", "a DELETE has no parameter '" + options->front().first + "'", "none",
+                     options->front().first};
+    if (auto refused = check_delivery(service, request, RasterIs::optional, asked.delivery)) return *refused;
+    if (asked.delivery.any()) return Problem{"request-invalid", "a DELETE has no raster", "no body", ""};
+    change.set_idempotency_key(asked.delivery.key);
+    return asked;
+  }
+  if (auto refused = take_position(*options, change)) return *refused;
+  if (auto refused = take_options(service, *options, old, asked.delivery, *source.mutable_spec())) return *refused;
+  const RasterIs raster = request.method == "POST" ? RasterIs::needed : RasterIs::optional;
+  if (auto refused = check_delivery(service, request, raster, asked.delivery)) return *refused;
+  // A client that was cut off asks again: an upload makes one change.
+  if (asked.delivery.key.empty() && !asked.delivery.upload.empty()) asked.delivery.key = "upload " + asked.delivery.upload;
+  change.set_idempotency_key(asked.delivery.key);
+  if (!asked.delivery.any()) return asked;
+  source.mutable_spec()->set_path(raster_path(source.spec().name()));
+  source.set_added(now_text());
+  source.set_url(asked.delivery.address);
+  return asked;
+}
+
+}  // namespace cordillera::server::updates

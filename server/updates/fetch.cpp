@@ -1,0 +1,190 @@
+#include "server/updates/fetch.h"
+
+#include <fcntl.h>
+#include <httplib.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <optional>
+
+#include "raster/storage.h"
+#include "server/limits/disk.h"
+#include "server/upload.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+constexpr int kMostRedirects = 5;
+constexpr auto kPatience = std::chrono::seconds(60);       // without a byte
+constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
+constexpr std::uint64_t kLook = std::uint64_t{64} << 20;   // bytes between looks at the disk
+
+Problem unreachable(const std::string& address, const std::string& why) {
+  return {"source-unreachable", address + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
+}
+
+/// Takes what comes, within what the operator lets a raster have.
+class Sink {
+ public:
+  Sink(const ServeSettings& settings, const fs::path& file, const std::atomic<bool>& stop)
+      : settings_(settings),
+        stop_(stop),
+        end_(std::chrono::steady_clock::now() + std::chrono::seconds(settings.limits.build_seconds)),
+        descriptor_(open(file.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)) {}
+  ~Sink() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  Sink(const Sink&) = delete;
+  Sink& operator=(const Sink&) = delete;
+
+  /// False: no more; problem() says why.
+  bool put(const char* bytes, std::size_t count) {
+    size_ += count;
+    if (stop_) return fail({"cancelled", "the build was cancelled", "", ""});
+    if (size_ > std::uint64_t{settings_.limits.body_mib} << 20) {
+      return fail({"body-too-large", "the raster is larger than this service takes",
+                   "at most " + std::to_string(settings_.limits.body_mib) + " MiB", "source"});
+    }
+    if (std::chrono::steady_clock::now() > end_)
+      return fail({"build-time-limit", "fetching took longer than a build may", "a nearer or a smaller raster", "source"});
+    if (size_ / kLook != (size_ - count) / kLook && full())
+      return fail({"storage-full", "the disk has no room for the raster", "trying again when there is room", ""});
+    while (count > 0) {
+      const ssize_t written = write(descriptor_, bytes, count);
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0)
+        return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
+      bytes += written;
+      count -= static_cast<std::size_t>(written);
+    }
+    return true;
+  }
+  bool synced() const { return descriptor_ >= 0 && fsync(descriptor_) == 0; }
+  std::uint64_t size() const { return size_; }
+  const std::optional<Problem>& problem() const { return problem_; }
+
+ private:
+  bool fail(Problem problem) {
+    problem_ = std::move(problem);
+    return false;
+  }
+  bool full() const {
+    const auto disk = limits::disk_space(settings_.data);
+    return disk && limits::room(*disk, settings_.limits.free_percent) == 0;
+  }
+
+  const ServeSettings& settings_;
+  const std::atomic<bool>& stop_;
+  const std::chrono::steady_clock::time_point end_;
+  int descriptor_;
+  std::uint64_t size_ = 0;
+  std::optional<Problem> problem_;
+};
+
+/// "https://host:1/a?b" -> "https://host:1" and "/a?b".
+std::pair<std::string, std::string> split(const std::string& address) {
+  const std::size_t path = address.find('/', address.find("://") + 3);
+  return {address.substr(0, path), path == std::string::npos ? "/" : address.substr(path, address.find('#', path) - path)};
+}
+
+proto::Result<void> fetch_http(const ServeSettings& settings, std::string address, Sink& sink) {
+  for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
+    const auto [host, path] = split(address);
+    httplib::Client client(host);
+    client.set_follow_location(false);  // where to, is looked at first
+    client.set_url_encode(false);
+    client.set_connection_timeout(kPatience);
+    client.set_read_timeout(kPatience);
+    int status = 0;
+    std::string location;
+    const auto head = [&](const httplib::Response& response) {
+      status = response.status;
+      location = response.get_header_value("Location");
+      return status == 200;
+    };
+    const auto result = client.Get(path, {{"Accept-Encoding", "identity"}}, head,
+                                   [&](const char* bytes, std::size_t count) { return sink.put(bytes, count); });
+    if (sink.problem()) return *sink.problem();
+    if (status == 200)
+      return result ? proto::Result<void>()
+                    : unreachable(address, "it broke off after " + std::to_string(sink.size()) + " bytes");
+    if (status == 0) return unreachable(address, httplib::to_string(result.error()));
+    if (status / 100 != 3 || location.empty()) return unreachable(address, "it answers " + std::to_string(status));
+    address = location.front() == '/' ? host + location : location;
+    if (const auto allowed = check_address(settings, address); !allowed) return allowed;
+  }
+  return unreachable(address, "it leads on and on");
+}
+
+proto::Result<void> fetch_object(const std::string& address, Sink& sink) {
+  const std::string path = "/vsis3/" + address.substr(std::string("s3://").size());
+  const auto size = raster::size_of(path);
+  if (!size) return unreachable(address, "there is no such object, or it may not be read");
+  for (std::uint64_t at = 0; at < *size;) {
+    const auto piece = raster::read_range(path, at, std::min(kPiece, *size - at));
+    if (!piece || !*piece || (*piece)->empty())
+      return unreachable(address, "it broke off after " + std::to_string(at) + " bytes");
+    if (!sink.put((*piece)->data(), (*piece)->size())) return *sink.problem();
+    at += (*piece)->size();
+  }
+  return {};
+}
+
+bool has_prefix(const ServeSettings& settings, const std::string& address) {
+  return std::any_of(settings.source_allow.begin(), settings.source_allow.end(),
+                     [&](const std::string& prefix) { return address.starts_with(prefix); });
+}
+
+/// Whether its path could lead out of a prefix, or two programs could read it in two ways.
+bool is_crooked(const std::string& address) {
+  std::string lower = address;
+  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const char* dots : {"/../", "/./", "%2e", "%2f", "%5c", "\\", "@"}) {
+    if (lower.find(dots) != std::string::npos) return true;
+  }
+  return lower.ends_with("/..") || std::any_of(lower.begin(), lower.end(), [](unsigned char c) { return c <= ' ' || c == 127; });
+}
+
+}  // namespace
+
+proto::Result<void> check_address(const ServeSettings& settings, const std::string& address) {
+  std::string accepted = "a raster in the body";
+  for (const std::string& prefix : settings.source_allow) accepted += ", or below " + prefix;
+  const auto forbidden = [&](const std::string& why) { return Problem{"option-forbidden", why, accepted, "source"}; };
+  if (settings.source_allow.empty())
+    return forbidden("this service fetches no rasters; cordillera serve --source-allow says from where one may");
+  const bool known = address.starts_with("https://") || address.starts_with("http://") || address.starts_with("s3://");
+  if (!known || is_crooked(address) || !has_prefix(settings, address))
+    return forbidden("the operator does not allow fetching from " + address.substr(0, 300));
+  return {};
+}
+
+Fetch fetcher(const ServeSettings& settings) {
+  return [settings](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) -> proto::Result<void> {
+    if (const auto allowed = check_address(settings, address); !allowed) return allowed;  // it may have been taken back
+    const fs::path part = file.string() + ".part";
+    std::error_code error;
+    {
+      Sink sink(settings, part, stop);
+      auto fetched = address.starts_with("s3://") ? fetch_object(address, sink) : fetch_http(settings, address, sink);
+      if (fetched && sink.size() == 0) fetched = unreachable(address, "it is empty");
+      if (fetched && !sink.synced())
+        fetched = Problem{"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""};
+      if (!fetched) {
+        fs::remove(part, error);
+        return fetched;
+      }
+    }
+    fs::rename(part, file, error);
+    if (!error && sync_folder(file.parent_path())) return {};
+    return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+  };
+}
+
+}  // namespace cordillera::server::updates

@@ -1,0 +1,219 @@
+#include "server/updates/ledger.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "pipeline/store_revise.h"
+#include "raster/storage.h"
+#include "server/json.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+constexpr int kMostEnded = 50;  // changes whose end is remembered
+
+proto::SourceChanges read_file(const fs::path& folder) {
+  std::ifstream file(folder / kChangesFile);
+  std::ostringstream text;
+  text << file.rdbuf();
+  proto::SourceChanges changes;
+  from_json(text.str(), &changes);
+  return changes;
+}
+
+proto::Result<void> write_file(const fs::path& folder, const proto::SourceChanges& changes) {
+  const auto written = raster::write_whole((folder / kChangesFile).string(), to_json_line(changes) + "\n");
+  if (written.ok()) return {};
+  return Problem{"storage-full", "the change cannot be written down: the disk is full or fails",
+                 "trying again when there is room", ""};
+}
+
+Problem unknown(const std::string& source) {
+  return {"source-unknown", "the dataset has no raster '" + source + "'", "an id that GET …/sources lists", ""};
+}
+
+auto place_of(std::vector<proto::DatasetSource>& sources, const std::string& id) {
+  return std::find_if(sources.begin(), sources.end(), [&](const proto::DatasetSource& source) { return source.id() == id; });
+}
+
+void insert(std::vector<proto::DatasetSource>& sources, std::size_t position, const proto::DatasetSource& source) {
+  sources.insert(sources.begin() + static_cast<std::ptrdiff_t>(std::min(position, sources.size())), source);
+}
+
+}  // namespace
+
+bool is_changeable(const fs::path& folder) {
+  std::error_code error;
+  return fs::exists(folder / kChangesFile, error);
+}
+
+fs::path kept_store(const fs::path& folder, std::uint32_t number) {
+  return folder / kVersions / (std::to_string(number) + ".sqlite");
+}
+
+std::vector<std::uint32_t> kept_numbers(const fs::path& folder) {
+  std::vector<std::uint32_t> numbers;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder / kVersions, error)) {
+    const auto number = static_cast<std::uint32_t>(std::strtoul(entry.path().stem().c_str(), nullptr, 10));
+    if (entry.path() == kept_store(folder, number)) numbers.push_back(number);
+  }
+  std::sort(numbers.rbegin(), numbers.rend());
+  return numbers;
+}
+
+std::optional<proto::DatasetVersion> version_in(const fs::path& store) {
+  const auto bytes = pipeline::note_in(store.string(), kVersionNote);
+  proto::DatasetVersion version;
+  if (!bytes || !version.ParseFromString(*bytes)) return std::nullopt;
+  return version;
+}
+
+proto::Result<void> begin(const fs::path& folder, proto::SourceChange change) {
+  proto::SourceChanges changes;
+  change.set_number(1);
+  changes.set_last_number(1);
+  *changes.add_pending() = std::move(change);
+  return write_file(folder, changes);
+}
+
+proto::Result<std::vector<proto::DatasetSource>> applied(std::vector<proto::DatasetSource> sources,
+                                                         const proto::SourceChange& change) {
+  if (change.kind() == "add") {
+    insert(sources, change.position(), change.source());
+    return sources;
+  }
+  const auto place = place_of(sources, change.source().id());
+  if (place == sources.end()) return unknown(change.source().id());
+  if (change.kind() == "remove") {
+    if (sources.size() == 1)
+      return Problem{"source-last", "this is the only raster of the dataset", "DELETE of the dataset, or another raster first",
+                     ""};
+    sources.erase(place);
+    return sources;
+  }
+  const proto::DatasetSource old = *place;
+  const auto position = change.has_position() ? change.position() : static_cast<std::uint32_t>(place - sources.begin());
+  sources.erase(place);
+  proto::DatasetSource changed = change.source();
+  if (changed.spec().path().empty()) {  // another place or other options alone
+    changed = old;
+    *changed.mutable_spec()->mutable_options() = change.source().spec().options();
+  }
+  insert(sources, position, changed);
+  return sources;
+}
+
+proto::SourceChanges Ledger::read(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  return read_file(layout_.dataset(id));
+}
+
+proto::DatasetVersion Ledger::current(const std::string& id) const {
+  return version_in(layout_.store(id)).value_or(proto::DatasetVersion{});
+}
+
+std::vector<proto::DatasetSource> Ledger::expected(const std::string& id) const {
+  // The list before the version: a change that ends in between is applied twice, which the second look at its id prevents.
+  const proto::SourceChanges changes = read(id);
+  const proto::DatasetVersion version = current(id);
+  std::vector<proto::DatasetSource> sources(version.sources().begin(), version.sources().end());
+  for (const proto::SourceChange& change : changes.pending()) {
+    if (change.id() == version.change()) continue;
+    if (auto next = applied(sources, change)) sources = std::move(*next);
+  }
+  return sources;
+}
+
+proto::Result<void> Ledger::change(const std::string& id, const std::function<proto::Result<void>(proto::SourceChanges&)>& edit) {
+  const std::lock_guard lock(mutex_);
+  proto::SourceChanges changes = read_file(layout_.dataset(id));
+  if (const auto edited = edit(changes); !edited.ok()) return edited;
+  return write_file(layout_.dataset(id), changes);
+}
+
+proto::Result<proto::SourceChange> Ledger::add(const std::string& id, proto::SourceChange added, std::size_t most,
+                                               const Bring& bring) {
+  if (const auto possible = applied(expected(id), added); !possible.ok()) return possible.problem();
+  const auto noted = change(id, [&](proto::SourceChanges& changes) -> proto::Result<void> {
+    if (static_cast<std::size_t>(changes.pending_size()) >= most) {
+      return Problem{"queue-full", "as many changes of this dataset as may wait are waiting",
+                     "at most " + std::to_string(most) + " changes; later again", ""};
+    }
+    if (const auto brought = bring(); !brought.ok()) return brought;
+    changes.set_last_number(changes.last_number() + 1);
+    added.set_number(changes.last_number());
+    *changes.add_pending() = added;
+    return {};
+  });
+  if (!noted.ok()) return noted.problem();
+  return added;
+}
+
+std::optional<proto::SourceChange> Ledger::first(const std::string& id) const {
+  const proto::SourceChanges changes = read(id);
+  return changes.pending_size() > 0 ? std::optional(changes.pending(0)) : std::nullopt;
+}
+
+proto::Result<void> Ledger::amend(const std::string& id, const proto::SourceChange& amended) {
+  return change(id, [&](proto::SourceChanges& changes) -> proto::Result<void> {
+    for (proto::SourceChange& pending : *changes.mutable_pending()) {
+      if (pending.id() == amended.id()) pending = amended;
+    }
+    return {};
+  });
+}
+
+proto::Result<void> Ledger::end(const std::string& id, const std::string& ended, const std::optional<Problem>& problem) {
+  return change(id, [&](proto::SourceChanges& changes) -> proto::Result<void> {
+    if (changes.pending_size() == 0 || changes.pending(0).id() != ended) return {};
+    proto::SourceChange& done = *changes.add_ended();
+    done = changes.pending(0);
+    if (problem) *done.mutable_problem() = to_error(*problem);
+    changes.mutable_pending()->DeleteSubrange(0, 1);
+    if (changes.ended_size() > kMostEnded) changes.mutable_ended()->DeleteSubrange(0, changes.ended_size() - kMostEnded);
+    return {};
+  });
+}
+
+void Ledger::tidy(const std::string& id, std::size_t keep) {
+  const std::lock_guard lock(mutex_);  // a raster that was just brought is not yet named
+  const fs::path folder = layout_.dataset(id);
+  std::set<fs::path> named = {folder / kChangesFile, folder / kSources, folder / kVersions, folder / kStoreFile};
+  const auto name_sources = [&](const auto& sources) {
+    for (const proto::DatasetSource& source : sources) named.insert(folder / source.spec().path());
+  };
+  if (const auto current = version_in(folder / kStoreFile)) name_sources(current->sources());
+  std::vector<std::uint32_t> kept = kept_numbers(folder);
+  kept.resize(std::min(keep, kept.size()));
+  for (const std::uint32_t number : kept) {
+    named.insert(kept_store(folder, number));
+    if (const auto version = version_in(kept_store(folder, number))) name_sources(version->sources());
+  }
+  const proto::SourceChanges changes = read_file(folder);
+  for (const proto::SourceChange& change : changes.pending()) named.insert(folder / change.source().spec().path());
+  // What is being built goes on there.
+  if (changes.pending_size() > 0)
+    named.insert({folder / kTargetFile, folder / kJobFile, folder / kNextStore, folder / (std::string(kNextStore) + "-wal")});
+  std::error_code ignored;
+  for (const fs::path& place : {folder, folder / kSources, folder / kVersions}) {
+    for (const auto& entry : fs::directory_iterator(place, ignored)) {
+      if (!named.contains(entry.path())) fs::remove_all(entry.path(), ignored);
+    }
+  }
+}
+
+bool Ledger::while_idle(const std::string& id, const std::function<void()>& work) {
+  const std::lock_guard lock(mutex_);
+  if (read_file(layout_.dataset(id)).pending_size() > 0) return false;
+  work();
+  return true;
+}
+
+}  // namespace cordillera::server::updates

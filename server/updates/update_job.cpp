@@ -1,0 +1,80 @@
+#include "server/updates/update_job.h"
+
+#include <fstream>
+#include <sstream>
+
+#include "pipeline/work/update.h"
+#include "pipeline/work/work_plan.h"
+#include "server/json.h"
+#include "server/updates/ledger.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+namespace fs = std::filesystem;
+namespace work = pipeline::work;
+
+/// The options of the build with those of one raster over them.
+proto::BuildOptions over(const proto::BuildOptions& build, const proto::BuildOptions& own) {
+  proto::BuildOptions options = build;
+  options.clear_crs();  // it is for a raster that names none
+  options.MergeFrom(own);
+  return options;
+}
+
+/// As the version before found it, if that read the same bytes in the same way.
+std::optional<raster::MosaicMember> known(const std::optional<proto::WorkPlan>& before, const proto::DatasetSource& source,
+                                          const proto::BuildOptions& options) {
+  for (int k = 0; before && k < before->sources_size(); ++k) {
+    const proto::PlannedSource& planned = before->sources(k);
+    if (planned.spec().path() != source.spec().path() || planned.state() != source.hash()) continue;
+    auto member = work::member_of(planned, source.spec().path(), raster::Trust::posted_file);
+    if (work::reading(options).SerializeAsString() != member.options.SerializeAsString()) continue;
+    return member;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool is_update(const fs::path& folder) {
+  std::error_code error;
+  return fs::exists(folder / kTargetFile, error);
+}
+
+proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::path& folder, const SizeCheck& too_large,
+                                            const pipeline::ProgressCallback& progress, const std::atomic<bool>& stop) {
+  std::error_code error;
+  fs::current_path(folder, error);
+  std::ifstream file(kTargetFile);
+  std::ostringstream text;
+  text << file.rdbuf();
+  proto::DatasetVersion version;
+  if (error || !from_json(text.str(), &version) || version.sources_size() == 0) {
+    return proto::Problem{"internal", "the version to be built cannot be read", "", ""};
+  }
+  const auto before = work::plan_in(kStoreFile);
+  work::UpdateOrder order;
+  for (const proto::DatasetSource& source : version.sources()) {
+    const proto::BuildOptions options = over(job.options(), source.spec().options());
+    auto member = known(before, source, options);
+    if (!member) {
+      auto examined = raster::examine(source.spec().path(), source.spec().name(), raster::Trust::posted_file, options);
+      if (!examined.ok()) return examined.problem();
+      if (auto refused = too_large(source.spec().name(), examined->description)) return *refused;
+      member = std::move(*examined);
+      member->state = source.hash();  // its bytes: a copy of the folder has the same keys
+    }
+    order.request.members.push_back(std::move(*member));
+  }
+  order.request.raster_name = job.name();
+  order.request.trust = raster::Trust::posted_file;
+  order.request.id = job.id();
+  order.request.store_path = kNextStore;
+  order.request.options = job.options();
+  if (before) order.before = kStoreFile;
+  order.notes.push_back({kVersionNote, version.SerializeAsString()});
+  return work::update(order, progress, stop);
+}
+
+}  // namespace cordillera::server::updates

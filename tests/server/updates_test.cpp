@@ -1,0 +1,238 @@
+// Datasets whose rasters change, with the program itself: what clients see before, between and after, and what a kill leaves.
+#include <gmock/gmock.h>
+#include <httplib.h>
+
+#include "pipeline/store_revise.h"
+#include "program_fixture.h"
+#include "tests/whole/bytes.h"
+#include "tests/whole/dem.h"
+
+namespace cordillera::server {
+namespace {
+
+using testing::HasSubstr;
+using whole::Bytes;
+
+constexpr int kLevel = 12;
+constexpr std::int64_t kWest = 4096 * proto::kTileCells, kNorth = 3000 * proto::kTileCells;
+constexpr const char* kOptions = "vertical_datum=ellipsoid&error=60&max_level=12&title=t";
+
+class Updates : public testing::Test {
+ protected:
+  void SetUp() override {
+    write("base.tif", 20, 20, 1100, 70);
+    write("patch.tif", 300, 300, 60, 71);
+    write("other.tif", 700, 700, 50, 72);
+    std::ofstream(path("broken.tif")) << "II*";
+  }
+  void write(const std::string& name, int east, int north, int side, std::uint32_t seed) {
+    whole::write(whole::points_of({kLevel, kWest + east, kNorth + north}, side, side, whole::rough(seed)), path(name));
+  }
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+
+  struct Said {
+    int status = 0;
+    Json body;
+    std::string etag;
+    std::string bytes;
+  };
+  Said ask(const std::string& method, const std::string& where, const std::string& raster = "", const httplib::Headers& headers = {}) {
+    httplib::Client client(server_.base());
+    client.set_read_timeout(400);
+    httplib::Request request;
+    request.method = method;
+    request.path = where;
+    request.headers = headers;
+    if (!raster.empty()) request.body = file_text(path(raster));
+    const auto answer = client.send(request);
+    if (!answer) return {};
+    return {answer->status, Json::parse(answer->body, nullptr, false), answer->get_header_value("ETag"), answer->body};
+  }
+  /// A change, waited for.
+  Said change(const std::string& method, const std::string& where, const std::string& raster = "", httplib::Headers headers = {}) {
+    headers.emplace("Prefer", "wait=300");
+    return ask(method, base_ + where, raster, headers);
+  }
+  void post(const std::string& query = "&updates=1") {
+    const Said posted = ask("POST", std::string("/v1/datasets?name=base.tif&") + kOptions + query, "base.tif", {{"Prefer", "wait=300"}});
+    ASSERT_EQ(posted.status, 201) << posted.bytes << server_.log();
+    id_ = posted.body["id"];
+    base_ = "/v1/datasets/" + id_;
+  }
+  void begin(const std::vector<std::string>& options = {}) {
+    server_.start(folder_.path(), options);
+    post();
+  }
+  Json listed() { return ask("GET", base_ + "/sources").body; }
+  std::string source(std::size_t position) { return listed()["sources"][position]["id"]; }
+  std::filesystem::path dataset() const { return folder_.path() / "data" / "datasets" / id_; }
+  Bytes served() { return whole::published((dataset() / "dataset.sqlite").string()); }
+  /// What the command line makes of the same rasters in the same order.
+  Bytes from_nothing(const std::string& list) {
+    std::ofstream(path("list.txt")) << list;
+    const std::string plan = path("plan"), store = path("scratch.sqlite");
+    const Ended made = shell("cd " + folder_.path().string() + " && rm -rf plan && " + kProgram +
+                             " plan list.txt -o plan --vertical-datum ellipsoid --error 60 --max-level 12 --title t --block 512 -q && " + kProgram +
+                             " work plan -q && " + kProgram + " publish plan -o scratch.sqlite --overwrite -q");
+    EXPECT_EQ(made.code, 0) << made.output;
+    return whole::published(store);
+  }
+  std::string slug(const Said& said) {
+    const std::string type = said.body.is_object() ? said.body.value("type", "") : "";
+    return type.substr(type.rfind(':') + 1);
+  }
+
+  TempFolder folder_;
+  RealServer server_;
+  std::string id_, base_;
+};
+
+TEST_F(Updates, APatchTouchesWhatItTouchesAndCanBeTakenBack) {
+  begin();
+  const Bytes first = served();
+  whole::expect_same(from_nothing("base.tif\n"), first);
+  const Json before = ask("GET", base_).body;
+  const Said patched = change("POST", "/sources?name=patch.tif", "patch.tif");
+  ASSERT_EQ(patched.status, 201) << patched.bytes;
+  EXPECT_EQ(patched.body["state"], "done");
+  EXPECT_EQ(patched.body["version"], 2);
+  const Bytes second = served();
+  whole::expect_same(from_nothing("patch.tif\nbase.tif\n"), second);
+
+  // Who has an untouched tile has it still.
+  int same = 0, other = 0;
+  for (const auto& [key, bytes] : second) {
+    const auto old = first.find(key);
+    (old != first.end() && old->second == bytes ? same : other)++;
+  }
+  EXPECT_GT(same, 2 * other);
+  EXPECT_GT(other, 10);
+  const Json list = listed();
+  ASSERT_EQ(list["sources"].size(), 2u);
+  EXPECT_EQ(list["sources"][0]["name"], "patch.tif");
+  EXPECT_EQ(list["sources"][0]["columns"], 60);
+  EXPECT_EQ(list["sources"][1]["vertical_datum"], "ellipsoid");
+  EXPECT_EQ(list["sources"][0]["extent"].size(), 4u);
+
+  // The version before is kept, and whoever began below its address goes on there.
+  const std::string old_address = base_ + "/versions/" + before["version"].get<std::string>() + "/tileset.json";
+  EXPECT_EQ(ask("GET", old_address).status, 200);
+  EXPECT_NE(ask("GET", base_).body["version"], before["version"]);
+  const Json versions = ask("GET", base_ + "/versions").body["versions"];
+  ASSERT_EQ(versions.size(), 2u);
+  EXPECT_EQ(versions[0]["number"], 2);
+  EXPECT_EQ(versions[0]["about"], "added patch.tif");
+  EXPECT_EQ(versions[1]["version"], before["version"]);
+
+  const Said back = ask("POST", base_ + "/rollback");
+  ASSERT_EQ(back.status, 200) << back.bytes;
+  EXPECT_EQ(served(), first);
+  EXPECT_EQ(ask("GET", base_).body["version"], before["version"]);
+  EXPECT_EQ(listed()["sources"].size(), 1u);
+  EXPECT_EQ(slug(ask("POST", base_ + "/rollback")), "version-unknown");
+  EXPECT_EQ(ask("POST", base_ + "/rollback?to=1").status, 200) << "asked twice for the same";
+  // And on from there.
+  EXPECT_EQ(change("POST", "/sources?name=patch.tif", "patch.tif").body["version"], 3);
+  EXPECT_EQ(served(), second);
+}
+
+TEST_F(Updates, OrderOptionsAndEnds) {
+  begin({"--keep-versions", "0"});
+  ASSERT_EQ(change("POST", "/sources?name=patch.tif&position=1", "patch.tif").status, 201);
+  EXPECT_EQ(listed()["sources"][1]["name"], "patch.tif");
+  const std::string patch = source(1);
+  EXPECT_EQ(ask("GET", base_ + "/sources/" + patch).body["name"], "patch.tif");
+  ASSERT_EQ(change("PUT", "/sources/" + patch + "?position=0&z_offset=25").status, 200);
+  whole::expect_same(from_nothing("patch.tif z_offset=25\nbase.tif\n"), served());
+  EXPECT_EQ(listed()["sources"][0]["options"]["z_offset"], 25);
+  ASSERT_EQ(change("PUT", "/sources/" + patch + "?name=other.tif", "other.tif").status, 200);
+  whole::expect_same(from_nothing("other.tif z_offset=25\nbase.tif\n"), served());
+  EXPECT_EQ(ask("GET", base_ + "/versions").body["versions"].size(), 1u) << "none before is kept";
+  ASSERT_EQ(change("DELETE", "/sources/" + patch).status, 200);
+  whole::expect_same(from_nothing("base.tif\n"), served());
+  const Said last = change("DELETE", "/sources/" + source(0));
+  EXPECT_EQ(last.status, 409);
+  EXPECT_EQ(slug(last), "source-last");
+  // What no version names is gone.
+  std::size_t rasters = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(dataset() / "sources")) rasters += entry.is_regular_file() ? 1 : 0;
+  EXPECT_EQ(rasters, 1u);
+  EXPECT_FALSE(std::filesystem::exists(dataset() / "next.sqlite"));
+}
+
+TEST_F(Updates, WhatIsWrongChangesNothing) {
+  begin();
+  const Bytes first = served();
+  const Said broken = change("POST", "/sources?name=broken.tif", "broken.tif");
+  EXPECT_EQ(broken.status, 422) << broken.bytes;
+  EXPECT_THAT(broken.bytes, HasSubstr("broken.tif"));
+  EXPECT_EQ(served(), first);
+  EXPECT_EQ(ask("GET", base_).body["state"], "ready");
+  EXPECT_EQ(listed()["changes"].back()["state"], "failed");
+  EXPECT_EQ(slug(change("POST", "/sources?name=patch.tif")), "body-empty");
+  EXPECT_EQ(slug(change("POST", "/sources?name=patch.tif&position=first", "patch.tif")), "option-invalid");
+  EXPECT_EQ(slug(change("POST", "/sources?error=3", "patch.tif")), "option-unknown");
+  EXPECT_EQ(slug(change("POST", "/sources?crs=/etc/passwd", "patch.tif")), "option-forbidden");
+  EXPECT_EQ(slug(change("POST", "/sources?source=http://127.0.0.1/dem.tif")), "option-forbidden") << "nobody allowed it";
+  EXPECT_EQ(slug(change("PUT", "/sources/nobody", "patch.tif")), "source-unknown");
+  EXPECT_EQ(slug(change("DELETE", "/sources/nobody")), "source-unknown");
+  EXPECT_EQ(ask("POST", base_ + "/rollback?to=7").status, 404);
+  // A key is for one request.
+  const httplib::Headers key = {{"Idempotency-Key", "k1"}};
+  const Said once = change("POST", "/sources?name=patch.tif", "patch.tif", key), again = change("POST", "/sources?name=patch.tif", "patch.tif", key);
+  ASSERT_EQ(once.status, 201) << once.bytes;
+  EXPECT_EQ(again.body["id"], once.body["id"]);
+  EXPECT_EQ(listed()["sources"].size(), 2u);
+  EXPECT_EQ(slug(change("POST", "/sources?name=patch.tif", "other.tif", key)), "idempotency-key-reused");
+  EXPECT_EQ(slug(change("POST", "/sources?name=other.tif", "other.tif", key)), "idempotency-key-reused");
+  post("");
+  EXPECT_EQ(slug(change("POST", "/sources?name=patch.tif", "patch.tif")), "dataset-fixed");
+  EXPECT_EQ(listed()["sources"].size(), 1u);
+}
+
+TEST_F(Updates, AnAddressIsFetchedWithinTheOperatorsList) {
+  httplib::Server files;
+  files.Get("/dems/patch.tif", [&](const httplib::Request&, httplib::Response& answer) { answer.set_content(file_text(path("patch.tif")), "image/tiff"); });
+  files.Get("/dems/near.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/dems/patch.tif"); });
+  files.Get("/dems/far.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/private/patch.tif"); });
+  const int port = files.bind_to_any_port("127.0.0.1");
+  std::thread serving([&] { files.listen_after_bind(); });
+  const std::string host = "http://127.0.0.1:" + std::to_string(port);
+  begin({"--source-allow", host + "/dems/"});
+  const Said near = change("POST", "/sources?source=" + host + "/dems/near.tif");
+  EXPECT_EQ(near.status, 201) << near.bytes;
+  whole::expect_same(from_nothing("patch.tif\nbase.tif\n"), served());
+  EXPECT_EQ(listed()["sources"][0]["name"], "near.tif");
+  EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/far.tif")), "option-forbidden");
+  EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/none.tif")), "source-unreachable");
+  EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/../private/patch.tif")), "option-forbidden");
+  EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/private/patch.tif")), "option-forbidden");
+  EXPECT_EQ(slug(change("POST", "/sources?source=file:///etc/passwd")), "option-forbidden");
+  EXPECT_EQ(listed()["sources"].size(), 2u);
+  files.stop();
+  serving.join();
+}
+
+TEST_F(Updates, KilledAtAnyInstantTheOldOrTheNewVersionIsServed) {
+  begin();
+  const Bytes first = served(), second = from_nothing("patch.tif\nbase.tif\n");
+  const std::string version = ask("GET", base_).body["version"];
+  for (const int wait_ms : {0, 40, 120, 250, 500, 900}) {
+    SCOPED_TRACE(wait_ms);
+    ASSERT_EQ(ask("POST", base_ + "/sources?name=patch.tif", "patch.tif").status, 202);
+    std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
+    server_.end(SIGKILL);
+    const Bytes left = served();
+    EXPECT_TRUE(left == first || left == second);
+    server_.start(folder_.path());
+    // What was answered with 202 goes on by itself.
+    EXPECT_TRUE(eventually([&] { return ask("GET", base_).body["updates"]["pending"] == 0; }));
+    EXPECT_EQ(served(), second);
+    ASSERT_EQ(ask("POST", base_ + "/rollback").status, 200);
+    EXPECT_EQ(ask("GET", base_).body["version"], version);
+    EXPECT_EQ(served(), first);
+  }
+}
+
+}  // namespace
+}  // namespace cordillera::server

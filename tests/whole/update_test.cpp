@@ -1,0 +1,161 @@
+// A dataset whose rasters change: each version is, tile by tile, what a build of its rasters from nothing gives, and costs what was touched.
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <filesystem>
+
+#include "pipeline/sqlite.h"
+#include "pipeline/store_revise.h"
+#include "pipeline/work/publish.h"
+#include "pipeline/work/update.h"
+#include "pipeline/work/work.h"
+#include "pipeline/work/work_plan.h"
+#include "tests/whole/built.h"
+#include "tests/whole/bytes.h"
+
+namespace cordillera::whole {
+namespace {
+
+namespace fs = std::filesystem;
+namespace work = pipeline::work;
+
+constexpr std::int64_t kTile = proto::kTileCells;
+constexpr int kLevel = 12;
+constexpr std::int64_t kBlock = 513;  // samples a side, two tiles
+
+/// A base of nine blocks, and patches on it.
+class Update : public testing::Test {
+ protected:
+  Update() {
+    write_patch("base.tif", 20, 20, 3 * 512 - 40, 70);
+    write_patch("patch.tif", 530, 540, 60, 71);
+    write_patch("beside.tif", 1600, 700, 200, 72);  // beyond the base, in blocks of its own
+    request_.raster_name = request_.id = "terrain";
+    request_.options = plain_options();
+    request_.options.set_max_level(kLevel);
+    request_.options.set_error(40);
+  }
+  void write_patch(const std::string& name, int east, int north, int side, std::uint32_t seed) {
+    write(points_of({kLevel, 4096 * kTile + east, 3000 * kTile + north}, side, side, rough(seed)), folder_.path(name));
+  }
+  pipeline::BuildRequest request_of(const std::vector<std::string>& names) {
+    pipeline::BuildRequest request = request_;
+    for (const std::string& name : names) {
+      auto member = raster::examine(folder_.path(name), name, raster::Trust::operator_file, request_.options);
+      EXPECT_TRUE(member.ok()) << member.problem().line();
+      if (member.ok()) request.members.push_back(*member);
+    }
+    return request;
+  }
+  /// The next version, as a file of that name. Blocks that were built: built_.
+  proto::Result<proto::Manifest> next(const std::string& name, const std::vector<std::string>& names, const std::string& before) {
+    pipeline::BuildRequest request = request_of(names);
+    request.store_path = folder_.path(name);
+    built_ = 0;
+    const auto told = [&](const proto::Progress& progress) {
+      built_ = static_cast<int>(progress.blocks());
+      if (stop_at_ > 0 && built_ >= stop_at_) stop_ = true;
+    };
+    return work::update({request, before.empty() ? "" : folder_.path(before), {{"mark", name}}}, told, stop_);
+  }
+  void make(const std::string& name, const std::vector<std::string>& names, const std::string& before = "") {
+    const auto made = next(name, names, before);
+    ASSERT_TRUE(made.ok()) << made.problem().line();
+  }
+  /// plan, tasks, publish of the same rasters, with the same size of blocks.
+  Bytes from_nothing(const std::vector<std::string>& names, proto::Manifest* manifest = nullptr) {
+    const std::string folder = folder_.path("plan" + std::to_string(++scratches_)), store = folder + ".sqlite";
+    const auto plan = work::plan_work(request_of(names), stop_, {nullptr, kBlock * kBlock, 0});
+    EXPECT_TRUE(plan.ok()) << plan.problem().line();
+    for (const proto::WorkStage& stage : plan->stages()) {
+      EXPECT_TRUE(work::do_tasks(*plan, stage, work::part_of(stage, 0, 1), {folder, {"cpu"}, 2}, [](auto&&...) {}, stop_).ok());
+    }
+    const auto published = work::publish(*plan, folder, store, [](work::Progress) {});
+    EXPECT_TRUE(published.ok()) << published.problem().line();
+    if (manifest != nullptr && published.ok()) *manifest = *published;
+    return whole::published(store);
+  }
+
+  std::int64_t rows_of(const std::string& name, const std::string& table) {
+    return pipeline::Database(folder_.path(name), pipeline::Database::Mode::published).integer("SELECT count(*) FROM " + table);
+  }
+
+  Folder folder_;
+  pipeline::BuildRequest request_;
+  std::atomic<bool> stop_ = false;
+  int built_ = 0, stop_at_ = 0, scratches_ = 0;
+};
+
+TEST_F(Update, a_patch_gives_the_bytes_of_a_build_from_nothing) {
+  make("1.sqlite", {"base.tif"});
+  EXPECT_GE(built_, 9);
+  expect_same(from_nothing({"base.tif"}), published(folder_.path("1.sqlite")));
+  const auto patched = next("2.sqlite", {"patch.tif", "base.tif"}, "1.sqlite");
+  ASSERT_TRUE(patched.ok()) << patched.problem().line();
+  EXPECT_GE(built_, 1);
+  EXPECT_LE(built_, 4) << "a patch of 60 samples lies in four blocks at most";
+  proto::Manifest manifest;
+  const Bytes expected = from_nothing({"patch.tif", "base.tif"}, &manifest);
+  expect_same(expected, published(folder_.path("2.sqlite")));
+  EXPECT_EQ(patched->SerializeAsString(), manifest.SerializeAsString());
+  EXPECT_NE(published(folder_.path("1.sqlite")), expected) << "the patch changed nothing: nothing was tested";
+  EXPECT_EQ(pipeline::note_in(folder_.path("2.sqlite"), "mark"), "2.sqlite");
+}
+
+TEST_F(Update, what_was_taken_away_leaves_no_trace) {
+  make("1.sqlite", {"base.tif"});
+  make("2.sqlite", {"patch.tif", "base.tif", "beside.tif"}, "1.sqlite");
+  expect_same(from_nothing({"patch.tif", "base.tif", "beside.tif"}), published(folder_.path("2.sqlite")));
+  make("3.sqlite", {"base.tif"}, "2.sqlite");
+  expect_same(published(folder_.path("1.sqlite")), published(folder_.path("3.sqlite")));
+  EXPECT_LT(built_, 9);
+  // Nor bytes that no tile names, nor meshes of tasks that are no more.
+  for (const char* table : {"blobs", "meshes", "tiles", "nodes"}) {
+    EXPECT_EQ(rows_of("1.sqlite", table), rows_of("3.sqlite", table)) << table;
+  }
+}
+
+TEST_F(Update, the_order_decides) {
+  make("1.sqlite", {"base.tif", "patch.tif"});
+  make("2.sqlite", {"patch.tif", "base.tif"}, "1.sqlite");
+  EXPECT_LE(built_, 4);
+  expect_same(from_nothing({"patch.tif", "base.tif"}), published(folder_.path("2.sqlite")));
+}
+
+TEST_F(Update, stopped_in_the_middle_it_goes_on) {
+  stop_at_ = 3;
+  const auto stopped = next("1.sqlite", {"base.tif"}, "");
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.problem().type, "cancelled");
+  stop_ = false;
+  stop_at_ = 0;
+  make("1.sqlite", {"base.tif"});
+  const int blocks = work::plan_in(folder_.path("1.sqlite"))->stages(0).tasks_size();
+  EXPECT_LE(built_, blocks - 3) << "what was committed was built again";
+  make("2.sqlite", {"patch.tif", "base.tif"}, "1.sqlite");
+  make("2.sqlite", {"patch.tif", "base.tif"}, "1.sqlite");  // asked twice
+  EXPECT_EQ(built_, 0);
+  expect_same(from_nothing({"patch.tif", "base.tif"}), published(folder_.path("2.sqlite")));
+}
+
+TEST_F(Update, seams_and_shares_as_well) {
+  request_.options.set_feather(2000);
+  request_.options.clear_error();
+  request_.options.add_keep(0.2);
+  make("1.sqlite", {"base.tif"});
+  make("2.sqlite", {"patch.tif", "base.tif"}, "1.sqlite");
+  EXPECT_LE(built_, 9);
+  EXPECT_GE(built_, 1);
+}
+
+TEST_F(Update, a_version_that_is_none_to_build_on_is_left_alone) {
+  pipeline::BuildRequest request = request_of({"base.tif"});
+  request.store_path = folder_.path("plain.sqlite");
+  ASSERT_TRUE(pipeline::build(request, nullptr, stop_).ok());
+  EXPECT_FALSE(work::plan_in(folder_.path("plain.sqlite")));
+  make("2.sqlite", {"base.tif"}, "plain.sqlite");
+  EXPECT_GE(built_, 9) << "it has no meshes: everything is built";
+}
+
+}  // namespace
+}  // namespace cordillera::whole
