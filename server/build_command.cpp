@@ -15,6 +15,7 @@
 #include "server/memory_limit.h"
 #include "server/progress_bar.h"
 #include "server/sources.h"
+#include "server/stage_times.h"
 
 namespace cordillera::server {
 namespace {
@@ -57,13 +58,18 @@ int dry_run(const pipeline::BuildRequest& request) {
   return kDone;
 }
 
-proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Words words) {
+proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Words words, StageTimes& times) {
   on_out_of_memory(STDERR_FILENO, "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
   signal(SIGINT, [](int) { g_stop = true; });
   signal(SIGTERM, [](int) { g_stop = true; });
   ProgressBar bar(words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
   auto manifest = pipeline::build(
-      request, [&](const proto::Progress& progress) { bar.show(progress); }, g_stop);
+      request,
+      [&](const proto::Progress& progress) {
+        times.enter(progress.stage());
+        bar.show(progress);
+      },
+      g_stop);
   bar.finish();
   return manifest;
 }
@@ -77,8 +83,8 @@ proto::Result<void> export_to(const std::string& store, const Faces& faces, cons
   return pipeline::export_static(terrain, faces, folder.string(), other);
 }
 
-int done(const proto::Manifest& manifest, const std::string& place, Words words) {
-  if (words == Words::all) std::cout << manifest_table(manifest) << "written to " << place << "\n";
+int done(const proto::Manifest& manifest, const std::string& place, Words words, StageTimes& times) {
+  if (words == Words::all) std::cout << manifest_table(manifest) << "took      " << times.text() << "\nwritten to " << place << "\n";
   return kDone;
 }
 
@@ -97,17 +103,19 @@ int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
                  "--output"});
   }
   request.store_path = (work / kStoreFile).string();
-  const auto manifest = build_store(request, line.words);
+  StageTimes times;
+  const auto manifest = build_store(request, line.words, times);
   if (!manifest) {
     // What an earlier run has done is not this one's to throw away: it may belong to another build, or be at work.
     const bool ours = !begun || line.other == pipeline::Existing::replace;
     if (manifest.problem().type != "cancelled" && ours) fs::remove_all(work, error);
     return fail(manifest.problem());
   }
+  times.enter("export");
   const auto exported = export_to(request.store_path, line.formats, place, line.other);
   fs::remove_all(work, error);
   if (!exported) return fail(exported.problem());
-  return done(*manifest, place.string(), line.words);
+  return done(*manifest, place.string(), line.words, times);
 }
 
 /// One file. A finished build in its place is refused here, an unfinished one where the plan is known.
@@ -116,8 +124,9 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
     return fail(pipeline::output_exists(line.output + " holds an earlier build"));
   }
   request.store_path = line.output;
-  const auto manifest = build_store(request, line.words);
-  return manifest ? done(*manifest, line.output, line.words) : fail(manifest.problem());
+  StageTimes times;
+  const auto manifest = build_store(request, line.words, times);
+  return manifest ? done(*manifest, line.output, line.words, times) : fail(manifest.problem());
 }
 
 }  // namespace

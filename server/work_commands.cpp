@@ -1,15 +1,20 @@
 #include "server/work_commands.h"
 
 #include <signal.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <memory>
 
+#include "gpu/simplify.h"
 #include "pipeline/export.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
+#include "raster/storage.h"
 #include "server/child.h"
 #include "server/json.h"
 #include "server/option_values.h"
@@ -38,6 +43,14 @@ int wrong_usage(const std::string& detail, const std::string& accepted, const st
   return kUsage;
 }
 
+/// The number that a scheduler gives to a task of an array; the first and only one where there is no array.
+std::string array_number() {
+  for (const char* variable : {"SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX"}) {
+    if (const char* number = std::getenv(variable)) return number;
+  }
+  return "0";
+}
+
 /// The tasks that a line asks for, of one stage.
 proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const proto::WorkStage& stage) {
   const auto tasks = static_cast<std::uint32_t>(stage.tasks_size());
@@ -50,9 +63,13 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
   }
   const std::size_t slash = line.part.find('/');
   if (!line.part.empty()) {
+    const std::string asked = line.part.substr(0, slash), number = asked == "array" ? array_number() : asked;
     const bool right = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts) &&
-                       !read_whole(line.part.substr(0, slash), {0, parts - 1}, &part);
-    if (!right) return Problem{"option-invalid", "--part='" + line.part + "' is no K/N", "K/N with K from 0 to N - 1", "--part"};
+                       !read_whole(number, {0, parts - 1}, &part);
+    if (!right) {
+      return Problem{"option-invalid", "--part='" + line.part + "'" + (number == asked ? "" : ", here " + number + line.part.substr(slash)) + " is no K/N",
+                     "K/N with K from 0 to N - 1, or array/N: the number that Slurm, Kubernetes or AWS Batch gives", "--part"};
+    }
   }
   return work::part_of(stage, part, parts);
 }
@@ -72,16 +89,28 @@ class Counter {
   Words words_;
 };
 
+/// One, or with cuda:all every GPU of the machine.
+proto::Result<std::vector<std::string>> devices_of(const std::string& asked) {
+  if (asked.empty()) return std::vector<std::string>{"auto"};
+  std::vector<std::string> devices;
+  if (asked == "cuda:all") {
+    for (int k = 0; k < gpu::cuda_devices(); ++k) devices.push_back("cuda:" + std::to_string(k));
+    if (devices.empty()) return Problem{"device-unavailable", "--device='cuda:all': there is no GPU that this program may use", "auto, cpu", "--device"};
+    return devices;
+  }
+  if (const auto wrong = read_device(asked, &devices.emplace_back())) {
+    return Problem{"option-invalid", "--device='" + asked + "': " + *wrong, "auto, cpu, cuda, cuda:N or cuda:all", "--device"};
+  }
+  return devices;
+}
+
 proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const WorkLine& line) {
   const proto::WorkStage& stage = plan.stages(number);
   const auto tasks = tasks_of(line, stage);
   if (!tasks) return tasks.problem();
-  work::WorkOrder order{line.folder, "auto", 0};
-  if (!line.device.empty()) {
-    if (const auto wrong = read_device(line.device, &order.device)) {
-      return Problem{"option-invalid", "--device='" + line.device + "': " + *wrong, "auto, cpu, cuda or cuda:N", "--device"};
-    }
-  }
+  const auto devices = devices_of(line.device);
+  if (!devices) return devices.problem();
+  work::WorkOrder order{line.folder, *devices, 0};
   if (!line.threads.empty()) {
     if (const auto wrong = read_whole(line.threads, {0, 1024}, &order.threads)) {
       return Problem{"option-invalid", "--threads='" + line.threads + "': " + *wrong, "0 to 1024", "--threads"};
@@ -103,10 +132,36 @@ void say(const proto::WorkPlan& plan, const std::string& folder) {
   }
 }
 
+/// Where a dataset is put together before it is sent on: a folder below TMPDIR, gone at the end. An object cannot be changed in its middle.
+class RemoteOutput {
+ public:
+  RemoteOutput() {
+    std::string name = (fs::temp_directory_path() / "cordillera-publish-XXXXXX").string();
+    if (mkdtemp(name.data()) != nullptr) folder_ = name;
+  }
+  ~RemoteOutput() {
+    std::error_code ignored;
+    if (!folder_.empty()) fs::remove_all(folder_, ignored);
+  }
+  RemoteOutput(const RemoteOutput&) = delete;
+  RemoteOutput& operator=(const RemoteOutput&) = delete;
+  bool good() const { return !folder_.empty(); }
+  fs::path local() const { return folder_ / "dataset.sqlite"; }
+
+ private:
+  fs::path folder_;
+};
+
 }  // namespace
 
 int plan_command(const Settings& settings, const PlanLine& line) {
   if (line.folder.empty()) return wrong_usage("plan needs to know where to write", "-o FOLDER", "--output");
+  work::PlanGiven given;
+  if (!line.block.empty()) {
+    std::uint32_t side = 0;
+    if (const auto wrong = read_whole(line.block, {512, 4096}, &side)) return wrong_usage("--block='" + line.block + "': " + *wrong, "512 to 4096", "--block");
+    given.block_samples = (std::int64_t{side} + 1) * (side + 1);
+  }
   stop_on_signals();
   auto sources = examine_sources(line.sources, settings, line.bad);
   if (!sources) return fail(sources.problem());
@@ -116,7 +171,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   fs::path place = fs::path(line.folder).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   request.raster_name = settings.build.name().empty() ? place.filename().string() : settings.build.name();
-  auto plan = work::plan_work(request, g_stop);
+  auto plan = work::plan_work(request, g_stop, given);
   if (!plan) return fail(plan.problem());
   for (const std::string& skipped : sources->skipped) plan->add_skipped(skipped);
   for (const std::string& warning : sources->warnings) plan->add_warnings(warning);
@@ -171,15 +226,21 @@ int publish_command(const PublishLine& line) {
   if (line.output.empty()) return wrong_usage("publish needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output");
   const auto plan = work::read_plan(line.folder);
   if (!plan) return fail(plan.problem());
-  const bool file = line.output.ends_with(".sqlite");
+  const bool file = line.output.ends_with(".sqlite"), remote = raster::is_remote(line.output);
+  if (remote && !file) return wrong_usage("in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite", "--output");
   std::error_code error;
-  if (file && line.other == pipeline::Existing::refuse && fs::exists(line.output, error)) {
+  const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(line.output, error);
+  if (file && line.other == pipeline::Existing::refuse && there) {
     return fail(pipeline::output_exists(line.output + " is there already"));
   }
   if (!file) {
     if (const auto usable = pipeline::check_export_folder(line.output, line.other); !usable) return fail(usable.problem());
   }
-  fs::path place = fs::absolute(line.output).lexically_normal();
+  const std::unique_ptr<RemoteOutput> elsewhere = remote ? std::make_unique<RemoteOutput>() : nullptr;
+  if (remote && !elsewhere->good()) {
+    return fail({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(), "a TMPDIR with room for the dataset", ""});
+  }
+  fs::path place = fs::absolute(remote ? elsewhere->local() : fs::path(line.output)).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   const std::string store = file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
   const auto manifest = work::publish(*plan, line.folder, store, [](work::Progress) {});
@@ -194,7 +255,10 @@ int publish_command(const PublishLine& line) {
     fs::remove(store, error);
     if (!exported) return fail(exported.problem());
   }
-  if (line.words == Words::all) std::cout << manifest_table(*manifest) << "written to " << place.string() << "\n";
+  if (remote) {
+    if (const auto sent = raster::upload_file(store, line.output); !sent) return fail(sent.problem());
+  }
+  if (line.words == Words::all) std::cout << manifest_table(*manifest) << "written to " << (remote ? line.output : place.string()) << "\n";
   if (line.prune) {
     const std::size_t removed = work::prune(*plan, line.folder);
     if (line.words == Words::all) std::cout << removed << " shards of other plans removed\n";

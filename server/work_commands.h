@@ -14,6 +14,7 @@ inline constexpr int kTryAgain = 75;
 struct PlanLine {
   std::vector<std::string> sources;
   std::string folder;
+  std::string block;   ///< samples along the side of a block, at most; empty: as memory allows
   BadSource bad = BadSource::refuse;
   Words words = Words::all;
 };

@@ -7,6 +7,8 @@ void WorkWords::add_to(CLI::App& app) {
   plan_->add_option("sources", plan_line_.sources, "rasters, folders, lists, tile indices, STAC items; the one that wins where they overlap first")
       ->expected(1, -1);
   plan_->add_option("-o,--output", plan_line_.folder, "folder of the plan and of what the tasks leave: a folder, or /vsis3/…")->type_name("FOLDER");
+  plan_->add_option("--block", plan_line_.block, "most samples along the side of a block; smaller ones make changes cheaper and coarse levels larger [512 to 4096]")
+      ->type_name("N");
   plan_->add_flag_callback("--skip-bad", [this] { plan_line_.bad = BadSource::skip; }, "leave out rasters that cannot be used, and say so");
   plan_->add_flag_callback("-q,--quiet", [this] { plan_line_.words = Words::none; }, "say nothing but problems");
 
@@ -21,14 +23,14 @@ void WorkWords::add_to(CLI::App& app) {
   };
   option("--stage", work_line_.stage, "N", "which stage; without it all of them, one after the other");
   option("--task", work_line_.task, "K", "one task of the stage");
-  option("--part", work_line_.part, "K/N", "the K-th of N parts of the stage, of about equal cost; K from 0");
-  option("--device", work_line_.device, "DEVICE", "what computes [auto, cpu, cuda, cuda:N]");
+  option("--part", work_line_.part, "K/N", "the K-th of N parts of the stage, of about equal cost; K from 0, or array: the number that a scheduler gives to a task of an array");
+  option("--device", work_line_.device, "DEVICE", "what computes [auto, cpu, cuda, cuda:N, cuda:all: every GPU here, a worker each]");
   option("--threads", work_line_.threads, "N", "threads; 0: as many as the machine has [0 to 1024]");
   work_->add_flag_callback("-q,--quiet", [this] { work_line_.words = Words::none; }, "say nothing but problems");
 
   publish_ = app.add_subcommand("publish", "check everything that the tasks of a plan left, and make it a dataset in one step");
   publish_->add_option("plan", publish_line_.folder, "a folder that plan wrote");
-  publish_->add_option("-o,--output", publish_line_.output, "folder to write, or a file called *.sqlite");
+  publish_->add_option("-o,--output", publish_line_.output, "folder to write, or a file called *.sqlite, also in object storage: /vsis3/BUCKET/NAME.sqlite");
   publish_->add_option("--formats", formats_, "what the folder holds [" + face_names() + "; more than one separated by commas]")->type_name("NAMES");
   publish_->add_flag_callback("--overwrite,--force", [this] { publish_line_.other = pipeline::Existing::replace; }, "replace what is there");
   publish_->add_flag("--prune", publish_line_.prune, "then remove results of earlier plans from the plan's folder");
