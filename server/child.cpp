@@ -144,7 +144,14 @@ proto::Result<std::optional<proto::Estimate>> run(const std::string& program, co
     return proto::Problem{"internal", "cannot start the process that builds: " + std::string(strerror(errno)), "", ""};
   log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
   Report report{progress, {}, {}, {}};
-  listen_to(*child, report, stop);
+  try {
+    listen_to(*child, report, stop);
+  } catch (...) {  // of what its report says: the job must not go on behind the back of the next one
+    kill(child->pid, SIGKILL);
+    close(child->report);
+    reap(child->pid, stop);
+    throw;
+  }
   close(child->report);
   const int status = reap(child->pid, stop);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return report.estimate;

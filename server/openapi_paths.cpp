@@ -70,7 +70,9 @@ Json post_parameters() {
   for (const OptionSpec& option : post_options()) {
     parameters.push_back(query(spelt(option, Spelling::query), option.help + "; accepted: " + option.accepted));
   }
+  parameters.push_back(query("updates", "1: keep what it takes to add, replace and remove rasters later"));
   parameters.push_back(query("upload", "id of an upload that is complete; then there is no body"));
+  parameters.push_back(query("source", "with updates=1, an address that the operator lets the service fetch; then there is no body"));
   parameters.push_back(header("Prefer", "wait=SECONDS: the answer waits so long for the tiles, 600 at most"));
   parameters.push_back(header("Idempotency-Key", "the same key with the same request gives the same dataset"));
   return parameters;
@@ -126,6 +128,50 @@ void add_uploads(Json& paths) {
                             Json::array({header("Upload-Offset", "where the body begins: what HEAD told")})});
   one["patch"]["requestBody"] = {{"required", true}, {"content", content_of("application/offset+octet-stream", nullptr)}};
   one["delete"] = operation({"end_upload", "uploads", "Throw it away", {{"204", bare("It is gone", {"Tus-Resumable"})}}});
+}
+
+Json sent_raster() { return {{"required", false}, {"content", content_of("application/octet-stream", nullptr)}}; }
+
+/// What one raster of several may have of its own.
+Json source_parameters() {
+  Json parameters = Json::array();
+  for (const OptionSpec& option : build_options()) {
+    for (const char* own : {"name", "crs", "vertical-datum", "nodata", "source-nodata", "z-scale", "z-offset"}) {
+      if (option.name == own) parameters.push_back(query(spelt(option, Spelling::query), option.help + "; accepted: " + option.accepted));
+    }
+  }
+  parameters.push_back(query("position", "where it stands in the list; 0, the default of a new one, wins"));
+  parameters.push_back(query("upload", "id of an upload that is complete; then there is no body"));
+  parameters.push_back(query("source", "an address that the operator lets the service fetch; then there is no body"));
+  for (const Json& one : {header("Prefer", "wait=SECONDS: the answer waits so long for the new version, 600 at most"),
+                          header("Idempotency-Key", "the same key with the same request makes one change")}) {
+    parameters.push_back(one);
+  }
+  return parameters;
+}
+
+void add_sources(Json& paths) {
+  const auto change = [](const char* id, const char* summary, const char* good) {
+    Operation made{id, "sources", summary, {}, source_parameters()};
+    made.good[good] = answer("The new version is served", "application/json", "change");
+    made.good["202"] = answer("Noted; a version will come of it", "application/json", "change");
+    return operation(made);
+  };
+  Json& all = item(paths, "/v1/datasets/{id}/sources");
+  all["get"] = operation({"sources", "sources", "The rasters, the one that wins first, and changes of them", {{"200", answer("The rasters", "application/json", "sources")}}});
+  all["post"] = change("add_source", "Add a raster to a dataset that was posted with updates=1; the body is the raster", "201");
+  all["post"]["requestBody"] = sent_raster();
+  Json& one = item(paths, "/v1/datasets/{id}/sources/{source}");
+  one["get"] = operation({"source", "sources", "One raster", {{"200", answer("The raster", "application/json", "source")}}});
+  one["put"] = change("replace_source", "Another raster in its place, another place in the list, or other options", "200");
+  one["put"]["requestBody"] = sent_raster();
+  one["delete"] = change("remove_source", "Take a raster away; the last one stays", "200");
+  one["delete"].erase("parameters");
+  item(paths, "/v1/datasets/{id}/versions")["get"] =
+      operation({"versions", "versions", "The version that is served, and earlier ones that are kept", {{"200", answer("The versions", "application/json", "versions")}}});
+  item(paths, "/v1/datasets/{id}/rollback")["post"] =
+      operation({"rollback", "versions", "Serve an earlier version again, the one before if none is named", {{"200", answer("The versions", "application/json", "versions")}},
+                 Json::array({query("to", "number of a kept version")})});
 }
 
 void add_service(Json& paths) {
@@ -222,6 +268,7 @@ Json openapi_paths() {
   add_service(paths);
   add_datasets(paths);
   add_uploads(paths);
+  add_sources(paths);
   add_reading(paths, "manifest.json",
               {"manifest", "datasets", "What was read and assumed, and the errors of every level",
                good_answers("The manifest", "application/json")});

@@ -50,6 +50,7 @@ Json dataset() {
       {"type", "object"}, {"additionalProperties", {{"type", "string"}}}, {"description", "relative to this document"}};
   properties["manifest"] = {{"type", Json::array_t{"object", "null"}},
                             {"description", "once it is ready: title, attribution, levels, bounds, counts"}};
+  properties["updates"] = {{"type", "object"}, {"description", "of a dataset whose rasters can be changed: number of its version, pending changes, the last one"}};
   properties["version"] = text("once it is ready: names this build in addresses that never change");
   properties["faces"] = list_of("face");
   return object(properties, {"id", "name", "state", "created", "progress", "error", "links", "manifest"});
@@ -109,6 +110,40 @@ Json limits() {
   return object(properties, Json::array_t{"limits", "in_use"});
 }
 
+Json sources_schemas(Json all) {
+  Json source;
+  for (const auto& [name, about] : {std::pair{"id", "its name in addresses"}, {"name", "what it is called"}, {"added", "when it came"}, {"crs", "its CRS"},
+                                    {"vertical_datum", "what its heights count from"}, {"source", "where it was fetched from"}}) {
+    source[name] = text(about);
+  }
+  source["position"] = {{"type", Json::array_t{"integer", "null"}}, {"description", "0 wins"}};
+  source["bytes"] = number("of its file");
+  source["extent"] = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "west, south, east, north in degrees"}};
+  source["resolution"] = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "metres of a pixel, across and up"}};
+  source["options"] = {{"type", "object"}, {"description", "those that were given to this raster"}};
+  all["source"] = object(source, Json::array_t{"name", "position"});
+  Json change;
+  change["id"] = text("names the change");
+  change["kind"] = {{"type", "string"}, {"enum", Json::array_t{"add", "replace", "remove"}}};
+  change["source"] = text("the raster's id");
+  change["state"] = {{"type", "string"}, {"enum", Json::array_t{"pending", "done", "failed"}}};
+  change["version"] = {{"type", "integer"}, {"description", "that comes or came of it"}};
+  change["error"] = or_null("problem");
+  all["change"] = object(change, Json::array_t{"id", "kind", "source", "state", "version", "error"});
+  all["sources"] = object({{"version", {{"type", "integer"}}}, {"block_level", {{"type", "integer"}}}, {"sources", list_of("source")}, {"changes", list_of("change")}},
+                          Json::array_t{"version", "sources", "changes"});
+  Json version;
+  version["number"] = {{"type", "integer"}};
+  version["version"] = text("its name in addresses");
+  version["served"] = {{"type", "boolean"}};
+  version["about"] = text("what made it");
+  version["created"] = text("when");
+  version["href"] = text("its manifest, relative to the dataset");
+  for (const char* count : {"sources", "tiles", "triangles", "bytes"}) version[count] = number("how many");
+  all["versions"] = object({{"versions", {{"type", "array"}, {"items", object(version, Json::array_t{"number", "version", "served"})}}}}, Json::array_t{"versions"});
+  return all;
+}
+
 Json schemas() {
   Json all;
   all["problem"] = problem();
@@ -121,7 +156,7 @@ Json schemas() {
   all["health"] = object({{"status", {{"type", "string"}, {"enum", Json::array_t{"ok"}}}}}, Json::array_t{"status"});
   all["limits"] = limits();
   all["estimate"] = {{"type", "object"}, {"description", "levels and targets; tiles, triangles, bytes and seconds as guesses"}};
-  return all;
+  return sources_schemas(std::move(all));
 }
 
 Json in_path(const char* name, const char* about, const Json& schema) {
@@ -135,6 +170,7 @@ Json parameters() {
   Json all;
   all["id"] = in_path("id", "the dataset, as POST or the list named it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
   all["version"] = in_path("version", "the dataset's `version`", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
+  all["source"] = in_path("source", "the raster, as the list of sources has it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
   all["root"] = in_path("root", "western or eastern hemisphere", {{"type", "string"}, {"enum", Json::array_t{"W", "E"}}});
   all["z"] = in_path("z", "level", level);
   all["x"] = in_path("x", "column, from longitude -180 eastward; below a root, from its western side", whole);

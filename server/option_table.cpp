@@ -3,10 +3,12 @@
 #include <cmath>
 #include <limits>
 
+#include "gpu/simplify.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
 #include "server/access/client_address.h"
 #include "server/options.h"
+#include "server/routes.h"
 
 namespace cordillera::server {
 namespace {
@@ -162,6 +164,40 @@ Complaint apply_proxies(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
+/// NAME=PATH, separated by commas.
+Complaint apply_mounts(std::string_view text, Settings& settings) {
+  std::vector<Mount> mounts;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string_view one = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
+    const std::size_t sign = one.find('=');
+    if (sign == one.npos || sign + 1 == one.size()) return std::string(one) + " is no NAME=PATH";
+    const Mount mount{std::string(one.substr(0, sign)), std::string(one.substr(sign + 1))};
+    if (!is_id(mount.name)) return "'" + mount.name + "' cannot stand in an address";
+    for (const Mount& other : mounts) {
+      if (other.name == mount.name) return mount.name + " is named twice";
+    }
+    mounts.push_back(mount);
+  }
+  settings.serve.mounts = std::move(mounts);
+  return std::nullopt;
+}
+
+/// Beginnings of addresses, separated by commas. One that ends within a host's name would let others in.
+Complaint apply_source_allow(std::string_view text, Settings& settings) {
+  std::vector<std::string> prefixes;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string one(rest.substr(0, rest.find(',')));
+    rest.remove_prefix(std::min(rest.size(), one.size() + 1));
+    const std::size_t slashes = one.find("://");
+    if (slashes == std::string::npos) return one + " names no scheme such as https://";
+    if (one.find('/', slashes + 3) == std::string::npos) return one + " has no / behind its host or bucket";
+    prefixes.push_back(one);
+  }
+  settings.serve.source_allow = std::move(prefixes);
+  return std::nullopt;
+}
+
 template <std::uint32_t Limits::*field, std::uint32_t least, std::uint32_t greatest>
 Complaint apply_limit(std::string_view text, Settings& settings) {
   return read_whole(text, {least, greatest}, &(settings.serve.limits.*field));
@@ -195,9 +231,10 @@ std::vector<OptionSpec> make_build_options() {
        "a height in metres, -16384 to 16384", apply_water},
       {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
        "a single-band raster that GDAL can read", apply_text<&BuildOptions::mutable_water_mask>},
-      {"strategy", "NAME", "how meshes are simplified", "waves",
+      {"strategy", "NAME", "how meshes are simplified; cleap and sequential: the published algorithm, to be compared with",
+       "waves, cleap or sequential",
        [](std::string_view text, Settings& settings) {
-         return read_choice(text, {"waves"}, settings.build.mutable_strategy());
+         return read_choice(text, {gpu::kStrategies.begin(), gpu::kStrategies.end()}, settings.build.mutable_strategy());
        }},
       {"quality", "QUALITY", "with error: fast leaves out what makes the triangles fewer, best takes more time for it",
        "fast, default or best",
@@ -255,6 +292,14 @@ std::vector<OptionSpec> make_serve_options() {
       {"insecure-writes", "", "without tokens, let everybody who reaches the port write", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.serve.insecure_writes); }},
       {"trusted-proxies", "ADDRESSES", "proxies whose X-Forwarded-For is believed", "addresses, separated by commas", apply_proxies},
+      {"mount", "NAME=PATH,…", "datasets that were published elsewhere, to be served from there: files that publish or build -o NAME.sqlite wrote",
+       "names of small letters, digits and dashes, each with a path: dem=/srv/dem.sqlite,europe=/vsis3/bucket/europe.sqlite", apply_mounts},
+      {"cache-size", "MIB", "memory for what was read of mounted datasets, MiB", "1 to 1048576",
+       [](std::string_view text, Settings& settings) { return read_whole(text, {1, 1u << 20}, &settings.serve.cache_mib); }},
+      {"keep-versions", "N", "earlier versions that are kept of a dataset whose rasters change", "0 to 100",
+       [](std::string_view text, Settings& settings) { return read_whole(text, {0, 100}, &settings.serve.keep_versions); }},
+      {"source-allow", "PREFIXES", "addresses that the service may fetch rasters from (source=); without it none",
+       "beginnings of http://, https:// or s3:// addresses with a / behind the host, separated by commas", apply_source_allow},
       {"audit-log", "FILE", "where a line is written for every request that writes; default: audit.jsonl in the data folder", "a file",
        apply_path<&ServeSettings::audit_log>},
   };

@@ -31,6 +31,12 @@ struct Limits {
   std::uint32_t idle_seconds = 60;        ///< of a connection without a request
 };
 
+/// A dataset that was published elsewhere.
+struct Mount {
+  std::string name;  ///< its id
+  std::string path;  ///< a .sqlite file here or in object storage
+};
+
 /// What only the service needs.
 struct ServeSettings {
   std::string listen = "127.0.0.1:8080";
@@ -45,6 +51,10 @@ struct ServeSettings {
   std::string audit_log;                     ///< empty: audit.jsonl in the data folder
   bool insecure_writes = false;              ///< without tokens, beyond loopback
   std::vector<std::string> trusted_proxies;  ///< whose X-Forwarded-For is believed
+  std::vector<Mount> mounts;
+  std::uint32_t cache_mib = 256;             ///< of what was read of mounts
+  std::uint32_t keep_versions = 1;           ///< earlier ones of a dataset whose rasters change
+  std::vector<std::string> source_allow;     ///< beginnings of addresses that rasters may be fetched from
   Limits limits;
 };
 

@@ -1,3 +1,6 @@
+#include <execinfo.h>
+
+#include <array>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <cstdlib>
@@ -59,6 +62,9 @@ int serve_command(const Settings& given, const std::string& program) {
     return kUsage;
   }
 
+  // glibc loads what it ends threads with when it first needs it, and ends the process where there is no memory for that by then.
+  std::array<void*, 1> frame{};
+  backtrace(frame.data(), static_cast<int>(frame.size()));
   // Not the path: an upgrade may have put another program there since.
   auto service = Service::open(settings, child_runner("/proc/self/exe"));
   if (!service) {

@@ -50,19 +50,21 @@ void remove_orphans(const Layout& layout, const Registry& registry) {
 }
 
 /// What a process that was killed had no time to remove: rasters of finished builds, folders of failed ones.
-void remove_remains(const Layout& layout, const Registry& registry) {
+void remove_remains(const Layout& layout, const Registry& registry, updates::Ledger& ledger, std::size_t keep) {
   for (const Dataset& dataset : registry.list()) {
     std::error_code ignored;
     const fs::path folder = layout.dataset(dataset.id);
     if (dataset.state == State::failed) fs::remove_all(folder, ignored);
-    if (dataset.state == State::ready) keep_store_alone(folder);
+    if (ledger.holds(dataset.id)) ledger.tidy(dataset.id, keep);
+    else if (dataset.state == State::ready) keep_store_alone(folder);
   }
 }
 
 }  // namespace
 
 Service::Service(const Settings& settings, int lock)
-    : settings_(settings), layout_{settings.serve.data}, lock_(lock), library_(layout_, metrics_), uploads_(layout_.uploads()) {}
+    : settings_(settings), layout_{settings.serve.data}, lock_(lock), mounts_(settings), library_(layout_, metrics_, mounts_), uploads_(layout_.uploads()), ledger_(layout_),
+      archive_(layout_) {}
 
 proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, JobRunner runner) {
   const Layout layout{settings.serve.data};
@@ -89,16 +91,26 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   service->registry_ = std::move(registry.value());
   try {
     remove_orphans(layout, *service->registry_);
-    remove_remains(layout, *service->registry_);
+    remove_remains(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);
     service->uploads_.remove_old();
   } catch (const RegistryError& broken) {
     return unusable(broken.what());
   }
+  for (const Dataset& mounted : service->mounts_.list()) {
+    if (!service->registry_->find(mounted.id)) continue;
+    return proto::Problem{"options-conflict", "a dataset that was posted is called " + mounted.id + " already", "another name", "--mount"};
+  }
   service->gate_ = std::move(*gate);
   service->audit_ = std::make_unique<access::Audit>(settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log));
   service->admission_ = std::make_unique<limits::Admission>(settings.serve.limits, layout.root, *service->registry_);
+  const auto published = [self = service.get()](const std::string& id) {
+    self->library_.forget(id);
+    self->archive_.forget(id);
+  };
   service->queue_ = std::make_unique<JobQueue>(
-      JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits}, settings.serve.jobs);
+      JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits, service->ledger_,
+                      updates::fetcher(settings.serve), settings.serve.keep_versions, published},
+      settings.serve.jobs);
   service->queue_->resume();
   return service;
 }
@@ -112,6 +124,17 @@ Service::~Service() {
 void Service::stop() {
   hub_.close();
   if (queue_) queue_->stop();
+}
+
+std::optional<Dataset> Service::find(const std::string& id) const {
+  auto mounted = mounts_.find(id);
+  return mounted ? mounted : registry_->find(id);
+}
+
+std::vector<Dataset> Service::list() const {
+  std::vector<Dataset> all = mounts_.list(), posted = registry_->list();
+  all.insert(all.end(), std::make_move_iterator(posted.begin()), std::make_move_iterator(posted.end()));
+  return all;
 }
 
 Token Service::wait_token() {

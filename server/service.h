@@ -11,9 +11,12 @@
 #include "server/library.h"
 #include "server/limits/admission.h"
 #include "server/metrics/service_metrics.h"
+#include "server/mounts.h"
 #include "server/options.h"
 #include "server/progress_hub.h"
 #include "server/registry.h"
+#include "server/updates/archive.h"
+#include "server/updates/ledger.h"
 #include "server/uploads/part_files.h"
 
 namespace cordillera::server {
@@ -34,8 +37,14 @@ class Service {
   ProgressHub& hub() { return hub_; }
   JobQueue& queue() { return *queue_; }
   Library& library() { return library_; }
+  Mounts& mounts() { return mounts_; }
+  /// Of the registry or mounted; list: newest first, mounted ones before.
+  std::optional<Dataset> find(const std::string& id) const;
+  std::vector<Dataset> list() const;
   const access::Gate& gate() const { return *gate_; }
   access::Audit& audit() { return *audit_; }
+  updates::Ledger& ledger() { return ledger_; }
+  updates::Archive& archive() { return archive_; }
   uploads::PartFiles& uploads() { return uploads_; }
   limits::Admission& admission() { return *admission_; }
   metrics::ServiceMetrics& metrics() { return metrics_; }
@@ -65,8 +74,11 @@ class Service {
   std::unique_ptr<access::Audit> audit_;
   std::unique_ptr<limits::Admission> admission_;
   ProgressHub hub_;
+  Mounts mounts_;
   Library library_;
   uploads::PartFiles uploads_;
+  updates::Ledger ledger_;
+  updates::Archive archive_;
   std::unique_ptr<JobQueue> queue_;
   std::function<std::size_t()> connections_;  ///< set before the first request
   mutable std::mutex mutex_;

@@ -4,7 +4,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include <fstream>
 #include <random>
 
 #include "server/digest.h"
@@ -103,13 +102,8 @@ proto::Result<void> Upload::adopt(const fs::path& file) {
   std::error_code error;
   fs::create_hard_link(file, folder_ / raster_, error);
   if (error) return proto::Problem{"storage-full", "the upload cannot be taken over: " + error.message(), "", ""};
-  Digest digest;
-  std::ifstream in(file, std::ios::binary);
-  for (std::string piece(1 << 20, '\0'); in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0;) {
-    digest.add(std::string_view(piece).substr(0, static_cast<std::size_t>(in.gcount())));
-  }
-  if (!in.eof()) return cannot_write();
-  hash_ = digest.finish();
+  hash_ = digest_of_file(file);
+  if (hash_.empty()) return cannot_write();
   return {};
 }
 

@@ -4,6 +4,7 @@
 
 #include "server/access/client_address.h"
 #include "server/front/loop.h"
+#include "server/log.h"
 
 namespace cordillera::server::front {
 namespace {
@@ -35,7 +36,7 @@ void Connection::await_bytes() {
   reading_ = true;
   socket_.async_wait(tcp::socket::wait_read, [self = shared_from_this()](const Error& error) {
     self->reading_ = false;
-    if (!error) self->on_readable();
+    if (!error) self->guarded([&] { self->on_readable(); });
   });
 }
 
@@ -94,9 +95,7 @@ void Connection::begin(Head head) {
   if (head.body != Head::Body::none) keep_ = false, linger_ = true;  // a body that nobody reads
   request_.read_body = [](const Request::Sink&) { return true; };
   if (shared_.api.is_quick(request_)) return respond(answer_of(shared_, request_));
-  const auto taken = shared_.makers.run(client_, [self = shared_from_this()] {
-    self->later([self, response = answer_of(self->shared_, self->request_)]() mutable { self->respond(std::move(response)); });
-  });
+  const auto taken = shared_.makers.run(client_, [self = shared_from_this()] { self->make_answer(); });
   if (taken != Workers::Taken::yes) respond_with({"service-busy", "the service has too much to do", "trying again later", ""});
 }
 
@@ -123,6 +122,7 @@ void Connection::linger() {
 
 void Connection::tick(Clock::time_point now) {
   const Limits& limits = shared_.limits;
+  if (failed_) return close();
   switch (state_) {
     case State::head:
       if (in_.empty()) {
@@ -163,9 +163,9 @@ void Connection::finish() {
 
 void Connection::close() {
   if (state_ == State::closed) return;
+  const auto self = shared_from_this();
   const bool answering = state_ == State::waiting || state_ == State::writing || state_ == State::streaming;
   state_ = State::closed;
-  if (answering) report(false);
   if (pipe_) pipe_->end(BodyPipe::End::broken);
   awaited_ = nullptr;
   pieces_ = nullptr;
@@ -173,7 +173,21 @@ void Connection::close() {
   Error ignored;
   socket_.shutdown(tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
-  loop_.forget(shared_from_this());
+  loop_.forget(self);
+  if (answering) report(false);  // last: it may throw
+}
+
+void Connection::give_up(const char* why) {
+  try {
+    log_warning(request_.method + " " + request_.path.substr(0, 300) + ": the connection is left: " + why);
+  } catch (const std::exception&) {
+    // No memory for words either.
+  }
+  try {
+    close();
+  } catch (const std::exception&) {
+    // It is closed all the same; only nobody is told.
+  }
 }
 
 }  // namespace cordillera::server::front

@@ -1,5 +1,6 @@
 #pragma once
 // One client's connection: requests in turn, each answered before the next is read.
+#include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <memory>
@@ -32,6 +33,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// The answer under way is the last.
   void finish();
   void close();
+
+  /// Does it. Where that throws, for want of memory, this connection is left, and not all of them.
+  template <class Work>
+  void guarded(Work&& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      give_up(error.what());
+    }
+  }
 
   bool idle() const { return state_ == State::head && in_.empty(); }
   Clock::time_point since() const { return since_; }
@@ -73,11 +84,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void write();
   void answered();
   void report(bool whole);
+  void make_answer();
+  void give_up(const char* why);
 
   /// From another thread: does it on the loop's.
   template <class Work>
   void later(Work work) {
-    boost::asio::post(socket_.get_executor(), std::move(work));
+    boost::asio::post(socket_.get_executor(), [self = shared_from_this(), work = std::move(work)]() mutable { self->guarded(work); });
   }
 
   Loop& loop_;
@@ -97,6 +110,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Clock::time_point asked_;
   bool keep_ = true, linger_ = false, old_ = false;
   bool by_front_ = false;  ///< the answer is no answer of the API
+  std::atomic<bool> failed_{false};  ///< there will be none
 
   std::shared_ptr<BodyPipe> pipe_;
   std::optional<BodyFraming> framing_;

@@ -6,6 +6,7 @@
 #include "server/front/answer_head.h"
 #include "server/front/connection.h"
 #include "server/front/loop.h"
+#include "server/log.h"
 
 namespace cordillera::server::front {
 namespace {
@@ -62,8 +63,23 @@ void Connection::respond(Response response) {
   write();
 }
 
+/// On a worker's thread.
+void Connection::make_answer() {
+  try {
+    later([self = shared_from_this(), response = answer_of(shared_, request_)]() mutable { self->respond(std::move(response)); });
+  } catch (const std::exception&) {
+    failed_ = true;  // no memory even for saying so: the loop sees it at its next look
+  }
+}
+
 void Connection::ask_again() {
-  auto response = awaited_();
+  std::optional<Response> response;
+  try {
+    response = awaited_();
+  } catch (const std::exception& error) {
+    log_warning(request_.method + " " + request_.path.substr(0, 300) + ": " + error.what());
+    response = refusal({"internal", "the service failed to answer this request", "", ""});
+  }
   if (!response) return;
   awaited_ = nullptr;
   stream_share_ = nullptr;
@@ -100,7 +116,7 @@ void Connection::write() {
     if (error == boost::asio::error::would_block) {
       answer_pace_.wait(Clock::now());
       socket_.async_wait(boost::asio::ip::tcp::socket::wait_write, [self = shared_from_this()](const boost::system::error_code& failed) {
-        if (!failed && self->state_ == State::writing) self->write();
+        if (!failed && self->state_ == State::writing) self->guarded([&] { self->write(); });
       });
       return;
     }

@@ -27,9 +27,7 @@ void Connection::begin_with_body(Head head) {
     }
     return pipe->whole();
   });
-  const auto taken = shared_.takers.run(client_, [self] {
-    self->later([self, response = answer_of(self->shared_, self->request_)]() mutable { self->respond(std::move(response)); });
-  });
+  const auto taken = shared_.takers.run(client_, [self] { self->make_answer(); });
   if (taken == Workers::Taken::yes) return;
   if (taken == Workers::Taken::full) return respond_with({"service-busy", "the service receives too many bodies", "trying again later", ""});
   respond_with({"too-many-uploads", "this address sends too many bodies at a time",

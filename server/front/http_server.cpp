@@ -3,12 +3,14 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <thread>
 #include <vector>
 
 #include "server/front/loop.h"
+#include "server/log.h"
 
 namespace cordillera::server::front {
 namespace {
@@ -63,7 +65,15 @@ class AsioServer final : public HttpServer {
   void run() override {
     accept();
     std::vector<std::thread> threads;
-    for (const auto& loop : loops_) threads.emplace_back([&loop] { loop->run(); });
+    try {
+      for (std::size_t k = 1; k < loops_.size(); ++k) {
+        threads.emplace_back([this, k] { loops_[k]->run(); });
+        running_ = k + 1;
+      }
+    } catch (const std::exception& error) {
+      log_warning(std::string("cannot start as many threads as there are cores: ") + error.what());
+    }
+    loops_[0]->run();
     for (std::thread& thread : threads) thread.join();
     // Handlers that still run read from connections that are closed by now.
     shared_.makers.stop();
@@ -82,11 +92,15 @@ class AsioServer final : public HttpServer {
 
  private:
   void accept() {
-    Loop& loop = *loops_[next_++ % loops_.size()];
+    Loop& loop = *loops_[next_++ % running_];
     acceptor_->async_accept(loop.io(), [this, &loop](const Error& error, tcp::socket socket) {
       if (!acceptor_->is_open()) return;
       if (!error) {
-        loop.adopt(std::move(socket));
+        try {
+          loop.adopt(std::move(socket));
+        } catch (const std::exception&) {
+          // Want of memory: this one goes, the next may find some.
+        }
         return accept();
       }
       retry_->expires_after(kNoDescriptors);
@@ -101,6 +115,7 @@ class AsioServer final : public HttpServer {
   std::unique_ptr<tcp::acceptor> acceptor_;
   std::unique_ptr<boost::asio::steady_timer> retry_;
   std::size_t next_ = 0;
+  std::atomic<std::size_t> running_{1};  ///< loops that have a thread
 };
 
 }  // namespace

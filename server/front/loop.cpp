@@ -4,6 +4,7 @@
 
 #include "server/front/answer_head.h"
 #include "server/front/connection.h"
+#include "server/log.h"
 
 namespace cordillera::server::front {
 namespace {
@@ -19,8 +20,20 @@ Loop::Loop(Shared& shared) : shared_(shared), work_(io_.get_executor()), ticks_(
 Loop::~Loop() = default;
 
 void Loop::run() {
-  tick();
-  io_.run();
+  while (true) {
+    try {
+      tick();
+      io_.run();
+      return;
+    } catch (const std::exception& error) {
+      // Want of memory, outside of any connection. All of them are as they were; the clock begins anew above.
+      try {
+        log_warning(std::string("a loop of connections: ") + error.what());
+      } catch (const std::exception&) {
+        // No memory for words either.
+      }
+    }
+  }
 }
 
 void Loop::adopt(boost::asio::ip::tcp::socket socket) {
@@ -34,10 +47,11 @@ void Loop::adopt(boost::asio::ip::tcp::socket socket) {
     const bool welcome = share != nullptr;
     const auto connection = std::make_shared<Connection>(*this, std::move(socket), std::move(share));
     connections_.insert(connection);
-    if (welcome) return connection->start();
-    connection->refuse(room ? proto::Problem{"too-many-connections", "this address has too many connections open",
-                                             "at most " + std::to_string(shared_.limits.connections_per_client) + " at a time", ""}
-                            : proto::Problem{"service-busy", "too many clients are connected", "trying again later", ""});
+    if (welcome) return connection->guarded([&] { connection->start(); });
+    const auto why = room ? proto::Problem{"too-many-connections", "this address has too many connections open",
+                                           "at most " + std::to_string(shared_.limits.connections_per_client) + " at a time", ""}
+                          : proto::Problem{"service-busy", "too many clients are connected", "trying again later", ""};
+    connection->guarded([&] { connection->refuse(why); });
   });
 }
 
@@ -64,7 +78,7 @@ void Loop::tick() {
   const auto now = Clock::now();
   const std::vector<std::shared_ptr<Connection>> all(connections_.begin(), connections_.end());  // ticks may close them
   for (const auto& connection : all) {
-    connection->tick(now);
+    connection->guarded([&] { connection->tick(now); });
     if (stopping_ && now >= stop_at_) connection->close();
   }
   if (stopping_ && connections_.empty()) return work_.reset();
@@ -85,7 +99,7 @@ void Loop::changed() {
 void Loop::tell_changed() {
   changed_ = false;
   const std::vector<std::shared_ptr<Connection>> all(connections_.begin(), connections_.end());
-  for (const auto& connection : all) connection->changed();
+  for (const auto& connection : all) connection->guarded([&] { connection->changed(); });
 }
 
 void Loop::stop() {
@@ -93,7 +107,7 @@ void Loop::stop() {
     stopping_ = true;
     stop_at_ = Clock::now() + shared_.limits.drain;
     const std::vector<std::shared_ptr<Connection>> all(connections_.begin(), connections_.end());
-    for (const auto& connection : all) connection->finish();
+    for (const auto& connection : all) connection->guarded([&] { connection->finish(); });
     if (connections_.empty()) {
       ticks_.cancel();
       work_.reset();

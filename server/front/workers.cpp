@@ -8,7 +8,8 @@ namespace cordillera::server::front {
 Workers::Taken Workers::run(const std::string& client, std::function<void()> work) {
   const std::lock_guard lock(mutex_);
   if (works_ >= most_) return Taken::full;
-  Client& its = clients_[client];
+  const auto place = clients_.try_emplace(client).first;
+  Client& its = place->second;
   if (its.works >= most_per_client_) return Taken::client_has_many;
   if (idle_ <= waiting_ && threads_.size() < threads_most_) {
     try {
@@ -20,8 +21,15 @@ Workers::Taken Workers::run(const std::string& client, std::function<void()> wor
       }
     }
   }
-  if (its.waiting.empty()) turns_.push_back(client);
   its.waiting.push_back(std::move(work));
+  if (its.waiting.size() == 1) {
+    try {
+      turns_.push_back(place);
+    } catch (...) {  // what nobody's turn is would wait for ever
+      its.waiting.pop_back();
+      throw;
+    }
+  }
   ++its.works;
   ++works_;
   ++waiting_;
@@ -40,14 +48,12 @@ void Workers::stop() {
   }
 }
 
-/// The first work of the client whose turn it is.
-std::function<void()> Workers::next(std::string* client) {
-  *client = std::move(turns_.front());
-  turns_.pop_front();
-  Client& its = clients_[*client];
-  std::function<void()> work = std::move(its.waiting.front());
-  its.waiting.pop_front();
-  if (!its.waiting.empty()) turns_.push_back(*client);
+/// The first work of the client whose turn it is. Takes no memory: there may be none.
+std::function<void()> Workers::next(Clients::iterator its) {
+  std::function<void()> work = std::move(its->second.waiting.front());
+  its->second.waiting.pop_front();
+  if (its->second.waiting.empty()) turns_.pop_front();
+  else turns_.splice(turns_.end(), turns_, turns_.begin());
   --waiting_;
   return work;
 }
@@ -59,14 +65,14 @@ void Workers::serve() {
     work_or_stop_.wait(lock, [this] { return waiting_ > 0 || stopping_; });
     --idle_;
     if (waiting_ == 0) return;
-    std::string client;
-    std::function<void()> work = next(&client);
+    const auto its = turns_.front();
+    std::function<void()> work = next(its);
     lock.unlock();
     work();
     work = nullptr;  // what it holds goes without the lock
     lock.lock();
     --works_;
-    if (const auto its = clients_.find(client); --its->second.works == 0) clients_.erase(its);
+    if (--its->second.works == 0) clients_.erase(its);
   }
 }
 

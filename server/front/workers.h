@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <deque>
 #include <functional>
+#include <list>
 #include <map>
 #include <mutex>
 #include <string>
@@ -28,17 +29,18 @@ class Workers {
   void stop();
 
  private:
-  void serve();
-  std::function<void()> next(std::string* client);
-
   struct Client {
     std::deque<std::function<void()>> waiting;
     std::size_t works = 0;  ///< waiting and running
   };
+  using Clients = std::map<std::string, Client>;
+  void serve();
+  std::function<void()> next(Clients::iterator its);
+
   std::mutex mutex_;
   std::condition_variable work_or_stop_;
-  std::map<std::string, Client> clients_;
-  std::deque<std::string> turns_;  ///< clients that have something waiting, each once
+  Clients clients_;
+  std::list<Clients::iterator> turns_;  ///< clients that have something waiting, each once
   std::vector<std::thread> threads_;
   std::size_t threads_most_, most_, most_per_client_, works_ = 0, idle_ = 0, waiting_ = 0;
   bool stopping_ = false;

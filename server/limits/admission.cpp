@@ -18,7 +18,7 @@ InUse Admission::in_use() const {
   now.queue = counts.queued;
   now.datasets = counts.queued + counts.running + counts.ready + counts.failed;
   const std::lock_guard lock(mutex_);
-  now.uploads = uploads_;
+  now.uploads = uploads_ + parts_;
   return now;
 }
 
@@ -47,7 +47,7 @@ std::optional<Problem> Admission::refused(const std::string& client, std::uint64
   if (entry == Entry::fresh) {
     if (auto full = refused_fresh()) return full;
   }
-  if (uploads_ >= limits_.uploads) {
+  if (uploads_ + parts_ >= limits_.uploads) {
     return Problem{"service-busy", "too many rasters are being sent at the moment",
                    at_most(limits_.uploads, "uploads; post again later"), ""};
   }
@@ -69,12 +69,13 @@ std::optional<Problem> Admission::refuse(const std::string& client, std::optiona
 proto::Result<Place> Admission::enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry) {
   const std::lock_guard lock(mutex_);
   if (auto why = refused(client, bytes.value_or(0), entry)) return *why;
-  ++uploads_;
+  auto counter = entry == Entry::part ? &Admission::parts_ : &Admission::uploads_;
+  ++(this->*counter);
   ++of_client_[client];
-  return Place(this, [client](void* admission) {
+  return Place(this, [client, counter](void* admission) {
     auto* self = static_cast<Admission*>(admission);
     const std::lock_guard inner(self->mutex_);
-    --self->uploads_;
+    --(self->*counter);
     if (--self->of_client_[client] == 0) self->of_client_.erase(client);
   });
 }

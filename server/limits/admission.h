@@ -21,8 +21,8 @@ namespace cordillera::server::limits {
 /// Held while an upload is under way.
 using Place = std::shared_ptr<void>;
 
-/// A request that is sent again has its dataset, and its place in the queue, already.
-enum class Entry { fresh, again };
+/// A request that is sent again has its dataset, and its place in the queue, already. A part of an upload needs neither yet.
+enum class Entry { fresh, again, part };
 
 /// What is taken up now.
 struct InUse {
@@ -55,7 +55,8 @@ class Admission {
   const Registry& registry_;
   mutable std::mutex mutex_;
   std::map<std::string, std::uint32_t> of_client_;
-  std::uint32_t uploads_ = 0;
+  std::uint32_t uploads_ = 0;  ///< whole rasters under way
+  std::uint32_t parts_ = 0;    ///< parts of uploads under way
 };
 
 }  // namespace cordillera::server::limits

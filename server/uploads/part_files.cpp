@@ -58,11 +58,7 @@ proto::Result<PartFile> PartFiles::create(PartFile wanted) {
   std::error_code error;
   fs::create_directories(folder_, error);
   remove_old();
-  const auto count = static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_, error), fs::directory_iterator()));
-  if (count >= kMostUnfinished) {
-    return Problem{"too-many-uploads", std::to_string(count) + " uploads are unfinished", "finishing or deleting one of them; each goes away after " +
-                   std::to_string(kKeptDays) + " days without a new byte", ""};
-  }
+  if (const auto refused = too_many(wanted.sender)) return *refused;
   wanted.id = random_word(24);
   wanted.offset = 0;
   const fs::path folder = folder_ / wanted.id;
@@ -72,9 +68,23 @@ proto::Result<PartFile> PartFiles::create(PartFile wanted) {
   return full(why);
 }
 
+/// Of all, and of one sender: who begins uploads for fun must leave room for the others.
+std::optional<Problem> PartFiles::too_many(const std::string& sender) const {
+  std::size_t all = 0, own = 0;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder_, error)) {
+    ++all;
+    const auto file = find(entry.path().filename().string());
+    if (file && file->sender == sender) ++own;
+  }
+  if (all < kMostUnfinished && own < kMostOfOneSender) return std::nullopt;
+  const std::string why = own >= kMostOfOneSender ? "you have begun " + std::to_string(own) + " uploads that are unfinished" : std::to_string(all) + " uploads are unfinished";
+  return Problem{"too-many-uploads", why, "finishing or deleting one of them; each goes away after " + std::to_string(kKeptDays) + " days without a new byte", ""};
+}
+
 bool PartFiles::write_down(const PartFile& file) const {
   const fs::path folder = folder_ / file.id, fresh = folder / "upload.json.new";
-  const Json json = {{"length", file.length}, {"offset", file.offset}, {"name", file.name}, {"owner", file.owner}};
+  const Json json = {{"length", file.length}, {"offset", file.offset}, {"name", file.name}, {"owner", file.owner}, {"sender", file.sender}};
   return write_file(fresh, json.dump()) && ::rename(fresh.c_str(), (folder / kDescription).c_str()) == 0 && sync_folder(folder);
 }
 
@@ -82,11 +92,12 @@ std::optional<PartFile> PartFiles::find(const std::string& id) const {
   std::ifstream in(folder_ / id / kDescription);
   const Json json = in ? Json::parse(in, nullptr, false) : Json();
   if (!json.is_object()) return std::nullopt;
-  PartFile file{id, json.value("name", ""), json.value("owner", ""), json.value("length", std::uint64_t{0}), json.value("offset", std::uint64_t{0})};
+  PartFile file{id, json.value("name", ""), json.value("owner", ""), json.value("sender", ""), json.value("length", std::uint64_t{0}), json.value("offset", std::uint64_t{0})};
   std::error_code error;
   const auto size = fs::file_size(bytes_of(id), error);
-  if (error || size < file.offset) return std::nullopt;  // the bytes that were promised are gone
-  return file;
+  if (!error && size >= file.offset) return file;
+  log_warning("upload " + id + ": the " + std::to_string(file.offset) + " bytes that were promised are gone");
+  return std::nullopt;
 }
 
 proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t offset, const Request& request) {

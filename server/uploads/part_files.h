@@ -16,11 +16,12 @@ struct PartFile {
   std::string id;
   std::string name;          ///< of the raster, if the client told it
   std::string owner;         ///< name of the token that began it; empty: none was shown
+  std::string sender;        ///< whose number of unfinished uploads it counts in
   std::uint64_t length = 0;  ///< bytes that are to come in all
   std::uint64_t offset = 0;  ///< bytes that are on disk for good
 };
 
-inline constexpr std::size_t kMostUnfinished = 1000;
+inline constexpr std::size_t kMostUnfinished = 1000, kMostOfOneSender = 100;
 inline constexpr int kKeptDays = 7;  ///< without a new byte
 
 /// Thread-safe.
@@ -28,7 +29,7 @@ class PartFiles {
  public:
   explicit PartFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  /// length, name and owner are taken; the rest is filled in.
+  /// length, name, owner and sender are taken; the rest is filled in.
   proto::Result<PartFile> create(PartFile wanted);
   std::optional<PartFile> find(const std::string& id) const;
   /// Writes what comes behind what is there, and says how much is on disk for good then, also if the body broke off.
@@ -40,6 +41,7 @@ class PartFiles {
   void remove_old();
 
  private:
+  std::optional<proto::Problem> too_many(const std::string& sender) const;
   bool write_down(const PartFile& file) const;
 
   std::filesystem::path folder_;

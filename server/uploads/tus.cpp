@@ -125,7 +125,7 @@ Response begin(PartFiles& files, const Request& request, const Bounds& bounds) {
   }
   auto name = name_in(request.header("upload-metadata").value_or(""));
   if (!name) return refused(name.problem());
-  const auto file = files.create({"", *name, request.who.name, *length, 0});
+  const auto file = files.create({"", *name, request.who.name, bounds.sender, *length, 0});
   if (!file) return refused(file.problem());
   Response response = offset_response(201, *file);
   response.set("Location", "uploads/" + file->id);

@@ -7,6 +7,7 @@ namespace cordillera::server::uploads {
 
 struct Bounds {
   std::uint64_t most_bytes = 0;  ///< of an upload
+  std::string sender;            ///< who asks, as far as uploads are counted
 };
 
 /// POST /v1/uploads.

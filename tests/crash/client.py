@@ -26,9 +26,9 @@ def cone(size=40, height=900):
 
 
 class Server:
-    """`cordillera serve` on a folder; fault: variables of fault.c."""
+    """`cordillera serve` on a folder; fault: variables of fault.c; options: further words; limits: called in the process before the program."""
 
-    def __init__(self, program, folder, shim=None, fault=None):
+    def __init__(self, program, folder, shim=None, fault=None, options=(), limits=None):
         self.folder, self.data = folder, os.path.join(folder, "data")
         environment = {k: v for k, v in os.environ.items() if not k.startswith("CORDILLERA_") or k == "CORDILLERA_CACHE"}
         if fault is not None:
@@ -36,8 +36,8 @@ class Server:
         self.log = open(os.path.join(folder, "log"), "a+b")
         at = self.log.seek(0, os.SEEK_END)
         self.process = subprocess.Popen(
-            [program, "serve", "--listen", "127.0.0.1:0", "--data", self.data, "--threads", "1", "--device", "cpu"],
-            env=environment, stderr=self.log, stdin=subprocess.DEVNULL)
+            [program, "serve", "--listen", "127.0.0.1:0", "--data", self.data, "--threads", "1", "--device", "cpu", *options],
+            env=environment, stderr=self.log, stdin=subprocess.DEVNULL, preexec_fn=limits)
         self.port = None
         while self.port is None and self.process.poll() is None:
             with open(os.path.join(folder, "log"), "rb") as log:

@@ -12,7 +12,7 @@ cp "$here/jobs/kubernetes.mjs" "$modules"
 
 program=$build/bin/cordillera
 deploy=$repository/deploy
-python3 "$here/../slurm/make_rasters.py" "$work/dem" 6
+python3 "$here/../slurm/make_rasters.py" "$work/dem" 12
 "$program" plan "$work/dem" -o "$work/plan" --name jobs --max-level 13 --error 4 --vertical-datum ellipsoid -q
 words=("$work/plan" -o "$work/out" --image example.org/cordillera:1 --samples 1000000 --env AWS_REGION=eu-central-1 --program "$program")
 "$deploy/kubernetes/jobs.py" "${words[@]}" --gpu --secret keys --volume claim:/data > "$modules/jobs.yaml"

@@ -226,6 +226,8 @@ TEST_F(BadPosts, QueriesAndBodies) {
       {"dem.tif", good, "&eror=5", 400, "option-unknown", "did you mean error?"},
       {"dem.tif", good, "&error=5&error=6", 400, "option-repeated", "error is given twice"},
       {"dem.tif", good, "&error=5&keep=0.5", 400, "options-conflict", "error and keep"},
+      {"dem.tif", good, "&strategy=magic", 400, "option-invalid", "strategy='magic'"},
+      {"dem.tif", good, "&strategy=sequential&device=cuda", 400, "options-conflict", "sequential collapses one edge after the other"},
       {"dem.tif", good, "&error=-1", 400, "option-invalid", "error='-1': outside 0.01 to 1000000"},
       {"dem.tif", good, "&nodata=99999", 400, "option-invalid", "nodata='99999'"},
       {"dem.tif", good, "&device=abacus", 400, "option-invalid", "device='abacus'"},

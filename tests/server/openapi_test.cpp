@@ -24,7 +24,7 @@ Json description() {
 /// A path of the description with values for its braces.
 std::string filled(std::string path, std::map<std::string, std::string> values) {
   for (const auto& [name, value] : std::map<std::string, std::string>{
-           {"root", "W"}, {"z", "3"}, {"x", "7"}, {"y", "6"}, {"mesh_format", "glb"}, {"version", "0"}, {"id", "a"}}) {
+           {"root", "W"}, {"z", "3"}, {"x", "7"}, {"y", "6"}, {"mesh_format", "glb"}, {"source", "s"}, {"version", "0"}, {"id", "a"}}) {
     values.emplace(name, value);
   }
   for (const auto& [name, value] : values) path = std::regex_replace(path, std::regex("\\{" + name + "\\}"), value);
@@ -53,7 +53,7 @@ TEST(OpenApi, IsOfTheVersionAndCanBeKept) {
 Response asked_for(TestService& test, const std::string& method, const std::string& address) {
   if (method == "post" && address == "/v1/datasets") return test.post("GOOD");
   Request request;
-  request.method = method == "get" ? "GET" : method == "patch" ? "PATCH" : "POST";
+  request.method = method == "get" ? "GET" : method == "patch" ? "PATCH" : method == "put" ? "PUT" : "POST";
   request.path = address;
   request.read_body = [](const Request::Sink&) { return true; };
   try {
@@ -158,7 +158,7 @@ TEST(OpenApi, OptionsOfAPostAreParameters) {
     if (parameter["in"] == "query") said.insert(parameter["name"]);
   }
   for (const OptionSpec& option : post_options()) wanted.insert(spelt(option, Spelling::query));
-  wanted.insert("upload");
+  for (const char* of_the_body : {"upload", "source", "updates"}) wanted.insert(of_the_body);
   EXPECT_EQ(said, wanted);
   Words of_meshes;
   for (const Json& parameter : document["paths"]["/v1/datasets/{id}/mesh.{mesh_format}"]["get"]["parameters"])

@@ -38,7 +38,7 @@ Slugs found_in(const std::string& text, const std::regex& what) {
 /// Words of the sources that look like slugs and are none; names of options are known from their table.
 const Slugs kOtherWords = {"accept-encoding", "content-encoding", "content-length", "content-type", "cross-site", "strict-origin-when-cross-origin",
                            "cordillera-data", "at-end", "come-back", "fisher-yates", "lock-down", "lock-first", "most-triangles", "qem-best",
-                           "test-first", "vertex-best",
+                           "super-independent", "test-first", "vertex-best",
                            "data-not-writable", "date-time", "disk-full", "idempotency-key", "if-none-match", "keep-alive", "no-cache",
                            "no-store", "sec-fetch-site", "transfer-encoding", "user-defined", "x-forwarded-for",
                            "tus-resumable", "upload-length", "upload-metadata", "upload-offset",
@@ -60,7 +60,7 @@ Slugs in_sources() {
   static const std::regex kProblem(R"re((?:Problem(?: \w+)?|return|\()\s*\{\s*"([a-z]+(?:-[a-z]+)*)",)re");
   static const std::regex kRefused(R"re(refused\("([a-z]+(?:-[a-z]+)*)",)re");
   // Stages of a report and operations of a document begin as a problem does.
-  const std::string text = std::regex_replace(source_text(), std::regex(R"((stages\.push_back|= operation)\(\{)"), "other ");
+  const std::string text = std::regex_replace(source_text(), std::regex(R"((stages\.push_back|=\s*operation)\(\{)"), "other ");
   Slugs slugs = found_in(text, kProblem);
   slugs.merge(found_in(text, kRefused));
   return slugs;

@@ -1,0 +1,99 @@
+// Uploads in parts count where whole rasters do: of one client, and of all.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "fixture.h"
+#include "server/uploads/part_files.h"
+
+namespace cordillera::server {
+namespace {
+
+Request request_of(const std::string& method, const std::string& path, const std::string& client) {
+  Request request;
+  request.method = method;
+  request.path = path;
+  request.client = client;
+  return request;
+}
+
+Response begin(TestService& test, const std::string& client) {
+  Request request = request_of("POST", "/v1/uploads", client);
+  request.headers = {{"upload-length", "4"}};
+  return test.api().handle(request);
+}
+
+std::string place_of(const Response& begun) { return "/v1/" + begun.header("Location"); }
+
+Request part_of(const std::string& place, const std::string& client) {
+  Request request = request_of("PATCH", place, client);
+  request.headers = {{"content-type", "application/offset+octet-stream"}, {"upload-offset", "0"}, {"content-length", "4"}};
+  request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
+  return request;
+}
+
+/// Does something while a part is on its way.
+template <class Meanwhile>
+Response slow_part(TestService& test, const std::string& place, const std::string& client, const Meanwhile& meanwhile) {
+  std::promise<void> begun, go;
+  Request request = part_of(place, client);
+  request.read_body = [&](const Request::Sink& sink) {
+    begun.set_value();
+    go.get_future().wait();
+    return sink("GOOD");
+  };
+  auto answer = std::async(std::launch::async, [&test, request] { return test.api().handle(request); });
+  begun.get_future().wait();
+  meanwhile();
+  go.set_value();
+  return answer.get();
+}
+
+TEST(Parts, OfOneClientAreLimited) {
+  Settings settings;
+  settings.serve.limits.client_uploads = 1;
+  TestService test(settings);
+  const std::string one = place_of(begin(test, "192.0.2.1")), two = place_of(begin(test, "192.0.2.1")), third = place_of(begin(test, "192.0.2.2"));
+  const Response first = slow_part(test, one, "192.0.2.1", [&] {
+    const Response second = test.api().handle(part_of(two, "192.0.2.1"));
+    EXPECT_EQ(second.status, 429);
+    EXPECT_EQ(slug_of(second), "too-many-uploads");
+    EXPECT_EQ(test.api().handle(part_of(third, "192.0.2.2")).status, 204);  // another one's are his own
+    EXPECT_EQ(test.api().handle(request_of("HEAD", two, "192.0.2.1")).status, 200);  // asking is free
+  });
+  EXPECT_EQ(first.status, 204);
+  EXPECT_EQ(test.api().handle(part_of(two, "192.0.2.1")).status, 204);
+}
+
+TEST(Parts, OfAllAreLimitedButTakeNoPlaceInTheQueue) {
+  Settings settings;
+  settings.serve.limits.uploads = 2;
+  settings.serve.limits.queue = 1;
+  TestService test(settings);
+  const std::string one = place_of(begin(test, "192.0.2.1")), two = place_of(begin(test, "192.0.2.2")), third = place_of(begin(test, "192.0.2.3"));
+  slow_part(test, one, "192.0.2.1", [&] {
+    EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 1);
+    EXPECT_EQ(test.post("GOOD").status, 202);
+    slow_part(test, two, "192.0.2.2", [&] { EXPECT_EQ(slug_of(test.api().handle(part_of(third, "192.0.2.3"))), "service-busy"); });
+  });
+  EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 0);
+}
+
+TEST(Parts, UnfinishedOnesOfOneClientLeaveRoomForOthers) {
+  TestService test;
+  const auto folder = test.service().layout().uploads();
+  const std::string first = begin(test, "192.0.2.1").header("Location").substr(8);
+  for (std::size_t k = 1; k < uploads::kMostOfOneSender; ++k) {
+    std::filesystem::copy(folder / first, folder / ("copy" + std::to_string(k)), std::filesystem::copy_options::recursive);
+  }
+  const Response refused = begin(test, "192.0.2.1");
+  EXPECT_EQ(refused.status, 429);
+  EXPECT_EQ(slug_of(refused), "too-many-uploads");
+  EXPECT_EQ(begin(test, "192.0.2.2").status, 201);
+  EXPECT_EQ(test.api().handle(request_of("DELETE", "/v1/uploads/" + first, "192.0.2.1")).status, 204);
+  EXPECT_EQ(begin(test, "192.0.2.1").status, 201);
+}
+
+}  // namespace
+}  // namespace cordillera::server
