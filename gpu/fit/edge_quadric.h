@@ -116,6 +116,8 @@ class EdgeQuadric {
   }
 
   CORDILLERA_HD Candidate rounded(const Optimum& optimum) const {
+    // Far from u a float no longer has every unit, and v may be a border's, which must not move.
+    if (optimum.x == dx_ && optimum.y == dy_) return at(v_.at());
     return at({u_.x + nearest(optimum.x * mesh_.units_per_cell), u_.y + nearest(optimum.y * mesh_.units_per_cell)});
   }
   /// At p, with the height that costs least.

@@ -137,7 +137,7 @@ def main():
             full_disk(program, folder)
         finally:
             subprocess.run(["umount", "-l", folder])
-    for mib in (128, 192, 208, 240, 320):
+    for mib in (128, 192, 240, 320):  # between 192 and 240 the server lives, but has not the memory for an answer
         with tempfile.TemporaryDirectory(prefix="cordillera-want-") as folder:
             print("%5d MiB of addresses: %s" % (mib, starved(program, folder, mib)))
     return 0
