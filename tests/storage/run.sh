@@ -67,7 +67,10 @@ curl -sD - -o /dev/null "$url/v1/datasets/bucket/$(awk -v got="$work/got/" '$1 =
   grep -qi '^retry-after: ' || fail 'no Retry-After'
 expect "$(code_of "$program" publish /vsis3/terrain/plan-2 -o /vsis3/terrain/other.sqlite)" 75 'publish without the storage'
 start_storage "$work/storage"
-sleep 1.5
+for _ in {1..10}; do  # what was tried in vain is tried again after some seconds
+  sleep 2
+  [[ $(fetch_all "$work/here-2") != "$all 0 0" ]] || break
+done
 expect "$(fetch_all "$work/here-2")" "$all 0 0" 'tiles after the storage came back'
 
 echo '== another dataset takes its place'

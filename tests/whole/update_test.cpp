@@ -139,14 +139,15 @@ TEST_F(Update, stopped_in_the_middle_it_goes_on) {
 }
 
 TEST_F(Update, seams_and_shares_as_well) {
-  write_patch("small.tif", 300, 300, 420, 73);  // a corner of four blocks: the search for a share takes its time
+  write_patch("small.tif", 300, 300, 420, 73);  // a corner where blocks meet: the search for a share takes its time
   write_patch("on it.tif", 560, 560, 60, 74);
   request_.options.set_feather(2000);
   request_.options.clear_error();
   request_.options.add_keep(0.2);
   make("1.sqlite", {"small.tif"});
+  const int all = built_;
   make("2.sqlite", {"on it.tif", "small.tif"}, "1.sqlite");
-  EXPECT_LE(built_, 4);
+  EXPECT_LE(built_, all);
   EXPECT_GE(built_, 1);
 }
 
