@@ -62,12 +62,7 @@ proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::s
   }
   const BuildRequest request = request_of(plan);
   if (const auto masked = add_water(plan, request, **store); !masked.ok()) return masked.problem();
-  proto::Manifest manifest = blank_manifest(request, plan.plan(), plan.source(), {0, "tasks"});
-  manifest.mutable_source()->set_resampling_error(plan.source().resampling_error());
-  manifest.set_device("tasks");
-  auto published = (*store)->publish(std::move(manifest));
-  if (!published.ok() && published.problem().type == "no-data") return without_data(request);
-  return published;
+  return publish_store(**store, request, plan);
 }
 
 }  // namespace
@@ -80,6 +75,15 @@ std::vector<Progress> progress_of(const proto::WorkPlan& plan, const std::string
     stages.push_back(progress);
   }
   return stages;
+}
+
+proto::Result<proto::Manifest> publish_store(StoreWriter& store, const BuildRequest& request, const proto::WorkPlan& plan) {
+  proto::Manifest manifest = blank_manifest(request, plan.plan(), plan.source(), {0, "tasks"});
+  manifest.mutable_source()->set_resampling_error(plan.source().resampling_error());
+  manifest.set_device("tasks");
+  auto published = store.publish(std::move(manifest));
+  if (!published.ok() && published.problem().type == "no-data") return without_data(request);
+  return published;
 }
 
 proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path,

@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "pipeline/build.h"
 #include "pipeline/store.h"
 #include "work.pb.h"
 
@@ -18,6 +19,9 @@ std::vector<Progress> progress_of(const proto::WorkPlan& plan, const std::string
 /// tiles, the same bytes. store_path appears whole or stays as it was. Problems: "shards-missing" with the first of them, "shard-damaged".
 proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::string& folder, const std::string& store_path,
                                        const std::function<void(Progress)>& told);
+
+/// The last step of a store that holds all tiles of a plan: its manifest. "no-data" where they are none.
+proto::Result<proto::Manifest> publish_store(StoreWriter& store, const BuildRequest& request, const proto::WorkPlan& plan);
 
 /// Removes shards below the folder that no task of the plan names; how many.
 std::size_t prune(const proto::WorkPlan& plan, const std::string& folder);

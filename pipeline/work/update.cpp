@@ -2,10 +2,10 @@
 
 #include <map>
 
-#include "pipeline/blank_manifest.h"
 #include "pipeline/teller.h"
 #include "pipeline/water_build.h"
 #include "pipeline/work/lanes.h"
+#include "pipeline/work/publish.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/version.h"
@@ -135,12 +135,8 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
           plan->plan(), workers, [&] { return open_source(request); }, **store, stop);
       !masked.ok())
     return masked.problem();
-  proto::Manifest manifest = blank_manifest(request, plan->plan(), plan->source(), {0, "tasks"});
-  manifest.mutable_source()->set_resampling_error(plan->source().resampling_error());
-  manifest.set_device("tasks");
-  auto published = (*store)->publish(std::move(manifest));
-  if (!published.ok() && published.problem().type == "no-data") return without_data(request);
-  teller.tell(1);
+  auto published = publish_store(**store, request, *plan);
+  if (published.ok()) teller.tell(1);
   return published;
 }
 

@@ -1,7 +1,6 @@
 #include "pipeline/work/work.h"
 
 #include <algorithm>
-#include <exception>
 #include <map>
 #include <mutex>
 #include <thread>
@@ -117,25 +116,18 @@ proto::Result<Outcome> do_task(Worker& worker, const proto::WorkPlan& plan, cons
   return Outcome::done;
 }
 
-/// A thread for each worker. The first problem, by the workers' numbers, ends the list for all.
-proto::Result<void> side_by_side(std::size_t workers, TaskList& list, const std::function<proto::Result<void>(std::size_t)>& work_on) {
-  std::vector<proto::Result<void>> results(workers);
-  std::vector<std::exception_ptr> thrown(workers);
-  {
-    std::vector<std::jthread> threads;
-    for (std::size_t k = 0; k < workers; ++k) {
-      threads.emplace_back([&, k] {
-        try {
-          results[k] = work_on(k);
-        } catch (...) {
-          thrown[k] = std::current_exception();
-        }
-        if (thrown[k] || !results[k].ok()) list.end();
-      });
+/// A worker a device. The first problem, by the devices' order, or an exception ends the list for all.
+proto::Result<void> side_by_side(std::size_t devices, TaskList& list, const std::function<proto::Result<void>(std::size_t)>& work_on) {
+  std::vector<proto::Result<void>> results(devices);
+  Workers(static_cast<unsigned>(devices)).each(devices, [&](std::size_t device, unsigned) {
+    try {
+      results[device] = work_on(device);
+    } catch (...) {
+      list.end();
+      throw;
     }
-  }
-  for (const std::exception_ptr& exception : thrown)
-    if (exception) std::rethrow_exception(exception);
+    if (!results[device].ok()) list.end();
+  });
   for (const auto& result : results)
     if (!result.ok()) return result;
   return {};
