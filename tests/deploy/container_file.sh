@@ -9,8 +9,8 @@ grep -q '^VERSION_CODENAME=bookworm' /etc/os-release && command -v dpkg readelf 
 listed=$(sed -n '/^FROM debian:12$/,/useradd/p' "$root/deploy/Dockerfile" | tr ' \\' '\n\n' | sort -u)
 missing=
 for library in $(readelf -d "$build/bin/cordillera" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p'); do
-  file=$(ldconfig -p | sed -n "s#^\s*$library (.*x86-64.*) => ##p" | head -1)
-  package=$(dpkg -S "$(readlink -f "$file")" "$file" 2>/dev/null | head -1 | cut -d: -f1 || true)
+  file=$(ldconfig -p | sed -n "s#^\s*$library (.*x86-64.*) => ##p" | sed -n 1p)
+  package=$(dpkg -S "$(readlink -f "$file")" "$file" 2>/dev/null | sed -n 1p | cut -d: -f1 || true)
   case $package in
     libc6 | libstdc++6 | libgcc-s1 | zlib1g | libbrotli1 | libfmt9 | '') ;;  # of every image, or what the others bring
     *) grep -qx "$package" <<<"$listed" || missing+="$library needs $package

@@ -19,11 +19,12 @@ cmp "$work/first" "$work/second" || fail "two packages of one build differ"
 
 deb=$(echo "$build"/packages/*.deb)
 dpkg-deb --fsys-tarfile "$deb" | tar -x -C "$work"
-"$work/usr/bin/cordillera" --version | grep -q '^cordillera [0-9]' || fail "the program does not run"
+[[ $("$work/usr/bin/cordillera" --version) == 'cordillera '[0-9]* ]] || fail "the program does not run"
 [[ -f $work/usr/share/doc/cordillera/LICENSE ]] || fail "the licence is missing"
-dpkg-deb -f "$deb" Depends | grep -q libgdal || fail "Depends does not name GDAL: $(dpkg-deb -f "$deb" Depends)"
-dpkg-deb -f "$deb" Depends | grep -q proj-data || fail "Depends does not name proj-data"
-ldd "$work/usr/bin/cordillera" | grep -q 'not found' && fail "a library is missing"
+depends=$(dpkg-deb -f "$deb" Depends)
+[[ $depends == *libgdal* ]] || fail "Depends does not name GDAL: $depends"
+[[ $depends == *proj-data* ]] || fail "Depends does not name proj-data"
+[[ $(ldd "$work/usr/bin/cordillera") != *'not found'* ]] || fail "a library is missing"
 
 # Everything that the program is linked with belongs to a package that Depends names, or to one that such a package needs.
 tar -xzf "$build"/packages/*.tar.gz -C "$work"

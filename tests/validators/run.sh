@@ -16,7 +16,7 @@ find_tiles_validator() {
   local packed
   tiles_validator=
   packed=$(ls "$modules"/npm/3d-tiles-validator-*.tgz "${CORDILLERA_TEST_DATA:-$repository/../shared/dem}"/../tools/validators/3d-tiles-validator-*.tgz \
-    2>/dev/null | head -1) || true
+    2>/dev/null | sed -n 1p) || true
   if [[ -z $packed ]]; then
     mkdir -p "$modules/npm"
     packed=$(cd "$modules/npm" && npm pack --silent 3d-tiles-validator@0.6.1 2>/dev/null) || return 0
