@@ -21,6 +21,8 @@ class SteppedMeter final : public ErrorMeter {
     return error;
   }
 
+  double error_m(const std::array<MeshPoint, 3>& corners, double enough_m) const override { return meter_.error_m(corners, enough_m); }
+
  private:
   const ErrorMeter& meter_;
   std::int32_t step_;

@@ -36,6 +36,8 @@ class ErrorMeter {
  public:
   virtual ~ErrorMeter() = default;
   virtual TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const = 0;
+  /// The error alone; once it is known to exceed enough_m, any value that does. Most trials fail, and many at the first glance.
+  virtual double error_m(const std::array<MeshPoint, 3>& corners, double enough_m) const = 0;
 };
 
 struct Refined {

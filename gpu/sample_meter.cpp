@@ -30,10 +30,19 @@ struct NoTally {
 SampleMeter::SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step)
     : meter_(input, height_range_m(input, height_step)), side_(input.mesh->side) {}
 
-TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, double limit_m) const {
+MeasuredTriangle SampleMeter::triangle(const std::array<MeshPoint, 3>& corners) const {
   const auto corner = [&](std::size_t k) { return meter_.corner(corners[k].x, corners[k].y, corners[k].height); };
   const Corner three[3] = {corner(0), corner(1), corner(2)};
-  const MeasuredTriangle triangle = meter_.triangle(three, 0);
+  return meter_.triangle(three, 0);
+}
+
+double SampleMeter::error_m(const std::array<MeshPoint, 3>& corners, double enough_m) const {
+  NoTally tally;
+  return std::max(meter_.greatest_m(triangle(corners), enough_m, tally), 0.0);
+}
+
+TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, double limit_m) const {
+  const MeasuredTriangle triangle = this->triangle(corners);
   NoTally tally;
   TriangleWorst worst = meter_.worst(triangle, limit_m, tally);
   TriangleError error;

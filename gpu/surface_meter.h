@@ -92,6 +92,25 @@ class SurfaceMeter {
     return worst;
   }
 
+  /// The same as any.error_m; once it is known to exceed enough_m, any value that does.
+  template <class Tally>
+  double greatest_m(const MeasuredTriangle& t, double enough_m, Tally& tally) const {
+    const double place_m = place_error_m(t);
+    TriangleWorst worst;
+    const auto each = [&](std::int64_t from, std::int64_t step) {
+      for (std::int64_t y = t.plan.rows.first + from; y <= t.plan.rows.last; y += step) {
+        row(t, y, INFINITY, tally, worst);
+        if (worst.any.error_m + place_m > enough_m) return true;
+      }
+      return false;
+    };
+    // Rows far apart first: what is wrong with a triangle is seldom wrong in one row alone.
+    constexpr std::int64_t kWidest = 16;
+    bool passed = each(0, kWidest);
+    for (std::int64_t step = kWidest; step > 1 && !passed; step /= 2) passed = each(step / 2, step);
+    return worst.any.error_m < 0 ? worst.any.error_m : worst.any.error_m + place_m;
+  }
+
  private:
   static constexpr std::size_t kBlock = 256;
 

@@ -64,8 +64,6 @@ class Thinner {
     return !is_void(v) && std::none_of(ring.begin(), ring.end(), [&](std::uint32_t u) { return is_void(u); });
   }
 
-  double error_m(const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) const { return meter_.measure({a, b, c}, INFINITY).error_m; }
-
   // The star of v collapsed onto its neighbour k: f(a, b, c) for each triangle, until it returns false.
   template <class F>
   bool each_new_triangle(std::uint32_t v, std::uint32_t k, F f) const {
@@ -101,7 +99,7 @@ class Thinner {
   double cost_m(std::uint32_t v, std::uint32_t k, double bound_m) const {
     double greatest = 0;
     each_new_triangle(v, k, [&](const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) {
-      greatest = std::max(greatest, error_m(a, b, c));
+      greatest = std::max(greatest, meter_.error_m({a, b, c}, bound_m));
       return greatest <= bound_m;
     });
     return greatest;
@@ -175,7 +173,7 @@ class Thinner {
     const auto ring = rings_.ring(v);
     double greatest = 0;
     for (std::size_t i = 0; i < ring.size() && greatest < bound_m; ++i)
-      greatest = std::max(greatest, error_m(point(v), point(ring[i]), point(ring[(i + 1) % ring.size()])));
+      greatest = std::max(greatest, meter_.error_m({point(v), point(ring[i]), point(ring[(i + 1) % ring.size()])}, bound_m));
     return greatest;
   }
 

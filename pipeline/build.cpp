@@ -1,11 +1,15 @@
 #include "pipeline/build.h"
 
 #include <cmath>
+#include <functional>
+#include <memory>
+#include <mutex>
 
 #include "gpu/simplify.h"
 #include "pipeline/blank_manifest.h"
 #include "pipeline/builder.h"
 #include "pipeline/content_hash.h"
+#include "pipeline/in_flight.h"
 #include "pipeline/pilot.h"
 #include "pipeline/plan.h"
 #include "pipeline/store.h"
@@ -23,42 +27,92 @@ double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
   return w.west > w.east || w.south > w.north ? 0 : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
 }
 
-proto::Result<void> build_blocks(Builder& builder, const proto::Plan& plan, StoreWriter& store, Teller& teller, const std::atomic<bool>& stop) {
-  const std::vector<proto::TileAddress> blocks = touched_tiles(plan, static_cast<int>(plan.block_level()));
-  double total = 0, done = 0;
-  for (const proto::TileAddress& node : blocks) total += samples_of(plan, node);
-  teller.stage("build", total);
-  for (const proto::TileAddress& node : blocks) {
-    const double samples = samples_of(plan, node);
-    if (!store.finished(node)) {
-      if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
-      auto task = builder.block(node, [&](double share) { teller.tell(done + share * samples); });
-      if (!task.ok()) return task.problem();
-      if (const auto committed = store.commit(*task); !committed.ok()) return committed.problem();
-      teller.committed_block();
-    }
-    done += samples;
-    teller.tell(done);
+const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
+
+/// What of a stage is done, told by tasks side by side. A task's share never falls.
+class Done {
+ public:
+  explicit Done(Teller& teller) : teller_(teller) {}
+  void add(double part) {
+    const std::lock_guard lock(mutex_);
+    teller_.tell(sum_ += part);
   }
-  return {};
+  /// For a task of so much: tells what its share has grown by.
+  std::function<void(double)> of(double all) {
+    return [this, all, told = std::make_shared<double>(0)](double share) {
+      const std::lock_guard lock(mutex_);
+      if (share <= *told) return;
+      sum_ += all * (share - *told);
+      *told = share;
+      teller_.tell(sum_);
+    };
+  }
+
+ private:
+  Teller& teller_;
+  std::mutex mutex_;
+  double sum_ = 0;
+};
+
+struct Site {
+  Builder& builder;
+  const proto::Plan& plan;
+  StoreWriter& store;
+  Teller& teller;
+  const std::atomic<bool>& stop;
+  unsigned threads;
+};
+
+/// Those that a build before this one has not committed.
+std::vector<proto::TileAddress> unfinished(const Site& site, int level) {
+  std::vector<proto::TileAddress> nodes = touched_tiles(site.plan, level);
+  std::erase_if(nodes, [&](const proto::TileAddress& node) { return site.store.finished(node); });
+  return nodes;
 }
 
-proto::Result<void> merge_upwards(Builder& builder, const proto::Plan& plan, StoreWriter& store, Teller& teller, const std::atomic<bool>& stop) {
-  double total = 0, done = 0;
-  const int min_level = static_cast<int>(plan.min_level());
-  for (int z = static_cast<int>(plan.block_level()) - 1; z >= min_level; --z) total += static_cast<double>(touched_tiles(plan, z).size());
+proto::Result<void> build_blocks(const Site& site) {
+  const auto level = static_cast<int>(site.plan.block_level());
+  const std::vector<proto::TileAddress> blocks = unfinished(site, level);
+  double total = 0, left = 0;
+  for (const proto::TileAddress& node : touched_tiles(site.plan, level)) total += samples_of(site.plan, node);
+  for (const proto::TileAddress& node : blocks) left += samples_of(site.plan, node);
+  site.teller.stage("build", total);
+  Done done(site.teller);
+  done.add(total - left);
+  const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
+    if (site.stop) return kCancelled;
+    const auto tell = done.of(samples_of(site.plan, blocks[k]));
+    auto task = site.builder.block(blocks[k], tell);
+    if (task.ok()) tell(1);
+    return task;
+  };
+  return in_flight(blocks.size(), tasks_at_once(site.plan, site.threads), make, [&](std::size_t, FinishedTask&& task) {
+    auto committed = site.store.commit(task);
+    if (committed.ok()) site.teller.committed_block();
+    return committed;
+  });
+}
+
+proto::Result<void> merge_upwards(const Site& site) {
+  const int top = static_cast<int>(site.plan.block_level()) - 1, min_level = static_cast<int>(site.plan.min_level());
+  double total = 0;
+  for (int z = top; z >= min_level; --z) total += static_cast<double>(touched_tiles(site.plan, z).size());
   if (total == 0) return {};
-  teller.stage("merge", total);
-  for (int z = static_cast<int>(plan.block_level()) - 1; z >= min_level; --z) {
-    for (const proto::TileAddress& node : touched_tiles(plan, z)) {
-      if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
-      if (!store.finished(node)) {
-        auto task = builder.merge(node, [&](const proto::TileAddress& child) { return store.mesh(child); });
-        if (!task.ok()) return task.problem();
-        if (const auto committed = store.commit(*task); !committed.ok()) return committed.problem();
-      }
-      teller.tell(++done);
-    }
+  site.teller.stage("merge", total);
+  Done done(site.teller);
+  for (int z = top; z >= min_level; --z) {
+    const std::vector<proto::TileAddress> nodes = unfinished(site, z);
+    done.add(static_cast<double>(touched_tiles(site.plan, z).size() - nodes.size()));
+    const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
+      if (site.stop) return kCancelled;
+      return site.builder.merge(nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); });
+    };
+    // A merge is one tile: as many side by side as there are threads.
+    const auto merged = in_flight(nodes.size(), site.threads, make, [&](std::size_t, FinishedTask&& task) {
+      done.add(1);
+      return site.store.commit(task);
+    });
+    if (!merged.ok()) return merged;
   }
   return {};
 }
@@ -110,8 +164,9 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   }
   auto store = StoreWriter::open(request.store_path, *plan, request.other);
   if (!store.ok()) return store.problem();
-  if (const auto built = build_blocks(builder, *plan, **store, teller, stop); !built.ok()) return built.problem();
-  if (const auto merged = merge_upwards(builder, *plan, **store, teller, stop); !merged.ok()) return merged.problem();
+  const Site site{builder, *plan, **store, teller, stop, workers.threads()};
+  if (const auto built = build_blocks(site); !built.ok()) return built.problem();
+  if (const auto merged = merge_upwards(site); !merged.ok()) return merged.problem();
   teller.stage("publish", 1);
   if (const auto masked = build_water(*plan, workers, [&] { return open_source(request); }, **store, stop); !masked.ok()) return masked.problem();
   proto::Manifest manifest = blank_manifest(request, *plan, (*source)->description(), {workers.threads(), builder.device()});

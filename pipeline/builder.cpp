@@ -37,7 +37,7 @@ std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, cons
 }
 
 Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop)
-    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), device_(std::move(device)), stop_(stop) {}
+    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), wanted_device_(std::move(device)), stop_(stop) {}
 
 proto::Result<void> Builder::prepare() {
   // Tile meshes come and go by the megabyte: given back to the system each time, half of the build would be page faults.
@@ -51,17 +51,28 @@ proto::Result<void> Builder::prepare() {
   const auto on_all_threads = [this](std::size_t count, const std::function<void(std::size_t)>& work) {
     workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
   };
-  auto simplifier = gpu::make_simplifier(device_, on_all_threads, strategy_of(plan_));
+  auto simplifier = gpu::make_simplifier(wanted_device_, on_all_threads, strategy_of(plan_));
   if (!simplifier.ok()) return simplifier.problem();
-  simplifiers_.push_back(std::move(*simplifier));
-  if (device() == "cpu") fall_back_to_cpu();
+  if ((*simplifier)->device() != "cpu") on_device_ = std::move(*simplifier);
+  for (unsigned k = 0; k < workers_.threads(); ++k) {
+    on_cpu_.push_back(gpu::make_simplifier("cpu", gpu::one_after_the_other, strategy_of(plan_)).value());
+  }
   return {};
 }
 
-void Builder::fall_back_to_cpu() {
-  simplifiers_.clear();
-  for (unsigned k = 0; k < workers_.threads(); ++k) {
-    simplifiers_.push_back(gpu::make_simplifier("cpu", gpu::one_after_the_other, strategy_of(plan_)).value());
+std::string Builder::device() const {
+  const std::lock_guard lock(device_mutex_);
+  return on_device_ ? on_device_->device() : "cpu";
+}
+
+std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs) {
+  const std::lock_guard lock(device_mutex_);
+  if (!on_device_) throw gpu::DeviceLost("another task has lost it");
+  try {
+    return on_device_->simplify(jobs);
+  } catch (const gpu::DeviceLost&) {
+    on_device_.reset();
+    throw;
   }
 }
 
@@ -108,8 +119,7 @@ std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_
   } else {
     try {
       simplify_batched(context, prepare, tiles);
-    } catch (const gpu::DeviceLost&) {
-      fall_back_to_cpu();  // same bytes
+    } catch (const gpu::DeviceLost&) {  // the CPU gives the same bytes
       simplify_on_cpu(context, prepare, tiles, done);
     }
   }
@@ -125,7 +135,7 @@ void Builder::simplify_on_cpu(const LevelContext& context, const Prepare& prepar
   workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
     if (stop_) return;
     std::optional<PreparedTile> prepared = prepare(k);
-    if (prepared) tiles[k] = complete(context, *prepared, *simplifiers_[worker]);
+    if (prepared) tiles[k] = complete(context, *prepared, *on_cpu_[worker]);
     done();
   });
 }
@@ -154,7 +164,7 @@ void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTi
   for (int attempt = 0; !open.empty() && !stop_; ++attempt) {
     std::vector<gpu::SimplifyJob> jobs;
     for (const std::size_t k : open) jobs.push_back(prepared[k].job(context));
-    std::vector<proto::TileMesh> meshes = simplifiers_.front()->simplify(jobs);
+    std::vector<proto::TileMesh> meshes = simplify_on_device(jobs);
     workers_.each(open.size(), [&](std::size_t n, unsigned) {
       built[open[n]] = finish(context, prepared[open[n]], std::move(meshes[n]), attempt);
     });

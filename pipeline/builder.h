@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,9 +30,11 @@ class Builder {
 
   Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop);
   proto::Result<void> prepare();  ///< opens sources and simplifiers
-  std::string device() const { return simplifiers_.front()->device(); }
+  std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU
   /// The targets are in the plan's copy that the caller changed: take them over.
   void use(const proto::Plan& plan) { plan_ = plan; }
+
+  // Tasks may be made side by side, each in a thread of its own; they share the workers.
 
   /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any thread.
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
@@ -54,17 +57,19 @@ class Builder {
   void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles, const TileDone& done);
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
   void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
+  std::vector<proto::TileMesh> simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs);
   void encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task);
-  void fall_back_to_cpu();
 
   proto::Plan plan_;
   proto::Lattice lattice_;
   Workers& workers_;
   OpenSource open_;
-  std::string device_;
+  std::string wanted_device_;
   const std::atomic<bool>& stop_;
-  std::vector<std::unique_ptr<raster::Source>> sources_;          ///< one a worker
-  std::vector<std::unique_ptr<gpu::Simplifier>> simplifiers_;     ///< CPU: one a worker; CUDA: one
+  std::vector<std::unique_ptr<raster::Source>> sources_;  ///< one a worker
+  std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< likewise
+  mutable std::mutex device_mutex_;
+  std::unique_ptr<gpu::Simplifier> on_device_;  ///< one task's batch at a time; none: there is no GPU, or it was lost
 };
 
 }  // namespace cordillera::pipeline

@@ -215,6 +215,7 @@ class ComposedMeter::Ground {
         index_(welded_, is_published),
         loose_(lattice, tile, mesh.side, ecef_step_m, loose.samples),
         at_(welded_.vertices()),
+        facets_(welded_.triangles.size()),
         on_rim_(welded_.vertices(), 0) {
     std::fill(on_rim_.begin() + static_cast<std::ptrdiff_t>(mesh.vertices()), on_rim_.end(), 1);
     for (const auto& t : mesh.triangles)
@@ -222,51 +223,89 @@ class ComposedMeter::Ground {
         for (const std::uint32_t v : t) on_rim_[v] = 1;
     error_m_.insert(error_m_.end(), loose.patch_error_m.begin(), loose.patch_error_m.end());
     for (std::uint32_t v = 0; v < at_.size(); ++v) at_[v] = earth_.at(point(v));
+    for (std::size_t k = 0; k < facets_.size(); ++k) facets_[k] = facet(welded_.triangles[k]);
   }
 
   double least_m() const { return least_m_; }
   std::size_t points() const { return welded_.vertices() + loose_.size(); }
 
+  double error_m(const std::array<gpu::MeshPoint, 3>& corners, double enough_m) const {
+    std::vector<std::uint32_t> near;
+    const Seen seen = see(corners, enough_m, near);
+    if (seen.shown_already || seen.error_m > enough_m || !has_area(seen.plane)) return seen.error_m;
+    return std::max(seen.error_m, loose_.farthest(corners).error_m);
+  }
+
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
     gpu::TriangleError error;
-    const Plane plane = plane_of(earth_.at(corners[0]), earth_.at(corners[1]), earth_.at(corners[2]));
-    if (!has_area(plane)) return error;
-    std::array<PlanPoint, 3> plan;
-    for (std::size_t k = 0; k < 3; ++k) plan[k] = {static_cast<double>(corners[k].x), static_cast<double>(corners[k].y)};
     std::vector<std::uint32_t> near;
-    index_.meeting(plan, near);
-    PlanPoint worst;
-    std::uint32_t over = kNone;
-    for (const std::uint32_t k : near) {
-      const auto& t = welded_.triangles[k];
-      const double own_m = error_m_[k];
-      if (is_same(t, corners)) {  // all samples there are measured against it already
-        error.error_m = rounding_m_ + own_m;
-        return error;
-      }
-      const Plane other = plane_of(at_[t[0]], at_[t[1]], at_[t[2]]);
-      const Common common = common_part(plan, plan_of(welded_, t));
-      if (common.count <= 2 || !has_area(other)) continue;
-      const Apart here = apart(other, plane, common, earth_);
-      const double error_m = rounding_m_ + (own_m + here.most_m);
-      if (error_m <= error.error_m) continue;
-      error.error_m = error_m;
-      worst = here.at;
-      over = k;
-    }
+    const Seen seen = see(corners, INFINITY, near);
+    error.error_m = seen.error_m;
+    if (seen.shown_already || !has_area(seen.plane)) return error;
     const LooseSamples::Farthest loose = loose_.farthest(corners);
-    const double composed_m = error.error_m;
-    error.error_m = std::max(composed_m, loose.error_m);
+    error.error_m = std::max(seen.error_m, loose.error_m);
     if (error.error_m <= limit_m) return error;
-    if (loose.inside_m > limit_m || (composed_m <= limit_m && loose.inside_m >= 0)) error.offer(loose.inside);
-    offer_farthest(corners, plane, near, error);
-    if (over == kNone) return error;
-    if (error.count == 0) offer_nearest(corners, worst, welded_.triangles[over], error);
-    offer_between(worst, welded_.triangles[over], error);
+    if (loose.inside_m > limit_m || (seen.error_m <= limit_m && loose.inside_m >= 0)) error.offer(loose.inside);
+    offer_farthest(corners, seen.plane, near, error);
+    if (seen.over == kNone) return error;
+    if (error.count == 0) offer_nearest(corners, seen.worst, welded_.triangles[seen.over], error);
+    offer_between(seen.worst, welded_.triangles[seen.over], error);
     return error;
   }
 
  private:
+  // A welded triangle in space, and its box on the plan.
+  struct Facet {
+    Plane plane;
+    std::int32_t west = 0, south = 0, east = 0, north = 0;
+  };
+  Facet facet(const std::array<std::uint32_t, 3>& t) const {
+    const auto [west, east] = std::minmax({welded_.x[t[0]], welded_.x[t[1]], welded_.x[t[2]]});
+    const auto [south, north] = std::minmax({welded_.y[t[0]], welded_.y[t[1]], welded_.y[t[2]]});
+    return {plane_of(at_[t[0]], at_[t[1]], at_[t[2]]), west, south, east, north};
+  }
+
+  // What the welded triangles tell of another triangle.
+  struct Seen {
+    Plane plane;              // of the triangle asked for
+    bool shown_already = false;  // it is one of the welded: all samples there are measured against it
+    double error_m = 0;
+    PlanPoint worst;
+    std::uint32_t over = kNone;  // the welded triangle with the worst place
+  };
+
+  // near: the welded triangles around. Ends when the error exceeds enough_m.
+  Seen see(const std::array<gpu::MeshPoint, 3>& corners, double enough_m, std::vector<std::uint32_t>& near) const {
+    Seen seen;
+    seen.plane = plane_of(earth_.at(corners[0]), earth_.at(corners[1]), earth_.at(corners[2]));
+    if (!has_area(seen.plane)) return seen;
+    std::array<PlanPoint, 3> plan;
+    for (std::size_t k = 0; k < 3; ++k) plan[k] = {static_cast<double>(corners[k].x), static_cast<double>(corners[k].y)};
+    index_.meeting(plan, near);
+    const auto same = std::find_if(near.begin(), near.end(), [&](std::uint32_t k) { return is_same(welded_.triangles[k], corners); });
+    if (same != near.end()) {
+      seen.shown_already = true;
+      seen.error_m = rounding_m_ + error_m_[*same];
+      return seen;
+    }
+    const auto [west, east] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
+    const auto [south, north] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+    for (const std::uint32_t k : near) {
+      const Facet& other = facets_[k];
+      if (other.east < west || other.west > east || other.north < south || other.south > north) continue;
+      const Common common = common_part(plan, plan_of(welded_, welded_.triangles[k]));
+      if (common.count <= 2 || !has_area(other.plane)) continue;
+      const Apart here = apart(other.plane, seen.plane, common, earth_);
+      const double error_m = rounding_m_ + (error_m_[k] + here.most_m);
+      if (error_m <= seen.error_m) continue;
+      seen.error_m = error_m;
+      seen.worst = here.at;
+      seen.over = k;
+      if (error_m > enough_m) break;
+    }
+    return seen;
+  }
+
   gpu::MeshPoint point(std::uint32_t v) const { return {welded_.x[v], welded_.y[v], welded_.height[v]}; }
 
   bool is_same(const std::array<std::uint32_t, 3>& t, const std::array<gpu::MeshPoint, 3>& corners) const {
@@ -341,6 +380,7 @@ class ComposedMeter::Ground {
   TriangleIndex index_;
   LooseSamples loose_;
   std::vector<Spot> at_;      // indexed by welded vertex
+  std::vector<Facet> facets_;  // indexed by welded triangle
   std::vector<char> on_rim_;  // likewise: beside an unpublished triangle, or of a patch
 };
 
@@ -353,6 +393,8 @@ gpu::TriangleError ComposedMeter::measure(const std::array<gpu::MeshPoint, 3>& c
   return ground_->measure(corners, limit_m);
 }
 
+double ComposedMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, double enough_m) const { return ground_->error_m(corners, enough_m); }
+
 double ComposedMeter::least_m() const { return ground_->least_m(); }
 std::size_t ComposedMeter::points() const { return ground_->points(); }
 
@@ -362,6 +404,11 @@ gpu::TriangleError NearerMeter::measure(const std::array<gpu::MeshPoint, 3>& cor
   first.error_m = std::min(first.error_m, second_.measure(corners, INFINITY).error_m);
   if (first.error_m <= limit_m) first.count = 0;
   return first;
+}
+
+double NearerMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, double enough_m) const {
+  const double first_m = first_.error_m(corners, enough_m);
+  return first_m <= enough_m ? first_m : std::min(first_m, second_.error_m(corners, enough_m));
 }
 
 double greatest_error_m(const gpu::ErrorMeter& meter, const TileMesh& mesh, double limit_m, std::vector<std::uint32_t>& over) {

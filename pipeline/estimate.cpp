@@ -113,12 +113,14 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   auto plan = make_plan(**source, request.options);
   if (!plan.ok()) return plan.problem();
   plan->set_program(proto::kProgram);
-  const unsigned threads = Workers(request.options.threads()).threads();
-  Hands hands(*plan, threads, open, request.options.device());
-  if (const auto ready = hands.prepare(); !ready.ok()) return ready.problem();
+  Workers workers(request.options.threads());
+  const unsigned threads = workers.threads();
+  const std::atomic<bool> never = false;
+  Builder builder(*plan, workers, open, request.options.device(), never);
+  if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   const auto level = is_small(*plan) ? plan->block_level() : plan->finest_level();
   const std::vector<proto::TileAddress> nodes = filled_nodes(*plan, **source, static_cast<int>(level));
-  Sampler sampler(hands, nodes);
+  Sampler sampler(builder, threads, nodes);
   proto::Plan aimed = *plan;
   auto sampled = sampler.build(aimed);
   const bool shares = request.options.keep_size() > 0;
@@ -131,7 +133,7 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   std::vector<LevelSum> sums = extrapolate(*plan, *sampled, nodes);
   if (shares) take_shares(request.options, sums);
   Estimate estimate;
-  estimate.manifest = blank_manifest(request, *plan, (*source)->description(), {threads, hands.device()});
+  estimate.manifest = blank_manifest(request, *plan, (*source)->description(), {threads, builder.device()});
   fill_in(*plan, sums, estimate.manifest);
   estimate.seconds = seconds_for(*sampled, sums, threads, shares);
   return estimate;

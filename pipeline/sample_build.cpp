@@ -5,6 +5,7 @@
 #include <set>
 
 #include "pipeline/estimate.h"
+#include "pipeline/in_flight.h"
 #include "pipeline/plan.h"
 #include "pipeline/sample_places.h"
 
@@ -54,30 +55,16 @@ bool is_small(const proto::Plan& plan) {
   return touched_count(plan, finest) <= 4 * kEstimateTiles && touched_tiles(plan, finest).size() <= kEstimateTiles;
 }
 
-proto::Result<void> Hands::add(unsigned threads) {
-  workers_.push_back(std::make_unique<Workers>(threads));
-  builders_.push_back(std::make_unique<Builder>(plan_, *workers_.back(), open_, device_, never_));
-  return builders_.back()->prepare();
-}
-
-proto::Result<void> Hands::prepare() {
-  if (auto first = add(1); !first.ok()) return first.problem();
-  if (device() == "cpu" && !is_small(plan_)) {
-    for (unsigned k = 1; k < std::min<unsigned>(threads_, kPlaces); ++k) {
-      if (auto more = add(1); !more.ok()) return more.problem();
-    }
-  } else {
-    builders_.clear();
-    workers_.clear();
-    if (auto only = add(threads_); !only.ok()) return only.problem();
-  }
-  side_by_side_ = std::make_unique<Workers>(static_cast<unsigned>(builders_.size()));
-  return {};
-}
-
-std::vector<proto::Result<FinishedTask>> Hands::blocks(const std::vector<proto::TileAddress>& nodes) {
-  std::vector<proto::Result<FinishedTask>> tasks(nodes.size(), proto::Result<FinishedTask>(FinishedTask{}));
-  side_by_side_->each(nodes.size(), [&](std::size_t k, unsigned worker) { tasks[k] = builders_[worker]->block(nodes[k], [](double) {}); });
+proto::Result<std::vector<FinishedTask>> Sampler::blocks(const proto::Plan& plan, const std::vector<proto::TileAddress>& nodes) {
+  builder_.use(plan);
+  std::vector<FinishedTask> tasks;
+  const auto built = in_flight(
+      nodes.size(), tasks_at_once(plan, threads_), [&](std::size_t k) { return builder_.block(nodes[k], [](double) {}); },
+      [&](std::size_t, FinishedTask&& task) -> proto::Result<void> {
+        tasks.push_back(std::move(task));
+        return {};
+      });
+  if (!built.ok()) return built.problem();
   return tasks;
 }
 
@@ -88,8 +75,7 @@ proto::Result<Sampled> Sampler::build(const proto::Plan& plan) {
   const int finest = static_cast<int>(plan.finest_level()), top = is_small(plan) ? nodes_.front().z : finest;
   sampled.levels.resize(static_cast<std::size_t>(finest - top) + 1);
   const double before = cpu_seconds();
-  hands_.use(with_blocks_at(plan, top));
-  if (const auto built = build_places(plan, is_small(plan) ? nodes_.size() : kPlaces, sampled); !built.ok()) return built.problem();
+  if (const auto built = build_places(with_blocks_at(plan, top), is_small(plan) ? nodes_.size() : kPlaces, sampled); !built.ok()) return built.problem();
   sampled.cpu_seconds = cpu_seconds() - before;
   if (is_small(plan) || found_.empty() || finest == static_cast<int>(std::max(plan.min_level(), plan.block_level()))) return sampled;
   if (const auto built = build_parents(plan, sampled); !built.ok()) return built.problem();
@@ -98,7 +84,7 @@ proto::Result<Sampled> Sampler::build(const proto::Plan& plan) {
 }
 
 proto::Result<void> Sampler::build_places(const proto::Plan& plan, std::size_t most, Sampled& sampled) {
-  const int level = is_small(plan) ? nodes_.front().z : static_cast<int>(plan.finest_level());
+  const int level = static_cast<int>(plan.block_level());
   const std::size_t count = count_at(nodes_, level);
   const bool all = count <= most;
   sampled.all_places = count;
@@ -112,15 +98,16 @@ proto::Result<void> Sampler::build_places(const proto::Plan& plan, std::size_t m
       const std::size_t at = all ? k : spread_place(k, count);
       if (seen.insert(at).second) round.push_back(node_at(nodes_, at, level));
     }
-    const auto tasks = hands_.blocks(round);
+    const auto tasks = blocks(plan, round);
+    if (!tasks.ok()) return tasks.problem();
     for (std::size_t n = 0; n < round.size(); ++n) {
-      if (!tasks[n].ok()) return tasks[n].problem();
-      add(*tasks[n], static_cast<int>(plan.finest_level()), sampled.levels);
+      const FinishedTask& task = (*tasks)[n];
+      add(task, static_cast<int>(plan.finest_level()), sampled.levels);
       sampled.samples += samples_of(plan, round[n]);
       ++sampled.places;
-      if (tasks[n]->tiles.empty()) continue;
+      if (task.tiles.empty()) continue;
       ++sampled.filled;
-      found_.emplace_back(tasks[n]->tiles.front().record.triangles(), round[n]);
+      found_.emplace_back(task.tiles.front().record.triangles(), round[n]);
     }
   }
   return {};
@@ -130,17 +117,15 @@ proto::Result<void> Sampler::build_places(const proto::Plan& plan, std::size_t m
 proto::Result<void> Sampler::build_parents(const proto::Plan& plan, Sampled& sampled) {
   const int finest = static_cast<int>(plan.finest_level());
   std::stable_sort(found_.begin(), found_.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  hands_.use(with_blocks_at(plan, finest - 1));
   std::vector<proto::TileAddress> parents;
   for (const auto& [triangles, tile] : found_) {
     const proto::TileAddress parent{finest - 1, tile.x >> 1, tile.y >> 1};
     if (parents.size() < kParents && std::find(parents.begin(), parents.end(), parent) == parents.end()) parents.push_back(parent);
   }
   std::vector<LevelSum> pair(2);
-  for (const auto& task : hands_.blocks(parents)) {
-    if (!task.ok()) return task.problem();
-    add(*task, finest, pair);
-  }
+  const auto tasks = blocks(with_blocks_at(plan, finest - 1), parents);
+  if (!tasks.ok()) return tasks.problem();
+  for (const FinishedTask& task : *tasks) add(task, finest, pair);
   const LevelSum& here = sampled.levels[0];
   const auto grown = [&](double LevelSum::*part) { return pair[0].*part > 0 ? here.*part * (pair[1].*part / pair[0].*part) : 0; };
   const auto share = static_cast<double>(count_at(nodes_, finest - 1)) / static_cast<double>(count_at(nodes_, finest));

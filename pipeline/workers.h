@@ -1,25 +1,37 @@
 #pragma once
-// The threads of a build: one pool (Boost.Asio), one loop over independent pieces of work.
-#include <atomic>
+// The threads of a build: loops over independent pieces of work, several of them side by side.
+#include <condition_variable>
+#include <cstddef>
 #include <functional>
-#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
 
 namespace cordillera::pipeline {
 
 class Workers {
  public:
   explicit Workers(unsigned threads);  ///< 0: as many as the machine has
-  ~Workers();
-  unsigned threads() const { return threads_; }
+  ~Workers();                          ///< no loop is under way
+  unsigned threads() const { return static_cast<unsigned>(threads_.size()); }
 
-  /// Calls work(item, worker) for every item in 0..count-1, worker in 0..threads()-1 (two calls of one worker never overlap).
-  /// Returns when all are done. The first exception is thrown again here, after the others have ended.
+  /// Calls work(item, worker) for every item in 0..count-1, worker in 0..threads()-1 (two calls of one worker never overlap, in whatever
+  /// loops). Returns when all are done. The first exception is thrown again here, after the others have ended. Many may call at once, but
+  /// not from within work. The loop with the fewest items left goes first: what it holds in memory is free the sooner.
   void each(std::size_t count, const std::function<void(std::size_t item, unsigned worker)>& work);
 
  private:
-  struct Pool;
-  unsigned threads_;
-  std::unique_ptr<Pool> pool_;
+  struct Loop;
+  void end();
+  void run(unsigned worker);
+  Loop* shortest();  ///< with items left; null: none
+  void do_one(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& lock);
+
+  std::mutex mutex_;  // of all that follows, and of loops
+  std::condition_variable changed_;
+  std::vector<Loop*> loops_;  // in the order that they began
+  bool ending_ = false;
+  std::vector<std::thread> threads_;
 };
 
 }  // namespace cordillera::pipeline

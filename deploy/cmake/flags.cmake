@@ -11,9 +11,17 @@ target_compile_options(cordillera_flags INTERFACE
 target_include_directories(cordillera_flags INTERFACE ${CMAKE_SOURCE_DIR})
 if(CORDILLERA_SANITIZE)
   target_compile_options(cordillera_flags INTERFACE
-    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${CORDILLERA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all>)
+    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${CORDILLERA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS>)
   target_link_options(cordillera_flags INTERFACE -fsanitize=${CORDILLERA_SANITIZE})
 endif()
+
+# cordillera_precompile(target header...): headers that nearly every file of a target reads are parsed once. A fifth of the time of a first
+# build. Not beside ccache, which is better at a second one, and leaves every file to name what it uses.
+function(cordillera_precompile target)
+  if(NOT CORDILLERA_CCACHE AND NOT CORDILLERA_FUZZ)
+    target_precompile_headers(${target} PRIVATE <algorithm> <cmath> <filesystem> <functional> <map> <memory> <string> <vector> ${ARGN})
+  endif()
+endfunction()
 
 # A test program: cordillera_test(name SOURCES ... LIBS ...)
 function(cordillera_test name)
@@ -23,13 +31,16 @@ function(cordillera_test name)
   endif()
   find_package(GTest REQUIRED)
   add_executable(${name} ${T_SOURCES})
+  cordillera_precompile(${name} <gmock/gmock.h> <gtest/gtest.h>)
   target_link_libraries(${name} PRIVATE cordillera_flags ${T_LIBS} GTest::gmock GTest::gtest_main)
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # most of a test runs once: compiling it is what takes time
   target_compile_definitions(${name} PRIVATE CORDILLERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT 1500)
 endfunction()
 if(CORDILLERA_FUZZ)
   target_compile_options(cordillera_flags INTERFACE
-    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=fuzzer-no-link,address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined -g>)
+    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=fuzzer-no-link,address,undefined -fno-omit-frame-pointer -fno-sanitize-recover=undefined
+    -D_GLIBCXX_ASSERTIONS>)
   target_link_options(cordillera_flags INTERFACE -fsanitize=address,undefined)
 endif()

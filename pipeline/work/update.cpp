@@ -2,9 +2,10 @@
 
 #include <map>
 
+#include "pipeline/builder.h"
+#include "pipeline/in_flight.h"
 #include "pipeline/teller.h"
 #include "pipeline/water_build.h"
-#include "pipeline/work/lanes.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
@@ -52,8 +53,10 @@ proto::Result<void> prepare_store(const UpdateOrder& order, const std::optional<
 struct Site {
   const proto::WorkPlan& plan;
   StoreWriter& store;
-  Lanes& lanes;
+  Builder& builder;
+  unsigned threads;
   Teller& teller;
+  const std::atomic<bool>& stop;
 };
 
 /// Tasks of a stage that are still to be done.
@@ -65,19 +68,21 @@ std::vector<const proto::WorkTask*> open_tasks(const Site& site, const proto::Wo
   return open;
 }
 
-proto::Result<void> do_stage(const Site& site, const std::vector<const proto::WorkTask*>& tasks, std::atomic<double>& done) {
-  return site.lanes.each(tasks.size(), [&](Builder& builder, std::size_t k) -> proto::Result<void> {
-    const proto::WorkTask& task = *tasks[k];
-    const bool block = task.sources_size() > 0;
-    auto finished =
-        block ? builder.block(address_of(task), [](double) {})
-              : builder.merge(address_of(task), [&](const proto::TileAddress& child) { return site.store.mesh(child); });
-    if (!finished.ok()) return finished.problem();
-    finished->consumed.clear();  // the next version may need them
-    if (const auto committed = site.store.commit(*finished); !committed.ok()) return committed;
-    if (block) site.teller.committed_block();
-    site.teller.tell(done += block ? task.samples() : 1);
-    return {};
+proto::Result<void> do_stage(const Site& site, const std::vector<const proto::WorkTask*>& tasks) {
+  double done = 0;
+  const auto is_block = [&](std::size_t k) { return tasks[k]->sources_size() > 0; };
+  const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
+    if (site.stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
+    const proto::TileAddress node = address_of(*tasks[k]);
+    if (is_block(k)) return site.builder.block(node, [](double) {});
+    return site.builder.merge(node, [&](const proto::TileAddress& child) { return site.store.mesh(child); });
+  };
+  return in_flight(tasks.size(), tasks_at_once(site.plan.plan(), site.threads), make, [&](std::size_t k, FinishedTask&& task) {
+    task.consumed.clear();  // the next version may need them
+    auto committed = site.store.commit(task);
+    if (committed.ok() && is_block(k)) site.teller.committed_block();
+    if (committed.ok()) site.teller.tell(done += is_block(k) ? tasks[k]->samples() : 1);
+    return committed;
   });
 }
 
@@ -88,8 +93,7 @@ proto::Result<void> do_all(const Site& site) {
     for (const proto::WorkTask* task : tasks) total += s == 0 ? task->samples() : 1;
     if (tasks.empty()) continue;
     site.teller.stage(s == 0 ? "build" : "merge", total);
-    std::atomic<double> done{0};
-    if (const auto stage = do_stage(site, tasks, done); !stage.ok()) return stage;
+    if (const auto stage = do_stage(site, tasks); !stage.ok()) return stage;
   }
   return {};
 }
@@ -126,11 +130,11 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   if (const auto ready = prepare_store(order, before, *plan); !ready.ok()) return ready.problem();
   auto store = StoreWriter::open(request.store_path, plan->plan());
   if (!store.ok()) return store.problem();
-  const auto lanes = Lanes::open(request, plan->plan(), stop);
-  if (!lanes.ok()) return lanes.problem();
-  if (const auto done = do_all({*plan, **store, **lanes, teller}); !done.ok()) return done.problem();
-  teller.stage("publish", 1);
   Workers workers(request.options.threads());
+  Builder builder(plan->plan(), workers, [&] { return open_source(request); }, request.options.device(), stop);
+  if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
+  if (const auto done = do_all({*plan, **store, builder, workers.threads(), teller, stop}); !done.ok()) return done.problem();
+  teller.stage("publish", 1);
   if (const auto masked = build_water(
           plan->plan(), workers, [&] { return open_source(request); }, **store, stop);
       !masked.ok())

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/gpu/measured_tile.h"
+#include "tests/gpu/meter_glance.h"
 
 namespace cordillera::gpu {
 namespace {
@@ -36,6 +37,12 @@ TEST_P(Thin, keeps_the_promise_and_the_laws) {
   EXPECT_LE(more.mesh.vertices(), mesh.vertices());
   EXPECT_LE(moved.mesh.vertices(), more.mesh.vertices());
   EXPECT_TRUE(over(moved.mesh, samples, 2 * kLimit_m + 1e-9).empty());
+}
+TEST_P(Thin, a_glance_agrees_with_the_whole) {
+  const proto::Samples samples = samples_of(GetParam());
+  const TileMesh grid = coarse(samples, kSide);
+  const auto [low, high] = std::minmax_element(grid.height.begin(), grid.height.end());
+  expect_glance_agrees(SampleMeter(input_of(grid, samples)), kSide, *low, *high);
 }
 INSTANTIATE_TEST_SUITE_P(Terrains, Thin, testing::Values(kHills, kWalls, kSpike));
 

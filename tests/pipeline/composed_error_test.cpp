@@ -14,6 +14,7 @@
 #include "pipeline/mesh_record.h"
 #include "pipeline/overlay.h"
 #include "proto/ellipsoid.h"
+#include "tests/gpu/meter_glance.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -112,6 +113,23 @@ TEST(ComposedError, BoundsWhatSamplingFinds) {
     EXPECT_LE(s.stated_m, 1.35 * s.sampled_m + 0.01) << "level " << c.tile.z << ": the bound is too weak to be of use";
     EXPECT_GT(s.sampled_m, 0.1);
   }
+}
+
+TEST(ComposedError, AGlanceAgreesWithTheWhole) {
+  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const TileMesh fine = surface(16, 1024, [](double u, double v) { return 300 * u + 50 * v * v; });
+  const TileMesh rough = surface(8, 1024, [](double u, double v) { return 280 * u + 60 * v; });
+  const proto::TileAddress tile{10, 700, 650};
+  const ComposedMeter first(lattice, tile, fine, 2, {}, 0x1p-10), second(lattice, tile, rough, 5, {}, 0x1p-10);
+  gpu::expect_glance_agrees(first, 1024, 0, 350 * 1024);
+  gpu::expect_glance_agrees(second, 1024, 0, 350 * 1024);
+  // The lesser of two bounds.
+  const NearerMeter nearer(first, second);
+  const std::array<gpu::MeshPoint, 3> c{{{100, 100, 1024}, {900, 200, 90 * 1024}, {500, 800, 300 * 1024}}};
+  const double one_m = first.error_m(c, INFINITY), other_m = second.error_m(c, INFINITY), least_m = std::min(one_m, other_m);
+  EXPECT_EQ(nearer.error_m(c, INFINITY), one_m);
+  EXPECT_EQ(nearer.error_m(c, least_m), least_m);
+  EXPECT_GT(nearer.error_m(c, least_m / 2), least_m / 2);
 }
 
 TEST(ComposedError, TheSameSurfaceIsNoDistanceAway) {

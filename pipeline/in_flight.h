@@ -1,0 +1,38 @@
+#pragma once
+// Tasks of a build, several of them under way at once: while one ends with few tiles, or waits for its file, the threads work on another.
+#include <algorithm>
+#include <deque>
+#include <functional>
+#include <future>
+
+#include "cordillera.pb.h"
+#include "pipeline/store.h"
+#include "proto/result.h"
+
+namespace cordillera::pipeline {
+
+/// How many tasks keep so many threads busy. Each holds the samples of its block, and its finest meshes.
+inline std::size_t tasks_at_once(const proto::Plan& plan, unsigned threads) {
+  if (threads <= 1) return 1;
+  const std::size_t tiles = std::size_t{1} << 2 * std::min<std::uint32_t>(plan.finest_level() - plan.block_level(), 8);
+  constexpr std::size_t kTilesOfThread = 16;  // so many in a block, and it seldom lets a thread wait
+  return 2 + threads / std::max<std::size_t>(1, tiles / kTilesOfThread);
+}
+
+/// make(k) for 0 .. count - 1, at_once of them side by side, each in a thread of its own; take(k, task) in their order, in the caller's. The
+/// first problem ends it, after those under way.
+inline proto::Result<void> in_flight(std::size_t count, std::size_t at_once, const std::function<proto::Result<FinishedTask>(std::size_t)>& make,
+                                     const std::function<proto::Result<void>(std::size_t, FinishedTask&&)>& take) {
+  std::deque<std::future<proto::Result<FinishedTask>>> under_way;
+  std::size_t next = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    while (next < count && under_way.size() < at_once) under_way.push_back(std::async(std::launch::async, make, next++));
+    auto made = under_way.front().get();
+    under_way.pop_front();
+    if (!made.ok()) return made.problem();
+    if (auto taken = take(k, std::move(made).value()); !taken.ok()) return taken;
+  }
+  return {};
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,135 @@
+#include "pipeline/workers.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <future>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "pipeline/in_flight.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+TEST(Workers, DoEveryItemOnce) {
+  Workers workers(3);
+  std::vector<std::atomic<int>> done(1000);
+  workers.each(done.size(), [&](std::size_t k, unsigned worker) {
+    ASSERT_LT(worker, 3u);
+    ++done[k];
+  });
+  for (const auto& times : done) EXPECT_EQ(times, 1);
+  workers.each(0, [](std::size_t, unsigned) { FAIL(); });
+}
+
+/// Loops of many callers share the threads, and what a worker has for itself it never has twice at a time.
+TEST(Workers, LoopsSideBySide) {
+  Workers workers(4);
+  std::array<std::atomic<int>, 4> inside{};
+  std::atomic<int> done{0}, overlaps{0};
+  std::vector<std::future<void>> callers;
+  for (int c = 0; c < 8; ++c) {
+    callers.push_back(std::async(std::launch::async, [&] {
+      for (int loop = 0; loop < 20; ++loop) {
+        workers.each(25, [&](std::size_t, unsigned worker) {
+          if (++inside[worker] != 1) ++overlaps;
+          ++done;
+          --inside[worker];
+        });
+      }
+    }));
+  }
+  for (auto& caller : callers) caller.get();
+  EXPECT_EQ(done, 8 * 20 * 25);
+  EXPECT_EQ(overlaps, 0);
+}
+
+/// A loop of two items does not wait for the rest of a long one.
+TEST(Workers, ShortLoopsGoFirst) {
+  Workers workers(1);
+  std::atomic<bool> begun{false}, waiting{false};
+  std::string order;  // written by the one worker
+  auto longer = std::async(std::launch::async, [&] {
+    workers.each(10, [&](std::size_t, unsigned) {
+      order += 'l';
+      begun = true;
+      while (!waiting) std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));  // until the other caller is in the queue
+    });
+  });
+  while (!begun) std::this_thread::yield();
+  auto shorter = std::async(std::launch::async, [&] {
+    waiting = true;
+    workers.each(2, [&](std::size_t, unsigned) { order += 's'; });
+  });
+  longer.get();
+  shorter.get();
+  EXPECT_EQ(order.size(), 12u);
+  EXPECT_LT(order.find("ss"), 8u) << order;
+}
+
+TEST(Workers, AnExceptionEndsItsLoopOnly) {
+  Workers workers(2);
+  std::atomic<int> done{0};
+  auto other = std::async(std::launch::async, [&] { workers.each(200, [&](std::size_t, unsigned) { ++done; }); });
+  EXPECT_THROW(workers.each(100, [](std::size_t k, unsigned) { if (k == 3) throw std::runtime_error("three"); }), std::runtime_error);
+  other.get();
+  EXPECT_EQ(done, 200);
+  workers.each(5, [&](std::size_t, unsigned) { ++done; });
+  EXPECT_EQ(done, 205);
+}
+
+TEST(InFlight, TasksAreTakenInOrderAndNoMoreAreMadeAtOnce) {
+  std::atomic<int> now{0}, most{0};
+  std::vector<std::size_t> taken;
+  const auto all = in_flight(
+      30, 4,
+      [&](std::size_t k) -> proto::Result<FinishedTask> {
+        const int here = ++now;
+        for (int before = most; here > before && !most.compare_exchange_weak(before, here);) {}
+        std::this_thread::sleep_for(std::chrono::milliseconds(k % 3));
+        --now;
+        FinishedTask task;
+        task.node = {5, static_cast<std::int32_t>(k), 0};
+        return task;
+      },
+      [&](std::size_t k, FinishedTask&& task) -> proto::Result<void> {
+        EXPECT_EQ(task.node.x, static_cast<std::int32_t>(k));
+        taken.push_back(k);
+        return {};
+      });
+  ASSERT_TRUE(all.ok());
+  EXPECT_EQ(taken.size(), 30u);
+  EXPECT_TRUE(std::is_sorted(taken.begin(), taken.end()));
+  EXPECT_LE(most, 4);
+  EXPECT_GE(most, 2);
+}
+
+TEST(InFlight, TheFirstProblemEndsIt) {
+  std::atomic<int> made{0};
+  std::size_t taken = 0;
+  const auto all = in_flight(
+      1000, 3,
+      [&](std::size_t k) -> proto::Result<FinishedTask> {
+        ++made;
+        if (k == 7) return proto::Problem{"raster-damaged", "the seventh", "", ""};
+        return FinishedTask{};
+      },
+      [&](std::size_t, FinishedTask&&) -> proto::Result<void> {
+        ++taken;
+        return {};
+      });
+  ASSERT_FALSE(all.ok());
+  EXPECT_EQ(all.problem().detail, "the seventh");
+  EXPECT_EQ(taken, 7u);
+  EXPECT_LE(made, 7 + 3);
+}
+
+}  // namespace
+}  // namespace cordillera::pipeline
