@@ -62,7 +62,12 @@ proto::Result<void> Builder::prepare() {
 
 std::string Builder::device() const {
   const std::lock_guard lock(device_mutex_);
-  return on_device_ ? on_device_->device() : "cpu";
+  return on_device_ ? on_device_->device() : "cpu" + lost_;
+}
+
+bool Builder::has_device() const {
+  const std::lock_guard lock(device_mutex_);
+  return on_device_ != nullptr;
 }
 
 std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs) {
@@ -70,7 +75,8 @@ std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::
   if (!on_device_) throw gpu::DeviceLost("another task has lost it");
   try {
     return on_device_->simplify(jobs);
-  } catch (const gpu::DeviceLost&) {
+  } catch (const gpu::DeviceLost& lost) {
+    lost_ = ", after " + on_device_->device() + " was lost: " + lost.what();
     on_device_.reset();
     throw;
   }
@@ -114,7 +120,7 @@ proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
 
 std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done) {
   std::vector<std::optional<BuiltTile>> tiles(count);
-  if (device() == "cpu") {
+  if (!has_device()) {
     simplify_on_cpu(context, prepare, tiles, done);
   } else {
     try {

@@ -30,7 +30,7 @@ class Builder {
 
   Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop);
   proto::Result<void> prepare();  ///< opens sources and simplifiers
-  std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU
+  std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
   /// The targets are in the plan's copy that the caller changed: take them over.
   void use(const proto::Plan& plan) { plan_ = plan; }
 
@@ -54,6 +54,7 @@ class Builder {
 
  private:
   raster::Source& source() { return *sources_.front(); }
+  bool has_device() const;
   void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles, const TileDone& done);
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
   void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
@@ -70,6 +71,7 @@ class Builder {
   std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< likewise
   mutable std::mutex device_mutex_;
   std::unique_ptr<gpu::Simplifier> on_device_;  ///< one task's batch at a time; none: there is no GPU, or it was lost
+  std::string lost_;                            ///< how
 };
 
 }  // namespace cordillera::pipeline
