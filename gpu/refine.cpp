@@ -264,6 +264,12 @@ class Refinement {
   };
   Turned turned(const Quad& q) const { return {q, measured({q.a, q.d, q.c}), measured({q.d, q.b, q.c})}; }
 
+  // The same of its greater error, at a glance.
+  bool stays_below(const Quad& q, double bound_m) const {
+    const auto below = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) { return meter_.error_m({point(i), point(j), point(k)}, bound_m) < bound_m; };
+    return below(q.a, q.d, q.c) && below(q.d, q.b, q.c);
+  }
+
   void flip(const Turned& now) {
     const Quad& q = now.q;
     const Id bc = across_[q.t][after(q.k)], ca = across_[q.t][before(q.k)];
@@ -288,10 +294,8 @@ class Refinement {
       Quad q;
       if (!can_flip(t, after(corner_of(t, v)), q, kReserve)) continue;
       const std::optional<double> bound_m = bound_for(q);
-      if (!bound_m) continue;
-      const Turned now = turned(q);
-      if (now.greater_m() >= *bound_m) continue;
-      flip(now);
+      if (!bound_m || !stays_below(q, *bound_m)) continue;
+      flip(turned(q));
       open.push_back(q.t);
       open.push_back(q.u);
       around.push_back(q.u);

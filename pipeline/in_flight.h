@@ -15,7 +15,7 @@ namespace cordillera::pipeline {
 inline std::size_t tasks_at_once(const proto::Plan& plan, unsigned threads) {
   if (threads <= 1) return 1;
   const std::size_t tiles = std::size_t{1} << 2 * std::min<std::uint32_t>(plan.finest_level() - plan.block_level(), 8);
-  constexpr std::size_t kTilesOfThread = 16;  // so many in a block, and it seldom lets a thread wait
+  constexpr std::size_t kTilesOfThread = 64;  // so many in a block, and it seldom lets a thread wait
   return 2 + threads / std::max<std::size_t>(1, tiles / kTilesOfThread);
 }
 

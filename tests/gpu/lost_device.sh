@@ -4,7 +4,7 @@
 set -euo pipefail
 program=$1 hold=$2 raster=$3
 work=$(mktemp -d)
-trap 'exec {held[1]}>&- 2>/dev/null || true; rm -rf "$work"' EXIT
+trap 'rm -rf "$work"' EXIT
 fail() { echo "FAILED: $*" >&2; exit 1; }
 # Checksums of all that a dataset holds, but for what says how it was made.
 digest() { (cd "$1" && find . -type f ! -name manifest.json ! -name '*.json' -exec sha256sum {} + | sort -k2 | sha256sum); }
