@@ -215,7 +215,6 @@ class ComposedMeter::Ground {
         index_(welded_, is_published),
         loose_(lattice, tile, mesh.side, ecef_step_m, loose.samples),
         at_(welded_.vertices()),
-        facets_(welded_.triangles.size()),
         on_rim_(welded_.vertices(), 0) {
     std::fill(on_rim_.begin() + static_cast<std::ptrdiff_t>(mesh.vertices()), on_rim_.end(), 1);
     for (const auto& t : mesh.triangles)
@@ -223,7 +222,7 @@ class ComposedMeter::Ground {
         for (const std::uint32_t v : t) on_rim_[v] = 1;
     error_m_.insert(error_m_.end(), loose.patch_error_m.begin(), loose.patch_error_m.end());
     for (std::uint32_t v = 0; v < at_.size(); ++v) at_[v] = earth_.at(point(v));
-    for (std::size_t k = 0; k < facets_.size(); ++k) facets_[k] = facet(welded_.triangles[k]);
+    for (const auto& t : welded_.triangles) planes_.push_back(plane_of(at_[t[0]], at_[t[1]], at_[t[2]]));
   }
 
   double least_m() const { return least_m_; }
@@ -254,20 +253,9 @@ class ComposedMeter::Ground {
   }
 
  private:
-  // A welded triangle in space, and its box on the plan.
-  struct Facet {
-    Plane plane;
-    std::int32_t west = 0, south = 0, east = 0, north = 0;
-  };
-  Facet facet(const std::array<std::uint32_t, 3>& t) const {
-    const auto [west, east] = std::minmax({welded_.x[t[0]], welded_.x[t[1]], welded_.x[t[2]]});
-    const auto [south, north] = std::minmax({welded_.y[t[0]], welded_.y[t[1]], welded_.y[t[2]]});
-    return {plane_of(at_[t[0]], at_[t[1]], at_[t[2]]), west, south, east, north};
-  }
-
   // What the welded triangles tell of another triangle.
   struct Seen {
-    Plane plane;              // of the triangle asked for
+    Plane plane;                 // of the triangle asked for
     bool shown_already = false;  // it is one of the welded: all samples there are measured against it
     double error_m = 0;
     PlanPoint worst;
@@ -288,14 +276,10 @@ class ComposedMeter::Ground {
       seen.error_m = rounding_m_ + error_m_[*same];
       return seen;
     }
-    const auto [west, east] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
-    const auto [south, north] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
     for (const std::uint32_t k : near) {
-      const Facet& other = facets_[k];
-      if (other.east < west || other.west > east || other.north < south || other.south > north) continue;
       const Common common = common_part(plan, plan_of(welded_, welded_.triangles[k]));
-      if (common.count <= 2 || !has_area(other.plane)) continue;
-      const Apart here = apart(other.plane, seen.plane, common, earth_);
+      if (common.count <= 2 || !has_area(planes_[k])) continue;
+      const Apart here = apart(planes_[k], seen.plane, common, earth_);
       const double error_m = rounding_m_ + (error_m_[k] + here.most_m);
       if (error_m <= seen.error_m) continue;
       seen.error_m = error_m;
@@ -380,7 +364,7 @@ class ComposedMeter::Ground {
   TriangleIndex index_;
   LooseSamples loose_;
   std::vector<Spot> at_;      // indexed by welded vertex
-  std::vector<Facet> facets_;  // indexed by welded triangle
+  std::vector<Plane> planes_;  // indexed by welded triangle
   std::vector<char> on_rim_;  // likewise: beside an unpublished triangle, or of a patch
 };
 

@@ -57,10 +57,12 @@ TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
   across_ = std::max(1, static_cast<std::int32_t>(std::sqrt(static_cast<double>(count) / 2)));
   cells_per_unit_ = across_ / std::max({east - west_, north - south_, 1.0});
   start_.assign(static_cast<std::size_t>(across_) * across_ + 2, 0);
+  box_.resize(mesh.triangles.size());
   const auto each = [&](auto&& visit) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       if (!wanted(mesh, mesh.triangles[t])) continue;
-      const Cells c = cells_of(plan_of(mesh, mesh.triangles[t]));
+      box_[t] = box_of(plan_of(mesh, mesh.triangles[t]));
+      const Cells c = cells_of(box_[t]);
       for (std::int32_t y = c.y0; y <= c.y1; ++y)
         for (std::int32_t x = c.x0; x <= c.x1; ++x) visit(static_cast<std::size_t>(y) * across_ + x, t);
     }
@@ -71,19 +73,24 @@ TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
   each([&](std::size_t cell, std::uint32_t t) { triangle_[start_[cell + 1]++] = t; });
 }
 
-TriangleIndex::Cells TriangleIndex::cells_of(const std::array<PlanPoint, 3>& t) const {
+TriangleIndex::Box TriangleIndex::box_of(const std::array<PlanPoint, 3>& t) {
+  return {std::min({t[0].x, t[1].x, t[2].x}), std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].x, t[1].x, t[2].x}), std::max({t[0].y, t[1].y, t[2].y})};
+}
+
+TriangleIndex::Cells TriangleIndex::cells_of(const Box& box) const {
   const auto cell = [&](double units) { return std::clamp(static_cast<std::int32_t>(units * cells_per_unit_), 0, across_ - 1); };
-  return {cell(std::min({t[0].x, t[1].x, t[2].x}) - west_), cell(std::min({t[0].y, t[1].y, t[2].y}) - south_),
-          cell(std::max({t[0].x, t[1].x, t[2].x}) - west_), cell(std::max({t[0].y, t[1].y, t[2].y}) - south_)};
+  return {cell(box.west - west_), cell(box.south - south_), cell(box.east - west_), cell(box.north - south_)};
 }
 
 void TriangleIndex::meeting(const std::array<PlanPoint, 3>& triangle, std::vector<std::uint32_t>& found) const {
   found.clear();
-  const Cells c = cells_of(triangle);
+  const Box box = box_of(triangle);
+  const Cells c = cells_of(box);
   for (std::int32_t y = c.y0; y <= c.y1; ++y)
     for (std::int32_t x = c.x0; x <= c.x1; ++x) {
       const std::size_t cell = static_cast<std::size_t>(y) * across_ + x;
-      found.insert(found.end(), triangle_.begin() + start_[cell], triangle_.begin() + start_[cell + 1]);
+      for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k)
+        if (box_[triangle_[k]].meets(box)) found.push_back(triangle_[k]);
     }
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());

@@ -40,12 +40,18 @@ class TriangleIndex {
   struct Cells {
     std::int32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   };
-  Cells cells_of(const std::array<PlanPoint, 3>& triangle) const;
+  struct Box {
+    double west = 0, south = 0, east = 0, north = 0;
+    bool meets(const Box& o) const { return west <= o.east && o.west <= east && south <= o.north && o.south <= north; }
+  };
+  static Box box_of(const std::array<PlanPoint, 3>& t);
+  Cells cells_of(const Box& box) const;
 
   double west_ = 0, south_ = 0, cells_per_unit_ = 1;  // of the wanted triangles alone: data may be small in its tile
   std::int32_t across_ = 1;
   std::vector<std::uint32_t> start_;     // indexed by cell, one more at the end
   std::vector<std::uint32_t> triangle_;  // by cell
+  std::vector<Box> box_;                 // indexed by triangle
 };
 
 }  // namespace cordillera::pipeline
