@@ -2,6 +2,7 @@
 # Installs what is missing of deploy/packages.txt on Debian 12 (or a system with the same package names).
 #   deploy/install.sh            what the build and the tests need; fails when it cannot be installed
 #   deploy/install.sh --web      also what the viewer and the browser tests need; says so when it cannot, and goes on
+#   deploy/install.sh --clang    also clang and clang-tidy, for tests/fuzz/run.sh and tests/tidy.sh; fails when they cannot be installed
 # CUDA is used when it is found and never installed: Debian's own is too old for this code.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -47,12 +48,13 @@ check_system() {
   fi
 }
 
+# install_required packages.txt
 install_required() {
-  command -v dpkg-query >/dev/null || fail "no dpkg-query here: install what deploy/packages.txt names by your system's own means"
+  command -v dpkg-query >/dev/null || fail "no dpkg-query here: install what deploy/$1 names by your system's own means"
   local missing
-  mapfile -t missing < <(missing_of "$here/packages.txt")
+  mapfile -t missing < <(missing_of "$here/$1")
   if [[ ${#missing[@]} -eq 0 ]]; then
-    say "all packages are there"
+    say "all packages of $1 are there"
     return
   fi
   check_system
@@ -72,12 +74,16 @@ install_web() {
   done < <(missing_of "$here/packages-web.txt")
 }
 
-case "${1:-}" in
-  "" | --web) ;;
-  *) fail "unknown argument $1; usage: deploy/install.sh [--web]" ;;
-esac
-install_required
-[[ "${1:-}" == --web ]] && install_web
+for word in "$@"; do
+  [[ $word == --web || $word == --clang ]] || fail "unknown argument $word; usage: deploy/install.sh [--web] [--clang]"
+done
+install_required packages.txt
+for word in "$@"; do
+  case $word in
+    --web) install_web ;;
+    --clang) install_required packages-clang.txt ;;
+  esac
+done
 if command -v nvcc >/dev/null || [[ -x /usr/local/cuda/bin/nvcc ]]; then
   say "CUDA found: the CUDA backend will be built in"
 else

@@ -6,6 +6,7 @@
 #include "pipeline/plan.h"
 #include "proto/ellipsoid.h"
 #include "proto/mesh.h"
+#include "proto/utf8.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -33,8 +34,8 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
 
 proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine) {
   proto::Manifest manifest;
-  manifest.set_id(request.id);
-  manifest.set_name(request.options.name().empty() ? request.raster_name : request.options.name());
+  manifest.set_id(proto::as_utf8(request.id));
+  manifest.set_name(proto::as_utf8(request.options.name().empty() ? request.raster_name : request.options.name()));
   manifest.set_title(request.options.title().empty() ? manifest.name() : request.options.title());
   manifest.set_attribution(request.options.attribution());
   manifest.set_program(plan.program());

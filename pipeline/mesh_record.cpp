@@ -47,13 +47,16 @@ void put(const Loose& loose, proto::TileMeshRecord& record) {
   record.mutable_patch_error()->Add(loose.patch_error_m.begin(), loose.patch_error_m.end());
 }
 
+/// False where the sum is no number of a lattice: the bytes are not ours.
+bool add(std::int32_t step, std::int32_t& place) { return !__builtin_add_overflow(place, step, &place); }
+
 std::optional<Loose> loose_of(const proto::TileMeshRecord& record) {
   Loose loose;
   loose.patches.side = record.side();
   if (record.loose_size() % 3 != 0) return std::nullopt;
   gpu::MeshPoint at;
   for (int k = 0; k < record.loose_size(); k += 3) {
-    at = {at.x + record.loose(k + 1), at.y + record.loose(k), at.height + record.loose(k + 2)};
+    if (!add(record.loose(k + 1), at.x) || !add(record.loose(k), at.y) || !add(record.loose(k + 2), at.height)) return std::nullopt;
     loose.samples.push_back(at);
   }
   if (!record.has_patches()) return loose;

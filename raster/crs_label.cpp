@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <sstream>
 
+#include "proto/utf8.h"
+
 namespace cordillera::raster {
 namespace {
 
@@ -67,7 +69,7 @@ std::string crs_label(const OGRSpatialReference& srs) {
   const std::string authority = text_of(srs.GetAuthorityName(nullptr)), code = text_of(srs.GetAuthorityCode(nullptr));
   const std::string name = text_of(srs.GetName());
   const std::string label = names_nothing(name) ? description_of(srs) : name;
-  return authority.empty() || code.empty() ? label : label + " (" + authority + ":" + code + ")";
+  return proto::as_utf8(authority.empty() || code.empty() ? label : label + " (" + authority + ":" + code + ")");
 }
 
 }  // namespace cordillera::raster

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <mutex>
 #include <vector>
 
 #include "raster/geoid.h"
@@ -94,7 +95,7 @@ bool write_pgm_from_gtx(const std::string& gtx_path, const std::string& pgm_path
       out += static_cast<char>(step & 255);
     }
   }
-  // Several jobs may find the grid missing at once: each writes its own file, the last rename wins with the same bytes.
+  // Several processes may find the grid missing at once: each writes its own file, the last rename wins with the same bytes.
   const std::string draft = pgm_path + "." + std::to_string(getpid());
   std::ofstream file(draft, std::ios::binary | std::ios::trunc);
   file.write(out.data(), static_cast<std::streamsize>(out.size()));
@@ -107,6 +108,8 @@ bool write_pgm_from_gtx(const std::string& gtx_path, const std::string& pgm_path
 }
 
 std::string ensure_egm96_pgm() {
+  static std::mutex one_thread;  // of a process: all write to a file of the same name
+  const std::lock_guard lock(one_thread);
   std::error_code error;
   const std::string gtx = find_gtx();
   for (const fs::path& folder : cache_folders()) {

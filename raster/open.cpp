@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "proto/utf8.h"
 #include "raster/crs.h"
 #include "raster/gdal_scope.h"
 #include "raster/raster_source.h"
@@ -74,16 +75,16 @@ GroundSize pixel_size(const SourceParts& parts) {
 void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const Footprint& f, const GroundSize& size) {
   proto::Source& s = parts.description;
   const Dataset& d = parts.dataset;
-  s.set_file(d.name);
+  s.set_file(proto::as_utf8(d.name));
   s.set_driver(d.driver);
   s.set_columns(static_cast<std::uint32_t>(d.columns));
   s.set_rows(static_cast<std::uint32_t>(d.rows));
   s.set_data_type(d.signed_byte ? "Int8" : GDALGetDataTypeName(d.band->GetRasterDataType()));
   s.set_crs(crs.label);
   s.set_crs_from(crs.from);
-  s.set_vertical_datum(parts.datum.name);
+  s.set_vertical_datum(proto::as_utf8(parts.datum.name));
   s.set_vertical_datum_from(parts.datum.from);
-  s.set_unit(unit.name);
+  s.set_unit(proto::as_utf8(unit.name));
   s.set_scale(parts.height_rule.scale);
   s.set_offset(parts.height_rule.offset_m);
   s.set_nodata(Validity(d).text());

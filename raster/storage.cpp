@@ -193,6 +193,7 @@ std::string state_of(const std::string& path) {
 
 std::vector<std::string> names_in(const std::string& folder) {
   const GdalScope scope(Trust::operator_file);
+  if (is_remote(folder)) VSICurlPartialClearCache(folder.c_str());
   const CPLStringList read(VSIReadDir(folder.c_str()));
   std::vector<std::string> names;
   for (int k = 0; k < read.size(); ++k) {

@@ -13,6 +13,9 @@ namespace cordillera::server {
 /// Points of one query, given or sampled; and bytes of its body.
 inline constexpr std::size_t kMostPlaces = 5000;
 inline constexpr std::size_t kMostQueryBytes = std::size_t{1} << 20;
+/// Levels of a body's JSON. Parsing takes no stack, but what copies or prints JSON takes some for each level, and a megabyte of
+/// brackets would take more than a thread has.
+inline constexpr int kMostNested = 64;
 
 struct ElevationQuery {
   std::vector<raster::LinePoint> places;

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "proto/utf8.h"
+
 namespace cordillera::server {
 namespace {
 
@@ -133,24 +135,7 @@ Complaint read_device(std::string_view text, std::string* out) {
   return std::nullopt;
 }
 
-bool is_utf8(std::string_view text) {
-  std::size_t i = 0;
-  while (i < text.size()) {
-    const auto lead = static_cast<unsigned char>(text[i]);
-    const std::size_t more = lead < 0x80 ? 0 : lead >= 0xc2 && lead < 0xe0 ? 1 : (lead & 0xf0) == 0xe0 ? 2
-                             : lead >= 0xf0 && lead < 0xf5 ? 3 : 4;
-    if (more == 4 || i + more >= text.size()) return false;
-    for (std::size_t k = 1; k <= more; ++k) {
-      if ((static_cast<unsigned char>(text[i + k]) & 0xc0) != 0x80) return false;
-    }
-    const auto second = more > 0 ? static_cast<unsigned char>(text[i + 1]) : 0;
-    const bool bad = (lead == 0xe0 && second < 0xa0) || (lead == 0xed && second >= 0xa0) ||
-                     (lead == 0xf0 && second < 0x90) || (lead == 0xf4 && second >= 0x90);
-    if (bad) return false;
-    i += more + 1;
-  }
-  return true;
-}
+bool is_utf8(std::string_view text) { return proto::is_utf8(text); }
 
 std::optional<std::string> nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
   const std::string wanted = lower(name.substr(0, 64));

@@ -1,18 +1,23 @@
 #include "server/sources.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 
+#include "pipeline/workers.h"
 #include "proto/mesh.h"
 #include "raster/source_list.h"
+#include "raster/window_index.h"
 
 namespace cordillera::server {
 namespace {
 
 constexpr std::size_t kMostWarnings = 20;
-constexpr int kMeetingLevel = 12;  // of the lattice on which overlapping rasters are compared: 38 m
+constexpr proto::Lattice kMeeting{proto::Scheme::geodetic, 12};  // where overlapping rasters are compared: 38 m
+// Rasters that are examined at once. What takes time is waiting for a storage, not a processor: a second for each of ten thousand objects is hours.
+constexpr unsigned kExaminers = 16;
 
 using proto::Problem;
 using raster::MosaicMember;
@@ -35,11 +40,9 @@ proto::Result<proto::BuildOptions> options_of(const raster::ListedSource& source
   return layered->build;
 }
 
-/// Of two rasters where they overlap; nullopt where they do not, or have no data at its middle.
+/// Of two rasters whose windows of kMeeting overlap; nullopt where one has no data in the middle.
 std::optional<double> difference_m(const MosaicMember& a, const MosaicMember& b) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, kMeetingLevel};
-  const Source::Window one = raster::coarser(a.window, lattice), two = raster::coarser(b.window, lattice);
-  if (!raster::touch(one, two, lattice)) return std::nullopt;
+  const Source::Window one = raster::coarser(a.window, kMeeting), two = raster::coarser(b.window, kMeeting);
   const std::int64_t column = (std::max(one.west, two.west) + std::min(one.east, two.east)) / 2;
   const std::int64_t row = (std::max(one.south, two.south) + std::min(one.north, two.north)) / 2;
   std::int32_t heights[2];
@@ -47,7 +50,7 @@ std::optional<double> difference_m(const MosaicMember& a, const MosaicMember& b)
     const MosaicMember& m = k == 0 ? a : b;
     const auto source = raster::open_source(m.path, m.name, m.trust, m.options);
     if (!source.ok()) return std::nullopt;
-    const auto sample = (*source)->sample(lattice, column, row, 1, 1);
+    const auto sample = (*source)->sample(kMeeting, column, row, 1, 1);
     if (!sample.ok() || sample->height[0] == proto::kNoHeight) return std::nullopt;
     heights[k] = sample->height[0];
   }
@@ -58,8 +61,12 @@ std::string datum_of(const MosaicMember& m) { return m.description.vertical_datu
 
 void warn_of_datums(Sources& sources) {
   const auto& members = sources.members;
-  for (std::size_t a = 0; a < members.size(); ++a) {
-    for (std::size_t b = a + 1; b < members.size() && sources.warnings.size() < kMostWarnings; ++b) {
+  std::vector<Source::Window> windows;
+  for (const MosaicMember& member : members) windows.push_back(raster::coarser(member.window, kMeeting));
+  const raster::WindowIndex index(windows, kMeeting);
+  for (std::size_t a = 0; a < members.size() && sources.warnings.size() < kMostWarnings; ++a) {
+    for (const std::uint32_t b : index.touching(windows[a])) {
+      if (b <= a || sources.warnings.size() >= kMostWarnings) continue;
       if (members[a].description.vertical_datum() == members[b].description.vertical_datum()) continue;
       const auto apart_m = difference_m(members[a], members[b]);
       if (!apart_m) continue;
@@ -71,29 +78,65 @@ void warn_of_datums(Sources& sources) {
   }
 }
 
+/// A raster that the command line names, alone or in a list.
+struct Named {
+  raster::ListedSource source;
+  proto::BuildOptions options;
+  bool alone = false;
+};
+
+proto::Result<std::vector<Named>> all_named(const std::vector<std::string>& words, const Settings& settings) {
+  std::vector<Named> named;
+  for (const std::string& word : words) {
+    auto listed = raster::list_sources(word);
+    if (!listed) return listed.problem();
+    for (raster::ListedSource& source : *listed) {
+      const auto options = options_of(source, settings);
+      if (!options) return options.problem();
+      named.push_back({std::move(source), *options, listed->size() == 1});
+    }
+  }
+  return named;
+}
+
+bool lies_beside(const Named& named, const Problem& problem) { return !named.alone && problem.type == "bbox-outside-raster"; }
+
+/// Each examined, in any order; with BadSource::refuse, those behind the first bad one may be left out.
+std::vector<std::optional<proto::Result<MosaicMember>>> examine_all(const std::vector<Named>& named, unsigned threads, BadSource bad) {
+  std::vector<std::optional<proto::Result<MosaicMember>>> examined(named.size());
+  std::atomic<std::size_t> first_bad{named.size()};
+  const auto count = static_cast<unsigned>(std::min<std::size_t>(threads > 0 ? threads : kExaminers, named.size()));
+  pipeline::Workers(std::max(count, 1u)).each(named.size(), [&](std::size_t k, unsigned) {
+    if (k > first_bad) return;
+    const std::string& path = named[k].source.path;
+    examined[k] = raster::examine(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, named[k].options);
+    if (*examined[k] || bad == BadSource::skip || lies_beside(named[k], examined[k]->problem())) return;
+    for (std::size_t before = first_bad; k < before && !first_bad.compare_exchange_weak(before, k);) {
+    }
+  });
+  return examined;
+}
+
 }  // namespace
 
 proto::Result<Sources> examine_sources(const std::vector<std::string>& words, const Settings& settings, BadSource bad) {
+  const auto named = all_named(words, settings);
+  if (!named) return named.problem();
+  auto examined = examine_all(*named, settings.build.threads(), bad);
   Sources sources;
-  for (const std::string& word : words) {
-    const auto listed = raster::list_sources(word);
-    if (!listed) return listed.problem();
-    for (const raster::ListedSource& source : *listed) {
-      const auto options = options_of(source, settings);
-      if (!options) return options.problem();
-      const std::string name = std::filesystem::path(source.path).filename().string();
-      auto member = raster::examine(source.path, name, raster::Trust::operator_file, *options);
-      if (member) {
-        sources.members.push_back(std::move(*member));
-      } else if (listed->size() > 1 && member.problem().type == "bbox-outside-raster") {
-        continue;
-      } else if (bad == BadSource::skip) {
-        sources.skipped.push_back(source.path + ": " + member.problem().line());
-      } else {
-        Problem problem = member.problem();
-        if (words.size() > 1 || listed->size() > 1) problem.detail = source.path + ": " + problem.detail;
-        return problem;
-      }
+  for (std::size_t k = 0; k < named->size(); ++k) {
+    proto::Result<MosaicMember>& member = *examined[k];
+    const std::string& path = (*named)[k].source.path;
+    if (member) {
+      sources.members.push_back(std::move(*member));
+    } else if (lies_beside((*named)[k], member.problem())) {
+      continue;
+    } else if (bad == BadSource::skip) {
+      sources.skipped.push_back(path + ": " + member.problem().line());
+    } else {
+      Problem problem = member.problem();
+      if (named->size() > 1) problem.detail = path + ": " + problem.detail;
+      return problem;
     }
   }
   if (sources.members.empty()) {

@@ -162,9 +162,9 @@ int plan_command(const Settings& settings, const PlanLine& line) {
     if (const auto wrong = read_whole(line.block, {512, 4096}, &side)) return wrong_usage("--block='" + line.block + "': " + *wrong, "512 to 4096", "--block");
     given.block_samples = (std::int64_t{side} + 1) * (side + 1);
   }
-  stop_on_signals();
   auto sources = examine_sources(line.sources, settings, line.bad);
   if (!sources) return fail(sources.problem());
+  stop_on_signals();  // until here nothing asks whether to stop, and an end in the middle leaves nothing
   pipeline::BuildRequest request;
   request.members = std::move(sources->members);
   request.options = settings.build;

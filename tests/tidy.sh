@@ -5,7 +5,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$(cd "${1:?tidy.sh BUILD [folder or file]...}" && pwd)
 shift
-command -v run-clang-tidy >/dev/null || { echo "tidy: no clang-tidy here (apt-get install clang-tidy)"; exit 77; }
+command -v run-clang-tidy >/dev/null || { echo "tidy: no clang-tidy here (deploy/install.sh --clang)"; exit 77; }
 [[ -f $build/compile_commands.json ]] || { echo "tidy: $build is no configured build folder"; exit 1; }
 names=("$@")
 [[ ${#names[@]} -gt 0 ]] || names=(server pipeline raster proto)

@@ -11,7 +11,8 @@ target_compile_options(cordillera_flags INTERFACE
 target_include_directories(cordillera_flags INTERFACE ${CMAKE_SOURCE_DIR})
 if(CORDILLERA_SANITIZE)
   target_compile_options(cordillera_flags INTERFACE
-    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${CORDILLERA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS>)
+    $<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${CORDILLERA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all -D_GLIBCXX_ASSERTIONS
+      -Wno-maybe-uninitialized -Wno-tsan>)  # g++ 12 says these of its own <regex> and of fences in Asio once a sanitizer is on
   target_link_options(cordillera_flags INTERFACE -fsanitize=${CORDILLERA_SANITIZE})
 endif()
 

@@ -32,8 +32,10 @@ class Lru {
   void keep(const Key& key, Value value, std::size_t bytes) {
     const std::lock_guard lock(mutex_);
     if (bytes > most_bytes_ || places_.contains(key)) return;
-    entries_.push_front({key, std::move(value), bytes});
-    places_.emplace(key, entries_.begin());
+    std::list<Entry> one;  // where memory is short for it, nothing has changed
+    one.push_front({key, std::move(value), bytes});
+    places_.emplace(key, one.begin());
+    entries_.splice(entries_.begin(), one);
     for (bytes_ += bytes; bytes_ > most_bytes_;) {
       bytes_ -= entries_.back().bytes;
       places_.erase(entries_.back().key);

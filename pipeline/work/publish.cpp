@@ -18,12 +18,13 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostNamed = 5;  // in a message
 
 proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& folder) {
+  const std::set<std::string> there = keys_there(folder);
   std::size_t missing = 0;
   std::string named;
   for (int s = 0; s < plan.stages_size(); ++s) {
     const proto::WorkStage& stage = plan.stages(s);
     for (int k = 0; k < stage.tasks_size(); ++k) {
-      if (has_shard(folder, stage.tasks(k))) continue;
+      if (there.contains(stage.tasks(k).key())) continue;
       if (++missing > kMostNamed) continue;
       named += (named.empty() ? "" : ", ") + std::string("stage ") + std::to_string(s) + " task " + std::to_string(k);
     }
@@ -68,10 +69,11 @@ proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::s
 }  // namespace
 
 std::vector<Progress> progress_of(const proto::WorkPlan& plan, const std::string& folder) {
+  const std::set<std::string> there = keys_there(folder);
   std::vector<Progress> stages;
   for (const proto::WorkStage& stage : plan.stages()) {
     Progress progress{0, static_cast<std::size_t>(stage.tasks_size())};
-    for (const proto::WorkTask& task : stage.tasks()) progress.done += has_shard(folder, task) ? 1 : 0;
+    for (const proto::WorkTask& task : stage.tasks()) progress.done += there.contains(task.key()) ? 1 : 0;
     stages.push_back(progress);
   }
   return stages;

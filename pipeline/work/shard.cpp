@@ -95,8 +95,15 @@ proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& fol
   return mesh;
 }
 
-bool has_shard(const std::string& folder, const proto::WorkTask& task) {
-  return raster::size_of(shard_path(folder, task.key())).has_value();
+std::set<std::string> keys_there(const std::string& folder) {
+  std::set<std::string> keys;
+  const std::string shards = folder + "/shards", ending = ".shard";
+  for (const std::string& group : raster::names_in(shards)) {
+    for (const std::string& name : raster::names_in(shards + "/" + group)) {
+      if (name.ends_with(ending)) keys.insert(name.substr(0, name.size() - ending.size()));
+    }
+  }
+  return keys;
 }
 
 }  // namespace cordillera::pipeline::work

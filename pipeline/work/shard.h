@@ -4,6 +4,7 @@
 //   8 bytes "CDshard1" | 8 bytes length of the mesh | 8 bytes length of the tiles, little-endian | 16 bytes hash of each |
 //   mesh (TileMeshRecord; empty where there is none) | tiles (Shard)
 #include <optional>
+#include <set>
 #include <string>
 
 #include "pipeline/store.h"
@@ -22,6 +23,7 @@ proto::Result<FinishedTask> read_shard(const std::string& folder, const proto::W
 /// Of the shard the mesh alone; nullopt where the task left none.
 proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& folder, const proto::WorkTask& task);
 
-bool has_shard(const std::string& folder, const proto::WorkTask& task);
+/// Keys of all shards in the folder, by listing it: asking a storage for each shard of a planet would take an hour.
+std::set<std::string> keys_there(const std::string& folder);
 
 }  // namespace cordillera::pipeline::work

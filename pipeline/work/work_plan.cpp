@@ -12,6 +12,7 @@
 #include "proto/mesh.h"
 #include "proto/version.h"
 #include "raster/storage.h"
+#include "raster/window_index.h"
 
 namespace cordillera::pipeline::work {
 namespace {
@@ -96,18 +97,6 @@ proto::WorkTask task_at(const TileAddress& node) {
   return task;
 }
 
-/// Rasters by the row of blocks that they may touch: trying each with each block would take minutes for a planet.
-std::vector<std::vector<std::uint32_t>> rasters_by_row(const std::vector<raster::Source::Window>& windows, std::int64_t units, std::int64_t beside,
-                                                       std::int64_t rows) {
-  std::vector<std::vector<std::uint32_t>> found(static_cast<std::size_t>(rows));
-  for (std::size_t k = 0; k < windows.size(); ++k) {
-    const std::int64_t first = std::max<std::int64_t>(0, (windows[k].south - beside) / units - 1);
-    const std::int64_t last = std::min(rows - 1, (windows[k].north + beside) / units + 1);
-    for (std::int64_t row = first; row <= last; ++row) found[static_cast<std::size_t>(row)].push_back(static_cast<std::uint32_t>(k));
-  }
-  return found;
-}
-
 /// Blocks that some raster may touch, with the rasters; what none touches has no data and is no task.
 Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const proto::Plan& plan = work.plan();
@@ -116,7 +105,7 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const std::int64_t beside = lattice.cell_units(level) + (work.sources_size() > 1 ? raster::feather_vertices(work.options().feather(), lattice) : 0);
   std::vector<raster::Source::Window> windows;
   for (const proto::PlannedSource& source : work.sources()) windows.push_back(raster::coarser(member_of(source).window, lattice));
-  const auto rasters = rasters_by_row(windows, lattice.tile_units(level), beside, proto::tiles_up(level));
+  const raster::WindowIndex rasters(std::move(windows), lattice);
   Keys keys;
   proto::WorkStage* stage = work.add_stages();
   for (const TileAddress& node : touched_tiles(plan, level)) {
@@ -124,9 +113,7 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
     if (window.west > window.east || window.south > window.north) continue;
     const raster::Source::Window read{window.west - beside, window.south - beside, window.east + beside, window.north + beside};
     proto::WorkTask task = task_at(node);
-    for (const std::uint32_t k : rasters[static_cast<std::size_t>(node.y)]) {
-      if (raster::touch(windows[k], read, lattice)) task.add_sources(k);
-    }
+    for (const std::uint32_t k : rasters.touching(read)) task.add_sources(k);
     if (task.sources_size() == 0) continue;
     task.set_samples(static_cast<double>(window.east - window.west + 1) * static_cast<double>(window.north - window.south + 1));
     task.set_key(namer.block(node, window, task));

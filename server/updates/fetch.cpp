@@ -12,6 +12,7 @@
 
 #include "raster/storage.h"
 #include "server/limits/disk.h"
+#include "server/option_values.h"
 #include "server/upload.h"
 
 namespace cordillera::server::updates {
@@ -141,8 +142,10 @@ bool has_prefix(const ServeSettings& settings, const std::string& address) {
                      [&](const std::string& prefix) { return address.starts_with(prefix); });
 }
 
-/// Whether its path could lead out of a prefix, or two programs could read it in two ways.
+/// Whether its path could lead out of a prefix, or two programs could read it in two ways. What is no text would be written down without the
+/// bytes that are wrong: another address.
 bool is_crooked(const std::string& address) {
+  if (!is_utf8(address)) return true;
   std::string lower = address;
   std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   for (const char* dots : {"/../", "/./", "%2e", "%2f", "%5c", "\\", "@"}) {

@@ -64,8 +64,10 @@ proto::Result<std::string> name_in(const std::string& metadata) {
     const std::string_view key = pair.substr(0, blank);
     if (key != "filename" && key != "name") continue;
     const auto value = blank == pair.npos ? std::optional<std::string>("") : from_base64(pair.substr(blank + 1));
-    if (value && value->size() <= 255 && is_utf8(*value)) return *value;
-    return Problem{"upload-invalid", "Upload-Metadata has a name that is no text in base64", "filename and its base64, at most 255 bytes", "Upload-Metadata"};
+    std::string name;
+    if (value && value->size() <= 255 && !read_text(*value, &name)) return name;
+    return Problem{"upload-invalid", "Upload-Metadata has a name that is no text in base64", "filename and its base64, at most 255 bytes without control characters",
+                   "Upload-Metadata"};
   }
   return std::string();
 }

@@ -1,13 +1,19 @@
-// The bytes of a connection: head, target and body framing, in one piece and byte by byte; both ways must come to the same.
+// The bytes of a connection: head, target and body framing, in one piece and byte by byte; both ways must come to the same. Then what is made of
+// headers, and the body as it was before it was compressed.
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
+#include "server/access/client_address.h"
 #include "server/front/body_framing.h"
+#include "server/front/content_coding.h"
 #include "server/front/head.h"
 #include "server/front/target.h"
+#include "server/public_address.h"
+#include "server/request_id.h"
 
+using namespace cordillera::server;
 using namespace cordillera::server::front;
 
 namespace {
@@ -22,6 +28,32 @@ std::string body_of(const Head& head, std::string_view bytes, std::size_t piece,
   }
   *done = framing.done();
   return framing.broken() ? "" : body;
+}
+
+bool is_plain(std::string_view text) {
+  for (const char c : text) {
+    if (c <= ' ' || c == '"' || c == '\\' || c == 0x7f) return false;
+  }
+  return true;
+}
+
+/// What goes into answers, logs and documents must not carry what a client wrote around it.
+void read_headers(Request request) {
+  request.client = "10.0.0.1";
+  if (!access::looks_like_address(access::client_address(request, {"10.0.0.1", "10.0.0.2"}))) __builtin_trap();
+  if (!is_plain(request_id_of(request))) __builtin_trap();
+  request.path.assign(1, '/');
+  if (!is_plain(public_folder(request))) __builtin_trap();
+  (void)access::is_loopback(access::host_of(request.header("host").value_or("")));
+}
+
+/// A reader that has enough ends a body that grows and grows.
+void decompress(const Request& request, const std::string& body) {
+  constexpr std::size_t kEnough = std::size_t{1} << 20;
+  std::size_t size = 0;
+  const auto reader = decoding(request.header("content-encoding").value_or(""), [&body](const Request::Sink& sink) { return sink(body); });
+  const bool whole = reader([&size](std::string_view piece) { return (size += piece.size()) <= kEnough; });
+  if (whole && size > kEnough) __builtin_trap();
 }
 
 }  // namespace
@@ -44,6 +76,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (state != slowly) __builtin_trap();
   const std::string_view rest = bytes.substr(whole.size());
   bool one = false, many = false;
-  if (body_of(*head, rest, rest.size() + 1, &one) != body_of(*head, rest, 1, &many) || one != many) __builtin_trap();
+  const std::string body = body_of(*head, rest, rest.size() + 1, &one);
+  if (body != body_of(*head, rest, 1, &many) || one != many) __builtin_trap();
+  read_headers(head->request);
+  decompress(head->request, body);
   return 0;
 }

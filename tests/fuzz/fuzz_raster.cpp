@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "cordillera.pb.h"
 #include "proto/mesh.h"
 #include "raster/source.h"
 
@@ -22,6 +23,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   {
     const auto source = raster::open_source(path, "dem.tif", raster::Trust::operator_file, options);
     if (source) {
+      // What is said of it goes into a manifest, and must come out again.
+      if (!proto::Source().ParseFromString((*source)->description().SerializeAsString())) __builtin_trap();
       const proto::Lattice lattice{proto::Scheme::geodetic, 5};
       const auto w = (*source)->window(lattice);
       const auto columns = std::min<std::int64_t>(w.east - w.west + 1, 40), rows = std::min<std::int64_t>(w.north - w.south + 1, 40);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "pipeline/mesh_record.h"
@@ -116,6 +117,18 @@ TEST_F(Composed, states_no_more_than_the_target_no_less_than_what_samples_show_a
     }
     before = triangles(tiles);
     below = std::move(tiles);
+  }
+}
+
+TEST(MeshRecord, StepsThatLeaveEveryLatticeAreDamage) {
+  proto::TileMeshRecord record;
+  record.set_side(64);
+  for (const std::int32_t step : {1, 2, 3, -1, 0, 1}) record.add_loose(step);
+  EXPECT_TRUE(tile_from_bytes(kRoot, record.SerializeAsString()).ok());
+  for (int k = 3; k < 6; ++k) {
+    proto::TileMeshRecord far = record;
+    far.set_loose(k, std::numeric_limits<std::int32_t>::max());
+    EXPECT_EQ(tile_from_bytes(kRoot, far.SerializeAsString()).problem().type, "store-damaged") << k;
   }
 }
 

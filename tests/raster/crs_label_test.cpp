@@ -30,6 +30,16 @@ TEST(CrsLabel, IsProjectionBaseAndParametersWhereThereIsNoName) {
   EXPECT_THAT(label("+proj=longlat +a=6371200 +b=6371200"), AllOf(HasSubstr("an ellipsoid of its own"), HasSubstr("6371200")));
 }
 
+TEST(CrsLabel, IsUtf8WhateverTheFileHas) {
+  OGRSpatialReference srs;
+  srs.SetWellKnownGeogCS("WGS84");
+  srs.SetUTM(32);
+  srs.SetProjCS("Syst\xe8me local");  // Latin-1, as many files have it
+  EXPECT_EQ(raster::crs_label(srs), "Système local");
+  srs.SetProjCS("Système local");
+  EXPECT_EQ(raster::crs_label(srs), "Système local");
+}
+
 TEST(CrsLabel, IsNoLongerThanALine) {
   std::string grids = "+proj=utm +zone=33 +ellps=intl +towgs84=";
   for (int i = 0; i < 7; ++i) grids += std::string(i ? "," : "") + "-87.123456789012";

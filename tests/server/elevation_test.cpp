@@ -268,6 +268,17 @@ TEST(Elevation, BadBodiesAreNamed) {
   EXPECT_EQ(post(std::string(kMostQueryBytes + 1, ' ')).status, 413);
 }
 
+TEST(Elevation, ABodyMayNestAsDeepAsGeoJsonDoesAndNoDeeper) {
+  const auto nested = [](std::size_t levels) { return std::string(levels, '[') + std::string(levels, ']'); };
+  const std::string place = R"("geometry":{"type":"Point","coordinates":[-71.3,44.27]}})";
+  EXPECT_EQ(post(R"({"type":"Feature","properties":{"a":)" + nested(32) + "}," + place).status, 200);
+  const std::size_t many = kMostQueryBytes / 2 - 100;  // as many as a body has room for
+  for (const std::string& body : {R"({"points":[)" + nested(many) + "]}", R"({"type":"Feature","properties":{"a":)" + nested(many) + "}," + place,
+                                  R"({"points":)" + std::string(2 * many, '['), R"({"type":)" + nested(kMostNested + 1) + "}"}) {
+    EXPECT_EQ(slug_of(post(body)), "json-invalid") << body.substr(0, 40);
+  }
+}
+
 TEST(Elevation, AForeignPageMayAskByPostAndNothingElse) {
   const Response preflight = options("elevation");
   EXPECT_EQ(preflight.status, 204);

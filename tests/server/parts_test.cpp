@@ -80,6 +80,21 @@ TEST(Parts, OfAllAreLimitedButTakeNoPlaceInTheQueue) {
   EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 0);
 }
 
+TEST(Parts, ANameIsTextInBase64) {
+  TestService test;
+  const auto begun = [&](const std::string& metadata) {
+    Request request = request_of("POST", "/v1/uploads", "192.0.2.1");
+    request.headers = {{"upload-length", "4"}, {"upload-metadata", metadata}};
+    return test.api().handle(request);
+  };
+  const auto named = begun("other eA==, filename ZGVtLnRpZg==");  // dem.tif
+  ASSERT_EQ(named.status, 201) << named.body;
+  EXPECT_EQ(body_of(test.get(place_of(named)))["name"], "dem.tif");
+  for (const char* bad : {"filename ZGV.", "filename /w==", "name YQpi", "filename AA=="}) {  // no base64, no UTF-8, a line end, a NUL
+    EXPECT_EQ(slug_of(begun(bad)), "upload-invalid") << bad;
+  }
+}
+
 TEST(Parts, UnfinishedOnesOfOneClientLeaveRoomForOthers) {
   TestService test;
   const auto folder = test.service().layout().uploads();

@@ -23,7 +23,13 @@ says 1 dem99.asc plan dem -o plan "${options[@]}" --vertical-datum ellipsoid
 [[ ! -e plan/plan.json ]] || fail 'a plan was written'
 says 0 'left out: .*dem99.asc' plan dem -o plan "${options[@]}" --vertical-datum ellipsoid --skip-bad
 grep -q '"skipped": *\["[^"]*dem99.asc' plan/plan.json || fail 'the plan does not record it'
-rm dem/dem99.asc
+# Rasters are examined in any order, and the first bad one is named.
+for number in 90 91 92 93 94 95 96 97 98; do echo 'ncols 7' > dem/dem$number.asc; done
+says 1 dem90.asc plan dem -o plan "${options[@]}" --vertical-datum ellipsoid
+says 0 'left out: .*dem99.asc' plan dem -o plan "${options[@]}" --vertical-datum ellipsoid --skip-bad
+[[ $(sed -n 's/.*left out: [^:]*\(dem9[0-9]\).asc: .*/\1/p' said | tr '\n' ' ') == 'dem90 dem91 dem92 dem93 dem94 dem95 dem96 dem97 dem98 dem99 ' ]] ||
+  fail 'those left out are not named in their order'
+rm dem/dem9?.asc
 
 # Two rasters of one place above different datums.
 cat > two.txt << 'EOF'
@@ -32,6 +38,17 @@ dem/dem00.asc vertical_datum=ellipsoid
 EOF
 says 0 'warning: dem00.asc counts from EGM96.*are [0-9.]* m apart' plan two.txt -o two "${options[@]}"
 [[ $(sed -n 's/.*are \([0-9]*\)\..* m apart.*/\1/p' said) -gt 10 ]] || fail 'they are about 50 m apart there'
+
+# Of four, those are compared that meet, in the order in which they are named.
+cat > four.txt << 'EOF'
+dem/dem01.asc vertical_datum=EGM96
+dem/dem00.asc vertical_datum=ellipsoid
+dem/dem01.asc vertical_datum=ellipsoid
+dem/dem00.asc vertical_datum=EGM96
+EOF
+says 0 '' plan four.txt -o four "${options[@]}"
+[[ $(sed -n 's/.*warning: \(dem..\).asc counts from \([A-Za-z0-9]*\) .*, \(dem..\).asc from \([A-Za-z0-9]*\) .*/\1 \2 \3 \4/p' said) == \
+  $'dem01 EGM96 dem01 ellipsoid\ndem00 ellipsoid dem00 EGM96' ]] || fail 'other pairs are warned of'
 
 # A geoid that is another one where the task is done.
 grid() { # metres

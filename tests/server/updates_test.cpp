@@ -208,6 +208,7 @@ TEST_F(Updates, AnAddressIsFetchedWithinTheOperatorsList) {
   EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/../private/patch.tif")), "option-forbidden");
   EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/private/patch.tif")), "option-forbidden");
   EXPECT_EQ(slug(change("POST", "/sources?source=file:///etc/passwd")), "option-forbidden");
+  EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/pat%FFch.tif")), "option-forbidden");  // no text: not to be read as patch.tif
   EXPECT_EQ(listed()["sources"].size(), 2u);
   files.stop();
   serving.join();
