@@ -100,7 +100,7 @@ class SurfaceMeter {
     const auto each = [&](std::int64_t from, std::int64_t step) {
       for (std::int64_t y = t.plan.rows.first + from; y <= t.plan.rows.last; y += step) {
         row(t, y, INFINITY, tally, worst);
-        if (worst.any.error_m + place_m > enough_m) return true;
+        if (worst.any.error_m >= 0 && worst.any.error_m + place_m > enough_m) return true;
       }
       return false;
     };

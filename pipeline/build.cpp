@@ -61,6 +61,7 @@ struct Site {
   Teller& teller;
   const std::atomic<bool>& stop;
   unsigned threads;
+  std::uint32_t memory_mib;
 };
 
 /// Those that a build before this one has not committed.
@@ -86,11 +87,14 @@ proto::Result<void> build_blocks(const Site& site) {
     if (task.ok()) tell(1);
     return task;
   };
-  return in_flight(blocks.size(), tasks_at_once(site.plan, site.threads), make, [&](std::size_t, FinishedTask&& task) {
+  const auto take = [&](std::size_t, FinishedTask&& task) {
     auto committed = site.store.commit(task);
     if (committed.ok()) site.teller.committed_block();
     return committed;
-  });
+  };
+  auto built = in_flight(blocks.size(), tasks_at_once(site.plan, site.threads, site.memory_mib), make, take);
+  if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
+  return built;
 }
 
 proto::Result<void> merge_upwards(const Site& site) {
@@ -164,7 +168,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   }
   auto store = StoreWriter::open(request.store_path, *plan, request.other);
   if (!store.ok()) return store.problem();
-  const Site site{builder, *plan, **store, teller, stop, workers.threads()};
+  const Site site{builder, *plan, **store, teller, stop, workers.threads(), request.options.memory()};
   if (const auto built = build_blocks(site); !built.ok()) return built.problem();
   if (const auto merged = merge_upwards(site); !merged.ok()) return merged.problem();
   teller.stage("publish", 1);

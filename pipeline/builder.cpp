@@ -54,6 +54,7 @@ proto::Result<void> Builder::prepare() {
   auto simplifier = gpu::make_simplifier(wanted_device_, on_all_threads, strategy_of(plan_));
   if (!simplifier.ok()) return simplifier.problem();
   if ((*simplifier)->device() != "cpu") on_device_ = std::move(*simplifier);
+  has_device_ = on_device_ != nullptr;
   for (unsigned k = 0; k < workers_.threads(); ++k) {
     on_cpu_.push_back(gpu::make_simplifier("cpu", gpu::one_after_the_other, strategy_of(plan_)).value());
   }
@@ -65,11 +66,6 @@ std::string Builder::device() const {
   return on_device_ ? on_device_->device() : "cpu" + lost_;
 }
 
-bool Builder::has_device() const {
-  const std::lock_guard lock(device_mutex_);
-  return on_device_ != nullptr;
-}
-
 std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs) {
   const std::lock_guard lock(device_mutex_);
   if (!on_device_) throw gpu::DeviceLost("another task has lost it");
@@ -77,6 +73,7 @@ std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::
     return on_device_->simplify(jobs);
   } catch (const gpu::DeviceLost& lost) {
     lost_ = ", after " + on_device_->device() + " was lost: " + lost.what();
+    has_device_ = false;
     on_device_.reset();
     throw;
   }
@@ -87,7 +84,11 @@ proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
   const raster::Source::Window window = node_window(plan_, node, lattice_.cell_units(node.z));
   proto::Samples samples;
   if (window.west > window.east || window.south > window.north) return samples;
-  if (source().empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1)) return samples;
+  bool empty = false;
+  workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
+    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1);
+  });
+  if (empty) return samples;
   samples.west = window.west;
   samples.south = window.south;
   samples.columns = static_cast<std::int32_t>(window.east - window.west + 1);
@@ -120,7 +121,7 @@ proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
 
 std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done) {
   std::vector<std::optional<BuiltTile>> tiles(count);
-  if (!has_device()) {
+  if (!has_device_) {
     simplify_on_cpu(context, prepare, tiles, done);
   } else {
     try {

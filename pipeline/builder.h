@@ -53,8 +53,6 @@ class Builder {
   std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done = [] {});
 
  private:
-  raster::Source& source() { return *sources_.front(); }
-  bool has_device() const;
   void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles, const TileDone& done);
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
   void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
@@ -70,6 +68,7 @@ class Builder {
   std::vector<std::unique_ptr<raster::Source>> sources_;  ///< one a worker
   std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< likewise
   mutable std::mutex device_mutex_;
+  std::atomic<bool> has_device_{false};  ///< asked while another task's batch holds the mutex
   std::unique_ptr<gpu::Simplifier> on_device_;  ///< one task's batch at a time; none: there is no GPU, or it was lost
   std::string lost_;                            ///< how
 };

@@ -364,8 +364,8 @@ class ComposedMeter::Ground {
   TriangleIndex index_;
   LooseSamples loose_;
   std::vector<Spot> at_;      // indexed by welded vertex
-  std::vector<Plane> planes_;  // indexed by welded triangle
   std::vector<char> on_rim_;  // likewise: beside an unpublished triangle, or of a patch
+  std::vector<Plane> planes_;  // indexed by welded triangle
 };
 
 ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh, double max_error_m, const Loose& loose,

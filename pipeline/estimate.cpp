@@ -120,7 +120,7 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   const auto level = is_small(*plan) ? plan->block_level() : plan->finest_level();
   const std::vector<proto::TileAddress> nodes = filled_nodes(*plan, **source, static_cast<int>(level));
-  Sampler sampler(builder, threads, nodes);
+  Sampler sampler(builder, {threads, request.options.memory()}, nodes);
   proto::Plan aimed = *plan;
   auto sampled = sampler.build(aimed);
   const bool shares = request.options.keep_size() > 0;

@@ -191,10 +191,11 @@ std::string state_of(const std::string& path) {
   return std::to_string(bytes) + " bytes, " + std::to_string(std::chrono::duration_cast<std::chrono::nanoseconds>(changed).count());
 }
 
-std::vector<std::string> names_in(const std::string& folder) {
+proto::Result<std::vector<std::string>> names_in(const std::string& folder) {
   const GdalScope scope(Trust::operator_file);
   if (is_remote(folder)) VSICurlPartialClearCache(folder.c_str());
   const CPLStringList read(VSIReadDir(folder.c_str()));
+  if (is_remote(folder) && scope.failed()) return read_problem(folder, scope.message("", ""));
   std::vector<std::string> names;
   for (int k = 0; k < read.size(); ++k) {
     const std::string name = read[k];

@@ -31,8 +31,9 @@ std::optional<std::uint64_t> size_of(const std::string& path);
 /// Size and time of last change as text, to tell whether a file is still the same; empty when it cannot be told.
 std::string state_of(const std::string& path);
 
-/// Names in a folder, sorted; empty when there is none. Removes a file; false when that fails.
-std::vector<std::string> names_in(const std::string& folder);
+/// Names in a folder, sorted; empty when there is none. "storage-read" where the storage does not answer.
+proto::Result<std::vector<std::string>> names_in(const std::string& folder);
+/// False when that fails.
 bool remove_file(const std::string& path);
 
 }  // namespace cordillera::raster

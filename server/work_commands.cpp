@@ -14,6 +14,7 @@
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
+#include "proto/utf8.h"
 #include "raster/storage.h"
 #include "server/child.h"
 #include "server/json.h"
@@ -121,15 +122,17 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
       plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::Outcome outcome) { counter.ended(task, outcome); }, g_stop);
 }
 
-void say(const proto::WorkPlan& plan, const std::string& folder) {
+int say(const proto::WorkPlan& plan, const std::string& folder) {
+  const auto stages = work::progress_of(plan, folder);
+  if (!stages) return fail(stages.problem());
   double samples = 0;
   for (const proto::WorkTask& task : plan.stages(0).tasks()) samples += task.samples();
   std::cout << plan.sources_size() << " rasters, levels " << plan.plan().min_level() << " to " << plan.plan().finest_level() << ", "
             << samples / 1e6 << " million samples\n";
-  const auto stages = work::progress_of(plan, folder);
-  for (std::size_t s = 0; s < stages.size(); ++s) {
-    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << stages[s].all << " tasks, " << stages[s].done << " done\n";
+  for (std::size_t s = 0; s < stages->size(); ++s) {
+    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << (*stages)[s].all << " tasks, " << (*stages)[s].done << " done\n";
   }
+  return kDone;
 }
 
 /// Where a dataset is put together before it is sent on: a folder below TMPDIR, gone at the end. An object cannot be changed in its middle.
@@ -164,6 +167,10 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   }
   auto sources = examine_sources(line.sources, settings, line.bad);
   if (!sources) return fail(sources.problem());
+  for (const raster::MosaicMember& member : sources->members) {
+    if (proto::is_utf8(member.path)) continue;
+    return fail({"option-invalid", "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be", "a name in UTF-8", "SOURCES"});
+  }
   stop_on_signals();  // until here nothing asks whether to stop, and an end in the middle leaves nothing
   pipeline::BuildRequest request;
   request.members = std::move(sources->members);
@@ -173,12 +180,12 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   request.raster_name = settings.build.name().empty() ? place.filename().string() : settings.build.name();
   auto plan = work::plan_work(request, g_stop, given);
   if (!plan) return fail(plan.problem());
-  for (const std::string& skipped : sources->skipped) plan->add_skipped(skipped);
-  for (const std::string& warning : sources->warnings) plan->add_warnings(warning);
+  for (const std::string& skipped : sources->skipped) plan->add_skipped(proto::as_utf8(skipped));
+  for (const std::string& warning : sources->warnings) plan->add_warnings(proto::as_utf8(warning));
   if (const auto written = work::write_plan(*plan, line.folder); !written) return fail(written.problem());
   for (const std::string& skipped : plan->skipped()) std::cerr << "cordillera: left out: " << skipped << "\n";
   for (const std::string& warning : plan->warnings()) std::cerr << "cordillera: warning: " << warning << "\n";
-  if (line.words == Words::all) say(*plan, line.folder);
+  if (line.words == Words::all) return say(*plan, line.folder);
   return kDone;
 }
 
@@ -208,15 +215,15 @@ int tasks_command(const std::string& folder, Show show) {
   const auto plan = work::read_plan(folder);
   if (!plan) return fail(plan.problem());
   if (show == Show::table) {
-    say(*plan, folder);
-    return kDone;
+    return say(*plan, folder);
   }
   const auto stages = work::progress_of(*plan, folder);
+  if (!stages) return fail(stages.problem());
   Json json = Json::array();
-  for (std::size_t s = 0; s < stages.size(); ++s) {
+  for (std::size_t s = 0; s < stages->size(); ++s) {
     double cost = 0;
     for (const proto::WorkTask& task : plan->stages(static_cast<int>(s)).tasks()) cost += work::cost_of(task);
-    json.push_back({{"stage", s}, {"tasks", stages[s].all}, {"done", stages[s].done}, {"cost", cost}});
+    json.push_back({{"stage", s}, {"tasks", (*stages)[s].all}, {"done", (*stages)[s].done}, {"cost", cost}});
   }
   std::cout << dump(plain_numbers(json)) << "\n";
   return kDone;
@@ -260,8 +267,9 @@ int publish_command(const PublishLine& line) {
   }
   if (line.words == Words::all) std::cout << manifest_table(*manifest) << "written to " << (remote ? line.output : place.string()) << "\n";
   if (line.prune) {
-    const std::size_t removed = work::prune(*plan, line.folder);
-    if (line.words == Words::all) std::cout << removed << " shards of other plans removed\n";
+    const auto removed = work::prune(*plan, line.folder);
+    if (!removed) return fail(removed.problem());
+    if (line.words == Words::all) std::cout << *removed << " shards of other plans removed\n";
   }
   return kDone;
 }

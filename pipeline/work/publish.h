@@ -13,7 +13,7 @@ namespace cordillera::pipeline::work {
 struct Progress {
   std::size_t done = 0, all = 0;
 };
-std::vector<Progress> progress_of(const proto::WorkPlan& plan, const std::string& folder);  ///< a stage each
+proto::Result<std::vector<Progress>> progress_of(const proto::WorkPlan& plan, const std::string& folder);  ///< a stage each
 
 /// Checks that every shard is there, then every hash, and writes the store that a build in one process would have written: the same
 /// tiles, the same bytes. store_path appears whole or stays as it was. Problems: "shards-missing" with the first of them, "shard-damaged".
@@ -24,6 +24,6 @@ proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::s
 proto::Result<proto::Manifest> publish_store(StoreWriter& store, const BuildRequest& request, const proto::WorkPlan& plan);
 
 /// Removes shards below the folder that no task of the plan names; how many.
-std::size_t prune(const proto::WorkPlan& plan, const std::string& folder);
+proto::Result<std::size_t> prune(const proto::WorkPlan& plan, const std::string& folder);
 
 }  // namespace cordillera::pipeline::work

@@ -95,11 +95,15 @@ proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& fol
   return mesh;
 }
 
-std::set<std::string> keys_there(const std::string& folder) {
+proto::Result<std::set<std::string>> keys_there(const std::string& folder) {
   std::set<std::string> keys;
   const std::string shards = folder + "/shards", ending = ".shard";
-  for (const std::string& group : raster::names_in(shards)) {
-    for (const std::string& name : raster::names_in(shards + "/" + group)) {
+  const auto groups = raster::names_in(shards);
+  if (!groups) return groups.problem();
+  for (const std::string& group : *groups) {
+    const auto names = raster::names_in(shards + "/" + group);
+    if (!names) return names.problem();
+    for (const std::string& name : *names) {
       if (name.ends_with(ending)) keys.insert(name.substr(0, name.size() - ending.size()));
     }
   }

@@ -24,6 +24,6 @@ proto::Result<FinishedTask> read_shard(const std::string& folder, const proto::W
 proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& folder, const proto::WorkTask& task);
 
 /// Keys of all shards in the folder, by listing it: asking a storage for each shard of a planet would take an hour.
-std::set<std::string> keys_there(const std::string& folder);
+proto::Result<std::set<std::string>> keys_there(const std::string& folder);
 
 }  // namespace cordillera::pipeline::work

@@ -55,6 +55,7 @@ struct Site {
   StoreWriter& store;
   Builder& builder;
   unsigned threads;
+  std::uint32_t memory_mib;
   Teller& teller;
   const std::atomic<bool>& stop;
 };
@@ -77,7 +78,9 @@ proto::Result<void> do_stage(const Site& site, const std::vector<const proto::Wo
     if (is_block(k)) return site.builder.block(node, [](double) {});
     return site.builder.merge(node, [&](const proto::TileAddress& child) { return site.store.mesh(child); });
   };
-  return in_flight(tasks.size(), tasks_at_once(site.plan.plan(), site.threads), make, [&](std::size_t k, FinishedTask&& task) {
+  // A merge is one tile: as many side by side as there are threads.
+  const std::size_t at_once = is_block(0) ? tasks_at_once(site.plan.plan(), site.threads, site.memory_mib) : site.threads;
+  return in_flight(tasks.size(), at_once, make, [&](std::size_t k, FinishedTask&& task) {
     task.consumed.clear();  // the next version may need them
     auto committed = site.store.commit(task);
     if (committed.ok() && is_block(k)) site.teller.committed_block();
@@ -133,7 +136,7 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   Workers workers(request.options.threads());
   Builder builder(plan->plan(), workers, [&] { return open_source(request); }, request.options.device(), stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
-  if (const auto done = do_all({*plan, **store, builder, workers.threads(), teller, stop}); !done.ok()) return done.problem();
+  if (const auto done = do_all({*plan, **store, builder, workers.threads(), request.options.memory(), teller, stop}); !done.ok()) return done.problem();
   teller.stage("publish", 1);
   if (const auto masked = build_water(
           plan->plan(), workers, [&] { return open_source(request); }, **store, stop);

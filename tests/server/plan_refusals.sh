@@ -31,6 +31,10 @@ says 0 'left out: .*dem99.asc' plan dem -o plan "${options[@]}" --vertical-datum
   fail 'those left out are not named in their order'
 rm dem/dem9?.asc
 
+# A plan is text, and so are the names in it.
+for kind in asc prj; do cp dem/dem00.$kind $'caf\xe9.'$kind; done
+says 1 'the name of café.asc is no UTF-8' plan $'caf\xe9.asc' -o latin "${options[@]}" --vertical-datum ellipsoid
+
 # Two rasters of one place above different datums.
 cat > two.txt << 'EOF'
 dem/dem00.asc vertical_datum=EGM96

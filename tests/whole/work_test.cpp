@@ -146,7 +146,7 @@ TEST_F(Work, a_changed_raster_costs_what_it_touches) {
   ASSERT_TRUE(publish(after, "patched.sqlite").ok());
   expect_same(in_one_piece("scratch.sqlite"), published(folder_.path("patched.sqlite")));
   // The results that are now nobody's go, and only those.
-  EXPECT_EQ(work::prune(after, shards_), static_cast<std::size_t>(done_));
+  EXPECT_EQ(work::prune(after, shards_).value(), static_cast<std::size_t>(done_));
   EXPECT_TRUE(publish(after, "again.sqlite").ok());
 }
 
