@@ -18,14 +18,14 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostNamed = 5;  // in a message
 
 proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& folder) {
-  const auto there = keys_there(folder);
+  const auto there = shards_there(folder);
   if (!there) return there.problem();
   std::size_t missing = 0;
   std::string named;
   for (int s = 0; s < plan.stages_size(); ++s) {
     const proto::WorkStage& stage = plan.stages(s);
     for (int k = 0; k < stage.tasks_size(); ++k) {
-      if (there->contains(stage.tasks(k).key())) continue;
+      if (there->contains(shard_path(folder, stage.tasks(k).key()))) continue;
       if (++missing > kMostNamed) continue;
       named += (named.empty() ? "" : ", ") + std::string("stage ") + std::to_string(s) + " task " + std::to_string(k);
     }
@@ -70,12 +70,12 @@ proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::s
 }  // namespace
 
 proto::Result<std::vector<Progress>> progress_of(const proto::WorkPlan& plan, const std::string& folder) {
-  const auto there = keys_there(folder);
+  const auto there = shards_there(folder);
   if (!there) return there.problem();
   std::vector<Progress> stages;
   for (const proto::WorkStage& stage : plan.stages()) {
     Progress progress{0, static_cast<std::size_t>(stage.tasks_size())};
-    for (const proto::WorkTask& task : stage.tasks()) progress.done += there->contains(task.key()) ? 1 : 0;
+    for (const proto::WorkTask& task : stage.tasks()) progress.done += there->contains(shard_path(folder, task.key())) ? 1 : 0;
     stages.push_back(progress);
   }
   return stages;
@@ -115,16 +115,10 @@ proto::Result<std::size_t> prune(const proto::WorkPlan& plan, const std::string&
     for (const proto::WorkTask& task : stage.tasks()) wanted.insert(shard_path(folder, task.key()));
   }
   std::size_t removed = 0;
-  const std::string shards = folder + "/shards";
-  const auto groups = raster::names_in(shards);
-  if (!groups) return groups.problem();
-  for (const std::string& group : *groups) {
-    const auto names = raster::names_in(shards + "/" + group);
-    if (!names) return names.problem();
-    for (const std::string& name : *names) {
-      const std::string path = shards + "/" + group + "/" + name;
-      if (!wanted.contains(path) && path.ends_with(".shard") && raster::remove_file(path)) ++removed;
-    }
+  const auto there = shards_there(folder);
+  if (!there) return there.problem();
+  for (const std::string& path : *there) {
+    if (!wanted.contains(path) && raster::remove_file(path)) ++removed;
   }
   return removed;
 }

@@ -95,19 +95,19 @@ proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& fol
   return mesh;
 }
 
-proto::Result<std::set<std::string>> keys_there(const std::string& folder) {
-  std::set<std::string> keys;
-  const std::string shards = folder + "/shards", ending = ".shard";
-  const auto groups = raster::names_in(shards);
+proto::Result<std::set<std::string>> shards_there(const std::string& folder) {
+  std::set<std::string> paths;
+  const std::string shards = folder + "/shards/";
+  const auto groups = raster::names_in(folder + "/shards");
   if (!groups) return groups.problem();
   for (const std::string& group : *groups) {
-    const auto names = raster::names_in(shards + "/" + group);
+    const auto names = raster::names_in(shards + group);
     if (!names) return names.problem();
     for (const std::string& name : *names) {
-      if (name.ends_with(ending)) keys.insert(name.substr(0, name.size() - ending.size()));
+      if (name.ends_with(".shard")) paths.insert(shards + group + "/" + name);
     }
   }
-  return keys;
+  return paths;
 }
 
 }  // namespace cordillera::pipeline::work
