@@ -1,6 +1,7 @@
 #pragma once
 // All tiles of a batch as one mesh in the memory of a device. Only the input goes there and only the survivors come back.
 #include <algorithm>
+#include <bit>
 #include <span>
 #include <stdexcept>
 #include <vector>
@@ -12,7 +13,7 @@ namespace cordillera::gpu {
 
 /// What is left of a tile. Vertices are numbered anew over the whole batch, in their old order.
 struct Survivors {
-  std::span<const std::uint32_t> original;   ///< vertex of the batch
+  std::span<const std::uint32_t> original;   ///< vertex of the batch as it came
   const std::uint32_t* row_start = nullptr;  ///< indexed by survivor of the tile, one more at the end: its place in `neighbour`
   const std::uint32_t* neighbour = nullptr;  ///< new numbers, as in a row of rings.h
   std::uint32_t first = 0;                   ///< new number of the tile's first survivor
@@ -24,7 +25,10 @@ class Batch {
  public:
   explicit Batch(Device& device) : device_(device) {}
 
+  /// To the device.
   void load(std::span<const SimplifyJob> jobs, const ParallelFor& parallel);
+  /// There: what the first pass finds.
+  void start(std::span<const SimplifyJob> jobs);
   /// The vertices that are left, ascending.
   std::span<const std::uint32_t> alive();
   /// Brings the survivors to the host; the batch is at its end.
@@ -33,7 +37,7 @@ class Batch {
 
   const MeshView& view() const { return view_; }
   std::uint32_t row_width() const { return row_width_; }  ///< that no ring of the batch outgrows in the waves
-  TileFinder tiles() const { return {device_tiles_.data(), tiles_.size()}; }
+  TileFinder tiles() const { return {given_.number ? numbered_tiles_.data() : given_tiles_.data(), tiles_.size()}; }
 
  private:
   template <class T>
@@ -44,6 +48,7 @@ class Batch {
 
   void stage(std::span<const SimplifyJob> jobs, const ParallelFor& parallel);
   void stage_triangles(const proto::TileMesh& mesh, std::size_t tile);
+  void choose();
   void chain_rings(std::span<const SimplifyJob> jobs);
   template <class T>
   T* upload(Array<T>& array, const Staging<T>& from, std::size_t count) {
@@ -60,11 +65,16 @@ class Batch {
   Device& device_;
   std::vector<BatchTile> tiles_;
   std::vector<std::size_t> triangle_first_;  // indexed by tile, one more at the end; grids have none
-  std::size_t vertices_ = 0, survivors_count_ = 0;
+  std::size_t given_count_ = 0, vertices_ = 0, survivors_count_ = 0;
   std::uint32_t row_width_ = 0;
+  BatchGiven given_;
   MeshView view_;
 
-  Array<BatchTile> device_tiles_;
+  Array<BatchTile> given_tiles_, numbered_tiles_;
+  Array<std::int32_t> given_x_, given_y_;
+  Array<float> given_elevation_;
+  Array<std::uint8_t> given_mark_, stays_;
+  Array<std::uint32_t> kept_, number_, given_survivors_;
   Array<std::int32_t> x_, y_;
   Array<float> elevation_, carried_, spent_;
   Array<std::uint32_t> key_, row_, window_, alive_, row_start_, valences_, neighbour_, wedge_end_;

@@ -7,52 +7,91 @@ namespace cordillera::gpu {
 template <class Device>
 void Batch<Device>::load(std::span<const SimplifyJob> jobs, const ParallelFor& parallel) {
   stage(jobs, parallel);
-  const std::size_t n = vertices_, triangles = triangle_first_.back();
-  device_tiles_.reserve(tiles_.size());
-  device_.copy_in(device_tiles_.data(), tiles_.data(), tiles_.size());
-  std::int32_t* const x = triangles ? upload(x_, host_x_, n) : room(x_, n);
-  std::int32_t* const y = triangles ? upload(y_, host_y_, n) : room(y_, n);
-  view_ = {x,
-           y,
-           upload(elevation_, host_elevation_, n),
-           room(carried_, n),
-           room(spent_, n),
-           room(key_, n),
-           room(row_, n * kRowWidth),
-           room(valence_, n),
-           upload(mark_, host_mark_, n),
-           room(window_, n),
-           room(local_, n)};
-  device_.each(n, StartVertex{view_, x, y, tiles()});
+  device_.copy_in(room(given_tiles_, tiles_.size()), tiles_.data(), tiles_.size());
+  const bool meshes = triangle_first_.back() > 0;
+  given_ = {};
+  given_.tiles = {given_tiles_.data(), tiles_.size()};
+  given_.x = meshes ? upload(given_x_, host_x_, given_count_) : room(given_x_, given_count_);
+  given_.y = meshes ? upload(given_y_, host_y_, given_count_) : room(given_y_, given_count_);
+  given_.elevation = upload(given_elevation_, host_elevation_, given_count_);
+  given_.mark = upload(given_mark_, host_mark_, given_count_);
+  if (meshes) upload(triangles_, host_triangles_, triangle_first_.back());
+  BatchTile done;
+  device_.copy_out(&done, given_tiles_.data(), 1);  // so that stages are told apart
+}
+
+template <class Device>
+void Batch<Device>::start(std::span<const SimplifyJob> jobs) {
+  vertices_ = given_count_;
+  const bool all = std::none_of(tiles_.begin(), tiles_.end(), SparseStart::chooses);
+  if (!all) choose();
+  const std::size_t n = vertices_;
+  std::int32_t* const x = all ? given_x_.data() : room(x_, n);
+  std::int32_t* const y = all ? given_y_.data() : room(y_, n);
+  float* const elevation = all ? given_elevation_.data() : room(elevation_, n);
+  std::uint8_t* const mark = all ? given_mark_.data() : room(mark_, n);
+  view_ = {x, y, elevation, room(carried_, n), room(spent_, n), room(key_, n), room(row_, n * kRowWidth), room(valence_, n), mark,
+           room(window_, n), room(local_, n)};
+  device_.each(n, StartVertex{given_, view_, x, y, elevation});
   row_width_ = kInnerValence;
-  if (triangles) chain_rings(jobs);
+  if (triangle_first_.back() > 0) chain_rings(jobs);
+}
+
+/// Which vertices the batch starts from, from the smallest triangles up; they are numbered anew.
+template <class Device>
+void Batch<Device>::choose() {
+  std::int32_t most_cells = 0;
+  for (const BatchTile& tile : tiles_) most_cells = std::max(most_cells, SparseStart::chooses(tile) ? tile.cells : 0);
+  const SparseStart start{given_tiles_.data(), given_.elevation, given_.mark, room(stays_, given_count_)};
+  device_.each(given_count_, StartKept{start, given_.tiles});
+  for (std::int32_t half = 1; half <= most_cells / 2; half *= 2) {
+    const std::size_t across = static_cast<std::size_t>(most_cells / half) + 1, points = tiles_.size() * across * across;
+    device_.each(points, ChooseSides{start, half, most_cells});
+    device_.each(points, ChooseCentres{start, half, most_cells});
+  }
+  std::uint32_t* const kept = room(kept_, given_count_);
+  std::uint32_t* const number = room(number_, given_count_);
+  vertices_ = device_.select(given_count_, StaysInStart{start.stays}, kept);
+  device_.each(vertices_, NumberKept{kept, number});
+  given_.stays = start.stays;
+  given_.kept = kept;
+  given_.number = number;
+  device_.each(tiles_.size(), NumberTile{given_, room(numbered_tiles_, tiles_.size())});
+  device_.each(triangle_first_.back(), NumberTriangle{number, triangles_.data()});
 }
 
 template <class Device>
 void Batch<Device>::stage(std::span<const SimplifyJob> jobs, const ParallelFor& parallel) {
   tiles_.assign(jobs.size(), {});
-  vertices_ = 0;
+  given_count_ = 0;
   for (std::size_t t = 0; t < jobs.size(); ++t) {
-    tiles_[t].first = static_cast<std::uint32_t>(vertices_);
+    tiles_[t].first = static_cast<std::uint32_t>(given_count_);
     tiles_[t].side = jobs[t].input->side;
     tiles_[t].rules = rules_of(jobs[t]);
     tiles_[t].schedule = schedule_of(jobs[t]);
-    vertices_ += jobs[t].input->vertices();
+    given_count_ += jobs[t].input->vertices();
   }
-  host_elevation_.reserve(vertices_);
-  host_mark_.reserve(vertices_);
+  host_elevation_.reserve(given_count_);
+  host_mark_.reserve(given_count_);
   parallel(jobs.size(), [&](std::size_t t) {
     tiles_[t].cells = grid_cells(*jobs[t].input);
+    tiles_[t].start_tolerance_m = jobs[t].start_tolerance_m;
+    const auto is_void = [](std::uint8_t mark) { return (mark & proto::kVoid) != 0; };
+    tiles_[t].any_void = SparseStart::chooses(tiles_[t]) && std::any_of(jobs[t].input->mark.begin(), jobs[t].input->mark.end(), is_void);
     std::copy_n(jobs[t].elevation.begin(), jobs[t].input->vertices(), host_elevation_.data() + tiles_[t].first);
     std::copy_n(jobs[t].input->mark.begin(), jobs[t].input->vertices(), host_mark_.data() + tiles_[t].first);
   });
+  for (const BatchTile& tile : tiles_) {
+    if (SparseStart::chooses(tile) && !std::has_single_bit(static_cast<std::uint32_t>(tile.cells)))
+      throw std::invalid_argument("simplifier: start_tolerance_m asks for a full grid of a power of two of cells");
+  }
   triangle_first_.assign(1, 0);
   for (std::size_t t = 0; t < jobs.size(); ++t) {
     triangle_first_.push_back(triangle_first_.back() + (tiles_[t].cells > 0 ? 0 : jobs[t].input->triangles.size()));
   }
   if (triangle_first_.back() == 0) return;
-  host_x_.reserve(vertices_);
-  host_y_.reserve(vertices_);
+  host_x_.reserve(given_count_);
+  host_y_.reserve(given_count_);
   host_triangles_.reserve(triangle_first_.back());
   parallel(jobs.size(), [&](std::size_t t) {
     if (tiles_[t].cells == 0) stage_triangles(*jobs[t].input, t);
@@ -71,7 +110,7 @@ void Batch<Device>::stage_triangles(const proto::TileMesh& mesh, std::size_t til
 template <class Device>
 void Batch<Device>::chain_rings(std::span<const SimplifyJob> jobs) {
   const std::size_t count = triangle_first_.back();
-  const Triangle* const triangles = upload(triangles_, host_triangles_, count);
+  const Triangle* const triangles = triangles_.data();
   std::uint32_t* const end = room(wedge_end_, vertices_);
   RingFacts* const facts = room(facts_, 1);
   Wedge* const wedges = room(wedges_, 3 * count);
@@ -109,7 +148,13 @@ void Batch<Device>::unload() {
   host_survivors_.reserve(count);
   host_row_start_.reserve(count + 1);
   host_neighbour_.reserve(neighbours);
-  device_.copy_out(host_survivors_.data(), list, count);
+  const std::uint32_t* original = list;
+  if (given_.kept) {
+    std::uint32_t* const given = room(given_survivors_, count);
+    device_.each(count, GivenSurvivor{given_.kept, list, given});
+    original = given;
+  }
+  device_.copy_out(host_survivors_.data(), original, count);
   device_.copy_out(host_row_start_.data(), row_start, count + 1);
   device_.copy_out(host_neighbour_.data(), neighbour_.data(), neighbours);
   survivors_count_ = count;

@@ -2,38 +2,99 @@
 // What is done to every vertex (or tile) of a batch before, between and after the passes.
 #include "gpu/batch_tile.h"
 #include "gpu/grid_rings.h"
+#include "gpu/sparse_start.h"
 #include "gpu/wedges.h"
 #include "gpu/window_pass.h"
 
 namespace cordillera::gpu {
 
-/// Every vertex before the first pass: its own marks, and in a regular grid its position and ring.
+/// What came to the device: the vertices of all inputs, and which of them the batch starts from.
+struct BatchGiven {
+  TileFinder tiles;                             ///< their vertices numbered as they came
+  const std::int32_t *x = nullptr, *y = nullptr;  ///< read where a tile is no regular grid
+  const float* elevation = nullptr;
+  const std::uint8_t* mark = nullptr;
+  const std::uint8_t* stays = nullptr;          ///< see SparseStart; this and the next two: null where all do
+  const std::uint32_t* kept = nullptr;          ///< those that stay, ascending
+  const std::uint32_t* number = nullptr;        ///< their places in `kept`
+
+  CORDILLERA_HD std::uint32_t given(std::uint32_t vertex) const { return kept ? kept[vertex] : vertex; }
+  CORDILLERA_HD std::uint32_t numbered(std::uint32_t given) const { return number ? number[given] : given; }
+};
+
+/// Every vertex before the first pass: its own marks, and in a regular grid its position and ring. The arrays of mesh may be those given.
 struct StartVertex {
+  BatchGiven given;
   MeshView mesh;
   std::int32_t* x;
   std::int32_t* y;
-  TileFinder tiles;
+  float* elevation;
 
   CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto v = static_cast<std::uint32_t>(i);
-    const BatchTile& tile = tiles.tiles[tiles.of(v)];
+    const std::uint32_t v = given.given(static_cast<std::uint32_t>(i));
+    const BatchTile& tile = given.tiles.tiles[given.tiles.of(v)];
     if (tile.cells > 0) {
       const auto at = static_cast<std::int32_t>(v - tile.first);
       const std::int32_t row = at / (tile.cells + 1), column = at - row * (tile.cells + 1), step = tile.side / tile.cells;
-      x[v] = column * step;
-      y[v] = row * step;
-      mesh.valence[v] = static_cast<std::uint8_t>(grid_ring(tile.cells, column, row, tile.first, mesh.row + i * kRowWidth));
+      x[i] = column * step;
+      y[i] = row * step;
+      mesh.valence[i] = static_cast<std::uint8_t>(start_ring(tile, column, row, mesh.row + i * kRowWidth));
+    } else {
+      x[i] = given.x[v];
+      y[i] = given.y[v];
     }
-    const bool side_x = x[v] == 0 || x[v] == tile.side, side_y = y[v] == 0 || y[v] == tile.side;
+    elevation[i] = given.elevation[v];
+    const bool side_x = x[i] == 0 || x[i] == tile.side, side_y = y[i] == 0 || y[i] == tile.side;
     const int side = (side_x || side_y ? kOnSide : 0) | (side_x && side_y ? kOnCorner : 0);
-    const int given = mesh.mark[v] & (proto::kVoid | proto::kKeep | proto::kRemove);
+    const int marked = given.mark[v] & (proto::kVoid | proto::kKeep | proto::kRemove);
     // What may not go is not asked: on the border, only what the chain dropped.
-    const bool keep = side && !(given & proto::kRemove);
-    mesh.mark[v] = static_cast<std::uint8_t>(given | side | (keep ? proto::kKeep : 0));
-    mesh.carried[v] = 0;
-    mesh.spent[v] = 0;
-    mesh.key[v] = 0;
+    const bool keep = side && !(marked & proto::kRemove);
+    mesh.mark[i] = static_cast<std::uint8_t>(marked | side | (keep ? proto::kKeep : 0));
+    mesh.carried[i] = 0;
+    mesh.spent[i] = 0;
+    mesh.key[i] = 0;
   }
+
+ private:
+  CORDILLERA_HD int start_ring(const BatchTile& tile, std::int32_t column, std::int32_t row, std::uint32_t* ring) const {
+    const int valence = SparseStart::chooses(tile) ? StartRing(given.stays + tile.first, tile.cells, column, row).write(tile.first, ring)
+                                                   : grid_ring(tile.cells, column, row, tile.first, ring);
+    for (int k = 0; given.number && k < valence; ++k) ring[k] = given.number[ring[k]];
+    return valence;
+  }
+};
+
+struct StaysInStart {
+  const std::uint8_t* stays;
+  CORDILLERA_HD bool operator()(std::uint32_t v) const { return stays[v] != 0; }
+};
+/// number[kept[i]] = i
+struct NumberKept {
+  const std::uint32_t* kept;
+  std::uint32_t* number;
+  CORDILLERA_HD void operator()(std::size_t i) const { number[kept[i]] = static_cast<std::uint32_t>(i); }
+};
+/// A tile of the batch once vertices are numbered by what stays. Its first vertex always does.
+struct NumberTile {
+  BatchGiven given;
+  BatchTile* tiles;
+  CORDILLERA_HD void operator()(std::size_t t) const {
+    tiles[t] = given.tiles.tiles[t];
+    tiles[t].first = given.number[tiles[t].first];
+  }
+};
+struct NumberTriangle {
+  const std::uint32_t* number;
+  std::array<std::uint32_t, 3>* triangles;
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    for (std::uint32_t& v : triangles[i]) v = number[v];
+  }
+};
+/// Survivors as they came.
+struct GivenSurvivor {
+  const std::uint32_t *kept, *survivors;
+  std::uint32_t* given;
+  CORDILLERA_HD void operator()(std::size_t i) const { given[i] = kept[survivors[i]]; }
 };
 
 /// What is found out while rings are made.

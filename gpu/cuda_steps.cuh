@@ -18,8 +18,15 @@ namespace cordillera::gpu {
 
 inline constexpr unsigned kStepThreads = 256;
 
+/// How many blocks a multiprocessor shall have room for: F::kBlocksAtOnce, if F knows, else the compiler may spend all registers on one.
 template <class F>
-__global__ void __launch_bounds__(kStepThreads) each_kernel(std::size_t n, F f) {
+consteval int blocks_at_once() {
+  if constexpr (requires { F::kBlocksAtOnce; }) return F::kBlocksAtOnce;
+  else return 1;
+}
+
+template <class F>
+__global__ void __launch_bounds__(kStepThreads, blocks_at_once<F>()) each_kernel(std::size_t n, F f) {
   const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
   if (i < n) f(i);
 }

@@ -25,6 +25,10 @@ struct SimplifyJob {
   float guard_m = 0;        ///< > 0: no vertex may end up farther than this from the new surface, as far as the collapse can see
   float rim_units = 0;      ///< how far the rim of a hole may move, in units
   float unit_m = 1;         ///< metres a unit, about; for strategies that measure across as well as along the vertical
+  /// > 0, input a full grid of a power of two of cells: strategy `waves` starts from a right-triangulated network of some of its vertices (see
+  /// sparse_start.h). kKeep and the rims of voids are among them; where data is all around, a vertex is left out only if it lies within this of the
+  /// middle of the edge that then passes over it. Vertices left out later than it add to that, so this bounds no error: results must be measured.
+  float start_tolerance_m = 0;
 };
 
 /// Runs work(i) for every i in 0..count-1, at the same time if it can; returns when all are done.

@@ -10,6 +10,7 @@ class HostMeterDevice : public HostSteps {
  public:
   template <class T>
   using Staging = Array<T>;
+  static constexpr std::uint32_t kInStep = 1;
   void use() {}
   std::string name() const { return "cpu"; }
 };

@@ -32,19 +32,15 @@ class BatchMeterOn final : public BatchMeter {
   std::vector<SurfaceError> measure(std::span<const TileSurface> tiles) override {
     device_->use();
     stages_.clear();
-    stage(nullptr);
-    plan(tiles);
-    pack(tiles);
-    stage("pack");
-    load();
-    stage("upload");
-    std::vector<TileTally> tallies = run();
-    stage("measure");
-    std::vector<SurfaceError> results(tiles.size());
-    for (std::size_t t = 0; t < tiles.size(); ++t) results[t] = error_of(tallies[t]);
-    parallel_(tiles.size(), [&](std::size_t t) {
-      if (outside_[t]) results[t] = surface_error(input_of(tiles[t]), INFINITY);
-    });
+    std::vector<SurfaceError> results;
+    results.reserve(tiles.size());
+    for (std::size_t from = 0, to = 0; from < tiles.size(); from = to) {
+      std::size_t triangles = 0;
+      while (to < tiles.size() && (to == from || triangles + tiles[to].mesh->triangles.size() <= kTrianglesAtOnce)) {
+        triangles += tiles[to++].mesh->triangles.size();
+      }
+      measure_some(tiles.subspan(from, to - from), results);
+    }
     return results;
   }
 
@@ -52,6 +48,10 @@ class BatchMeterOn final : public BatchMeter {
   std::span<const StageTime> stages() const override { return stages_; }
 
  private:
+  // On the device a triangle takes some 200 bytes, a row 28.
+  static constexpr std::size_t kTrianglesAtOnce = std::size_t{1} << 22;
+  static constexpr std::uint32_t kRowsAtOnce = 1u << 24;
+
   template <class T>
   using Array = typename Device::template Array<T>;
   template <class T>
@@ -69,8 +69,28 @@ class BatchMeterOn final : public BatchMeter {
   }
   void stage(const char* name) {
     const double now_s = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-    if (name) stages_.push_back({name, now_s - stage_start_s_});
+    if (name) {
+      auto at = std::find_if(stages_.begin(), stages_.end(), [&](const StageTime& known) { return known.name == name; });
+      if (at == stages_.end()) at = stages_.insert(at, {name, 0});
+      at->seconds += now_s - stage_start_s_;
+    }
     stage_start_s_ = now_s;
+  }
+
+  void measure_some(std::span<const TileSurface> tiles, std::vector<SurfaceError>& results) {
+    stage(nullptr);
+    plan(tiles);
+    pack(tiles);
+    stage("pack");
+    load();
+    stage("upload");
+    const std::vector<TileTally> tallies = run();
+    stage("measure");
+    const std::size_t first = results.size();
+    for (const TileTally& tally : tallies) results.push_back(error_of(tally));
+    parallel_(tiles.size(), [&](std::size_t t) {
+      if (outside_[t]) results[first + t] = surface_error(input_of(tiles[t]), INFINITY);
+    });
   }
 
   SurfaceErrorInput input_of(const TileSurface& tile) const { return {&lattice_, tile.tile, tile.mesh, samples_, ecef_step_m_}; }
@@ -141,7 +161,7 @@ class BatchMeterOn final : public BatchMeter {
     in_.rim = upload(rim_.device, rim_.host.data(), edges_);
     in_.published = room(published_, vertices_);
     in_.tile_of = room(tile_of_, triangles_);
-    in_.first_row = room(first_row_, triangles_);
+    in_.metered = room(metered_, triangles_);
     in_.rows = room(rows_, triangles_ + 1);
     in_.row_start = room(row_start_, triangles_ + 1);
     in_.tally = room(tally_, tiles_.size());
@@ -185,12 +205,33 @@ class BatchMeterOn final : public BatchMeter {
     device_->exclusive_sum(in_.rows, in_.row_start, triangles_ + 1);
     std::uint32_t rows = 0;
     device_->copy_out(&rows, in_.row_start + triangles_, 1);
-    device_->each(rows, MeasureRow{in_, static_cast<std::uint32_t>(triangles_)});
-    device_->each(vertices_, MeasureVertex{in_});
+    for (std::uint32_t begin = 0; begin < rows; begin += kRowsAtOnce) measure_rows(begin, std::min(rows - begin, kRowsAtOnce), piece_of(rows));
+    constexpr std::uint32_t kStep = Device::kInStep;
+    device_->each((vertices_ + kStep - 1) / kStep * kStep, MeasureVertex{in_, static_cast<std::uint32_t>(vertices_)});
     std::vector<TileTally> tallies(tiles_.size());
     device_->copy_out(tallies.data(), in_.tally, tallies.size());
     for (std::size_t t = 0; t < tiles_.size(); ++t) tallies[t].valid = valid_[t];
     return tallies;
+  }
+
+  void measure_rows(std::uint32_t begin, std::uint32_t count, std::uint32_t piece) {
+    RowRange range{begin, count, piece, room(metered_rows_, count), room(piece_start_, count + 1), room(beyond_, count), room(beyond_count_, 1)};
+    device_->zero(range.beyond_count, 1);
+    device_->zero(range.piece_start + count, 1);
+    device_->each(threads_for(count, PlaceRows::kEach, Device::kInStep), PlaceRows{in_, static_cast<std::uint32_t>(triangles_), range});
+    device_->exclusive_sum(range.piece_start, range.piece_start, count + 1);
+    std::uint32_t pieces = 0, beyond = 0;
+    device_->copy_out(&pieces, range.piece_start + count, 1);
+    device_->copy_out(&beyond, range.beyond_count, 1);
+    device_->each(threads_for(pieces, MeasurePieces::kEach, Device::kInStep), MeasurePieces{in_, range, pieces});
+    device_->each(beyond, MeasureBeyond{in_, range});
+  }
+
+  /// Samples to a piece where there are so many rows: what a piece has to prepare shall pay, and most pieces be full.
+  std::uint32_t piece_of(std::uint32_t rows) const {
+    std::uint64_t samples = 0;
+    for (const std::uint64_t valid : valid_) samples += valid;
+    return samples < std::uint64_t{4} * rows ? 4 : 8;
   }
 
   static SurfaceError error_of(const TileTally& tally) {
@@ -238,7 +279,9 @@ class BatchMeterOn final : public BatchMeter {
   Array<MeteredTile> device_tiles_;
   Array<std::uint8_t> published_;
   Array<std::uint32_t> tile_of_, rows_, row_start_, row_first_;
-  Array<std::int32_t> first_row_;
+  Array<MeteredTriangle> metered_;
+  Array<MeteredRow> metered_rows_;
+  Array<std::uint32_t> piece_start_, beyond_, beyond_count_;
   Array<TileTally> tally_;
 };
 

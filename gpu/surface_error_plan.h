@@ -8,6 +8,14 @@ namespace cordillera::gpu {
 
 /// floor(n / d), d > 0.
 CORDILLERA_HD inline std::int64_t floor_div(std::int64_t n, std::int64_t d) {
+#ifdef __CUDA_ARCH__
+  // For a GPU a division of 64 bits is a long program.
+  const auto small_n = static_cast<std::int32_t>(n), small_d = static_cast<std::int32_t>(d);
+  if (small_n == n && small_d == d) {
+    const std::int32_t q = small_n / small_d;
+    return q - (q * small_d > small_n ? 1 : 0);
+  }
+#endif
   const std::int64_t q = n / d;
   return q - (q * d > n ? 1 : 0);
 }

@@ -45,6 +45,104 @@ CORDILLERA_HD std::uint32_t owner_of(std::uint32_t i, std::uint32_t count, const
   return low;
 }
 
+/// What a row needs to know of its triangle, small enough to be kept for all of them.
+struct alignas(16) MeteredTriangle {
+  struct Edge {
+    std::int32_t x, y, dx, dy;
+  };
+  Plane exact, rounded;
+  HeightRange exact_range, rounded_range;
+  double place_m;              ///< see place_error_m()
+  std::int64_t slack[3];
+  Edge edge[3];
+  std::int32_t west, east;     ///< of the plan's columns
+  std::int32_t first_row;
+  std::uint32_t tile;
+  std::uint32_t owned, slacks; ///< bit k: edge k is; 1: some edge has slack
+
+  CORDILLERA_HD void set(const MeasuredTriangle& t, std::uint32_t its_tile) {
+    exact = t.exact;
+    rounded = t.rounded;
+    exact_range = t.exact_range;
+    rounded_range = t.rounded_range;
+    place_m = place_error_m(t);
+    owned = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      const PlanEdge& e = t.plan.edge[k];
+      edge[k] = {static_cast<std::int32_t>(e.x), static_cast<std::int32_t>(e.y), static_cast<std::int32_t>(e.dx), static_cast<std::int32_t>(e.dy)};
+      slack[k] = e.slack;
+      owned |= e.owned ? 1u << k : 0u;
+    }
+    west = static_cast<std::int32_t>(t.plan.columns.first);
+    east = static_cast<std::int32_t>(t.plan.columns.last);
+    first_row = static_cast<std::int32_t>(t.plan.rows.first);
+    tile = its_tile;
+    slacks = t.plan.slack;
+  }
+  /// with_slack: `shown` is wanted, too.
+  CORDILLERA_HD RowSpans row(std::int64_t y, bool with_slack) const {
+    PlanTriangle plan;
+    for (unsigned k = 0; k < 3; ++k) {
+      const Edge e = edge[k];
+      plan.edge[k] = {e.x, e.y, e.dx, e.dy, with_slack ? slack[k] : 0, (owned >> k & 1u) != 0};
+    }
+    plan.columns = {west, east};
+    return plan.row(y);
+  }
+};
+
+/// The same, known to be `from` or later.
+template <class First>
+CORDILLERA_HD std::uint32_t owner_from(std::uint32_t from, std::uint32_t i, std::uint32_t count, const First& first) {
+  std::uint32_t low = from, step = 1;
+  while (low + step < count && first(low + step) <= i) {
+    low += step;
+    step *= 2;
+  }
+  std::uint32_t high = low + step < count ? low + step : count;
+  while (high - low > 1) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    (first(middle) <= i ? low : high) = middle;
+  }
+  return low;
+}
+
+/// A row of samples of a triangle. The closed triangle's, from which the ends of the others are a sample or none away.
+struct MeteredRow {
+  enum Ends : std::uint32_t {
+    kOwnedWest = 1, kOwnedEast = 2, kStrictWest = 4, kStrictEast = 8,  ///< the end sample is among them
+    kOwned = 16, kStrict = 32,                                         ///< there are any
+  };
+  std::uint32_t triangle;
+  std::int32_t y, first, last;  ///< tile-local; first > last: none
+  std::uint32_t ends;
+
+  CORDILLERA_HD void set(std::uint32_t t, std::int64_t row, const RowSpans& spans) {
+    triangle = t;
+    y = static_cast<std::int32_t>(row);
+    first = 0;
+    last = -1;
+    ends = 0;
+    if (length(spans.closed) == 0) return;
+    first = static_cast<std::int32_t>(spans.closed.first);
+    last = static_cast<std::int32_t>(spans.closed.last);
+    if (length(spans.owned) > 0)
+      ends |= kOwned | (spans.owned.first == first ? kOwnedWest : 0u) | (spans.owned.last == last ? kOwnedEast : 0u);
+    if (length(spans.strict) > 0)
+      ends |= kStrict | (spans.strict.first == first ? kStrictWest : 0u) | (spans.strict.last == last ? kStrictEast : 0u);
+  }
+  CORDILLERA_HD bool owns(std::int32_t x) const { return holds(x, kOwned, kOwnedWest, kOwnedEast); }
+  CORDILLERA_HD bool is_strict(std::int32_t x) const { return holds(x, kStrict, kStrictWest, kStrictEast); }
+  CORDILLERA_HD std::int32_t strict_count() const {
+    return ends & kStrict ? last - first - 1 + (ends & kStrictWest ? 1 : 0) + (ends & kStrictEast ? 1 : 0) : 0;
+  }
+
+ private:
+  CORDILLERA_HD bool holds(std::int32_t x, std::uint32_t any, std::uint32_t west, std::uint32_t east) const {
+    return (ends & any) != 0 && (x > first || (ends & west) != 0) && (x < last || (ends & east) != 0);
+  }
+};
+
 /// What the steps read and write.
 struct MeterArrays {
   const std::int32_t* samples = nullptr;
@@ -61,7 +159,7 @@ struct MeterArrays {
 
   std::uint8_t* published = nullptr;              ///< indexed by vertex: in a triangle that exists
   std::uint32_t* tile_of = nullptr;               ///< indexed by triangle
-  std::int32_t* first_row = nullptr;              ///< indexed by triangle, tile-local
+  MeteredTriangle* metered = nullptr;             ///< indexed by triangle
   std::uint32_t* rows = nullptr;                  ///< indexed by triangle: that it may show
   std::uint32_t* row_start = nullptr;             ///< their exclusive sum
   TileTally* tally = nullptr;                     ///< indexed by tile
@@ -114,6 +212,7 @@ struct MeterArrays {
 
 /// Which triangles exist, and how many rows of samples each may show.
 struct CountRows {
+  static constexpr int kBlocksAtOnce = 2;
   MeterArrays in;
   CORDILLERA_HD void operator()(std::size_t i) const {
     const auto t = static_cast<std::uint32_t>(i);
@@ -124,117 +223,187 @@ struct CountRows {
     in.rows[t] = 0;
     if ((in.mark[v[0]] | in.mark[v[1]] | in.mark[v[2]]) & proto::kVoid) return;
     for (const std::uint32_t corner : v) set_shared(in.published + corner, std::uint8_t{1});
-    const Span rows = in.triangle(t).plan.rows;
-    in.first_row[t] = static_cast<std::int32_t>(rows.first);
-    in.rows[t] = static_cast<std::uint32_t>(length(rows));
+    const MeasuredTriangle triangle = in.triangle(t);
+    in.metered[t].set(triangle, at);
+    in.rows[t] = static_cast<std::uint32_t>(length(triangle.plan.rows));
   }
 };
 
-/// What one row of one triangle gives.
+/// What a thread finds out about one tile.
 struct RowTally {
-  double worst_m = -1;  ///< < 0: it shows no sample
+  std::uint64_t max_bits = 0;
   SquareSum squares;
-  std::uint64_t covered = 0, summed = 0, overcovered = 0;
+  std::uint32_t covered = 0, summed = 0;
+  std::int32_t overcovered = 0;
+
+  CORDILLERA_HD void raise(double error_m) {
+    const std::uint64_t bits = double_bits(error_m);
+    max_bits = bits > max_bits ? bits : max_bits;
+  }
+  CORDILLERA_HD void add_to(TileTally* to) const {
+    raise_to(&to->max_bits, max_bits);
+    gpu::add_to(&to->square_low, squares.low);
+    gpu::add_to(&to->square_high, squares.high);
+    gpu::add_to(&to->covered, covered);
+    gpu::add_to(&to->summed, summed);
+    gpu::add_to(&to->overcovered, static_cast<std::uint64_t>(std::int64_t{overcovered}));
+  }
 };
 
-/// Adds what a thread found. Threads of a warp that all speak of one tile add up first: else they would queue for it.
-CORDILLERA_HD inline void add(TileTally* to, const RowTally& found, double place_m) {
-  std::uint64_t bits = found.worst_m < 0 ? 0 : double_bits(found.worst_m + place_m);
-  std::uint64_t sums[5] = {found.squares.low, found.squares.high, found.covered, found.summed, found.overcovered};
-  std::uint64_t* const at[5] = {&to->square_low, &to->square_high, &to->covered, &to->summed, &to->overcovered};
+/// Threads of a device that run in step; one on a host.
 #ifdef __CUDA_ARCH__
-  constexpr unsigned kWarp = 0xffffffffu;
+inline constexpr std::uint32_t kInStep = 32;
+#else
+inline constexpr std::uint32_t kInStep = 1;
+#endif
+
+/// Adds what a thread found; called by all that run in step. Where they all speak of one tile they add up first: else they would queue for it.
+CORDILLERA_HD inline void add_together(TileTally* to, const RowTally& found) {
+#ifdef __CUDA_ARCH__
+  constexpr unsigned kAll = 0xffffffffu;
+  using Word = unsigned long long;
   int alike = 0;
-  if (__activemask() == kWarp) __match_all_sync(kWarp, reinterpret_cast<unsigned long long>(to), &alike);
+  __match_all_sync(kAll, reinterpret_cast<Word>(to), &alike);
   if (alike) {
+    RowTally sum = found;
     for (int d = 16; d > 0; d /= 2) {
-      const std::uint64_t other = __shfl_xor_sync(kWarp, static_cast<unsigned long long>(bits), d);
-      bits = other > bits ? other : bits;
-      for (std::uint64_t& sum : sums) sum += __shfl_xor_sync(kWarp, static_cast<unsigned long long>(sum), d);
+      const std::uint64_t other = __shfl_xor_sync(kAll, static_cast<Word>(sum.max_bits), d);
+      sum.max_bits = other > sum.max_bits ? other : sum.max_bits;
+      sum.squares.low += __shfl_xor_sync(kAll, static_cast<Word>(sum.squares.low), d);
+      sum.squares.high += __shfl_xor_sync(kAll, static_cast<Word>(sum.squares.high), d);
+      sum.covered += __shfl_xor_sync(kAll, sum.covered, d);
+      sum.summed += __shfl_xor_sync(kAll, sum.summed, d);
+      sum.overcovered += __shfl_xor_sync(kAll, sum.overcovered, d);
     }
-    if (threadIdx.x & 31u) return;
+    if (to && (threadIdx.x & 31u) == 0) sum.add_to(to);
+    return;
   }
 #endif
-  raise_to(&to->max_bits, bits);
-  for (int k = 0; k < 5; ++k) add_to(at[k], sums[k]);
+  if (to) found.add_to(to);
 }
 
-/// The i-th row of all triangles' rows.
-struct MeasureRow {
+/// Of all triangles' rows, those that are looked at together. Their samples are cut into pieces: rows differ in length, and a thread that has
+/// more to do than others keeps all of them waiting.
+struct RowRange {
+  std::uint32_t begin = 0, count = 0;
+  std::uint32_t piece = 1;               ///< samples in a piece, at most
+  MeteredRow* rows = nullptr;
+  std::uint32_t* piece_start = nullptr;  ///< indexed by row of the range, one more at the end: its first piece
+  std::uint32_t* beyond = nullptr;       ///< rows of the range whose triangle may show samples beyond its edges, in any order
+  std::uint32_t* beyond_count = nullptr;
+};
+
+/// Threads that take `each` of n things, one after the other, as many apart as threads run in step; for whole groups of these.
+inline std::size_t threads_for(std::uint32_t n, std::uint32_t each, std::uint32_t in_step) {
+  const std::size_t together = std::size_t{in_step} * each;
+  return (n + together - 1) / together * in_step;
+}
+/// The first of them, of thread i.
+CORDILLERA_HD inline std::uint32_t first_of(std::size_t i, std::uint32_t each) {
+  return static_cast<std::uint32_t>(i / kInStep) * kInStep * each + static_cast<std::uint32_t>(i % kInStep);
+}
+
+/// Which samples every row of a range has.
+struct PlaceRows {
+  static constexpr std::uint32_t kEach = 8;
+  static constexpr int kBlocksAtOnce = 4;
+
   MeterArrays in;
   std::uint32_t triangles;
+  RowRange range;
 
   CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto place = static_cast<std::uint32_t>(i);
-    const std::uint32_t t = owner_of(place, triangles, [&](std::uint32_t k) { return in.row_start[k]; });
-    const MeteredTile& tile = in.tiles[in.tile_of[t]];
-    const MeasuredTriangle triangle = in.triangle(t);
-    const RowTally found = measure(tile, triangle, in.first_row[t] + static_cast<std::int64_t>(place - in.row_start[t]));
-    add(in.tally + in.tile_of[t], found, found.worst_m < 0 ? 0.0 : place_error_m(triangle));
+    const std::uint32_t first = first_of(i, kEach);
+    const auto start = [&](std::uint32_t k) { return in.row_start[k]; };
+    std::uint32_t t = owner_of(range.begin + first, triangles, start);
+    for (std::uint32_t at = first; at < range.count && at < first + kEach * kInStep; at += kInStep) {
+      t = owner_from(t, range.begin + at, triangles, start);
+      const MeteredTriangle& triangle = in.metered[t];
+      const std::int64_t y = triangle.first_row + static_cast<std::int64_t>(range.begin + at - in.row_start[t]);
+      MeteredRow row;
+      row.set(t, y, triangle.row(y, false));
+      range.rows[at] = row;
+      range.piece_start[at] = (static_cast<std::uint32_t>(row.last - row.first + 1) + range.piece - 1) / range.piece;
+      if (triangle.slacks) range.beyond[fetch_add(range.beyond_count, 1)] = at;
+    }
+  }
+};
+
+/// The samples of a range, piece by piece.
+struct MeasurePieces {
+  static constexpr std::uint32_t kEach = 4;
+  static constexpr int kBlocksAtOnce = 2;
+
+  MeterArrays in;
+  RowRange range;
+  std::uint32_t pieces;
+
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const std::uint32_t first = first_of(i, kEach);
+    const auto start = [&](std::uint32_t k) { return range.piece_start[k]; };
+    std::uint32_t at = owner_of(first < pieces ? first : pieces - 1, range.count, start);
+    TileTally* to = nullptr;
+    RowTally found;
+    for (std::uint32_t piece = first; piece < pieces && piece < first + kEach * kInStep; piece += kInStep) {
+      at = owner_from(at, piece, range.count, start);
+      const MeteredRow row = range.rows[at];
+      const MeteredTriangle& triangle = in.metered[row.triangle];
+      TileTally* const its = in.tally + triangle.tile;
+      if (to != its) {
+        if (to) found.add_to(to);
+        found = {};
+        to = its;
+      }
+      measure(in.tiles[triangle.tile], triangle, row, piece - range.piece_start[at], found);
+    }
+    add_together(to, found);
   }
 
  private:
-  CORDILLERA_HD RowTally measure(const MeteredTile& tile, const MeasuredTriangle& triangle, std::int64_t y) const {
-    RowTally tally;
-    const RowSpans spans = triangle.plan.row(y);
-    if (!tile.all_valid) tally.overcovered += length(spans.strict);
-    if (y < tile.rows.first || y > tile.rows.last) return tally;
+  CORDILLERA_HD void measure(const MeteredTile& tile, const MeteredTriangle& triangle, const MeteredRow& row, std::uint32_t piece, RowTally& tally) const {
+    if (!tile.all_valid && piece == 0) tally.overcovered += row.strict_count();
+    if (row.y < tile.rows.first || row.y > tile.rows.last) return;
+    const std::int64_t begin = row.first + std::int64_t{piece} * range.piece, end = begin + range.piece - 1;
+    const Span mine{begin, end < row.last ? end : row.last};
     for (const SampleWindow::Stretch& s : tile.stretch) {
-      const Span shown = intersection(spans.shown, s.columns), closed = intersection(spans.closed, s.columns);
-      if (length(closed) > 0) inside(tile, triangle, y, s, spans, tally);
-      if (!triangle.plan.slack) continue;
-      if (length(spans.closed) == 0) {
-        beyond(tile, triangle, y, s, shown, tally);
-      } else {
-        const Span west{shown.first, shown.last < spans.closed.first - 1 ? shown.last : spans.closed.first - 1};
-        const Span east{shown.first > spans.closed.last + 1 ? shown.first : spans.closed.last + 1, shown.last};
-        beyond(tile, triangle, y, s, west, tally);
-        beyond(tile, triangle, y, s, east, tally);
-      }
+      const Span part = intersection(mine, s.columns);
+      if (part.first > part.last) continue;
+      const Samples samples{in.sample_row(tile, row.y) + s.shift, in.column_frame + s.shift, static_cast<std::int32_t>(part.first),
+                            static_cast<std::int32_t>(part.last), tile.all_valid != 0};
+      inside(samples, triangle, row, in.frame_of_row(tile, row.y), tally);
     }
-    return tally;
   }
 
-  CORDILLERA_HD void inside(const MeteredTile& tile, const MeasuredTriangle& triangle, std::int64_t y, const SampleWindow::Stretch& s,
-                            const RowSpans& spans, RowTally& tally) const {
-    const Span closed = intersection(spans.closed, s.columns), owned = intersection(spans.owned, s.columns);
-    const Span strict = intersection(spans.strict, s.columns);
-    const bool exact_shows = triangle.exact.shows(), rounded_shows = triangle.rounded.shows();
-    const proto::RowFrame row = in.frame_of_row(tile, y);
-    const PlaneRow exact(triangle.exact, row), rounded(triangle.rounded, row);
-    const std::int32_t* const heights = in.sample_row(tile, y) + s.shift;
-    const proto::ColumnFrame* const frames = in.column_frame + s.shift;
-    std::uint64_t covered = 0;
-    if (tally.worst_m < 0) tally.worst_m = 0;
-    for (std::int64_t x = closed.first; x <= closed.last; ++x) {
-      const bool counts = x >= owned.first && x <= owned.last;
-      if (heights[x] == proto::kNoHeight) continue;
+  struct Samples {
+    const std::int32_t* height;
+    const proto::ColumnFrame* frame;
+    std::int32_t first, last;
+    bool all_valid;
+  };
+  CORDILLERA_HD static void inside(const Samples& samples, const MeteredTriangle& t, const MeteredRow& row, const proto::RowFrame& frame,
+                                   RowTally& tally) {
+    const bool exact_shows = t.exact.shows(), rounded_shows = t.rounded.shows();
+    const PlaneRow exact(t.exact, frame), rounded(t.rounded, frame);
+    std::uint32_t covered = 0;
+    double worst_m = 0;
+    for (std::int32_t x = samples.first; x <= samples.last; ++x) {
+      const std::int32_t height = samples.height[x];
+      if (height == proto::kNoHeight) continue;
+      const bool counts = row.owns(x);
       covered += counts;
-      if (!tile.all_valid && x >= strict.first && x <= strict.last) tally.overcovered -= 1;
-      const double h = heights[x] * proto::kHeightStep_m;
-      const proto::ColumnFrame frame = frames[x];
+      if (!samples.all_valid && row.is_strict(x)) tally.overcovered -= 1;
+      const double h = height * proto::kHeightStep_m;
+      const proto::ColumnFrame column = samples.frame[x];
       if (exact_shows) {
-        const double e = distance(triangle.exact_range.clamp(exact.height_m(frame.sin_lon, frame.cos_lon)), h);
+        const double e = distance(t.exact_range.clamp(exact.height_m(column.sin_lon, column.cos_lon)), h);
         if (counts) tally.squares.add(square_steps(e));
-        tally.worst_m = detail::most(e, tally.worst_m);
+        worst_m = detail::most(e, worst_m);
       }
-      if (rounded_shows) {
-        tally.worst_m = detail::most(distance(triangle.rounded_range.clamp(rounded.height_m(frame.sin_lon, frame.cos_lon)), h), tally.worst_m);
-      }
+      if (rounded_shows) worst_m = detail::most(distance(t.rounded_range.clamp(rounded.height_m(column.sin_lon, column.cos_lon)), h), worst_m);
     }
     tally.covered += covered;
     if (exact_shows) tally.summed += covered;
-  }
-
-  /// Samples outside the plan triangle that its chords may show.
-  CORDILLERA_HD void beyond(const MeteredTile& tile, const MeasuredTriangle& triangle, std::int64_t y, const SampleWindow::Stretch& s,
-                            const Span& span, RowTally& tally) const {
-    const std::int32_t* const heights = in.sample_row(tile, y) + s.shift;
-    for (std::int64_t x = span.first; x <= span.last; ++x) {
-      if (heights[x] == proto::kNoHeight) continue;
-      const double e = triangle.error_beyond(in.frame_of_row(tile, y), in.column_frame[x + s.shift], heights[x] * proto::kHeightStep_m);
-      tally.worst_m = detail::most(e, tally.worst_m);
-    }
+    tally.raise(worst_m + t.place_m);
   }
   CORDILLERA_HD static double distance(double surface_m, double sample_m) {
     const double d = surface_m - sample_m;
@@ -242,24 +411,64 @@ struct MeasureRow {
   }
 };
 
-/// Corners count once each, whatever triangles meet there.
+/// Samples outside plan triangles that chords may show: few triangles are so large. Over the rows of `beyond`.
+struct MeasureBeyond {
+  MeterArrays in;
+  RowRange range;
+
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const MeteredRow row = range.rows[range.beyond[i]];
+    const MeteredTriangle& triangle = in.metered[row.triangle];
+    const MeteredTile& tile = in.tiles[triangle.tile];
+    if (row.y < tile.rows.first || row.y > tile.rows.last) return;
+    const Span shown = triangle.row(row.y, true).shown;
+    for (const SampleWindow::Stretch& s : tile.stretch) {
+      const Span part = intersection(shown, s.columns);
+      if (row.first > row.last) {
+        measure(row, s, part);
+        continue;
+      }
+      measure(row, s, {part.first, part.last < row.first - 1 ? part.last : row.first - 1});
+      measure(row, s, {part.first > row.last + 1 ? part.first : row.last + 1, part.last});
+    }
+  }
+
+ private:
+  CORDILLERA_HD void measure(const MeteredRow& row, const SampleWindow::Stretch& s, const Span& span) const {
+    if (span.first > span.last) return;
+    const MeteredTriangle& metered = in.metered[row.triangle];
+    const MeteredTile& tile = in.tiles[metered.tile];
+    const MeasuredTriangle triangle = in.triangle(row.triangle);  // with its corners
+    const std::int32_t* const heights = in.sample_row(tile, row.y) + s.shift;
+    for (std::int64_t x = span.first; x <= span.last; ++x) {
+      if (heights[x] == proto::kNoHeight) continue;
+      const double e = triangle.error_beyond(in.frame_of_row(tile, row.y), in.column_frame[x + s.shift], heights[x] * proto::kHeightStep_m);
+      raise_to(&in.tally[metered.tile].max_bits, double_bits(e + metered.place_m));
+    }
+  }
+};
+
+/// Corners count once each, whatever triangles meet there. Over the vertices, and as many as threads in step ask for.
 struct MeasureVertex {
   MeterArrays in;
+  std::uint32_t vertices;
   CORDILLERA_HD void operator()(std::size_t i) const {
     const auto v = static_cast<std::uint32_t>(i);
-    const std::uint32_t at = in.tile_of_vertex(v);
+    TileTally* to = nullptr;
     RowTally found;
-    if (in.published[v]) {
+    if (v < vertices && in.published[v]) {
+      const std::uint32_t at = in.tile_of_vertex(v);
       const MeteredTile& tile = in.tiles[at];
       const std::int32_t h = in.sample_row(tile, in.y[v])[in.sample_column(tile, in.x[v])];
+      to = in.tally + at;
       if (h != proto::kNoHeight) {
-        const double d = (in.height[v] - static_cast<double>(h)) * proto::kHeightStep_m;
-        found.worst_m = d < 0 ? -d : d;
-        found.squares.add(square_steps(found.worst_m));
+        const double d = (in.height[v] - static_cast<double>(h)) * proto::kHeightStep_m, error_m = d < 0 ? -d : d;
+        found.raise(error_m);
+        found.squares.add(square_steps(error_m));
         found.covered = found.summed = 1;
       }
     }
-    add(in.tally + at, found, 0);
+    add_together(to, found);
   }
 };
 

@@ -26,9 +26,11 @@ std::vector<proto::TileMesh> WaveSimplifier<Device>::simplify(std::span<const Si
 template <class Device>
 void WaveSimplifier<Device>::simplify_batch(std::span<const SimplifyJob> jobs, std::span<proto::TileMesh> results) {
   batch_.load(jobs, parallel_);
+  stage("load");
+  batch_.start(jobs);
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const std::span<const std::uint32_t> vertices = batch_.alive();
-    stage(pass == 0 ? "load" : "pass " + std::to_string(pass));
+    stage(pass == 0 ? "start" : "pass " + std::to_string(pass));
     const WindowCut cut = cutter_.cut(*device_, batch_.view(), batch_.tiles(), vertices, pass, kPasses);
     if (cut.in_work == 0) break;
     device_->simplify(batch_.view(), cut, batch_.tiles(), batch_.row_width());

@@ -5,6 +5,7 @@
 //   --repeat N     simplifies every level N times; the fastest counts
 //   --threads N    threads for what remains on the host
 //   --alone        every tile in a call of its own, instead of a level in one
+//   --sparse S     the finest level starts without what is nearer than S times the tolerance to what remains; builds do with 0.125
 //   --levels N     only so many, from the finest
 //   --errors       measures every level against all finest samples on the device, too; with --stages, what of it is work on the device
 //   --strategy S   waves, or cleap or sequential
@@ -47,6 +48,7 @@ Options options_of(int argc, char** argv) {
     else if (argument == "--errors") options.errors = true;
     else if (argument == "--alone") options.run.alone = true;
     else if (argument == "--levels") options.run.levels = std::atoi(value());
+    else if (argument == "--sparse") options.run.start_share = static_cast<float>(std::atof(value()));
     else if (argument == "--strategy") options.strategy = value();
     else if (argument == "--threads") options.threads = static_cast<unsigned>(std::atoi(value()));
     else if (position == 0 && ++position) options.device = argument;
@@ -111,7 +113,7 @@ void print_stages(const std::vector<gpu::StageTime>& stages) {
 double on_device_s(const bench::LevelFigures& level) {
   double sum_s = 0;
   for (const auto* stages : {&level.stages, &level.measure_stages}) {
-    for (const gpu::StageTime& stage : *stages) sum_s += stage.name.starts_with("pass") || stage.name == "measure" ? stage.seconds : 0;
+    for (const gpu::StageTime& stage : *stages) sum_s += stage.name == "start" || stage.name.starts_with("pass") || stage.name == "measure" ? stage.seconds : 0;
   }
   return sum_s;
 }

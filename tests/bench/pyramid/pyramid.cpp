@@ -170,6 +170,7 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
     }
     for (const auto& [tile, mesh] : input) {
       jobs.push_back({&mesh, elevations[jobs.size()], cell, tolerance_m * cell, tolerance_m * cell * (z == kFinest ? 1.0f : 0.5f), cell});
+      if (z == kFinest) jobs.back().start_tolerance_m = run.start_share * tolerance_m;
     }
     const double ready = seconds();
     level.prepare_s = ready - start;

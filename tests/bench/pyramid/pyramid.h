@@ -25,6 +25,7 @@ struct PyramidRun {
   int repeats = 1;     ///< every level is simplified so often and the fastest counts
   bool alone = false;  ///< every tile in a call of its own; `stages` is of the last
   int levels = 99;     ///< at most, from the finest
+  float start_share = 0;  ///< of the tolerance, for what the finest level's sparse start may leave out; 0: it starts from all samples
   gpu::BatchMeter* meter = nullptr;  ///< measures every level against all finest samples, as often
 };
 

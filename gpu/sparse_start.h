@@ -1,0 +1,196 @@
+#pragma once
+// Which vertices of a grid a promised tile starts from, and their rings: a right-triangulated irregular network, made by steps over arrays.
+// W. Evans, D. Kirkpatrick, G. Townsend, "Right-triangulated irregular networks", Algorithmica 30(2), 2001; dependencies as in
+// P. Lindstrom et al., "Real-time, continuous level of detail rendering of height fields", 1996.
+//
+// Every vertex but the corners is the middle of one longest edge: the centre of a square, whose diagonal the edge is, or the middle of a
+// square's side. It can be left out if nothing speaks for it and none of the vertices is there that would cut the halves of its triangles.
+// So a vertex that is there has its neighbours in eight directions, at distances that halve as long as there is somebody half-way: no
+// triangle needs to be made to find a ring.
+#include <cstdint>
+
+#include "gpu/batch_tile.h"
+#include "proto/mesh.h"
+
+namespace cordillera::gpu {
+
+/// The grids of a batch before anything is left out; tiles that start from all they have are among them.
+struct SparseStart {
+  const BatchTile* tiles = nullptr;
+  const float* elevation = nullptr;    ///< metres, indexed by vertex of the batch
+  const std::uint8_t* mark = nullptr;  ///< likewise, as the caller set them
+  std::uint8_t* stays = nullptr;       ///< likewise: 1 if the vertex is in the start
+
+  CORDILLERA_HD static bool chooses(const BatchTile& tile) { return tile.start_tolerance_m > 0; }
+
+  /// Is v, in the middle between a and b, off their edge? Where there is no data nothing is off.
+  CORDILLERA_HD bool differs(std::uint32_t v, std::uint32_t a, std::uint32_t b, float tolerance_m) const {
+    if ((mark[a] | mark[v] | mark[b]) & proto::kVoid) return false;
+    const float off = elevation[v] - 0.5f * (elevation[a] + elevation[b]);
+    return !((off < 0 ? -off : off) <= tolerance_m);
+  }
+};
+
+/// What stays whatever the terrain: what is marked, the corners, and every vertex of a cell that is partly void, so that the rest of a rim's
+/// triangles are the smallest, whichever way their cell is cut.
+struct StartKept {
+  SparseStart start;
+  TileFinder tiles;
+
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const auto v = static_cast<std::uint32_t>(i);
+    const BatchTile& tile = tiles.tiles[tiles.of(v)];
+    start.stays[i] = !SparseStart::chooses(tile) || (start.mark[i] & proto::kKeep) != 0 || is_corner_or_rim(tile, v) ? 1 : 0;
+  }
+
+ private:
+  CORDILLERA_HD bool is_corner_or_rim(const BatchTile& tile, std::uint32_t v) const {
+    const auto at = static_cast<std::int32_t>(v - tile.first);
+    const std::int32_t across = tile.cells + 1, y = at / across, x = at - y * across;
+    if ((x == 0 || x == tile.cells) && (y == 0 || y == tile.cells)) return true;
+    if (!tile.any_void) return false;
+    unsigned labels = 0;
+    for (std::int32_t row = y > 0 ? y - 1 : 0; row <= y + 1 && row <= tile.cells; ++row) {
+      for (std::int32_t column = x > 0 ? x - 1 : 0; column <= x + 1 && column <= tile.cells; ++column)
+        labels |= start.mark[tile.first + static_cast<std::uint32_t>(row * across + column)] & proto::kVoid ? 1u : 2u;
+    }
+    return labels == 3;
+  }
+};
+
+/// A point of the lattice of `half` cells in a tile, or none.
+struct StartPoint {
+  std::int32_t x = -1, y = -1;
+  std::size_t tile = 0;
+
+  /// The i-th of all tiles' points, if the largest tile has most_cells.
+  CORDILLERA_HD static StartPoint of(std::size_t i, const BatchTile* tiles, std::int32_t half, std::int32_t most_cells) {
+    const auto across = static_cast<std::uint32_t>(most_cells / half + 1);
+    const auto k = static_cast<std::uint32_t>(i), row = k / across, tile = row / across;
+    StartPoint point{static_cast<std::int32_t>(k - row * across) * half, static_cast<std::int32_t>(row - tile * across) * half, tile};
+    if (point.x > tiles[tile].cells || point.y > tiles[tile].cells || !SparseStart::chooses(tiles[tile])) point.x = -1;
+    return point;
+  }
+};
+
+/// Middles of the sides of squares of 2 * half cells. Their triangles' halves are cut by the centres of the squares half as large around
+/// them. Over all StartPoints.
+struct ChooseSides {
+  SparseStart start;
+  std::int32_t half, most_cells;
+
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const StartPoint p = StartPoint::of(i, start.tiles, half, most_cells);
+    const bool north = (p.y / half) % 2 != 0;  // the way the side runs; else east
+    if (p.x < 0 || ((p.x / half) % 2 != 0) == north) return;
+    const BatchTile& tile = start.tiles[p.tile];
+    const auto across = static_cast<std::uint32_t>(tile.cells) + 1;
+    const std::uint32_t v = tile.first + static_cast<std::uint32_t>(p.y) * across + static_cast<std::uint32_t>(p.x);
+    if (start.stays[v]) return;
+    const std::int32_t quarter = half / 2;
+    bool needed = false;
+    for (std::int32_t dy = -quarter; dy <= quarter && quarter > 0; dy += half) {
+      if (p.y + dy < 0 || p.y + dy > tile.cells) continue;
+      const std::uint32_t row = tile.first + static_cast<std::uint32_t>(p.y + dy) * across;
+      if (p.x > 0) needed |= start.stays[row + static_cast<std::uint32_t>(p.x - quarter)] != 0;
+      if (p.x < tile.cells) needed |= start.stays[row + static_cast<std::uint32_t>(p.x + quarter)] != 0;
+    }
+    const std::uint32_t step = static_cast<std::uint32_t>(half) * (north ? across : 1);
+    if (needed || start.differs(v, v - step, v + step, tile.start_tolerance_m)) start.stays[v] = 1;
+  }
+};
+
+/// Centres of squares of 2 * half cells. Diagonals meet in the centres of the squares twice as large; the halves are cut by the sides'
+/// middles. Over all StartPoints.
+struct ChooseCentres {
+  SparseStart start;
+  std::int32_t half, most_cells;
+
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const StartPoint p = StartPoint::of(i, start.tiles, half, most_cells);
+    if (p.x < 0 || (p.x / half) % 2 == 0 || (p.y / half) % 2 == 0) return;
+    const BatchTile& tile = start.tiles[p.tile];
+    const auto across = static_cast<std::uint32_t>(tile.cells) + 1, east = static_cast<std::uint32_t>(half), north = east * across;
+    const std::uint32_t v = tile.first + static_cast<std::uint32_t>(p.y) * across + static_cast<std::uint32_t>(p.x);
+    if (start.stays[v]) return;
+    const bool needed = (start.stays[v - east] | start.stays[v + east] | start.stays[v - north] | start.stays[v + north]) != 0;
+    const bool rises = (p.x / (2 * half) + p.y / (2 * half)) % 2 == 0;  // from south-west to north-east
+    const std::uint32_t step = rises ? north + east : north - east;
+    if (needed || start.differs(v, v - step, v + step, tile.start_tolerance_m)) start.stays[v] = 1;
+  }
+};
+
+/// The neighbours of the vertex at (x, y) of a tile's start. Found in directions counted counter-clockwise from the east.
+class StartRing {
+  static constexpr unsigned kAxes = 0x55, kDiagonals = 0xaa, kAll = 0xff;
+
+ public:
+  /// stays: of the tile, indexed by vertex of its grid.
+  CORDILLERA_HD StartRing(const std::uint8_t* stays, std::int32_t cells, std::int32_t x, std::int32_t y)
+      : stays_(stays), cells_(cells), x_(x), y_(y) {
+    const std::int32_t bits = x | y, size = bits & -bits;
+    if (bits == 0 || size == cells) {
+      size_ = cells;
+      sure_ = x == y ? kAll : kAxes;  // the grid's first diagonal runs south-west to north-east
+    } else {
+      size_ = size;
+      sure_ = ((x / size) & (y / size) & 1) != 0 ? kDiagonals : kAxes;
+    }
+  }
+
+  /// Into row, in the order that rings.h asks for; first: of the grid's vertices. Returns how many.
+  CORDILLERA_HD int write(std::uint32_t first, std::uint32_t* row) const {
+    unsigned inside = 0;
+    for (int k = 0; k < 8; ++k) {
+      if (is_inside(k, 1)) inside |= 1u << k;
+    }
+    // An open fan starts at the border, where the direction before it leads outside.
+    int from = 0;
+    for (int k = 0; k < 8 && inside != kAll; ++k) {
+      if ((inside >> k & 1u) && !(inside >> (k + 7) % 8 & 1u)) from = k;
+    }
+    int count = 0, lowest = 0;
+    for (int n = 0; n < 8; ++n) {
+      const int k = (from + n) % 8;
+      const std::int32_t distance = inside >> k & 1u ? distance_to(k) : 0;
+      if (distance == 0) continue;
+      row[count] = first + at(k, distance);
+      if (row[count] < row[lowest]) lowest = count;
+      ++count;
+    }
+    if (inside == kAll) rotate(row, count, lowest);
+    return count;
+  }
+
+ private:
+  CORDILLERA_HD static std::int32_t dx(int k) { return k == 2 || k == 6 ? 0 : k < 2 || k == 7 ? 1 : -1; }
+  CORDILLERA_HD static std::int32_t dy(int k) { return k % 4 == 0 ? 0 : k < 4 ? 1 : -1; }
+  CORDILLERA_HD bool is_inside(int k, std::int32_t distance) const {
+    const std::int32_t x = x_ + dx(k) * distance, y = y_ + dy(k) * distance;
+    return x >= 0 && y >= 0 && x <= cells_ && y <= cells_;
+  }
+  CORDILLERA_HD std::uint32_t at(int k, std::int32_t distance) const {
+    return static_cast<std::uint32_t>((y_ + dy(k) * distance) * (cells_ + 1) + x_ + dx(k) * distance);
+  }
+  CORDILLERA_HD bool stays(int k, std::int32_t distance) const { return stays_[at(k, distance)] != 0; }
+
+  /// 0: nobody there.
+  CORDILLERA_HD std::int32_t distance_to(int k) const {
+    std::int32_t distance = sure_ == kAxes && k % 2 != 0 ? size_ / 2 : size_;
+    if (!(sure_ >> k & 1u) && (distance == 0 || !stays(k, distance))) return 0;
+    while (distance > 1 && stays(k, distance / 2)) distance /= 2;
+    return distance;
+  }
+  CORDILLERA_HD static void rotate(std::uint32_t* row, int count, int first) {
+    std::uint32_t turned[8];
+    for (int k = 0; k < count; ++k) turned[k] = row[(first + k) % count];
+    for (int k = 0; k < count; ++k) row[k] = turned[k];
+  }
+
+  const std::uint8_t* stays_;
+  std::int32_t cells_, x_, y_;
+  std::int32_t size_;  ///< to the neighbours that came with this vertex
+  unsigned sure_;      ///< bit k: they lie in direction k. Between two such there is somebody once the triangle between them is cut
+};
+
+}  // namespace cordillera::gpu
