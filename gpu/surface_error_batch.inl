@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "gpu/surface_error_batch.h"
+#include "gpu/surface_error_rows.h"
 #include "gpu/surface_error_steps.h"
 #include "gpu/surface_meter.h"
 
