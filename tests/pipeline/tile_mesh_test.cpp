@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -118,6 +119,29 @@ TEST_F(Composed, states_no_more_than_the_target_no_less_than_what_samples_show_a
     before = triangles(tiles);
     below = std::move(tiles);
   }
+}
+
+// A tile whose promise is broken is tried again; that one of the attempts leaves a border vertex that must go is no reason to settle for it.
+TEST_F(Composed, A_broken_promise_outlives_an_attempt_that_fails_at_the_border) {
+  const auto prepare = [&] {
+    PreparedTile prepared = *prepare_finest(context(kFinest), {kFinest, kRoot.x * 4, kRoot.y * 4});
+    prepared.best.emplace();
+    prepared.best->max_error_m = 1e6;
+    return prepared;
+  };
+  PreparedTile prepared = prepare();
+  const proto::TileMesh uncollapsed = prepared.input;  // all that must go is still there
+  ASSERT_TRUE(std::any_of(uncollapsed.mark.begin(), uncollapsed.mark.end(), [](std::uint8_t mark) { return (mark & proto::kRemove) != 0; }));
+  EXPECT_FALSE(finish(context(kFinest), prepared, uncollapsed, 3));
+  ASSERT_TRUE(prepared.best);
+  EXPECT_EQ(prepared.best->max_error_m, 1e6);
+  BuiltTile built = complete(context(kFinest), prepared, *gpu::make_simplifier("cpu").value());
+  EXPECT_LE(built.max_error_m, levels_[kFinest].target());
+  // After so many attempts it is all that there is.
+  prepared = prepare();
+  const auto best = finish(context(kFinest), prepared, uncollapsed, 6);
+  ASSERT_TRUE(best);
+  EXPECT_EQ(best->max_error_m, 1e6);
 }
 
 TEST(MeshRecord, StepsThatLeaveEveryLatticeAreDamage) {
