@@ -5,7 +5,7 @@
 //   --repeat N     simplifies every level N times; the fastest counts
 //   --threads N    threads for what remains on the host
 //   --alone        every tile in a call of its own, instead of a level in one
-//   --sparse S     the finest level starts without what is nearer than S times the tolerance to what remains; builds do with 0.125
+//   --sparse S     the finest level starts without what is nearer than S times the tolerance to what remains; builds do with 0.25
 //   --levels N     only so many, from the finest
 //   --errors       measures every level against all finest samples on the device, too; with --stages, what of it is work on the device
 //   --strategy S   waves, or cleap or sequential
