@@ -49,6 +49,11 @@ class Batch {
   void stage(std::span<const SimplifyJob> jobs, const ParallelFor& parallel);
   void stage_triangles(const proto::TileMesh& mesh, std::size_t tile);
   void choose();
+  template <class Step>
+  void over_points(const SparseStart& start, std::int32_t half, std::int32_t most_cells, const Step& step) {
+    const OverPoints<Step> points{start, static_cast<std::uint32_t>(tiles_.size()), half, most_cells, step};
+    device_.each(points.count(Device::kInStep), points);
+  }
   void chain_rings(std::span<const SimplifyJob> jobs);
   template <class T>
   T* upload(Array<T>& array, const Staging<T>& from, std::size_t count) {

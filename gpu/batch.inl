@@ -43,11 +43,12 @@ void Batch<Device>::choose() {
   std::int32_t most_cells = 0;
   for (const BatchTile& tile : tiles_) most_cells = std::max(most_cells, SparseStart::chooses(tile) ? tile.cells : 0);
   const SparseStart start{given_tiles_.data(), given_.elevation, given_.mark, room(stays_, given_count_)};
-  device_.each(given_count_, StartKept{start, given_.tiles});
+  const bool others = std::any_of(tiles_.begin(), tiles_.end(), [](const BatchTile& tile) { return !SparseStart::chooses(tile); });
+  if (others) device_.each(given_count_, StartsWhole{start.stays});
+  over_points(start, 1, most_cells, ChooseKept{});
   for (std::int32_t half = 1; half <= most_cells / 2; half *= 2) {
-    const std::size_t across = static_cast<std::size_t>(most_cells / half) + 1, points = tiles_.size() * across * across;
-    device_.each(points, ChooseSides{start, half, most_cells});
-    device_.each(points, ChooseCentres{start, half, most_cells});
+    over_points(start, half, most_cells, ChooseSides{half});
+    over_points(start, half, most_cells, ChooseCentres{half});
   }
   std::uint32_t* const kept = room(kept_, given_count_);
   std::uint32_t* const number = room(number_, given_count_);

@@ -64,6 +64,11 @@ struct StartVertex {
   }
 };
 
+/// Tiles that choose nothing; the others choose afterwards.
+struct StartsWhole {
+  std::uint8_t* stays;
+  CORDILLERA_HD void operator()(std::size_t i) const { stays[i] = 1; }
+};
 struct StaysInStart {
   const std::uint8_t* stays;
   CORDILLERA_HD bool operator()(std::uint32_t v) const { return stays[v] != 0; }

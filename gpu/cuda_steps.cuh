@@ -49,6 +49,8 @@ __global__ void __launch_bounds__(kStepThreads) cooperate_kernel(F f) {
 
 class CudaSteps {
  public:
+  static constexpr std::uint32_t kInStep = 32;  ///< threads that run in step
+
   template <class T>
   using Array = DeviceBuffer<T>;
   template <class T>

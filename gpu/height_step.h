@@ -21,7 +21,7 @@ class SteppedMeter final : public ErrorMeter {
     return error;
   }
 
-  double error_m(const std::array<MeshPoint, 3>& corners, double enough_m) const override { return meter_.error_m(corners, enough_m); }
+  double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override { return meter_.error_m(corners, asked); }
 
  private:
   const ErrorMeter& meter_;

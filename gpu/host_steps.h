@@ -10,6 +10,8 @@ namespace cordillera::gpu {
 
 class HostSteps {
  public:
+  static constexpr std::uint32_t kInStep = 1;  ///< threads that run in step
+
   template <class T>
   class Array {
    public:

@@ -31,13 +31,21 @@ struct TriangleError {
   void offer(const MeshPoint& p) { points[static_cast<std::size_t>(count++)] = p; }
 };
 
+/// What a trial asks of an error. A number alone is enough_m.
+struct Glance {
+  double enough_m;       ///< once the error is known to exceed it, any value that does. Most trials fail, and many at the first glance
+  double floor_m = -1;   ///< errors up to it need not be told apart: any value up to it
+  std::int32_t row = -1;  ///< where the worst is to be feared: it is looked at first
+  Glance(double enough, double floor = -1, std::int32_t at = -1) : enough_m(enough), floor_m(floor), row(at) {}
+};
+
 /// Measures triangles with data at all corners. Pure: the same corners get the same answer.
 class ErrorMeter {
  public:
   virtual ~ErrorMeter() = default;
   virtual TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const = 0;
-  /// The error alone; once it is known to exceed enough_m, any value that does. Most trials fail, and many at the first glance.
-  virtual double error_m(const std::array<MeshPoint, 3>& corners, double enough_m) const = 0;
+  /// The error alone, as far as it is asked for.
+  virtual double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const = 0;
 };
 
 struct Refined {

@@ -5,25 +5,14 @@ namespace {
 
 // Of all that may become a corner: the mesh's vertices and the tile's samples, rounded.
 std::pair<double, double> height_range_m(const SurfaceErrorInput& in, std::int32_t step) {
-  std::int32_t low = INT32_MAX, high = -INT32_MAX;
-  const auto see = [&](std::int32_t h) {
-    if (h == proto::kNoHeight) return;
-    low = std::min(low, h);
-    high = std::max(high, h);
-  };
-  for (const std::int32_t h : in.mesh->height) see(h);
+  RowHeights seen;
+  see_heights(in.mesh->height.data(), in.mesh->height.size(), seen);
   const SampleWindow window(in, in.mesh->side);
   for (std::int64_t y = window.rows().first; y <= window.rows().last; ++y)
-    for (const auto& s : window.stretches())
-      for (std::int64_t x = s.columns.first; x <= s.columns.last; ++x) see(window.row(y)[x + s.shift]);
-  return {(std::min(low, high) - step) * proto::kHeightStep_m, (std::max(low, high) + step) * proto::kHeightStep_m};
+    for (const auto& s : window.stretches()) see_heights(window.row(y) + s.columns.first + s.shift, length(s.columns), seen);
+  if (seen.valid == 0) seen.lowest = seen.highest = 0;
+  return {(seen.lowest - step) * proto::kHeightStep_m, (seen.highest + step) * proto::kHeightStep_m};
 }
-
-struct NoTally {
-  void row(const RowSpans&) const {}
-  void samples(const MeasuredTriangle&, const std::int32_t*, const Span&, const Span&) const {}
-  void errors(std::int64_t, const Span&, const double*) const {}
-};
 
 }  // namespace
 
@@ -36,9 +25,8 @@ MeasuredTriangle SampleMeter::triangle(const std::array<MeshPoint, 3>& corners) 
   return meter_.triangle(three, 0);
 }
 
-double SampleMeter::error_m(const std::array<MeshPoint, 3>& corners, double enough_m) const {
-  NoTally tally;
-  return std::max(meter_.greatest_m(triangle(corners), enough_m, tally), 0.0);
+double SampleMeter::error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const {
+  return std::max(meter_.greatest_m(triangle(corners), asked), 0.0);
 }
 
 TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, double limit_m) const {

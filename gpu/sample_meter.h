@@ -12,7 +12,7 @@ class SampleMeter final : public ErrorMeter {
   /// height_step: no corner is farther than that beyond the samples and the mesh, in kHeightStep_m.
   explicit SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step = 1);
   TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const override;
-  double error_m(const std::array<MeshPoint, 3>& corners, double enough_m) const override;
+  double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override;
 
  private:
   MeasuredTriangle triangle(const std::array<MeshPoint, 3>& corners) const;

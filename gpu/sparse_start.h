@@ -31,69 +31,82 @@ struct SparseStart {
   }
 };
 
-/// What stays whatever the terrain: what is marked, the corners, and every vertex of a cell that is partly void, so that the rest of a rim's
-/// triangles are the smallest, whichever way their cell is cut.
-struct StartKept {
+/// A step over the points of the lattice of `half` cells in all tiles: step.choose(start, tile, x, y). An element is a point on a device, a row of
+/// points on a host.
+template <class Step>
+struct OverPoints {
   SparseStart start;
-  TileFinder tiles;
+  std::uint32_t tiles;
+  std::int32_t half, most_cells;  ///< cells of the largest tile
+  Step step;
 
+  /// How many elements, on a device whose threads run in_step.
+  std::size_t count(std::uint32_t in_step) const {
+    const auto across = static_cast<std::size_t>(most_cells / half + 1);
+    return tiles * across * (in_step > 1 ? across : 1);
+  }
   CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto v = static_cast<std::uint32_t>(i);
-    const BatchTile& tile = tiles.tiles[tiles.of(v)];
-    start.stays[i] = !SparseStart::chooses(tile) || (start.mark[i] & proto::kKeep) != 0 || is_corner_or_rim(tile, v) ? 1 : 0;
+    const auto across = static_cast<std::uint32_t>(most_cells / half + 1);
+#ifdef __CUDA_ARCH__
+    const auto point = static_cast<std::uint32_t>(i), row = point / across;
+    const auto x = static_cast<std::int32_t>(point - row * across) * half;
+#else
+    const auto row = static_cast<std::uint32_t>(i);
+#endif
+    const BatchTile& tile = start.tiles[row / across];
+    const auto y = static_cast<std::int32_t>(row % across) * half;
+    if (y > tile.cells || !SparseStart::chooses(tile)) return;
+#ifdef __CUDA_ARCH__
+    if (x <= tile.cells) step.choose(start, tile, x, y);
+#else
+    for (std::int32_t x = 0; x <= tile.cells; x += half) step.choose(start, tile, x, y);
+#endif
+  }
+};
+
+/// Number of the vertex at (x, y) of a grid.
+CORDILLERA_HD inline std::uint32_t grid_vertex(const BatchTile& tile, std::int32_t x, std::int32_t y) {
+  return tile.first + static_cast<std::uint32_t>(y) * (static_cast<std::uint32_t>(tile.cells) + 1) + static_cast<std::uint32_t>(x);
+}
+
+/// What stays whatever the terrain: what is marked, the corners, and every vertex of a cell that is partly void, so that the rest of a rim's
+/// triangles are the smallest, whichever way their cell is cut. With half = 1.
+struct ChooseKept {
+  CORDILLERA_HD void choose(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) const {
+    const std::uint32_t v = grid_vertex(tile, x, y);
+    const bool corner = (x == 0 || x == tile.cells) && (y == 0 || y == tile.cells);
+    start.stays[v] = corner || (start.mark[v] & proto::kKeep) != 0 || (tile.any_void && is_rim(start, tile, x, y)) ? 1 : 0;
   }
 
  private:
-  CORDILLERA_HD bool is_corner_or_rim(const BatchTile& tile, std::uint32_t v) const {
-    const auto at = static_cast<std::int32_t>(v - tile.first);
-    const std::int32_t across = tile.cells + 1, y = at / across, x = at - y * across;
-    if ((x == 0 || x == tile.cells) && (y == 0 || y == tile.cells)) return true;
-    if (!tile.any_void) return false;
+  CORDILLERA_HD static bool is_rim(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) {
     unsigned labels = 0;
     for (std::int32_t row = y > 0 ? y - 1 : 0; row <= y + 1 && row <= tile.cells; ++row) {
       for (std::int32_t column = x > 0 ? x - 1 : 0; column <= x + 1 && column <= tile.cells; ++column)
-        labels |= start.mark[tile.first + static_cast<std::uint32_t>(row * across + column)] & proto::kVoid ? 1u : 2u;
+        labels |= start.mark[grid_vertex(tile, column, row)] & proto::kVoid ? 1u : 2u;
     }
     return labels == 3;
   }
 };
 
-/// A point of the lattice of `half` cells in a tile, or none.
-struct StartPoint {
-  std::int32_t x = -1, y = -1;
-  std::size_t tile = 0;
-
-  /// The i-th of all tiles' points, if the largest tile has most_cells.
-  CORDILLERA_HD static StartPoint of(std::size_t i, const BatchTile* tiles, std::int32_t half, std::int32_t most_cells) {
-    const auto across = static_cast<std::uint32_t>(most_cells / half + 1);
-    const auto k = static_cast<std::uint32_t>(i), row = k / across, tile = row / across;
-    StartPoint point{static_cast<std::int32_t>(k - row * across) * half, static_cast<std::int32_t>(row - tile * across) * half, tile};
-    if (point.x > tiles[tile].cells || point.y > tiles[tile].cells || !SparseStart::chooses(tiles[tile])) point.x = -1;
-    return point;
-  }
-};
-
 /// Middles of the sides of squares of 2 * half cells. Their triangles' halves are cut by the centres of the squares half as large around
-/// them. Over all StartPoints.
+/// them.
 struct ChooseSides {
-  SparseStart start;
-  std::int32_t half, most_cells;
+  std::int32_t half;
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const StartPoint p = StartPoint::of(i, start.tiles, half, most_cells);
-    const bool north = (p.y / half) % 2 != 0;  // the way the side runs; else east
-    if (p.x < 0 || ((p.x / half) % 2 != 0) == north) return;
-    const BatchTile& tile = start.tiles[p.tile];
-    const auto across = static_cast<std::uint32_t>(tile.cells) + 1;
-    const std::uint32_t v = tile.first + static_cast<std::uint32_t>(p.y) * across + static_cast<std::uint32_t>(p.x);
+  CORDILLERA_HD void choose(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) const {
+    const bool north = (y & half) != 0;  // the way the side runs; else east
+    if (((x & half) != 0) == north) return;
+    const std::uint32_t v = grid_vertex(tile, x, y);
     if (start.stays[v]) return;
+    const auto across = static_cast<std::uint32_t>(tile.cells) + 1;
     const std::int32_t quarter = half / 2;
     bool needed = false;
     for (std::int32_t dy = -quarter; dy <= quarter && quarter > 0; dy += half) {
-      if (p.y + dy < 0 || p.y + dy > tile.cells) continue;
-      const std::uint32_t row = tile.first + static_cast<std::uint32_t>(p.y + dy) * across;
-      if (p.x > 0) needed |= start.stays[row + static_cast<std::uint32_t>(p.x - quarter)] != 0;
-      if (p.x < tile.cells) needed |= start.stays[row + static_cast<std::uint32_t>(p.x + quarter)] != 0;
+      if (y + dy < 0 || y + dy > tile.cells) continue;
+      const std::uint32_t row = v + static_cast<std::uint32_t>(dy) * across;
+      if (x > 0) needed |= start.stays[row - static_cast<std::uint32_t>(quarter)] != 0;
+      if (x < tile.cells) needed |= start.stays[row + static_cast<std::uint32_t>(quarter)] != 0;
     }
     const std::uint32_t step = static_cast<std::uint32_t>(half) * (north ? across : 1);
     if (needed || start.differs(v, v - step, v + step, tile.start_tolerance_m)) start.stays[v] = 1;
@@ -101,20 +114,17 @@ struct ChooseSides {
 };
 
 /// Centres of squares of 2 * half cells. Diagonals meet in the centres of the squares twice as large; the halves are cut by the sides'
-/// middles. Over all StartPoints.
+/// middles.
 struct ChooseCentres {
-  SparseStart start;
-  std::int32_t half, most_cells;
+  std::int32_t half;
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const StartPoint p = StartPoint::of(i, start.tiles, half, most_cells);
-    if (p.x < 0 || (p.x / half) % 2 == 0 || (p.y / half) % 2 == 0) return;
-    const BatchTile& tile = start.tiles[p.tile];
-    const auto across = static_cast<std::uint32_t>(tile.cells) + 1, east = static_cast<std::uint32_t>(half), north = east * across;
-    const std::uint32_t v = tile.first + static_cast<std::uint32_t>(p.y) * across + static_cast<std::uint32_t>(p.x);
+  CORDILLERA_HD void choose(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) const {
+    if ((x & y & half) == 0) return;
+    const std::uint32_t v = grid_vertex(tile, x, y);
     if (start.stays[v]) return;
+    const auto east = static_cast<std::uint32_t>(half), north = east * (static_cast<std::uint32_t>(tile.cells) + 1);
     const bool needed = (start.stays[v - east] | start.stays[v + east] | start.stays[v - north] | start.stays[v + north]) != 0;
-    const bool rises = (p.x / (2 * half) + p.y / (2 * half)) % 2 == 0;  // from south-west to north-east
+    const bool rises = ((x ^ y) & (2 * half)) == 0;  // from south-west to north-east
     const std::uint32_t step = rises ? north + east : north - east;
     if (needed || start.differs(v, v - step, v + step, tile.start_tolerance_m)) start.stays[v] = 1;
   }

@@ -12,6 +12,7 @@ std::uint32_t saturated(std::uint64_t n) { return static_cast<std::uint32_t>(std
 
 /// What is counted and summed while triangles are measured.
 struct Tally {
+  static constexpr bool kSums = true;
   bool all_valid = false;
   std::uint64_t valid = 0, covered = 0, summed = 0, overcovered = 0;
   SquareSum sum;
@@ -36,17 +37,27 @@ struct Tally {
 class Measurement {
  public:
   Measurement(const SurfaceErrorInput& in, double limit_m, std::pair<double, double> range_m)
-      : mesh_(*in.mesh), limit_m_(limit_m), meter_(in, range_m), rims_(*in.mesh) {}
+      : mesh_(*in.mesh), limit_m_(limit_m), meter_(in, range_m), rims_(*in.mesh) {
+    corners_.reserve(mesh_.vertices());
+    for (std::size_t v = 0; v < mesh_.vertices(); ++v) corners_.push_back(meter_.corner(mesh_.x[v], mesh_.y[v], mesh_.height[v]));
+  }
+
+  std::vector<std::uint32_t> over() const {
+    std::vector<std::uint32_t> found;
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      if (!is_published(t)) continue;
+      const auto& [a, b, c] = mesh_.triangles[t];
+      const MeasuredTriangle triangle = meter_.triangle({corners_[a], corners_[b], corners_[c]}, 0);
+      if (meter_.greatest_m(triangle, {limit_m_, limit_m_}) > limit_m_) found.push_back(t);
+    }
+    return found;
+  }
 
   SurfaceError run() {
     count_window();
-    corners_.resize(mesh_.vertices());
     published_.assign(mesh_.vertices(), 0);
-    for (std::size_t v = 0; v < corners_.size(); ++v) corners_[v] = meter_.corner(mesh_.x[v], mesh_.y[v], mesh_.height[v]);
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      const auto& v = mesh_.triangles[t];
-      if (((mesh_.mark[v[0]] | mesh_.mark[v[1]] | mesh_.mark[v[2]]) & proto::kVoid) == 0) triangle(t);
-    }
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t)
+      if (is_published(t)) triangle(t);
     measure_vertices();
     result_.sum_squared_m2 = tally_.sum.value_m2();
     result_.samples = saturated(tally_.summed);
@@ -74,16 +85,21 @@ class Measurement {
     return owned;
   }
 
-  void triangle(std::size_t index) {
+  bool is_published(std::uint32_t triangle) const {
+    const auto& [a, b, c] = mesh_.triangles[triangle];
+    return ((mesh_.mark[a] | mesh_.mark[b] | mesh_.mark[c]) & proto::kVoid) == 0;
+  }
+
+  void triangle(std::uint32_t index) {
     const auto& v = mesh_.triangles[index];
     for (const std::uint32_t i : v) published_[i] = 1;
     const Corner corners[3] = {corners_[v[0]], corners_[v[1]], corners_[v[2]]};
-    const TriangleWorst worst = meter_.worst(meter_.triangle(corners, owned_edges(v, corners)), limit_m_, tally_);
+    const TriangleWorst worst = meter_.worst(meter_.triangle(corners, owned_edges(v, corners)), limit_m_, tally_, result_.max_m);
     result_.max_m = std::max(result_.max_m, worst.any.error_m);
     if (worst.any.error_m <= limit_m_) return;
     const WorstSample& put = worst.inside.error_m > limit_m_ ? worst.inside : worst.any;
     result_.over_limit.push_back(
-        {static_cast<std::uint32_t>(index), static_cast<std::int32_t>(put.x), static_cast<std::int32_t>(put.y), worst.any.error_m});
+        {index, static_cast<std::int32_t>(put.x), static_cast<std::int32_t>(put.y), worst.any.error_m});
   }
 
   /// Corners count once each, whatever triangles meet there.
@@ -113,6 +129,10 @@ class Measurement {
 
 SurfaceError surface_error(const SurfaceErrorInput& input, double limit_m) {
   return Measurement(input, limit_m, height_range_m(*input.mesh)).run();
+}
+
+std::vector<std::uint32_t> triangles_over(const SurfaceErrorInput& input, double limit_m) {
+  return Measurement(input, limit_m, height_range_m(*input.mesh)).over();
 }
 
 }  // namespace cordillera::gpu

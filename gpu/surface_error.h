@@ -9,6 +9,8 @@
 
 namespace cordillera::gpu {
 
+struct SampleFrames;
+
 /// The error of a surface is the distance, along the ellipsoid's normal, from each valid finest sample to the flat ECEF triangle
 /// that covers it. Two decodings are measured at once: exact lattice positions (.drc) and ECEF rounded to multiples of
 /// ecef_step_m (.glb).
@@ -19,6 +21,7 @@ struct SurfaceErrorInput {
   /// Finest samples. What lies outside their window counts as invalid. Columns are taken modulo the circle.
   const proto::Samples* samples = nullptr;
   double ecef_step_m = 0;  ///< > 0, a power of two
+  const SampleFrames* frames = nullptr;  ///< of samples; null: made for the call
 };
 
 struct SurfaceError {
@@ -39,5 +42,8 @@ struct SurfaceError {
 };
 
 SurfaceError surface_error(const SurfaceErrorInput& input, double limit_m);
+
+/// The triangles of its over_limit alone, for a fraction of the work.
+std::vector<std::uint32_t> triangles_over(const SurfaceErrorInput& input, double limit_m);
 
 }  // namespace cordillera::gpu

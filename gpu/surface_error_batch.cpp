@@ -10,7 +10,6 @@ class HostMeterDevice : public HostSteps {
  public:
   template <class T>
   using Staging = Array<T>;
-  static constexpr std::uint32_t kInStep = 1;
   void use() {}
   std::string name() const { return "cpu"; }
 };

@@ -11,7 +11,6 @@ class CudaMeterDevice : public CudaSteps {
  public:
   CudaMeterDevice(int device, const cudaDeviceProp& properties)
       : CudaSteps(properties.multiProcessorCount), device_(device), name_(cuda_name(device, properties)) {}
-  static constexpr std::uint32_t kInStep = 32;
   void use() { CORDILLERA_CUDA(cudaSetDevice(device_)); }
   std::string name() const { return name_; }
 

@@ -26,37 +26,71 @@ inline __attribute__((always_inline)) double greatest_of(const Doubles& lanes) {
   return std::max(std::max(lanes[0], lanes[1]), std::max(lanes[2], lanes[3]));
 }
 
-}  // namespace
-
-CORDILLERA_WIDE double row_errors(const PlaneRow& plane, const HeightRange& range, const RowRun& run, double* out) {
+// The whole of a row, four at a time; of a rest some are measured twice, to the same effect. out: null unless written.
+template <bool kWritten>
+inline __attribute__((always_inline)) double errors_of_row(const PlaneRow& plane, const HeightRange& range, const RowRun& run, double* __restrict out) {
   const PlaneRow p = plane;
+  const double* const sin_lon = run.sin_lon;
+  const double* const cos_lon = run.cos_lon;
+  const std::int32_t* const height = run.height;
+  const std::size_t count = run.count;
   const Doubles none = {}, low = none + range.low_m, high = none + range.high_m;
   Doubles greatest = {};
-  std::size_t k = 0;
-  for (; k + kLanes <= run.count; k += kLanes) {
-    Doubles s, c;
-    Heights h;
-    std::memcpy(&s, run.sin_lon + k, sizeof s);
-    std::memcpy(&c, run.cos_lon + k, sizeof c);
-    std::memcpy(&h, run.height + k, sizeof h);
+  const auto four = [&](const Doubles& s, const Doubles& c, const Heights& h, Doubles& counted) __attribute__((always_inline)) {
     const Doubles q = p.normal_x * c + p.normal_y * s;
     const Doubles height_m = (p.above_m - p.radius_m * q) / (p.rise + p.cos_lat * q);
     const Doubles raised = height_m > low ? height_m : low, clamped = raised < high ? raised : high;
     const Doubles sample = __builtin_convertvector(h, Doubles);
     const Doubles off = clamped - sample * proto::kHeightStep_m;
     const Doubles error = off < none ? none - off : off;
-    const Doubles counted = sample == static_cast<double>(proto::kNoHeight) ? none : error;
-    std::memcpy(out + k, &counted, sizeof counted);
+    counted = sample == static_cast<double>(proto::kNoHeight) ? none : error;
     greatest = counted > greatest ? counted : greatest;
+  };
+  const auto at = [&](std::size_t k) __attribute__((always_inline)) {
+    Doubles s, c, counted;
+    Heights h;
+    std::memcpy(&s, sin_lon + k, sizeof s);
+    std::memcpy(&c, cos_lon + k, sizeof c);
+    std::memcpy(&h, height + k, sizeof h);
+    four(s, c, h, counted);
+    if (kWritten) std::memcpy(out + k, &counted, sizeof counted);
+  };
+  if (count >= kLanes) {
+    for (std::size_t k = 0; k + kLanes <= count; k += kLanes) at(k);
+    if (count % kLanes != 0) at(count - kLanes);
+    return greatest_of(greatest);
   }
-  double most = greatest_of(greatest);
-  for (; k < run.count; ++k) {
-    const std::int32_t h = run.height[k];
-    const double error = std::abs(range.clamp(p.height_m(run.sin_lon[k], run.cos_lon[k])) - h * proto::kHeightStep_m);
-    out[k] = h == proto::kNoHeight ? 0 : error;
-    most = std::max(most, out[k]);
+  if (count == 0) return 0;
+  const std::size_t i = count > 1 ? 1 : 0, j = count > 2 ? 2 : 0;
+  const Doubles s = {sin_lon[0], sin_lon[i], sin_lon[j], sin_lon[j]}, c = {cos_lon[0], cos_lon[i], cos_lon[j], cos_lon[j]};
+  Doubles counted;
+  four(s, c, Heights{height[0], height[i], height[j], height[j]}, counted);
+  for (std::size_t k = 0; kWritten && k < count; ++k) out[k] = counted[k];
+  return greatest_of(greatest);
+}
+
+}  // namespace
+
+CORDILLERA_WIDE double row_errors(const PlaneRow& plane, const HeightRange& range, const RowRun& run, double* out) {
+  return errors_of_row<true>(plane, range, run, out);
+}
+
+CORDILLERA_WIDE double greatest_row_error(const PlaneRow& plane, const HeightRange& range, const RowRun& run) {
+  return errors_of_row<false>(plane, range, run, nullptr);
+}
+
+CORDILLERA_WIDE void see_heights(const std::int32_t* height, std::size_t count, RowHeights& seen) {
+  std::int32_t lowest = seen.lowest, highest = seen.highest;
+  std::uint32_t none = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::int32_t h = height[k];
+    none += h == proto::kNoHeight ? 1u : 0u;
+    highest = h > highest ? h : highest;  // of all 32-bit numbers kNoHeight is the least
+    const std::int32_t low = h == proto::kNoHeight ? INT32_MAX : h;
+    lowest = low < lowest ? low : lowest;
   }
-  return most;
+  seen.lowest = lowest, seen.highest = highest;
+  seen.valid += count - none;
 }
 
 CORDILLERA_WIDE void add_squares(const double* error_m, std::size_t count, SquareSum& sum) {

@@ -18,6 +18,15 @@ struct RowRun {
 
 /// |plane - sample| in metres into out, 0 where there is no sample. Returns the greatest.
 double row_errors(const PlaneRow& plane, const HeightRange& range, const RowRun& run, double* out);
+/// The same greatest, of any number of samples.
+double greatest_row_error(const PlaneRow& plane, const HeightRange& range, const RowRun& run);
+
+/// What the samples of a row that have data are.
+struct RowHeights {
+  std::int32_t lowest = INT32_MAX, highest = INT32_MIN;
+  std::uint64_t valid = 0;
+};
+void see_heights(const std::int32_t* height, std::size_t count, RowHeights& seen);
 
 /// Sum of square_steps(error_m[k]) for k < count <= 256.
 void add_squares(const double* error_m, std::size_t count, SquareSum& sum);

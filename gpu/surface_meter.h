@@ -4,10 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
+#include "gpu/refine.h"
+#include "gpu/sample_frames.h"
 #include "gpu/surface_error.h"
+#include "gpu/surface_error_apart.h"
 #include "gpu/surface_error_row.h"
 #include "gpu/surface_error_triangle.h"
 #include "gpu/surface_error_window.h"
@@ -49,6 +53,14 @@ inline TileFacts tile_facts(const SurfaceErrorInput& in, std::pair<double, doubl
   return tile;
 }
 
+/// Nothing is counted or summed.
+struct NoTally {
+  static constexpr bool kSums = false;
+  void row(const RowSpans&) const {}
+  void samples(const MeasuredTriangle&, const std::int32_t*, const Span&, const Span&) const {}
+  void errors(std::int64_t, const Span&, const double*) const {}
+};
+
 class SurfaceMeter {
  public:
   /// Borrows what input points to. range_m: no corner that will be measured is lower or higher.
@@ -57,77 +69,88 @@ class SurfaceMeter {
         west_(in.lattice->west(in.tile)),
         south_(in.lattice->south(in.tile)),
         side_(in.mesh->side),
-        window_(in, in.mesh->side) {
-    // Of the samples only: a coarse tile has many more rows and columns than it has data.
-    rows_ = proto::row_frames(lattice_, south_ + window_.rows().first, length(window_.rows()));
-    for (std::size_t k = 0; k < strips_.size(); ++k) {
-      Strip& strip = strips_[k];
-      strip.columns = window_.stretches()[k].columns;
-      strip.shift = window_.stretches()[k].shift;
-      for (const proto::ColumnFrame& c : proto::column_frames(lattice_, west_ + strip.columns.first, length(strip.columns))) {
-        strip.sin_lon.push_back(c.sin_lon);
-        strip.cos_lon.push_back(c.cos_lon);
-      }
-    }
-    tile_ = tile_facts(in, range_m);
+        window_(in, in.mesh->side),
+        own_frames_(in.frames ? nullptr : std::make_unique<SampleFrames>(lattice_, *in.samples)),
+        frames_(in.frames ? *in.frames : *own_frames_),
+        tile_(tile_facts(in, range_m)) {
+    for (std::size_t k = 0; k < strips_.size(); ++k) strips_[k] = {window_.stretches()[k].columns, window_.stretches()[k].shift};
   }
 
   const SampleWindow& window() const { return window_; }
 
   Corner corner(std::int32_t x, std::int32_t y, std::int32_t height) const {
     const double h = height * proto::kHeightStep_m;
-    const proto::RowFrame row = proto::row_frame(lattice_, south_ + y);
-    const proto::Vec3 p = proto::ecef(row, proto::column_frame(lattice_, west_ + x), h);
+    const bool within = y >= window_.rows().first && y <= window_.rows().last;
+    const proto::RowFrame row = within ? frame(y) : proto::row_frame(lattice_, south_ + y);
+    const proto::Vec3 p = proto::ecef(row, column_frame(x), h);
     return {x, y, h, p, round_to(p, tile_.step_m), row};
   }
   /// owned: see measured_triangle.
   MeasuredTriangle triangle(const Corner (&corners)[3], unsigned owned) const { return measured_triangle(tile_, corners, owned); }
 
-  /// Tally: row(spans) for each row, samples(triangle, heights, owned, strict) and errors(first, owned, out) for each stretch of samples in it.
+  /// Tally: row(spans) for each row, samples(triangle, heights, owned, strict) and errors(first, owned, out) for each stretch of samples in
+  /// it; kSums: out is wanted. Where the error is within the limit, those up to floor_m need not be told apart.
   template <class Tally>
-  TriangleWorst worst(const MeasuredTriangle& t, double limit_m, Tally& tally) const {
+  TriangleWorst worst(const MeasuredTriangle& t, double limit_m, Tally& tally, double floor_m = -1) const {
     TriangleWorst worst;
-    for (std::int64_t y = t.plan.rows.first; y <= t.plan.rows.last; ++y) row(t, y, limit_m, tally, worst);
-    if (worst.any.error_m >= 0) worst.any.error_m += place_error_m(t);
+    const double place_m = place_error_m(t), apart_m = decodings_apart_m(t, tile_.unit_rad), least_m = less_than(floor_m, place_m);
+    for (std::int64_t y = t.plan.rows.first; y <= t.plan.rows.last; ++y) {
+      row(t, y, {limit_m, apart_m, std::min(limit_m, std::max(least_m, worst.any.error_m))}, tally, worst);
+    }
+    if (worst.any.error_m >= 0) worst.any.error_m += place_m;
     return worst;
   }
 
-  /// The same as any.error_m; once it is known to exceed enough_m, any value that does.
-  template <class Tally>
-  double greatest_m(const MeasuredTriangle& t, double enough_m, Tally& tally) const {
-    const double place_m = place_error_m(t);
+  /// any.error_m, as far as it is asked for.
+  double greatest_m(const MeasuredTriangle& t, const Glance& asked) const {
+    const double place_m = place_error_m(t), apart_m = decodings_apart_m(t, tile_.unit_rad), least_m = less_than(asked.floor_m, place_m);
     TriangleWorst worst;
+    NoTally tally;
+    const auto passed = [&](std::int64_t y) {
+      row(t, y, {INFINITY, apart_m, std::max(least_m, worst.any.error_m)}, tally, worst);
+      return worst.any.error_m >= 0 && worst.any.error_m + place_m > asked.enough_m;
+    };
     const auto each = [&](std::int64_t from, std::int64_t step) {
-      for (std::int64_t y = t.plan.rows.first + from; y <= t.plan.rows.last; y += step) {
-        row(t, y, INFINITY, tally, worst);
-        if (worst.any.error_m >= 0 && worst.any.error_m + place_m > enough_m) return true;
-      }
+      for (std::int64_t y = t.plan.rows.first + from; y <= t.plan.rows.last; y += step)
+        if (passed(y)) return true;
       return false;
     };
-    // Rows far apart first: what is wrong with a triangle is seldom wrong in one row alone.
+    // Then rows far apart: what is wrong with a triangle is seldom wrong in one row alone.
     constexpr std::int64_t kWidest = 16;
-    bool passed = each(0, kWidest);
-    for (std::int64_t step = kWidest; step > 1 && !passed; step /= 2) passed = each(step / 2, step);
+    bool over = asked.row >= t.plan.rows.first && asked.row <= t.plan.rows.last && passed(asked.row);
+    over = over || each(0, kWidest);
+    for (std::int64_t step = kWidest; step > 1 && !over; step /= 2) over = each(step / 2, step);
     return worst.any.error_m < 0 ? worst.any.error_m : worst.any.error_m + place_m;
   }
 
  private:
   static constexpr std::size_t kBlock = 256;
 
-  /// Columns of samples and their frames, indexed by column - columns.first, so that a row's loop reads them in order.
+  /// Columns of the tile that have samples: sample column = column + shift.
   struct Strip {
     Span columns;
     std::int64_t shift = 0;
-    std::vector<double> sin_lon, cos_lon;
-    proto::ColumnFrame frame(std::int64_t x) const {
-      const auto k = static_cast<std::size_t>(x - columns.first);
-      return {sin_lon[k], cos_lon[k]};
-    }
   };
-  const proto::RowFrame& frame(std::int64_t y) const { return rows_[static_cast<std::size_t>(y - window_.rows().first)]; }
+  /// What of a triangle matters in a row.
+  struct Asked {
+    double limit_m;  ///< beyond it the worst sample is looked for
+    double apart_m;  ///< see decodings_apart_m
+    double known_m;  ///< a row whose samples are no farther off changes nothing
+  };
+
+  /// What, with place_m added, is rounded to no more than floor_m.
+  static double less_than(double floor_m, double place_m) { return (floor_m - place_m) * (1 - 0x1p-40); }
+
+  const proto::RowFrame& frame(std::int64_t y) const { return frames_.rows[static_cast<std::size_t>(y + window_.row_shift())]; }
+  proto::ColumnFrame column_frame(std::int64_t x) const {
+    for (const Strip& s : strips_)
+      if (x >= s.columns.first && x <= s.columns.last) return column_frame(s, x);
+    return proto::column_frame(lattice_, west_ + x);
+  }
+  proto::ColumnFrame column_frame(const Strip& s, std::int64_t x) const { return frames_.column(static_cast<std::size_t>(x + s.shift)); }
 
   template <class Tally>
-  void row(const MeasuredTriangle& t, std::int64_t y, double limit_m, Tally& tally, TriangleWorst& worst) const {
+  void row(const MeasuredTriangle& t, std::int64_t y, const Asked& asked, Tally& tally, TriangleWorst& worst) const {
     const RowSpans spans = t.plan.row(y);
     tally.row(spans);
     if (y < window_.rows().first || y > window_.rows().last) return;
@@ -138,9 +161,10 @@ class SurfaceMeter {
       if (length(closed) > 0) {
         const Span owned = intersection(spans.owned, s.columns);
         tally.samples(t, heights, owned, intersection(spans.strict, s.columns));
-        const double row_max = std::max(exact_row(t, s, y, heights, closed, owned, tally), rounded_row(t, s, y, heights, closed));
+        double row_max = exact_row(t, s, y, heights, closed, owned, tally);
+        if (row_max + asked.apart_m > asked.known_m) row_max = std::max(row_max, rounded_row(t, s, y, heights, closed));
         if (row_max > worst.any.error_m) worst.any = {closed.first, y, row_max};
-        if (row_max > limit_m) find_worst(t, s, y, heights, closed, worst);
+        if (row_max > asked.limit_m) find_worst(t, s, y, heights, closed, worst);
       }
       if (!t.plan.slack) continue;
       const bool apart = length(spans.closed) == 0;
@@ -153,14 +177,14 @@ class SurfaceMeter {
   void beyond(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& span, TriangleWorst& worst) const {
     for (std::int64_t x = span.first; x <= span.last; ++x) {
       if (heights[x] == proto::kNoHeight) continue;
-      const double e = t.error_beyond(frame(y), s.frame(x), heights[x] * proto::kHeightStep_m);
+      const double e = t.error_beyond(frame(y), column_frame(s, x), heights[x] * proto::kHeightStep_m);
       if (e > worst.any.error_m) worst.any = {x, y, e};
     }
   }
 
-  static RowRun run(const Strip& strip, const std::int32_t* heights, std::int64_t first, std::int64_t count) {
-    const auto k = static_cast<std::size_t>(first - strip.columns.first);
-    return {strip.sin_lon.data() + k, strip.cos_lon.data() + k, heights + first, static_cast<std::size_t>(count)};
+  RowRun run(const Strip& strip, const std::int32_t* heights, std::int64_t first, std::uint64_t count) const {
+    const auto k = static_cast<std::size_t>(first + strip.shift);
+    return {frames_.sin_lon.data() + k, frames_.cos_lon.data() + k, heights + first, static_cast<std::size_t>(count)};
   }
 
   template <class Tally>
@@ -168,10 +192,11 @@ class SurfaceMeter {
                    Tally& tally) const {
     if (!t.exact.shows()) return 0;
     const PlaneRow plane(t.exact, frame(y));
+    if constexpr (!Tally::kSums) return greatest_row_error(plane, t.exact_range, run(s, heights, closed.first, length(closed)));
     double out[kBlock], greatest = 0;
     for (std::int64_t x = closed.first; x <= closed.last; x += kBlock) {
       const std::int64_t last = std::min<std::int64_t>(x + kBlock - 1, closed.last);
-      greatest = std::max(greatest, row_errors(plane, t.exact_range, run(s, heights, x, last - x + 1), out));
+      greatest = std::max(greatest, row_errors(plane, t.exact_range, run(s, heights, x, length({x, last})), out));
       tally.errors(x, intersection(owned, {x, last}), out);
     }
     return greatest;
@@ -179,13 +204,7 @@ class SurfaceMeter {
 
   double rounded_row(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& closed) const {
     if (!t.rounded.shows()) return 0;
-    const PlaneRow plane(t.rounded, frame(y));
-    double out[kBlock], greatest = 0;
-    for (std::int64_t x = closed.first; x <= closed.last; x += kBlock) {
-      const std::int64_t n = std::min<std::int64_t>(kBlock, closed.last - x + 1);
-      greatest = std::max(greatest, row_errors(plane, t.rounded_range, run(s, heights, x, n), out));
-    }
-    return greatest;
+    return greatest_row_error(PlaneRow(t.rounded, frame(y)), t.rounded_range, run(s, heights, closed.first, length(closed)));
   }
 
   /// The slow way, for rows above the limit only: which sample it is.
@@ -194,7 +213,7 @@ class SurfaceMeter {
     const PlaneRow exact(t.exact, frame(y)), rounded(t.rounded, frame(y));
     for (std::int64_t x = closed.first; x <= closed.last; ++x) {
       if (heights[x] == proto::kNoHeight) continue;
-      const auto [s, c] = strip.frame(x);
+      const auto [s, c] = column_frame(strip, x);
       const double h = heights[x] * proto::kHeightStep_m;
       double e = 0;
       if (t.exact.shows()) e = std::abs(t.exact_range.clamp(exact.height_m(s, c)) - h);
@@ -211,9 +230,10 @@ class SurfaceMeter {
   std::int64_t west_, south_;
   std::int32_t side_;
   SampleWindow window_;
-  std::vector<proto::RowFrame> rows_;  ///< indexed by tile-local y - window_.rows().first
-  std::array<Strip, 2> strips_;
+  std::unique_ptr<SampleFrames> own_frames_;
+  const SampleFrames& frames_;
   TileFacts tile_;
+  std::array<Strip, 2> strips_;
 };
 
 }  // namespace cordillera::gpu

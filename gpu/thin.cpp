@@ -99,7 +99,7 @@ class Thinner {
   double cost_m(std::uint32_t v, std::uint32_t k, double bound_m) const {
     double greatest = 0;
     each_new_triangle(v, k, [&](const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) {
-      greatest = std::max(greatest, meter_.error_m({a, b, c}, bound_m));
+      greatest = std::max(greatest, meter_.error_m({a, b, c}, {bound_m, greatest, mesh_.y[v]}));
       return greatest <= bound_m;
     });
     return greatest;
@@ -173,7 +173,7 @@ class Thinner {
     const auto ring = rings_.ring(v);
     double greatest = 0;
     for (std::size_t i = 0; i < ring.size() && greatest < bound_m; ++i)
-      greatest = std::max(greatest, meter_.error_m({point(v), point(ring[i]), point(ring[(i + 1) % ring.size()])}, bound_m));
+      greatest = std::max(greatest, meter_.error_m({point(v), point(ring[i]), point(ring[(i + 1) % ring.size()])}, {bound_m, greatest, mesh_.y[v]}));
     return greatest;
   }
 

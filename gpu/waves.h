@@ -3,6 +3,7 @@
 //
 // The driver (waves.inl, batch, window_cut) is written once, in steps over arrays; a Device runs the steps:
 //   use()                                        the calling thread works with it
+//   kInStep                                      threads that run in step; 1 on a host
 //   Array<T>, Staging<T>                         its memory; host memory that is quickly copied to it. reserve(n), data()
 //   copy_in(to, from, n), copy_out(to, from, n)  copy_out returns when the values are there
 //   zero(to, n)

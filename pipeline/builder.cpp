@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "gpu/device_lost.h"
+#include "gpu/sample_frames.h"
 #include "pipeline/mesh_record.h"
 #include "pipeline/plan.h"
 #include "pipeline/tile_output.h"
@@ -197,9 +198,11 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   const bool any = std::any_of(samples->height.begin(), samples->height.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
   if (!any) return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
   share(kReadShare);
+  const gpu::SampleFrames frames(lattice_, *samples);
   Tiles below;
   for (int z = lattice_.finest_level; z >= node.z; --z) {
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &*samples};
+    context.frames = &frames;
     context.merges_above = z == node.z && z > static_cast<int>(plan_.min_level());
     context.height_rounds = height_rounds(plan_.options());
     context.sparse_start = strategy_of(plan_) == gpu::kStrategies.front();

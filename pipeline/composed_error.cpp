@@ -377,7 +377,9 @@ gpu::TriangleError ComposedMeter::measure(const std::array<gpu::MeshPoint, 3>& c
   return ground_->measure(corners, limit_m);
 }
 
-double ComposedMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, double enough_m) const { return ground_->error_m(corners, enough_m); }
+double ComposedMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const {
+  return ground_->error_m(corners, asked.enough_m);
+}
 
 double ComposedMeter::least_m() const { return ground_->least_m(); }
 std::size_t ComposedMeter::points() const { return ground_->points(); }
@@ -390,9 +392,9 @@ gpu::TriangleError NearerMeter::measure(const std::array<gpu::MeshPoint, 3>& cor
   return first;
 }
 
-double NearerMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, double enough_m) const {
-  const double first_m = first_.error_m(corners, enough_m);
-  return first_m <= enough_m ? first_m : std::min(first_m, second_.error_m(corners, enough_m));
+double NearerMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const {
+  const double first_m = first_.error_m(corners, asked);
+  return first_m <= asked.enough_m ? first_m : std::min(first_m, second_.error_m(corners, asked));
 }
 
 double greatest_error_m(const gpu::ErrorMeter& meter, const TileMesh& mesh, double limit_m, std::vector<std::uint32_t>& over) {

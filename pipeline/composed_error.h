@@ -27,7 +27,7 @@ class ComposedMeter final : public gpu::ErrorMeter {
   ~ComposedMeter() override;
 
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
-  double error_m(const std::array<gpu::MeshPoint, 3>& corners, double enough_m) const override;
+  double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override;
   /// Of a triangle that is like the finer surface: its error and rounding.
   double least_m() const;
   /// How many points refinement may need.
@@ -43,7 +43,7 @@ class NearerMeter final : public gpu::ErrorMeter {
  public:
   NearerMeter(const ComposedMeter& first, const ComposedMeter& second) : first_(first), second_(second) {}
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
-  double error_m(const std::array<gpu::MeshPoint, 3>& corners, double enough_m) const override;
+  double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override;
 
  private:
   const ComposedMeter &first_, &second_;

@@ -25,21 +25,19 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   input.mesh = &built.mesh;
   input.samples = context.samples;
   input.ecef_step_m = context.level->ecef_step();
-  const auto over = [&] {
-    built.measured = gpu::surface_error(input, limit_m - kGrace_m);
-    std::vector<std::uint32_t> triangles;
-    for (const auto& worst : built.measured.over_limit) triangles.push_back(worst.triangle);
-    return triangles;
-  };
-  std::vector<std::uint32_t> left = over();
+  input.frames = context.frames;
+  limit_m -= kGrace_m;
   if (context.promise) {
+    const std::vector<std::uint32_t> over = gpu::triangles_over(input, limit_m);
     const std::int32_t step = height_step(*context.level);
     const gpu::SampleMeter samples(input, step);
     const gpu::SteppedMeter meter(samples, step);
-    if (!left.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m - kGrace_m, left, SIZE_MAX).inserted;
-    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m - kGrace_m, context.height_rounds, step});
-    left = over();
+    if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m, over, SIZE_MAX).inserted;
+    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m, context.height_rounds, step});
   }
+  built.measured = gpu::surface_error(input, limit_m);
+  std::vector<std::uint32_t> left;
+  for (const auto& worst : built.measured.over_limit) left.push_back(worst.triangle);
   built.max_error_m = built.measured.max_m + kGrace_m;
   return left;
 }

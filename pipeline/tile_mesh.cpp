@@ -5,7 +5,6 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "gpu/grid_mesh_sparse.h"
 #include "gpu/height_step.h"
 #include "gpu/rings.h"
 #include "pipeline/border.h"
@@ -154,12 +153,11 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   const double left = std::max(context.level->target() - inherited_error_m, kLeastStepShare * context.level->target());
   if (context.promise) job.guard_m = static_cast<float>(kGuardShare * left / caution);
   job.rim_units = static_cast<float>(context.level->rim_tolerance() * rim_share);
+  job.start_tolerance_m = start_tolerance_m;
   return job;
 }
 
-namespace {
-
-std::optional<PreparedTile> prepare_dense(const LevelContext& context, const proto::TileAddress& tile) {
+std::optional<PreparedTile> prepare_finest(const LevelContext& context, const proto::TileAddress& tile) {
   const proto::Lattice& lattice = *context.lattice;
   const proto::Samples& samples = *context.samples;
   constexpr std::int32_t kAcross = proto::kTileCells + 1;
@@ -175,20 +173,9 @@ std::optional<PreparedTile> prepare_dense(const LevelContext& context, const pro
   PreparedTile prepared{tile, gpu::grid_mesh(proto::kTileCells, 1, heights), {}};
   prepared.elevation = elevations(lattice, tile, prepared.input);
   apply_chains(context, prepared, true);
-  return prepared;
-}
-
-}  // namespace
-
-std::optional<PreparedTile> prepare_finest(const LevelContext& context, const proto::TileAddress& tile) {
-  std::optional<PreparedTile> prepared = prepare_dense(context, tile);
   // At a pole a cell is a sliver in space: halves of squares are nothing there, and their chords leave what is measured of them.
   const bool polar = tile.y == 0 || tile.y + 1 == proto::tiles_up(tile.z);
-  if (!prepared || !context.promise || !context.sparse_start || polar) return prepared;
-  gpu::SparseGrid start = gpu::sparse_grid(prepared->input, prepared->elevation, static_cast<float>(kSparseShare * context.level->target()));
-  prepared->input = std::move(start.mesh);
-  prepared->elevation = std::move(start.elevation);
-  prepared->sparse = true;
+  if (context.promise && context.sparse_start && !polar) prepared.start_tolerance_m = static_cast<float>(kSparseShare * context.level->target());
   return prepared;
 }
 
@@ -271,11 +258,9 @@ bool has_vanished(PreparedTile& prepared, const proto::TileMesh& mesh) {
 }
 
 /// A sparse start may lack the vertex that a border or a promise needs: all of them from now on.
-bool made_dense(const LevelContext& context, PreparedTile& prepared, int attempt) {
-  if (!prepared.sparse || attempt < kSparseAttempts) return false;
-  std::optional<BuiltTile> best = std::move(prepared.best);
-  prepared = std::move(*prepare_dense(context, prepared.tile));
-  prepared.best = std::move(best);
+bool made_dense(PreparedTile& prepared, int attempt) {
+  if (prepared.start_tolerance_m == 0 || attempt < kSparseAttempts) return false;
+  prepared.start_tolerance_m = 0;
   return true;
 }
 
@@ -292,7 +277,7 @@ bool has_its_border(const LevelContext& context, PreparedTile& prepared, const p
   if (keep_support(prepared.input, mesh, cell, attempt) == 0) return true;
   if (attempt >= kAttempts && !prepared.best) throw std::logic_error("tile mesh: border vertices of " + std::to_string(prepared.tile.z) + "/" + std::to_string(prepared.tile.x) +
                                                                     "/" + std::to_string(prepared.tile.y) + " could not be removed");
-  if (made_dense(context, prepared, attempt)) return false;
+  if (made_dense(prepared, attempt)) return false;
   if (attempt < kCarefulAttempts) {
     prepared.caution *= kMoreCaution;
   } else {
@@ -330,7 +315,7 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
   // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.
   const bool broken = !over.empty() && attempt < kPromiseAttempts;
   if (broken) {
-    made_dense(context, prepared, attempt);
+    made_dense(prepared, attempt);
     for (const std::uint32_t k : over) keep_around(prepared.input, built.mesh, k, std::size_t{8} << attempt);
   }
   if (!prepared.best || built.max_error_m < prepared.best->max_error_m) prepared.best = std::move(built);

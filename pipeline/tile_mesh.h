@@ -40,6 +40,7 @@ struct LevelContext {
   bool merges_above = false;                ///< the tile is a block or above: keep what its parent will be measured against
   bool sparse_start = true;                 ///< a promised tile may start without what it would hardly keep
   int height_rounds = 0;                    ///< see gpu::Thinning; below 0: nothing is thinned
+  const gpu::SampleFrames* frames = nullptr;  ///< of samples, where more than one tile will be measured
 };
 
 /// A tile ready to be simplified: input mesh with border chains applied. nullopt: no valid sample, nothing to do.
@@ -53,7 +54,7 @@ struct PreparedTile {
   std::optional<Surface> truth{};   ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
   double caution = 1;               ///< tolerances are divided by it
   double rim_share = 1;             ///< the level's rim tolerance is multiplied by it
-  bool sparse = false;              ///< input lacks samples that a promise will hardly need
+  float start_tolerance_m = 0;      ///< > 0: the simplifier starts without the samples that a promise will hardly need
   std::optional<BuiltTile> best{};  ///< of the attempts so far, where none kept the promise
 
   gpu::SimplifyJob job(const LevelContext& context) const;

@@ -22,8 +22,13 @@ inline void expect_glance_agrees(const ErrorMeter& meter, std::int32_t side, std
     EXPECT_EQ(meter.error_m(c, INFINITY), whole_m);
     EXPECT_EQ(meter.error_m(c, whole_m), whole_m);
     EXPECT_EQ(meter.error_m(c, 2 * whole_m), whole_m);
+    EXPECT_EQ(meter.error_m(c, {whole_m, -1, place(random)}), whole_m) << "whichever row is looked at first";
+    EXPECT_EQ(meter.error_m(c, {INFINITY, 0.99 * whole_m}), whole_m);
+    EXPECT_LE(meter.error_m(c, {INFINITY, whole_m, place(random)}), whole_m);
+    EXPECT_LE(meter.error_m(c, {whole_m, 1.5 * whole_m}), 1.5 * whole_m);
     if (whole_m <= 0) continue;
     EXPECT_GT(meter.error_m(c, whole_m / 2), whole_m / 2);
+    EXPECT_GT(meter.error_m(c, {whole_m / 2, whole_m / 2, place(random)}), whole_m / 2);
     EXPECT_GT(meter.error_m(c, 0), 0);
     ++measured;
   }

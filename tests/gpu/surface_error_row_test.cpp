@@ -54,9 +54,29 @@ TEST(SurfaceErrorRow, ErrorsAreThoseOfEachSample) {
           most = std::max(most, out[k]);
         }
         EXPECT_EQ(greatest, most);
+        EXPECT_EQ(greatest_row_error(along, range, row.run(from, count)), most);
         EXPECT_EQ(out[count], -7);
       }
     }
+  }
+}
+
+TEST(SurfaceErrorRow, SeesLowestAndHighest) {
+  std::mt19937 random(7);
+  const Row row = row_of(300, random);
+  for (const std::size_t count : {0u, 1u, 5u, 16u, 299u}) {
+    RowHeights seen, expected;
+    see_heights(row.height.data(), count, seen);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::int32_t h = row.height[k];
+      if (h == proto::kNoHeight) continue;
+      ++expected.valid;
+      expected.lowest = std::min(expected.lowest, h);
+      expected.highest = std::max(expected.highest, h);
+    }
+    EXPECT_EQ(seen.valid, expected.valid);
+    EXPECT_EQ(seen.lowest, expected.lowest);
+    EXPECT_EQ(seen.highest, expected.highest);
   }
 }
 

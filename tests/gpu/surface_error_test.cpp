@@ -8,6 +8,7 @@
 #include <functional>
 #include <random>
 
+#include "gpu/sample_frames.h"
 #include "gpu/simplify.h"
 
 namespace cordillera::gpu {
@@ -57,15 +58,16 @@ struct Scene {
   bool published(const std::array<std::uint32_t, 3>& t) const {
     return std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return mesh.mark[v] & proto::kVoid; });
   }
-  SurfaceError measure(double limit_m = 1e9) const {
+  SurfaceErrorInput input() const {
     SurfaceErrorInput in;
     in.lattice = &lattice;
     in.tile = tile;
     in.mesh = &mesh;
     in.samples = &samples;
     in.ecef_step_m = step_m;
-    return surface_error(in, limit_m);
+    return in;
   }
+  SurfaceError measure(double limit_m = 1e9) const { return surface_error(input(), limit_m); }
 };
 
 using Terrain = std::function<std::int32_t(std::int64_t i, std::int64_t j)>;
@@ -204,8 +206,27 @@ std::int32_t hills(std::int64_t i, std::int64_t j) {
 }
 std::int32_t sea(std::int64_t, std::int64_t) { return 0; }
 
+/// What is over a limit is so however it is asked for, and changes no other number.
+void agree_over_limits(const Scene& s, const SurfaceError& e) {
+  std::size_t found = 0;
+  const SampleFrames frames(s.lattice, s.samples);
+  SurfaceErrorInput in = s.input();
+  in.frames = &frames;
+  for (const double share : {0.05, 0.5, 0.9, 0.999, 1.0}) {
+    const SurfaceError limited = surface_error(in, share * e.max_m);
+    std::vector<std::uint32_t> over;
+    for (const auto& worst : limited.over_limit) over.push_back(worst.triangle);
+    EXPECT_EQ(triangles_over(in, share * e.max_m), over);
+    EXPECT_EQ(limited.max_m, e.max_m);
+    EXPECT_EQ(limited.sum_squared_m2, e.sum_squared_m2);
+    found += over.size();
+  }
+  EXPECT_GT(found, 0u);
+}
+
 void agree(const Scene& s, double tight = 1.05) {
   const SurfaceError e = s.measure();
+  agree_over_limits(s, e);
   const Brute b = brute(s);
   ASSERT_GT(b.hits, b.samples);
   EXPECT_GE(e.max_m, b.max_m - 2e-3);

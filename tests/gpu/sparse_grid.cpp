@@ -3,14 +3,14 @@
 //
 // Every vertex but the corners is the middle of one longest edge: the centre of a square, whose diagonal the edge is, or the middle of a
 // square's side. It can be left out if nothing speaks for it and none of the vertices is there that would cut the halves of its triangles.
-#include "gpu/grid_mesh_sparse.h"
+#include "tests/gpu/sparse_grid.h"
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <stdexcept>
 
-namespace cordillera::gpu {
+namespace cordillera::test {
 namespace {
 
 class Sparse {
@@ -142,4 +142,4 @@ SparseGrid sparse_grid(const proto::TileMesh& grid, std::span<const float> eleva
   return Sparse(grid, elevation, tolerance_m).run();
 }
 
-}  // namespace cordillera::gpu
+}  // namespace cordillera::test

@@ -1,5 +1,4 @@
-// The sparse grid that a promised tile starts from.
-#include "gpu/grid_mesh_sparse.h"
+// The judge of sparse starts, judged.
 
 #include <gtest/gtest.h>
 
@@ -8,6 +7,7 @@
 #include <set>
 
 #include "gpu/simplify.h"
+#include "tests/gpu/sparse_grid.h"
 #include "tests/pipeline/mesh_laws.h"
 
 namespace cordillera::gpu {
@@ -27,9 +27,9 @@ std::vector<float> elevation_of(const proto::TileMesh& grid) {
   for (const std::int32_t h : grid.height) elevation.push_back(static_cast<float>(h * proto::kHeightStep_m));
   return elevation;
 }
-SparseGrid sparse(const Terrain& terrain, float tolerance_m) {
+test::SparseGrid sparse(const Terrain& terrain, float tolerance_m) {
   const proto::TileMesh grid = grid_of(terrain);
-  return sparse_grid(grid, elevation_of(grid), tolerance_m);
+  return test::sparse_grid(grid, elevation_of(grid), tolerance_m);
 }
 std::set<std::pair<std::int32_t, std::int32_t>> places(const proto::TileMesh& mesh) {
   std::set<std::pair<std::int32_t, std::int32_t>> found;
@@ -64,7 +64,7 @@ double farthest_m(const proto::TileMesh& mesh, const Terrain& terrain) {
 }
 
 TEST(SparseGrid, APlaneIsTwoTriangles) {
-  const SparseGrid got = sparse(slope, 0);
+  const test::SparseGrid got = sparse(slope, 0);
   EXPECT_EQ(got.mesh.vertices(), 4u);
   EXPECT_EQ(got.mesh.triangles.size(), 2u);
   EXPECT_EQ(test::broken_law(got.mesh), "");
@@ -73,7 +73,7 @@ TEST(SparseGrid, APlaneIsTwoTriangles) {
 TEST(SparseGrid, LeavesOutMoreForAGreaterToleranceAndStaysNear) {
   std::size_t before = kAcross * kAcross + 1;
   for (const float tolerance_m : {0.01f, 1.0f, 4.0f, 16.0f}) {
-    const SparseGrid got = sparse(hills, tolerance_m);
+    const test::SparseGrid got = sparse(hills, tolerance_m);
     EXPECT_EQ(test::broken_law(got.mesh), "");
     EXPECT_LT(got.mesh.vertices(), before) << tolerance_m;
     before = got.mesh.vertices();
@@ -91,7 +91,7 @@ TEST(SparseGrid, CarriesVerticesAsTheyAre) {
   proto::TileMesh grid = grid_of(hills);
   grid.mark[5] = proto::kRemove;
   const std::vector<float> elevation = elevation_of(grid);
-  const SparseGrid got = sparse_grid(grid, elevation, 0.5f);
+  const test::SparseGrid got = test::sparse_grid(grid, elevation, 0.5f);
   ASSERT_EQ(got.elevation.size(), got.mesh.vertices());
   for (std::size_t v = 0; v < got.mesh.vertices(); ++v) {
     const auto from = static_cast<std::size_t>(got.mesh.y[v] * kAcross + got.mesh.x[v]);
@@ -104,7 +104,7 @@ TEST(SparseGrid, CarriesVerticesAsTheyAre) {
 TEST(SparseGrid, KeepsWhatMustStay) {
   proto::TileMesh grid = grid_of(slope);
   for (const std::size_t v : {7u, 3u * kAcross, 17u * kAcross + 9u, 31u * kAcross + 32u}) grid.mark[v] |= proto::kKeep;
-  const SparseGrid got = sparse_grid(grid, elevation_of(grid), 100);
+  const test::SparseGrid got = test::sparse_grid(grid, elevation_of(grid), 100);
   const auto there = places(got.mesh);
   for (const auto& place : {std::pair{7, 0}, {0, 3}, {9, 17}, {32, 31}, {0, 0}, {32, 32}}) EXPECT_TRUE(there.count(place));
   EXPECT_EQ(test::broken_law(got.mesh), "");
@@ -113,7 +113,7 @@ TEST(SparseGrid, KeepsWhatMustStay) {
 
 TEST(SparseGrid, KeepsEveryVertexOfARim) {
   const Terrain terrain = [](std::int32_t x, std::int32_t y) { return in_hole(x, y) ? proto::kNoHeight : slope(x, y); };
-  const SparseGrid got = sparse(terrain, 100);
+  const test::SparseGrid got = sparse(terrain, 100);
   EXPECT_EQ(test::broken_law(got.mesh), "");
   const auto there = places(got.mesh);
   int rim = 0;
@@ -138,7 +138,7 @@ TEST(SparseGrid, KeepsEveryVertexOfARim) {
 TEST(SparseGrid, RefusesWhatIsNoGrid) {
   const std::vector<std::int32_t> heights(7 * 7, 0);
   const proto::TileMesh six = grid_mesh(6, 1, heights);
-  EXPECT_THROW(sparse_grid(six, elevation_of(six), 1), std::invalid_argument);
+  EXPECT_THROW(test::sparse_grid(six, elevation_of(six), 1), std::invalid_argument);
 }
 
 }  // namespace

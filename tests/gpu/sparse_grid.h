@@ -1,11 +1,12 @@
 #pragma once
-// A grid mesh without most of what no tile would keep: what the simplifier starts from where a few samples in a hundred are enough.
+// The start of a promised tile (gpu/sparse_start.h) as a mesh, by another way: triangles cut in two from the largest down. What the simplifier's
+// own, which makes rings without triangles, is held against.
 #include <span>
 #include <vector>
 
 #include "proto/mesh.h"
 
-namespace cordillera::gpu {
+namespace cordillera::test {
 
 struct SparseGrid {
   proto::TileMesh mesh;
@@ -20,4 +21,4 @@ struct SparseGrid {
 /// Vertices left out later than it add to that, so tolerance_m bounds no error: what comes out of the simplifier must be measured.
 SparseGrid sparse_grid(const proto::TileMesh& grid, std::span<const float> elevation, float tolerance_m);
 
-}  // namespace cordillera::gpu
+}  // namespace cordillera::test

@@ -1,0 +1,26 @@
+#pragma once
+// Sines and cosines of the rows and columns of a window of samples, made once for all the tiles that are measured against it.
+#include <vector>
+
+#include "proto/ellipsoid.h"
+#include "proto/mesh.h"
+
+namespace cordillera::gpu {
+
+struct SampleFrames {
+  std::vector<proto::RowFrame> rows;        ///< indexed by the samples' row
+  std::vector<double> sin_lon, cos_lon;  ///< indexed by their column; apart, so that a row's loop reads them in order
+
+  SampleFrames(const proto::Lattice& lattice, const proto::Samples& samples)
+      : rows(proto::row_frames(lattice, samples.south, static_cast<std::size_t>(samples.rows))) {
+    sin_lon.reserve(static_cast<std::size_t>(samples.columns));
+    cos_lon.reserve(static_cast<std::size_t>(samples.columns));
+    for (const proto::ColumnFrame& c : proto::column_frames(lattice, samples.west, static_cast<std::size_t>(samples.columns))) {
+      sin_lon.push_back(c.sin_lon);
+      cos_lon.push_back(c.cos_lon);
+    }
+  }
+  proto::ColumnFrame column(std::size_t k) const { return {sin_lon[k], cos_lon[k]}; }
+};
+
+}  // namespace cordillera::gpu
