@@ -1,5 +1,6 @@
 #include "pipeline/build.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -73,7 +74,9 @@ std::vector<proto::TileAddress> unfinished(const Site& site, int level) {
 
 proto::Result<void> build_blocks(const Site& site) {
   const auto level = static_cast<int>(site.plan.block_level());
-  const std::vector<proto::TileAddress> blocks = unfinished(site, level);
+  std::vector<proto::TileAddress> blocks = unfinished(site, level);
+  // The largest first: a large one at the end would leave most threads without work.
+  std::stable_sort(blocks.begin(), blocks.end(), [&](const auto& a, const auto& b) { return samples_of(site.plan, a) > samples_of(site.plan, b); });
   double total = 0, left = 0;
   for (const proto::TileAddress& node : touched_tiles(site.plan, level)) total += samples_of(site.plan, node);
   for (const proto::TileAddress& node : blocks) left += samples_of(site.plan, node);

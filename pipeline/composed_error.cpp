@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "gpu/surface_error_plane.h"
+#include "pipeline/earth.h"
 #include "pipeline/loose_samples.h"
 #include "pipeline/overlay.h"
-#include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -19,18 +19,6 @@ using proto::Vec3;
 constexpr double kMargin = 1.5;
 constexpr std::uint32_t kNone = UINT32_MAX;
 constexpr double kRoundingSteps = 2;  // a corner moves by less than a step, and a slope may double it
-
-// A place on the ellipsoid and which way is up there.
-struct Place {
-  Vec3 at, up;
-  double tan_lat = 0;
-};
-
-// A vertex in space.
-struct Spot {
-  Vec3 at;
-  double height_m = 0;
-};
 
 // A flat triangle, its plane, and heights that it cannot leave (gpu/surface_error_plane.h has the reason).
 struct Plane {
@@ -44,55 +32,6 @@ struct Over {
   double low_m = 0, high_m = 0;
   Vec3 slope;               // rise per metre, in the tangent plane
   double along_edges = 0;   // of a steep triangle, instead of the slope: the greatest rise per metre of an edge
-};
-
-class Earth {
- public:
-  Earth(const proto::Lattice& lattice, const proto::TileAddress& tile)
-      : lattice_(lattice),
-        west_(lattice.west(tile)),
-        south_(lattice.south(tile)),
-        cell_rad_(2 * kPi / static_cast<double>(lattice.columns())) {}
-
-  // Between lattice vertices by the addition theorems from the vertex to the south-west: no library function of the fraction.
-  Place place(PlanPoint p) const {
-    const double column = std::floor(p.x), row = std::floor(p.y);
-    const proto::ColumnFrame c = proto::column_frame(lattice_, west_ + static_cast<std::int64_t>(column));
-    const proto::RowFrame r = proto::row_frame(lattice_, south_ + static_cast<std::int64_t>(row));
-    proto::ColumnFrame here_c;
-    proto::RowFrame here_r = r;
-    turn(c.sin_lon, c.cos_lon, (p.x - column) * cell_rad_, here_c.sin_lon, here_c.cos_lon);
-    if (p.y > row) {
-      turn(r.sin_lat, r.cos_lat, (p.y - row) * cell_rad_, here_r.sin_lat, here_r.cos_lat);
-      const double e2 = proto::kFlattening * (2 - proto::kFlattening);
-      const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * here_r.sin_lat * here_r.sin_lat);
-      here_r.radius_m = n * here_r.cos_lat;
-      here_r.axis_m = n * (1 - e2) * here_r.sin_lat;
-    }
-    const double tan_lat = std::abs(here_r.sin_lat) / std::max(here_r.cos_lat, 1e-6);
-    return {proto::ecef(here_r, here_c, 0), proto::normal(here_r, here_c), tan_lat};
-  }
-
-  Spot at(const gpu::MeshPoint& p) const {
-    const double height_m = p.height * proto::kHeightStep_m;
-    return {proto::ecef(proto::row_frame(lattice_, south_ + p.y), proto::column_frame(lattice_, west_ + p.x), height_m), height_m};
-  }
-
- private:
-  static constexpr double kPi = 3.14159265358979323846;
-
-  // a + d for d of at most one cell (0.013 rad at the coarsest lattice): the series ends below 1e-16.
-  static void turn(double sin_a, double cos_a, double d, double& sin_sum, double& cos_sum) {
-    const double d2 = d * d;
-    const double sin_d = d * (1 - d2 / 6 * (1 - d2 / 20 * (1 - d2 / 42)));
-    const double cos_d = 1 - d2 / 2 * (1 - d2 / 12 * (1 - d2 / 30));
-    sin_sum = sin_a * cos_d + cos_a * sin_d;
-    cos_sum = cos_a * cos_d - sin_a * sin_d;
-  }
-
-  const proto::Lattice& lattice_;
-  std::int64_t west_, south_;
-  double cell_rad_;
 };
 
 Plane plane_of(const Spot& a, const Spot& b, const Spot& c) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "gpu/surface_error_row.h"
 #include "pipeline/encode.h"
 #include "pipeline/plan.h"
 #include "pipeline/published_mesh.h"
@@ -21,22 +22,24 @@ void count_samples(const LevelContext& context, const proto::TileAddress& tile, 
   while (west >= samples.west + samples.columns) west -= lattice.columns();
   // The last row and column of the lattice's rectangle belong to the tile that ends there.
   const std::int64_t north = south + units + (south + units == lattice.rows() ? 1 : 0);
-  std::uint32_t valid = 0, flat = 0;
-  std::int32_t lowest = INT32_MAX, highest = INT32_MIN;
-  for (std::int64_t j = std::max(south, samples.south); j < std::min(south + units + 1, samples.south + samples.rows); ++j) {
-    for (std::int64_t i = std::max(west, samples.west); i < std::min(west + units + 1, samples.west + samples.columns); ++i) {
-      const auto at = static_cast<std::size_t>((j - samples.south) * samples.columns + (i - samples.west));
-      if (samples.height[at] == proto::kNoHeight) continue;
-      lowest = std::min(lowest, samples.height[at]);
-      highest = std::max(highest, samples.height[at]);
-      if (j >= north || i >= west + units) continue;
-      ++valid;
-      if (!samples.flat_water.empty()) flat += samples.flat_water[at];
-    }
+  const std::int64_t first = std::max(west, samples.west), last = std::min(west + units + 1, samples.west + samples.columns);
+  const auto own = static_cast<std::size_t>(std::max<std::int64_t>(std::min(last, west + units) - first, 0));
+  const auto all = static_cast<std::size_t>(std::max<std::int64_t>(last - first, 0));
+  gpu::RowHeights counted, beside;
+  std::uint32_t flat = 0;
+  for (std::int64_t j = std::max(south, samples.south); all > 0 && j < std::min(south + units + 1, samples.south + samples.rows); ++j) {
+    const auto at = static_cast<std::size_t>((j - samples.south) * samples.columns + (first - samples.west));
+    const std::int32_t* const height = samples.height.data() + at;
+    const std::size_t mine = j < north ? own : 0;
+    gpu::see_heights(height, mine, counted);
+    gpu::see_heights(height + mine, all - mine, beside);
+    for (std::size_t k = 0; k < mine && !samples.flat_water.empty(); ++k) flat += height[k] == proto::kNoHeight ? 0 : samples.flat_water[at + k];
   }
+  const auto valid = static_cast<std::uint32_t>(counted.valid);
   record.set_valid_samples(valid);
   record.set_flat_samples(flat);
   record.set_flat_water(valid > 0 && flat == valid);
+  const std::int32_t lowest = std::min(counted.lowest, beside.lowest), highest = std::max(counted.highest, beside.highest);
   if (lowest > highest) return;
   record.set_lowest_sample(lowest * proto::kHeightStep_m);
   record.set_highest_sample(highest * proto::kHeightStep_m);
