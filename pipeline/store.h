@@ -41,9 +41,9 @@ proto::Problem output_exists(const std::string& what);
 /// here and in StoreReader.
 class StoreWriter {
  public:
-  /// Creates the file or opens an unfinished one of the same plan; a file of another plan is started anew or refused. A published one of
-  /// the same plan has everything finished, and publish gives its manifest again. A file that is no store is refused, and so is one in
-  /// use.
+  /// Creates the file or opens an unfinished one of the same plan; a file of another plan, and one with a damaged manifest, is
+  /// started anew or refused. A published one of the same plan has everything finished, and publish gives its manifest again. A file that is
+  /// no store is refused, and so is one in use.
   static proto::Result<std::unique_ptr<StoreWriter>> open(const std::string& path, const proto::Plan& plan,
                                                           Existing other = Existing::replace);
   virtual ~StoreWriter() = default;

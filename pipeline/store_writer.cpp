@@ -39,21 +39,25 @@ class SqliteWriter final : public StoreWriter {
  public:
   SqliteWriter(std::string path, proto::Plan plan) : path_(std::move(path)), plan_(std::move(plan)) {}
 
-  /// False: the file belongs to another plan. Throws StoreError.
-  bool start() {
+  /// What is in the file's place. damaged: a store whose manifest cannot be read, so that nobody can use it.
+  enum class Found { ours, others, damaged };
+
+  /// Ready for work if ours is found, or nothing. Throws StoreError.
+  Found start() {
     database_ = std::make_unique<Database>(path_, Database::Mode::create);
     database_->execute("PRAGMA locking_mode=EXCLUSIVE; PRAGMA synchronous=FULL; PRAGMA auto_vacuum=INCREMENTAL");
     const bool fresh = database_->integer("SELECT count(*) FROM sqlite_schema") == 0;
-    if (!fresh && !same_plan()) return false;
-    if (!fresh && read_manifest()) {
+    if (!fresh && !same_plan()) return Found::others;
+    if (!fresh && has_note("manifest")) {
+      if (!read_manifest()) return Found::damaged;
       settle();
-      return true;
+      return Found::ours;
     }
     // A commit is one sync of the log; it is on the disk when commit() returns.
     database_->execute("PRAGMA journal_mode=WAL");
     if (fresh) create();
     work_ = std::make_unique<WorkStatements>(*database_);
-    return true;
+    return Found::ours;
   }
 
   bool finished(const TileAddress& node) const override {
@@ -155,12 +159,14 @@ class SqliteWriter final : public StoreWriter {
     return row.bind(key).step();
   }
 
+  /// False: there is none, or it is damaged.
   bool read_manifest() {
     Statement row(*database_, "SELECT value FROM meta WHERE key = 'manifest'");
     if (!row.step()) return false;
-    published_.emplace();
     const std::string_view bytes = row.blob(0);
-    if (!published_->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("its manifest is damaged");
+    proto::Manifest manifest;
+    if (!manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return false;
+    published_ = std::move(manifest);
     return true;
   }
 
@@ -206,12 +212,14 @@ proto::Problem output_exists(const std::string& what) {
 proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& path, const proto::Plan& plan, Existing other) {
   try {
     auto writer = std::make_unique<SqliteWriter>(path, plan);
-    if (!writer->start()) {
-      if (other == Existing::refuse) return output_exists(path + " holds a build of another raster or with other options");
+    if (const auto found = writer->start(); found != SqliteWriter::Found::ours) {
+      const bool damaged = found == SqliteWriter::Found::damaged;
+      if (other == Existing::refuse)
+        return output_exists(path + (damaged ? " holds a damaged build" : " holds a build of another raster or with other options"));
       writer = std::make_unique<SqliteWriter>(path, plan);
       std::error_code ignored;
       for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);
-      if (!writer->start()) return write_problem(path, "the old file could not be removed");
+      if (writer->start() != SqliteWriter::Found::ours) return write_problem(path, "the old file could not be removed");
     }
     return std::unique_ptr<StoreWriter>(std::move(writer));
   } catch (const StoreError& e) {

@@ -7,6 +7,7 @@
 
 #include "pipeline/decode.h"
 #include "pipeline/manifest_json.h"
+#include "pipeline/sqlite.h"
 #include "pipeline/store.h"
 #include "tests/pipeline/store_synthetic.h"
 
@@ -246,6 +247,22 @@ TEST(Store, RefusesWhatIsNoPublishedStore) {
   }
   write_file(folder / "a.db-journal", "something");
   EXPECT_EQ(problem_type(folder / "a.db"), "store-unpublished");
+}
+
+TEST(Store, ADamagedManifestIsInTheWayOnlyOfWhoReplacesNothing) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.db";
+  write_store(path, tasks());
+  Database(path, Database::Mode::create).execute("UPDATE meta SET value = x'0aff' WHERE key = 'manifest'");
+  ASSERT_EQ(problem_type(path), "store-damaged");
+  const std::size_t bytes = read_file(path).size();
+  const auto refused = StoreWriter::open(path, synthetic_plan(6), Existing::refuse);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "output-exists");
+  EXPECT_NE(refused.problem().detail.find("damaged"), std::string::npos) << refused.problem().line();
+  EXPECT_EQ(read_file(path).size(), bytes) << "a refusal throws nothing away";
+  write_store(path, tasks());
+  EXPECT_EQ(problem_type(path), "");
 }
 
 TEST(Store, NothingToPublishIsAProblemAndKeepsTheWork) {

@@ -5,6 +5,7 @@
 #include "fixture.h"
 #include "server/access/client_address.h"
 #include "server/access/tokens.h"
+#include "server/digest.h"
 
 namespace cordillera::server {
 namespace {
@@ -79,6 +80,15 @@ TEST(Tokens, AreFoundByTheirWholeTextAlone) {
   }
   EXPECT_THAT(tokens.writer.line, testing::Not(HasSubstr(tokens.writer.token.substr(4))));
   EXPECT_NE(make_token("a", Role::read).token, make_token("a", Role::read).token);
+}
+
+TEST(Tokens, OfMoreThanFourKibibytesAreNotLookedFor) {
+  for (const auto& [length, role] : {std::pair{4096, Role::write}, {4097, Role::none}}) {
+    const std::string token(static_cast<std::size_t>(length), 'a'), salt(32, '0');
+    const auto lines = access::read_tokens("long write sha256:" + salt + ":" + digest(salt + token), "here");
+    ASSERT_TRUE(lines) << lines.problem().line();
+    EXPECT_EQ(access::find_token(*lines, token).role, role) << length;
+  }
 }
 
 /// Rows: what is asked, and the status for nobody, a wrong token, and the roles read, write, admin.

@@ -18,6 +18,7 @@
 #include "pipeline/store.h"
 #include "server/api.h"
 #include "server/json.h"
+#include "tests/sanitized.h"
 
 namespace cordillera::server {
 
@@ -34,7 +35,7 @@ inline const bool kOwnEnvironment = [] {
 }();
 
 /// Longer than the slowest machine needs: what a test waits for ends the wait, and the time never decides.
-inline constexpr auto kPatience = std::chrono::minutes(4);
+inline constexpr auto kPatience = std::chrono::minutes(kSanitized ? 20 : 4);
 
 /// Whether it came to hold.
 template <class Condition>
