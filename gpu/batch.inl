@@ -11,8 +11,10 @@ void Batch<Device>::load(std::span<const SimplifyJob> jobs, const ParallelFor& p
   const bool meshes = triangle_first_.back() > 0;
   given_ = {};
   given_.tiles = {given_tiles_.data(), tiles_.size()};
-  given_.x = meshes ? upload(given_x_, host_x_, given_count_) : room(given_x_, given_count_);
-  given_.y = meshes ? upload(given_y_, host_y_, given_count_) : room(given_y_, given_count_);
+  if (meshes) {
+    given_.x = upload(given_x_, host_x_, given_count_);
+    given_.y = upload(given_y_, host_y_, given_count_);
+  }
   given_.elevation = upload(given_elevation_, host_elevation_, given_count_);
   given_.mark = upload(given_mark_, host_mark_, given_count_);
   if (meshes) upload(triangles_, host_triangles_, triangle_first_.back());
@@ -26,8 +28,8 @@ void Batch<Device>::start(std::span<const SimplifyJob> jobs) {
   const bool all = std::none_of(tiles_.begin(), tiles_.end(), SparseStart::chooses);
   if (!all) choose();
   const std::size_t n = vertices_;
-  std::int32_t* const x = all ? given_x_.data() : room(x_, n);
-  std::int32_t* const y = all ? given_y_.data() : room(y_, n);
+  std::int32_t* const x = room(all ? given_x_ : x_, n);
+  std::int32_t* const y = room(all ? given_y_ : y_, n);
   float* const elevation = all ? given_elevation_.data() : room(elevation_, n);
   std::uint8_t* const mark = all ? given_mark_.data() : room(mark_, n);
   view_ = {x, y, elevation, room(carried_, n), room(spent_, n), room(key_, n), room(row_, n * kRowWidth), room(valence_, n), mark,
@@ -57,7 +59,8 @@ void Batch<Device>::choose() {
   given_.stays = start.stays;
   given_.kept = kept;
   given_.number = number;
-  device_.each(tiles_.size(), NumberTile{given_, room(numbered_tiles_, tiles_.size())});
+  device_.each(tiles_.size(), NumberTile{given_, room(numbered_tiles_, tiles_.size()),
+                                             static_cast<std::uint32_t>(given_count_), static_cast<std::uint32_t>(vertices_)});
   device_.each(triangle_first_.back(), NumberTriangle{number, triangles_.data()});
 }
 

@@ -83,9 +83,10 @@ struct NumberKept {
 struct NumberTile {
   BatchGiven given;
   BatchTile* tiles;
+  std::uint32_t given_count, kept_count;
   CORDILLERA_HD void operator()(std::size_t t) const {
     tiles[t] = given.tiles.tiles[t];
-    tiles[t].first = given.number[tiles[t].first];
+    tiles[t].first = tiles[t].first < given_count ? given.number[tiles[t].first] : kept_count;
   }
 };
 struct NumberTriangle {

@@ -48,8 +48,9 @@ struct OverPoints {
   CORDILLERA_HD void operator()(std::size_t i) const {
     const auto across = static_cast<std::uint32_t>(most_cells / half + 1);
 #ifdef __CUDA_ARCH__
-    const auto point = static_cast<std::uint32_t>(i), row = point / across;
-    const auto x = static_cast<std::int32_t>(point - row * across) * half;
+    const bool small = i <= UINT32_MAX;  // a GPU divides 64-bit numbers slowly
+    const auto row = small ? static_cast<std::uint32_t>(i) / across : static_cast<std::uint32_t>(i / across);
+    const auto x = static_cast<std::int32_t>(i - std::size_t{row} * across) * half;
 #else
     const auto row = static_cast<std::uint32_t>(i);
 #endif

@@ -25,6 +25,7 @@ struct MeterArrays {
   MeteredTriangle* metered = nullptr;             ///< indexed by triangle
   std::uint32_t* rows = nullptr;                  ///< indexed by triangle: that it may show
   std::uint32_t* row_start = nullptr;             ///< their exclusive sum
+  std::uint64_t* tall_rows = nullptr;             ///< one: of triangles of more than kTall rows, together
   TileTally* tally = nullptr;                     ///< indexed by tile
 
   CORDILLERA_HD std::uint32_t tile_of_vertex(std::uint32_t v) const {

@@ -1,7 +1,9 @@
 // The driver of BatchMeter; included by surface_error_batch.cpp and surface_error_cuda.cu only. A Device runs steps over arrays: see waves.h.
 #include <algorithm>
 #include <chrono>
+#include <optional>
 
+#include "gpu/sample_frames.h"
 #include "gpu/surface_error_batch.h"
 #include "gpu/surface_error_rows.h"
 #include "gpu/surface_error_steps.h"
@@ -18,6 +20,7 @@ class BatchMeterOn final : public BatchMeter {
     device_->use();
     lattice_ = lattice;
     samples_ = &samples;
+    frames_.emplace(lattice_, samples);
     ecef_step_m_ = ecef_step_m;
     const auto rows = proto::row_frames(lattice, samples.south, static_cast<std::size_t>(samples.rows));
     const auto columns = proto::column_frames(lattice, samples.west, static_cast<std::size_t>(samples.columns));
@@ -88,13 +91,18 @@ class BatchMeterOn final : public BatchMeter {
     const std::vector<TileTally> tallies = run();
     stage("measure");
     const std::size_t first = results.size();
-    for (const TileTally& tally : tallies) results.push_back(error_of(tally));
+    results.resize(first + tiles.size());
+    for (std::size_t t = 0; t < tallies.size(); ++t) results[first + t] = error_of(tallies[t]);
     parallel_(tiles.size(), [&](std::size_t t) {
-      if (outside_[t]) results[first + t] = surface_error(input_of(tiles[t]), INFINITY);
+      if (outside_[t] || tallies.empty()) results[first + t] = surface_error(input_of(tiles[t]), INFINITY);
     });
   }
 
-  SurfaceErrorInput input_of(const TileSurface& tile) const { return {&lattice_, tile.tile, tile.mesh, samples_, ecef_step_m_}; }
+  SurfaceErrorInput input_of(const TileSurface& tile) const {
+    SurfaceErrorInput input{&lattice_, tile.tile, tile.mesh, samples_, ecef_step_m_};
+    input.frames = &*frames_;
+    return input;
+  }
 
   /// What is known of every tile before its triangles are looked at.
   void plan(std::span<const TileSurface> tiles) {
@@ -166,6 +174,8 @@ class BatchMeterOn final : public BatchMeter {
     in_.rows = room(rows_, triangles_ + 1);
     in_.row_start = room(row_start_, triangles_ + 1);
     in_.tally = room(tally_, tiles_.size());
+    in_.tall_rows = room(tall_rows_, 1);
+    device_->zero(in_.tall_rows, 1);
     device_->zero(in_.tally, tiles_.size());
     device_->zero(in_.published, vertices_);
     device_->zero(in_.rows + triangles_, 1);
@@ -201,11 +211,15 @@ class BatchMeterOn final : public BatchMeter {
     }
   }
 
+  /// Empty where there may be too many rows: the host measures them.
   std::vector<TileTally> run() {
     device_->each(triangles_, CountRows{in_});
     device_->exclusive_sum(in_.rows, in_.row_start, triangles_ + 1);
     std::uint32_t rows = 0;
+    std::uint64_t tall_rows = 0;
     device_->copy_out(&rows, in_.row_start + triangles_, 1);
+    device_->copy_out(&tall_rows, in_.tall_rows, 1);
+    if (tall_rows + std::uint64_t{CountRows::kTall} * triangles_ > UINT32_MAX - kRowsAtOnce) return {};  // they might not be counted in 32 bits
     for (std::uint32_t begin = 0; begin < rows; begin += kRowsAtOnce) measure_rows(begin, std::min(rows - begin, kRowsAtOnce), piece_of(rows));
     constexpr std::uint32_t kStep = Device::kInStep;
     device_->each((vertices_ + kStep - 1) / kStep * kStep, MeasureVertex{in_, static_cast<std::uint32_t>(vertices_)});
@@ -261,6 +275,7 @@ class BatchMeterOn final : public BatchMeter {
 
   proto::Lattice lattice_;
   const proto::Samples* samples_ = nullptr;
+  std::optional<SampleFrames> frames_;  ///< for what the host measures
   double ecef_step_m_ = 0;
   bool any_void_ = false;
   Array<std::int32_t> heights_;
@@ -283,6 +298,7 @@ class BatchMeterOn final : public BatchMeter {
   Array<MeteredTriangle> metered_;
   Array<MeteredRow> metered_rows_;
   Array<std::uint32_t> piece_start_, beyond_, beyond_count_;
+  Array<std::uint64_t> tall_rows_;
   Array<TileTally> tally_;
 };
 

@@ -147,7 +147,7 @@ struct RowTally {
   std::uint64_t max_bits = 0;
   SquareSum squares;
   std::uint32_t covered = 0, summed = 0;
-  std::int32_t overcovered = 0;
+  std::int64_t overcovered = 0;
 
   CORDILLERA_HD void raise(double error_m) {
     const std::uint64_t bits = double_bits(error_m);
@@ -159,7 +159,7 @@ struct RowTally {
     gpu::add_to(&to->square_high, squares.high);
     gpu::add_to(&to->covered, covered);
     gpu::add_to(&to->summed, summed);
-    gpu::add_to(&to->overcovered, static_cast<std::uint64_t>(std::int64_t{overcovered}));
+    gpu::add_to(&to->overcovered, static_cast<std::uint64_t>(overcovered));
   }
 };
 
@@ -186,7 +186,7 @@ CORDILLERA_HD inline void add_together(TileTally* to, const RowTally& found) {
       sum.squares.high += __shfl_xor_sync(kAll, static_cast<Word>(sum.squares.high), d);
       sum.covered += __shfl_xor_sync(kAll, sum.covered, d);
       sum.summed += __shfl_xor_sync(kAll, sum.summed, d);
-      sum.overcovered += __shfl_xor_sync(kAll, sum.overcovered, d);
+      sum.overcovered += __shfl_xor_sync(kAll, static_cast<long long>(sum.overcovered), d);
     }
     if (to && (threadIdx.x & 31u) == 0) sum.add_to(to);
     return;

@@ -9,6 +9,7 @@ namespace cordillera::gpu {
 
 /// Which triangles exist, and how many rows of samples each may show.
 struct CountRows {
+  static constexpr std::uint32_t kTall = 512;
   static constexpr int kBlocksAtOnce = 2;
   MeterArrays in;
   CORDILLERA_HD void operator()(std::size_t i) const {
@@ -22,7 +23,9 @@ struct CountRows {
     for (const std::uint32_t corner : v) set_shared(in.published + corner, std::uint8_t{1});
     const MeasuredTriangle triangle = in.triangle(t);
     in.metered[t].set(triangle, at);
-    in.rows[t] = static_cast<std::uint32_t>(length(triangle.plan.rows));
+    const std::uint64_t rows = length(triangle.plan.rows);
+    in.rows[t] = static_cast<std::uint32_t>(rows);
+    if (rows > kTall) add_to(in.tall_rows, rows);
   }
 };
 

@@ -94,8 +94,9 @@ class SurfaceMeter {
   TriangleWorst worst(const MeasuredTriangle& t, double limit_m, Tally& tally, double floor_m = -1) const {
     TriangleWorst worst;
     const double place_m = place_error_m(t), apart_m = decodings_apart_m(t, tile_.unit_rad), least_m = less_than(floor_m, place_m);
+    const double within_m = std::min(limit_m, less_than(limit_m, place_m));  // with place_m on top, too
     for (std::int64_t y = t.plan.rows.first; y <= t.plan.rows.last; ++y) {
-      row(t, y, {limit_m, apart_m, std::min(limit_m, std::max(least_m, worst.any.error_m))}, tally, worst);
+      row(t, y, {limit_m, apart_m, std::min(within_m, std::max(least_m, worst.any.error_m))}, tally, worst);
     }
     if (worst.any.error_m >= 0) worst.any.error_m += place_m;
     return worst;

@@ -49,8 +49,9 @@ inline proto::Result<void> in_flight(std::size_t count, std::size_t at_once, con
   for (std::size_t k = 0; k < count; ++k) {
     std::unique_lock lock(mutex);
     const auto has_room = [&] { return next < count && running < at_once && next - k < kMostBegun * at_once; };
-    while (!ended[k]) {
+    for (;;) {
       for (; has_room(); ++next, ++running) under_way.push_back(std::async(std::launch::async, run, next));
+      if (ended[k]) break;
       changed.wait(lock, [&] { return ended[k] != 0 || has_room(); });
     }
     lock.unlock();

@@ -131,7 +131,7 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   const auto plan = plan_work(request, stop, {before ? &*before : nullptr, 0, kUpdateBlocks});
   if (!plan.ok()) return plan.problem();
   if (const auto ready = prepare_store(order, before, *plan); !ready.ok()) return ready.problem();
-  auto store = StoreWriter::open(request.store_path, plan->plan());
+  auto store = StoreWriter::open(request.store_path, plan->plan(), Existing::refuse);  // what was prepared is not to be lost
   if (!store.ok()) return store.problem();
   Workers workers(request.options.threads());
   Builder builder(plan->plan(), workers, [&] { return open_source(request); }, request.options.device(), stop);
