@@ -30,7 +30,8 @@ class BatchMeterOn final : public BatchMeter {
     in_.row_frame = upload(row_frames_, rows.data(), rows.size());
     in_.column_frame = upload(column_frames_, columns.data(), columns.size());
     TileTally done;
-    device_->copy_out(&done, room(tally_, 1), 1);  // what was lent to the copies ends here
+    device_->zero(room(tally_, 1), 1);
+    device_->copy_out(&done, tally_.data(), 1);  // what was lent to the copies ends here
   }
 
   std::vector<SurfaceError> measure(std::span<const TileSurface> tiles) override {
