@@ -63,6 +63,7 @@ class SqliteWriter final : public StoreWriter {
   bool finished(const TileAddress& node) const override {
     const std::lock_guard lock(mutex_);
     if (published_) return true;
+    if (!work_) return false;
     const bool there = work_->has_task.bind(node.z, node.y, node.x).step();
     work_->has_task.bind();
     return there;
@@ -71,6 +72,7 @@ class SqliteWriter final : public StoreWriter {
   proto::Result<void> commit(const FinishedTask& task) override {
     const std::lock_guard lock(mutex_);
     if (published_) return write_problem(path_, "it is published");
+    if (!work_) return write_problem(path_, "it cannot be read");
     try {
       Transaction transaction(*database_);
       for (const EncodedTile& tile : task.tiles) put(tile);
@@ -89,7 +91,7 @@ class SqliteWriter final : public StoreWriter {
 
   std::optional<std::string> mesh(const TileAddress& node) const override {
     const std::lock_guard lock(mutex_);
-    if (published_ || !work_->get_mesh.bind(node.z, node.y, node.x).step()) return std::nullopt;
+    if (published_ || !work_ || !work_->get_mesh.bind(node.z, node.y, node.x).step()) return std::nullopt;
     std::string bytes(work_->get_mesh.blob(0));
     work_->get_mesh.bind();
     return bytes;
@@ -113,6 +115,7 @@ class SqliteWriter final : public StoreWriter {
   proto::Result<proto::Manifest> publish(proto::Manifest manifest) override {
     const std::lock_guard lock(mutex_);
     if (published_) return *published_;
+    if (!work_) return write_problem(path_, "it cannot be read");
     try {
       work_.reset();  // their tables are about to go
       publish_in_one(manifest);
@@ -120,10 +123,10 @@ class SqliteWriter final : public StoreWriter {
       published_ = manifest;
       return manifest;
     } catch (const NothingToPublish& e) {
-      work_ = std::make_unique<WorkStatements>(*database_);
+      resume();
       return Problem{"no-data", path_ + " cannot be published: " + e.what(), "a raster with data", ""};
     } catch (const StoreError& e) {
-      if (!read_manifest()) work_ = std::make_unique<WorkStatements>(*database_);
+      resume();
       return write_problem(path_, e.what());
     }
   }
@@ -134,6 +137,16 @@ class SqliteWriter final : public StoreWriter {
     if (database_->integer("PRAGMA user_version") != kSchemaVersion) return false;
     Statement plan(*database_, "SELECT value FROM meta WHERE key = 'plan'");
     return plan.step() && plan.blob(0) == plan_.SerializeAsString();
+  }
+
+  /// After publishing failed: it is published all the same, where folding the log in was what failed, or work goes on. Neither, if the
+  /// disk cannot even be read any more: then nothing is finished and every commit is refused.
+  void resume() {
+    try {
+      if (!read_manifest()) work_ = std::make_unique<WorkStatements>(*database_);
+    } catch (const StoreError&) {
+      work_.reset();
+    }
   }
 
   // Readers take a published file as it is, without a log beside it. Nothing is left to do with it here: it is closed.

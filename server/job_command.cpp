@@ -14,6 +14,7 @@
 #include "gpu/device_lost.h"
 #include "pipeline/build.h"
 #include "pipeline/estimate.h"
+#include "pipeline/sqlite.h"
 #include "server/child.h"
 #include "server/json.h"
 #include "server/memory_limit.h"
@@ -148,6 +149,8 @@ int job_main(const std::string& folder, int parent) {
     return fail(starved);
   } catch (const gpu::DeviceLost& lost) {
     return fail({"device-lost", lost.what(), "auto, cpu", "device"});  // the service tries once more on the CPU
+  } catch (const pipeline::StoreError& error) {  // its disk cannot be read, or not what it wrote there: tried again, and in the end anew
+    return fail({"store-write", std::string("the half-made store cannot be used: ") + error.what(), "", ""});
   } catch (const std::exception& error) {
     return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});
   }

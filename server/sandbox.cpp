@@ -15,7 +15,15 @@
 #include <cstdint>
 #include <cstdlib>
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef __SANITIZE_ADDRESS__  // g++
+#define CORDILLERA_LEAKS_ARE_LOOKED_FOR
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)  // clang
+#define CORDILLERA_LEAKS_ARE_LOOKED_FOR
+#endif
+#endif
+
+#ifdef CORDILLERA_LEAKS_ARE_LOOKED_FOR
 // LeakSanitizer looks at its own process as a debugger does, which a confined one may not. It asks when the process ends.
 static bool g_confined = false;
 extern "C" int __lsan_is_turned_off() { return g_confined ? 1 : 0; }
@@ -185,7 +193,7 @@ Confined confine(const Sandbox& sandbox) {
   Confined confined;
   confined.files = confine_files(sandbox);
   confined.syscalls = confine_syscalls();
-#ifdef __SANITIZE_ADDRESS__
+#ifdef CORDILLERA_LEAKS_ARE_LOOKED_FOR
   g_confined = confined.syscalls;
 #endif
   return confined;

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <thread>
@@ -273,6 +274,22 @@ TEST(Store, NothingToPublishIsAProblemAndKeepsTheWork) {
   ASSERT_TRUE(store->commit(task).ok());
   EXPECT_FALSE(store->publish(synthetic_manifest()).ok());
   EXPECT_TRUE(store->finished({6, 1, 1}));
+}
+
+TEST(Store, WhatCannotBeReadWhilePublishingIsAProblem) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.db";
+  const auto work = tasks();
+  auto store = writer(path, synthetic_plan(6));
+  for (const FinishedTask& task : work) ASSERT_TRUE(store->commit(task).ok());
+  for (const char* suffix : {"", "-wal"}) std::filesystem::resize_file(path + suffix, 0);
+  const auto published = store->publish(synthetic_manifest());
+  ASSERT_FALSE(published.ok());
+  EXPECT_EQ(published.problem().type, "store-write");
+  EXPECT_FALSE(store->finished(work.front().node));
+  EXPECT_FALSE(store->mesh(work.front().node));
+  EXPECT_FALSE(store->commit(work.front()).ok());
+  EXPECT_FALSE(store->publish(synthetic_manifest()).ok());
 }
 
 TEST(Store, OneWriterAtATime) {
