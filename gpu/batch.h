@@ -29,8 +29,8 @@ class Batch {
   void load(std::span<const SimplifyJob> jobs, const ParallelFor& parallel);
   /// There: what the first pass finds.
   void start(std::span<const SimplifyJob> jobs);
-  /// The vertices that are left, ascending.
-  std::span<const std::uint32_t> alive();
+  /// The vertices that are left, ascending. all: none has gone yet.
+  std::span<const std::uint32_t> alive(bool all);
   /// Brings the survivors to the host; the batch is at its end.
   void unload();
   Survivors survivors(std::size_t tile) const;

@@ -47,7 +47,7 @@ void Batch<Device>::choose() {
   const SparseStart start{given_tiles_.data(), given_.elevation, given_.mark, room(stays_, given_count_)};
   const bool others = std::any_of(tiles_.begin(), tiles_.end(), [](const BatchTile& tile) { return !SparseStart::chooses(tile); });
   if (others) device_.each(given_count_, StartsWhole{start.stays});
-  over_points(start, 1, most_cells, ChooseKept{});
+  device_.each(tiles_.size(), KeepCorners{start});
   for (std::int32_t half = 1; half <= most_cells / 2; half *= 2) {
     over_points(start, half, most_cells, ChooseSides{half});
     over_points(start, half, most_cells, ChooseCentres{half});
@@ -72,7 +72,6 @@ void Batch<Device>::stage(std::span<const SimplifyJob> jobs, const ParallelFor& 
     tiles_[t].first = static_cast<std::uint32_t>(given_count_);
     tiles_[t].side = jobs[t].input->side;
     tiles_[t].rules = rules_of(jobs[t]);
-    tiles_[t].schedule = schedule_of(jobs[t]);
     given_count_ += jobs[t].input->vertices();
   }
   host_elevation_.reserve(given_count_);
@@ -131,14 +130,16 @@ void Batch<Device>::chain_rings(std::span<const SimplifyJob> jobs) {
 }
 
 template <class Device>
-std::span<const std::uint32_t> Batch<Device>::alive() {
+std::span<const std::uint32_t> Batch<Device>::alive(bool all) {
   std::uint32_t* const list = room(alive_, vertices_);
-  return {list, device_.select(vertices_, IsAlive{view_.mark}, list)};
+  if (!all) return {list, device_.select(vertices_, IsAlive{view_.mark}, list)};
+  device_.each(vertices_, ListAll{list});
+  return {list, vertices_};
 }
 
 template <class Device>
 void Batch<Device>::unload() {
-  const std::span<const std::uint32_t> survivors = alive();
+  const std::span<const std::uint32_t> survivors = alive(false);
   const std::uint32_t* const list = survivors.data();
   const std::size_t count = survivors.size();
   std::uint32_t* const valences = room(valences_, count + 1);

@@ -57,8 +57,11 @@ struct StartVertex {
 
  private:
   CORDILLERA_HD int start_ring(const BatchTile& tile, std::int32_t column, std::int32_t row, std::uint32_t* ring) const {
-    const int valence = SparseStart::chooses(tile) ? StartRing(given.stays + tile.first, tile.cells, column, row).write(tile.first, ring)
-                                                   : grid_ring(tile.cells, column, row, tile.first, ring);
+    if (SparseStart::chooses(tile)) {
+      const auto name = [&](std::uint32_t v) { return given.number[tile.first + v]; };
+      return StartRing(given.stays + tile.first, tile.cells, column, row).write(name, ring);
+    }
+    const int valence = grid_ring(tile.cells, column, row, tile.first, ring);
     for (int k = 0; given.number && k < valence; ++k) ring[k] = given.number[ring[k]];
     return valence;
   }
@@ -131,6 +134,12 @@ struct ChainWedges {
 struct IsAlive {
   const std::uint8_t* mark;
   CORDILLERA_HD bool operator()(std::uint32_t v) const { return !(mark[v] & kGone); }
+};
+
+/// Before the first pass all are.
+struct ListAll {
+  std::uint32_t* list;
+  CORDILLERA_HD void operator()(std::size_t i) const { list[i] = static_cast<std::uint32_t>(i); }
 };
 
 /// Survivors are numbered anew, in their old order.

@@ -13,7 +13,6 @@ struct BatchTile {
   float start_tolerance_m = 0;  ///< > 0: of that grid only what the sparse start leaves
   bool any_void = false;        ///< known where there is a sparse start
   Rules rules;
-  WaveSchedule schedule;
 };
 
 struct TileFinder {

@@ -7,6 +7,7 @@
 // square's side. It can be left out if nothing speaks for it and none of the vertices is there that would cut the halves of its triangles.
 // So a vertex that is there has its neighbours in eight directions, at distances that halve as long as there is somebody half-way: no
 // triangle needs to be made to find a ring.
+#include <bit>
 #include <cstdint>
 
 #include "gpu/batch_tile.h"
@@ -31,7 +32,8 @@ struct SparseStart {
   }
 };
 
-/// A step over the points of the lattice of `half` cells in all tiles: step.choose(start, tile, x, y). An element is a point on a device, a row of
+/// A step over the points of the lattice of `half` cells in all tiles: step.choose(start, tile, x, y), which writes `stays` of the points that
+/// are in the middle of something. An element is a point on a device, a row of
 /// points on a host.
 template <class Step>
 struct OverPoints {
@@ -70,25 +72,28 @@ CORDILLERA_HD inline std::uint32_t grid_vertex(const BatchTile& tile, std::int32
   return tile.first + static_cast<std::uint32_t>(y) * (static_cast<std::uint32_t>(tile.cells) + 1) + static_cast<std::uint32_t>(x);
 }
 
-/// What stays whatever the terrain: what is marked, the corners, and every vertex of a cell that is partly void, so that the rest of a rim's
-/// triangles are the smallest, whichever way their cell is cut. With half = 1.
-struct ChooseKept {
-  CORDILLERA_HD void choose(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) const {
-    const std::uint32_t v = grid_vertex(tile, x, y);
-    const bool corner = (x == 0 || x == tile.cells) && (y == 0 || y == tile.cells);
-    start.stays[v] = corner || (start.mark[v] & proto::kKeep) != 0 || (tile.any_void && is_rim(start, tile, x, y)) ? 1 : 0;
-  }
-
- private:
-  CORDILLERA_HD static bool is_rim(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) {
-    unsigned labels = 0;
-    for (std::int32_t row = y > 0 ? y - 1 : 0; row <= y + 1 && row <= tile.cells; ++row) {
-      for (std::int32_t column = x > 0 ? x - 1 : 0; column <= x + 1 && column <= tile.cells; ++column)
-        labels |= start.mark[grid_vertex(tile, column, row)] & proto::kVoid ? 1u : 2u;
-    }
-    return labels == 3;
+/// The corners of tile i: no square has them in its middle.
+struct KeepCorners {
+  SparseStart start;
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const BatchTile& tile = start.tiles[i];
+    if (!SparseStart::chooses(tile)) return;
+    for (int k = 0; k < 4; ++k) start.stays[grid_vertex(tile, k & 1 ? tile.cells : 0, k & 2 ? tile.cells : 0)] = 1;
   }
 };
+
+/// What stays whatever the terrain: what is marked, and every vertex of a cell that is partly void, so that the rest of a rim's triangles are
+/// the smallest, whichever way their cell is cut.
+CORDILLERA_HD inline bool always_stays(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) {
+  if (start.mark[grid_vertex(tile, x, y)] & proto::kKeep) return true;
+  if (!tile.any_void) return false;
+  unsigned labels = 0;
+  for (std::int32_t row = y > 0 ? y - 1 : 0; row <= y + 1 && row <= tile.cells; ++row) {
+    for (std::int32_t column = x > 0 ? x - 1 : 0; column <= x + 1 && column <= tile.cells; ++column)
+      labels |= start.mark[grid_vertex(tile, column, row)] & proto::kVoid ? 1u : 2u;
+  }
+  return labels == 3;
+}
 
 /// Middles of the sides of squares of 2 * half cells. Their triangles' halves are cut by the centres of the squares half as large around
 /// them.
@@ -99,7 +104,6 @@ struct ChooseSides {
     const bool north = (y & half) != 0;  // the way the side runs; else east
     if (((x & half) != 0) == north) return;
     const std::uint32_t v = grid_vertex(tile, x, y);
-    if (start.stays[v]) return;
     const auto across = static_cast<std::uint32_t>(tile.cells) + 1;
     const std::int32_t quarter = half / 2;
     bool needed = false;
@@ -110,7 +114,7 @@ struct ChooseSides {
       if (x < tile.cells) needed |= start.stays[row + static_cast<std::uint32_t>(quarter)] != 0;
     }
     const std::uint32_t step = static_cast<std::uint32_t>(half) * (north ? across : 1);
-    if (needed || start.differs(v, v - step, v + step, tile.start_tolerance_m)) start.stays[v] = 1;
+    start.stays[v] = needed || start.differs(v, v - step, v + step, tile.start_tolerance_m) || always_stays(start, tile, x, y);
   }
 };
 
@@ -122,12 +126,11 @@ struct ChooseCentres {
   CORDILLERA_HD void choose(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) const {
     if ((x & y & half) == 0) return;
     const std::uint32_t v = grid_vertex(tile, x, y);
-    if (start.stays[v]) return;
     const auto east = static_cast<std::uint32_t>(half), north = east * (static_cast<std::uint32_t>(tile.cells) + 1);
     const bool needed = (start.stays[v - east] | start.stays[v + east] | start.stays[v - north] | start.stays[v + north]) != 0;
     const bool rises = ((x ^ y) & (2 * half)) == 0;  // from south-west to north-east
     const std::uint32_t step = rises ? north + east : north - east;
-    if (needed || start.differs(v, v - step, v + step, tile.start_tolerance_m)) start.stays[v] = 1;
+    start.stays[v] = needed || start.differs(v, v - step, v + step, tile.start_tolerance_m) || always_stays(start, tile, x, y);
   }
 };
 
@@ -149,27 +152,35 @@ class StartRing {
     }
   }
 
-  /// Into row, in the order that rings.h asks for; first: of the grid's vertices. Returns how many.
-  CORDILLERA_HD int write(std::uint32_t first, std::uint32_t* row) const {
+  /// Into row, in the order that rings.h asks for; name(k): what the k-th vertex of the grid is called there, in their order. Returns how many.
+  template <class Name>
+  CORDILLERA_HD int write(const Name& name, std::uint32_t* row) const {
+    // Distances first, all eight of them, so that a device waits for its reads together: a byte each, 0 for nobody, else 1 + its logarithm.
+    std::uint64_t distances = 0;
     unsigned inside = 0;
+    std::uint32_t lowest = UINT32_MAX;
+    int from = 0;
     for (int k = 0; k < 8; ++k) {
-      if (is_inside(k, 1)) inside |= 1u << k;
+      if (!is_inside(k, 1)) continue;
+      inside |= 1u << k;
+      const std::int32_t distance = distance_to(k);
+      if (distance == 0) continue;
+      distances |= static_cast<std::uint64_t>(logarithm(distance) + 1) << 8 * k;
+      const std::uint32_t there = at(k, distance);
+      if (there >= lowest) continue;
+      lowest = there;
+      from = k;
     }
     // An open fan starts at the border, where the direction before it leads outside.
-    int from = 0;
     for (int k = 0; k < 8 && inside != kAll; ++k) {
       if ((inside >> k & 1u) && !(inside >> (k + 7) % 8 & 1u)) from = k;
     }
-    int count = 0, lowest = 0;
+    int count = 0;
     for (int n = 0; n < 8; ++n) {
       const int k = (from + n) % 8;
-      const std::int32_t distance = inside >> k & 1u ? distance_to(k) : 0;
-      if (distance == 0) continue;
-      row[count] = first + at(k, distance);
-      if (row[count] < row[lowest]) lowest = count;
-      ++count;
+      const auto found = static_cast<unsigned>(distances >> 8 * k & 0xffu);
+      if (found) row[count++] = name(at(k, 1 << (found - 1)));
     }
-    if (inside == kAll) rotate(row, count, lowest);
     return count;
   }
 
@@ -192,10 +203,12 @@ class StartRing {
     while (distance > 1 && stays(k, distance / 2)) distance /= 2;
     return distance;
   }
-  CORDILLERA_HD static void rotate(std::uint32_t* row, int count, int first) {
-    std::uint32_t turned[8];
-    for (int k = 0; k < count; ++k) turned[k] = row[(first + k) % count];
-    for (int k = 0; k < count; ++k) row[k] = turned[k];
+  CORDILLERA_HD static int logarithm(std::int32_t power_of_two) {
+#ifdef __CUDA_ARCH__
+    return __ffs(power_of_two) - 1;
+#else
+    return std::countr_zero(static_cast<std::uint32_t>(power_of_two));
+#endif
   }
 
   const std::uint8_t* stays_;

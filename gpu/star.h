@@ -251,9 +251,9 @@ struct Evaluate {
       // What must go need not spare the heights, but still the rims.
       if (after <= 1.0f || (must && rim <= 1.0f)) {
         // First of all, while the inside is still dense enough to close the gap; among themselves by cost.
-        float cost = must ? 1e-6f * rules.first_cost * (best.cost / (best.cost + rules.first_cost)) : best.cost;
+        float cost = must ? 1e-6f * rules.cost * (best.cost / (best.cost + rules.cost)) : best.cost;
         // However large its star: what hardly moves the surface is never too costly.
-        if (rules.inverse_guard > 0 && after < kFreeShare && cost > rules.last_cost) cost = rules.last_cost;
+        if (rules.inverse_guard > 0 && after < kFreeShare && cost > rules.cost) cost = rules.cost;
         w.key[u] = cost_key(cost) | s.centre.info.hash();
         w.target[u] = static_cast<std::uint16_t>(w.neighbour(u, trial.b));
         w.spent_after[u] = after;

@@ -53,7 +53,7 @@ class BatchMeterOn final : public BatchMeter {
   std::span<const StageTime> stages() const override { return stages_; }
 
  private:
-  // On the device a triangle takes some 200 bytes, a row 28.
+  // On the device a triangle takes some 200 bytes, a row 40.
   static constexpr std::size_t kTrianglesAtOnce = std::size_t{1} << 22;
   static constexpr std::uint32_t kRowsAtOnce = 1u << 24;
 
@@ -239,7 +239,8 @@ class BatchMeterOn final : public BatchMeter {
     std::uint32_t pieces = 0, beyond = 0;
     device_->copy_out(&pieces, range.piece_start + count, 1);
     device_->copy_out(&beyond, range.beyond_count, 1);
-    device_->each(threads_for(pieces, MeasurePieces::kEach, Device::kInStep), MeasurePieces{in_, range, pieces});
+    const Scattered order(threads_for(pieces, MeasurePieces::kEach, Device::kInStep), Device::kInStep);
+    device_->each(order.threads(), MeasurePieces{in_, range, pieces, order});
     device_->each(beyond, MeasureBeyond{in_, range});
   }
 

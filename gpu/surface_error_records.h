@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "gpu/atomic.h"
+#include "gpu/surface_error_apart.h"
 #include "gpu/surface_error_triangle.h"
 #include "gpu/surface_error_window.h"
 
@@ -52,6 +53,7 @@ struct alignas(16) MeteredTriangle {
   Plane exact, rounded;
   HeightRange exact_range, rounded_range;
   double place_m;              ///< see place_error_m()
+  double apart_m;              ///< see decodings_apart_m()
   std::int64_t slack[3];
   Edge edge[3];
   std::int32_t west, east;     ///< of the plan's columns
@@ -59,12 +61,13 @@ struct alignas(16) MeteredTriangle {
   std::uint32_t tile;
   std::uint32_t owned, slacks; ///< bit k: edge k is; 1: some edge has slack
 
-  CORDILLERA_HD void set(const MeasuredTriangle& t, std::uint32_t its_tile) {
+  CORDILLERA_HD void set(const MeasuredTriangle& t, std::uint32_t its_tile, double unit_rad) {
     exact = t.exact;
     rounded = t.rounded;
     exact_range = t.exact_range;
     rounded_range = t.rounded_range;
     place_m = place_error_m(t);
+    apart_m = decodings_apart_m(t, unit_rad);
     owned = 0;
     for (unsigned k = 0; k < 3; ++k) {
       const PlanEdge& e = t.plan.edge[k];
@@ -111,10 +114,13 @@ struct MeteredRow {
   enum Ends : std::uint32_t {
     kOwnedWest = 1, kOwnedEast = 2, kStrictWest = 4, kStrictEast = 8,  ///< the end sample is among them
     kOwned = 16, kStrict = 32,                                         ///< there are any
+    kPlain = 64,                                                       ///< samples everywhere, one after the other; the next two say where
   };
   std::uint32_t triangle;
   std::int32_t y, first, last;  ///< tile-local; first > last: none
   std::uint32_t ends;
+  std::int32_t sample_row;      ///< of y
+  std::int64_t shift;           ///< sample column = tile-local column + shift
 
   CORDILLERA_HD void set(std::uint32_t t, std::int64_t row, const RowSpans& spans) {
     triangle = t;
@@ -122,6 +128,8 @@ struct MeteredRow {
     first = 0;
     last = -1;
     ends = 0;
+    sample_row = 0;
+    shift = 0;
     if (length(spans.closed) == 0) return;
     first = static_cast<std::int32_t>(spans.closed.first);
     last = static_cast<std::int32_t>(spans.closed.last);
@@ -130,15 +138,29 @@ struct MeteredRow {
     if (length(spans.strict) > 0)
       ends |= kStrict | (spans.strict.first == first ? kStrictWest : 0u) | (spans.strict.last == last ? kStrictEast : 0u);
   }
-  CORDILLERA_HD bool owns(std::int32_t x) const { return holds(x, kOwned, kOwnedWest, kOwnedEast); }
-  CORDILLERA_HD bool is_strict(std::int32_t x) const { return holds(x, kStrict, kStrictWest, kStrictEast); }
+  /// Most rows need nothing else of their tile.
+  CORDILLERA_HD void find_samples(const MeteredTile& tile) {
+    const SampleWindow::Stretch& s = tile.stretch[0];
+    if (!tile.all_valid || y < tile.rows.first || y > tile.rows.last || first < s.columns.first || last > s.columns.last) return;
+    ends |= kPlain;
+    sample_row = static_cast<std::int32_t>(y + tile.row_shift);
+    shift = s.shift;
+  }
+  struct Part {
+    std::int32_t first, last;
+    CORDILLERA_HD bool holds(std::int32_t x) const { return x >= first && x <= last; }
+  };
+  CORDILLERA_HD Part owned() const { return part(kOwned, kOwnedWest, kOwnedEast); }
+  CORDILLERA_HD Part strict() const { return part(kStrict, kStrictWest, kStrictEast); }
   CORDILLERA_HD std::int32_t strict_count() const {
-    return ends & kStrict ? last - first - 1 + (ends & kStrictWest ? 1 : 0) + (ends & kStrictEast ? 1 : 0) : 0;
+    const Part samples = strict();
+    return samples.last - samples.first + 1;
   }
 
  private:
-  CORDILLERA_HD bool holds(std::int32_t x, std::uint32_t any, std::uint32_t west, std::uint32_t east) const {
-    return (ends & any) != 0 && (x > first || (ends & west) != 0) && (x < last || (ends & east) != 0);
+  CORDILLERA_HD Part part(std::uint32_t any, std::uint32_t west, std::uint32_t east) const {
+    if ((ends & any) == 0) return {0, -1};
+    return {first + ((ends & west) ? 0 : 1), last - ((ends & east) ? 0 : 1)};
   }
 };
 

@@ -27,6 +27,25 @@ CORDILLERA_HD inline std::uint32_t first_of(std::size_t i, std::uint32_t each) {
   return static_cast<std::uint32_t>(i / kInStep) * kInStep * each + static_cast<std::uint32_t>(i % kInStep);
 }
 
+/// An order of threads in which the first thousands see something of every tile: what is known of a tile's error then spares the others work.
+class Scattered {
+ public:
+  /// in_step: threads that run in step; whole groups of them stay together.
+  Scattered(std::size_t threads, std::uint32_t in_step) : block_(kGroups * in_step) {
+    const std::size_t blocks = (threads + block_ - 1) / block_;
+    apart_ = static_cast<std::uint32_t>((blocks + kPlaces - 1) / kPlaces);
+  }
+  std::size_t threads() const { return std::size_t{block_} * kPlaces * apart_; }
+  CORDILLERA_HD std::size_t operator()(std::size_t i) const {
+    const std::size_t block = i / block_;
+    return ((block % kPlaces) * apart_ + block / kPlaces) * block_ + i % block_;
+  }
+
+ private:
+  static constexpr std::uint32_t kGroups = 8, kPlaces = 512;
+  std::uint32_t block_, apart_;
+};
+
 /// Which samples every row of a range has.
 struct PlaceRows {
   static constexpr std::uint32_t kEach = 8;
@@ -46,6 +65,7 @@ struct PlaceRows {
       const std::int64_t y = triangle.first_row + static_cast<std::int64_t>(range.begin + at - in.row_start[t]);
       MeteredRow row;
       row.set(t, y, triangle.row(y, false));
+      row.find_samples(in.tiles[triangle.tile]);
       range.rows[at] = row;
       range.piece_start[at] = (static_cast<std::uint32_t>(row.last - row.first + 1) + range.piece - 1) / range.piece;
       if (triangle.slacks) range.beyond[fetch_add(range.beyond_count, 1)] = at;
@@ -55,15 +75,16 @@ struct PlaceRows {
 
 /// The samples of a range, piece by piece.
 struct MeasurePieces {
-  static constexpr std::uint32_t kEach = 4;
-  static constexpr int kBlocksAtOnce = 2;
+  static constexpr std::uint32_t kEach = 8;
+  static constexpr int kBlocksAtOnce = 4;
 
   MeterArrays in;
   RowRange range;
   std::uint32_t pieces;
+  Scattered order;
 
   CORDILLERA_HD void operator()(std::size_t i) const {
-    const std::uint32_t first = first_of(i, kEach);
+    const std::uint32_t first = first_of(order(i), kEach);
     const auto start = [&](std::uint32_t k) { return range.piece_start[k]; };
     std::uint32_t at = owner_of(first < pieces ? first : pieces - 1, range.count, start);
     TileTally* to = nullptr;
@@ -78,58 +99,102 @@ struct MeasurePieces {
         found = {};
         to = its;
       }
-      measure(in.tiles[triangle.tile], triangle, row, piece - range.piece_start[at], found);
+      const std::uint64_t known = get_shared(&to->max_bits);
+      measure(triangle, row, piece - range.piece_start[at], bits_double(found.max_bits > known ? found.max_bits : known), found);
     }
     add_together(to, found);
   }
 
  private:
-  CORDILLERA_HD void measure(const MeteredTile& tile, const MeteredTriangle& triangle, const MeteredRow& row, std::uint32_t piece,
-                             RowTally& tally) const {
-    if (!tile.all_valid && piece == 0) tally.overcovered += row.strict_count();
-    if (row.y < tile.rows.first || row.y > tile.rows.last) return;
-    const std::int64_t begin = row.first + std::int64_t{piece} * range.piece, end = begin + range.piece - 1;
-    const Span mine{begin, end < row.last ? end : row.last};
-    for (const SampleWindow::Stretch& s : tile.stretch) {
-      const Span part = intersection(mine, s.columns);
-      if (part.first > part.last) continue;
-      const Samples samples{in.sample_row(tile, row.y) + s.shift, in.column_frame + s.shift, static_cast<std::int32_t>(part.first),
-                            static_cast<std::int32_t>(part.last), tile.all_valid != 0};
-      inside(samples, triangle, row, in.frame_of_row(tile, row.y), tally);
+  CORDILLERA_HD void measure(const MeteredTriangle& triangle, const MeteredRow& row, std::uint32_t piece, double found_m, RowTally& tally) const {
+    const auto begin = static_cast<std::int32_t>(row.first + piece * range.piece), end = begin + static_cast<std::int32_t>(range.piece) - 1;
+    const std::int32_t last = end < row.last ? end : row.last;
+    const bool plain = (row.ends & MeteredRow::kPlain) != 0;
+    const MeteredTile& tile = in.tiles[triangle.tile];
+    if (!plain && !tile.all_valid && piece == 0) tally.overcovered += row.strict_count();
+    for (int k = 0; k < (plain ? 1 : 2); ++k) {
+      Samples samples{row.sample_row, row.shift, begin, last, true};
+      if (!plain && !samples.keep(tile, tile.stretch[k], row.y)) continue;
+      inside(samples, triangle, row, found_m, tally);
     }
   }
 
   struct Samples {
-    const std::int32_t* height;
-    const proto::ColumnFrame* frame;
-    std::int32_t first, last;
+    std::int64_t row, shift;
+    std::int32_t first, last;  ///< tile-local columns
     bool all_valid;
-  };
-  CORDILLERA_HD static void inside(const Samples& samples, const MeteredTriangle& t, const MeteredRow& row, const proto::RowFrame& frame,
-                                   RowTally& tally) {
-    const bool exact_shows = t.exact.shows(), rounded_shows = t.rounded.shows();
-    const PlaneRow exact(t.exact, frame), rounded(t.rounded, frame);
-    std::uint32_t covered = 0;
-    double worst_m = 0;
-    for (std::int32_t x = samples.first; x <= samples.last; ++x) {
-      const std::int32_t height = samples.height[x];
-      if (height == proto::kNoHeight) continue;
-      const bool counts = row.owns(x);
-      covered += counts;
-      if (!samples.all_valid && row.is_strict(x)) tally.overcovered -= 1;
-      const double h = height * proto::kHeightStep_m;
-      const proto::ColumnFrame column = samples.frame[x];
-      if (exact_shows) {
-        const double e = distance(t.exact_range.clamp(exact.height_m(column.sin_lon, column.cos_lon)), h);
-        if (counts) tally.squares.add(square_steps(e));
-        worst_m = detail::most(e, worst_m);
-      }
-      if (rounded_shows) worst_m = detail::most(distance(t.rounded_range.clamp(rounded.height_m(column.sin_lon, column.cos_lon)), h), worst_m);
+
+    /// Only those of a stretch; false if there are none.
+    CORDILLERA_HD bool keep(const MeteredTile& tile, const SampleWindow::Stretch& stretch, std::int32_t y) {
+      const Span part = intersection({first, last}, stretch.columns);
+      if (part.first > part.last || y < tile.rows.first || y > tile.rows.last) return false;
+      row = y + tile.row_shift;
+      shift = stretch.shift;
+      first = static_cast<std::int32_t>(part.first);
+      last = static_cast<std::int32_t>(part.last);
+      all_valid = tile.all_valid != 0;
+      return true;
     }
-    tally.covered += covered;
-    if (exact_shows) tally.summed += covered;
+  };
+  /// found_m: the tile is known to be so far off.
+  CORDILLERA_HD void inside(const Samples& samples, const MeteredTriangle& t, const MeteredRow& row, double found_m, RowTally& tally) const {
+    const bool exact_shows = t.exact.shows();
+    double worst_m = exact_shows ? exact(samples, t, row, tally) : 0;
+    count(samples, row, exact_shows, tally);
+    // As in SurfaceMeter: where the exact decoding is good enough, the rounded one cannot be the worst of the tile.
+    const bool asks = !exact_shows || worst_m + t.apart_m + t.place_m > found_m;
+    if (asks && t.rounded.shows()) worst_m = detail::most(rounded(samples, t), worst_m);
     tally.raise(worst_m + t.place_m);
   }
+  CORDILLERA_HD double exact(const Samples& samples, const MeteredTriangle& t, const MeteredRow& row, RowTally& tally) const {
+    const PlaneRow plane(t.exact, in.row_frame[samples.row]);
+    const std::int32_t* const heights = heights_of(samples);
+    const proto::ColumnFrame* const frames = in.column_frame + samples.shift;
+    const MeteredRow::Part owned = row.owned();
+    double worst_m = 0;
+    for (std::int32_t x = samples.first; x <= samples.last; ++x) {
+      const std::int32_t height = heights[x];
+      if (height == proto::kNoHeight) continue;
+      const proto::ColumnFrame column = frames[x];
+      const double e = distance(t.exact_range.clamp(plane.height_m(column.sin_lon, column.cos_lon)), height * proto::kHeightStep_m);
+      if (owned.holds(x)) tally.squares.add(square_steps(e));
+      worst_m = detail::most(e, worst_m);
+    }
+    return worst_m;
+  }
+  CORDILLERA_HD double rounded(const Samples& samples, const MeteredTriangle& t) const {
+    const PlaneRow plane(t.rounded, in.row_frame[samples.row]);
+    const std::int32_t* const heights = heights_of(samples);
+    const proto::ColumnFrame* const frames = in.column_frame + samples.shift;
+    double worst_m = 0;
+    for (std::int32_t x = samples.first; x <= samples.last; ++x) {
+      const std::int32_t height = heights[x];
+      if (height == proto::kNoHeight) continue;
+      const proto::ColumnFrame column = frames[x];
+      const double e = distance(t.rounded_range.clamp(plane.height_m(column.sin_lon, column.cos_lon)), height * proto::kHeightStep_m);
+      worst_m = detail::most(e, worst_m);
+    }
+    return worst_m;
+  }
+  CORDILLERA_HD void count(const Samples& samples, const MeteredRow& row, bool summed, RowTally& tally) const {
+    const MeteredRow::Part owned = row.owned(), strict = row.strict();
+    std::uint32_t covered = 0;
+    if (samples.all_valid) {
+      const std::int32_t first = owned.first > samples.first ? owned.first : samples.first;
+      const std::int32_t last = owned.last < samples.last ? owned.last : samples.last;
+      covered = last < first ? 0 : static_cast<std::uint32_t>(last - first + 1);
+    } else {
+      const std::int32_t* const heights = heights_of(samples);
+      for (std::int32_t x = samples.first; x <= samples.last; ++x) {
+        if (heights[x] == proto::kNoHeight) continue;
+        covered += owned.holds(x);
+        if (strict.holds(x)) tally.overcovered -= 1;
+      }
+    }
+    tally.covered += covered;
+    if (summed) tally.summed += covered;
+  }
+  CORDILLERA_HD const std::int32_t* heights_of(const Samples& samples) const { return in.samples + samples.row * in.columns + samples.shift; }
   CORDILLERA_HD static double distance(double surface_m, double sample_m) {
     const double d = surface_m - sample_m;
     return d < 0 ? -d : d;

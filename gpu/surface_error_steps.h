@@ -22,7 +22,7 @@ struct CountRows {
     if ((in.mark[v[0]] | in.mark[v[1]] | in.mark[v[2]]) & proto::kVoid) return;
     for (const std::uint32_t corner : v) set_shared(in.published + corner, std::uint8_t{1});
     const MeasuredTriangle triangle = in.triangle(t);
-    in.metered[t].set(triangle, at);
+    in.metered[t].set(triangle, at, in.tiles[at].facts.unit_rad);
     const std::uint64_t rows = length(triangle.plan.rows);
     in.rows[t] = static_cast<std::uint32_t>(rows);
     if (rows > kTall) add_to(in.tall_rows, rows);

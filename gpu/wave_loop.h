@@ -8,20 +8,8 @@
 
 namespace cordillera::gpu {
 
-/// Thresholds grow by a fixed schedule up to the level's own, so windows need no talk with each other: a window keeps what its terrain needs.
-struct WaveSchedule {
-  float cost = 1;       ///< the level's threshold, metres^2 x cells
-  float growth = 2.5f;  ///< from one wave to the next
-  int growing = 8;      ///< waves with a growing threshold
-  int settled = 3;      ///< waves at the level's threshold, at least
-  int most = 96;        ///< waves at most; beyond the schedule only while they still move something
-
-  CORDILLERA_HD float first() const {
-    float f = cost;
-    for (int k = 1; k < growing; ++k) f = f / growth;
-    return f;
-  }
-};
+/// Waves of a window, in a pass: at least; at most; and between, as long as a wave touches one vertex in so many.
+inline constexpr int kLeastWaves = 3, kMostWaves = 96, kIdleShare = 16;
 
 inline constexpr int kWaveLists = 3;
 enum WaveList {
@@ -86,12 +74,11 @@ struct GatherListed {
   CORDILLERA_HD void operator()(int i) const { gather(list[i]); }
 };
 
-/// Runs all waves over the first `count` vertices of the window.
+/// Runs all waves over the first `count` vertices of the window. One threshold for all, so that windows need no talk with each other: a
+/// window keeps what its terrain needs. The least key around goes first, and that is order enough.
 template <class Team>
-CORDILLERA_HD void run_waves(Team& team, const WindowView& w, WaveLists& lists, int count, const Rules& rules,
-                             const WaveSchedule& schedule) {
-  float cost = schedule.first();
-  std::uint32_t threshold = key_limit(cost);
+CORDILLERA_HD void run_waves(Team& team, const WindowView& w, WaveLists& lists, int count, const Rules& rules) {
+  const std::uint32_t threshold = key_limit(rules.cost);
   team.sort_out(count, Classify{w, threshold, -1}, lists);
   for (int wave = 0;; ++wave) {
     team.barrier();
@@ -102,14 +89,11 @@ CORDILLERA_HD void run_waves(Team& team, const WindowView& w, WaveLists& lists, 
     }
     team.each(candidates, DecideListed{{w, threshold, wave}, lists.candidates, stale, lists.capacity - candidates});
     team.barrier();
-    if (wave + 1 < schedule.growing) cost = wave + 2 == schedule.growing ? schedule.cost : cost * schedule.growth;
-    threshold = key_limit(cost);
     team.sort_out(count, Classify{w, threshold, kTouched + wave}, lists);
     team.barrier();
     const int touched = lists.size(kTouchedList);
     team.each(touched, GatherListed{{w}, lists.touched});
-    const bool scheduled = wave + 1 < schedule.growing + schedule.settled;
-    if (wave + 1 >= schedule.most || (!scheduled && 32 * touched < count)) return;
+    if (wave + 1 >= kMostWaves || (wave + 1 >= kLeastWaves && kIdleShare * touched < count)) return;
   }
 }
 

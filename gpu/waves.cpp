@@ -12,16 +12,8 @@ Rules rules_of(const SimplifyJob& job) {
   rules.cells_per_unit = 1 / job.cell_units;
   rules.inverse_guard = job.guard_m > 0 ? 1 / job.guard_m : 0;
   rules.inverse_rim = job.rim_units > 0 ? 1 / job.rim_units : 1e30f;
-  rules.first_cost = schedule_of(job).first();
-  rules.last_cost = schedule_of(job).cost;
+  rules.cost = (job.guard_m > 0 ? kGuardedCostPerTolerance : kCostPerTolerance) * job.tolerance_m * job.tolerance_m;
   return rules;
-}
-
-WaveSchedule schedule_of(const SimplifyJob& job) {
-  WaveSchedule schedule;
-  const float per_tolerance = job.guard_m > 0 ? kGuardedCostPerTolerance : kCostPerTolerance;
-  schedule.cost = per_tolerance * job.tolerance_m * job.tolerance_m;
-  return schedule;
 }
 
 // A mesh that the project itself made is broken: nothing a user could mend, so no Problem.

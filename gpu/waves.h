@@ -24,7 +24,6 @@
 namespace cordillera::gpu {
 
 Rules rules_of(const SimplifyJob& job);
-WaveSchedule schedule_of(const SimplifyJob& job);
 /// Some input is no manifold: throws, and says which vertex.
 [[noreturn]] void refuse_broken(std::span<const SimplifyJob> jobs);
 /// The survivors of a tile as a mesh; removes what must go and is still there.
@@ -41,7 +40,7 @@ class WaveSimplifier final : public Simplifier {
   std::span<const StageTime> stages() const override { return stages_; }
 
  private:
-  static constexpr int kPasses = 3;       // seams of one pass lie inside windows of the next
+  static constexpr int kPasses = 2;       // at least: seams of one lie inside windows of the next
   static constexpr int kMostPasses = 12;
   void simplify_batch(std::span<const SimplifyJob> jobs, std::span<proto::TileMesh> results);
   void stage(const std::string& name);  ///< what ends now; empty: only starts the clock

@@ -29,7 +29,7 @@ void WaveSimplifier<Device>::simplify_batch(std::span<const SimplifyJob> jobs, s
   stage("load");
   batch_.start(jobs);
   for (int pass = 0; pass < kMostPasses; ++pass) {
-    const std::span<const std::uint32_t> vertices = batch_.alive();
+    const std::span<const std::uint32_t> vertices = batch_.alive(pass == 0);
     stage(pass == 0 ? "start" : "pass " + std::to_string(pass));
     const WindowCut cut = cutter_.cut(*device_, batch_.view(), batch_.tiles(), vertices, pass, kPasses);
     if (cut.in_work == 0) break;

@@ -98,7 +98,7 @@ __global__ void __launch_bounds__(Windows::kThreads, Windows::kAtOnce)
     if (!node.is_window() || node.count < fewest || node.count > Windows::kCapacity) continue;
     const BatchTile& tile = tiles[node.tile];
     unsigned char* const storage = kShared ? shared : scratch + blockIdx.x * scratch_bytes;
-    simplify_window(team, mesh, cut.window(k), tile.rules, tile.schedule, storage, Windows::kCapacity);
+    simplify_window(team, mesh, cut.window(k), tile.rules, storage, Windows::kCapacity);
     __syncthreads();
   }
 }

@@ -31,7 +31,7 @@ class HostDevice : public HostSteps {
       const WindowRange window = cut.window(k);
       const BatchTile& tile = tiles.tiles[cut.nodes[k].tile];
       const int capacity = static_cast<int>((window.count + 3) / 4 * 4);
-      simplify_window(team, mesh, window, tile.rules, tile.schedule, storage_.data(), capacity);
+      simplify_window(team, mesh, window, tile.rules, storage_.data(), capacity);
     }
   }
   std::size_t vertices_at_once() const { return 1; }

@@ -122,8 +122,7 @@ struct Rules {
   float cells_per_unit = 1;   ///< power of two
   float inverse_guard = 0;    ///< 1 / metres a removed vertex may lie off the surface; 0: no guard
   float inverse_rim = 1e30f;  ///< 1 / units a rim may move
-  float first_cost = 0;       ///< threshold of the first wave: what must go is never costlier
-  float last_cost = 0;        ///< threshold of the last wave
+  float cost = 0;             ///< metres^2 x cells; what costs more stays
 };
 
 CORDILLERA_HD inline int valence_cap(std::uint8_t mark) {

@@ -90,7 +90,7 @@ struct WakeTile {
   CORDILLERA_HD void operator()(std::size_t t) const {
     QuadNode& root = cut.nodes[t];
     TileProgress& progress = cut.progress[t];
-    if (may_sleep && 10 * std::uint64_t{root.count} > 9 * std::uint64_t{progress.alive}) progress.done = 1;
+    if (may_sleep && 6 * std::uint64_t{root.count} > 5 * std::uint64_t{progress.alive}) progress.done = 1;
     if (progress.done) root.child = QuadNode::kAsleep;
     else fetch_add(&cut.facts->in_work, root.count);
     progress.alive = root.count;

@@ -133,7 +133,10 @@ struct StoreVertex {
     mesh.valence[v] = static_cast<std::uint8_t>(n);
     mesh.carried[v] = w.carried[i];
     mesh.spent[v] = w.spent[i];
-    if (!info.has(kLocked)) mesh.key[v] = w.key[i] >= kBlocked ? 0 : w.key[i];
+    // Blocked until its ring changes, in this pass or a later one.
+    const std::uint32_t key = info.has(kLocked) ? mesh.key[v] : w.key[i];
+    const bool changed = w.state[i] != kClean && w.state[i] != kStale;
+    mesh.key[v] = key == kBlocked && changed ? 0 : key;
   }
 };
 
@@ -147,8 +150,8 @@ struct WindowRange {
 };
 
 template <class Team>
-CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const WindowRange& range, const Rules& rules, const WaveSchedule& schedule,
-                                   unsigned char* storage, int capacity) {
+CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const WindowRange& range, const Rules& rules, unsigned char* storage,
+                                   int capacity) {
   WaveLists lists;
   const int count = static_cast<int>(range.count);
   WindowView w = carve(storage, capacity, range.outer, count, lists);
@@ -160,7 +163,7 @@ CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const Windo
   team.each(count, LoadVertex{mesh, w, range.order, range.window, rules.cells_per_unit, special});
   team.barrier();
   w.inside = *special == 0;
-  run_waves(team, w, lists, count, rules, schedule);
+  run_waves(team, w, lists, count, rules);
   team.barrier();
   team.each(count, StoreVertex{mesh, w, range.order});
 }

@@ -4,8 +4,10 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <stdexcept>
+#include <string>
 
 #include "pipeline/border.h"
 #include "pipeline/chain.h"
@@ -76,16 +78,14 @@ struct Pyramid {
     return gpu::grid_mesh(proto::kTileCells, 1, heights);
   }
 
-  TileMesh welded(const TileAddress& tile, const std::map<TileAddress, TileMesh>& below) const {
+  proto::Result<TileMesh> welded(const TileAddress& tile, const std::map<TileAddress, TileMesh>& below) const {
     pipeline::WeldInput input;
     input.child_side = static_cast<std::int32_t>(lattice.tile_units(tile.z + 1));
     for (int c = 0; c < 4; ++c) {
       const auto found = below.find(tile.child(c));
       if (found != below.end()) input.children[static_cast<std::size_t>(c)] = &found->second;
     }
-    auto mesh = pipeline::weld(input);
-    if (!mesh.ok()) throw std::logic_error(mesh.problem().detail);
-    return std::move(*mesh);
+    return pipeline::weld(input);
   }
 };
 
@@ -154,10 +154,15 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
     for (int y = 0; y < across >> down; ++y) {
       for (int x = 0; x < across >> down; ++x) {
         const TileAddress tile{z, (pyramid.corner.x >> down) + x, (pyramid.corner.y >> down) + y};
-        TileMesh mesh = z == kFinest ? pyramid.grid(tile) : pyramid.welded(tile, below);
-        pyramid.chains(mesh, tile);
-        level.vertices_in += mesh.vertices();
-        input.emplace(tile, std::move(mesh));
+        proto::Result<TileMesh> mesh = z == kFinest ? pyramid.grid(tile) : pyramid.welded(tile, below);
+        if (!mesh.ok()) {
+          // Some vertex could not leave its border. A build asks such a tile again with more of its inside left, the bench does not.
+          std::fprintf(stderr, "%s ends below level %d: %s\n", std::string(kTerrainNames[static_cast<int>(kind)]).c_str(), z, mesh.problem().detail.c_str());
+          return figures;
+        }
+        pyramid.chains(*mesh, tile);
+        level.vertices_in += mesh->vertices();
+        input.emplace(tile, std::move(*mesh));
       }
     }
     level.tiles = input.size();
