@@ -96,6 +96,9 @@ class Loop:
         self.program, self.shim, self.random = program, shim, random.Random(seed)
         self.findings, self.runs, self.survived = [], {}, 0
 
+    def use(self, server, told, on_upload=lambda upload: None):
+        use(server, told, on_upload)
+
     def counter(self, folder):
         path = os.path.join(folder, "counter")
         with open(path, "wb") as file:
@@ -122,7 +125,7 @@ class Loop:
             start = time.monotonic()
             server = Server(self.program, folder, self.shim, {"FAULT_COUNTER": counter, "FAULT_LOG": log})
             told = Told()
-            use(server, told)
+            self.use(server, told)
             self.seconds = time.monotonic() - start
             second = [d for d, which in told.accepted.items() if which == "second"]
             assert second and not told.problems, "the undisturbed run failed: " + str(told.problems)
@@ -201,7 +204,7 @@ class Loop:
             server = Server(self.program, folder, self.shim, {"FAULT_COUNTER": self.counter(folder), "FAULT_AT": str(point), "FAULT_KIND": kind})
             try:
                 if server.started():
-                    use(server, told)
+                    self.use(server, told)
             except Gone:
                 pass
             finally:
@@ -220,7 +223,7 @@ class Loop:
             timer.start()
             try:
                 if server.started():
-                    use(server, told, upload.append)
+                    self.use(server, told, upload.append)
             except Gone:
                 pass
             finally:
@@ -240,7 +243,7 @@ class Loop:
             try:
                 if server.started():
                     mender.start()
-                    use(server, told)
+                    self.use(server, told)
                     if server.ask("GET", "/healthz")[0] != 200:
                         self.finding(where, "the server is not well")
                     for status, slug in told.problems:
@@ -272,8 +275,8 @@ def told(loop, start):
     return 1 if loop.findings else 0
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def main(kind=Loop, about=__doc__):
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("shim")
     parser.add_argument("--points", type=int, default=0)
@@ -284,7 +287,7 @@ def main():
     parser.add_argument("--hours", type=float, default=0)
     parser.add_argument("--seed", type=int, default=1)
     words = parser.parse_args()
-    loop = Loop(os.path.abspath(words.program), os.path.abspath(words.shim), words.seed)
+    loop = kind(os.path.abspath(words.program), os.path.abspath(words.shim), words.seed)
     start = time.monotonic()
     loop.undisturbed()
     print("%d calls in an undisturbed run of %.2f s: %s" % (loop.calls, loop.seconds, ", ".join("%d %s" % (n, k) for k, n in sorted(loop.kinds.items()))), flush=True)
