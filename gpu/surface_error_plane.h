@@ -89,7 +89,7 @@ CORDILLERA_HD inline HeightRange height_range(double low_m, double high_m, doubl
 /// error^2 in steps of 1 / kSquaresPerStep.
 CORDILLERA_HD inline std::uint64_t square_steps(double error_m) {
   const double e = error_m < kLargestSummed_m ? error_m : kLargestSummed_m;
-  return static_cast<std::uint64_t>(static_cast<std::int64_t>(e * e * kSquaresPerStep + 0.5));
+  return static_cast<std::uint64_t>(static_cast<std::int64_t>(e * e * kSquaresPerStep + 0.5));  // NOLINT(bugprone-incorrect-roundings): never negative
 }
 
 /// Up to 2^32 squares, in any order, with integer additions only.
