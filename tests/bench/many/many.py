@@ -58,10 +58,18 @@ def make_rows(store, count):
     database.close()
 
 
+def processor_ms(pid):
+    """Of the server so far. Unlike the time that passes it hardly depends on what else the machine does."""
+    with open("/proc/%d/stat" % pid) as file:
+        fields = file.read().rsplit(")", 1)[1].split()
+    return 1000 * (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 class Asking:
     """One connection that is kept."""
 
-    def __init__(self, port):
+    def __init__(self, port, pid):
+        self.pid = pid
         self.connection = http.client.HTTPConnection("127.0.0.1", port, timeout=600)
 
     def ask(self, path):
@@ -74,8 +82,11 @@ class Asking:
         return 1000 * (time.perf_counter() - start), body
 
     def told(self, what, paths):
+        before = processor_ms(self.pid)
         times = sorted(self.ask(path)[0] for path in paths)
-        print("%-34s %6d  p50 %8.2f  p99 %8.2f  most %8.2f ms" % (what, len(times), times[len(times) // 2], times[int(len(times) * 0.99)], times[-1]), flush=True)
+        used = (processor_ms(self.pid) - before) / len(times)
+        print("%-34s %6d  p50 %8.2f  p99 %8.2f  most %8.2f ms  processor %8.2f ms each" %
+              (what, len(times), times[len(times) // 2], times[int(len(times) * 0.99)], times[-1], used), flush=True)
 
 
 def memory_mib(pid):
@@ -87,8 +98,8 @@ def started(program, folder):
     start = time.perf_counter()
     server = Server(program, folder)
     assert server.started(), "the server does not start"
-    print("%-34s %40.0f ms" % ("start until it listens", 1000 * (time.perf_counter() - start)), flush=True)
-    return server, Asking(server.port)
+    print("%-34s %40.0f ms  processor %8.0f ms" % ("start until it listens", 1000 * (time.perf_counter() - start), processor_ms(server.process.pid)), flush=True)
+    return server, Asking(server.port, server.process.pid)
 
 
 def tile_path(data, model):
