@@ -264,13 +264,13 @@ Response Api::list(const Request& request) {
     return problem_response({"option-unknown", "unknown query parameter '" + shown + "'",
                              "no parameters: a GET lists all datasets; options go with a POST", shown});
   }
-  Json json;
-  json["datasets"] = Json::array();
-  for (const Dataset& dataset : seen_by(request, service_)) {
-    json["datasets"].push_back(status_json(service_, dataset, "datasets/" + dataset.id));
-  }
-  Response response = json_response(200, json);
+  ListText list("datasets");
+  for (const Dataset& dataset : seen_by(request, service_)) list.add(status_json(service_, dataset, "datasets/" + dataset.id));
+  Response response;
+  response.status = 200;
+  response.set("Content-Type", "application/json");
   response.set("Cache-Control", "no-store");
+  response.body = list.end();
   return response;
 }
 

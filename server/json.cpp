@@ -61,13 +61,26 @@ Json plain_numbers(Json json) {
   return json;
 }
 
-std::string dump(const Json& json) { return plain_numbers(json).dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string dump(Json json) { return plain_numbers(std::move(json)).dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-Response json_response(int status, const Json& body) {
+void ListText::add(Json item) {
+  const std::string lines = dump(std::move(item));
+  text_ += empty_ ? "\n    " : ",\n    ";
+  empty_ = false;
+  for (std::size_t from = 0, to = 0; to + 1 < lines.size(); from = to + 1) {
+    if (from > 0) text_ += "\n    ";
+    to = lines.find('\n', from);
+    text_.append(lines, from, to - from);
+  }
+}
+
+std::string ListText::end() { return std::move(text_) + (empty_ ? "]\n}\n" : "\n  ]\n}\n"); }
+
+Response json_response(int status, Json body) {
   Response response;
   response.status = status;
   response.set("Content-Type", "application/json");
-  response.body = dump(body);
+  response.body = dump(std::move(body));
   return response;
 }
 

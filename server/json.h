@@ -23,11 +23,24 @@ Json problem_json(const proto::Problem& problem);
 proto::Error to_error(const proto::Problem& problem);
 proto::Problem to_problem(const proto::Error& error);
 
-Response json_response(int status, const Json& body);
+Response json_response(int status, Json body);
 Response problem_response(const proto::Problem& problem);
 /// Whole numbers as integers: 508841, not 508841.0.
 Json plain_numbers(Json json);
 /// Text for humans and machines, with plain numbers: bytes that are not UTF-8 are replaced.
-std::string dump(const Json& json);
+std::string dump(Json json);
+
+/// What dump() makes of an object whose one member is an array, an item at a time: a tree of ten thousand datasets would take a hundred megabytes.
+class ListText {
+ public:
+  explicit ListText(const std::string& name) : text_("{\n  " + Json(name).dump() + ": [") {}
+  void add(Json item);
+  /// The whole, once.
+  std::string end();
+
+ private:
+  std::string text_;
+  bool empty_ = true;
+};
 
 }  // namespace cordillera::server

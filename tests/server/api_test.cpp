@@ -112,6 +112,17 @@ TEST(Api, StatusAndListNameTheAttribution) {
   EXPECT_EQ(body_of(test.get("/v1/datasets"))["datasets"][0]["manifest"]["attribution"], "Somebody");
 }
 
+TEST(Api, TheListIsPrintedAsAnyDocument) {
+  TestService test;
+  for (const std::size_t datasets : {0U, 1U, 2U}) {
+    const std::string list = test.get("/v1/datasets").body;
+    const Json parsed = Json::parse(list);
+    EXPECT_EQ(parsed["datasets"].size(), datasets);
+    EXPECT_EQ(list, dump(parsed));
+    posted_id(test.post("GOOD", {}, kWait));
+  }
+}
+
 TEST(Api, TheListTakesNoParameters) {
   TestService test;
   Request request;
