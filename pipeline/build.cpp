@@ -119,7 +119,7 @@ proto::Result<void> merge_upwards(const Site& site) {
       done.add(1);
       return site.store.commit(task);
     });
-    if (!merged.ok()) return merged;
+    if (!merged.ok()) return merged.problem();
   }
   return {};
 }

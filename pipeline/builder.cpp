@@ -171,6 +171,7 @@ void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTi
   for (std::size_t k = 0; k < open.size(); ++k) open[k] = k;
   for (int attempt = 0; !open.empty() && !stop_; ++attempt) {
     std::vector<gpu::SimplifyJob> jobs;
+    jobs.reserve(open.size());
     for (const std::size_t k : open) jobs.push_back(prepared[k].job(context));
     std::vector<proto::TileMesh> meshes = simplify_on_device(jobs);
     workers_.each(open.size(), [&](std::size_t n, unsigned) {

@@ -39,7 +39,7 @@ proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& fo
 proto::Result<void> add_water(const proto::WorkPlan& plan, const BuildRequest& request, StoreWriter& store) {
   if (!plan.options().has_water() && plan.options().water_mask().empty()) return {};
   for (const raster::MosaicMember& member : request.members) {
-    if (const auto same = check_unchanged(member); !same.ok()) return same;
+    if (const auto same = check_unchanged(member); !same.ok()) return same.problem();
   }
   Workers workers(0);
   const std::atomic<bool> never{false};
