@@ -9,7 +9,7 @@
 namespace cordillera::gpu {
 
 /// Waves of a window, in a pass: at least; at most; and between, as long as a wave touches one vertex in so many.
-inline constexpr int kLeastWaves = 3, kMostWaves = 96, kIdleShare = 16;
+inline constexpr int kLeastWaves = 3, kMostWaves = 96, kIdleShare = 24;
 
 inline constexpr int kWaveLists = 3;
 enum WaveList {
