@@ -58,7 +58,8 @@ struct OverPoints {
 #endif
     const BatchTile& tile = start.tiles[row / across];
     const auto y = static_cast<std::int32_t>(row % across) * half;
-    if (y > tile.cells || !SparseStart::chooses(tile)) return;
+    // In a tile smaller than the largest, steps so large have no middles: they would look beyond it.
+    if (!SparseStart::chooses(tile) || 2 * half > tile.cells || y > tile.cells) return;
 #ifdef __CUDA_ARCH__
     if (x <= tile.cells) step.choose(start, tile, x, y);
 #else

@@ -1,4 +1,4 @@
-// True errors of tiles on CUDA: the steps of surface_error_steps.h, a thread a row of a triangle.
+// True errors of tiles on CUDA: the steps of surface_error_steps.h and surface_error_rows.h.
 #include "gpu/cuda_device.cuh"
 #include "gpu/cuda_steps.cuh"
 #include "gpu/surface_error_batch.inl"

@@ -27,7 +27,7 @@ CORDILLERA_HD inline std::uint32_t first_of(std::size_t i, std::uint32_t each) {
   return static_cast<std::uint32_t>(i / kInStep) * kInStep * each + static_cast<std::uint32_t>(i % kInStep);
 }
 
-/// An order of threads in which the first thousands see something of every tile: what is known of a tile's error then spares the others work.
+/// An order of threads in which the first ones look at places all over the batch: what is known of a tile's error then spares the others work.
 class Scattered {
  public:
   /// in_step: threads that run in step; whole groups of them stay together.
@@ -141,8 +141,8 @@ struct MeasurePieces {
     const bool exact_shows = t.exact.shows();
     double worst_m = exact_shows ? exact(samples, t, row, tally) : 0;
     count(samples, row, exact_shows, tally);
-    // As in SurfaceMeter: where the exact decoding is good enough, the rounded one cannot be the worst of the tile.
-    const bool asks = !exact_shows || worst_m + t.apart_m + t.place_m > found_m;
+    // As in SurfaceMeter: where the exact decoding is good enough, the rounded one cannot be the worst of the tile. Without it, apart is infinite.
+    const bool asks = worst_m + t.apart_m + t.place_m > found_m;
     if (asks && t.rounded.shows()) worst_m = detail::most(rounded(samples, t), worst_m);
     tally.raise(worst_m + t.place_m);
   }

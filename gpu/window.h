@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kNever = 0xffffffffu;  ///< key of a vertex that 
 inline constexpr std::uint32_t kBlocked = 0xfffffffeu;  ///< key of a vertex that found no target; asked again when touched
 inline constexpr int kKeyShift = 19;                  ///< a key is 13 bits of cost over 19 bits of hash: unique enough to order by
 inline constexpr std::uint16_t kOutside = 0x8000;     ///< row entry: slot (low bits) of the vertex's own global row, outside the window
-/// The last cost threshold = this x tolerance_m^2 (cells). Measured: so that the root mean square error is about an eighth of the tolerance;
+/// Rules::cost = this x tolerance_m^2 (cells). Measured: so that the root mean square error is about an eighth of the tolerance;
 /// with a guard, which decides then, so that tiles of a promise get fewest triangles.
 inline constexpr float kCostPerTolerance = 6, kGuardedCostPerTolerance = 150;
 inline constexpr float kFreeShare = 0.2f;             ///< of the guard: moves by less are never too costly
@@ -122,7 +122,7 @@ struct Rules {
   float cells_per_unit = 1;   ///< power of two
   float inverse_guard = 0;    ///< 1 / metres a removed vertex may lie off the surface; 0: no guard
   float inverse_rim = 1e30f;  ///< 1 / units a rim may move
-  float cost = 0;             ///< metres^2 x cells; what costs more stays
+  float cost = 0;             ///< metres^2 x cells; what costs more stays, unless it must go or hardly moves the surface (kFreeShare)
 };
 
 CORDILLERA_HD inline int valence_cap(std::uint8_t mark) {

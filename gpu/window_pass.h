@@ -14,7 +14,7 @@ struct MeshView {
   const float* elevation = nullptr;
   float* carried = nullptr;
   float* spent = nullptr;
-  std::uint32_t* key = nullptr;     ///< 0: not known
+  std::uint32_t* key = nullptr;     ///< 0: not known; kBlocked: not to be asked until the ring changes
   std::uint32_t* row = nullptr;     ///< row[v * kRowWidth + slot], a vertex of the batch
   std::uint8_t* valence = nullptr;
   std::uint8_t* mark = nullptr;

@@ -28,7 +28,7 @@ constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
 constexpr int kCarefulAttempts = 6;
 constexpr int kSparseAttempts = 2;  // with a sparse start
 // Of the target, for what a promised tile's start may leave out. Measured on ten elevation models: a half takes 0 to 15 % less processor time
-// than a quarter for the same triangles (0.5 % fewer to 0.1 % more), and a GPU needs half the time; the RMSE is 0 to 3 % greater.
+// than a quarter for the same triangles (0.5 % fewer to 0.1 % more), and a GPU a sixth less; the RMSE is 0 to 3 % greater.
 constexpr double kSparseShare = 1.0 / 2;
 // Where the tile has voids: with a quarter, levels above left out twice as much along ragged rims, and a promise was broken there.
 constexpr double kRimSparseShare = 1.0 / 8;

@@ -15,22 +15,23 @@ import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from client import Server, cone, tiles  # noqa: E402
-from crash_loop import FIRST, OPTIONS, Loop, Told, main, post  # noqa: E402
+from crash_loop import FIRST, Loop, Told, main, post  # noqa: E402
 
 OTHER = cone(40, 700)  # the same place, other heights
 TILE = "tiles/7/135/96.drc"  # of both
 
 
 def settled(server, dataset):
-    """Waits until no change is pending; the number of pending ones that never ended, or None: no such dataset."""
+    """Waits until nothing is under way: 0, or what never ended (the build itself counts as one), or None: no such dataset."""
     end = time.monotonic() + 60
     while True:
         status, _, body = server.ask("GET", "/v1/datasets/" + dataset)
         if status != 200:
             return None
         now = json.loads(body)
-        if now["state"] in ("ready", "failed") and now["updates"]["pending"] == 0 or time.monotonic() > end:
-            return now["updates"]["pending"]
+        left = now["updates"]["pending"] + (now["state"] not in ("ready", "failed"))
+        if left == 0 or time.monotonic() > end:
+            return left
         time.sleep(0.01)
 
 
@@ -95,6 +96,9 @@ class ReplaceLoop(Loop):
                 self.finding(where, "%s changes of %s never end" % (left, dataset))
                 continue
             place = os.path.join(server.data, "datasets", dataset)
+            if not os.path.exists(os.path.join(place, "dataset.sqlite")):
+                self.finding(where, "%s was accepted and has no tiles" % dataset)
+                continue
             found = tiles(os.path.join(place, "dataset.sqlite"))
             if found not in self.expected.values():
                 self.finding(where, "the tiles are of neither version")

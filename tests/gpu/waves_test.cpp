@@ -41,6 +41,7 @@ TEST_P(Waves, CpuGivesTheBitsOfTheDeviceFromASparseStart) {
   bench::PyramidRun run;
   run.start_share = kStartShare;
   const auto levels = bench::run_pyramid(static_cast<bench::Terrain>(GetParam()), 4, 4, **cpu, run);
+  ASSERT_EQ(levels.size(), 3u);
   EXPECT_EQ(levels.back().hash, kSparseDeviceHashes.at(std::string(bench::kTerrainNames[GetParam()])));
 }
 
@@ -50,6 +51,8 @@ TEST_P(Waves, CudaGivesTheBitsOfTheCpu) {
   const auto cpu = gpu::make_simplifier("cpu");
   const auto on_cpu = bench::run_pyramid(static_cast<bench::Terrain>(GetParam()), 2, 4, **cpu);
   const auto on_cuda = bench::run_pyramid(static_cast<bench::Terrain>(GetParam()), 2, 4, **cuda);
+  ASSERT_EQ(on_cpu.size(), 2u);
+  ASSERT_EQ(on_cuda.size(), 2u);
   for (std::size_t k = 0; k < on_cpu.size(); ++k) EXPECT_EQ(on_cpu[k].hash, on_cuda[k].hash);
 }
 
