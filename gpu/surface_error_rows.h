@@ -147,31 +147,26 @@ struct MeasurePieces {
     tally.raise(worst_m + t.place_m);
   }
   CORDILLERA_HD double exact(const Samples& samples, const MeteredTriangle& t, const MeteredRow& row, RowTally& tally) const {
-    const PlaneRow plane(t.exact, in.row_frame[samples.row]);
-    const std::int32_t* const heights = heights_of(samples);
-    const proto::ColumnFrame* const frames = in.column_frame + samples.shift;
     const MeteredRow::Part owned = row.owned();
-    double worst_m = 0;
-    for (std::int32_t x = samples.first; x <= samples.last; ++x) {
-      const std::int32_t height = heights[x];
-      if (height == proto::kNoHeight) continue;
-      const proto::ColumnFrame column = frames[x];
-      const double e = distance(t.exact_range.clamp(plane.height_m(column.sin_lon, column.cos_lon)), height * proto::kHeightStep_m);
+    return worst(samples, t.exact, t.exact_range, [&](std::int32_t x, double e) {
       if (owned.holds(x)) tally.squares.add(square_steps(e));
-      worst_m = detail::most(e, worst_m);
-    }
-    return worst_m;
+    });
   }
   CORDILLERA_HD double rounded(const Samples& samples, const MeteredTriangle& t) const {
-    const PlaneRow plane(t.rounded, in.row_frame[samples.row]);
+    return worst(samples, t.rounded, t.rounded_range, [](std::int32_t, double) {});
+  }
+  /// The greatest distance of a plane from the samples; each(x, distance) of all of them.
+  template <class Each>
+  CORDILLERA_HD double worst(const Samples& samples, const Plane& plane, const HeightRange& heights_m, const Each& each) const {
+    const PlaneRow along(plane, in.row_frame[samples.row]);
     const std::int32_t* const heights = heights_of(samples);
     const proto::ColumnFrame* const frames = in.column_frame + samples.shift;
     double worst_m = 0;
     for (std::int32_t x = samples.first; x <= samples.last; ++x) {
-      const std::int32_t height = heights[x];
-      if (height == proto::kNoHeight) continue;
+      if (heights[x] == proto::kNoHeight) continue;
       const proto::ColumnFrame column = frames[x];
-      const double e = distance(t.rounded_range.clamp(plane.height_m(column.sin_lon, column.cos_lon)), height * proto::kHeightStep_m);
+      const double e = distance(heights_m.clamp(along.height_m(column.sin_lon, column.cos_lon)), heights[x] * proto::kHeightStep_m);
+      each(x, e);
       worst_m = detail::most(e, worst_m);
     }
     return worst_m;

@@ -266,11 +266,8 @@ Response Api::list(const Request& request) {
   }
   ListText list("datasets");
   for (const Dataset& dataset : seen_by(request, service_)) list.add(status_json(service_, dataset, "datasets/" + dataset.id));
-  Response response;
-  response.status = 200;
-  response.set("Content-Type", "application/json");
+  Response response = json_text_response(200, list.end());
   response.set("Cache-Control", "no-store");
-  response.body = list.end();
   return response;
 }
 

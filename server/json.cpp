@@ -76,11 +76,13 @@ void ListText::add(Json item) {
 
 std::string ListText::end() { return std::move(text_) + (empty_ ? "]\n}\n" : "\n  ]\n}\n"); }
 
-Response json_response(int status, Json body) {
+Response json_response(int status, Json body) { return json_text_response(status, dump(std::move(body))); }
+
+Response json_text_response(int status, std::string text) {
   Response response;
   response.status = status;
   response.set("Content-Type", "application/json");
-  response.body = dump(std::move(body));
+  response.body = std::move(text);
   return response;
 }
 

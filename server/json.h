@@ -24,6 +24,8 @@ proto::Error to_error(const proto::Problem& problem);
 proto::Problem to_problem(const proto::Error& error);
 
 Response json_response(int status, Json body);
+/// Of JSON that is text already.
+Response json_text_response(int status, std::string text);
 Response problem_response(const proto::Problem& problem);
 /// Whole numbers as integers: 508841, not 508841.0.
 Json plain_numbers(Json json);

@@ -39,11 +39,9 @@ std::string made_document() {
 Response api_description() {
   static const std::string kDocument = made_document();
   static const std::string kTag = quoted(digest(kDocument).substr(0, 32));
-  Response response;
-  response.set("Content-Type", "application/json");
+  Response response = json_text_response(200, kDocument);
   response.set("Cache-Control", "public, no-cache");
   response.set("ETag", kTag);
-  response.body = kDocument;
   return response;
 }
 

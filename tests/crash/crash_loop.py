@@ -10,6 +10,8 @@ full (ENOSPC) or broken (EIO) from that point on; the server goes on answering, 
 spread so many points evenly; --all takes every one; --hours goes on with random kills. Prints what was done; exit code 1 after a finding.
 """
 import argparse
+import collections
+import contextlib
 import json
 import os
 import random
@@ -120,6 +122,14 @@ class Loop:
             assert first and server.wait(first) == "ready", "the undisturbed build failed: " + str(told.problems)
             self.expected = {"first": tiles(os.path.join(server.data, "datasets", first, "dataset.sqlite"))}
             server.stop()
+        with self.counted_use() as (server, told):
+            second = [d for d, which in told.accepted.items() if which == "second"]
+            assert second and not told.problems, "the undisturbed run failed: " + str(told.problems)
+            self.expected["second"] = tiles(os.path.join(server.data, "datasets", second[0], "dataset.sqlite"))
+
+    @contextlib.contextmanager
+    def counted_use(self):
+        """A run that nothing disturbs, to be looked at before its server ends: how long it takes, and its calls by kind."""
         with tempfile.TemporaryDirectory(prefix="cordillera-crash-") as folder:
             counter, log = self.counter(folder), os.path.join(folder, "calls")
             start = time.monotonic()
@@ -127,16 +137,11 @@ class Loop:
             told = Told()
             self.use(server, told)
             self.seconds = time.monotonic() - start
-            second = [d for d, which in told.accepted.items() if which == "second"]
-            assert second and not told.problems, "the undisturbed run failed: " + str(told.problems)
-            self.expected["second"] = tiles(os.path.join(server.data, "datasets", second[0], "dataset.sqlite"))
+            yield server, told
             assert server.stop() == 0, "the server did not end by itself"
             self.calls = self.counted(counter)
-            kinds = {}
             with open(log) as lines:
-                for line in lines:
-                    kinds[line.split()[1]] = kinds.get(line.split()[1], 0) + 1
-            self.kinds = kinds
+                self.kinds = dict(collections.Counter(line.split()[1] for line in lines))
 
     def finding(self, where, what):
         self.findings.append("%s: %s" % (where, what))

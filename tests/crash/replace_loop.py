@@ -10,12 +10,11 @@ import hashlib
 import json
 import os
 import sys
-import tempfile
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from client import Server, cone, tiles  # noqa: E402
-from crash_loop import FIRST, Loop, Told, main, post  # noqa: E402
+from client import cone, tiles  # noqa: E402
+from crash_loop import FIRST, Loop, main, post  # noqa: E402
 
 OTHER = cone(40, 700)  # the same place, other heights
 TILE = "tiles/7/135/96.drc"  # of both
@@ -57,13 +56,7 @@ class ReplaceLoop(Loop):
         told.seen.add(tile_now(server, dataset))
 
     def undisturbed(self):
-        with tempfile.TemporaryDirectory(prefix="cordillera-crash-") as folder:
-            counter, log = self.counter(folder), os.path.join(folder, "calls")
-            start = time.monotonic()
-            server = Server(self.program, folder, self.shim, {"FAULT_COUNTER": counter, "FAULT_LOG": log})
-            told = Told()
-            self.use(server, told)
-            self.seconds = time.monotonic() - start
+        with self.counted_use() as (server, told):
             assert told.replaced and not told.problems, "the undisturbed run failed: " + str(told.problems)
             dataset, = told.replaced
             place = os.path.join(server.data, "datasets", dataset)
@@ -72,12 +65,6 @@ class ReplaceLoop(Loop):
             self.seen = told.seen
             assert len(self.seen) == 2 and 404 not in self.seen, "the tile that is looked at: %s" % self.seen
             self.names = self.listed(place)
-            assert server.stop() == 0, "the server did not end by itself"
-            self.calls = self.counted(counter)
-            self.kinds = {}
-            with open(log) as lines:
-                for line in lines:
-                    self.kinds[line.split()[1]] = self.kinds.get(line.split()[1], 0) + 1
 
     @staticmethod
     def listed(folder):
