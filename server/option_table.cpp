@@ -157,8 +157,9 @@ Complaint apply_proxies(std::string_view text, Settings& settings) {
   for (std::string_view rest = text; !rest.empty();) {
     const std::string_view one = rest.substr(0, rest.find(','));
     rest.remove_prefix(std::min(rest.size(), one.size() + 1));
-    if (!access::looks_like_address(one)) return std::string(one) + " is no address";
-    addresses.emplace_back(one);
+    auto address = access::plain_address(one);
+    if (!address) return std::string(one) + " is no address";
+    addresses.push_back(std::move(*address));
   }
   settings.serve.trusted_proxies = std::move(addresses);
   return std::nullopt;

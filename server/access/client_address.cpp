@@ -1,6 +1,9 @@
 #include "server/access/client_address.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
+#include <array>
 
 namespace cordillera::server::access {
 namespace {
@@ -14,37 +17,53 @@ std::string_view trimmed(std::string_view text) {
 }  // namespace
 
 std::string client_address(const Request& request, const std::vector<std::string>& trusted_proxies) {
-  const auto trusted = [&](std::string_view address) {
+  const auto trusted = [&](const std::string& address) {
     return std::find(trusted_proxies.begin(), trusted_proxies.end(), address) != trusted_proxies.end();
   };
   const auto forwarded = request.header("x-forwarded-for");
-  if (!forwarded || !trusted(request.client)) return request.client;
+  if (!forwarded || !trusted(plain_address(request.client).value_or(request.client))) return request.client;
   std::string_view rest = *forwarded;
   std::string client = request.client;
   while (!rest.empty()) {
     const auto comma = rest.rfind(',');
-    const std::string_view last = trimmed(comma == rest.npos ? rest : rest.substr(comma + 1));
-    if (!looks_like_address(last)) return client;
-    client = std::string(last);
-    if (!trusted(last) || comma == rest.npos) return client;
+    // Some proxies write the port too.
+    const auto last = plain_address(host_of(trimmed(comma == rest.npos ? rest : rest.substr(comma + 1))));
+    if (!last) return client;
+    client = *last;
+    if (!trusted(client) || comma == rest.npos) return client;
     rest = rest.substr(0, comma);
   }
   return client;
 }
 
 bool is_loopback(std::string_view host) {
-  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  return host == "localhost" || host == "::1" || (host.starts_with("127.") && looks_like_address(host));
+  if (const auto address = plain_address(host)) return address->starts_with("127.") || *address == "::1";
+  if (host.ends_with('.')) host.remove_suffix(1);
+  constexpr std::string_view kName = "localhost";
+  return std::equal(host.begin(), host.end(), kName.begin(), kName.end(),
+                    [](char c, char wanted) { return (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) == wanted; });
 }
 
 std::string host_of(std::string_view authority) {
-  if (authority.starts_with('[')) return std::string(authority.substr(1, authority.find(']') - 1));
+  if (authority.starts_with('[')) {
+    const auto end = authority.find(']');
+    const bool plain = end != authority.npos && (end + 1 == authority.size() || authority[end + 1] == ':');
+    return std::string(plain ? authority.substr(1, end - 1) : authority);
+  }
   const auto colon = authority.rfind(':');
   return std::string(authority.substr(0, authority.find(':') == colon ? colon : authority.npos));
 }
 
-bool looks_like_address(std::string_view text) {
-  return !text.empty() && text.size() <= 45 && text.find_first_not_of("0123456789abcdefABCDEF.:") == text.npos;
+std::optional<std::string> plain_address(std::string_view text) {
+  const std::string whole(text);  // inet_pton wants an end
+  if (whole.find('\0') != whole.npos) return std::nullopt;
+  std::array<char, INET6_ADDRSTRLEN> out{};
+  in_addr four{};
+  in6_addr six{};
+  if (inet_pton(AF_INET, whole.c_str(), &four) == 1) return inet_ntop(AF_INET, &four, out.data(), out.size());
+  if (inet_pton(AF_INET6, whole.c_str(), &six) != 1) return std::nullopt;
+  if (IN6_IS_ADDR_V4MAPPED(&six)) return inet_ntop(AF_INET, &six.s6_addr[12], out.data(), out.size());
+  return inet_ntop(AF_INET6, &six, out.data(), out.size());
 }
 
 }  // namespace cordillera::server::access
