@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "raster/gdal_scope.h"
+#include "raster/lattice_places.h"
 #include "raster/raster_source.h"
 
 namespace cordillera::raster {
@@ -113,23 +114,27 @@ void RasterSource::place_samples(Job& job) const {
   const proto::Lattice& lattice = job.lattice;
   const Window w = window(lattice);
   const std::int32_t columns = job.samples.columns;
-  std::vector<std::uint8_t> wanted(columns);
-  std::vector<double> longitude(columns), x(columns), y(columns);
-  for (std::int32_t c = 0; c < columns; ++c) {
-    wanted[c] = modulo(job.samples.west + c - w.west, lattice.columns()) <= w.east - w.west;
-    longitude[c] = lattice.longitude_deg(modulo(job.samples.west + c, lattice.columns()));
-  }
+  const auto wanted = [&](std::int32_t c) { return modulo(job.samples.west + c - w.west, lattice.columns()) <= w.east - w.west; };
+  std::int32_t first = 0, last = columns - 1;
+  while (first < columns && !wanted(first)) ++first;
+  while (last > first && !wanted(last)) --last;
+  if (first == columns) return;
+  const std::int32_t count = last - first + 1;
+  std::vector<double> x(static_cast<std::size_t>(count)), y(x.size());
+  LatticePlaces places(*parts_.placement, lattice, job.samples.west + first, count);
   for (std::int32_t r = 0; r < job.samples.rows; ++r) {
     const std::int64_t j = job.samples.south + r;
     if (j < w.south || j > w.north) continue;
-    const bool pole = j == 0 || j == lattice.rows();
-    if (pole) std::fill(x.begin(), x.end(), parts_.pole_longitude_deg);
-    else x = longitude;
-    std::fill(y.begin(), y.end(), lattice.latitude_deg(j));
-    parts_.placement->to_pixels(x.data(), y.data(), x.size());
-    for (std::int32_t c = 0; c < columns; ++c) {
-      const std::size_t at = job.index(c, r);
-      job.inside[at] = wanted[c] && job.kernel.locate(x[c], y[c], job.places[at]);
+    if (j == 0 || j == lattice.rows()) {  // a pole is one point
+      std::fill(x.begin(), x.end(), parts_.pole_longitude_deg);
+      std::fill(y.begin(), y.end(), lattice.latitude_deg(j));
+      parts_.placement->to_pixels(x.data(), y.data(), x.size());
+    } else {
+      places.row(j, x.data(), y.data());
+    }
+    for (std::int32_t c = 0; c < count; ++c) {
+      const std::size_t at = job.index(first + c, r);
+      job.inside[at] = wanted(first + c) && job.kernel.locate(x[c], y[c], job.places[at]);
     }
   }
 }
