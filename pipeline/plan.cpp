@@ -184,29 +184,41 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   return plan;
 }
 
-std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level, const proto::TileAddress& node) {
-  std::vector<proto::TileAddress> tiles = touched_tiles(plan, level);
-  const int down = level - node.z;
-  std::erase_if(tiles, [&](const proto::TileAddress& t) { return (t.x >> down) != node.x || (t.y >> down) != node.y; });
+namespace {
+
+/// Rows and columns of tiles, both ends included.
+struct TileRange {
+  std::int64_t west = 0, south = 0, east = 0, north = 0;
+};
+
+/// What the plan's window touches of a range of a level's tiles. Closed rectangles: data that only touches a tile's border gives that tile a
+/// border to share.
+std::vector<proto::TileAddress> touched_within(const proto::Plan& plan, int level, const TileRange& range) {
+  const std::int64_t units = lattice_of(plan).tile_units(level), across = proto::tiles_across(level);
+  const std::int64_t from = floor_divide(plan.window(0) - 1, units), more = std::min(floor_divide(plan.window(2), units) - from, across - 1);
+  const std::int64_t west = from - across * floor_divide(from, across);
+  std::vector<std::int64_t> columns;  // the window may go on beyond the antimeridian: then it begins again at column 0
+  for (const std::int64_t turn : {-across, std::int64_t{0}}) {
+    for (std::int64_t x = std::max(range.west, west + turn); x <= std::min(range.east, west + turn + more); ++x) columns.push_back(x);
+  }
+  const std::int64_t south = std::max(range.south, floor_divide(plan.window(1) - 1, units));
+  const std::int64_t north = std::min(range.north, floor_divide(plan.window(3), units));
+  std::vector<proto::TileAddress> tiles;
+  for (std::int64_t y = south; y <= north; ++y) {
+    for (const std::int64_t x : columns) tiles.push_back({level, static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)});
+  }
   return tiles;
 }
 
+}  // namespace
+
+std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level, const proto::TileAddress& node) {
+  const std::int64_t size = std::int64_t{1} << (level - node.z);
+  return touched_within(plan, level, {node.x * size, node.y * size, (node.x + 1) * size - 1, (node.y + 1) * size - 1});
+}
+
 std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level) {
-  const proto::Lattice lattice = lattice_of(plan);
-  const std::int64_t units = lattice.tile_units(level);
-  // Closed rectangles: data that only touches a tile's border gives that tile a border to share.
-  const std::int64_t x0 = floor_divide(plan.window(0) - 1, units), x1 = floor_divide(plan.window(2), units);
-  const std::int64_t y0 = std::max<std::int64_t>(0, floor_divide(plan.window(1) - 1, units));
-  const std::int64_t y1 = std::min<std::int64_t>(proto::tiles_up(level) - 1, floor_divide(plan.window(3), units));
-  const std::int64_t across = proto::tiles_across(level);
-  std::vector<std::int32_t> columns;
-  for (std::int64_t x = x0; x <= std::min(x1, x0 + across - 1); ++x) columns.push_back(static_cast<std::int32_t>(((x % across) + across) % across));
-  std::sort(columns.begin(), columns.end());
-  std::vector<proto::TileAddress> tiles;
-  for (std::int64_t y = y0; y <= y1; ++y) {
-    for (const std::int32_t x : columns) tiles.push_back({level, x, static_cast<std::int32_t>(y)});
-  }
-  return tiles;
+  return touched_within(plan, level, {0, 0, proto::tiles_across(level) - 1, proto::tiles_up(level) - 1});
 }
 
 raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node, std::int64_t around) {

@@ -28,7 +28,7 @@ std::int32_t height_step(const proto::LevelPlan& level);
 
 /// Tiles of level z whose closed rectangle touches the plan's window; x modulo the circle, ordered by y then x, none twice.
 std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level);
-/// The same below one node.
+/// The same below one node, whose level is no greater; its time and memory are of that node's tiles alone.
 std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level, const proto::TileAddress& node);
 
 /// The lattice vertices of node's closed rectangle, and `around` units more on every side, inside the plan's window: what a block reads.
