@@ -51,7 +51,7 @@ bool is_compressible(std::string_view type) {
 
 pipeline::faces::Document gzipped(const pipeline::faces::Terrain& terrain, const pipeline::faces::Document& plain) {
   const auto made = terrain.kept("gzip " + plain.etag, [&]() -> proto::Result<std::optional<pipeline::faces::Document>> {
-    return std::optional(pipeline::faces::document(pipeline::exports::gzip(plain.bytes)));
+    return std::optional(pipeline::faces::document(pipeline::exports::gzip(plain.bytes, pipeline::exports::kQuick)));
   });
   return **made;
 }

@@ -6,7 +6,8 @@
 
 namespace cordillera::pipeline::exports {
 
-std::string gzip(std::string_view bytes);
+inline constexpr int kSmallest = 9, kQuick = 6;  ///< levels of zlib: for files that stay, and while a client waits
+std::string gzip(std::string_view bytes, int level = kSmallest);
 std::uint32_t crc32(std::string_view bytes);
 
 }  // namespace cordillera::pipeline::exports

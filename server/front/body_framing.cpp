@@ -81,16 +81,18 @@ void BodyFraming::step(char c) {
     case Part::data_end_lf: only('\n', Part::size); break;
     case Part::trailer:
       if (c == '\r') {
-        part_ = Part::trailer_lf;
+        part_ = line_ == 0 || colon_ ? Part::trailer_lf : Part::broken;
       } else if (is_control(c) || ++overhead_ > kMostOverhead) {
         part_ = Part::broken;
       } else {
+        colon_ = colon_ || (c == ':' && line_ > 0);
         ++line_;
       }
       break;
     case Part::trailer_lf:
       only('\n', line_ == 0 ? Part::done : Part::trailer);
       line_ = 0;
+      colon_ = false;
       break;
     default: break;
   }

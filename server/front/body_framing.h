@@ -28,6 +28,7 @@ class BodyFraming {
   Part part_;
   std::uint64_t left_ = 0;     ///< of the sized body, or of the chunk
   std::size_t line_ = 0;       ///< bytes of the size or the trailer line
+  bool colon_ = false;         ///< the trailer line has a name
   std::size_t overhead_ = 0;   ///< bytes of extensions and trailers, which nobody reads
 };
 

@@ -16,6 +16,12 @@ void Connection::begin_with_body(Head head) {
   expects_continue_ = head.expects_continue;
   body_wanted_ = body_late_ = false;
   body_pace_.start();
+  if (const auto problem = coding_problem(request_)) {
+    by_front_ = true;
+    Response response = refusal(*problem);
+    response.set("Accept-Encoding", kCodings);
+    return respond(std::move(response));
+  }
   const auto self = shared_from_this();
   // The connection holds the pipe, so the pipe must not hold the connection.
   pipe_ = std::make_shared<BodyPipe>([weak = weak_from_this()] {

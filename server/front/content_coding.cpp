@@ -1,9 +1,9 @@
 #include "server/front/content_coding.h"
 
-#include <httplib.h>
+#include <algorithm>
 
-#include <memory>
-
+#include "pipeline/exports/gzip.h"
+#include "server/front/codec.h"
 #include "server/gzip.h"
 
 namespace cordillera::server::front {
@@ -11,28 +11,15 @@ namespace {
 
 constexpr std::size_t kWorthIt = 128;  // bytes; less would hardly shrink
 
-std::string compressed(httplib::detail::compressor& compressor, const std::string& bytes) {
-  std::string out;
-  const bool done = compressor.compress(bytes.data(), bytes.size(), true, [&](const char* piece, std::size_t count) {
-    out.append(piece, count);
-    return true;
-  });
-  return done ? out : std::string();
-}
-
 std::string compressed(std::string_view coding, const std::string& bytes) {
-  if (coding == "br") {
-    httplib::detail::brotli_compressor compressor;
-    return compressed(compressor, bytes);
-  }
-  httplib::detail::gzip_compressor compressor;
-  return compressed(compressor, bytes);
+  return coding == "br" ? brotli(bytes) : pipeline::exports::gzip(bytes, pipeline::exports::kQuick);
 }
 
-std::unique_ptr<httplib::detail::decompressor> decompressor(const std::string& coding) {
-  if (coding == "gzip" || coding == "x-gzip" || coding == "deflate") return std::make_unique<httplib::detail::gzip_decompressor>();
-  if (coding == "br") return std::make_unique<httplib::detail::brotli_decompressor>();
-  return nullptr;
+/// Codings have no case. Empty: the bytes are as they are.
+std::string coding_of(std::string_view header) {
+  std::string coding;
+  for (const char c : header) coding += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return coding == "identity" ? "" : coding;
 }
 
 }  // namespace
@@ -43,7 +30,7 @@ void ContentCoder::encode(const Request& request, Response& response) {
   if (!response.header("Content-Encoding").empty()) return;
   const std::string tag = response.header("ETag");
   const bool keep = response.status == 200 && !tag.empty();
-  const char* coding = keep && accepts(request, "br") ? "br" : accepts(request, "gzip") ? "gzip" : nullptr;
+  const char* coding = accepts(request, "br") ? "br" : accepts(request, "gzip") ? "gzip" : nullptr;
   if (coding == nullptr) return;
   const std::string name = coding + tag;
   std::string bytes;
@@ -58,16 +45,18 @@ void ContentCoder::encode(const Request& request, Response& response) {
   response.set("Content-Encoding", coding);
 }
 
+std::optional<proto::Problem> coding_problem(const Request& request) {
+  const std::string coding = coding_of(request.header("content-encoding").value_or(""));
+  if (coding.empty() || decoder_of(coding)) return std::nullopt;
+  return proto::Problem{"coding-unknown", "the body has a Content-Encoding that this service cannot read", std::string("one of ") + kCodings + ", or none",
+                        "Content-Encoding"};
+}
+
 BodyReader decoding(const std::string& content_encoding, BodyReader encoded) {
-  return [content_encoding, encoded = std::move(encoded)](const Request::Sink& sink) {
-    const auto decoder = decompressor(content_encoding);
+  return [coding = coding_of(content_encoding), encoded = std::move(encoded)](const Request::Sink& sink) {
+    const auto decoder = decoder_of(coding);
     if (!decoder) return encoded(sink);
-    bool fits = decoder->is_valid();
-    const bool ended = encoded([&](std::string_view piece) {
-      fits = fits && decoder->decompress(piece.data(), piece.size(), [&](const char* bytes, std::size_t count) { return sink({bytes, count}); });
-      return fits;
-    });
-    return ended && fits;
+    return encoded([&](std::string_view piece) { return decoder->take(piece, sink); }) && decoder->ended();
   };
 }
 

@@ -1,11 +1,13 @@
 #pragma once
-// gzip and br, both ways, by cpp-httplib. The only file behind this header knows httplib.
+// Which bodies are compressed, and how: answers for clients that accept it, and what clients send.
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "pipeline/faces/lru.h"
+#include "proto/result.h"
 #include "server/message.h"
 
 namespace cordillera::server::front {
@@ -13,15 +15,20 @@ namespace cordillera::server::front {
 /// Compresses documents for clients that accept it. Thread-safe.
 class ContentCoder {
  public:
-  /// What mark_variants marked may change its bytes here. br only where a tag lets the result be kept: it takes its time.
+  /// What mark_variants marked may change its bytes here.
   void encode(const Request& request, Response& response);
 
  private:
   pipeline::faces::Lru<std::string, std::string> kept_{std::size_t{16} << 20};
 };
 
-/// Reads a body whose Content-Encoding is gzip, deflate or br as it was before; others are handed on as they are.
-/// encoded: the body as it comes.
+/// What a client may say as Content-Encoding, besides nothing and identity.
+inline constexpr const char* kCodings = "gzip, deflate, br";
+/// Why the request's Content-Encoding is refused.
+std::optional<proto::Problem> coding_problem(const Request& request);
+
+/// Reads a body as it was before its Content-Encoding, which coding_problem lets through. A compressed body that stops before the end
+/// that its coding marks did not come to its end. encoded: the body as it comes.
 using BodyReader = std::function<bool(const Request::Sink& sink)>;
 BodyReader decoding(const std::string& content_encoding, BodyReader encoded);
 

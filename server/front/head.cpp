@@ -15,6 +15,14 @@ Problem invalid(const std::string& what) {
   return {"request-invalid", "the request is not valid HTTP/1.1: " + what, "a request line, headers and a body as RFC 9112 has them", ""};
 }
 
+Problem another_version(std::string_view version) {
+  return {"http-version", "the request is " + std::string(version), "HTTP/1.1 or HTTP/1.0", ""};
+}
+
+Problem unknown_method(std::string_view method) {
+  return {"method-unknown", "this service has no method " + std::string(method.substr(0, 20)), "GET, HEAD, POST, PUT, PATCH, DELETE or OPTIONS", ""};
+}
+
 Problem target_too_long(const Limits& limits) {
   return {"uri-too-long", "the address is too long", "an address of at most " + std::to_string(limits.target_bytes >> 10) + " KiB", ""};
 }
@@ -42,6 +50,11 @@ bool is_token(std::string_view text) {
 bool is_known_method(std::string_view method) {
   static constexpr std::string_view kKnown[] = {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"};
   return std::find(std::begin(kKnown), std::end(kKnown), method) != std::end(kKnown);
+}
+
+bool is_version(std::string_view text) {
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  return text.size() == 8 && text.starts_with("HTTP/") && digit(text[5]) && text[6] == '.' && digit(text[7]);
 }
 
 bool has_control(std::string_view text) {
@@ -72,8 +85,10 @@ std::optional<Problem> read_request_line(std::string_view line, const Limits& li
   const auto first = line.find(' '), second = line.rfind(' ');
   if (first == line.npos || second == first) return invalid("the request line has not three words");
   const std::string_view method = line.substr(0, first), target = line.substr(first + 1, second - first - 1), version = line.substr(second + 1);
-  if (!is_token(method) || !is_known_method(method)) return invalid("unknown method");
-  if (version != "HTTP/1.1" && version != "HTTP/1.0") return invalid("unknown version");
+  if (!is_token(method)) return invalid("the method is none");
+  if (!is_version(version)) return invalid("the version is none");
+  if (version != "HTTP/1.1" && version != "HTTP/1.0") return another_version(version);
+  if (!is_known_method(method)) return unknown_method(method);
   if (target.size() > limits.target_bytes) return target_too_long(limits);
   if (has_control(target) || target.find_first_of(" \t") != target.npos) return invalid("the address holds blanks or control characters");
   auto read = read_target(target);
@@ -155,8 +170,10 @@ proto::Result<Head> read_head(std::string_view bytes, const Limits& limits) {
     if (lines > 0 && (too_large || lines > limits.fields)) return head_too_large(limits);
     if (auto problem = lines++ == 0 ? read_request_line(line, limits, head, authority) : read_field(line, head)) return *problem;
   }
+  const auto host = head.request.header("host");
+  if (!head.old && !host) return invalid("Host is missing");
+  if (host && !is_authority(*host)) return invalid("Host is neither a host nor a host and its port");
   if (!authority.empty()) head.request.headers["host"] = authority;
-  if (!head.old && head.request.headers.count("host") == 0) return invalid("Host is missing");
   if (auto problem = read_framing(head)) return *problem;
   head.keep_alive = head.old ? lists(head.request, "connection", "keep-alive") : !lists(head.request, "connection", "close");
   head.expects_continue = !head.old && lists(head.request, "expect", "100-continue");

@@ -1,6 +1,9 @@
 #include "server/front/target.h"
 
 #include <algorithm>
+#include <charconv>
+
+#include "server/access/client_address.h"
 
 namespace cordillera::server::front {
 namespace {
@@ -20,7 +23,7 @@ std::string decoded(std::string_view text, Plus plus) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const int high = text[i] == '%' && i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
     const int low = high >= 0 ? hex_digit(text[i + 2]) : -1;
-    if (low >= 0) {
+    if (low >= 0 && (high * 16 + low != '/' || plus == Plus::space)) {
       out += static_cast<char>(high * 16 + low);
       i += 2;
     } else {
@@ -48,7 +51,38 @@ bool begins_with_scheme(std::string_view text, std::string_view scheme) {
                                                    [](char wanted, char c) { return wanted == (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
 }
 
+bool is_port(std::string_view text) {
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return text.empty() || (error == std::errc() && end == text.data() + text.size());
+}
+
+bool is_name(std::string_view text) {
+  static constexpr std::string_view kOthers = "-._~!$&'()*+,;=";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool escape = c == '%' && i + 2 < text.size() && hex_digit(text[i + 1]) >= 0 && hex_digit(text[i + 2]) >= 0;
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || kOthers.find(c) != kOthers.npos;
+    if (!escape && !plain) return false;
+  }
+  return !text.empty();
+}
+
 }  // namespace
+
+bool is_authority(std::string_view text) {
+  const bool literal = text.starts_with('[');
+  const std::size_t size = std::min(text.size(), literal ? text.find(']') : text.find(':'));
+  const std::string_view host = text.substr(0, size);
+  std::string_view rest = text.substr(size);
+  if (literal) {
+    if (rest.empty() || host.find(':') == host.npos || !access::plain_address(host.substr(1))) return false;
+    rest.remove_prefix(1);
+  } else if (!is_name(host)) {
+    return false;
+  }
+  return rest.empty() || (rest[0] == ':' && is_port(rest.substr(1)));
+}
 
 std::optional<Target> read_target(std::string_view text) {
   Target target;
@@ -57,7 +91,7 @@ std::optional<Target> read_target(std::string_view text) {
     text.remove_prefix(scheme.size());
     target.authority = text.substr(0, text.find_first_of("/?#"));
     text.remove_prefix(target.authority.size());
-    if (target.authority.empty()) return std::nullopt;
+    if (!is_authority(target.authority)) return std::nullopt;
     if (text.empty() || text[0] != '/') target.path += '/';
   }
   text = text.substr(0, text.find('#'));

@@ -14,7 +14,10 @@ struct Target {
   std::string authority;                                    ///< of an absolute target; goes before Host
 };
 
-/// /path?query, http://host/path?query, or * . Nothing: it is none of them, or hides a NUL.
+/// /path?query, http://host/path?query, or * . Nothing: it is none of them, or hides a NUL. A slash that is escaped stays so: it is no
+/// border between segments, neither here nor for a proxy with rules on paths.
 std::optional<Target> read_target(std::string_view text);
+/// HOST or HOST:PORT (RFC 3986, 3.2), without a user before it.
+bool is_authority(std::string_view text);
 
 }  // namespace cordillera::server::front

@@ -2,6 +2,7 @@
 import ctypes
 import dataclasses
 import os
+import re
 import signal
 import socket
 import sys
@@ -107,7 +108,7 @@ def exchange(server, sent):
 
 def statuses(answers):
     """'200 404': the statuses in a connection's bytes; '-' if there is none."""
-    found = [part[:3].decode(errors="replace") for part in answers.split(b"HTTP/1.1 ")[1:]]
+    found = re.findall(r"HTTP/1\.1 ([0-9]{3}) ", answers.decode("latin-1"))
     return " ".join(found) or "-"
 
 

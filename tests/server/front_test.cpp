@@ -86,13 +86,14 @@ TEST(Front, WhatCouldBeReadInTwoWaysIsRefusedAndEndsTheConnection) {
       {"a blank in the address", "GET /healthz /v1 HTTP/1.1\r\nHost: localhost\r\n\r\n"},
       {"a tab for a blank", "GET\t/healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"},
       {"no version", "GET /healthz\r\nHost: localhost\r\n\r\n"},
-      {"another version", "GET /healthz HTTP/2.0\r\nHost: localhost\r\n\r\n"},
       {"a version misspelt", "GET /healthz HTTP/1.1x\r\nHost: localhost\r\n\r\n"},
       {"an address that is none", "GET healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"},
       {"an absolute address without a host", "GET http:///healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"},
       {"another scheme", "GET ftp://a/healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"},
-      {"a tunnel", "CONNECT a:80 HTTP/1.1\r\nHost: localhost\r\n\r\n"},
-      {"an unknown method", "BREW / HTTP/1.1\r\nHost: localhost\r\n\r\n"},
+      {"an absolute address with a user", "GET http://u@a/healthz HTTP/1.1\r\nHost: localhost\r\n\r\n"},
+      {"an absolute address and no Host", "GET http://localhost/healthz HTTP/1.1\r\n\r\n"},
+      {"an absolute address and a broken Host", "GET http://localhost/healthz HTTP/1.1\r\nHost: a b\r\n\r\n"},
+      {"no method", "G(T / HTTP/1.1\r\nHost: localhost\r\n\r\n"},
       {"two empty lines first", "\r\n\r\n"s.append(get("/healthz"))},
       {"TLS", "\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n"s},
   };
@@ -103,11 +104,42 @@ TEST(Front, WhatCouldBeReadInTwoWaysIsRefusedAndEndsTheConnection) {
   }
 }
 
+TEST(Front, WhatIsNoHostIsRefused) {
+  const Front front;
+  for (const char* host : {"", "a b", "a/b", "<x>", "a b/<x>", "u@a", "a:b", "a:99999999", "a:65536", "a:-1", "a:1:2", ":80", "[::1", "[::1]x", "[127.0.0.1]", "[a]", "a%2", "a,b c", "http://a", "\xc3\xa4"}) {
+    const std::string seen = front.answer("GET /healthz HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n" + kHidden);
+    EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("request-invalid"))) << host;
+    EXPECT_EQ(count_of(seen, "HTTP/1.1 "), 1u) << host;
+  }
+  for (const char* host : {"a", "a:", "a:0", "a:65535", "A-b_c.example.", "127.0.0.1:80", "[::1]", "[2001:db8::1]:8080", "a%20b"}) {
+    EXPECT_THAT(front.answer("GET /healthz HTTP/1.1\r\nHost: " + std::string(host) + "\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 200 OK")) << host;
+  }
+}
+
+TEST(Front, WhatIsKnownToHttpAndNotToUsIsToldSo) {
+  const Front front;
+  for (const char* line : {"CONNECT a:80 HTTP/1.1", "TRACE / HTTP/1.1", "BREW /pot HTTP/1.1", "get / HTTP/1.1", "PROPFIND * HTTP/1.1"}) {
+    EXPECT_THAT(front.answer(std::string(line) + "\r\nHost: localhost\r\n\r\n" + kHidden), AllOf(StartsWith("HTTP/1.1 501 Not Implemented"), HasSubstr("method-unknown"))) << line;
+  }
+  for (const char* line : {"GET / HTTP/2.0", "GET / HTTP/1.2", "GET / HTTP/0.9", "PRI * HTTP/2.0"}) {
+    EXPECT_THAT(front.answer(std::string(line) + "\r\nHost: localhost\r\n\r\n" + kHidden), AllOf(StartsWith("HTTP/1.1 505 "), HasSubstr("http-version"))) << line;
+  }
+}
+
+TEST(Front, AnEscapedSlashIsNoBorder) {
+  const Front front;
+  for (const char* path : {"/v1%2fdatasets", "/v1%2Fdatasets", "/%2fv1/datasets", "/v1/datasets%2f"}) {
+    EXPECT_THAT(front.answer(get(path, "Connection: close\r\n")), StartsWith("HTTP/1.1 404 ")) << path;
+  }
+  EXPECT_THAT(front.answer(get("/v1/dat%61sets", "Connection: close\r\n")), StartsWith("HTTP/1.1 200 "));
+}
+
 TEST(Front, ChunksThatBreakTheRulesBreakTheUpload) {
   Front front;
   const std::string chunked = kPost + "Transfer-Encoding: chunked\r\n\r\n";
   for (const std::string& body : {"4\nGOOD\r\n0\r\n\r\n"s, "4\r\nGOODx\r\n0\r\n\r\n"s, "-4\r\nGOOD\r\n0\r\n\r\n"s, "0x4\r\nGOOD\r\n0\r\n\r\n"s, " 4\r\nGOOD\r\n0\r\n\r\n"s,
-                                 "4 \r\nGOOD\r\n0\r\n\r\n"s, ";a\r\nGOOD\r\n0\r\n\r\n"s, "fffffffffffffffff\r\nGOOD\r\n0\r\n\r\n"s, "4\r\nGOOD\n0\r\n\r\n"s, "4;a\nb\r\nGOOD\r\n0\r\n\r\n"s}) {
+                                 "4 \r\nGOOD\r\n0\r\n\r\n"s, ";a\r\nGOOD\r\n0\r\n\r\n"s, "fffffffffffffffff\r\nGOOD\r\n0\r\n\r\n"s, "4\r\nGOOD\n0\r\n\r\n"s, "4;a\nb\r\nGOOD\r\n0\r\n\r\n"s,
+                                 "4\r\nGOOD\r\n0\r\ntrailer\r\n\r\n"s, "4\r\nGOOD\r\n0\r\n: x\r\n\r\n"s, "4\r\nGOOD\r\n0\r\nA: x\r\nb\r\n\r\n"s}) {
     const std::string seen = front.answer(chunked + body + kHidden);
     EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("body-incomplete"))) << body;
     EXPECT_EQ(count_of(seen, "HTTP/1.1 "), 1u) << body;
@@ -182,6 +214,9 @@ TEST(Front, CompressedUploadsAreRead) {
   const std::string head = kPost + "Prefer: wait=200\r\nConnection: close\r\nContent-Encoding: gzip\r\nContent-Length: ";
   EXPECT_THAT(front.answer(head + std::to_string(body.size()) + "\r\n\r\n" + body), AllOf(StartsWith("HTTP/1.1 201 "), HasSubstr("\"ready\"")));
   EXPECT_THAT(front.answer(head + "4\r\n\r\nGOOD"), HasSubstr("body-incomplete")) << "that is no gzip";
+  EXPECT_THAT(front.answer(head + std::to_string(body.size() - 8) + "\r\n\r\n" + body.substr(0, body.size() - 8)), HasSubstr("body-incomplete")) << "without its end";
+  const std::string unknown = kPost + "Content-Encoding: zstd\r\nConnection: close\r\nContent-Length: 4\r\n\r\nGOOD";
+  EXPECT_THAT(front.answer(unknown), AllOf(StartsWith("HTTP/1.1 415 "), HasSubstr("coding-unknown"), HasSubstr("\r\nAccept-Encoding: gzip, deflate, br\r\n")));
 }
 
 TEST(Front, HeadersOfAnswersStayOnTheirLines) {

@@ -141,7 +141,7 @@ TEST_F(Http, RefusalsAreProblems) {
   EXPECT_THAT(curl("-F file=@/dev/null $U/v1/datasets"), HasSubstr("--data-binary"));
   EXPECT_THAT(curl("-X POST $U/v1/datasets"), HasSubstr("body-empty"));
   EXPECT_THAT(curl("-X PUT -d x $U/v1/datasets"), HasSubstr("method-not-allowed"));
-  EXPECT_THAT(curl("-X BREW $U/v1/datasets"), HasSubstr("request-invalid"));
+  EXPECT_THAT(curl("-X BREW $U/v1/datasets"), HasSubstr("method-unknown"));
   EXPECT_THAT(curl("$U/v1/nothing"), HasSubstr("not-found"));
   EXPECT_THAT(curl("-X DELETE $U/v1/datasets/nobody"), HasSubstr("dataset-unknown"));
   EXPECT_THAT(curl("$U/" + std::string(9000, 'a')), HasSubstr("uri-too-long"));

@@ -24,13 +24,14 @@ WITHOUT_PROTOBUF = ("proto", "gpu")
 # Headers of packages, and the only files that may include them: another library should cost a file or two.
 HOMES = [
     ("execinfo.h", ["server/serve_command.cpp"]),
-    ("httplib.h", ["server/front/content_coding.cpp", "server/updates/fetch.cpp"]),
+    ("httplib.h", ["server/updates/fetch.cpp"]),
+    ("brotli/*", ["server/front/codec.cpp"]),
     ("CLI/*", ["server/main.cpp", "server/work_line.*"]),
     ("spdlog/*", ["server/log.cpp"]),
     ("nlohmann/*", ["pipeline/json.h", "server/json.h"]),
     ("google/protobuf/*", ["pipeline/manifest_json.cpp", "server/json.cpp"]),
     ("openssl/*", ["pipeline/content_hash.cpp", "server/digest.cpp"]),
-    ("zlib.h", ["pipeline/exports/gzip.cpp", "pipeline/water_mask.cpp"]),
+    ("zlib.h", ["pipeline/exports/gzip.cpp", "pipeline/water_mask.cpp", "server/front/codec.cpp"]),
     ("sqlite3.h", ["pipeline/sqlite.*", "pipeline/sqlite_object.cpp", "server/registry.cpp"]),
     ("boost/asio*", ["pipeline/workers.cpp", "server/front/*", "server/job_queue.*", "server/serve_command.cpp"]),
     ("draco/*", ["pipeline/draco_*"]),
