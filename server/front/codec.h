@@ -7,7 +7,7 @@
 
 namespace cordillera::server::front {
 
-/// Of what is made while a client waits: quality 5, up to a fifth larger than the best that brotli can, in a fiftieth of its time or less.
+/// Of what is made while a client waits: quality 5, up to a fifth larger than the best that brotli can, and many times as quick.
 std::string brotli(std::string_view bytes);
 
 /// Reads a compressed body in pieces.

@@ -93,17 +93,22 @@ def connect(server):
     return socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE_S)
 
 
+def received(client):
+    """All that comes until the other side closes."""
+    seen = b""
+    try:
+        while piece := client.recv(65536):
+            seen += piece
+    except ConnectionResetError:
+        pass  # after the last answer, with bytes of ours unread
+    return seen
+
+
 def exchange(server, sent):
     """Sends the bytes and returns all that comes until the server closes: the last request must ask for that, or be refused."""
     with connect(server) as client:
         client.sendall(sent)
-        seen = b""
-        try:
-            while piece := client.recv(65536):
-                seen += piece
-        except ConnectionResetError:
-            pass  # after the last answer, with bytes of ours unread
-    return seen
+        return received(client)
 
 
 def statuses(answers):
