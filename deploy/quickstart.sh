@@ -3,7 +3,7 @@
 #
 #   deploy/quickstart.sh [dem.tif] [--once] [--port N] [--OPTION VALUE]...
 #
-# Without a DEM the sample beside this script is taken. Other options go to the server as query parameters of the POST:
+# Without a DEM the sample beside this script is taken. Other options are those of `cordillera post`:
 # --error 2, --crs EPSG:2056, --vertical-datum ellipsoid, ... The data folder is the server's own: ./cordillera-data or $CORDILLERA_DATA.
 # --once stops the server at the end; the exit code is 0 only if a tile that was fetched can be decoded.
 # CORDILLERA_BUILD names a build folder that is used as it is instead of building in build/release.
@@ -20,15 +20,15 @@ usage() { sed -n '2,/^set /{/^set /d;s/^# \{0,1\}//;p}' "${BASH_SOURCE[0]}"; }
 dem=
 once=no
 port=
-query=()
+options=()
 while [[ $# -gt 0 ]]; do
   case $1 in
     -h | --help) usage; exit 0 ;;
     --once) once=yes ;;
     --port) port=${2:?--port needs a number}; shift ;;
-    --*=*) key=${1%%=*}; query+=("${key#--}" "${1#*=}") ;;
+    --*=*) options+=("$1") ;;
     --dry-run) fail "--dry-run makes no tiles; ask the command line instead: cordillera build --dry-run dem.tif" ;;
-    --*) [[ $# -ge 2 ]] || fail "$1 needs a value"; query+=("${1#--}" "$2"); shift ;;
+    --*) [[ $# -ge 2 ]] || fail "$1 needs a value"; options+=("$1" "$2"); shift ;;
     *) [[ -z $dem ]] || fail "one DEM at a time: $dem or $1"; dem=$1 ;;
   esac
   shift
@@ -88,26 +88,24 @@ printf 'data in %s\n' "$data"
 
 # --- post ---
 say "POST $(basename "$dem") ($(stat -Lc %s "$dem") bytes)"
-parameters=$(python3 "$here/client.py" query "name=$(basename "$dem")" "${query[@]}")
-meter=-s
-[[ -t 2 ]] && meter=--progress-bar
-status=$(curl "$meter" -S -T "$dem" -X POST -H 'Content-Type: application/octet-stream' -o "$work/posted.json" -w '%{http_code}' \
-  "$url/v1/datasets?$parameters")
-case $status in
-  201 | 202) ;;
-  *) cat "$work/posted.json" >&2; printf '\n' >&2; fail "the server answered $status" ;;
-esac
-id=$(python3 "$here/client.py" id "$work/posted.json")
+export CORDILLERA_SERVER=$url
+"$cordillera" post "$dem" --json "${options[@]}" >"$work/posted.json" || { [[ ! -s $work/posted.json ]] || cat "$work/posted.json" >&2; fail "$dem was not taken"; }
+id=$(sed -E 's/^\{"id":"([^"]*)".*/\1/' "$work/posted.json")
 printf '%s/v1/datasets/%s\n' "$url" "$id"
-python3 "$here/client.py" watch "$url" "$id"
+"$cordillera" watch "$id" || fail "the build failed"
 
 # --- report ---
 say "Done"
-python3 "$here/client.py" report "$url" "$id" "$work/tile"
-for face in drc glb; do
-  curl -fsS -o "$work/fetched.$face" "$(cat "$work/tile.$face")" || fail "the tile $(cat "$work/tile.$face") could not be fetched"
+"$cordillera" fetch "$id" manifest --quiet -o "$work/fetched/"
+"$cordillera" info "$work/fetched"
+drc=$("$cordillera" fetch "$id" --middle -o "$work/fetched/") || fail 'no tile of the finest level could be fetched'
+dataset=$url/v1/datasets/$id
+printf '\ncurl %s/tileset.json\ncurl -o tile.drc %s/%s\ncurl -o tile.glb %s/%s.glb\n' "$dataset" "$dataset" "$drc" "$dataset" "${drc%.drc}"
+printf '\nLook at it: %s/?dataset=%s\n\n' "$url" "$id"
+for tile in "$drc" "${drc%.drc}.glb"; do
+  "$cordillera" fetch "$id" "${tile#tiles/}" --quiet -o "$work/fetched/" || fail "the tile $tile could not be fetched"
   printf 'decoded: '
-  (cd "$work" && "$cordillera" decode "fetched.$face") || fail "the .$face tile could not be decoded"
+  (cd "$work/fetched" && "$cordillera" decode "$tile") || fail "the tile $tile could not be decoded"
 done
 if [[ $once == yes ]]; then
   printf '\n--once: the server stops now; start it again with\n%s serve --listen 127.0.0.1:%s --data %s\n' "$cordillera" "$port" "$data"

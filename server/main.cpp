@@ -5,10 +5,12 @@
 #include <iostream>
 
 #include "server/child.h"
+#include "server/client/client_line.h"
 #include "server/commands.h"
 #include "server/doctor/doctor.h"
 #include "server/export_command.h"
 #include "server/mesh_options.h"
+#include "server/option_words.h"
 #include "server/simplify_command.h"
 #include "server/token_command.h"
 #include "server/work_line.h"
@@ -25,20 +27,7 @@ struct Reading {
 };
 
 void add_options(CLI::App& command, const std::vector<OptionSpec>& table, Reading& reading) {
-  for (const OptionSpec& option : table) {
-    const std::string name = spelt(option, Spelling::command_line);
-    const auto take = [&reading, name](const CLI::results_t& values) {
-      for (const std::string& value : values) reading.given.emplace_back(name, value);
-      return true;
-    };
-    auto* added = command.add_option(name, take, option.help + " [" + option.accepted + "]");
-    added->type_name(option.value)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-    if (option.value.empty()) {
-      added->expected(0, 1);
-    } else {
-      added->expected(1)->allow_extra_args(false);
-    }
-  }
+  add_table(command, table, reading.given);
   command.add_option("--config", reading.config, "file with lines of name = value")->type_name("FILE");
   command.footer(
       "Options also come from the environment (CORDILLERA_ERROR=2 …) and from the config file; the command line wins.");
@@ -99,7 +88,7 @@ std::optional<proto::Problem> check_words(const CLI::App& command) {
     return proto::Problem{"usage", "unexpected '" + word + "'", help, word};
   }
   for (const CLI::Option* option : command.get_options()) {
-    if (!option->get_positional() || option->count() > 0) continue;
+    if (!option->get_positional() || option->count() > 0 || option->get_expected_min() == 0) continue;
     return proto::Problem{"usage", command.get_name() + " needs a " + option->get_name(true), help, option->get_name(true)};
   }
   return std::nullopt;
@@ -222,6 +211,9 @@ int main(int count, char** words) {
   Reading plan_reading;
   add_options(*work_words.plan(), build_options(), plan_reading);
 
+  client::ClientWords client_words;
+  client_words.add_to(app);
+
   CheckLine check_line;
   auto* check = app.add_subcommand("check", "verify a dataset: every checksum, record, border and bound; the exit code says what came out");
   check->add_option("path", check_line.path, "a dataset.sqlite, a dataset's folder, a folder that build wrote, or a server's data folder");
@@ -255,6 +247,7 @@ int main(int count, char** words) {
 
   for (CLI::App* command : {serve, build, info, decode, simplify, export_file, check, vacuum, backup, restore}) command->allow_extras();
   for (CLI::App* command : work_words.commands()) command->allow_extras();
+  for (CLI::App* command : client_words.commands()) command->allow_extras();
   if (count > 1) {
     if (const auto unknown = check_command(app, words[1])) return wrong_usage(*unknown);
   }
@@ -279,6 +272,7 @@ int main(int count, char** words) {
   if (*info) return info_command(subject, as_json ? Show::json : Show::table);
 
   if (const auto code = work_words.run()) return *code;
+  if (const auto code = client_words.run()) return *code;
   if (*work_words.plan()) {
     return with_settings(build_options(), plan_reading, [&](const Settings& settings) { return work_words.run_plan(settings); });
   }

@@ -53,13 +53,15 @@ node_modules() {
 }
 npm_ci() { (cd "$1" && npm ci --prefer-offline --ignore-scripts --no-audit --no-fund --loglevel=error >/dev/null); }
 
-# start_server BUILD [OPTION]...: sets $url; what it keeps is in $work/data.
+# start_server BUILD [OPTION]...: sets $url, for cordillera's own commands too, and $cordillera; what it keeps is in $work/data.
 start_server() {
   local build=$1 port
   shift
   port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
   url=http://127.0.0.1:$port
-  "$build/bin/cordillera" serve --listen "127.0.0.1:$port" --data "$work/data" "$@" >"$work/server.log" 2>&1 &
+  export CORDILLERA_SERVER=$url
+  cordillera=$build/bin/cordillera
+  "$cordillera" serve --listen "127.0.0.1:$port" --data "$work/data" "$@" >"$work/server.log" 2>&1 &
   server_pid=$!
   until curl -fs -o /dev/null "$url/readyz"; do
     kill -0 "$server_pid" || { cat "$work/server.log" >&2; exit 1; }
@@ -68,10 +70,5 @@ start_server() {
 }
 
 # post RASTER: prints the id of the dataset, as soon as it is ready; fails if it never is.
-post() {
-  local id
-  id=$(curl -fsS -T "$1" -X POST -H 'Prefer: wait=300' "$url/v1/datasets?name=$(basename "$1")" | json_id)
-  python3 "$repository/deploy/client.py" watch "$url" "$id" >&2
-  printf '%s\n' "$id"
-}
+post() { "$cordillera" post "$1" --wait --quiet --json | json_id; }
 json_id() { python3 -c 'import json, sys; print(json.load(sys.stdin)["id"])'; }

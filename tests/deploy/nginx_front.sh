@@ -62,8 +62,7 @@ grep -q '^event: ready' "$work/events" || fail 'no event: ready'
 grep -q '^event: progress' "$work/events" || fail 'no event: progress'
 
 # Tiles are the same bytes, with their tags; documents name the public address.
-tile=$(python3 "$repository/deploy/client.py" report "$url" "$id" "$work/tile" >/dev/null && cat "$work/tile.drc")
-path=${tile#"$url"}
+path=/v1/datasets/$id/$("$cordillera" fetch "$id" --middle -o "$work/fetched/")
 ask -D "$work/head" -o "$work/through" "$front$path" && curl -fsS -o "$work/direct" "$url$path"
 cmp "$work/through" "$work/direct" || fail 'a tile through nginx has other bytes'
 etag=$(tr -d '\r' <"$work/head" | word '[Ee][Tt]ag')

@@ -75,6 +75,9 @@ class Reader:
             return f"exit code {done.returncode}: {said[-600:]}"
         if "-X POST" in line and "/v1/datasets?" in line:
             self.dataset = json.loads(done.stdout)["id"]
+        if line.startswith("cordillera post"):
+            said = done.stdout.decode()
+            self.dataset = json.loads(said)["id"] if "--json" in line else said.split()[1]
         return None
 
 

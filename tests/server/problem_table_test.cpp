@@ -41,7 +41,7 @@ const Slugs kOtherWords = {"accept-encoding", "content-encoding", "content-lengt
                            "super-independent", "test-first", "vertex-best",
                            "data-not-writable", "date-time", "disk-full", "idempotency-key", "if-none-match", "keep-alive", "no-cache",
                            "no-store", "sec-fetch-site", "transfer-encoding", "user-defined", "x-forwarded-for",
-                           "tus-resumable", "upload-length", "upload-metadata", "upload-offset",
+                           "retry-after", "tus-resumable", "upload-length", "upload-metadata", "upload-offset",
                            "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-gzip", "x-request-id"};
 
 std::string source_text() {

@@ -24,9 +24,9 @@ WITHOUT_PROTOBUF = ("proto", "gpu")
 # Headers of packages, and the only files that may include them: another library should cost a file or two.
 HOMES = [
     ("execinfo.h", ["server/serve_command.cpp"]),
-    ("httplib.h", ["server/updates/fetch.cpp"]),
+    ("httplib.h", ["server/client/connection.cpp", "server/updates/fetch.cpp"]),
     ("brotli/*", ["server/front/codec.cpp"]),
-    ("CLI/*", ["server/main.cpp", "server/work_line.*"]),
+    ("CLI/*", ["server/main.cpp", "server/option_words.*", "server/work_line.*", "server/client/client_line.*"]),
     ("spdlog/*", ["server/log.cpp"]),
     ("nlohmann/*", ["pipeline/json.h", "server/json.h"]),
     ("google/protobuf/*", ["pipeline/manifest_json.cpp", "server/json.cpp"]),

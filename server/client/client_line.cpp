@@ -1,0 +1,72 @@
+#include "server/client/client_line.h"
+
+#include "server/option_words.h"
+
+namespace cordillera::server::client {
+namespace {
+
+void add_place(CLI::App& command, PlaceWords& place) {
+  command.add_option("--server", place.server, "the service's address; else CORDILLERA_SERVER, else http://127.0.0.1:8080")->type_name("URL");
+  command.add_option("--token-file", place.token_file, "a file whose first line is the token; or CORDILLERA_TOKEN, CORDILLERA_TOKEN_FILE")->type_name("FILE");
+  command.add_option("--token", place.token, "the token itself, which others can then see in the list of processes")->type_name("TOKEN");
+}
+
+void add_show(CLI::App& command, Show& show, Words& words) {
+  command.add_flag_callback("--json", [&show] { show = Show::json; }, "one line of JSON, of what came out or of the problem");
+  command.add_flag_callback("-q,--quiet", [&words] { words = Words::none; }, "no progress");
+}
+
+constexpr const char* kCodes = "Exit codes: 0 done, 1 refused or failed, 2 wrong usage, 75 trying again may help.";
+
+}  // namespace
+
+void ClientWords::add_to(CLI::App& app) {
+  add_post(app);
+  watch_ = app.add_subcommand("watch", "follow a build on a service until it is ready or has failed");
+  watch_->add_option("id", watch_line_.id, "the dataset");
+  add_show(*watch_, watch_line_.show, watch_line_.words);
+  add_place(*watch_, watch_line_.place);
+  watch_->footer(kCodes);
+  add_fetch(app);
+}
+
+void ClientWords::add_post(CLI::App& app) {
+  post_ = app.add_subcommand("post", "send a raster to a service, which makes a dataset of it");
+  post_->add_option("raster", post_line_.rasters, "the elevation model; or several, the one that wins where they overlap first")->expected(1, -1);
+  post_->add_flag_callback("--wait", [this] { post_line_.after = After::wait; }, "until the dataset is ready or has failed");
+  post_->add_flag_callback("--resume", [this] { post_line_.in_parts = true; },
+                           "in parts, which the same line goes on with after a kill; rasters above 64 MiB always are");
+  post_->add_flag_callback("--updates", [this] { post_line_.updates = true; }, "other rasters may be added to the dataset later; several rasters imply it");
+  add_show(*post_, post_line_.show, post_line_.words);
+  add_place(*post_, post_line_.place);
+  add_table(*post_, post_options(), post_line_.options);
+  post_->footer(kCodes);
+}
+
+void ClientWords::add_fetch(CLI::App& app) {
+  fetch_ = app.add_subcommand("fetch", "get tiles and documents of a dataset from a service");
+  fetch_->add_option("id", fetch_line_.id, "the dataset");
+  // No word is needed: the options may say what.
+  fetch_->add_option("what", fetch_line_.what, "z/x/y.drc, .glb, .terrain; manifest, tileset; or any address below the dataset's")->expected(0, -1);
+  const auto option = [this](const char* name, std::string& value, const char* type, const char* help) {
+    fetch_->add_option(name, value, help)->type_name(type);
+  };
+  option("-o,--output", fetch_line_.output, "PATH", "a file, or a folder, where each file gets the path of its address; what has not changed does not come again");
+  option("--bbox", fetch_line_.bbox, "BOX", "tiles that meet this box [west,south,east,north in degrees]");
+  option("--level", fetch_line_.level, "LEVELS", "of these levels [10 or 8-10]");
+  option("--format", fetch_line_.format, "NAME", "what tiles [drc, glb, terrain]");
+  fetch_->add_flag("--middle", fetch_line_.middle, "one tile of the finest level, the nearest to the middle of the data; prints its address");
+  option("--connections", fetch_line_.connections, "N", "at the same time [1 to 32; default 4]");
+  add_show(*fetch_, fetch_line_.show, fetch_line_.words);
+  add_place(*fetch_, fetch_line_.place);
+  fetch_->footer(kCodes);
+}
+
+std::optional<int> ClientWords::run() const {
+  if (*post_) return post_command(post_line_);
+  if (*watch_) return watch_command(watch_line_);
+  if (*fetch_) return fetch_command(fetch_line_);
+  return std::nullopt;
+}
+
+}  // namespace cordillera::server::client

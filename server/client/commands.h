@@ -1,0 +1,49 @@
+#pragma once
+// cordillera post, watch and fetch: a service from the command line. Each returns the exit code: 0 done, 1 refused or failed, 2 wrong usage,
+// 75 trying again may help.
+#include <string>
+#include <vector>
+
+#include "server/client/place.h"
+#include "server/commands.h"
+#include "server/options.h"
+
+namespace cordillera::server::client {
+
+enum class After { leave, wait };
+
+struct PostLine {
+  PlaceWords place;
+  std::vector<std::string> rasters;  ///< several: the one that wins where they overlap first
+  Given options;                     ///< of the table, as the command line spells them
+  bool in_parts = false;             ///< whatever their size
+  bool updates = false;              ///< other rasters may be added later
+  After after = After::leave;
+  Show show = Show::table;
+  Words words = Words::all;
+};
+int post_command(const PostLine& line);
+
+struct WatchLine {
+  PlaceWords place;
+  std::string id;
+  Show show = Show::table;
+  Words words = Words::all;
+};
+int watch_command(const WatchLine& line);
+
+struct FetchLine {
+  PlaceWords place;
+  std::string id;
+  std::vector<std::string> what;  ///< "10/617/763.drc", "manifest", "tileset" or any address below the dataset's
+  std::string bbox, level;        ///< tiles of a box and of levels, as given
+  std::string format = "drc";     ///< of these tiles
+  bool middle = false;            ///< one tile, where the data is
+  std::string output;             ///< a file, or a folder; empty: standard output
+  std::string connections = "4";
+  Show show = Show::table;
+  Words words = Words::all;
+};
+int fetch_command(const FetchLine& line);
+
+}  // namespace cordillera::server::client

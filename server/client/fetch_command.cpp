@@ -1,0 +1,204 @@
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <iostream>
+#include <mutex>
+#include <thread>
+
+#include "server/client/commands.h"
+#include "server/client/shelf.h"
+#include "server/client/talk.h"
+#include "server/client/tiles.h"
+#include "server/option_values.h"
+#include "server/routes.h"
+
+namespace cordillera::server::client {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+/// What is to be fetched, and what is done where an address has nothing.
+enum class Absent { problem, counted, next };
+struct Wanted {
+  std::vector<std::string> addresses;
+  Absent absent = Absent::problem;
+};
+
+struct Counts {
+  std::atomic<std::size_t> fetched{0}, unchanged{0}, absent{0};
+  std::atomic<std::uint64_t> bytes{0};
+};
+
+/// Addresses into files, by several connections.
+class Fetch {
+ public:
+  Fetch(const Place& place, const FetchLine& line, Wanted wanted) : place_(place), line_(line), wanted_(std::move(wanted)) {}
+
+  /// file: of the only address; empty: each has the path of its address, below the folder.
+  proto::Result<void> into(const fs::path& folder, const std::string& file, std::size_t connections) {
+    auto shelf = Shelf::open(folder);
+    if (!shelf) return shelf.problem();
+    std::vector<std::thread> threads;
+    for (std::size_t k = 0; k < std::min(connections, wanted_.addresses.size()); ++k) threads.emplace_back([&] { work(**shelf, file); });
+    for (std::thread& thread : threads) thread.join();
+    if (problem_) return *problem_;
+    return wanted_.absent == Absent::next && next_ < kEnd ? nothing() : proto::Result<void>();
+  }
+  const Counts& counts() const { return counts_; }
+  std::string last() const { return last_; }
+
+ private:
+  static constexpr std::size_t kEnd = std::size_t{1} << 60;  // far behind the last address
+
+  static Problem nothing() { return {"tile-unknown", "the dataset has no tile near its middle", "--bbox and --level", "--middle"}; }
+
+  void work(Shelf& shelf, const std::string& file) {
+    Talk talk(place_, line_.words);
+    for (std::size_t k = next_++; k < wanted_.addresses.size(); k = next_++) {
+      const std::string& address = wanted_.addresses[k];
+      if (const auto one = fetch(talk, shelf, address, file.empty() ? address : file); !one) {
+        const std::lock_guard lock(mutex_);
+        if (!problem_) problem_ = one.problem();
+        next_ = kEnd;
+        return;
+      }
+    }
+  }
+
+  /// Whether what is there came with the tag that the service has now.
+  static bool unchanged(Talk& talk, const std::string& path, const std::string& tag) {
+    return !tag.empty() && talk.patiently({"HEAD", path, {{"If-None-Match", tag}}}).status == 304;
+  }
+
+  proto::Result<void> fetch(Talk& talk, Shelf& shelf, const std::string& address, const std::string& name) {
+    Call call = {"GET", "/v1/datasets/" + line_.id + "/" + address};
+    const std::string from = talk.address() + call.path;
+    talk.moved();
+    if (unchanged(talk, call.path, shelf.tag(name, from))) {
+      ++counts_.unchanged;
+      return done(address, {});
+    }
+    while (true) {
+      Shelf::Part part(shelf);
+      std::uint64_t bytes = 0;
+      bool written = true;
+      call.take = [&](std::string_view piece) {
+        bytes += piece.size();
+        return written = part.write(piece);
+      };
+      const Answer answer = talk.once(call);
+      if (!written) return Problem{"output-failed", "cannot write into " + line_.output + ": " + strerror(errno), "a folder that can be written, with room", "--output"};
+      if (answer.whole(200)) {
+        ++counts_.fetched;
+        counts_.bytes += bytes;
+        return done(address, part.put(name, from, answer.header("etag")));
+      }
+      if (answer.whole(404) && wanted_.absent != Absent::problem && problem_in(object_in(answer)).type == "tile-unknown") {
+        ++counts_.absent;
+        return {};
+      }
+      if (!talk.may_help(answer)) return talk.problem_of(answer);
+    }
+  }
+
+  proto::Result<void> done(const std::string& address, proto::Result<void> put) {
+    if (!put || wanted_.absent != Absent::next) return put;
+    const std::lock_guard lock(mutex_);
+    last_ = address;
+    next_ = kEnd;
+    return put;
+  }
+
+  const Place& place_;
+  const FetchLine& line_;
+  const Wanted wanted_;
+  Counts counts_;
+  std::atomic<std::size_t> next_{0};
+  std::mutex mutex_;
+  std::optional<Problem> problem_;
+  std::string last_;
+};
+
+proto::Result<Answer> get(const Place& place, const FetchLine& line, const std::string& address) {
+  Talk talk(place, line.words);
+  const Answer answer = talk.patiently({"GET", "/v1/datasets/" + line.id + "/" + address});
+  return answer.whole(200) ? proto::Result<Answer>(answer) : talk.problem_of(answer);
+}
+
+proto::Result<Wanted> wanted_by(const FetchLine& line, const Place& place) {
+  Wanted wanted;
+  for (const std::string& what : line.what) {
+    auto address = address_named(what);
+    if (!address) return address.problem();
+    wanted.addresses.push_back(std::move(*address));
+  }
+  const bool box = !line.bbox.empty() || !line.level.empty();
+  if (int(!line.what.empty()) + int(box) + int(line.middle) > 1)
+    return Problem{"usage", "addresses, --bbox with --level, and --middle are three ways to say what to fetch", "one of them", "what"};
+  if (!line.what.empty()) return wanted;
+  const auto answer = get(place, line, "manifest.json");
+  if (!answer) return answer.problem();
+  const Json manifest = object_in(*answer);
+  auto addresses = line.middle ? addresses_from_the_middle(manifest, line.format) : addresses_of(manifest, {line.bbox, line.level, line.format});
+  if (!addresses) return addresses.problem();
+  return Wanted{std::move(*addresses), line.middle ? Absent::next : Absent::counted};
+}
+
+std::optional<Problem> check(const FetchLine& line, std::size_t* connections) {
+  if (!is_id(line.id)) return Problem{"usage", "'" + line.id + "' is no dataset's id", "an id that post printed, or that GET /v1/datasets lists", "id"};
+  std::uint32_t number = 0;
+  if (const auto wrong = read_whole(line.connections, {1, 32}, &number)) return Problem{"option-invalid", "--connections='" + line.connections + "': " + *wrong, "1 to 32", "--connections"};
+  *connections = line.middle ? 1 : number;  // one after the other: the first that is there counts
+  const bool document = line.what.size() == 1 && !line.what.front().ends_with("/");
+  if (line.output.empty() && !document) return Problem{"usage", "fetch needs to know where to write", "-o FOLDER/; a single address may go to standard output", "--output"};
+  return std::nullopt;
+}
+
+int to_stdout(const Place& place, const FetchLine& line) {
+  const auto address = address_named(line.what.front());
+  if (!address) return tell(address.problem(), line.show);
+  const auto answer = get(place, line, *address);
+  if (!answer) return tell(answer.problem(), line.show);
+  const bool text = answer->header("content-type").find("json") != std::string::npos || answer->header("content-type").starts_with("text/");
+  if (!text && isatty(STDOUT_FILENO)) return tell({"usage", "a tile is no text for a terminal", "-o FILE", "--output"}, line.show);
+  std::cout << answer->body << std::flush;
+  return std::cout ? kDone : kFailed;
+}
+
+void say(const FetchLine& line, const Fetch& fetch) {
+  const Counts& counts = fetch.counts();
+  if (line.show == Show::json) {
+    Json json = {{"fetched", counts.fetched.load()}, {"unchanged", counts.unchanged.load()}, {"absent", counts.absent.load()}, {"bytes", counts.bytes.load()}};
+    if (line.middle) json["address"] = fetch.last();
+    std::cout << json.dump() << std::endl;
+  } else if (line.middle) {
+    std::cout << fetch.last() << std::endl;
+  } else if (line.words == Words::all) {
+    std::cerr << counts.fetched << " fetched, " << counts.bytes << " bytes; " << counts.unchanged << " unchanged; " << counts.absent << " addresses without a tile\n";
+  }
+}
+
+}  // namespace
+
+int fetch_command(const FetchLine& line) {
+  std::size_t connections = 0;
+  if (const auto wrong = check(line, &connections)) return tell(*wrong, line.show);
+  const auto place = find_place(line.place);
+  if (!place) return tell(place.problem(), line.show);
+  if (line.output.empty()) return to_stdout(*place, line);
+  auto wanted = wanted_by(line, *place);
+  if (!wanted) return tell(wanted.problem(), line.show);
+  const fs::path output = line.output;
+  std::error_code error;
+  const bool file = line.what.size() == 1 && output.has_filename() && !fs::is_directory(output, error);
+  Fetch fetch(*place, line, std::move(*wanted));
+  const fs::path folder = !file ? output : output.has_parent_path() ? output.parent_path() : fs::path(".");
+  const auto fetched = fetch.into(folder, file ? output.filename().string() : "", connections);
+  if (!fetched) return tell(fetched.problem(), line.show);
+  say(line, fetch);
+  return kDone;
+}
+
+}  // namespace cordillera::server::client

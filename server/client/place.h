@@ -1,0 +1,30 @@
+#pragma once
+// Which service a command talks to, and as whom.
+#include <string>
+
+#include "proto/result.h"
+
+namespace cordillera::server::client {
+
+/// As the command line has them; empty: not given.
+struct PlaceWords {
+  std::string server;
+  std::string token;       ///< others see it in the list of processes, so the command warns
+  std::string token_file;
+};
+
+struct Place {
+  std::string host;    ///< "https://example.org:8443", never with a slash at its end
+  std::string prefix;  ///< of every path: "/terrain", or empty
+  std::string token;   ///< empty: none is shown
+  std::string address() const { return host + prefix; }
+};
+
+/// --server, else CORDILLERA_SERVER, else this machine's port 8080; --token, --token-file, CORDILLERA_TOKEN, CORDILLERA_TOKEN_FILE, the first
+/// that is there. Warnings go to stderr.
+proto::Result<Place> find_place(const PlaceWords& words);
+
+/// "Straße 1.tif" -> "Stra%C3%9Fe%201.tif": one part of a path, or a name or value of a query.
+std::string percent_encoded(const std::string& text);
+
+}  // namespace cordillera::server::client

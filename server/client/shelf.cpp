@@ -1,0 +1,120 @@
+#include "server/client/shelf.h"
+
+#include <fcntl.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "server/json.h"
+
+namespace cordillera::server::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+proto::Problem cannot_write(const fs::path& path, const std::string& why) {
+  return {"output-failed", "cannot write " + path.string() + ": " + why, "a folder that can be written, with room", "--output"};
+}
+
+/// Changes with every write. Empty: no such file.
+std::string state_of(const fs::path& path) {
+  struct stat state = {};
+  if (stat(path.c_str(), &state) != 0) return "";
+  return std::to_string(state.st_size) + " " + std::to_string(state.st_mtim.tv_sec) + " " + std::to_string(state.st_mtim.tv_nsec);
+}
+
+bool write_all(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<Shelf>> Shelf::open(const fs::path& folder) {
+  const fs::path own = folder / ".cordillera-fetch", path = own / "tags";
+  std::error_code error;
+  fs::create_directories(own, error);
+  if (error) return cannot_write(own, error.message());
+  const int notes = ::open(path.c_str(), O_CREAT | O_RDWR | O_APPEND | O_CLOEXEC, 0644);
+  if (notes < 0) return cannot_write(path, strerror(errno));
+  auto shelf = std::unique_ptr<Shelf>(new Shelf(folder, notes));
+  if (flock(notes, LOCK_EX | LOCK_NB) == 0) {  // nobody else fetches: what lies there was left by a process that was killed
+    for (const auto& entry : fs::directory_iterator(own, error)) {
+      if (entry.path().extension() == ".part") fs::remove(entry.path(), error);
+    }
+  }
+  flock(notes, LOCK_SH);
+  shelf->read();
+  return shelf;
+}
+
+Shelf::~Shelf() {
+  // Lines that no longer count go when they are the greater part, and nobody else adds any.
+  if (lines_ > 2 * known_.size() + 100 && flock(notes_, LOCK_EX | LOCK_NB) == 0 && ftruncate(notes_, 0) == 0) {
+    for (const auto& [name, known] : known_) note(name, known);
+  }
+  ::close(notes_);
+}
+
+void Shelf::read() {
+  std::ifstream file(own() / "tags");
+  for (std::string line; std::getline(file, line); ++lines_) {
+    const Json json = Json::parse(line, nullptr, false);  // a line may have been cut off
+    if (json.is_object()) known_[json.value("file", "")] = {json.value("from", ""), json.value("tag", ""), json.value("state", "")};
+  }
+}
+
+void Shelf::note(const std::string& name, const Known& known) {
+  const std::string line = Json{{"file", name}, {"from", known.from}, {"tag", known.tag}, {"state", known.state}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (write_all(notes_, line)) ++lines_;  // without it the file comes again another time
+}
+
+std::string Shelf::tag(const std::string& name, const std::string& from) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = known_.find(name);
+  const bool same = found != known_.end() && found->second.from == from && !found->second.state.empty() && found->second.state == state_of(folder_ / name);
+  return same ? found->second.tag : "";
+}
+
+Shelf::Part::Part(Shelf& shelf) : shelf_(shelf) {
+  {
+    const std::lock_guard lock(shelf.mutex_);
+    path_ = shelf.own() / (std::to_string(getpid()) + "-" + std::to_string(shelf.parts_++) + ".part");
+  }
+  descriptor_ = ::open(path_.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0644);
+}
+
+Shelf::Part::~Part() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  std::error_code ignored;
+  if (!path_.empty()) fs::remove(path_, ignored);
+}
+
+bool Shelf::Part::write(std::string_view bytes) { return descriptor_ >= 0 && write_all(descriptor_, bytes); }
+
+proto::Result<void> Shelf::Part::put(const std::string& name, const std::string& from, const std::string& tag) {
+  const fs::path place = shelf_.folder_ / name;
+  if (descriptor_ < 0) return cannot_write(path_, "it could not be made");
+  const bool closed = ::close(std::exchange(descriptor_, -1)) == 0;
+  std::error_code error;
+  if (!closed) return cannot_write(path_, strerror(errno));
+  if (place.has_parent_path()) fs::create_directories(place.parent_path(), error);
+  fs::rename(path_, place, error);
+  if (error) return cannot_write(place, error.message());
+  path_.clear();
+  const std::lock_guard lock(shelf_.mutex_);
+  const Known known = {from, tag, state_of(place)};
+  shelf_.known_[name] = known;
+  shelf_.note(name, known);
+  return {};
+}
+
+}  // namespace cordillera::server::client

@@ -1,0 +1,56 @@
+#pragma once
+// Calls that are tried again while there is hope, and what is said of those that fail.
+#include <chrono>
+#include <string>
+
+#include "server/client/connection.h"
+#include "server/commands.h"
+#include "server/json.h"
+
+namespace cordillera::server::client {
+
+/// As `cordillera work` has it: trying again later may help.
+inline constexpr int kTryAgain = 75;
+
+/// How long a service may be away once it has been heard, since something last moved.
+inline constexpr std::chrono::seconds kPatience{120};
+
+class Talk {
+ public:
+  Talk(const Place& place, Words words) : connection_(place), address_(place.address()), words_(words) {}
+
+  /// One call. The first one that is answered makes later ones patient.
+  Answer once(const Call& call);
+  /// For a call that does no harm twice: again and again while may_help().
+  Answer patiently(const Call& call);
+  /// Whether to try again after this answer. Waits before it says yes: as long as the service asked for, or longer each time.
+  bool may_help(const Answer& answer);
+  /// Something begins, or got done: patience begins anew.
+  void moved();
+  const std::string& address() const { return address_; }
+
+  /// What the answer says is wrong, or the way to it.
+  proto::Problem problem_of(const Answer& answer) const;
+
+ private:
+  Connection connection_;
+  std::string address_;
+  Words words_;
+  bool heard_ = false;
+  std::chrono::milliseconds pause_{250};
+  std::chrono::steady_clock::time_point moved_ = std::chrono::steady_clock::now();
+};
+
+/// Of RFC 9457's members; detail is what the text says if they are missing.
+proto::Problem problem_in(const Json& json);
+
+/// 1, 2 where the command line is wrong, 75 where trying again may help.
+int exit_code(const proto::Problem& problem);
+
+/// Title, detail and what would be accepted to stderr, or the problem as a line of JSON to stdout. Gives the exit code.
+int tell(const proto::Problem& problem, Show show);
+
+/// The object that the answer's body is; an empty one if it is none.
+Json object_in(const Answer& answer);
+
+}  // namespace cordillera::server::client

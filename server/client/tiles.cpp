@@ -1,0 +1,183 @@
+#include "server/client/tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "server/options.h"
+
+namespace cordillera::server::client {
+namespace {
+
+using proto::Problem;
+
+constexpr std::size_t kMost = 2'000'000;     // addresses of one command
+constexpr std::size_t kMostOfMiddle = 2000;  // tries
+
+struct Format {
+  const char* name;
+  const char* folder;
+};
+constexpr Format kFormats[] = {{"drc", "tiles/"}, {"glb", "tiles/"}, {"terrain", "terrain/"}};
+
+/// Degrees; east is beyond 180 where it lies across the antimeridian.
+struct Box {
+  double west, south, east, north;
+};
+
+Box unwrapped(const std::vector<double>& numbers) {
+  return {numbers[0], numbers[1], numbers[2] < numbers[0] ? numbers[2] + 360 : numbers[2], numbers[3]};
+}
+
+struct Levels {
+  std::uint32_t least = 0, finest = 0;
+};
+
+/// What of a manifest says where tiles are.
+struct Extent {
+  Box box;
+  Levels levels;
+};
+
+proto::Result<Extent> extent_of(const Json& manifest) {
+  const Json bounds = manifest.value("bounds", Json::array());
+  const bool sound = bounds.is_array() && bounds.size() >= 4 && manifest.contains("max_level") && manifest["max_level"].is_number_unsigned() &&
+                     std::all_of(bounds.begin(), bounds.end(), [](const Json& number) { return number.is_number(); });
+  if (!sound) return Problem{"answer-unknown", "the manifest does not say where the dataset is", "a service of this version", "--server"};
+  return Extent{unwrapped(bounds.get<std::vector<double>>()), {manifest.value("min_level", 0u), manifest["max_level"].get<std::uint32_t>()}};
+}
+
+proto::Result<Levels> read_levels(const std::string& text, const Levels& all) {
+  if (text.empty()) return all;
+  const auto dash = text.find('-');
+  Levels levels;
+  const WholeRange range = {all.least, all.finest};
+  Complaint wrong = read_whole(text.substr(0, dash), range, &levels.least);
+  if (!wrong) wrong = read_whole(dash == text.npos ? text : text.substr(dash + 1), range, &levels.finest);
+  if (!wrong && levels.least > levels.finest) wrong = "the first level is above the second";
+  if (!wrong) return levels;
+  return Problem{"option-invalid", "--level='" + text + "': " + *wrong,
+                 "a level from " + std::to_string(all.least) + " to " + std::to_string(all.finest) + ", or two with a dash between", "--level"};
+}
+
+proto::Result<Box> read_box(const std::string& text, const Box& all) {
+  if (text.empty()) return all;
+  const auto settings = with_layer({}, build_options(), {{"--bbox", text}}, Spelling::command_line);
+  if (!settings) return settings.problem();
+  return unwrapped({settings->build.bbox().begin(), settings->build.bbox().end()});
+}
+
+std::string address(const Format& format, std::uint32_t level, long column, long row) {
+  return format.folder + std::to_string(level) + "/" + std::to_string(column) + "/" + std::to_string(row) + "." + format.name;
+}
+
+/// Tiles whose inside meets from..to, in tiles.
+std::pair<long, long> between(double from, double to) {
+  const long first = static_cast<long>(std::floor(from));
+  return {first, std::max(first, static_cast<long>(std::ceil(to)) - 1)};
+}
+
+/// Columns and rows of a level in both boxes. A box and the data may be a whole turn apart.
+struct Range {
+  std::set<long> columns;
+  std::pair<long, long> rows = {0, -1};
+};
+Range range_of(const Box& data, const Box& box, std::uint32_t level) {
+  Range range;
+  const double tiles = std::ldexp(1.0, static_cast<int>(level));
+  const long around = 2l << level, top = 1l << level;
+  const double south = std::max(data.south, box.south), north = std::min(data.north, box.north);
+  if (south > north) return range;
+  range.rows = between((south + 90) / 180 * tiles, (north + 90) / 180 * tiles);
+  range.rows = {std::clamp(range.rows.first, 0l, top - 1), std::clamp(range.rows.second, 0l, top - 1)};
+  for (const double turn : {-360.0, 0.0, 360.0}) {
+    const double west = std::max(data.west, box.west + turn), east = std::min(data.east, box.east + turn);
+    if (west > east) continue;
+    const auto [first, last] = between((west + 180) / 180 * tiles, (east + 180) / 180 * tiles);
+    for (long column = first; column <= last; ++column) range.columns.insert(((column % around) + around) % around);
+  }
+  return range;
+}
+
+proto::Result<Format> read_format(const std::string& name) {
+  for (const Format& format : kFormats) {
+    if (name == format.name) return format;
+  }
+  return Problem{"option-invalid", "--format='" + name + "': no such kind of tile", "drc, glb or terrain", "--format"};
+}
+
+bool is_tile(const std::string& what, const Format& format) {
+  const std::string suffix = std::string(".") + format.name;
+  if (!what.ends_with(suffix)) return false;
+  const std::string numbers = what.substr(0, what.size() - suffix.size());
+  return std::count(numbers.begin(), numbers.end(), '/') == 2 && numbers.find_first_not_of("0123456789/") == numbers.npos;
+}
+
+}  // namespace
+
+proto::Result<std::string> address_named(const std::string& what) {
+  if (what == "manifest" || what == "tileset") return what + ".json";
+  for (const Format& format : kFormats) {
+    if (is_tile(what, format)) return format.folder + what;
+  }
+  // It also becomes a path on this machine.
+  const std::string around = "/" + what + "/";
+  const bool plain = std::all_of(what.begin(), what.end(), [](unsigned char c) { return std::isalnum(c) || c == '/' || c == '.' || c == '-' || c == '_'; });
+  if (plain && what.find('.') != what.npos && around.find("//") == around.npos && around.find("/.") == around.npos) return what;
+  return Problem{"usage", "'" + what + "' names nothing of a dataset", "z/x/y.drc, z/x/y.glb, z/x/y.terrain, manifest, tileset, or another address below the dataset's, such as layer.json",
+                 "what"};
+}
+
+proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const TileWords& words) {
+  const auto extent = extent_of(manifest);
+  if (!extent) return extent.problem();
+  const auto format = read_format(words.format);
+  if (!format) return format.problem();
+  const auto box = read_box(words.bbox, extent->box);
+  if (!box) return box.problem();
+  const auto levels = read_levels(words.level, extent->levels);
+  if (!levels) return levels.problem();
+  std::vector<std::string> addresses;
+  for (std::uint32_t level = levels->least; level <= levels->finest; ++level) {
+    const Range range = range_of(extent->box, *box, level);
+    const auto rows = static_cast<std::size_t>(range.rows.second - range.rows.first + 1);
+    if (addresses.size() + range.columns.size() * rows > kMost)
+      return Problem{"usage", "these would be more than " + std::to_string(kMost) + " tiles", "a smaller --bbox, a coarser --level, or cordillera export", "--level"};
+    for (const long column : range.columns) {
+      for (long row = range.rows.first; row <= range.rows.second; ++row) addresses.push_back(address(*format, level, column, row));
+    }
+  }
+  if (!addresses.empty()) return addresses;
+  const Box& data = extent->box;
+  const auto degrees = [](double value) { return shown(std::round(value * 1e4) / 1e4); };
+  return Problem{"option-invalid", "--bbox='" + words.bbox + "': the dataset is elsewhere",
+                 "a box that meets " + degrees(data.west) + "," + degrees(data.south) + "," + degrees(data.east > 180 ? data.east - 360 : data.east) + "," + degrees(data.north), "--bbox"};
+}
+
+proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& manifest, const std::string& format_name) {
+  const auto extent = extent_of(manifest);
+  if (!extent) return extent.problem();
+  const auto format = read_format(format_name);
+  if (!format) return format.problem();
+  const std::uint32_t level = extent->levels.finest;
+  const double tiles = std::ldexp(1.0, static_cast<int>(level));
+  const Box& data = extent->box;
+  const auto [west, east] = between((data.west + 180) / 180 * tiles, (data.east + 180) / 180 * tiles);
+  const auto [south, north] = between((data.south + 90) / 180 * tiles, (data.north + 90) / 180 * tiles);
+  struct Place {
+    long distance, column, row;
+  };
+  std::vector<Place> places;
+  const long x = (west + east) / 2, y = (south + north) / 2, reach = static_cast<long>(std::sqrt(kMostOfMiddle));
+  for (long column = std::max(west, x - reach); column <= std::min(east, x + reach); ++column) {
+    for (long row = std::max(south, y - reach); row <= std::min(north, y + reach); ++row)
+      places.push_back({(column - x) * (column - x) + (row - y) * (row - y), column, row});
+  }
+  std::stable_sort(places.begin(), places.end(), [](const Place& one, const Place& other) { return one.distance < other.distance; });
+  std::vector<std::string> addresses;
+  for (std::size_t k = 0; k < std::min(places.size(), kMostOfMiddle); ++k)
+    addresses.push_back(address(*format, level, places[k].column % (2l << level), places[k].row));
+  return addresses;
+}
+
+}  // namespace cordillera::server::client

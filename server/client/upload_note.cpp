@@ -1,0 +1,94 @@
+#include "server/client/upload_note.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "server/digest.h"
+#include "server/json.h"
+#include "server/uploads/part_files.h"
+
+namespace cordillera::server::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path notes_folder() {
+  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state == '/') return fs::path(state) / "cordillera" / "uploads";
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/') return fs::path(home) / ".local" / "state" / "cordillera" / "uploads";
+  return {};
+}
+
+/// A service forgets an upload after so many days; notes of them serve nobody.
+void remove_old(const fs::path& folder) {
+  std::error_code error;
+  const auto oldest = fs::file_time_type::clock::now() - std::chrono::hours(24 * (uploads::kKeptDays + 1));
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (fs::last_write_time(entry.path(), error) < oldest) fs::remove(entry.path(), error);
+  }
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<UploadNote>> UploadNote::open(const std::string& purpose, const std::string& identity) {
+  const fs::path folder = notes_folder();
+  std::error_code error;
+  if (!folder.empty()) fs::create_directories(folder, error);
+  const fs::path path = folder / (digest(purpose).substr(0, 32) + ".json");
+  if (!folder.empty()) remove_old(folder);
+  int descriptor = -1;
+  while (!folder.empty()) {
+    // Nobody else reads it: without tokens an upload belongs to whoever knows its name.
+    descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
+    if (descriptor < 0) break;
+    if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+      ::close(descriptor);
+      return proto::Problem{"upload-running", "another process is sending this raster to this service", "waiting for its end", "raster"};
+    }
+    struct stat state = {};
+    if (fstat(descriptor, &state) != 0 || state.st_nlink > 0) break;
+    ::close(descriptor);  // its owner was done and removed it between the two calls
+  }
+  auto note = std::unique_ptr<UploadNote>(new UploadNote(path.string(), descriptor, identity));
+  if (descriptor < 0) return note;
+  note->read();
+  return note;
+}
+
+UploadNote::~UploadNote() {
+  if (descriptor_ < 0) return;
+  if (upload_.empty()) remove();
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void UploadNote::read() {
+  char bytes[1024];
+  const ssize_t count = pread(descriptor_, bytes, sizeof bytes, 0);
+  const Json json = Json::parse(std::string(bytes, count > 0 ? static_cast<std::size_t>(count) : 0), nullptr, false);
+  if (!json.is_object()) return;
+  (json.value("identity", "") == identity_ ? upload_ : outdated_) = json.value("upload", "");
+}
+
+void UploadNote::keep(const std::string& upload) {
+  upload_ = upload;
+  outdated_.clear();
+  if (descriptor_ < 0) return;
+  // In place, for the lock is on this very file. A line that is cut off is none: a new upload begins.
+  const std::string line = Json{{"upload", upload}, {"identity", identity_}}.dump() + "\n";
+  if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, line.data(), line.size(), 0) != static_cast<ssize_t>(line.size())) return;
+  fsync(descriptor_);
+}
+
+void UploadNote::remove() {
+  upload_.clear();
+  if (descriptor_ < 0) return;
+  unlink(path_.c_str());
+  ::close(descriptor_);
+  descriptor_ = -1;
+}
+
+}  // namespace cordillera::server::client

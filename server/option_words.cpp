@@ -1,0 +1,22 @@
+#include "server/option_words.h"
+
+namespace cordillera::server {
+
+void add_table(CLI::App& command, const std::vector<OptionSpec>& table, Given& given) {
+  for (const OptionSpec& option : table) {
+    const std::string name = spelt(option, Spelling::command_line);
+    const auto take = [&given, name](const CLI::results_t& values) {
+      for (const std::string& value : values) given.emplace_back(name, value);
+      return true;
+    };
+    auto* added = command.add_option(name, take, option.help + " [" + option.accepted + "]");
+    added->type_name(option.value)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+    if (option.value.empty()) {
+      added->expected(0, 1);
+    } else {
+      added->expected(1)->allow_extra_args(false);
+    }
+  }
+}
+
+}  // namespace cordillera::server
