@@ -1,0 +1,105 @@
+#pragma once
+// The driver of the engine, written once in steps over arrays (engine.inl); an Executor runs the steps. Beyond those of
+// gpu/waves.h (Array<T>, copy_in, copy_out, zero, each, exclusive_sum, group) it has:
+//   rows(room, from, columns, rows, stride)   rows of a host's array, where the steps can read them
+//   each_run(n, f)                            f(i, lanes) for i in 0..n-1, with as many lanes as the executor likes
+//   windows(pass, count)                      the windows of a pass
+//   use(), wait(), name()
+#include <chrono>
+
+#include "gpu/exact/bounds.h"
+#include "gpu/exact/levels.h"
+#include "gpu/exact/engine_makers.h"
+
+namespace cordillera::gpu::exact {
+
+/// A host's view of the rows of a block, for the steps.
+struct SampleRows {
+  const std::int32_t* first = nullptr;
+  std::int64_t stride = 0;
+};
+
+class StopWatch {
+ public:
+  double lap() {
+    const double before = at_;
+    at_ = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+    return at_ - before;
+  }
+
+ private:
+  double at_ = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+};
+
+template <class Executor>
+class Engine final : public BlockSimplifier {
+ public:
+  explicit Engine(std::unique_ptr<Executor> executor) : executor_(std::move(executor)) {}
+
+  proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan) override;
+  std::string device() const override { return executor_->name(); }
+  const BlockTimes& times() const override { return times_; }
+
+ private:
+  template <class T>
+  using Array = typename Executor::template Array<T>;
+
+  struct MeshArrays {
+    Array<std::uint32_t> position, ring;
+    Array<float> height;
+    Array<std::uint8_t> valence, mark;
+    void reserve(std::size_t vertices) {
+      position.reserve(vertices);
+      ring.reserve(vertices * kRingWidth);
+      height.reserve(vertices);
+      valence.reserve(vertices);
+      mark.reserve(vertices);
+    }
+    MeshView view() const { return {position.data(), height.data(), valence.data(), mark.data(), ring.data()}; }
+  };
+  /// Where a block's samples and squares lie in the arrays of all.
+  struct Place {
+    std::size_t sample = 0, square[kTiers] = {};
+  };
+
+  void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan);
+  void load(std::span<const Block> blocks);
+  void find_depths(std::size_t levels);
+  void bound();
+  void start(const BlockPlan& plan);
+  void keep_network(const Network& net);
+  void take_network(std::span<const Network> nets);
+  void run_level(const BlockPlan& plan, int level);
+  std::uint32_t cut(int pass);
+  void pack();
+  CutView finder() const;
+  std::size_t list_triangles(const OwnTriangles& own);
+  std::vector<ErrorSums> measure(const OwnTriangles& own, std::size_t triangles, double tolerance);
+  void download(std::size_t triangles, std::span<const ErrorSums> errors, double tolerance, std::vector<BlockMesh>& meshes);
+
+  std::unique_ptr<Executor> executor_;
+  BlockTimes times_;
+  std::vector<BlockView> blocks_;
+  std::vector<Place> places_;
+  std::vector<int> largest_square_;
+  std::vector<std::uint32_t> first_vertex_;  ///< of the blocks, one more at the end
+  std::size_t samples_ = 0, vertices_ = 0;
+  std::int64_t lattice_period_ = 1;
+  int bin_bits_ = 1;
+
+  Array<std::int32_t> rows_;
+  Array<float> heights_;
+  Array<Depth> depths_, tier_depths_;
+  Array<std::uint8_t> near_, near_in_row_, stays_;
+  Array<BoundingPlane> planes_;
+  Array<std::uint32_t> has_voids_, count_, number_;
+  Array<BlockView> block_array_;
+  MeshArrays mesh_, packed_;
+  Array<std::uint32_t> first_array_, window_, vertices_by_number_, order_, bin_, bin_count_, bin_first_, bin_start_, bin_number_,
+      window_first_, window_block_;
+  Array<std::uint16_t> local_;
+  Array<std::uint32_t> corners_;
+  Array<ErrorSums> errors_;
+};
+
+}  // namespace cordillera::gpu::exact

@@ -1,0 +1,349 @@
+// The driver of the engine; included by engine_host.cpp and engine_cuda.cu only.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "gpu/exact/engine.h"
+
+namespace cordillera::gpu::exact {
+
+inline constexpr int kPasses = 3;
+/// Waves of all passes but the last end when fewer than one vertex in so many goes: the next pass has other windows.
+inline constexpr int kIdleShare = 64;
+inline constexpr std::size_t kRunsWanted = 8192;  ///< of triangles, when they are measured
+
+template <class Executor>
+proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(std::span<const Block> blocks,
+                                                                              const BlockPlan& plan) {
+  if (auto problem = check_call(blocks, plan)) return *problem;
+  executor_->use();
+  times_ = {};
+  StopWatch watch;
+  lay_out_blocks(blocks, plan);
+  load(blocks);
+  find_depths(plan.levels.size());
+  executor_->wait();
+  times_.load_s = watch.lap();
+  bound();
+  executor_->wait();
+  times_.bounds_s = watch.lap();
+  start(plan);
+  executor_->wait();
+  times_.start_s = watch.lap();
+  times_.start_vertices = vertices_;
+  std::vector<std::vector<BlockMesh>> results(blocks.size(), std::vector<BlockMesh>(plan.levels.size()));
+  std::vector<BlockMesh> meshes(blocks.size());
+  for (std::size_t l = 0; l < plan.levels.size(); ++l) {
+    LevelTime time;
+    run_level(plan, static_cast<int>(l));
+    executor_->wait();
+    time.simplify_s = watch.lap();
+    const double tolerance = plan.levels[l].tolerance_m / proto::kHeightStep_m;
+    const OwnTriangles own{mesh_.view(), block_array_.data(), finder()};
+    const std::size_t triangles = list_triangles(own);
+    const std::vector<ErrorSums> errors = measure(own, triangles, tolerance);
+    time.measure_s = watch.lap();
+    download(triangles, errors, tolerance, meshes);
+    for (std::size_t b = 0; b < blocks.size(); ++b) results[b][l] = std::move(meshes[b]);
+    time.download_s = watch.lap();
+    times_.levels.push_back(time);
+  }
+  return results;
+}
+
+// ---- samples and what is known of them
+
+template <class Executor>
+void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan) {
+  blocks_.assign(blocks.size(), {});
+  places_.assign(blocks.size(), {});
+  largest_square_.assign(blocks.size(), 1);
+  lattice_period_ = std::int64_t{plan.tile_side} << (plan.levels.size() - 1);
+  samples_ = 0;
+  std::size_t squares = 0;
+  int most_bins = 1;
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    BlockView& view = blocks_[b];
+    Field& field = view.field;
+    field.columns = blocks[b].columns;
+    field.rows = blocks[b].rows;
+    field.stride = (field.columns + 7) / 8 * 8;
+    view.east = field.columns - 1;
+    view.north = field.rows - 1;
+    const auto modulo = [this](std::int64_t at) {
+      return static_cast<std::int32_t>((at % lattice_period_ + lattice_period_) % lattice_period_);
+    };
+    view.lattice_x = modulo(blocks[b].west);
+    view.lattice_y = modulo(blocks[b].south);
+    places_[b].sample = samples_;
+    samples_ += static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows);
+    for (int tier = 0; tier < kTiers; ++tier) {
+      field.tier_stride[tier] = ((field.columns - 1) >> tier_shift(tier)) + 1;
+      places_[b].square[tier] = squares;
+      squares += static_cast<std::size_t>(field.tier_stride[tier]) * static_cast<std::size_t>(field.squares_down(tier));
+    }
+    // Squares of the start lie within tiles and fill the block.
+    const std::int32_t sides =
+        (field.columns - 1) | (field.rows - 1) | view.lattice_x | view.lattice_y | plan.tile_side | kLargestSquare;
+    largest_square_[b] = sides & -sides;
+    most_bins = std::max({most_bins, field.columns >> kBinShift, field.rows >> kBinShift});
+  }
+  for (bin_bits_ = 1; most_bins + 1 + (1 << bin_bits_) / 3 > 1 << bin_bits_;) ++bin_bits_;
+  heights_.reserve(samples_);
+  depths_.reserve(samples_);
+  planes_.reserve(squares);
+  tier_depths_.reserve(squares);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    blocks_[b].field.height = heights_.data() + places_[b].sample;
+    for (int tier = 0; tier < kTiers; ++tier) blocks_[b].field.plane[tier] = planes_.data() + places_[b].square[tier];
+  }
+}
+
+template <class Executor>
+void Engine<Executor>::load(std::span<const Block> blocks) {
+  has_voids_.reserve(blocks.size());
+  executor_->zero(has_voids_.data(), blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const proto::Samples& samples = *blocks[b].samples;
+    const Field& field = blocks_[b].field;
+    const std::int32_t* const from =
+        samples.height.data() + ((blocks[b].south - samples.south) * samples.columns + (blocks[b].west - samples.west));
+    const SampleRows rows = executor_->rows(rows_, from, field.columns, field.rows, samples.columns);
+    executor_->each(static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows),
+                    LoadSample{rows.first, rows.stride, heights_.data() + places_[b].sample, depths_.data() + places_[b].sample,
+                               has_voids_.data() + b, field.columns, field.rows, field.stride});
+  }
+  std::vector<std::uint32_t> has_voids(blocks.size());
+  executor_->copy_out(has_voids.data(), has_voids_.data(), blocks.size());
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (!has_voids[b]) continue;
+    blocks_[b].field.depth = depths_.data() + places_[b].sample;
+    for (int tier = 0; tier < kTiers; ++tier) blocks_[b].field.tier_depth[tier] = tier_depths_.data() + places_[b].square[tier];
+  }
+}
+
+template <class Executor>
+void Engine<Executor>::find_depths(std::size_t levels) {
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Field& field = blocks_[b].field;
+    if (!field.depth) continue;
+    const std::size_t samples = static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows);
+    near_.reserve(samples);
+    near_in_row_.reserve(samples);
+    Depth* const depth = depths_.data() + places_[b].sample;
+    executor_->each(samples, MarkKinds{depth, near_.data()});
+    for (int r = 0; r < static_cast<int>(levels); ++r) {
+      const int reach = r == 0 ? 1 : 1 << (r - 1);
+      executor_->each(samples, NearInRow{field, reach, false, near_.data(), near_in_row_.data()});
+      executor_->each(samples, NearInRow{field, reach, true, near_in_row_.data(), near_.data()});
+      executor_->each(samples, LowerDepth{near_.data(), r, depth});
+    }
+  }
+}
+
+template <class Executor>
+void Engine<Executor>::bound() {
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Field& field = blocks_[b].field;
+    for (int tier = 0; tier < kTiers; ++tier) {
+      BoundingPlane* const plane = planes_.data() + places_[b].square[tier];
+      Depth* const depth = field.depth ? tier_depths_.data() + places_[b].square[tier] : nullptr;
+      const std::size_t squares =
+          static_cast<std::size_t>(field.tier_stride[tier]) * static_cast<std::size_t>(field.squares_down(tier));
+      if (tier == 0) executor_->each(squares, BoundSamples{field, plane, depth});
+      else executor_->each(squares, BoundSquares{field, tier, plane, depth});
+    }
+  }
+  block_array_.reserve(blocks_.size());
+  executor_->copy_in(block_array_.data(), blocks_.data(), blocks_.size());
+}
+
+// ---- the start
+
+template <class Executor>
+void Engine<Executor>::start(const BlockPlan& plan) {
+  stays_.reserve(samples_);
+  std::vector<Network> nets;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const auto tolerance = static_cast<float>(plan.levels[0].tolerance_m / proto::kHeightStep_m);
+    nets.push_back({blocks_[b].field,
+                    stays_.data() + places_[b].sample,
+                    largest_square_[b],
+                    {kStartShare * tolerance, 0},
+                    static_cast<float>(plan.levels[0].height_step)});
+    keep_network(nets.back());
+  }
+  take_network(nets);
+}
+
+template <class Executor>
+void Engine<Executor>::keep_network(const Network& net) {
+  const Field& field = net.field;
+  executor_->each(static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows), MarkSquares{net});
+  for (int half = 1; half < net.largest; half *= 2) {
+    const std::size_t nodes =
+        static_cast<std::size_t>((field.columns - 1) / half + 1) * static_cast<std::size_t>((field.rows - 1) / half + 1);
+    executor_->each(nodes, KeepMiddles{net, half});
+    executor_->each(nodes, KeepCentres{net, half});
+  }
+}
+
+template <class Executor>
+void Engine<Executor>::take_network(std::span<const Network> nets) {
+  count_.reserve(samples_ + 1);
+  number_.reserve(samples_ + 1);
+  executor_->each(samples_ + 1, CountStays{stays_.data(), samples_, count_.data()});
+  executor_->exclusive_sum(count_.data(), number_.data(), samples_ + 1);
+  first_vertex_.resize(nets.size() + 1);
+  for (std::size_t b = 0; b <= nets.size(); ++b) {
+    executor_->copy_out(&first_vertex_[b], number_.data() + (b < nets.size() ? places_[b].sample : samples_), 1);
+  }
+  vertices_ = first_vertex_.back();
+  mesh_.reserve(vertices_);
+  packed_.reserve(vertices_);
+  for (std::size_t b = 0; b < nets.size(); ++b) {
+    executor_->each(static_cast<std::size_t>(nets[b].field.stride) * static_cast<std::size_t>(nets[b].field.rows),
+                    TakeVertex{nets[b], number_.data() + places_[b].sample, mesh_.view()});
+  }
+  first_array_.reserve(nets.size() + 1);
+  executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
+  for (auto* array : {&window_, &vertices_by_number_, &order_, &bin_}) array->reserve(vertices_);
+  local_.reserve(vertices_);
+}
+
+// ---- a level
+
+template <class Executor>
+void Engine<Executor>::run_level(const BlockPlan& plan, int level) {
+  const BlockLevel& asked = plan.levels[static_cast<std::size_t>(level)];
+  const LevelRules rules{static_cast<float>(asked.tolerance_m / proto::kHeightStep_m), static_cast<float>(asked.height_step),
+                         plan.tile_side << level, level};
+  executor_->each(vertices_, BeginLevel{mesh_.view(), rules.height_step});
+  for (int number = 0; number < kPasses; ++number) {
+    const std::uint32_t windows = cut(number);
+    PassView pass;
+    pass.mesh = mesh_.view();
+    pass.blocks = block_array_.data();
+    pass.window = window_.data();
+    pass.local = local_.data();
+    pass.order = order_.data();
+    pass.first = window_first_.data();
+    pass.block_of = window_block_.data();
+    pass.rules = rules;
+    pass.idle_share = number + 1 < kPasses ? kIdleShare : 0;
+    pass.height_rounds = static_cast<int>(plan.quality);
+    executor_->windows(pass, windows);
+    pack();
+  }
+}
+
+template <class Executor>
+CutView Engine<Executor>::finder() const {
+  CutView cut;
+  cut.mesh = mesh_.view();
+  cut.first_vertex = first_array_.data();
+  cut.blocks = static_cast<std::uint32_t>(blocks_.size());
+  cut.bits = bin_bits_;
+  return cut;
+}
+
+template <class Executor>
+std::uint32_t Engine<Executor>::cut(int pass) {
+  CutView cut = finder();
+  // Thirds of every square: no seam of one pass is a seam of another.
+  const std::uint32_t third = (1u << bin_bits_) / 3;
+  cut.shift = pass == 0 ? 0 : pass == 1 ? third : third / 2;
+  const std::size_t bins = cut.bins();
+  for (auto* array : {&bin_count_, &bin_first_, &bin_start_, &bin_number_}) array->reserve(bins + 1);
+  cut.bin = bin_.data();
+  cut.count = bin_count_.data();
+  cut.first = bin_first_.data();
+  cut.start = bin_start_.data();
+  cut.number = bin_number_.data();
+  executor_->zero(cut.count, bins + 1);
+  executor_->each(vertices_, SortIntoBins{cut});
+  executor_->exclusive_sum(cut.count, cut.first, bins + 1);
+  executor_->zero(cut.count, bins + 1);
+  executor_->each(bins, FindStart{cut});
+  executor_->exclusive_sum(cut.count, cut.number, bins + 1);
+  std::uint32_t windows = 0;
+  executor_->copy_out(&windows, cut.number + bins, 1);
+  window_first_.reserve(windows + 1);
+  window_block_.reserve(windows + 1);
+  executor_->each(bins + 1, NumberWindows{cut, window_first_.data(), window_block_.data()});
+  executor_->each(vertices_, NameWindow{cut, window_.data(), vertices_by_number_.data()});
+  executor_->group({vertices_by_number_.data(), vertices_}, window_.data(), {window_first_.data(), std::size_t{windows} + 1},
+                   order_.data());
+  return windows;
+}
+
+template <class Executor>
+void Engine<Executor>::pack() {
+  executor_->each(vertices_ + 1, CountAlive{mesh_.view(), vertices_, count_.data()});
+  executor_->exclusive_sum(count_.data(), number_.data(), vertices_ + 1);
+  executor_->each(vertices_, PackVertex{mesh_.view(), packed_.view(), number_.data()});
+  executor_->each(first_vertex_.size(), PackBlock{number_.data(), first_array_.data()});
+  executor_->copy_out(first_vertex_.data(), first_array_.data(), first_vertex_.size());
+  vertices_ = first_vertex_.back();
+  std::swap(mesh_, packed_);
+}
+
+// ---- what a level has become
+
+template <class Executor>
+std::size_t Engine<Executor>::list_triangles(const OwnTriangles& own) {
+  executor_->each(vertices_ + 1, CountTriangles{own, vertices_, count_.data()});
+  executor_->exclusive_sum(count_.data(), number_.data(), vertices_ + 1);
+  std::uint32_t triangles = 0;
+  executor_->copy_out(&triangles, number_.data() + vertices_, 1);
+  corners_.reserve(std::size_t{3} * triangles);
+  executor_->each(vertices_, TakeTriangles{own, number_.data(), corners_.data()});
+  return triangles;
+}
+
+template <class Executor>
+std::vector<ErrorSums> Engine<Executor>::measure(const OwnTriangles& own, std::size_t triangles, double tolerance) {
+  errors_.reserve(blocks_.size());
+  executor_->zero(errors_.data(), blocks_.size());
+  const std::size_t length = std::clamp<std::size_t>(triangles / kRunsWanted, 1, 32);
+  executor_->each_run((triangles + length - 1) / length,
+                      MeasureTriangles{own, corners_.data(), triangles, length, kErrorUnits / tolerance, errors_.data()});
+  std::vector<ErrorSums> errors(blocks_.size());
+  executor_->copy_out(errors.data(), errors_.data(), errors.size());
+  return errors;
+}
+
+template <class Executor>
+void Engine<Executor>::download(std::size_t triangles, std::span<const ErrorSums> errors, double tolerance,
+                                std::vector<BlockMesh>& meshes) {
+  std::vector<std::uint32_t> position(vertices_), corners(3 * triangles);
+  std::vector<float> height(vertices_);
+  std::vector<std::uint8_t> mark(vertices_);
+  executor_->copy_out(position.data(), mesh_.position.data(), vertices_);
+  executor_->copy_out(height.data(), mesh_.height.data(), vertices_);
+  executor_->copy_out(mark.data(), mesh_.mark.data(), vertices_);
+  executor_->copy_out(corners.data(), corners_.data(), corners.size());
+  std::size_t t = 0;
+  for (std::size_t b = 0; b < meshes.size(); ++b) {
+    BlockMesh& mesh = meshes[b];
+    mesh = {};
+    const std::uint32_t first = first_vertex_[b], end = first_vertex_[b + 1];
+    for (std::uint32_t v = first; v < end; ++v) {
+      const bool is_void = (mark[v] & kVoidVertex) != 0;
+      mesh.x.push_back(static_cast<std::uint16_t>(position_x(position[v])));
+      mesh.y.push_back(static_cast<std::uint16_t>(position_y(position[v])));
+      mesh.height.push_back(is_void ? 0 : static_cast<std::int32_t>(height[v]));
+      mesh.is_void.push_back(is_void ? 1 : 0);
+    }
+    for (; t < triangles && corners[3 * t] < end; ++t)
+      mesh.triangles.push_back({corners[3 * t] - first, corners[3 * t + 1] - first, corners[3 * t + 2] - first});
+    mesh.max_error_m = std::bit_cast<double>(errors[b].max_bits) * proto::kHeightStep_m;
+    mesh.measured = errors[b].samples;
+    if (mesh.measured) {
+      mesh.rmse_m = std::sqrt(static_cast<double>(errors[b].squares) / static_cast<double>(mesh.measured)) * tolerance /
+                    kErrorUnits * proto::kHeightStep_m;
+    }
+  }
+}
+
+}  // namespace cordillera::gpu::exact

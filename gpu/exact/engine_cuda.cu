@@ -1,0 +1,116 @@
+// The engine on a CUDA device: a window is a block of threads, its arrays lie in shared memory (in global scratch on devices that
+// have too little of it).
+#include <algorithm>
+
+#include "gpu/cuda_device.cuh"
+#include "gpu/cuda_steps.cuh"
+#include "gpu/exact/block_team.cuh"
+#include "gpu/exact/engine.inl"
+
+namespace cordillera::gpu::exact {
+namespace {
+
+constexpr int kThreads = 512, kWindowsAtOnce = 2;
+
+/// The lanes of a warp.
+struct WarpLanes {
+  using Word = unsigned long long;
+  __device__ int index() const { return static_cast<int>(threadIdx.x & 31u); }
+  /// Four rows of eight.
+  __device__ int row() const { return index() / 8; }
+  __device__ int rows() const { return 4; }
+  __device__ int column() const { return index() & 7; }
+  __device__ int columns() const { return 8; }
+  __device__ std::uint64_t sum(std::uint64_t value) const {
+    for (int o = 16; o; o /= 2) value += __shfl_xor_sync(~0u, static_cast<Word>(value), o);
+    return value;
+  }
+  __device__ std::uint64_t max(std::uint64_t value) const {
+    for (int o = 16; o; o /= 2) {
+      const std::uint64_t other = __shfl_xor_sync(~0u, static_cast<Word>(value), o);
+      value = other > value ? other : value;
+    }
+    return value;
+  }
+  __device__ void add(ErrorSums& to, const ErrorSums& sums) const {
+    atomicAdd(reinterpret_cast<Word*>(&to.squares), static_cast<Word>(sums.squares));
+    atomicAdd(reinterpret_cast<Word*>(&to.samples), static_cast<Word>(sums.samples));
+    atomicMax(reinterpret_cast<Word*>(&to.max_bits), static_cast<Word>(sums.max_bits));
+  }
+};
+
+template <class F>
+__global__ void __launch_bounds__(kStepThreads) run_kernel(std::size_t n, F f) {
+  const std::size_t i = (std::size_t{blockIdx.x} * blockDim.x + threadIdx.x) / 32;
+  if (i < n) f(i, WarpLanes{});
+}
+
+template <bool kShared>
+__global__ void __launch_bounds__(kThreads, kWindowsAtOnce)
+    windows_kernel(PassView pass, std::uint32_t count, unsigned char* scratch, std::size_t scratch_bytes) {
+  extern __shared__ __align__(16) unsigned char shared[];
+  BlockTeam team;
+  for (std::uint32_t window = blockIdx.x; window < count; window += gridDim.x) {
+    WindowPass<BlockTeam>(team, pass, window, kShared ? shared : scratch + blockIdx.x * scratch_bytes).run();
+    __syncthreads();
+  }
+}
+
+class CudaExecutor : public CudaSteps {
+ public:
+  CudaExecutor(int device, const cudaDeviceProp& properties) : CudaSteps(properties.multiProcessorCount), device_(device) {
+    name_ = cuda_name(device, properties);
+    shared_bytes_ = properties.sharedMemPerBlockOptin;
+    scratch_blocks_ = static_cast<unsigned>(kWindowsAtOnce * properties.multiProcessorCount);
+    const std::size_t most = std::min(shared_bytes_, window_bytes(kStackLength));
+    CORDILLERA_CUDA(
+        cudaFuncSetAttribute(windows_kernel<true>, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(most)));
+  }
+
+  void use() { CORDILLERA_CUDA(cudaSetDevice(device_)); }
+  void wait() { CORDILLERA_CUDA(cudaStreamSynchronize(stream_)); }
+  std::string name() const { return name_; }
+
+  SampleRows rows(Array<std::int32_t>& room, const std::int32_t* from, std::int32_t columns, std::int32_t rows,
+                  std::int64_t stride) {
+    const auto width = static_cast<std::size_t>(columns), height = static_cast<std::size_t>(rows);
+    room.reserve(width * height);
+    CORDILLERA_CUDA(cudaMemcpy2DAsync(room.data(), width * 4, from, static_cast<std::size_t>(stride) * 4, width * 4, height,
+                                      cudaMemcpyHostToDevice, stream_));
+    return {room.data(), columns};
+  }
+  template <class F>
+  void each_run(std::size_t n, const F& f) {
+    if (n == 0) return;
+    run_kernel<<<static_cast<unsigned>((n * 32 + kStepThreads - 1) / kStepThreads), kStepThreads, 0, stream_>>>(n, f);
+    CORDILLERA_CUDA(cudaGetLastError());
+  }
+  void windows(const PassView& pass, std::uint32_t count) {
+    const std::size_t bytes = window_bytes(kStackLength);
+    if (bytes <= shared_bytes_) {
+      windows_kernel<true><<<count, kThreads, bytes, stream_>>>(pass, count, nullptr, 0);
+    } else {
+      const unsigned blocks = std::min(count, scratch_blocks_);
+      scratch_.reserve(blocks * bytes);
+      windows_kernel<false><<<blocks, kThreads, 0, stream_>>>(pass, count, scratch_.data(), bytes);
+    }
+    CORDILLERA_CUDA(cudaGetLastError());
+  }
+
+ private:
+  int device_ = 0;
+  std::string name_;
+  std::size_t shared_bytes_ = 0;
+  unsigned scratch_blocks_ = 0;
+  DeviceBuffer<unsigned char> scratch_;
+};
+
+}  // namespace
+
+proto::Result<std::unique_ptr<BlockSimplifier>> make_cuda_engine(int device) {
+  return with_cuda_device<BlockSimplifier>(device, [device](const cudaDeviceProp& properties) {
+    return std::make_unique<Engine<CudaExecutor>>(std::make_unique<CudaExecutor>(device, properties));
+  });
+}
+
+}  // namespace cordillera::gpu::exact

@@ -1,0 +1,88 @@
+// The engine on a CPU: loops and windows over threads.
+#include <atomic>
+#include <mutex>
+
+#include "gpu/exact/engine.inl"
+#include "gpu/exact/host_team.h"
+#include "gpu/host_steps.h"
+
+namespace cordillera::gpu::exact {
+namespace {
+
+/// One lane.
+struct HostLane {
+  int index() const { return 0; }
+  int row() const { return 0; }
+  int rows() const { return 1; }
+  int column() const { return 0; }
+  int columns() const { return 1; }
+  std::uint64_t sum(std::uint64_t value) const { return value; }
+  std::uint64_t max(std::uint64_t value) const { return value; }
+  void add(ErrorSums& to, const ErrorSums& sums) const {
+    __atomic_fetch_add(&to.squares, sums.squares, __ATOMIC_RELAXED);
+    __atomic_fetch_add(&to.samples, sums.samples, __ATOMIC_RELAXED);
+    std::uint64_t before = __atomic_load_n(&to.max_bits, __ATOMIC_RELAXED);
+    while (before < sums.max_bits &&
+           !__atomic_compare_exchange_n(&to.max_bits, &before, sums.max_bits, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+    }
+  }
+};
+
+class HostExecutor : public HostSteps {
+ public:
+  explicit HostExecutor(ParallelFor parallel) : parallel_(std::move(parallel)) {}
+
+  void use() {}
+  void wait() {}
+  std::string name() const { return "cpu"; }
+
+  SampleRows rows(Array<std::int32_t>&, const std::int32_t* from, std::int32_t, std::int32_t, std::int64_t stride) {
+    return {from, stride};
+  }
+  template <class F>
+  void each(std::size_t n, const F& f) {
+    in_pieces(n, 8192, [&f](std::size_t i) { f(i); });
+  }
+  template <class F>
+  void each_run(std::size_t n, const F& f) {
+    in_pieces(n, 64, [&f](std::size_t i) { f(i, HostLane{}); });
+  }
+  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first,
+             std::uint32_t* to) {
+    cursor_.assign(first.begin(), first.end());
+    for (std::size_t i = 0; i < values.size(); ++i) to[cursor_[group_of[i]]++] = values[i];
+  }
+  void windows(const PassView& pass, std::uint32_t count) {
+    parallel_(count, [&pass](std::size_t number) {
+      thread_local std::vector<std::uint64_t> storage;
+      storage.resize(window_bytes(0) / 8 + 1);
+      HostTeam team;
+      WindowPass<HostTeam>(team, pass, static_cast<std::uint32_t>(number), reinterpret_cast<unsigned char*>(storage.data()))
+          .run();
+    });
+  }
+
+ private:
+  template <class F>
+  void in_pieces(std::size_t n, std::size_t piece, const F& f) {
+    const std::size_t pieces = (n + piece - 1) / piece;
+    if (pieces <= 1) {
+      for (std::size_t i = 0; i < n; ++i) f(i);
+      return;
+    }
+    parallel_(pieces, [&](std::size_t p) {
+      for (std::size_t i = p * piece; i < n && i < (p + 1) * piece; ++i) f(i);
+    });
+  }
+
+  ParallelFor parallel_;
+  std::vector<std::uint32_t> cursor_;
+};
+
+}  // namespace
+
+std::unique_ptr<BlockSimplifier> make_host_engine(ParallelFor parallel) {
+  return std::make_unique<Engine<HostExecutor>>(std::make_unique<HostExecutor>(std::move(parallel)));
+}
+
+}  // namespace cordillera::gpu::exact

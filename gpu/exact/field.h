@@ -1,0 +1,60 @@
+#pragma once
+// The samples of one block and what is known of squares of them, as kernels see them. Heights are whole numbers of 2^-10 m in
+// floats, which are exact up to 2^24: the range of proto::kMaxHeight_m.
+#include <cmath>
+#include <cstdint>
+
+#include "proto/host_device.h"
+
+namespace cordillera::gpu::exact {
+
+inline constexpr int kTiers = 5;  ///< squares of 8, 32, 128, 512 and 2,048 samples
+CORDILLERA_HD constexpr int tier_shift(int tier) { return 3 + 2 * tier; }
+
+/// All valid samples of a square are within `off` of middle + dx * (x - mx) + dy * (y - my), with (mx, my) the middle of the
+/// square. A square without valid samples has off = kNothing, which fits any plane.
+struct BoundingPlane {
+  float middle, dx, dy, off;
+};
+inline constexpr float kNothing = -1e30f;
+
+/// How far a sample is from the nearest one of the other kind (valid or void), in steps: the least r with a distance of at most
+/// 2^r, in columns and in rows; kFarthest where there is none within reach. A byte holds r + 1: in the low half for a valid
+/// sample, in the high half for a void one. For a square of samples it holds the greatest of both kinds.
+using Depth = std::uint8_t;
+inline constexpr int kFarthest = 14;
+CORDILLERA_HD constexpr bool is_void(Depth depth) { return depth >= 16; }
+CORDILLERA_HD constexpr Depth valid_depth(int r) { return static_cast<Depth>(r + 1); }
+CORDILLERA_HD constexpr Depth void_depth(int r) { return static_cast<Depth>((r + 1) << 4); }
+CORDILLERA_HD constexpr Depth deeper(Depth a, Depth b) {
+  const int low = (a & 15) > (b & 15) ? a & 15 : b & 15, high = (a >> 4) > (b >> 4) ? a >> 4 : b >> 4;
+  return static_cast<Depth>(low | high << 4);
+}
+/// Is one of the valid samples (of the void ones) farther than 2^level steps from the other kind?
+CORDILLERA_HD constexpr bool has_deep_valid(Depth depth, int level) { return (depth & 15) > level + 1; }
+CORDILLERA_HD constexpr bool has_deep_void(Depth depth, int level) { return (depth >> 4) > level + 1; }
+
+/// Rows are padded to whole squares of 8, and so are columns; pads lie outside of every triangle.
+struct Field {
+  const float* height = nullptr;            ///< indexed by y * stride + x; void: 0
+  const Depth* depth = nullptr;             ///< indexed likewise; null where the block has no voids
+  const BoundingPlane* plane[kTiers] = {};  ///< indexed by square, y * tier_stride + x
+  const Depth* tier_depth[kTiers] = {};     ///< indexed likewise; null where the block has no voids
+  std::int32_t columns = 0, rows = 0, stride = 0;
+  std::int32_t tier_stride[kTiers] = {};
+
+  CORDILLERA_HD std::uint32_t index(int x, int y) const {
+    return static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(stride) + static_cast<std::uint32_t>(x);
+  }
+  CORDILLERA_HD bool is_void_at(int x, int y) const { return depth && is_void(depth[index(x, y)]); }
+  CORDILLERA_HD int squares_down(int tier) const { return ((rows - 1) >> tier_shift(tier)) + 1; }
+};
+
+/// The nearest multiple of step, a power of two; of two the even one.
+CORDILLERA_HD inline float rounded_to(float height, float step) { return rintf(height / step) * step; }
+
+CORDILLERA_HD inline int least(int a, int b) { return a < b ? a : b; }
+CORDILLERA_HD inline int greatest(int a, int b) { return a > b ? a : b; }
+CORDILLERA_HD inline float magnitude(float a) { return a < 0 ? -a : a; }
+
+}  // namespace cordillera::gpu::exact

@@ -1,0 +1,214 @@
+#pragma once
+// What happens to all vertices between passes and levels: from samples to a mesh, packed, made ready for a level, and out as
+// triangles with their true error.
+#include "gpu/exact/cut.h"
+#include "gpu/exact/start.h"
+
+namespace cordillera::gpu::exact {
+
+struct CountStays {
+  const std::uint8_t* stays;
+  std::size_t samples;
+  std::uint32_t* count;  ///< one more at the end
+  CORDILLERA_HD void operator()(std::size_t i) const { count[i] = i < samples ? stays[i] : 0; }
+};
+
+/// The vertices of a block's network.
+struct TakeVertex {
+  Network net;
+  const std::uint32_t* number;  ///< indexed by sample of the block: vertices before it
+  MeshView mesh;
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    if (!net.stays[i]) return;
+    const auto stride = static_cast<std::size_t>(net.field.stride);
+    const int x = static_cast<int>(i % stride), y = static_cast<int>(i / stride);
+    const std::uint32_t v = number[i];
+    std::uint32_t ring[8];
+    const int valence = network_ring(net, x, y, ring);
+    for (int k = 0; k < valence; ++k) mesh.ring_of(v)[k] = number[ring[k]];
+    mesh.position[v] = pack_position(x, y);
+    mesh.height[v] = net.field.height[i];
+    mesh.valence[v] = static_cast<std::uint8_t>(valence);
+    mesh.mark[v] = net.field.is_void_at(x, y) ? kVoidVertex : 0;
+  }
+};
+
+struct BeginLevel {
+  MeshView mesh;
+  float height_step;
+  CORDILLERA_HD void operator()(std::size_t v) const {
+    mesh.height[v] = rounded_to(mesh.height[v], height_step);
+    mesh.mark[v] = static_cast<std::uint8_t>(mesh.mark[v] & ~kSettled);
+  }
+};
+
+struct CountAlive {
+  MeshView mesh;
+  std::size_t vertices;
+  std::uint32_t* count;  ///< one more at the end
+  CORDILLERA_HD void operator()(std::size_t v) const { count[v] = v < vertices && mesh.valence[v] != 0 ? 1 : 0; }
+};
+struct PackVertex {
+  MeshView from, to;
+  const std::uint32_t* number;
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const auto v = static_cast<std::uint32_t>(i);
+    const int valence = from.valence[v];
+    if (valence == 0) return;
+    const std::uint32_t n = number[v];
+    to.position[n] = from.position[v];
+    to.height[n] = from.height[v];
+    to.valence[n] = static_cast<std::uint8_t>(valence);
+    to.mark[n] = from.mark[v];
+    for (int k = 0; k < valence; ++k) to.ring_of(n)[k] = number[from.ring_of(v)[k]];
+  }
+};
+struct PackBlock {
+  const std::uint32_t* number;
+  std::uint32_t* first_vertex;
+  CORDILLERA_HD void operator()(std::size_t b) const { first_vertex[b] = number[first_vertex[b]]; }
+};
+
+/// A triangle belongs to its least vertex.
+struct OwnTriangles {
+  MeshView mesh;
+  const BlockView* blocks;
+  CutView finder;  ///< of the block
+
+  template <class F>
+  CORDILLERA_HD void each(std::uint32_t v, const F& f) const {
+    const std::uint32_t position = mesh.position[v];
+    const std::uint32_t* const ring = mesh.ring_of(v);
+    const int valence = mesh.valence[v];
+    const bool open = blocks[finder.block_of(v)].is_on_side(position_x(position), position_y(position));
+    for (int k = 0; k < (open ? valence - 1 : valence); ++k) {
+      const std::uint32_t a = ring[k], b = ring[k + 1 == valence ? 0 : k + 1];
+      if (v < a && v < b) f(a, b);
+    }
+  }
+};
+struct CountTriangles {
+  OwnTriangles own;
+  std::size_t vertices;
+  std::uint32_t* count;  ///< one more at the end
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    std::uint32_t n = 0;
+    if (i < vertices) own.each(static_cast<std::uint32_t>(i), [&n](std::uint32_t, std::uint32_t) { ++n; });
+    count[i] = n;
+  }
+};
+struct TakeTriangles {
+  OwnTriangles own;
+  const std::uint32_t* first;
+  std::uint32_t* corners;  ///< 3 a triangle
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const auto v = static_cast<std::uint32_t>(i);
+    std::uint32_t* at = corners + std::size_t{3} * first[v];
+    own.each(v, [&at, v](std::uint32_t a, std::uint32_t b) {
+      at[0] = v, at[1] = a, at[2] = b;
+      at += 3;
+    });
+  }
+};
+
+/// Errors of a level of a block, so that no order of adding shows: a maximum by the bits of a double that is not negative, and
+/// whole numbers.
+struct ErrorSums {
+  std::uint64_t max_bits = 0;  ///< 2^-10 m
+  std::uint64_t squares = 0;   ///< of tolerance / kErrorUnits
+  std::uint64_t samples = 0;
+};
+inline constexpr double kErrorUnits = 4096;
+
+/// Of the absolute value; they order like the numbers.
+CORDILLERA_HD inline std::uint64_t magnitude_bits(double d) {
+  union {
+    double d;
+    std::uint64_t u;
+  } bits{d};
+  return bits.u & ~(std::uint64_t{1} << 63);
+}
+
+/// A run of triangles against all their samples. A sample on an edge belongs to the triangle on the side of a tiny step inwards
+/// from the block's border.
+struct MeasureTriangles {
+  OwnTriangles own;
+  const std::uint32_t* corners;
+  std::size_t triangles;
+  std::size_t length;  ///< of a run
+  double units;        ///< kErrorUnits / tolerance
+  ErrorSums* errors;   ///< indexed by block
+
+  template <class Lanes>
+  CORDILLERA_HD void operator()(std::size_t run, const Lanes& lanes) const {
+    ErrorSums sums;
+    std::uint32_t block = ~0u;
+    for (std::size_t t = run * length; t < triangles && t < (run + 1) * length; ++t) {
+      const std::uint32_t* const corner = corners + 3 * t;
+      const std::uint32_t of = own.finder.block_of(corner[0]);
+      if (of != block && block != ~0u) flush(lanes, block, sums);
+      block = of;
+      measure(lanes, own.blocks[block].field, corner, sums);
+    }
+    if (block != ~0u) flush(lanes, block, sums);
+  }
+
+ private:
+  template <class Lanes>
+  CORDILLERA_HD void flush(const Lanes& lanes, std::uint32_t block, ErrorSums& sums) const {
+    sums.max_bits = lanes.max(sums.max_bits);
+    sums.squares = lanes.sum(sums.squares);
+    sums.samples = lanes.sum(sums.samples);
+    if (lanes.index() == 0) lanes.add(errors[block], sums);
+    sums = {};
+  }
+  CORDILLERA_HD static bool owns(const Triangle& t, const Field& field, int x, int y) {
+    const int step_x = x + 1 < field.columns ? 1 : -1, step_y = y + 1 < field.rows ? 1 : -1;
+    for (int k = 0; k < 3; ++k) {
+      const int at = t.edge(k, x, y), toward_x = t.across[k] * step_x, toward_y = t.along[k] * step_y;
+      if (at < 0 || (at == 0 && (toward_x < 0 || (toward_x == 0 && toward_y < 0)))) return false;
+    }
+    return true;
+  }
+  template <class Lanes>
+  CORDILLERA_HD void measure(const Lanes& lanes, const Field& field, const std::uint32_t* corner, ErrorSums& sums) const {
+    const MeshView& mesh = own.mesh;
+    Corner c[3];
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t position = mesh.position[corner[k]];
+      c[k] = {position_x(position), position_y(position), mesh.height[corner[k]], (mesh.mark[corner[k]] & kVoidVertex) != 0};
+    }
+    const Triangle t = make_triangle(c[0], c[1], c[2], {0, 0});
+    if (!t.published) return;
+    const double ux = c[1].x - c[0].x, uy = c[1].y - c[0].y, vx = c[2].x - c[0].x, vy = c[2].y - c[0].y, area = ux * vy - uy * vx;
+    const double rise_b = static_cast<double>(c[1].height) - c[0].height, rise_c = static_cast<double>(c[2].height) - c[0].height;
+    const double dx = (rise_b * vy - rise_c * uy) / area, dy = (rise_c * ux - rise_b * vx) / area;
+    for (int y = t.south + lanes.row(); y <= t.north; y += lanes.rows()) {
+      int from = t.west, to = t.east;
+      clip_row(t, y, from, to);
+      while (from <= to && !owns(t, field, from, y)) ++from;
+      while (from <= to && !owns(t, field, to, y)) --to;
+      const double rise = dy * (y - t.ey[0]);
+      for (int x = from + lanes.column(); x <= to; x += lanes.columns()) {
+        if (field.is_void_at(x, y)) continue;
+        const double off = (static_cast<double>(t.height) - field.height[field.index(x, y)]) + (dx * (x - t.ex[0]) + rise);
+        const std::uint64_t bits = magnitude_bits(off);
+        if (bits > sums.max_bits) sums.max_bits = bits;
+        const auto whole = static_cast<std::int64_t>(rint(off * units));
+        sums.squares += static_cast<std::uint64_t>(whole * whole);
+        ++sums.samples;
+      }
+    }
+  }
+  /// The samples of a row in the triangle, edges included.
+  CORDILLERA_HD static void clip_row(const Triangle& t, int y, int& from, int& to) {
+    for (int k = 0; k < 3; ++k) {
+      const int slope = t.across[k], at = t.along[k] * (y - t.ey[k]);  // slope * (x - ex) >= -at
+      if (slope > 0) from = greatest(from, t.ex[k] - floor_of(at, slope));
+      else if (slope < 0) to = least(to, t.ex[k] + floor_of(at, -slope));
+    }
+  }
+  CORDILLERA_HD static int floor_of(int n, int by) { return n >= 0 ? n / by : -((by - 1 - n) / by); }
+};
+
+}  // namespace cordillera::gpu::exact

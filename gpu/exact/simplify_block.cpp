@@ -1,0 +1,89 @@
+#include "gpu/exact/simplify_block.h"
+
+#include <bit>
+#include <optional>
+
+#include "gpu/device_choice.h"
+#include "gpu/exact/engine_makers.h"
+#include "gpu/exact/window.h"
+
+namespace cordillera::gpu::exact {
+namespace {
+
+proto::Problem invalid(std::string detail, std::string accepted, std::string parameter) {
+  return {"option-invalid", std::move(detail), std::move(accepted), std::move(parameter)};
+}
+
+bool is_power_of_two(std::int64_t n) { return n > 0 && std::has_single_bit(static_cast<std::uint64_t>(n)); }
+
+std::optional<proto::Problem> check_level(const BlockPlan& plan, std::size_t l) {
+  const BlockLevel& level = plan.levels[l];
+  const std::string at = "levels[" + std::to_string(l) + "]";
+  const double step_m = level.height_step * proto::kHeightStep_m;
+  if (!(level.tolerance_m > 0 && level.tolerance_m <= proto::kMaxHeight_m)) {
+    return invalid(at + " has a tolerance of " + std::to_string(level.tolerance_m) + " m", "0 to 16384 m, without the 0",
+                   at + ".tolerance_m");
+  }
+  if (!is_power_of_two(level.height_step) || 4 * step_m > level.tolerance_m) {
+    return invalid(at + " has a height step of " + std::to_string(level.height_step) + " / 1024 m",
+                   "a power of two, at most a quarter of the tolerance", at + ".height_step");
+  }
+  if (l == 0) return {};
+  const BlockLevel& finer = plan.levels[l - 1];
+  const double rounding_m = level.height_step > finer.height_step ? 0.5 * step_m : 0;
+  if (level.height_step < finer.height_step || level.tolerance_m < finer.tolerance_m + rounding_m) {
+    return invalid(
+        at + " asks for more than the finer level",
+        "a tolerance and a height step no less than the finer level's, and half the step more tolerance where that grows", at);
+  }
+  return {};
+}
+
+std::optional<proto::Problem> check_block(const Block& block, std::size_t b) {
+  const std::string at = "blocks[" + std::to_string(b) + "]";
+  if (block.columns < 2 || block.rows < 2 || block.columns > kMostSamples || block.rows > kMostSamples) {
+    return invalid(at + " has " + std::to_string(block.columns) + " x " + std::to_string(block.rows) + " samples",
+                   "2 to 8193 each way", at);
+  }
+  const proto::Samples* const samples = block.samples;
+  const bool holds =
+      samples && block.west >= samples->west && block.south >= samples->south &&
+      block.west + block.columns <= samples->west + samples->columns &&
+      block.south + block.rows <= samples->south + samples->rows &&
+      samples->height.size() == static_cast<std::size_t>(samples->columns) * static_cast<std::size_t>(samples->rows);
+  if (!holds) return invalid(at + " lies outside of its samples", "a rectangle within them", at);
+  return {};
+}
+
+}  // namespace
+
+std::optional<proto::Problem> check_call(std::span<const Block> blocks, const BlockPlan& plan) {
+  if (blocks.empty()) return invalid("there is no block", "one block or more", "blocks");
+  if (plan.levels.empty() || plan.levels.size() > 12)
+    return invalid(std::to_string(plan.levels.size()) + " levels", "1 to 12", "levels");
+  if (!is_power_of_two(plan.tile_side) || plan.tile_side > 32768)
+    return invalid("a tile side of " + std::to_string(plan.tile_side) + " samples", "a power of two up to 32768", "tile_side");
+  std::size_t samples = 0;
+  for (std::size_t l = 0; l < plan.levels.size(); ++l) {
+    if (auto problem = check_level(plan, l)) return problem;
+  }
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    if (auto problem = check_block(blocks[b], b)) return problem;
+    samples += static_cast<std::size_t>(blocks[b].columns + 7) * static_cast<std::size_t>(blocks[b].rows);
+  }
+  if (samples >= std::size_t{1} << 32)
+    return invalid(std::to_string(samples) + " samples in one call", "fewer than 2^32", "blocks");
+  return {};
+}
+
+#ifndef CORDILLERA_HAS_CUDA
+proto::Result<std::unique_ptr<BlockSimplifier>> make_cuda_engine(int) { return built_without_cuda(); }
+#endif
+
+proto::Result<std::unique_ptr<BlockSimplifier>> make_block_simplifier(const std::string& device, ParallelFor parallel) {
+  return on_device(
+      device, [&]() -> proto::Result<std::unique_ptr<BlockSimplifier>> { return make_host_engine(parallel); },
+      [](int number) { return make_cuda_engine(number); });
+}
+
+}  // namespace cordillera::gpu::exact

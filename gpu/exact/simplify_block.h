@@ -1,0 +1,95 @@
+#pragma once
+// Blocks of terrain simplified so that no sample is farther than a level's tolerance from the level's mesh, measured, before and
+// after every step: there is nothing to check and nothing to repair afterwards. One source for CPU and CUDA, the same bits from
+// both.
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gpu/simplify.h"
+#include "proto/mesh.h"
+#include "proto/result.h"
+
+namespace cordillera::gpu::exact {
+
+/// Sides of a block, in this order wherever there are four of something.
+enum Side { kSouth, kEast, kNorth, kWest };
+
+/// What lies beyond a side.
+enum class SideKind : std::uint8_t {
+  outer,  ///< nothing: the side is simplified along itself, like a tile's side
+};
+
+/// A rectangle of lattice samples. Borrowed for the call.
+struct Block {
+  const proto::Samples* samples =
+      nullptr;  ///< holds the rectangle. Bent already: a plane over the rectangle is what a flat triangle will be
+  std::int64_t west = 0, south = 0;    ///< its first sample, on the lattice
+  std::int32_t columns = 0, rows = 0;  ///< samples, 2 .. kMostSamples each, ends included
+  std::array<SideKind, 4> sides{};
+};
+inline constexpr std::int32_t kMostSamples = 8193;
+
+enum class Quality { fast, standard, best };  ///< heights of vertices are fitted never, once, twice a pass
+
+/// A level of all blocks of a call; index 0 is the finest.
+struct BlockLevel {
+  /// Metres, > 0: no valid sample is farther from the level's mesh, along the vertical. At least that of the finer level, plus
+  /// half of height_step where that grows.
+  double tolerance_m = 0;
+  std::int32_t height_step = 1;  ///< of vertices, in proto::kHeightStep_m: a power of two, at most a quarter of the tolerance, no
+                                 ///< less than the finer level's
+};
+
+struct BlockPlan {
+  std::int32_t tile_side = 256;    ///< samples from side to side of a tile of level 0, a power of two; doubled a level
+  std::vector<BlockLevel> levels;  ///< 1 .. 12
+  Quality quality = Quality::standard;
+};
+
+/// A level of a block. Its triangles cover the rectangle exactly, counter-clockwise, all of positive area, none across a line
+/// where tiles of the level meet (lattice multiples of tile_side << level). A triangle is to be published iff none of its corners
+/// is void. Rims move by at most 2^level samples, in columns and in rows: every valid sample farther than that from a void one is
+/// covered by published triangles, and no void sample farther than that from a valid one.
+struct BlockMesh {
+  std::vector<std::uint16_t> x, y;    ///< indexed by vertex: samples from the block's south-western one
+  std::vector<std::int32_t> height;   ///< indexed by vertex, kHeightStep_m, a multiple of the level's height_step; void: 0
+  std::vector<std::uint8_t> is_void;  ///< indexed by vertex, 0 or 1
+  std::vector<std::array<std::uint32_t, 3>> triangles;  ///< in the order of their least vertex
+  double max_error_m = 0;                               ///< of the valid samples under published triangles, measured in doubles
+  double rmse_m = 0;                                    ///< of the same
+  std::uint64_t measured = 0;                           ///< how many those are
+
+  std::size_t vertices() const { return x.size(); }
+};
+
+/// What a level cost, all blocks together.
+struct LevelTime {
+  double simplify_s = 0, measure_s = 0, download_s = 0;
+};
+struct BlockTimes {
+  double load_s = 0, bounds_s = 0, start_s = 0;
+  std::vector<LevelTime> levels;
+  std::uint64_t start_vertices = 0;
+};
+
+/// One thread at a time; keeps its memory from call to call.
+class BlockSimplifier {
+ public:
+  virtual ~BlockSimplifier() = default;
+  /// result[b][l] is level l of blocks[b]. It depends on the block and the plan alone: not on what else is in the call, the
+  /// device or the number of threads. A plan or block outside of its ranges is a Problem ("option-invalid"). A GPU that fails is
+  /// a DeviceLost: ask another simplifier.
+  virtual proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan) = 0;
+  virtual std::string device() const = 0;       ///< "cpu" or "cuda:0 (NVIDIA …)"
+  virtual const BlockTimes& times() const = 0;  ///< of the last call
+};
+
+/// "auto", "cpu", "cuda", "cuda:N", as for make_simplifier. parallel: for loops on the host.
+proto::Result<std::unique_ptr<BlockSimplifier>> make_block_simplifier(const std::string& device,
+                                                                      ParallelFor parallel = one_after_the_other);
+
+}  // namespace cordillera::gpu::exact

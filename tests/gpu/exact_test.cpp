@@ -1,0 +1,206 @@
+// What gpu/exact promises, on made terrains, seen by a judge that shares nothing with it.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <map>
+#include <thread>
+
+#include "tests/gpu/exact_judge.h"
+#include "tests/gpu/exact_terrain.h"
+
+namespace cordillera::gpu::exact {
+namespace {
+
+BlockPlan plan_of(double tolerance_m, int levels, int tile_side) {
+  BlockPlan plan;
+  plan.tile_side = tile_side;
+  plan.levels = doubling_levels(tolerance_m, levels);
+  return plan;
+}
+
+Block whole(const proto::Samples& samples) { return {&samples, samples.west, samples.south, samples.columns, samples.rows, {}}; }
+
+ParallelFor three_threads() {
+  return [](std::size_t count, const std::function<void(std::size_t)>& work) {
+    std::atomic<std::size_t> next{0};
+    const auto take = [&] {
+      for (std::size_t i; (i = next.fetch_add(1)) < count;) work(i);
+    };
+    std::thread second(take), third(take);
+    take();
+    second.join();
+    third.join();
+  };
+}
+
+std::vector<std::vector<BlockMesh>> simplified(std::span<const Block> blocks, const BlockPlan& plan,
+                                               ParallelFor parallel = one_after_the_other) {
+  auto simplifier = make_block_simplifier("cpu", std::move(parallel));
+  auto result = (*simplifier)->simplify(blocks, plan);
+  EXPECT_TRUE(result.ok()) << result.problem().line();
+  return result.ok() ? *result : std::vector<std::vector<BlockMesh>>(blocks.size(), std::vector<BlockMesh>(plan.levels.size()));
+}
+
+std::uint64_t hash_of(const std::vector<BlockMesh>& levels, const Block& block, const BlockPlan& plan) {
+  std::uint64_t hash = 0;
+  for (std::size_t l = 0; l < levels.size(); ++l) hash = hash * 31 + Judge(block, plan, l).judge(levels[l], Measure::shape).hash;
+  return hash;
+}
+
+void expect_laws(const Block& block, const BlockPlan& plan, const std::vector<BlockMesh>& levels) {
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    SCOPED_TRACE("level " + std::to_string(l));
+    const Verdict verdict = Judge(block, plan, l).judge(levels[l], Measure::samples);
+    EXPECT_LE(verdict.max_m, plan.levels[l].tolerance_m);
+    EXPECT_NEAR(levels[l].max_error_m, verdict.max_m, 1e-6);
+    EXPECT_NEAR(levels[l].rmse_m, verdict.rmse_m, 0.01 * plan.levels[l].tolerance_m);
+    EXPECT_EQ(verdict.uncovered, 0u);
+    EXPECT_EQ(verdict.hidden, 0u);
+    EXPECT_EQ(verdict.invented, 0u);
+    EXPECT_EQ(verdict.turned, 0u);
+    EXPECT_EQ(verdict.astride, 0u);
+    EXPECT_EQ(verdict.mislabelled, 0u);
+    EXPECT_TRUE(verdict.exact_area);
+    EXPECT_LE(verdict.valence, 14);
+    EXPECT_TRUE(l == 0 || levels[l].triangles.size() <= levels[l - 1].triangles.size());
+  }
+}
+
+struct Case {
+  const char* terrain;
+  double tolerance_m;
+  Window window;
+  std::size_t most_triangles;  ///< of the finest level: something must have gone
+};
+void PrintTo(const Case& c, std::ostream* out) { *out << c.terrain << " " << c.window.columns << " x " << c.window.rows; }
+
+class ExactLaws : public testing::TestWithParam<Case> {};
+
+TEST_P(ExactLaws, HoldOnEveryLevel) {
+  const Case& c = GetParam();
+  const proto::Samples samples = made_samples(c.terrain, c.window);
+  const Block block = whole(samples);
+  const BlockPlan plan = plan_of(c.tolerance_m, 4, 64);
+  const auto meshes = simplified({&block, 1}, plan);
+  expect_laws(block, plan, meshes[0]);
+  EXPECT_LE(meshes[0][0].triangles.size(), c.most_triangles);
+}
+
+INSTANTIATE_TEST_SUITE_P(Made, ExactLaws,
+                         testing::Values(Case{"alpine", 5, {0, 0, 257, 257}, 15000},
+                                         Case{"rolling", 2, {640, -320, 257, 257}, 12000},
+                                         Case{"city", 2, {0, 0, 129, 193}, 30000}, Case{"islands", 3, {0, 0, 257, 257}, 60000},
+                                         Case{"noise", 5, {0, 0, 129, 129}, 32768}, Case{"plane", 0.1, {0, 0, 513, 257}, 2000},
+                                         Case{"comb", 1, {0, 0, 129, 129}, 32768}, Case{"cliff", 1, {0, 0, 193, 161}, 20000},
+                                         Case{"tower", 1, {0, 0, 129, 129}, 200}, Case{"sparse", 3, {0, 0, 193, 161}, 61440},
+                                         Case{"void", 3, {0, 0, 129, 129}, 100}),
+                         [](const auto& test) { return std::string(test.param.terrain); });
+
+// Any number of samples a way, and blocks that begin anywhere on the lattice of tiles.
+INSTANTIATE_TEST_SUITE_P(Sizes, ExactLaws,
+                         testing::Values(Case{"alpine", 5, {0, 0, 2, 2}, 2}, Case{"alpine", 5, {0, 0, 2, 150}, 298},
+                                         Case{"alpine", 5, {-7, 13, 75, 38}, 5476}, Case{"islands", 5, {32, -96, 161, 97}, 30720},
+                                         Case{"islands", 5, {1, 1, 130, 64}, 16254}),
+                         [](const auto& test) {
+                           return std::to_string(test.param.window.columns) + "x" + std::to_string(test.param.window.rows);
+                         });
+
+TEST(Exact, ThreadsAndCompanyDoNotShow) {
+  const proto::Samples one = made_samples("alpine", {0, 0, 257, 257}), two = made_samples("islands", {256, 0, 193, 257});
+  const Block blocks[] = {whole(one), whole(two)};
+  const BlockPlan plan = plan_of(4, 3, 64);
+  const auto together = simplified(blocks, plan, three_threads());
+  for (std::size_t b = 0; b < 2; ++b) {
+    const auto alone = simplified({&blocks[b], 1}, plan);
+    EXPECT_EQ(hash_of(together[b], blocks[b], plan), hash_of(alone[0], blocks[b], plan));
+    EXPECT_EQ(together[b][0].rmse_m, alone[0][0].rmse_m);
+  }
+}
+
+TEST(Exact, ARectangleOfLargerSamplesIsEnough) {
+  const proto::Samples large = made_samples("alpine", {0, 0, 200, 200}), small = made_samples("alpine", {32, 64, 97, 65});
+  const Block inside{&large, 32, 64, 97, 65, {}}, alone = whole(small);
+  const BlockPlan plan = plan_of(4, 2, 32);
+  EXPECT_EQ(hash_of(simplified({&inside, 1}, plan)[0], inside, plan), hash_of(simplified({&alone, 1}, plan)[0], alone, plan));
+}
+
+TEST(Exact, FittedHeightsNeedFewerTrianglesAndErrLess) {
+  const proto::Samples samples = made_samples("alpine", {0, 0, 257, 257});
+  const Block block = whole(samples);
+  BlockPlan plan = plan_of(5, 1, 256);
+  plan.quality = Quality::fast;
+  const auto fast = simplified({&block, 1}, plan);
+  plan.quality = Quality::standard;
+  const auto standard = simplified({&block, 1}, plan);
+  EXPECT_LT(standard[0][0].triangles.size(), 0.97 * static_cast<double>(fast[0][0].triangles.size()));
+  EXPECT_LT(standard[0][0].rmse_m, fast[0][0].rmse_m);
+  plan.quality = Quality::best;
+  const auto best = simplified({&block, 1}, plan);
+  expect_laws(block, plan, best[0]);
+  EXPECT_LE(best[0][0].triangles.size(), 1.01 * static_cast<double>(standard[0][0].triangles.size()));
+}
+
+TEST(Exact, BadCallsAreNamed) {
+  const proto::Samples samples = made_samples("plane", {0, 0, 33, 33});
+  const Block good = whole(samples);
+  const auto parameter = [&](const BlockPlan& plan, const Block& block) {
+    const auto result = (*make_block_simplifier("cpu"))->simplify({&block, 1}, plan);
+    return result.ok() ? std::string() : result.problem().type == "option-invalid" ? result.problem().parameter : "?";
+  };
+  const BlockPlan plan = plan_of(1, 2, 32);
+  EXPECT_EQ(parameter(plan, good), "");
+  BlockPlan bad = plan;
+  bad.levels[1].tolerance_m = 0.999;
+  bad.levels[1].height_step = bad.levels[0].height_step;
+  EXPECT_EQ(parameter(bad, good), "levels[1]");
+  bad = plan;
+  bad.levels[0].height_step = 3;
+  EXPECT_EQ(parameter(bad, good), "levels[0].height_step");
+  bad = plan;
+  bad.levels[0].tolerance_m = 0;
+  EXPECT_EQ(parameter(bad, good), "levels[0].tolerance_m");
+  bad = plan;
+  bad.tile_side = 48;
+  EXPECT_EQ(parameter(bad, good), "tile_side");
+  Block outside = good;
+  outside.columns = 34;
+  EXPECT_EQ(parameter(plan, outside), "blocks[0]");
+  EXPECT_EQ((*make_block_simplifier("cpu"))->simplify({}, plan).problem().parameter, "blocks");
+  EXPECT_EQ(make_block_simplifier("abacus").problem().type, "unknown-device");
+}
+
+constexpr int kHashedSide = 257, kHashedLevels = 4;
+constexpr double kHashedTolerance_m = 5;
+// Recorded on one NVIDIA H200 (CUDA 13.0, sm_90) by `exact_bench cuda 1 made:NAME 257 1 5 --levels 4`, level by level.
+const std::map<std::string, std::array<std::uint64_t, kHashedLevels>> kDeviceHashes{
+    {"alpine", {0x918b7938da4a2d86, 0x0fa9b52f4951b86e, 0x92b0204f95a30078, 0x0899fc6a6a124f94}},
+    {"rolling", {0x032ddfe7f69023ee, 0x0c7954768d58fb6b, 0x06957e79ebec9dd8, 0x2518e1fb0eddb961}},
+    {"city", {0x5f6001c46fe68557, 0x869df06ef557306c, 0x9194ef1022b877d8, 0x938930622dce5ce6}},
+    {"islands", {0xdeafd2d99fd72e9b, 0xb91d1589c453c892, 0x34945da4a618e4bc, 0x7b0a87d718050ce6}},
+    {"noise", {0x74173d12f0f59d3f, 0x9c448c60c30a079f, 0xbce63076dd5d9011, 0x65be492874a43644}},
+    {"plane", {0xd61783bebfc98542, 0xd61783bebfc98542, 0xd61783bebfc98542, 0xd61783bebfc98542}},
+};
+
+void expect_recorded(const std::string& terrain, const std::string& device) {
+  auto simplifier = make_block_simplifier(device);
+  if (!simplifier.ok()) GTEST_SKIP() << simplifier.problem().line();
+  const proto::Samples samples = made_samples(terrain, {0, 0, kHashedSide, kHashedSide});
+  const Block block = whole(samples);
+  const BlockPlan plan = plan_of(kHashedTolerance_m, kHashedLevels, 256);
+  const auto result = (*simplifier)->simplify({&block, 1}, plan);
+  ASSERT_TRUE(result.ok());
+  for (std::size_t l = 0; l < kHashedLevels; ++l) {
+    EXPECT_EQ(Judge(block, plan, l).judge((*result)[0][l], Measure::shape).hash, kDeviceHashes.at(terrain)[l])
+        << terrain << ", level " << l << ", " << device;
+  }
+}
+
+class ExactHashes : public testing::TestWithParam<std::string> {};
+TEST_P(ExactHashes, CpuGivesTheBitsOfTheDevice) { expect_recorded(GetParam(), "cpu"); }
+TEST_P(ExactHashes, CudaGivesThem) { expect_recorded(GetParam(), "cuda"); }
+INSTANTIATE_TEST_SUITE_P(Made, ExactHashes, testing::Values("alpine", "rolling", "city", "islands", "noise", "plane"),
+                         [](const auto& test) { return test.param; });
+
+}  // namespace
+}  // namespace cordillera::gpu::exact
