@@ -1,6 +1,7 @@
 // open_source: the checks in the order in which a user would want to hear of them.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "proto/utf8.h"
 #include "raster/crs.h"
@@ -53,11 +54,25 @@ proto::Result<Footprint> place_on_earth(SourceParts& parts, const Crs& crs) {
   return f;
 }
 
+std::string degrees(const Area& area) {
+  char text[128];
+  std::snprintf(text, sizeof text, "%.6g,%.6g,%.6g,%.6g", area.west_deg, area.south_deg, area.east_deg > 180 ? area.east_deg - 360 : area.east_deg, area.north_deg);
+  return text;
+}
+
+/// A box that was given latitude first is told the order that would do.
+Problem outside(const SourceParts& parts, const Area& data) {
+  const Area& box = *parts.options.bbox;
+  const Area turned = {box.south_deg, box.west_deg, box.north_deg, box.east_deg};
+  const bool meant = turned.south_deg >= -90 && turned.north_deg <= 90 && turned.south_deg < turned.north_deg && intersect(data, turned);
+  return {"bbox-outside-raster", "the bbox does not touch " + parts.dataset.name + (meant ? "; in the order west,south,east,north it would: " + degrees(turned) : ""),
+          "a bbox over the data, which lie in " + degrees(data), "bbox"};
+}
+
 proto::Result<void> clip_to_bbox(SourceParts& parts, Footprint& f) {
   if (!parts.options.bbox) return {};
   const auto safe = intersect(f.safe, *parts.options.bbox), tight = intersect(f.tight, *parts.options.bbox);
-  if (!safe || !tight)
-    return Problem{"bbox-outside-raster", "the bbox does not touch " + parts.dataset.name, "a bbox over the data, in degrees", "bbox"};
+  if (!safe || !tight) return outside(parts, f.safe);
   // A full circle clipped on both sides of the antimeridian is the bbox itself.
   parts.area = f.full_circle ? Area{parts.options.bbox->west_deg, safe->south_deg, parts.options.bbox->east_deg, safe->north_deg} : *safe;
   f.tight = f.full_circle ? Area{parts.area.west_deg, tight->south_deg, parts.area.east_deg, tight->north_deg} : *tight;

@@ -1,5 +1,6 @@
 // The command line. Every option of `build` and `serve` comes from the one table in options.h.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -12,6 +13,7 @@
 #include "server/mesh_options.h"
 #include "server/option_words.h"
 #include "server/simplify_command.h"
+#include "server/spoken_words.h"
 #include "server/token_command.h"
 #include "server/work_line.h"
 
@@ -32,6 +34,20 @@ void add_options(CLI::App& command, const std::vector<OptionSpec>& table, Readin
   command.footer(
       "Options also come from the environment (CORDILLERA_ERROR=2 …) and from the config file; the command line wins.");
 }
+
+/// --host and --port, the halves of --listen. The command line's alone: an orchestrator sets CORDILLERA_PORT for reasons of its own, to
+/// tcp://10.0.0.1:8080.
+struct ListenWords {
+  std::string host, port;
+  void add_to(CLI::App& command) {
+    command.add_option("--host", host, "the address of --listen [such as 0.0.0.0]")->type_name("HOST");
+    command.add_option("-p,--port", port, "the port of --listen")->type_name("PORT");
+  }
+  /// As if --listen had been given.
+  void put(Reading& reading) const {
+    if (!host.empty() || !port.empty()) reading.given.emplace_back("--listen", listen_address(host, port));
+  }
+};
 
 /// Defaults, then the config file, then the environment, then the command line.
 proto::Result<Settings> settings_from(const std::vector<OptionSpec>& table, const Reading& reading) {
@@ -176,6 +192,8 @@ int main(int count, char** words) {
   auto* serve = app.add_subcommand("serve", "run the HTTP service; build options are the defaults of its requests");
   const std::vector<OptionSpec> serve_table = all_options();
   add_options(*serve, serve_table, serve_reading);
+  ListenWords listen;
+  listen.add_to(*serve);
 
   BuildLine line;
   bool overwrite = false, quiet = false;
@@ -237,6 +255,7 @@ int main(int count, char** words) {
   auto doctor_output = doctor::Output::lines;
   auto* doctor = app.add_subcommand("doctor", "look whether this machine is fit to serve; takes the options of serve");
   add_options(*doctor, serve_table, doctor_reading);
+  listen.add_to(*doctor);
   doctor->add_flag_callback("--json", [&doctor_output] { doctor_output = doctor::Output::json; }, "the findings as JSON");
 
   std::string folder;
@@ -248,14 +267,20 @@ int main(int count, char** words) {
   for (CLI::App* command : {serve, build, info, decode, simplify, export_file, check, vacuum, backup, restore}) command->allow_extras();
   for (CLI::App* command : work_words.commands()) command->allow_extras();
   for (CLI::App* command : client_words.commands()) command->allow_extras();
-  if (count > 1) {
-    if (const auto unknown = check_command(app, words[1])) return wrong_usage(*unknown);
+  std::vector<std::string> line_words = understood({words + 1, words + count});
+  if (line_words.empty()) {
+    std::cerr << app.help();
+    return kUsage;
   }
+  if (const auto unknown = check_command(app, line_words.front())) return wrong_usage(*unknown);
   try {
-    app.parse(count, words);
+    std::reverse(line_words.begin(), line_words.end());  // as the library wants them
+    app.parse(std::move(line_words));
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kDone : kUsage;
   }
+  listen.put(serve_reading);
+  listen.put(doctor_reading);
   if (*job) return job_main(folder, parent);
   if (const auto wrong = check_words(*app.get_subcommands().front())) return wrong_usage(*wrong);
   if (*decode) return decode_command(tile);

@@ -1,6 +1,12 @@
 #include "server/option_words.h"
 
 namespace cordillera::server {
+namespace {
+
+/// Other tools call it so.
+std::string with_habits(const std::string& name) { return name == "--max-level" ? "-z,--max-level,--max-zoom" : name; }
+
+}  // namespace
 
 void add_table(CLI::App& command, const std::vector<OptionSpec>& table, Given& given) {
   for (const OptionSpec& option : table) {
@@ -9,7 +15,7 @@ void add_table(CLI::App& command, const std::vector<OptionSpec>& table, Given& g
       for (const std::string& value : values) given.emplace_back(name, value);
       return true;
     };
-    auto* added = command.add_option(name, take, option.help + " [" + option.accepted + "]");
+    auto* added = command.add_option(with_habits(name), take, option.help + " [" + option.accepted + "]");
     added->type_name(option.value)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     if (option.value.empty()) {
       added->expected(0, 1);

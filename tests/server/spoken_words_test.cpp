@@ -1,0 +1,70 @@
+// What people type from habit: understood, or answered with the right word.
+#include "server/spoken_words.h"
+
+#include <gmock/gmock.h>
+
+#include "program_fixture.h"
+#include "server/options.h"
+
+namespace cordillera::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+TEST(SpokenWords, HelpVersionAndFourWordsOfABox) {
+  EXPECT_THAT(understood({"help"}), ElementsAre("--help"));
+  EXPECT_THAT(understood({"help", "build"}), ElementsAre("build", "--help"));
+  for (const char* word : {"version", "-v", "-V"}) EXPECT_THAT(understood({word}), ElementsAre("--version"));
+  EXPECT_THAT(understood({"build", "version", "-v"}), ElementsAre("build", "version", "-v")) << "a raster may be called so";
+  EXPECT_THAT(understood({"build", "--bbox", "-71.5", "44", "-71", "45", "dem.tif"}), ElementsAre("build", "--bbox", "-71.5,44,-71,45", "dem.tif"));
+  EXPECT_THAT(understood({"build", "--bbox", "1,", "2,", "3,", "4"}), ElementsAre("build", "--bbox", "1,2,3,4"));
+  EXPECT_THAT(understood({"build", "--bbox", "1,2,3,4", "5", "6", "7"}), ElementsAre("build", "--bbox", "1,2,3,4", "5", "6", "7"));
+  EXPECT_THAT(understood({"build", "--bbox", "1", "2", "3", "dem.tif"}), ElementsAre("build", "--bbox", "1", "2", "3", "dem.tif"));
+  EXPECT_THAT(understood({}), ElementsAre());
+}
+
+TEST(SpokenWords, HostAndPortAreTheHalvesOfListen) {
+  EXPECT_EQ(listen_address("", "9000"), "127.0.0.1:9000");
+  EXPECT_EQ(listen_address("0.0.0.0", ""), "0.0.0.0:8080");
+  EXPECT_EQ(listen_address("::1", "1"), "[::1]:1");
+}
+
+TEST(SpokenWords, ABoxInAnotherOrderIsToldTheRightOne) {
+  const auto said = [](const std::string& box) {
+    const auto settings = with_layer({}, build_options(), {{"bbox", box}}, Spelling::query);
+    return settings ? "" : settings.problem().detail;
+  };
+  EXPECT_THAT(said("10,47,11,46"), HasSubstr("south is not below north; in the order west,south,east,north it may be 10,46,11,47"));
+  EXPECT_THAT(said("44,-120,45,-119"), HasSubstr("may be -120,44,-119,45"));
+  EXPECT_THAT(said("100,100,110,110"), testing::Not(HasSubstr("may be")));
+  EXPECT_EQ(said("10,46,11,47"), "");
+}
+
+TEST_F(Program, WhatPeopleTypeFromHabitIsUnderstood) {
+  const Ended bare = shell(kProgram);
+  EXPECT_EQ(bare.code, 2);
+  for (const char* command : {"serve", "build", "post", "fetch", "export"}) EXPECT_THAT(bare.output, HasSubstr(std::string("\n  ") + command + " ")) << command;
+  EXPECT_EQ(shell(kProgram + " help").code, 0);
+  EXPECT_THAT(shell(kProgram + " help fetch").output, HasSubstr("--connections"));
+  EXPECT_EQ(shell(kProgram + " -v").output, shell(kProgram + " --version").output);
+  EXPECT_EQ(shell(kProgram + " version").code, 0);
+  const Ended box = shell(build("--dry-run -z 8 --bbox 10.1 46.1 10.3 46.3"));
+  EXPECT_EQ(box.code, 0) << box.output;
+  EXPECT_THAT(box.output, HasSubstr("in levels 0 to 8"));
+  EXPECT_THAT(shell(build("--dry-run --max-zoom 8")).output, HasSubstr("in levels 0 to 8"));
+  EXPECT_THAT(shell(build("--dry-run -z 8 --max-level 9")).output, HasSubstr("--max-level is given twice"));
+  const Ended turned = shell(build("--dry-run --bbox 46.1,10.1,46.3,10.3"));
+  EXPECT_EQ(turned.code, 1);
+  EXPECT_THAT(turned.output, HasSubstr("in the order west,south,east,north it would: 10.1,46.1,10.3,46.3"));
+  EXPECT_THAT(turned.output, HasSubstr("which lie in 10,46,10.5333,46.5333"));
+  EXPECT_THAT(shell(build("--dry-run --bbox 1,2,3,4")).output, testing::Not(HasSubstr("in the order")));
+  const Ended served = shell(kProgram + " serve --host 192.0.2.1 -p 0 --insecure-writes --data " + (folder_.path() / "data").string());
+  EXPECT_EQ(served.code, 1) << served.output;
+  EXPECT_THAT(served.output, HasSubstr("192.0.2.1:0"));
+  EXPECT_EQ(shell(kProgram + " serve --port 0 --listen 127.0.0.1:0").code, 2);
+  EXPECT_EQ(shell(kProgram + " serve --port x").code, 2);
+}
+
+}  // namespace
+}  // namespace cordillera::server
