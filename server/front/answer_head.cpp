@@ -3,42 +3,10 @@
 #include <array>
 #include <ctime>
 
+#include "server/front/beast.h"
+
 namespace cordillera::server::front {
 namespace {
-
-const char* reason(int status) {
-  switch (status) {
-    case 200: return "OK";
-    case 201: return "Created";
-    case 202: return "Accepted";
-    case 204: return "No Content";
-    case 206: return "Partial Content";
-    case 304: return "Not Modified";
-    case 400: return "Bad Request";
-    case 401: return "Unauthorized";
-    case 403: return "Forbidden";
-    case 404: return "Not Found";
-    case 405: return "Method Not Allowed";
-    case 408: return "Request Timeout";
-    case 409: return "Conflict";
-    case 410: return "Gone";
-    case 412: return "Precondition Failed";
-    case 413: return "Content Too Large";
-    case 414: return "URI Too Long";
-    case 415: return "Unsupported Media Type";
-    case 416: return "Range Not Satisfiable";
-    case 422: return "Unprocessable Content";
-    case 423: return "Locked";
-    case 429: return "Too Many Requests";
-    case 431: return "Request Header Fields Too Large";
-    case 500: return "Internal Server Error";
-    case 501: return "Not Implemented";
-    case 503: return "Service Unavailable";
-    case 505: return "HTTP Version Not Supported";
-    case 507: return "Insufficient Storage";
-    default: return status < 400 ? "OK" : "Error";
-  }
-}
 
 void add(std::string& out, std::string_view name, std::string_view value) {
   out.append(name).append(": ");
@@ -58,7 +26,7 @@ bool is_bodiless(int status) { return status == 204 || status == 304 || status <
 std::string answer_head(const Response& response, const AnswerForm& form) {
   std::string out;
   out.reserve(640);
-  out.append("HTTP/1.1 ").append(std::to_string(response.status)).append(" ").append(reason(response.status)).append("\r\n");
+  out.append("HTTP/1.1 ").append(std::to_string(response.status)).append(" ").append(reason_of(response.status)).append("\r\n");
   if (!form.date.empty()) add(out, "Date", form.date);
   add(out, "Server", "Cordillera");
   add(out, "Accept-Ranges", "none");

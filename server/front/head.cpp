@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstring>
 
+#include "server/front/beast.h"
 #include "server/front/target.h"
 
 namespace cordillera::server::front {
@@ -13,10 +14,6 @@ using proto::Problem;
 
 Problem invalid(const std::string& what) {
   return {"request-invalid", "the request is not valid HTTP/1.1: " + what, "a request line, headers and a body as RFC 9112 has them", ""};
-}
-
-Problem another_version(std::string_view version) {
-  return {"http-version", "the request is " + std::string(version), "HTTP/1.1 or HTTP/1.0", ""};
 }
 
 Problem unknown_method(std::string_view method) {
@@ -40,25 +37,9 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-bool is_token(std::string_view text) {
-  static constexpr std::string_view kOthers = "!#$%&'*+-.^_`|~";
-  return !text.empty() && std::all_of(text.begin(), text.end(), [](char c) {
-    return (lower(c) >= 'a' && lower(c) <= 'z') || (c >= '0' && c <= '9') || kOthers.find(c) != kOthers.npos;
-  });
-}
-
 bool is_known_method(std::string_view method) {
   static constexpr std::string_view kKnown[] = {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"};
   return std::find(std::begin(kKnown), std::end(kKnown), method) != std::end(kKnown);
-}
-
-bool is_version(std::string_view text) {
-  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
-  return text.size() == 8 && text.starts_with("HTTP/") && digit(text[5]) && text[6] == '.' && digit(text[7]);
-}
-
-bool has_control(std::string_view text) {
-  return std::any_of(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f; });
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -80,37 +61,37 @@ bool lists(const Request& request, const char* header, std::string_view word) {
   return false;
 }
 
+/// Beast takes neither, and says of both that the version is bad.
+std::optional<Problem> check_version(std::string_view bytes) {
+  const std::string_view line = bytes.substr(0, bytes.find('\r')), word = line.substr(line.rfind(' ') + 1);
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  const bool version = word.size() == 8 && word.starts_with("HTTP/") && digit(word[5]) && word[6] == '.' && digit(word[7]);
+  if (!version || word == "HTTP/1.1" || word == "HTTP/1.0") return std::nullopt;
+  return Problem{"http-version", "the request is " + std::string(word), "HTTP/1.1 or HTTP/1.0", ""};
+}
+
 /// authority: of an absolute target.
-std::optional<Problem> read_request_line(std::string_view line, const Limits& limits, Head& head, std::string& authority) {
-  const auto first = line.find(' '), second = line.rfind(' ');
-  if (first == line.npos || second == first) return invalid("the request line has not three words");
-  const std::string_view method = line.substr(0, first), target = line.substr(first + 1, second - first - 1), version = line.substr(second + 1);
-  if (!is_token(method)) return invalid("the method is none");
-  if (!is_version(version)) return invalid("the version is none");
-  if (version != "HTTP/1.1" && version != "HTTP/1.0") return another_version(version);
-  if (!is_known_method(method)) return unknown_method(method);
-  if (target.size() > limits.target_bytes) return target_too_long(limits);
-  if (has_control(target) || target.find_first_of(" \t") != target.npos) return invalid("the address holds blanks or control characters");
-  auto read = read_target(target);
-  if (!read || (target == "*" && method != "OPTIONS")) return invalid("the address is none");
-  head.old = version == "HTTP/1.0";
-  head.request.method = method;
+std::optional<Problem> read_request_line(const RawHead& raw, const Limits& limits, Head& head, std::string& authority) {
+  if (!is_known_method(raw.method)) return unknown_method(raw.method);
+  if (raw.target.size() > limits.target_bytes) return target_too_long(limits);
+  auto read = read_target(raw.target);
+  if (!read || (raw.target == "*" && raw.method != "OPTIONS")) return invalid("the address is none");
+  head.old = raw.old;
+  head.request.method = raw.method;
   head.request.path = std::move(read->path);
   head.request.query = std::move(read->query);
   authority = std::move(read->authority);
   return std::nullopt;
 }
 
-std::optional<Problem> read_field(std::string_view line, Head& head) {
-  const auto colon = line.find(':');
-  if (colon == line.npos || !is_token(line.substr(0, colon))) return invalid("a header has no plain name");
-  const std::string_view value = trimmed(line.substr(colon + 1));
-  if (has_control(value)) return invalid("a header holds control characters");
-  auto [place, fresh] = head.request.headers.try_emplace(lower(line.substr(0, colon)), value);
-  if (fresh) return std::nullopt;
-  if (place->first == "content-length") return invalid("Content-Length stands there twice");
-  if (place->first == "host") return invalid("Host stands there twice");
-  place->second.append(", ").append(value);
+std::optional<Problem> read_fields(const RawHead& raw, Head& head) {
+  for (const auto& [name, value] : raw.fields) {
+    auto [place, fresh] = head.request.headers.try_emplace(lower(name), value);
+    if (fresh) continue;
+    if (place->first == "content-length") return invalid("Content-Length stands there twice");
+    if (place->first == "host") return invalid("Host stands there twice");
+    place->second.append(", ").append(value);
+  }
   return std::nullopt;
 }
 
@@ -137,6 +118,7 @@ HeadScan::State HeadScan::look(std::string_view bytes, const Limits& limits) {
     if (found == nullptr) break;
     const std::size_t end = static_cast<std::size_t>(static_cast<const char*>(found) - bytes.data());
     if (end == line_ || bytes[end - 1] != '\r') return State::broken;
+    if (bytes[line_] == ' ' || bytes[line_] == '\t') return State::broken;  // a folded line, or what looks like one
     at_ = end + 1;
     const bool empty = end == line_ + 1;
     line_ = at_;
@@ -154,22 +136,20 @@ HeadScan::State HeadScan::look(std::string_view bytes, const Limits& limits) {
 }
 
 Problem head_problem(const HeadScan& scan, const Limits& limits) {
-  if (!scan.too_long()) return invalid("lines end with CR and LF, both");
+  if (!scan.too_long()) return invalid("lines end with CR and LF, both, and do not begin with a blank");
   return scan.in_first_line() ? target_too_long(limits) : head_too_large(limits);
 }
 
 proto::Result<Head> read_head(std::string_view bytes, const Limits& limits) {
+  if (bytes.starts_with("\r\n")) bytes.remove_prefix(2);
+  if (auto problem = check_version(bytes)) return *problem;
+  RawHead raw;
+  if (const std::string wrong = parse_head(bytes, &raw); !wrong.empty()) return invalid(wrong);
   Head head;
-  if (bytes.substr(0, 2) == "\r\n") bytes.remove_prefix(2);
-  const bool too_large = bytes.size() > limits.head_bytes;
   std::string authority;
-  std::size_t lines = 0;
-  for (std::size_t end = bytes.find("\r\n"); end != bytes.npos && end > 0; end = bytes.find("\r\n")) {
-    const std::string_view line = bytes.substr(0, end);
-    bytes.remove_prefix(end + 2);
-    if (lines > 0 && (too_large || lines > limits.fields)) return head_too_large(limits);
-    if (auto problem = lines++ == 0 ? read_request_line(line, limits, head, authority) : read_field(line, head)) return *problem;
-  }
+  if (auto problem = read_request_line(raw, limits, head, authority)) return *problem;
+  if (bytes.size() > limits.head_bytes || raw.fields.size() > limits.fields) return head_too_large(limits);
+  if (auto problem = read_fields(raw, head)) return *problem;
   const auto host = head.request.header("host");
   if (!head.old && !host) return invalid("Host is missing");
   if (host && !is_authority(*host)) return invalid("Host is neither a host nor a host and its port");

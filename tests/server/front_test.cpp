@@ -226,8 +226,8 @@ TEST(Front, HeadersOfAnswersStayOnTheirLines) {
   EXPECT_THAT(front::http_date(), testing::MatchesRegex("[A-Z][a-z]{2}, [0-9]{2} [A-Z][a-z]{2} [0-9]{4} [0-9]{2}:[0-9]{2}:[0-9]{2} GMT"));
 }
 
-TEST(Front, ChunksMayBeCutAnywhere) {
-  const std::string wire = "3\r\nabc\r\nA;x=y\r\n0123456789\r\n0\r\nT: u\r\n\r\n";
+/// In two pieces, and behind them the next request.
+void expect_chunks(const std::string& wire, const std::string& data) {
   front::Head head;
   head.body = front::Head::Body::chunked;
   for (std::size_t cut = 0; cut <= wire.size(); ++cut) {
@@ -239,8 +239,31 @@ TEST(Front, ChunksMayBeCutAnywhere) {
     used += framing.take(wire.substr(cut) + "next", &body);
     EXPECT_TRUE(framing.done());
     EXPECT_EQ(used, wire.size());
-    EXPECT_EQ(body, "abc0123456789");
+    EXPECT_EQ(body, data);
   }
+}
+
+TEST(Front, ChunksMayBeCutAnywhere) {
+  expect_chunks("3\r\nabc\r\nA;x=y\r\n0123456789\r\n0\r\nT: u\r\n\r\n", "abc0123456789");
+  expect_chunks("0\r\n\r\n", "");
+  expect_chunks("00;a=\"b\"\r\nT: u\r\nU:\r\n\r\n", "");
+}
+
+TEST(Front, WhatIsNoDataOfChunksHasABound) {
+  front::Head head;
+  head.body = front::Head::Body::chunked;
+  const auto broken = [&](const std::string& begin, const std::string& again) {
+    front::BodyFraming framing(head);
+    std::string body;
+    framing.take(begin, &body);
+    for (int i = 0; i < 20000 && !framing.broken(); ++i) framing.take(again, &body);
+    return framing.broken();
+  };
+  EXPECT_TRUE(broken("1;a=", "b")) << "an extension without end";
+  EXPECT_TRUE(broken("", "1;a=b\r\nx\r\n")) << "extensions without end";
+  EXPECT_TRUE(broken("0\r\n", "X: y\r\n")) << "trailers without end";
+  EXPECT_TRUE(broken("0\r\n" + std::string(10000, 'X') + ": y\r\n\r\n", "")) << "a long one in one piece";
+  EXPECT_FALSE(broken("", "1\r\nx\r\n")) << "data without end";
 }
 
 TEST(Workers, ClientsTakeTurns) {
