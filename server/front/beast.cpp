@@ -135,10 +135,10 @@ std::size_t ChunkParser::take(std::string_view bytes, std::string* body) {
   const std::string_view all = joined ? std::string_view(held_) : bytes;
   std::size_t used = 0;
   broken_ = !parser_->take(all, body, &used);
-  std::string rest(all.substr(used));
-  if (broken_ || parser_->is_done()) return bytes.size() - std::min(bytes.size(), rest.size());
-  broken_ = rest.size() > kMostOverhead;
-  held_ = std::move(rest);
+  const std::size_t left = all.size() - used;
+  if (broken_ || parser_->is_done()) return bytes.size() - std::min(bytes.size(), left);
+  broken_ = left > kMostOverhead;
+  held_ = std::string(all.substr(used));
   return bytes.size();
 }
 

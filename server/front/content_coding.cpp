@@ -1,7 +1,5 @@
 #include "server/front/content_coding.h"
 
-#include <algorithm>
-
 #include "pipeline/exports/gzip.h"
 #include "server/front/codec.h"
 #include "server/gzip.h"
