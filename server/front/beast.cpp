@@ -14,7 +14,7 @@ using Error = boost::beast::error_code;
 using Text = boost::beast::string_view;
 
 constexpr int kMostSizeBits = 60;
-constexpr std::size_t kMostOverhead = 8192;  // in all chunks of a body together, beyond their data and sizes; and in a line that is not whole
+constexpr std::size_t kMostOverhead = 8192;  // of all chunks of a body beyond their data and sizes; of a line that is not whole
 
 std::string_view plain(Text text) { return {text.data(), text.size()}; }
 
@@ -98,7 +98,8 @@ class ChunkParser::Parser : public Silent {
   void on_chunk_header_impl(std::uint64_t size, Text extensions, Error& error) override {
     overhead_ += extensions.size();
     const bool blank = !extensions.empty() && extensions.front() != ';';
-    if (blank || overhead_ > kMostOverhead || std::any_of(extensions.begin(), extensions.end(), is_control)) error = http::error::bad_chunk_extension;
+    const bool control = std::any_of(extensions.begin(), extensions.end(), is_control);
+    if (blank || control || overhead_ > kMostOverhead) error = http::error::bad_chunk_extension;
     if (size >> kMostSizeBits != 0) error = http::error::bad_chunk;
     if (size == 0) last_ = extensions.data() + extensions.size();
   }
@@ -109,7 +110,8 @@ class ChunkParser::Parser : public Silent {
   /// Trailers are read by Beast, and by nobody else.
   bool may_end(const char* from, const char* to) const {
     const std::string_view trailers(from, static_cast<std::size_t>(to - from));
-    return overhead_ + trailers.size() <= kMostOverhead && trailers.find("\n ") == trailers.npos && trailers.find("\n\t") == trailers.npos;
+    const bool folded = trailers.find("\n ") != trailers.npos || trailers.find("\n\t") != trailers.npos;
+    return !folded && overhead_ + trailers.size() <= kMostOverhead;
   }
 
   std::string* body_ = nullptr;

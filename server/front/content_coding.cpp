@@ -46,8 +46,8 @@ void ContentCoder::encode(const Request& request, Response& response) {
 std::optional<proto::Problem> coding_problem(const Request& request) {
   const std::string coding = coding_of(request.header("content-encoding").value_or(""));
   if (coding.empty() || decoder_of(coding)) return std::nullopt;
-  return proto::Problem{"coding-unknown", "the body has a Content-Encoding that this service cannot read", std::string("one of ") + kCodings + ", or none",
-                        "Content-Encoding"};
+  return proto::Problem{"coding-unknown", "the body has a Content-Encoding that this service cannot read",
+                        std::string("one of ") + kCodings + ", or none", "Content-Encoding"};
 }
 
 BodyReader decoding(const std::string& content_encoding, BodyReader encoded) {

@@ -17,7 +17,8 @@ Problem invalid(const std::string& what) {
 }
 
 Problem unknown_method(std::string_view method) {
-  return {"method-unknown", "this service has no method " + std::string(method.substr(0, 20)), "GET, HEAD, POST, PUT, PATCH, DELETE or OPTIONS", ""};
+  return {"method-unknown", "this service has no method " + std::string(method.substr(0, 20)),
+          "GET, HEAD, POST, PUT, PATCH, DELETE or OPTIONS", ""};
 }
 
 Problem target_too_long(const Limits& limits) {

@@ -20,7 +20,8 @@ CONFIG = """
 daemon off; master_process off; pid {folder}/pid; error_log {folder}/error.log;
 events {{ worker_connections 64; }}
 http {{
-  access_log off; client_body_temp_path {folder}/body; proxy_temp_path {folder}/proxy; fastcgi_temp_path {folder}/f; uwsgi_temp_path {folder}/u; scgi_temp_path {folder}/s;
+  access_log off; client_body_temp_path {folder}/body; proxy_temp_path {folder}/proxy;
+  fastcgi_temp_path {folder}/f; uwsgi_temp_path {folder}/u; scgi_temp_path {folder}/s;
   client_body_timeout 2s; client_header_timeout 2s; proxy_ignore_client_abort on;
   server {{ listen 127.0.0.1:{port}; location / {{ proxy_pass http://127.0.0.1:{behind}; }} }}
 }}
@@ -59,7 +60,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         with open(os.path.join(folder, "conf"), "w", encoding="utf-8") as config:
             config.write(CONFIG.format(folder=folder, port=port, behind=behind.server_address[1]))
-        process = subprocess.Popen([nginx, "-e", os.path.join(folder, "error.log"), "-c", os.path.join(folder, "conf")], preexec_fn=attack.end_with_parent)
+        words = [nginx, "-e", os.path.join(folder, "error.log"), "-c", os.path.join(folder, "conf")]
+        process = subprocess.Popen(words, preexec_fn=attack.end_with_parent)
         try:
             wait_for(port)
             recorded = [row[:3] + [smuggling.answers(port, smuggling.bytes_of(row[1]))] for row in smuggling.rows()]

@@ -10,7 +10,8 @@ def deletes(attack, host):
 
 @case("1 names that a stranger can point at 127.0.0.1", expect="401")
 def rebinding(attack):
-    hosts = ["127.abc.de", "127.0.0.1.cc", "127.cafe.be", "127.dead.beef", "evil.example", "localhost.evil.example", "127.1.example", "127.0.0.1.", "127.1"]
+    hosts = ["127.abc.de", "127.0.0.1.cc", "127.cafe.be", "127.dead.beef", "evil.example", "localhost.evil.example", "127.1.example",
+             "127.0.0.1.", "127.1"]
     seen = {deletes(attack, "%s:%d" % (host, attack.server.port)) for host in hosts}
     return " ".join(sorted(seen))
 

@@ -28,4 +28,5 @@ def unknown_codings(attack):
 
 @case("11 a trailer line without a colon", expect="400")
 def trailer(attack):
-    return statuses(exchange(attack.server, request("POST /v1/datasets?name=a", "Transfer-Encoding: chunked\r\n", b"4\r\nGOOD\r\n0\r\ntrailer\r\n\r\n")))
+    body = b"4\r\nGOOD\r\n0\r\ntrailer\r\n\r\n"
+    return statuses(exchange(attack.server, request("POST /v1/datasets?name=a", "Transfer-Encoding: chunked\r\n", body)))
