@@ -32,11 +32,8 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_pgm(const std::string& path, co
 /// A grid that GDAL reads (GTX or GeoTIFF in degrees), interpolated bilinearly; it must cover the area.
 proto::Result<std::unique_ptr<Geoid>> open_geoid_grid(const std::string& path, const Area& area);
 
-/// Path of egm96-15.pgm, made from PROJ's egm96_15.gtx in the cache folder when it is not there yet; empty when neither exists.
-/// Cache folder: $CORDILLERA_CACHE, else $XDG_CACHE_HOME/cordillera, else ~/.cache/cordillera, else one in the temporary folder.
-std::string ensure_egm96_pgm();
-
-/// Rewrites a global GTX grid as a GeographicLib PGM (steps of 3 mm), atomically. False when either file fails.
-bool write_pgm_from_gtx(const std::string& gtx_path, const std::string& pgm_path);
+/// Path of egm96-15.pgm: share/cordillera or share beside the program's own folder, where the installation or the build has put it. Empty: it is
+/// not there. Looked up by every process anew; none makes it.
+std::string egm96_path();
 
 }  // namespace cordillera::raster

@@ -63,7 +63,7 @@ proto::Result<std::unique_ptr<Geoid>> open_known(const KnownDatum& datum, const 
     files += (files.empty() ? "" : ", ") + std::string(file);
   }
   if (same_letters(datum.name, "EGM96"))
-    if (const std::string path = ensure_egm96_pgm(); !path.empty()) return open_geoid(path, area);
+    if (const std::string path = egm96_path(); !path.empty()) return open_geoid(path, area);
   return Problem{"geoid-not-found",
                  "heights above " + std::string(datum.name) + " need a grid that is not installed: put one of " + files + " into " +
                      geoid_folders().front().string() + " or a folder named by CORDILLERA_GEOIDS",
@@ -82,6 +82,12 @@ proto::Result<std::unique_ptr<Geoid>> open_named(const std::string& requested, T
 }
 
 }  // namespace
+
+std::vector<fs::path> geoid_places() {
+  std::vector<fs::path> places = geoid_folders();
+  if (const std::string path = egm96_path(); !path.empty()) places.emplace_back(path);
+  return places;
+}
 
 proto::Result<VerticalDatum> resolve_vertical(const std::string& requested, const std::string& declared, Trust trust, const Area& area) {
   const auto known = [](const std::string& name) -> const KnownDatum* {

@@ -1,7 +1,9 @@
 #pragma once
 // Which surface the source's heights count from, and the geoid that takes them to the ellipsoid.
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "proto/result.h"
 #include "raster/geoid.h"
@@ -17,6 +19,9 @@ struct VerticalDatum {
   std::string from;              ///< "request", "source" or "default"
   std::unique_ptr<Geoid> geoid;  ///< null: heights are ellipsoidal already
 };
+
+/// Folders and files that grids are read from: for who decides what this process may read.
+std::vector<std::filesystem::path> geoid_places();
 
 /// requested: vertical_datum= of the request. declared: what the CRS says; a datum without a geoid of ours counts as none.
 proto::Result<VerticalDatum> resolve_vertical(const std::string& requested, const std::string& declared, Trust trust, const Area& area);

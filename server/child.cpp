@@ -9,55 +9,97 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <fstream>
+#include <sstream>
 
+#include "server/job_words.h"
 #include "server/json.h"
 #include "server/log.h"
+#include "server/sandbox/environment.h"
 
 namespace cordillera::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::seconds(5);         // between SIGTERM and SIGKILL
+constexpr auto kGrace = std::chrono::seconds(30);            // for a job that is about to end by itself
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // a child gone mad must not fill our memory
 
 struct Child {
   pid_t pid = -1;
   int report = -1;  ///< our end of the pipe
+  int words = -1;   ///< the same of its stderr
+};
+
+struct Pipe {
+  int ours = -1, theirs = -1;
+  bool open() {
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) return false;
+    ours = ends[0], theirs = ends[1];
+    return true;
+  }
+  void close_both() const {
+    for (const int end : {ours, theirs})
+      if (end >= 0) close(end);
+  }
+};
+
+/// What the process is started with besides its words: descriptors, signals, and a session of its own, so that neither Ctrl-C nor a
+/// terminal is shared with it.
+class Start {
+ public:
+  Start(int report, int words) {
+    posix_spawn_file_actions_init(&actions_);
+    posix_spawn_file_actions_addopen(&actions_, 0, "/dev/null", O_RDONLY, 0);
+    // The report last: its place may be where the other pipe is.
+    posix_spawn_file_actions_adddup2(&actions_, words, 2);
+    posix_spawn_file_actions_adddup2(&actions_, 2, 1);  // a library that prints must not meet a closed stdout
+    posix_spawn_file_actions_adddup2(&actions_, report, kReportDescriptor);
+    // Accepted sockets are not close-on-exec: a child that held them would keep clients waiting.
+    posix_spawn_file_actions_addclosefrom_np(&actions_, kReportDescriptor + 1);
+    posix_spawnattr_init(&attributes_);
+    sigset_t none, all;
+    sigemptyset(&none);
+    sigfillset(&all);
+    posix_spawnattr_setsigmask(&attributes_, &none);
+    posix_spawnattr_setsigdefault(&attributes_, &all);
+    posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSID);
+  }
+  ~Start() {
+    posix_spawn_file_actions_destroy(&actions_);
+    posix_spawnattr_destroy(&attributes_);
+  }
+  Start(const Start&) = delete;
+  Start& operator=(const Start&) = delete;
+
+  /// 0, or the error.
+  int run(pid_t& pid, const std::string& program, const std::string& folder) {
+    const std::string parent = std::to_string(getpid());
+    const char* arguments[] = {"cordillera", "job", folder.c_str(), "--parent", parent.c_str(), nullptr};
+    std::vector<std::string> variables = sandbox::environment_of_jobs();
+    std::vector<char*> environment;
+    for (std::string& variable : variables) environment.push_back(variable.data());
+    environment.push_back(nullptr);
+    return posix_spawn(&pid, program.c_str(), &actions_, &attributes_, const_cast<char* const*>(arguments), environment.data());
+  }
+
+ private:
+  posix_spawn_file_actions_t actions_;
+  posix_spawnattr_t attributes_;
 };
 
 std::optional<Child> spawn(const std::string& program, const std::string& folder) {
-  int ends[2];
-  if (pipe2(ends, O_CLOEXEC) != 0) return std::nullopt;
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, 2, 1);  // a library that prints must not meet a closed stdout
-  posix_spawn_file_actions_adddup2(&actions, ends[1], kReportDescriptor);
-  // Accepted sockets are not close-on-exec: a child that held them would keep clients waiting.
-  posix_spawn_file_actions_addclosefrom_np(&actions, kReportDescriptor + 1);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none, all;
-  sigemptyset(&none);
-  sigfillset(&all);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setsigdefault(&attributes, &all);
-  posix_spawnattr_setpgroup(&attributes, 0);  // Ctrl-C is the server's to handle
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
-
-  const std::string parent = std::to_string(getpid());
-  const char* arguments[] = {"cordillera", "job", folder.c_str(), "--parent", parent.c_str(), nullptr};
+  Pipe report, words;
   Child child;
-  const int failed =
-      posix_spawn(&child.pid, program.c_str(), &actions, &attributes, const_cast<char* const*>(arguments), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
-  close(ends[1]);
-  if (failed) {
-    close(ends[0]);
+  if (!report.open() || !words.open() || (errno = Start(report.theirs, words.theirs).run(child.pid, program, folder)) != 0) {
+    const int failed = errno;
+    report.close_both(), words.close_both();
+    errno = failed;
     return std::nullopt;
   }
-  child.report = ends[0];
+  close(report.theirs), close(words.theirs);
+  child.report = report.ours, child.words = words.ours;
   return child;
 }
 
@@ -92,39 +134,96 @@ struct Report {
   }
 };
 
-/// Reads until the child closes its end; asks it, then forces it, to end when stop is set.
-void listen_to(const Child& child, Report& report, const std::atomic<bool>& stop) {
-  std::optional<Clock::time_point> asked;
-  while (true) {
-    if (stop && !asked) {
-      asked = Clock::now();
-      kill(child.pid, SIGTERM);
+/// The job's own clock (alarm) with time to spare: a job that was taken over may have stopped that one.
+std::optional<Clock::time_point> deadline_of(const std::filesystem::path& folder) {
+  std::ifstream file(folder / kJobFile);
+  std::ostringstream text;
+  text << file.rdbuf();
+  proto::Job job;
+  if (!file || !from_json(text.str(), &job) || job.max_seconds() == 0) return std::nullopt;
+  return Clock::now() + std::chrono::seconds(job.max_seconds()) + kPatience;
+}
+
+/// A process from its start to its end: what it says, and what makes it end.
+class Watch {
+ public:
+  Watch(const Child& child, const std::filesystem::path& folder, const std::atomic<bool>& stop)
+      : child_(child), stop_(stop), deadline_(deadline_of(folder)), words_(folder.filename().string()) {
+    fcntl(child_.words, F_SETFL, O_NONBLOCK);
+  }
+  ~Watch() {
+    close(child_.report);
+    close(child_.words);
+  }
+  Watch(const Watch&) = delete;
+  Watch& operator=(const Watch&) = delete;
+
+  bool late() const { return late_; }
+
+  /// Reads until the child closes its end; asks it, then forces it, to end when it is to stop, and ends it when its time is over.
+  void listen_to(Report& report) {
+    std::optional<Clock::time_point> asked;
+    while (true) {
+      if (stop_ && !asked) {
+        asked = Clock::now();
+        kill(child_.pid, SIGTERM);
+      }
+      if (asked && Clock::now() - *asked > kPatience) kill(child_.pid, SIGKILL);
+      end_if_late();
+      pollfd wait[] = {{child_.report, POLLIN, 0}, {silent_ ? -1 : child_.words, POLLIN, 0}};
+      if (poll(wait, 2, 100) <= 0) continue;
+      if (wait[1].revents != 0) hear();
+      if (wait[0].revents == 0) continue;
+      char bytes[4096];
+      const ssize_t count = read(child_.report, bytes, sizeof bytes);
+      if (count > 0) report.take(bytes, static_cast<std::size_t>(count));
+      if (count == 0 || (count < 0 && errno != EINTR)) return;
     }
-    if (asked && Clock::now() - *asked > kPatience) kill(child.pid, SIGKILL);
-    pollfd wait{child.report, POLLIN, 0};
-    if (poll(&wait, 1, 100) <= 0) continue;
+  }
+
+  /// The pipe is closed, so the child is about to end; one that does not is made to.
+  int reap() {
+    const auto start = Clock::now();
+    int status = 0;
+    while (true) {
+      const pid_t ended = waitpid(child_.pid, &status, WNOHANG);
+      hear();  // one that waits for room in the pipe would not end
+      if (ended == child_.pid || (ended < 0 && errno != EINTR)) break;
+      if (Clock::now() - start > (stop_ ? kPatience : kGrace)) kill(child_.pid, SIGKILL);
+      end_if_late();
+      usleep(5000);
+    }
+    words_.end();
+    return status;
+  }
+
+ private:
+  void end_if_late() {
+    if (!deadline_ || Clock::now() < *deadline_) return;
+    late_ = true;
+    kill(child_.pid, SIGKILL);
+  }
+
+  void hear() {
     char bytes[4096];
-    const ssize_t count = read(child.report, bytes, sizeof bytes);
-    if (count > 0) report.take(bytes, static_cast<std::size_t>(count));
-    if (count == 0 || (count < 0 && errno != EINTR)) return;
+    for (int turn = 0; turn < 16; ++turn) {  // one that never stops talking is still asked to end
+      const ssize_t count = read(child_.words, bytes, sizeof bytes);
+      silent_ = count == 0;
+      if (count <= 0) return;
+      words_.take(bytes, static_cast<std::size_t>(count));
+    }
   }
-}
 
-/// The pipe is closed, so the child is about to end; one that does not is made to.
-int reap(pid_t pid, const std::atomic<bool>& stop) {
-  const auto start = Clock::now();
-  int status = 0;
-  while (true) {
-    const pid_t ended = waitpid(pid, &status, WNOHANG);
-    if (ended == pid || (ended < 0 && errno != EINTR)) return status;
-    if (Clock::now() - start > (stop ? kPatience : 6 * kPatience)) kill(pid, SIGKILL);
-    usleep(5000);
-  }
-}
+  const Child child_;
+  const std::atomic<bool>& stop_;
+  const std::optional<Clock::time_point> deadline_;
+  JobWords words_;
+  bool silent_ = false, late_ = false;
+};
 
-proto::Problem crashed(int status) {
-  // The clock that the job has set itself: no handler, so that nothing inside it can be in the way.
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) {
+proto::Problem crashed(int status, bool late) {
+  // The clock that the job has set itself has no handler, so that nothing of its libraries can be in the way.
+  if (late || (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)) {
     return {"build-time-limit", "the build took longer than this service lets one take; GET /v1/limits says how long that is",
             "a smaller raster, a coarser error= or a bbox=", ""};
   }
@@ -144,20 +243,21 @@ proto::Result<std::optional<proto::Estimate>> run(const std::string& program, co
     return proto::Problem{"internal", "cannot start the process that builds: " + std::string(strerror(errno)), "", ""};
   log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
   Report report{progress, {}, {}, {}};
+  Watch watch(*child, folder, stop);
   try {
-    listen_to(*child, report, stop);
+    watch.listen_to(report);
   } catch (...) {  // of what its report says: the job must not go on behind the back of the next one
     kill(child->pid, SIGKILL);
-    close(child->report);
-    reap(child->pid, stop);
+    watch.reap();
     throw;
   }
-  close(child->report);
-  const int status = reap(child->pid, stop);
+  const int status = watch.reap();
+  std::error_code ignored;
+  std::filesystem::remove_all(folder / kTemporaryFolder, ignored);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return report.estimate;
   if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
   if (report.problem) return *report.problem;
-  return crashed(status);
+  return crashed(status, watch.late());
 }
 
 }  // namespace

@@ -15,11 +15,12 @@
 #include "pipeline/build.h"
 #include "pipeline/estimate.h"
 #include "pipeline/sqlite.h"
+#include "raster/vertical.h"
 #include "server/child.h"
 #include "server/json.h"
 #include "server/memory_limit.h"
 #include "server/option_values.h"
-#include "server/sandbox.h"
+#include "server/sandbox/sandbox.h"
 #include "server/updates/update_job.h"
 
 namespace cordillera::server {
@@ -48,10 +49,14 @@ void restrict_process(const proto::Job& job, const std::filesystem::path& folder
   if (job.max_seconds() > 0) limit(RLIMIT_CPU, rlim_t{job.max_seconds()} * std::max(1u, options.threads() == 0 ? std::thread::hardware_concurrency() : options.threads()));
   // If the machine runs out of memory, the kernel should take the build and not the service.
   std::ofstream("/proc/self/oom_score_adj") << 500;
-  setenv("TMPDIR", folder.c_str(), 1);
+  const std::filesystem::path temporary = folder / kTemporaryFolder;
+  std::error_code ignored;
+  std::filesystem::create_directories(temporary, ignored);
+  setenv("TMPDIR", temporary.c_str(), 1);
   setenv("GDAL_DRIVER_PATH", "disable", 1);  // no plugins: none of the drivers that are asked for is one
-  const Gpu gpu = may_use_cuda(options) ? Gpu::allowed : Gpu::none;
-  confine({folder, geoid_folders(), cache_folders(), gpu});
+  alarm(job.max_seconds());                  // a confined process cannot ask for another clock
+  const sandbox::Gpu gpu = may_use_cuda(options) ? sandbox::Gpu::allowed : sandbox::Gpu::none;
+  sandbox::confine({folder, temporary, raster::geoid_places(), gpu});
 }
 
 /// False when the parent is dead: the pipe has no reader.
@@ -140,7 +145,6 @@ int job_main(const std::string& folder, int parent) {
   proto::Job job;
   if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
   restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
-  alarm(job.max_seconds());
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
   try {

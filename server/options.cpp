@@ -107,7 +107,7 @@ Given environment_layer(const std::vector<OptionSpec>& table) {
 
 std::vector<std::string> unread_variables() {
   // What raster, the client's commands, deploy/ and the tests read, and every option: a server's variables may be set where something is built.
-  std::vector<std::string> known = {"CACHE", "BUILD", "CMAKE_ARGS", "TEST_DATA", "SERVER", "TOKEN", "TOKEN_FILE"};
+  std::vector<std::string> known = {"CACHE", "BUILD", "CMAKE_ARGS", "JOB_ENVIRONMENT", "TEST_DATA", "SERVER", "TOKEN", "TOKEN_FILE"};
   for (const OptionSpec& option : all_options()) known.push_back(spelt(option, Spelling::environment).substr(kVariable.size()));
   std::vector<std::string> sentences;
   for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {

@@ -11,6 +11,7 @@
 #include "server/front/http_server.h"
 #include "server/log.h"
 #include "server/request_policy.h"
+#include "server/sandbox/sandbox.h"
 #include "server/web.h"
 
 namespace cordillera::server {
@@ -90,6 +91,7 @@ int serve_command(const Settings& given, const std::string& program) {
   });
   std::thread waiter([&] { io.run(); });
 
+  log_info("jobs are confined by " + sandbox::offered());
   const std::string host = settings.serve.listen.substr(0, settings.serve.listen.rfind(':'));
   log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " +
            std::filesystem::absolute(settings.serve.data).string());

@@ -1,6 +1,7 @@
 # `cpack` makes a .deb for Debian 12 and a .tar.gz. deploy/package.sh is the whole way, with the time that makes both the same each time.
 include(GNUInstallDirs)
 install(TARGETS cordillera RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(FILES ${CMAKE_BINARY_DIR}/share/egm96-15.pgm DESTINATION ${CMAKE_INSTALL_DATADIR}/cordillera)
 # The viewer is there only where npm was; the server's page says so otherwise.
 install(DIRECTORY ${CMAKE_BINARY_DIR}/share/web DESTINATION ${CMAKE_INSTALL_DATADIR}/cordillera OPTIONAL PATTERN complete EXCLUDE)
 install(FILES README.md CHANGELOG.md SECURITY.md LICENSE deploy/DEPENDENCIES.md deploy/UPGRADE.md deploy/nginx.conf deploy/grafana.json
@@ -19,7 +20,7 @@ set(CPACK_THREADS 1)  # compressors cut their input by threads
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# EGM96 is made from a grid of PROJ's; no library says so.
+# PROJ's database and tables; no library says so.
 set(CPACK_DEBIAN_PACKAGE_DEPENDS proj-data)
 set(CPACK_DEBIAN_PACKAGE_HOMEPAGE "")
 include(CPack)

@@ -33,6 +33,7 @@ class Server:
         environment = {k: v for k, v in os.environ.items() if not k.startswith("CORDILLERA_") or k == "CORDILLERA_CACHE"}
         if fault is not None:
             environment.update(fault, LD_PRELOAD=shim, FAULT_FOLDER=self.data)
+            environment["CORDILLERA_JOB_ENVIRONMENT"] = ",".join(["LD_PRELOAD", "FAULT_FOLDER", *fault])
         self.log = open(os.path.join(folder, "log"), "a+b")
         at = self.log.seek(0, os.SEEK_END)
         self.process = subprocess.Popen(

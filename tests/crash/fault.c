@@ -1,7 +1,7 @@
 // Preloaded into the program: counts what it asks of the disk in one folder, and lets the n-th time go wrong.
 //
 //   FAULT_FOLDER   files below it count, others never
-//   FAULT_COUNTER  a file of 16 bytes, shared by all processes: how many calls there were, and whether a job was killed
+//   FAULT_COUNTER  a file of 16 bytes, shared by all processes: how many calls there were, and whether a job was killed, or asks for the server's end
 //   FAULT_AT       which one goes wrong; 0: none
 //   FAULT_KIND     kill: half of a write, then SIGKILL, for the server that this process may be a job of too
 //                  job: the same for the first job that comes by from then on, and for it alone. enospc, eio: the call fails, and every later one too while the file FAULT_FULL exists
@@ -12,6 +12,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -20,6 +21,7 @@
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -36,28 +38,6 @@ static struct {
 } g;
 
 #define REAL(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
-
-__attribute__((constructor)) static void start(void) {
-  g.log = -1;
-  const char* folder = getenv("FAULT_FOLDER");
-  const char* counter = getenv("FAULT_COUNTER");
-  const char* kind = getenv("FAULT_KIND");
-  const char* at = getenv("FAULT_AT");
-  const char* log = getenv("FAULT_LOG");
-  if (!folder || !counter || strlen(folder) >= sizeof g.folder) return;
-  strcpy(g.folder, folder);
-  const int file = REAL(open)(counter, O_RDWR | O_CLOEXEC);
-  if (file < 0) return;
-  void* mapped = mmap(NULL, 2 * sizeof(unsigned long), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-  close(file);
-  if (mapped == MAP_FAILED) return;
-  g.at = at ? strtoul(at, NULL, 10) : 0;
-  g.full = getenv("FAULT_FULL");
-  if (kind) g.kind = !strcmp(kind, "kill") ? kKill : !strcmp(kind, "job") ? kJob : !strcmp(kind, "enospc") ? kNoSpace : !strcmp(kind, "eio") ? kInput : kNone;
-  if (log) g.log = REAL(open)(log, O_WRONLY | O_APPEND | O_CLOEXEC | O_CREAT, 0644);
-  g.length = strlen(g.folder);
-  g.counter = mapped;
-}
 
 static int ours(const char* path) {
   if (!g.counter || !path) return 0;
@@ -85,12 +65,43 @@ static int is_job(void) {
   return n > 0 && !strcmp(line + strlen(line) + 1, "job");
 }
 
+// A job may signal nobody else: it asks, stands still, and ends with its server.
+static void* end_with_a_job(void* nothing) {
+  while (!atomic_load(g.counter + 1)) usleep(200);
+  kill(getpid(), SIGKILL);
+  return nothing;
+}
+
 static void end_all(void) {
   const int job = is_job();
   if (g.kind == kJob && (!job || atomic_fetch_add(g.counter + 1, 1) > 0)) return;
-  if (g.kind == kKill && job) kill(getppid(), SIGKILL);
-  kill(getpid(), SIGKILL);
-  pause();
+  if (g.kind == kKill && job) atomic_store(g.counter + 1, 1);
+  else syscall(SYS_tgkill, getpid(), syscall(SYS_gettid), SIGKILL);
+  while (1) pause();
+}
+
+__attribute__((constructor)) static void start(void) {
+  g.log = -1;
+  const char* folder = getenv("FAULT_FOLDER");
+  const char* counter = getenv("FAULT_COUNTER");
+  const char* kind = getenv("FAULT_KIND");
+  const char* at = getenv("FAULT_AT");
+  const char* log = getenv("FAULT_LOG");
+  if (!folder || !counter || strlen(folder) >= sizeof g.folder) return;
+  strcpy(g.folder, folder);
+  const int file = REAL(open)(counter, O_RDWR | O_CLOEXEC);
+  if (file < 0) return;
+  void* mapped = mmap(NULL, 2 * sizeof(unsigned long), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  close(file);
+  if (mapped == MAP_FAILED) return;
+  g.at = at ? strtoul(at, NULL, 10) : 0;
+  g.full = getenv("FAULT_FULL");
+  if (kind) g.kind = !strcmp(kind, "kill") ? kKill : !strcmp(kind, "job") ? kJob : !strcmp(kind, "enospc") ? kNoSpace : !strcmp(kind, "eio") ? kInput : kNone;
+  if (log) g.log = REAL(open)(log, O_WRONLY | O_APPEND | O_CLOEXEC | O_CREAT, 0644);
+  g.length = strlen(g.folder);
+  g.counter = mapped;
+  pthread_t watcher;
+  if (g.kind == kKill && !is_job()) pthread_create(&watcher, NULL, end_with_a_job, NULL);
 }
 
 // What becomes of a call: 0 it goes on, else the error it fails with. half: bytes that a write may put down before the end.

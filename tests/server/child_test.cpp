@@ -88,6 +88,54 @@ TEST_F(Children, EndWhenTheyAreAskedAndWhenTheyAreNot) {
   }
 }
 
+TEST_F(Children, HaveASessionAndAnEnvironmentOfTheirOwn) {
+  setenv("AWS_SECRET_ACCESS_KEY", "secret", 1);
+  setenv("GDAL_CACHEMAX", "64", 1);
+  setenv("TOLD_1", "one", 1), setenv("TOLD_2", "two", 1);
+  setenv("CORDILLERA_JOB_ENVIRONMENT", "TOLD_1,TOLD_2,TOLD_3", 1);
+  ASSERT_TRUE(run(R"(env > "$2/environment"; cat /proc/$$/stat > "$2/stat"; echo $$ > "$2/pid")"));
+  for (const char* name : {"AWS_SECRET_ACCESS_KEY", "GDAL_CACHEMAX", "TOLD_1", "TOLD_2", "CORDILLERA_JOB_ENVIRONMENT"}) unsetenv(name);
+  const std::string environment = file_text(folder_.path() / "environment");
+  EXPECT_THAT(environment, testing::AllOf(HasSubstr("GDAL_CACHEMAX=64\n"), HasSubstr("TOLD_1=one\n"), HasSubstr("TOLD_2=two\n")));
+  EXPECT_THAT(environment, testing::Not(testing::AnyOf(HasSubstr("AWS_SECRET"), HasSubstr("CORDILLERA_JOB_ENVIRONMENT"), HasSubstr("TOLD_3"))));
+  std::istringstream stat(file_text(folder_.path() / "stat"));
+  std::string pid, name, state, parent, group, session;
+  stat >> pid >> name >> state >> parent >> group >> session;
+  EXPECT_EQ(pid + "\n", file_text(folder_.path() / "pid"));
+  EXPECT_EQ(group, pid);
+  EXPECT_EQ(session, pid);
+}
+
+TEST_F(Children, SayLinesThatAreLoggedUpToALimit) {
+  testing::internal::CaptureStdout();  // where lines go before a service says otherwise
+  ASSERT_TRUE(run(R"(echo 'a plain line' >&2; echo 'and one to stdout'; printf 'no end, \033[31m' >&2)"));
+  const std::string few = testing::internal::GetCapturedStdout();
+  const std::string job = "job " + folder_.path().filename().string() + " says";
+  EXPECT_THAT(few, testing::AllOf(HasSubstr(job + ": a plain line"), HasSubstr(job + ": and one to stdout"), HasSubstr(job + ": no end, ?[31m")));
+  testing::internal::CaptureStdout();
+  ASSERT_TRUE(run(R"(i=0; while [ $i -lt 20000 ]; do echo "line $i of many that are said" >&2; i=$((i+1)); done)"));
+  const std::string many = testing::internal::GetCapturedStdout();
+  EXPECT_THAT(many, testing::AllOf(HasSubstr("line 0 of"), HasSubstr(job + " more than 65536 bytes; the rest is left out")));
+  EXPECT_LT(many.size(), 500'000u);
+}
+
+/// One that was taken over may close its report, stop its clock and go on.
+TEST_F(Children, EndWhenTheirTimeIsOverWhateverTheyDo) {
+  proto::Job job;
+  job.set_max_seconds(1);
+  std::ofstream(folder_.path() / kJobFile) << to_json_line(job);
+  const auto outcome = run("trap '' TERM ALRM; while true; do sleep 0.1; done");
+  ASSERT_FALSE(outcome);
+  EXPECT_EQ(outcome.problem().type, "build-time-limit");
+}
+
+/// Nothing that the service could follow is left of a job's temporary files.
+TEST_F(Children, LeaveNoTemporaryFiles) {
+  ASSERT_TRUE(run(R"(mkdir "$2/tmp"; ln -s /etc/passwd "$2/tmp/link"; echo kept > "$2/kept")"));
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / kTemporaryFolder));
+  EXPECT_EQ(file_text(folder_.path() / "kept"), "kept\n");
+}
+
 TEST_F(Children, ThatCannotStartAreAProblem) {
   const auto outcome = child_runner("/no/such/program")(folder_.path(), nullptr, stop_);
   EXPECT_FALSE(outcome);

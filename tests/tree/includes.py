@@ -27,6 +27,7 @@ HOMES = [
     ("httplib.h", ["server/client/connection.cpp", "server/updates/fetch.cpp"]),
     ("brotli/*", ["server/front/codec.cpp"]),
     ("CLI/*", ["server/main.cpp", "server/option_words.*", "server/work_line.*", "server/client/client_line.*"]),
+    ("seccomp.h", ["server/sandbox/calls.cpp"]),
     ("spdlog/*", ["server/log.cpp"]),
     ("nlohmann/*", ["pipeline/json.h", "server/json.h"]),
     ("google/protobuf/*", ["pipeline/manifest_json.cpp", "server/json.cpp"]),
@@ -48,7 +49,7 @@ HOMES = [
     ("cooperative_groups.h", ["gpu/*.cu", "gpu/*.cuh"]),
 ]
 # C++ names its own headers without an ending. With one: what POSIX and Linux have and C++ has not.
-SYSTEM = re.compile(r"[a-z_]+|(arpa|linux|sys)/\w+\.h|(dirent|dlfcn|fcntl|malloc|netdb|poll|pwd|signal|spawn|string|time|unistd)\.h")
+SYSTEM = re.compile(r"[a-z_]+|(arpa|linux|sys)/\w+\.h|(dirent|dlfcn|fcntl|malloc|netdb|poll|pwd|sched|signal|spawn|string|time|unistd)\.h")
 
 # A block comment that begins a line may hold an #include that is none.
 COMMENT = re.compile(r"^[ \t]*/\*.*?\*/", re.DOTALL | re.MULTILINE)
