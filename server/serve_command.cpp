@@ -91,7 +91,7 @@ int serve_command(const Settings& given, const std::string& program) {
   });
   std::thread waiter([&] { io.run(); });
 
-  log_info("jobs are confined by " + sandbox::offered());
+  log_info("jobs are confined by " + sandbox::offered_words());
   const std::string host = settings.serve.listen.substr(0, settings.serve.listen.rfind(':'));
   log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " +
            std::filesystem::absolute(settings.serve.data).string());

@@ -12,6 +12,7 @@
 #include "server/digest.h"
 #include "server/doctor/doctor.h"
 #include "server/json.h"
+#include "server/sandbox/sandbox.h"
 
 namespace cordillera::server::doctor {
 namespace {
@@ -92,9 +93,17 @@ proto::Result<std::string> build(const Settings& settings, const fs::path& folde
          " s, read back";
 }
 
+Finding fence() {
+  const sandbox::Confined offered = sandbox::offered();
+  const bool whole = offered.files && offered.syscalls;
+  return {"sandbox", whole ? Health::good : Health::warning, "builds are confined by " + sandbox::offered_words(),
+          whole ? "" : "a kernel with both: Linux 5.13 or later with landlock in CONFIG_LSM or lsm="};
+}
+
 }  // namespace
 
 void check_build(const Settings& settings, Findings& findings) {
+  findings.push_back(fence());
   const Scratch scratch(settings.serve.data);
   const auto built = build(settings, scratch.path());
   if (built) {

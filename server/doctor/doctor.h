@@ -27,7 +27,7 @@ void check_folders(const Settings& settings, Findings& findings);    ///< disk, 
 void check_network(const Settings& settings, Findings& findings);    ///< port, who may write, descriptors
 void check_libraries(const Settings& settings, Findings& findings);  ///< GDAL, PROJ, geoids
 void check_gpu(const Settings& settings, Findings& findings);
-void check_build(const Settings& settings, Findings& findings);  ///< builds a small raster, as a posted one is built
+void check_build(const Settings& settings, Findings& findings);  ///< the sandbox; builds a small raster, as a posted one is built
 
 const char* to_string(Health health);
 

@@ -37,6 +37,8 @@ constexpr int kAllowed[] = {
     SCMP_SYS(futex), SCMP_SYS(set_robust_list), SCMP_SYS(set_tid_address), SCMP_SYS(rseq), SCMP_SYS(sched_yield), SCMP_SYS(rt_sigaction),
     SCMP_SYS(rt_sigprocmask), SCMP_SYS(rt_sigreturn), SCMP_SYS(sigaltstack), SCMP_SYS(pause), SCMP_SYS(restart_syscall), SCMP_SYS(exit),
     SCMP_SYS(exit_group), SCMP_SYS(sched_get_priority_max), SCMP_SYS(sched_get_priority_min),
+    // on which processors a thread runs: pthread_getattr_np fails without it, and a thread's number is not known here
+    SCMP_SYS(sched_getaffinity),
     // time, randomness, and who and where it is
     SCMP_SYS(clock_gettime), SCMP_SYS(clock_getres), SCMP_SYS(clock_nanosleep), SCMP_SYS(nanosleep), SCMP_SYS(gettimeofday), SCMP_SYS(time),
     SCMP_SYS(times), SCMP_SYS(getrusage), SCMP_SYS(getrandom), SCMP_SYS(getpid), SCMP_SYS(gettid), SCMP_SYS(getppid), SCMP_SYS(getuid),
@@ -49,7 +51,7 @@ constexpr int kAllowedForTheGpu[] = {
     SCMP_SYS(mlock), SCMP_SYS(mlock2), SCMP_SYS(munlock), SCMP_SYS(mincore), SCMP_SYS(msync), SCMP_SYS(mbind), SCMP_SYS(get_mempolicy),
     SCMP_SYS(set_mempolicy), SCMP_SYS(memfd_create), SCMP_SYS(eventfd2), SCMP_SYS(pipe), SCMP_SYS(pipe2), SCMP_SYS(epoll_create1),
     SCMP_SYS(epoll_ctl), SCMP_SYS(epoll_wait), SCMP_SYS(epoll_pwait), SCMP_SYS(select), SCMP_SYS(pselect6), SCMP_SYS(flock),
-    SCMP_SYS(getdents), SCMP_SYS(sched_getaffinity), SCMP_SYS(sched_getparam), SCMP_SYS(sched_getscheduler),
+    SCMP_SYS(getdents), SCMP_SYS(sched_getparam), SCMP_SYS(sched_getscheduler),
     SCMP_SYS(getpriority), SCMP_SYS(getrlimit), SCMP_SYS(getpgrp), SCMP_SYS(getpgid), SCMP_SYS(getsid), SCMP_SYS(getresuid), SCMP_SYS(getresgid),
     SCMP_SYS(getgroups), SCMP_SYS(capget), SCMP_SYS(rt_sigtimedwait), SCMP_SYS(rt_sigpending), SCMP_SYS(timerfd_create), SCMP_SYS(timerfd_settime),
    
@@ -96,10 +98,7 @@ Filter filtered() {
   filter.push_back({SCMP_SYS(clone), {bits(0, kThread | kElsewhere, kThread)}});
   filter.push_back({SCMP_SYS(tgkill), {is(0, self)}});
   // Limits are asked for, never set: root could raise its own.
-  for (const scmp_datum_t pid : {scmp_datum_t{0}, self}) {
-    filter.push_back({SCMP_SYS(prlimit64), {is(0, pid), is(2, 0)}});
-    filter.push_back({SCMP_SYS(sched_getaffinity), {is(0, pid)}});
-  }
+  for (const scmp_datum_t pid : {scmp_datum_t{0}, self}) filter.push_back({SCMP_SYS(prlimit64), {is(0, pid), is(2, 0)}});
   // Not F_SETOWN, F_SETSIG and leases, which send signals.
   one_of(filter, SCMP_SYS(fcntl), 1,
          {F_DUPFD, F_DUPFD_CLOEXEC, F_GETFD, F_SETFD, F_GETFL, F_SETFL, F_GETLK, F_SETLK, F_SETLKW, F_OFD_GETLK, F_OFD_SETLK, F_OFD_SETLKW});

@@ -32,7 +32,9 @@ Confined confine(const Needs& needs) {
   return confined;
 }
 
-std::string offered() {
+Confined offered() { return {landlock_abi() > 0, knows_seccomp()}; }
+
+std::string offered_words() {
   const int abi = landlock_abi();
   return std::string(knows_seccomp() ? "seccomp" : "no seccomp") + ", " + (abi > 0 ? "Landlock ABI " + std::to_string(abi) : "no Landlock");
 }

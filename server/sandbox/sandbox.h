@@ -24,7 +24,8 @@ struct Confined {
 /// For this process and for good. What the kernel lacks is left out, and told.
 Confined confine(const Needs& needs);
 
-/// What the kernel of this machine offers for it, in a few words for people.
-std::string offered();
+/// What the kernel of this machine would take on, and the same in a few words for people.
+Confined offered();
+std::string offered_words();
 
 }  // namespace cordillera::server::sandbox

@@ -1,6 +1,7 @@
 // Other datasets' files, the operator's, and those of every job.
 #include <fcntl.h>
 #include <linux/fs.h>
+#include <pthread.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -100,6 +101,13 @@ void try_work(const std::filesystem::path& folder, Findings& findings) {
   int sum = 0;
   std::thread([&] { sum = 1; }).join();
   findings.work("a thread", sum == 1);
+  int unknown = -1;
+  std::thread([&] {
+    pthread_attr_t attributes;
+    unknown = pthread_getattr_np(pthread_self(), &attributes);
+    if (unknown == 0) pthread_attr_destroy(&attributes);
+  }).join();
+  findings.work("what a thread has for a stack", unknown == 0);
   std::ofstream(folder / "made") << "x";
   std::error_code error;
   std::filesystem::rename(folder / "made", folder / "moved", error);
