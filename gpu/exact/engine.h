@@ -4,12 +4,15 @@
 //   rows(room, from, columns, rows, stride)   rows of a host's array, where the steps can read them
 //   each_run(n, f)                            f(i, lanes) for i in 0..n-1, with as many lanes as the executor likes
 //   windows(pass, count)                      the windows of a pass
+//   select(n, keep, to)                       as in gpu/waves.h
+//   parallel(n, work)                         work(i) on threads of the host
 //   use(), wait(), name()
 #include <chrono>
 
 #include "gpu/exact/bounds.h"
 #include "gpu/exact/levels.h"
 #include "gpu/exact/engine_makers.h"
+#include "gpu/exact/hem.h"
 
 namespace cordillera::gpu::exact {
 
@@ -30,6 +33,8 @@ class StopWatch {
  private:
   double at_ = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 };
+
+SideSamples side_samples(const Block& block, Side side);
 
 template <class Executor>
 class Engine final : public BlockSimplifier {
@@ -67,9 +72,17 @@ class Engine final : public BlockSimplifier {
   void find_depths(std::size_t levels);
   void bound();
   void start(const BlockPlan& plan);
+  void reserve_vertices();
   void keep_network(const Network& net);
   void take_network(std::span<const Network> nets);
-  void run_level(const BlockPlan& plan, int level);
+  void run_level(const BlockPlan& plan, const LevelRules& rules);
+  enum class Windows { all, awake };
+  void run_passes(const BlockPlan& plan, const LevelRules& rules, Windows which);
+  void read_sides(std::span<const Block> blocks);
+  std::vector<std::vector<RingedVertex>> download_hems();
+  void hold_hems(const LevelRules& rules, std::size_t levels);
+  void begin_strips(const LevelRules& rules);
+  void end_strips();
   std::uint32_t cut(int pass);
   void pack();
   CutView finder() const;
@@ -79,10 +92,13 @@ class Engine final : public BlockSimplifier {
 
   std::unique_ptr<Executor> executor_;
   BlockTimes times_;
-  std::vector<BlockView> blocks_;
+  std::vector<BlockView> blocks_;        ///< of the own meshes, which end at hems
+  std::vector<BlockView> whole_blocks_;  ///< with the strips beyond
+  std::vector<StripSides> sides_;        ///< of the blocks
+  bool has_shared_sides_ = false;
   std::vector<Place> places_;
   std::vector<int> largest_square_;
-  std::vector<std::uint32_t> first_vertex_;  ///< of the blocks, one more at the end
+  std::vector<std::uint32_t> first_vertex_, own_first_vertex_;  ///< of the blocks, one more at the end
   std::size_t samples_ = 0, vertices_ = 0;
   std::int64_t lattice_period_ = 1;
   int bin_bits_ = 1;
@@ -94,9 +110,10 @@ class Engine final : public BlockSimplifier {
   Array<BoundingPlane> planes_;
   Array<std::uint32_t> has_voids_, count_, number_;
   Array<BlockView> block_array_;
-  MeshArrays mesh_, packed_;
-  Array<std::uint32_t> first_array_, window_, vertices_by_number_, order_, bin_, bin_count_, bin_first_, bin_start_, bin_number_,
-      window_first_, window_block_;
+  MeshArrays mesh_, packed_, own_;
+  Array<RingedVertex> hem_;
+  Array<std::uint32_t> first_array_, own_first_array_, window_, vertices_by_number_, order_, bin_, bin_count_, bin_first_,
+      bin_start_, bin_number_, window_first_, window_block_;
   Array<std::uint16_t> local_;
   Array<std::uint32_t> corners_;
   Array<ErrorSums> errors_;

@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "gpu/exact/engine.h"
+#include "gpu/exact/shared_sides.inl"
 
 namespace cordillera::gpu::exact {
 
 inline constexpr int kPasses = 3;
 /// Waves of all passes but the last end when fewer than one vertex in so many goes: the next pass has other windows.
 inline constexpr int kIdleShare = 64;
-inline constexpr std::size_t kRunsWanted = 8192;  ///< of triangles, when they are measured
+inline constexpr std::size_t kRunsWanted = 8192, kPartsWanted = std::size_t{1} << 20;  ///< of triangles, when they are measured
 
 template <class Executor>
 proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(std::span<const Block> blocks,
@@ -35,16 +36,20 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
   std::vector<BlockMesh> meshes(blocks.size());
   for (std::size_t l = 0; l < plan.levels.size(); ++l) {
     LevelTime time;
-    run_level(plan, static_cast<int>(l));
+    const double tolerance = plan.levels[l].tolerance_m / proto::kHeightStep_m;
+    const auto level = static_cast<int>(l);
+    const LevelRules rules{static_cast<float>(tolerance), static_cast<float>(plan.levels[l].height_step), plan.tile_side << level,
+                           level};
+    run_level(plan, rules);
     executor_->wait();
     time.simplify_s = watch.lap();
-    const double tolerance = plan.levels[l].tolerance_m / proto::kHeightStep_m;
     const OwnTriangles own{mesh_.view(), block_array_.data(), finder()};
     const std::size_t triangles = list_triangles(own);
     const std::vector<ErrorSums> errors = measure(own, triangles, tolerance);
     time.measure_s = watch.lap();
     download(triangles, errors, tolerance, meshes);
     for (std::size_t b = 0; b < blocks.size(); ++b) results[b][l] = std::move(meshes[b]);
+    if (has_shared_sides_) end_strips();
     time.download_s = watch.lap();
     times_.levels.push_back(time);
   }
@@ -70,6 +75,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     field.stride = (field.columns + 7) / 8 * 8;
     view.east = field.columns - 1;
     view.north = field.rows - 1;
+    for (std::size_t side = 0; side < 4; ++side) view.sides_held |= blocks[b].sides[side] == SideKind::shared ? 1u << side : 0u;
     const auto modulo = [this](std::int64_t at) {
       return static_cast<std::int32_t>((at % lattice_period_ + lattice_period_) % lattice_period_);
     };
@@ -119,6 +125,15 @@ void Engine<Executor>::load(std::span<const Block> blocks) {
     if (!has_voids[b]) continue;
     blocks_[b].field.depth = depths_.data() + places_[b].sample;
     for (int tier = 0; tier < kTiers; ++tier) blocks_[b].field.tier_depth[tier] = tier_depths_.data() + places_[b].square[tier];
+  }
+  read_sides(blocks);
+  whole_blocks_ = blocks_;
+  for (BlockView& own : blocks_) {
+    const auto inset = [&own](Side side) { return (own.sides_held >> side & 1) != 0 ? kHemRow : 0; };
+    own.south += inset(kSouth);
+    own.east -= inset(kEast);
+    own.north -= inset(kNorth);
+    own.west += inset(kWest);
   }
 }
 
@@ -170,7 +185,12 @@ void Engine<Executor>::start(const BlockPlan& plan) {
                     stays_.data() + places_[b].sample,
                     largest_square_[b],
                     {kStartShare * tolerance, 0},
-                    static_cast<float>(plan.levels[0].height_step)});
+                    static_cast<float>(plan.levels[0].height_step),
+                    blocks_[b].west,
+                    blocks_[b].east,
+                    blocks_[b].south,
+                    blocks_[b].north,
+                    blocks_[b].sides_held});
     keep_network(nets.back());
   }
   take_network(nets);
@@ -192,21 +212,30 @@ template <class Executor>
 void Engine<Executor>::take_network(std::span<const Network> nets) {
   count_.reserve(samples_ + 1);
   number_.reserve(samples_ + 1);
-  executor_->each(samples_ + 1, CountStays{stays_.data(), samples_, count_.data()});
+  for (std::size_t b = 0; b < nets.size(); ++b) {
+    executor_->each(static_cast<std::size_t>(nets[b].field.stride) * static_cast<std::size_t>(nets[b].field.rows),
+                    CountStays{nets[b], count_.data() + places_[b].sample});
+  }
+  executor_->zero(count_.data() + samples_, 1);
   executor_->exclusive_sum(count_.data(), number_.data(), samples_ + 1);
   first_vertex_.resize(nets.size() + 1);
   for (std::size_t b = 0; b <= nets.size(); ++b) {
     executor_->copy_out(&first_vertex_[b], number_.data() + (b < nets.size() ? places_[b].sample : samples_), 1);
   }
   vertices_ = first_vertex_.back();
-  mesh_.reserve(vertices_);
-  packed_.reserve(vertices_);
+  reserve_vertices();
   for (std::size_t b = 0; b < nets.size(); ++b) {
     executor_->each(static_cast<std::size_t>(nets[b].field.stride) * static_cast<std::size_t>(nets[b].field.rows),
                     TakeVertex{nets[b], number_.data() + places_[b].sample, mesh_.view()});
   }
   first_array_.reserve(nets.size() + 1);
   executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
+}
+
+template <class Executor>
+void Engine<Executor>::reserve_vertices() {
+  mesh_.reserve(vertices_);
+  packed_.reserve(vertices_);
   for (auto* array : {&window_, &vertices_by_number_, &order_, &bin_}) array->reserve(vertices_);
   local_.reserve(vertices_);
 }
@@ -214,11 +243,17 @@ void Engine<Executor>::take_network(std::span<const Network> nets) {
 // ---- a level
 
 template <class Executor>
-void Engine<Executor>::run_level(const BlockPlan& plan, int level) {
-  const BlockLevel& asked = plan.levels[static_cast<std::size_t>(level)];
-  const LevelRules rules{static_cast<float>(asked.tolerance_m / proto::kHeightStep_m), static_cast<float>(asked.height_step),
-                         plan.tile_side << level, level};
+void Engine<Executor>::run_level(const BlockPlan& plan, const LevelRules& rules) {
   executor_->each(vertices_, BeginLevel{mesh_.view(), rules.height_step});
+  if (has_shared_sides_) hold_hems(rules, plan.levels.size());
+  run_passes(plan, rules, Windows::all);
+  if (!has_shared_sides_) return;
+  begin_strips(rules);
+  run_passes(plan, rules, Windows::awake);
+}
+
+template <class Executor>
+void Engine<Executor>::run_passes(const BlockPlan& plan, const LevelRules& rules, Windows which) {
   for (int number = 0; number < kPasses; ++number) {
     const std::uint32_t windows = cut(number);
     PassView pass;
@@ -232,6 +267,7 @@ void Engine<Executor>::run_level(const BlockPlan& plan, int level) {
     pass.rules = rules;
     pass.idle_share = number + 1 < kPasses ? kIdleShare : 0;
     pass.height_rounds = static_cast<int>(plan.quality);
+    pass.rest = which == Windows::awake;
     executor_->windows(pass, windows);
     pack();
   }
@@ -305,9 +341,11 @@ template <class Executor>
 std::vector<ErrorSums> Engine<Executor>::measure(const OwnTriangles& own, std::size_t triangles, double tolerance) {
   errors_.reserve(blocks_.size());
   executor_->zero(errors_.data(), blocks_.size());
+  // Few triangles are large: several warps share one.
   const std::size_t length = std::clamp<std::size_t>(triangles / kRunsWanted, 1, 32);
-  executor_->each_run((triangles + length - 1) / length,
-                      MeasureTriangles{own, corners_.data(), triangles, length, kErrorUnits / tolerance, errors_.data()});
+  const std::size_t parts = std::clamp<std::size_t>(kPartsWanted / std::max<std::size_t>(triangles, 1), 1, Executor::kMostParts);
+  executor_->each_run((triangles + length - 1) / length * parts,
+                      MeasureTriangles{own, corners_.data(), triangles, length, parts, kErrorUnits / tolerance, errors_.data()});
   std::vector<ErrorSums> errors(blocks_.size());
   executor_->copy_out(errors.data(), errors_.data(), errors.size());
   return errors;

@@ -58,7 +58,8 @@ __global__ void __launch_bounds__(kThreads, kWindowsAtOnce)
 
 class CudaExecutor : public CudaSteps {
  public:
-  CudaExecutor(int device, const cudaDeviceProp& properties) : CudaSteps(properties.multiProcessorCount), device_(device) {
+  CudaExecutor(int device, const cudaDeviceProp& properties, ParallelFor parallel)
+      : CudaSteps(properties.multiProcessorCount), device_(device), parallel_(std::move(parallel)) {
     name_ = cuda_name(device, properties);
     shared_bytes_ = properties.sharedMemPerBlockOptin;
     scratch_blocks_ = static_cast<unsigned>(kWindowsAtOnce * properties.multiProcessorCount);
@@ -67,9 +68,15 @@ class CudaExecutor : public CudaSteps {
         cudaFuncSetAttribute(windows_kernel<true>, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(most)));
   }
 
+  static constexpr std::size_t kMostParts = 64;  ///< of a triangle that is measured
+
   void use() { CORDILLERA_CUDA(cudaSetDevice(device_)); }
   void wait() { CORDILLERA_CUDA(cudaStreamSynchronize(stream_)); }
   std::string name() const { return name_; }
+  template <class F>
+  void parallel(std::size_t n, const F& work) {
+    parallel_(n, work);
+  }
 
   SampleRows rows(Array<std::int32_t>& room, const std::int32_t* from, std::int32_t columns, std::int32_t rows,
                   std::int64_t stride) {
@@ -99,6 +106,7 @@ class CudaExecutor : public CudaSteps {
 
  private:
   int device_ = 0;
+  ParallelFor parallel_;
   std::string name_;
   std::size_t shared_bytes_ = 0;
   unsigned scratch_blocks_ = 0;
@@ -107,9 +115,9 @@ class CudaExecutor : public CudaSteps {
 
 }  // namespace
 
-proto::Result<std::unique_ptr<BlockSimplifier>> make_cuda_engine(int device) {
-  return with_cuda_device<BlockSimplifier>(device, [device](const cudaDeviceProp& properties) {
-    return std::make_unique<Engine<CudaExecutor>>(std::make_unique<CudaExecutor>(device, properties));
+proto::Result<std::unique_ptr<BlockSimplifier>> make_cuda_engine(int device, ParallelFor parallel) {
+  return with_cuda_device<BlockSimplifier>(device, [&](const cudaDeviceProp& properties) {
+    return std::make_unique<Engine<CudaExecutor>>(std::make_unique<CudaExecutor>(device, properties, std::move(parallel)));
   });
 }
 

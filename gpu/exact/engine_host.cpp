@@ -32,12 +32,18 @@ class HostExecutor : public HostSteps {
  public:
   explicit HostExecutor(ParallelFor parallel) : parallel_(std::move(parallel)) {}
 
+  static constexpr std::size_t kMostParts = 1;  ///< of a triangle that is measured
+
   void use() {}
   void wait() {}
   std::string name() const { return "cpu"; }
 
   SampleRows rows(Array<std::int32_t>&, const std::int32_t* from, std::int32_t, std::int32_t, std::int64_t stride) {
     return {from, stride};
+  }
+  template <class F>
+  void parallel(std::size_t n, const F& work) {
+    parallel_(n, work);
   }
   template <class F>
   void each(std::size_t n, const F& f) {

@@ -11,6 +11,6 @@ std::optional<proto::Problem> check_call(std::span<const Block> blocks, const Bl
 
 std::unique_ptr<BlockSimplifier> make_host_engine(ParallelFor parallel);
 /// Fails with a reason when the device cannot be used.
-proto::Result<std::unique_ptr<BlockSimplifier>> make_cuda_engine(int device);
+proto::Result<std::unique_ptr<BlockSimplifier>> make_cuda_engine(int device, ParallelFor parallel);
 
 }  // namespace cordillera::gpu::exact

@@ -7,10 +7,9 @@
 namespace cordillera::gpu::exact {
 
 struct CountStays {
-  const std::uint8_t* stays;
-  std::size_t samples;
-  std::uint32_t* count;  ///< one more at the end
-  CORDILLERA_HD void operator()(std::size_t i) const { count[i] = i < samples ? stays[i] : 0; }
+  Network net;
+  std::uint32_t* count;
+  CORDILLERA_HD void operator()(std::size_t i) const { count[i] = net.takes(i) ? 1 : 0; }
 };
 
 /// The vertices of a block's network.
@@ -19,7 +18,7 @@ struct TakeVertex {
   const std::uint32_t* number;  ///< indexed by sample of the block: vertices before it
   MeshView mesh;
   CORDILLERA_HD void operator()(std::size_t i) const {
-    if (!net.stays[i]) return;
+    if (!net.takes(i)) return;
     const auto stride = static_cast<std::size_t>(net.field.stride);
     const int x = static_cast<int>(i % stride), y = static_cast<int>(i / stride);
     const std::uint32_t v = number[i];
@@ -38,7 +37,7 @@ struct BeginLevel {
   float height_step;
   CORDILLERA_HD void operator()(std::size_t v) const {
     mesh.height[v] = rounded_to(mesh.height[v], height_step);
-    mesh.mark[v] = static_cast<std::uint8_t>(mesh.mark[v] & ~kSettled);
+    mesh.mark[v] = static_cast<std::uint8_t>(mesh.mark[v] & ~(kSettled | kHeld));
   }
 };
 
@@ -136,11 +135,14 @@ struct MeasureTriangles {
   const std::uint32_t* corners;
   std::size_t triangles;
   std::size_t length;  ///< of a run
+  std::size_t parts;   ///< of every triangle: rows by turns, each part of a run by other lanes
   double units;        ///< kErrorUnits / tolerance
   ErrorSums* errors;   ///< indexed by block
 
   template <class Lanes>
-  CORDILLERA_HD void operator()(std::size_t run, const Lanes& lanes) const {
+  CORDILLERA_HD void operator()(std::size_t i, const Lanes& lanes) const {
+    const std::size_t run = i / parts;
+    const auto part = static_cast<int>(i % parts);
     ErrorSums sums;
     std::uint32_t block = ~0u;
     for (std::size_t t = run * length; t < triangles && t < (run + 1) * length; ++t) {
@@ -148,7 +150,7 @@ struct MeasureTriangles {
       const std::uint32_t of = own.finder.block_of(corner[0]);
       if (of != block && block != ~0u) flush(lanes, block, sums);
       block = of;
-      measure(lanes, own.blocks[block].field, corner, sums);
+      measure(lanes, part, block, corner, sums);
     }
     if (block != ~0u) flush(lanes, block, sums);
   }
@@ -171,29 +173,35 @@ struct MeasureTriangles {
     return true;
   }
   template <class Lanes>
-  CORDILLERA_HD void measure(const Lanes& lanes, const Field& field, const std::uint32_t* corner, ErrorSums& sums) const {
+  CORDILLERA_HD void measure(const Lanes& lanes, int part, std::uint32_t block, const std::uint32_t* corner,
+                             ErrorSums& sums) const {
     const MeshView& mesh = own.mesh;
     Corner c[3];
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t position = mesh.position[corner[k]];
       c[k] = {position_x(position), position_y(position), mesh.height[corner[k]], (mesh.mark[corner[k]] & kVoidVertex) != 0};
     }
+    const int rows = greatest(c[0].y, greatest(c[1].y, c[2].y)) - least(c[0].y, least(c[1].y, c[2].y)) + 1;
+    if (part * lanes.rows() >= rows) return;
+    const Field& field = own.blocks[block].field;
     const Triangle t = make_triangle(c[0], c[1], c[2], {0, 0});
     if (!t.published) return;
     const double ux = c[1].x - c[0].x, uy = c[1].y - c[0].y, vx = c[2].x - c[0].x, vy = c[2].y - c[0].y, area = ux * vy - uy * vx;
     const double rise_b = static_cast<double>(c[1].height) - c[0].height, rise_c = static_cast<double>(c[2].height) - c[0].height;
     const double dx = (rise_b * vy - rise_c * uy) / area, dy = (rise_c * ux - rise_b * vx) / area;
-    for (int y = t.south + lanes.row(); y <= t.north; y += lanes.rows()) {
+    for (int y = t.south + lanes.row() + part * lanes.rows(); y <= t.north; y += lanes.rows() * static_cast<int>(parts)) {
       int from = t.west, to = t.east;
       clip_row(t, y, from, to);
-      while (from <= to && !owns(t, field, from, y)) ++from;
-      while (from <= to && !owns(t, field, to, y)) --to;
+      int own_from = from, own_to = to;
+      while (own_from <= own_to && !owns(t, field, own_from, y)) ++own_from;
+      while (own_from <= own_to && !owns(t, field, own_to, y)) --own_to;
       const double rise = dy * (y - t.ey[0]);
       for (int x = from + lanes.column(); x <= to; x += lanes.columns()) {
         if (field.is_void_at(x, y)) continue;
         const double off = (static_cast<double>(t.height) - field.height[field.index(x, y)]) + (dx * (x - t.ex[0]) + rise);
         const std::uint64_t bits = magnitude_bits(off);
         if (bits > sums.max_bits) sums.max_bits = bits;
+        if (x < own_from || x > own_to) continue;
         const auto whole = static_cast<std::int64_t>(rint(off * units));
         sums.squares += static_cast<std::uint64_t>(whole * whole);
         ++sums.samples;

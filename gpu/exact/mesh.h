@@ -41,7 +41,10 @@ struct BlockView {
   std::int32_t lattice_x = 0, lattice_y = 0;  ///< of sample (0, 0), modulo the largest tile side
   std::uint32_t sides_held = 0;  ///< bit per side of the rectangle (south, east, north, west): valence caps for two blocks
 
-  CORDILLERA_HD bool is_on_side(int x, int y) const { return x == west || x == east || y == south || y == north; }
+  CORDILLERA_HD std::uint32_t sides_at(int x, int y) const {
+    return (y == south ? 1u : 0u) | (x == east ? 2u : 0u) | (y == north ? 4u : 0u) | (x == west ? 8u : 0u);
+  }
+  CORDILLERA_HD bool is_on_side(int x, int y) const { return sides_at(x, y) != 0; }
 };
 
 /// A level, for all blocks.

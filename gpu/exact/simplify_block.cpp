@@ -5,7 +5,7 @@
 
 #include "gpu/device_choice.h"
 #include "gpu/exact/engine_makers.h"
-#include "gpu/exact/window.h"
+#include "gpu/exact/side_chain.h"
 
 namespace cordillera::gpu::exact {
 namespace {
@@ -13,6 +13,8 @@ namespace {
 proto::Problem invalid(std::string detail, std::string accepted, std::string parameter) {
   return {"option-invalid", std::move(detail), std::move(accepted), std::move(parameter)};
 }
+
+constexpr std::int32_t kLeastShared = 17;  ///< samples
 
 bool is_power_of_two(std::int64_t n) { return n > 0 && std::has_single_bit(static_cast<std::uint64_t>(n)); }
 
@@ -55,6 +57,24 @@ std::optional<proto::Problem> check_block(const Block& block, std::size_t b) {
   return {};
 }
 
+std::optional<proto::Problem> check_sides(const Block& block, const BlockPlan& plan, std::size_t b) {
+  const std::string at = "blocks[" + std::to_string(b) + "].sides";
+  const proto::Samples& samples = *block.samples;
+  const std::int64_t east = block.west + block.columns - 1, north = block.south + block.rows - 1;
+  const std::array<std::int64_t, 4> line{block.south, east, north, block.west};
+  const std::array<std::int64_t, 4> beyond{block.south - samples.south, samples.west + samples.columns - 1 - east,
+                                           samples.south + samples.rows - 1 - north, block.west - samples.west};
+  for (std::size_t side = 0; side < 4; ++side) {
+    if (block.sides[side] != SideKind::shared) continue;
+    if (block.columns < kLeastShared || block.rows < kLeastShared)
+      return invalid(at + ": the block is small", "17 samples or more each way", at);
+    if (beyond[side] < kSideReach) return invalid(at + ": there are no samples beyond a shared side", "three rows of them", at);
+    if ((line[side] & (plan.tile_side - 1)) != 0)
+      return invalid(at + ": a shared side is no side of a tile", "a multiple of tile_side", at);
+  }
+  return {};
+}
+
 }  // namespace
 
 std::optional<proto::Problem> check_call(std::span<const Block> blocks, const BlockPlan& plan) {
@@ -69,6 +89,7 @@ std::optional<proto::Problem> check_call(std::span<const Block> blocks, const Bl
   }
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (auto problem = check_block(blocks[b], b)) return problem;
+    if (auto problem = check_sides(blocks[b], plan, b)) return problem;
     samples += static_cast<std::size_t>(blocks[b].columns + 7) * static_cast<std::size_t>(blocks[b].rows);
   }
   if (samples >= std::size_t{1} << 32)
@@ -77,13 +98,13 @@ std::optional<proto::Problem> check_call(std::span<const Block> blocks, const Bl
 }
 
 #ifndef CORDILLERA_HAS_CUDA
-proto::Result<std::unique_ptr<BlockSimplifier>> make_cuda_engine(int) { return built_without_cuda(); }
+proto::Result<std::unique_ptr<BlockSimplifier>> make_cuda_engine(int, ParallelFor) { return built_without_cuda(); }
 #endif
 
 proto::Result<std::unique_ptr<BlockSimplifier>> make_block_simplifier(const std::string& device, ParallelFor parallel) {
   return on_device(
       device, [&]() -> proto::Result<std::unique_ptr<BlockSimplifier>> { return make_host_engine(parallel); },
-      [](int number) { return make_cuda_engine(number); });
+      [&](int number) { return make_cuda_engine(number, parallel); });
 }
 
 }  // namespace cordillera::gpu::exact

@@ -20,15 +20,20 @@ enum Side { kSouth, kEast, kNorth, kWest };
 
 /// What lies beyond a side.
 enum class SideKind : std::uint8_t {
-  outer,  ///< nothing: the side is simplified along itself, like a tile's side
+  outer,   ///< nothing: the side is simplified along itself, like a tile's side
+  shared,  ///< another block, of which it is one whole side too: both get the same vertices there, bit for bit, without seeing
+           ///< each other
 };
 
 /// A rectangle of lattice samples. Borrowed for the call.
 struct Block {
-  const proto::Samples* samples =
-      nullptr;  ///< holds the rectangle. Bent already: a plane over the rectangle is what a flat triangle will be
+  /// Holds the rectangle, and three rows more beyond every shared side. Bent already: a plane over the rectangle is what a flat
+  /// triangle will be, and blocks that share a side are bent alike there.
+  const proto::Samples* samples = nullptr;
   std::int64_t west = 0, south = 0;    ///< its first sample, on the lattice
   std::int32_t columns = 0, rows = 0;  ///< samples, 2 .. kMostSamples each, ends included
+  /// South, east, north, west. A block with a shared side has 17 samples or more each way, and shared sides are sides of tiles of
+  /// level 0.
   std::array<SideKind, 4> sides{};
 };
 inline constexpr std::int32_t kMostSamples = 8193;
@@ -60,7 +65,7 @@ struct BlockMesh {
   std::vector<std::uint8_t> is_void;  ///< indexed by vertex, 0 or 1
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< in the order of their least vertex
   double max_error_m = 0;                               ///< of the valid samples under published triangles, measured in doubles
-  double rmse_m = 0;                                    ///< of the same
+  double rmse_m = 0;                                    ///< of the same, but for some on the rims of voids
   std::uint64_t measured = 0;                           ///< how many those are
 
   std::size_t vertices() const { return x.size(); }

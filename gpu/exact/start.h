@@ -56,8 +56,20 @@ struct Network {
   int largest = 1;      ///< side of the largest square
   Demand demand{0, 0};  ///< with the start's share of the tolerance
   float height_step = 1;
+  std::int32_t west = 0, east = 0, south = 0, north = 0;  ///< what of the block becomes a mesh
+  std::uint32_t hems = 0;                                 ///< sides of that, bit by Side, that end at a hem: two rows of it stay
 
   CORDILLERA_HD bool is_inside(int x, int y) const { return x >= 0 && y >= 0 && x < field.columns && y < field.rows; }
+  CORDILLERA_HD bool is_own(int x, int y) const { return x >= west && y >= south && x <= east && y <= north; }
+  /// Is sample i, of the block's, a vertex of the mesh?
+  CORDILLERA_HD bool takes(std::size_t i) const {
+    const auto across = static_cast<std::size_t>(field.stride);
+    return stays[i] != 0 && is_own(static_cast<int>(i % across), static_cast<int>(i / across));
+  }
+  CORDILLERA_HD bool is_at_hem(int x, int y) const {
+    return ((hems & 1) && (y == south || y == south + 1)) || ((hems & 2) && (x == east || x == east - 1)) ||
+           ((hems & 4) && (y == north || y == north - 1)) || ((hems & 8) && (x == west || x == west + 1));
+  }
   CORDILLERA_HD bool has(int x, int y) const { return is_inside(x, y) && stays[field.index(x, y)] != 0; }
   CORDILLERA_HD Corner corner(int x, int y) const {
     return {x, y, rounded_to(field.height[field.index(x, y)], height_step), field.is_void_at(x, y)};
@@ -72,7 +84,8 @@ struct MarkSquares {
   CORDILLERA_HD void operator()(std::size_t i) const {
     const auto stride = static_cast<std::size_t>(net.field.stride);
     const auto x = static_cast<int>(i % stride), y = static_cast<int>(i / stride);
-    net.stays[i] = x % net.largest == 0 && y % net.largest == 0 && net.is_inside(x, y) ? 1 : 0;
+    const bool corner = x % net.largest == 0 && y % net.largest == 0;
+    net.stays[i] = net.is_inside(x, y) && (corner || net.is_at_hem(x, y)) ? 1 : 0;
   }
 };
 
@@ -136,7 +149,7 @@ CORDILLERA_HD inline int network_ring(const Network& net, int x, int y, std::uin
   bool has[8], inside[8];
   for (int k = 0; k < 8; ++k) {
     has[k] = false;
-    inside[k] = net.is_inside(x + kX[k], y + kY[k]);
+    inside[k] = net.is_own(x + kX[k], y + kY[k]);
     int reach = k % 2 && !diagonals ? size / 2 : size;
     if (!inside[k] || reach == 0) continue;
     const bool certain = k % 2 ? diagonals : axes;

@@ -24,6 +24,7 @@ struct PassView {
   LevelRules rules;
   int idle_share = 0;  ///< waves end when fewer than one vertex in so many goes; 0: when none does
   int height_rounds = 0;
+  bool rest = false;  ///< windows that are all settled are left as they are
 };
 
 inline constexpr int kMostWaves = 200, kLeastWaves = 5;
@@ -51,9 +52,7 @@ struct LoadVertex {
     if (upright || ((block.lattice_x + x) & mask) == 0) flag |= kOnUpright;
     if (level || ((block.lattice_y + y) & mask) == 0) flag |= kOnLevel;
     if (upright && level) flag |= kBlockCorner;
-    const std::uint32_t sides =
-        (y == block.south ? 1u : 0u) | (x == block.east ? 2u : 0u) | (y == block.north ? 4u : 0u) | (x == block.west ? 8u : 0u);
-    if (sides & block.sides_held) flag |= kHeldSide;
+    if (block.sides_at(x, y) & block.sides_held) flag |= kHeldSide;
     return flag;
   }
   CORDILLERA_HD void operator()(int i) const {
@@ -118,6 +117,7 @@ class WindowPass {
   CORDILLERA_HD void run() {
     load();
     list_stale();
+    if (pass_.rest && w_.counter(kToEvaluate) == 0) return;
     waves();
     for (int round = 0; round < pass_.height_rounds; ++round) {
       move_heights(round);

@@ -1,7 +1,9 @@
-// exact_bench DEVICE THREADS FILE SIDE SCALE TOLERANCE [--levels 5] [--blocks 1] [--quality fast|standard|best] [--repeat 1]
+// exact_bench DEVICE THREADS FILE SIDE SCALE TOLERANCE [--levels 5] [--blocks 1] [--split 1] [--quality fast|standard|best]
+// [--repeat 1]
 // [--judge]
 //   FILE: SIDE x SIDE 16-bit integers, southern row first, times SCALE metres, -32768 where void; or made:NAME, a terrain of
 //   tests/bench/pyramid/terrain.h TOLERANCE: metres of the finest level, doubled a level
+//   --split N: the raster as N x N blocks that share their inner sides
 //   --blocks N: N x N copies of the raster in one call, each turned so that no two are alike
 #include <atomic>
 #include <chrono>
@@ -23,7 +25,7 @@ namespace {
 
 struct Options {
   std::string device, file;
-  int threads = 1, side = 0, levels = 5, blocks = 1, repeat = 1;
+  int threads = 1, side = 0, levels = 5, blocks = 1, split = 1, repeat = 1;
   double scale_m = 1, tolerance_m = 1;
   Quality quality = Quality::standard;
   Measure measure = Measure::shape;
@@ -33,7 +35,8 @@ Options read_options(int count, char** words) {
   Options o;
   if (count < 7) {
     std::fputs(
-        "exact_bench DEVICE THREADS FILE SIDE SCALE TOLERANCE [--levels 5] [--blocks 1] [--quality fast|standard|best] [--repeat "
+        "exact_bench DEVICE THREADS FILE SIDE SCALE TOLERANCE [--levels 5] [--blocks 1] [--split 1] [--quality "
+        "fast|standard|best] [--repeat "
         "1] [--judge]\n",
         stderr);
     std::exit(2);
@@ -49,6 +52,7 @@ Options read_options(int count, char** words) {
     if (word == "--judge") o.measure = Measure::samples;
     if (word == "--levels") o.levels = std::atoi(value.c_str());
     if (word == "--blocks") o.blocks = std::atoi(value.c_str());
+    if (word == "--split") o.split = std::atoi(value.c_str());
     if (word == "--repeat") o.repeat = std::atoi(value.c_str());
     if (word == "--quality") o.quality = value == "fast" ? Quality::fast : value == "best" ? Quality::best : Quality::standard;
   }
@@ -142,7 +146,18 @@ int main(int count, char** words) {
   std::vector<proto::Samples> rasters;
   for (int k = 0; k < o.blocks * o.blocks; ++k) rasters.push_back(turned(raster, k));
   std::vector<Block> blocks;
-  for (const proto::Samples& samples : rasters) blocks.push_back({&samples, 0, 0, o.side, o.side, {}});
+  for (const proto::Samples& samples : rasters) {
+    for (int k = 0; k < o.split * o.split; ++k) {
+      const int x = k % o.split, y = k / o.split, cells = (o.side - 1) / o.split;
+      const auto kind = [&](bool inner) { return inner ? SideKind::shared : SideKind::outer; };
+      blocks.push_back({&samples,
+                        x * cells,
+                        y * cells,
+                        cells + 1,
+                        cells + 1,
+                        {kind(y > 0), kind(x + 1 < o.split), kind(y + 1 < o.split), kind(x > 0)}});
+    }
+  }
   BlockPlan plan;
   plan.quality = o.quality;
   plan.levels = doubling_levels(o.tolerance_m, o.levels);
@@ -153,7 +168,7 @@ int main(int count, char** words) {
   }
   BlockSimplifier& simplifier = **made;
   std::printf("%s, %d threads, %s, %zu blocks of %d x %d\n", simplifier.device().c_str(), o.threads, o.file.c_str(),
-              blocks.size(), o.side, o.side);
+              blocks.size(), blocks[0].columns, blocks[0].rows);
   for (int r = 0; r < o.repeat; ++r) {
     const auto result = simplifier.simplify(blocks, plan);
     if (!result.ok()) {
