@@ -35,4 +35,22 @@ inline std::string as_utf8(std::string_view text) {
   return out;
 }
 
+/// At most so many bytes of the text, cut between letters, with "…" where something was left out.
+inline std::string cut_text(std::string text, std::size_t most_bytes) {
+  if (text.size() <= most_bytes) return text;
+  std::size_t end = most_bytes;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
+  text.resize(end);
+  return text += "…";
+}
+
+inline constexpr std::size_t kMostShown_bytes = 240;  ///< of a stranger's text in a message or a document: a line
+
+/// What is shown of a text that a stranger's file holds: it may hold a million letters.
+inline std::string shown_text(std::string_view text) {
+  // Four bytes a letter at most, so that what is left out here is left out below too.
+  const bool long_one = text.size() > 4 * kMostShown_bytes && !is_utf8(text);
+  return cut_text(as_utf8(long_one ? text.substr(0, 4 * kMostShown_bytes) : text), kMostShown_bytes);
+}
+
 }  // namespace cordillera::proto

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cctype>
 
+#include "proto/utf8.h"
 #include "raster/crs_label.h"
 #include "raster/gdal_scope.h"
 
@@ -29,7 +30,7 @@ std::string known_datum(const OGRSpatialReference& srs) {
   if (letters.find("EGM2008") != std::string::npos || letters.find("EGM08") != std::string::npos) return "EGM2008";
   if (letters.find("EGM84") != std::string::npos) return "EGM84";
   if (letters.find("ELLIPSOID") != std::string::npos) return "ellipsoid";
-  return own;
+  return proto::shown_text(own);
 }
 
 void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
@@ -68,7 +69,7 @@ proto::Result<OGRSpatialReference> parse(const std::string& requested) {
   // A CRS given in a request is a definition, never a file or an address to fetch.
   const char* const sealed[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
   if (srs.SetFromUserInput(requested.c_str(), sealed) != OGRERR_NONE)
-    return Problem{"crs-unknown", "crs=" + requested + " is no coordinate reference system that PROJ knows", kAcceptedCrs, "crs"};
+    return Problem{"crs-unknown", "crs=" + proto::shown_text(requested) + " is no coordinate reference system that PROJ knows", kAcceptedCrs, "crs"};
   return srs;
 }
 
@@ -110,7 +111,7 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
     take_vertical_part(named, asked);
     const char* const lenient[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS", nullptr};
     if (!srs.IsSame(&named, lenient))
-      return Problem{"crs-conflict", dataset.name + " already has the CRS " + crs.label + ", and crs=" + requested + " is another",
+      return Problem{"crs-conflict", dataset.name + " already has the CRS " + crs.label + ", and crs=" + proto::shown_text(requested) + " is another",
                      "no crs= for this raster, or a raster whose own CRS is corrected", "crs"};
     if (auto agreed = take_missing_vertical(dataset, asked, crs); !agreed.ok()) return agreed.problem();
   }

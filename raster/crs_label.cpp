@@ -10,8 +10,6 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr std::size_t kLongest = 240;  // a label is a line; WKT can be pages
-
 std::string text_of(const char* text) { return text == nullptr ? "" : text; }
 
 /// What drivers write where there is no name: "unnamed", "unknown", "Unknown based on WGS 84 ellipsoid", "undefined", …
@@ -57,10 +55,7 @@ std::string description_of(const OGRSpatialReference& srs) {
   std::string label = method + " on " + base_of(srs);
   const std::string parameters = proj_text(srs);
   if (!parameters.empty()) label += " (" + parameters + ")";
-  if (label.size() <= kLongest) return label;
-  std::size_t end = kLongest;
-  while (end > 0 && (static_cast<unsigned char>(label[end]) & 0xc0) == 0x80) --end;  // not within a letter
-  return label.substr(0, end) + "…";
+  return label;
 }
 
 }  // namespace
@@ -68,8 +63,8 @@ std::string description_of(const OGRSpatialReference& srs) {
 std::string crs_label(const OGRSpatialReference& srs) {
   const std::string authority = text_of(srs.GetAuthorityName(nullptr)), code = text_of(srs.GetAuthorityCode(nullptr));
   const std::string name = text_of(srs.GetName());
-  const std::string label = names_nothing(name) ? description_of(srs) : name;
-  return proto::as_utf8(authority.empty() || code.empty() ? label : label + " (" + authority + ":" + code + ")");
+  const std::string label = proto::shown_text(names_nothing(name) ? description_of(srs) : name);  // WKT can be pages
+  return authority.empty() || code.empty() ? label : label + proto::shown_text(" (" + authority + ":" + code + ")");
 }
 
 }  // namespace cordillera::raster

@@ -64,11 +64,7 @@ std::vector<const char*> drivers(Trust trust, bool hgt) {
 
 GDALDatasetUniquePtr open_handle(const std::string& path, Trust trust, bool hgt) {
   const std::vector<const char*> allowed = drivers(trust, hgt);
-  // A world file beside a posted TIFF would be somebody else's.
-  const char* const internal[] = {"GEOREF_SOURCES=INTERNAL", nullptr};
-  const bool tiff_only = trust == Trust::posted_file && !hgt;
-  return GDALDatasetUniquePtr(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, allowed.data(),
-                                                tiff_only ? internal : nullptr, nullptr));
+  return GDALDatasetUniquePtr(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, allowed.data(), nullptr, nullptr));
 }
 
 proto::Result<void> check_bands(Dataset& dataset) {

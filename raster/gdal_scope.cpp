@@ -6,7 +6,10 @@
 #include <ogr_srs_api.h>
 
 #include <mutex>
+#include <string_view>
 #include <utility>
+
+#include "proto/utf8.h"
 
 namespace cordillera::raster {
 namespace {
@@ -25,6 +28,17 @@ void start_gdal() {
   }
 }
 
+thread_local int g_scopes = 0;
+thread_local bool g_tables_failed = false;  // since the outermost scope began
+
+/// PROJ goes on without an answer of its tables as if there were none: what it says meanwhile is the only sign.
+void listen(CPLErr, CPLErrorNum, const char* message) {
+  const std::string_view said = message;
+  if (!said.starts_with("PROJ: ")) return;
+  const bool unopened = said.find("Open of ") != said.npos && said.ends_with("proj.db failed");
+  if (unopened || said.find("Cannot find proj.db") != said.npos || said.find("SQLite error on ") != said.npos) g_tables_failed = true;
+}
+
 struct Setting {
   const char* key;
   const char* value;
@@ -35,6 +49,8 @@ constexpr std::array<Setting, GdalScope::kSettingCount> kSettings{{
     {"GTIFF_REPORT_COMPD_CS", "YES", false},
     {"GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR", true},
     {"GDAL_PAM_ENABLED", "NO", true},
+    // A world file beside a posted TIFF would be somebody else's. (As an option of Open the other drivers would complain of it.)
+    {"GDAL_GEOREF_SOURCES", "INTERNAL", true},
 }};
 
 }  // namespace
@@ -42,7 +58,8 @@ constexpr std::array<Setting, GdalScope::kSettingCount> kSettings{{
 GdalScope::GdalScope(Trust trust) {
   static std::once_flag once;
   std::call_once(once, start_gdal);
-  CPLPushErrorHandler(CPLQuietErrorHandler);
+  if (g_scopes++ == 0) g_tables_failed = false;
+  CPLPushErrorHandler(listen);
   CPLErrorReset();
   for (std::size_t k = 0; k < kSettings.size(); ++k) {
     const Setting& setting = kSettings[k];
@@ -55,7 +72,10 @@ GdalScope::~GdalScope() {
   for (std::size_t k = 0; k < kSettings.size(); ++k)
     CPLSetThreadLocalConfigOption(kSettings[k].key, was_set_[k] ? before_[k].c_str() : nullptr);
   CPLPopErrorHandler();
+  --g_scopes;
 }
+
+bool GdalScope::tables_failed() const { return g_tables_failed; }
 
 bool GdalScope::failed() const { return CPLGetLastErrorType() >= CE_Failure; }
 
@@ -63,7 +83,7 @@ std::string GdalScope::message(const std::string& path, const std::string& name)
   std::string text = CPLGetLastErrorMsg();
   for (std::size_t at = text.find(path); !path.empty() && at != std::string::npos; at = text.find(path, at + name.size()))
     text.replace(at, path.size(), name);
-  return text;
+  return proto::shown_text(text);  // drivers quote what they do not understand
 }
 
 }  // namespace cordillera::raster

@@ -17,10 +17,12 @@ class GdalScope {
 
   /// Whether GDAL reported a failure since the scope began. Some drivers do so and still say that the read succeeded.
   bool failed() const;
-  /// GDAL's last message with the given path replaced by what the user called the file.
+  /// Whether PROJ could not read its tables since this thread's outermost scope began: then what it did not find may be there all the same.
+  bool tables_failed() const;
+  /// GDAL's last message, not longer than a line, with the given path replaced by what the user called the file.
   std::string message(const std::string& path, const std::string& name) const;
 
-  static constexpr std::size_t kSettingCount = 3;
+  static constexpr std::size_t kSettingCount = 4;
 
  private:
   std::array<std::string, kSettingCount> before_;  ///< scopes nest: what to put back

@@ -22,8 +22,9 @@ proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z
   const std::string text = band.empty() ? crs.height_unit : band;
   if (text.empty()) return HeightUnit{"metre", 1};
   if (const auto unit = height_unit(text)) return *unit;
-  if (z_scale_given) return HeightUnit{text, 1};
-  return Problem{"unit-unknown", "the heights of " + dataset.name + " are in \"" + text + "\", a unit not known here",
+  const std::string shown = proto::shown_text(text);
+  if (z_scale_given) return HeightUnit{shown, 1};
+  return Problem{"unit-unknown", "the heights of " + dataset.name + " are in \"" + shown + "\", a unit not known here",
                  std::string(kAcceptedUnits) + ", or z_scale= to say what takes them to metres", "z_scale"};
 }
 
@@ -97,9 +98,9 @@ void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const 
   s.set_data_type(d.signed_byte ? "Int8" : GDALGetDataTypeName(d.band->GetRasterDataType()));
   s.set_crs(crs.label);
   s.set_crs_from(crs.from);
-  s.set_vertical_datum(proto::as_utf8(parts.datum.name));
+  s.set_vertical_datum(proto::shown_text(parts.datum.name));
   s.set_vertical_datum_from(parts.datum.from);
-  s.set_unit(proto::as_utf8(unit.name));
+  s.set_unit(proto::shown_text(unit.name));
   s.set_scale(parts.height_rule.scale);
   s.set_offset(parts.height_rule.offset_m);
   s.set_nodata(Validity(d).text());
@@ -119,9 +120,7 @@ bool all_blocks_missing(const Dataset& d) {
   return !d.missing.empty() && std::all_of(d.missing.begin(), d.missing.end(), [](bool missing) { return missing; });
 }
 
-}  // namespace
-
-proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
   auto checked = check_options(options);
   if (!checked) return checked.problem();
   auto dataset = open_dataset(path, name, trust);
@@ -158,6 +157,17 @@ proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, cons
   if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;
   describe(parts, *crs, *unit, *f, size);
   return std::unique_ptr<Source>(std::make_unique<RasterSource>(std::move(parts)));
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+  const GdalScope scope(trust);
+  auto opened = open_checked(path, name, trust, options);
+  // Not the raster's fault, and what was opened all the same may lie elsewhere: a rougher transformation stands in for one not found.
+  if (scope.tables_failed())
+    return Problem{"crs-tables-unreadable", "the tables of coordinate systems (PROJ's proj.db) cannot be read, which " + proto::shown_text(name) + " needs", "trying again later", ""};
+  return opened;
 }
 
 }  // namespace cordillera::raster

@@ -8,6 +8,8 @@
 #include <sstream>
 #include <vector>
 
+#include "proto/utf8.h"
+
 namespace cordillera::raster {
 namespace {
 
@@ -77,7 +79,7 @@ proto::Result<std::unique_ptr<Geoid>> open_named(const std::string& requested, T
   if (trust == Trust::operator_file && fs::is_regular_file(requested, error)) return open_geoid(requested, area);
   if (bare)
     if (const std::string path = find_in_folders(requested); !path.empty()) return open_geoid(path, area);
-  return Problem{"geoid-not-found", "vertical_datum=" + requested + " is neither a datum known here nor a grid file that may be read", kAcceptedDatums,
+  return Problem{"geoid-not-found", "vertical_datum=" + proto::shown_text(requested) + " is neither a datum known here nor a grid file that may be read", kAcceptedDatums,
                  "vertical_datum"};
 }
 

@@ -23,6 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::seconds(5);         // between SIGTERM and SIGKILL
 constexpr auto kGrace = std::chrono::seconds(30);            // for a job that is about to end by itself
+constexpr std::size_t kLongestSlug = 60;
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // a child gone mad must not fill our memory
 
 struct Child {
@@ -122,6 +123,15 @@ struct Report {
     }
   }
 
+  /// What the job failed for is told all the same: it stands before what made the line long.
+  void too_long() {
+    static constexpr std::string_view kBefore = "\"error\":{\"type\":\"";
+    const auto at = rest.find(kBefore);
+    if (problem || at == std::string::npos) return;
+    const std::string slug = rest.substr(at + kBefore.size(), kLongestSlug);
+    problem = proto::Problem{slug.substr(0, slug.find('"')), "the build failed, and what it said of it is too long to be shown", "", ""};
+  }
+
   void take(const char* bytes, std::size_t count) {
     rest.append(bytes, count);
     std::size_t start = 0;
@@ -130,7 +140,9 @@ struct Report {
       start = end + 1;
     }
     rest.erase(0, start);
-    if (rest.size() > kLongestLine) rest.clear();
+    if (rest.size() <= kLongestLine) return;
+    too_long();
+    rest.clear();
   }
 };
 

@@ -4,9 +4,16 @@
 
 #include <cmath>
 
+#include "proto/utf8.h"
 #include "server/problems.h"
 
 namespace cordillera::server {
+namespace {
+
+// Of a problem that a job reports or that is written down: it stands in every list. Both ways, for a job may have been taken over.
+constexpr std::size_t kMostKept_bytes = 2000, kLongestSlug_bytes = 100;
+
+}  // namespace
 
 std::string to_json_line(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
@@ -39,15 +46,16 @@ Json problem_json(const proto::Problem& problem) {
 
 proto::Error to_error(const proto::Problem& problem) {
   proto::Error error;
-  error.set_type(problem.type);
-  error.set_detail(problem.detail);
-  error.set_accepted(problem.accepted);
-  error.set_parameter(problem.parameter);
+  error.set_type(proto::cut_text(problem.type, kLongestSlug_bytes));
+  error.set_detail(proto::cut_text(problem.detail, kMostKept_bytes));
+  error.set_accepted(proto::cut_text(problem.accepted, kMostKept_bytes));
+  error.set_parameter(proto::cut_text(problem.parameter, kMostKept_bytes));
   return error;
 }
 
 proto::Problem to_problem(const proto::Error& error) {
-  return {error.type(), error.detail(), error.accepted(), error.parameter()};
+  return {proto::cut_text(error.type(), kLongestSlug_bytes), proto::cut_text(error.detail(), kMostKept_bytes), proto::cut_text(error.accepted(), kMostKept_bytes),
+          proto::cut_text(error.parameter(), kMostKept_bytes)};
 }
 
 Json plain_numbers(Json json) {

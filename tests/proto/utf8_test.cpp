@@ -28,5 +28,24 @@ TEST(Utf8, OtherBytesAreTakenForLatin1) {
   }
 }
 
+TEST(Utf8, IsCutBetweenLetters) {
+  EXPECT_EQ(cut_text("abc", 3), "abc");
+  EXPECT_EQ(cut_text("abcd", 3), "abc…");
+  EXPECT_EQ(cut_text("aèè", 4), "aè…") << "the second would be half a letter";
+  EXPECT_EQ(cut_text("\xf0\x9f\x8f\x94", 3), "…");
+}
+
+TEST(Utf8, IsShownAsALineWhateverAStrangerWrote) {
+  EXPECT_EQ(shown_text("furlong"), "furlong");
+  for (const std::string& letter : {"x"s, "è"s, "\xf0\x9f\x8f\x94"s, "\xe8"s, "\xff"s}) {
+    std::string text;
+    for (int k = 0; k < 500000; ++k) text += letter;
+    const std::string shown = shown_text(text);
+    EXPECT_TRUE(is_utf8(shown));
+    EXPECT_LE(shown.size(), kMostShown_bytes + 3);
+    EXPECT_GT(shown.size(), kMostShown_bytes - 3);
+  }
+}
+
 }  // namespace
 }  // namespace cordillera::proto

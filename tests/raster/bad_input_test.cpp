@@ -1,9 +1,12 @@
 // Files that are broken, hostile or something else: a Problem, never a crash, a hang or nonsense.
+#include <ogr_srs_api.h>
+
 #include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 #include "fixture.h"
 
@@ -149,6 +152,86 @@ TEST_F(BadInput, TheCollection) {
     }
   }
   EXPECT_GT(files, 10);
+}
+
+/// A line of a message: no more reaches a list of datasets.
+constexpr std::size_t kLine = 700;
+
+TEST_F(BadInput, TextsOfARasterAreCut) {
+  Spec spec;
+  spec.unit = std::string(900000, 'u');
+  const std::string file = write(spec);
+  const auto refused = open(file, plain_options(), Trust::posted_file);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "unit-unknown");
+  EXPECT_LT(refused.problem().line().size(), kLine);
+  auto options = plain_options();
+  options.set_z_scale(2);
+  const auto accepted = must_open(file, options, Trust::posted_file);
+  ASSERT_NE(accepted, nullptr);
+  EXPECT_LT(accepted->description().unit().size(), kLine);
+}
+
+TEST_F(BadInput, NamesOfACrsAreCut) {
+  Spec spec;
+  spec.crs = "LOCAL_CS[\"" + std::string(9000, 'n') + "\",UNIT[\"metre\",1]]";
+  const auto refused = open(write(spec), plain_options(), Trust::posted_file);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "crs-unsupported");
+  EXPECT_NE(refused.problem().detail.find("nnn"), std::string::npos);
+  EXPECT_LT(refused.problem().line().size(), kLine);
+}
+
+TEST_F(BadInput, ARefusalTellsOfTheFileAndNotOfOurOptions) {
+  const auto refused = open(write_text("ncols 99999999999\nnrows 4\nxllcorner 1\nyllcorner 1\ncellsize 1\n1 1 1 1\n", "dem.asc"), plain_options(), Trust::posted_file);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().detail.find("GEOREF_SOURCES"), std::string::npos) << refused.problem().detail;
+}
+
+/// In a thread of its own, which opens PROJ's tables anew.
+std::string problem_of_a_thread(const std::string& file) {
+  std::string type;
+  std::thread([&] { type = problem_type(file, plain_options(), Trust::posted_file); }).join();
+  return type;
+}
+
+/// PROJ looks for its tables in a folder of ours while this lives.
+class OtherTables {
+ public:
+  explicit OtherTables(const std::string& folder) {
+    const char* const folders[] = {folder.c_str(), nullptr};
+    OSRSetPROJSearchPaths(folders);
+  }
+  ~OtherTables() { OSRSetPROJSearchPaths(nullptr); }
+  OtherTables(const OtherTables&) = delete;
+  OtherTables& operator=(const OtherTables&) = delete;
+};
+
+TEST_F(BadInput, TablesThatCannotBeReadAreNotTheRastersFault) {
+  Spec spec;
+  spec.crs = "EPSG:25832";
+  spec.geotransform = {500000, 100, 0, 5000000, 0, -100};
+  const std::string file = write(spec);
+  EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file), "");
+  const std::string tables = bytes_of("/usr/share/proj/proj.db");
+  ASSERT_GT(tables.size(), 1U << 20);
+  // A header that can be read, then rubbish, as from a disk that fails; and none at all.
+  for (const std::size_t good : {std::size_t{4096}, std::size_t{65536}, tables.size() / 2}) {
+    std::string damaged = tables;
+    damaged.replace(good, damaged.size() - good, damaged.size() - good, '\x55');
+    write_text(damaged, "proj.db");
+    const OtherTables other(path(""));
+    EXPECT_EQ(problem_of_a_thread(file), "crs-tables-unreadable") << good;
+  }
+  EXPECT_EQ(problem_of_a_thread(file), "");
+}
+
+TEST_F(BadInput, AFileThatSpeaksOfTablesIsRefusedAllTheSame) {
+  auto options = plain_options();
+  options.set_crs("EPSG:99999999");
+  EXPECT_EQ(problem_type(write_text("ncols 4\nnrows 4\nxllcorner 1\nyllcorner 1\ncellsize 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n", "dem.asc"), options,
+                         Trust::posted_file),
+            "crs-unknown");
 }
 
 }  // namespace

@@ -21,6 +21,14 @@ TEST(CrsLabel, IsTheNameAndCodeWhereThereIsOne) {
   EXPECT_EQ(label("EPSG:4326"), "WGS 84 (EPSG:4326)");
 }
 
+TEST(CrsLabel, IsALineHoweverLongItsName) {
+  const std::string name(3000, 'n');
+  const std::string geographic = "GEOGCS[\"" + name + "\",DATUM[\"" + name + "\",SPHEROID[\"" + name + "\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0]," +
+                                 "UNIT[\"degree\",0.0174532925199433]]";
+  EXPECT_LT(label(geographic).size(), 300U);
+  EXPECT_THAT(label(geographic), HasSubstr("nnn"));
+}
+
 TEST(CrsLabel, IsProjectionBaseAndParametersWhereThereIsNoName) {
   const std::string mercator = label("+proj=tmerc +lat_0=31 +lon_0=-115.5 +k=0.9999 +x_0=2500000 +datum=NAD83 +units=m");
   EXPECT_THAT(mercator, AllOf(HasSubstr("Transverse Mercator on North American Datum 1983"), HasSubstr("+lon_0=-115.5"), HasSubstr("+k=0.9999")));
