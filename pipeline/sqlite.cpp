@@ -3,7 +3,9 @@
 #include <sqlite3.h>
 
 #include <cctype>
+#include <cstring>
 
+#include "pipeline/content_hash.h"
 #include "pipeline/sqlite_object.h"
 
 namespace cordillera::pipeline {
@@ -24,6 +26,33 @@ std::string uri(const std::string& path) {
     }
   }
   return out;
+}
+
+template <class Number>
+void append(std::string& out, Number number) {
+  char bytes[sizeof number];
+  std::memcpy(bytes, &number, sizeof number);
+  out.append(bytes, sizeof number);
+}
+
+void append(std::string& out, sqlite3_value* value) {
+  const int type = sqlite3_value_type(value);
+  out += static_cast<char>(type);
+  if (type == SQLITE_INTEGER) return append(out, sqlite3_value_int64(value));
+  // Columns of REAL do not keep the sign of a zero.
+  if (type == SQLITE_FLOAT) return append(out, sqlite3_value_double(value) + 0.0);
+  const void* const bytes = sqlite3_value_blob(value);
+  const auto size = static_cast<std::size_t>(sqlite3_value_bytes(value));
+  append(out, std::uint64_t{size});
+  if (size > 0) out.append(static_cast<const char*>(bytes), size);
+}
+
+void row_sum(sqlite3_context* context, int count, sqlite3_value** values) {
+  std::string row;
+  for (int k = 0; k < count; ++k) append(row, values[k]);
+  std::int64_t sum = 0;
+  std::memcpy(&sum, content_hash(row).data(), sizeof sum);
+  sqlite3_result_int64(context, sum);
 }
 
 }  // namespace
@@ -47,7 +76,9 @@ Database::Database(const SqliteObject& object) {
 }
 
 void Database::open(const std::string& address, int flags) {
-  if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK) return;
+  if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK) {
+    if (sqlite3_create_function(handle_, "row_sum", -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr, row_sum, nullptr, nullptr) == SQLITE_OK) return;
+  }
   const std::string why = handle_ ? sqlite3_errmsg(handle_) : "out of memory";
   sqlite3_close(handle_);
   throw StoreError(why);

@@ -19,6 +19,7 @@ class StoreError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A connection. Its SQL knows row_sum(…): eight bytes of the content hash of its arguments, their types and lengths.
 class Database {
  public:
   /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. scratch: in memory, no path.

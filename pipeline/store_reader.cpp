@@ -11,6 +11,7 @@
 #include "pipeline/store.h"
 #include "pipeline/store_object.h"
 #include "pipeline/store_schema.h"
+#include "pipeline/store_sums.h"
 #include "raster/storage.h"
 
 namespace cordillera::pipeline {
@@ -23,6 +24,10 @@ constexpr std::size_t kConnections = 4;
 constexpr std::uint64_t kOwnCache_bytes = std::uint64_t{64} << 20;
 // A window of few rows is asked row by row: the key finds each run of columns at once. A tall one is one scan.
 constexpr std::int32_t kFewRows = 256;
+
+std::string name_of(const TileAddress& tile) {
+  return "tile " + std::to_string(tile.z) + "/" + std::to_string(tile.x) + "/" + std::to_string(tile.y);
+}
 
 Problem refused(const std::string& type, const std::string& path, const std::string& why) {
   return {type, path + " " + why, "the store of a dataset whose build has finished", ""};
@@ -37,25 +42,53 @@ struct Place {
   }
 };
 
+/// Every row that these give has the answer to `sound` in its first column.
 struct Connection {
   explicit Connection(const Place& place)
       : opened(place.open()),
-        drc(database, "SELECT hash, bytes FROM tiles JOIN blobs ON hash = drc WHERE level = ? AND y = ? AND x = ?"),
-        glb(database, "SELECT hash, bytes FROM tiles JOIN blobs ON hash = glb WHERE level = ? AND y = ? AND x = ?"),
-        records(database, "SELECT record FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
+        summed(has_sums(database)),
+        drc(database, blob_of("drc")),
+        glb(database, blob_of("glb")),
+        records(database, "SELECT " + sound(kSoundTile) + ", record, y, x FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
         nodes(database,
-              "SELECT n.y, n.x, n.error, n.west, n.south, n.east, n.north, n.low, n.high, "
-              "EXISTS(SELECT 1 FROM tiles t WHERE t.level = n.level AND t.y = n.y AND t.x = n.x) "
-              "FROM nodes n WHERE n.level = ? AND n.y BETWEEN ? AND ? AND n.x BETWEEN ? AND ? ORDER BY n.y, n.x") {
+              "SELECT " + sound(kSoundNode) + ", y, x, error, west, south, east, north, low, high, "
+              "EXISTS(SELECT 1 FROM tiles t WHERE t.level = nodes.level AND t.y = nodes.y AND t.x = nodes.x) "
+              "FROM nodes WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x") {
     if (database.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'water'") == 0) return;
-    water.emplace(database, "SELECT mask FROM water WHERE level = ? AND y = ? AND x = ?");
+    water.emplace(database, "SELECT " + sound(kSoundWater) + ", mask FROM water WHERE level = ? AND y = ? AND x = ?");
+  }
+  std::string sound(const char* condition) const { return summed ? condition : "1"; }
+  std::string blob_of(const std::string& column) const {
+    return "SELECT " + sound(kSoundTile) + ", bytes, " + column + ", record FROM tiles LEFT JOIN blobs ON hash = " + column +
+           " WHERE level = ? AND y = ? AND x = ?";
   }
   std::mutex mutex;
   std::unique_ptr<Database> opened;
   Database& database = *opened;
+  const bool summed;
   Statement drc, glb, records, nodes;
   std::optional<Statement> water;
 };
+
+/// The row that a statement stands on is to be used.
+void require_sound(const Statement& row, const TileAddress& tile) {
+  if (row.integer(0) == 0) throw StoreError("the row of " + name_of(tile) + " is not as it was written");
+}
+
+proto::TileRecord record_of(const Statement& row, int column) {
+  proto::TileRecord record;
+  const std::string_view bytes = row.blob(column);
+  if (!record.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("a tile record is damaged");
+  return record;
+}
+
+/// In a store without sums, whether the bytes are this tile's, as far as its record tells.
+void require_own(const proto::TileRecord& record, const TileAddress& tile, Encoding encoding, std::size_t bytes) {
+  const bool here = record.level() == static_cast<std::uint32_t>(tile.z) && record.x() == static_cast<std::uint32_t>(tile.x) &&
+                    record.y() == static_cast<std::uint32_t>(tile.y);
+  const std::size_t stated = encoding == Encoding::drc ? record.drc_bytes() : record.glb_bytes();
+  if (!here || stated != bytes) throw StoreError("the bytes of " + name_of(tile) + " are not those that its record tells of");
+}
 
 template <class Row>
 void for_each_row(Statement& statement, std::array<std::int32_t, 5> window, const Row& row) {
@@ -94,14 +127,19 @@ class SqliteReader final : public StoreReader {
     return with_connection([&](Connection& c) -> std::optional<Blob> {
       Statement& get = encoding == Encoding::drc ? c.drc : c.glb;
       if (!get.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
-      return Blob{std::string(get.blob(1)), hex(get.blob(0))};
+      require_sound(get, tile);
+      const std::string_view bytes = get.blob(1), hash = get.blob(2);
+      pipeline::require_sound(bytes, hash);
+      if (!c.summed) require_own(record_of(get, 3), tile, encoding, bytes.size());
+      return Blob{std::string(bytes), hex(hash)};
     });
   }
 
   std::string water(const TileAddress& tile) const override {
     return with_connection([&](Connection& c) {
       if (!c.water || !c.water->bind(tile.z, tile.y, tile.x).step()) return std::string();
-      return std::string(c.water->blob(0));
+      require_sound(*c.water, tile);
+      return std::string(c.water->blob(1));
     });
   }
 
@@ -115,8 +153,8 @@ class SqliteReader final : public StoreReader {
     return with_connection([&](Connection& c) {
       std::vector<proto::TileRecord> out;
       for_each_row(c.records, {level, x0, y0, x1, y1}, [&] {
-        const std::string_view bytes = c.records.blob(0);
-        if (!out.emplace_back().ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("a tile record is damaged");
+        require_sound(c.records, {level, static_cast<std::int32_t>(c.records.integer(3)), static_cast<std::int32_t>(c.records.integer(2))});
+        out.push_back(record_of(c.records, 1));
       });
       return out;
     });
@@ -127,10 +165,11 @@ class SqliteReader final : public StoreReader {
       std::vector<TileExtent> out;
       for_each_row(c.nodes, {level, x0, y0, x1, y1}, [&] {
         TileExtent& e = out.emplace_back();
-        e.tile = {level, static_cast<std::int32_t>(c.nodes.integer(1)), static_cast<std::int32_t>(c.nodes.integer(0))};
-        e.geometric_error_m = c.nodes.real(2);
-        for (int k = 0; k < 6; ++k) e.region[static_cast<std::size_t>(k)] = c.nodes.real(3 + k);
-        e.content = c.nodes.integer(9) != 0;
+        e.tile = {level, static_cast<std::int32_t>(c.nodes.integer(2)), static_cast<std::int32_t>(c.nodes.integer(1))};
+        require_sound(c.nodes, e.tile);
+        e.geometric_error_m = c.nodes.real(3);
+        for (int k = 0; k < 6; ++k) e.region[static_cast<std::size_t>(k)] = c.nodes.real(4 + k);
+        e.content = c.nodes.integer(10) != 0;
       });
       return out;
     });
@@ -148,11 +187,12 @@ proto::Result<proto::Manifest> published_manifest(Database& database, const std:
   if (database.integer("PRAGMA user_version") != kSchemaVersion) {
     return refused("store-version", path, "was written by another version of Cordillera");
   }
-  Statement row(database, "SELECT value FROM meta WHERE key = 'manifest'");
+  const std::string sound = has_sums(database) ? kSoundMeta : "1";
+  Statement row(database, "SELECT " + sound + ", value FROM meta WHERE key = 'manifest'");
   if (!row.step()) return refused("store-unpublished", path, "is not finished");
   proto::Manifest manifest;
-  const std::string_view bytes = row.blob(0);
-  if (!manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return refused("store-damaged", path, "has a damaged manifest");
+  const std::string_view bytes = row.blob(1);
+  if (row.integer(0) == 0 || !manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return refused("store-damaged", path, "has a damaged manifest");
   return manifest;
 }
 

@@ -11,6 +11,7 @@
 
 #include "pipeline/sqlite.h"
 #include "pipeline/store_schema.h"
+#include "pipeline/store_sums.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -87,8 +88,9 @@ void revise(Database& database, const proto::Plan& plan, const Revision& revisio
   Transaction transaction(database);
   database.execute("DROP TABLE nodes; DROP TABLE IF EXISTS water; DELETE FROM meta WHERE key = 'manifest'");
   database.execute("CREATE TABLE tasks(level INT, y INT, x INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID");
-  const std::string bytes = plan.SerializeAsString();
-  Statement(database, "UPDATE meta SET value = ? WHERE key = 'plan'").bind(bytes).run();
+  add_sums(database);
+  const std::string key = "plan", bytes = plan.SerializeAsString();
+  Statement(database, kPutMeta).bind(key, bytes).run();
   {
     Remover remover(database, revision);
     for (const proto::TileAddress& node : revision.stale) remover.remove(node);
@@ -104,7 +106,7 @@ void revise(Database& database, const proto::Plan& plan, const Revision& revisio
 void put_notes(const std::string& path, const std::vector<Note>& notes) {
   Database database(path, Database::Mode::create);
   Transaction transaction(database);
-  Statement put(database, "INSERT OR REPLACE INTO meta(key, value) VALUES(CAST(? AS TEXT), ?)");
+  Statement put(database, kPutMeta);
   for (const Note& note : notes) put.bind(note.key, note.text).run();
   transaction.commit();
 }

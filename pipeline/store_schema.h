@@ -10,6 +10,9 @@
 //   nodes   a row a tile that has triangles itself or below it, with the region and the error of it all: made when published
 //
 // Rows are addressed by content or by place, so what they hold does not depend on the order of commits.
+//
+// `sum` is row_sum (sqlite.h) of what else a reader takes from the row: a disk that gives back other bytes, or a row in another's place, is
+// seen when the row is read. Stores of earlier versions have none.
 
 namespace cordillera::pipeline {
 
@@ -17,25 +20,36 @@ inline constexpr int kApplicationId = 0x43446C72;  ///< "CDlr"
 inline constexpr int kSchemaVersion = 1;
 
 inline constexpr const char* kCreateTables = R"(
-CREATE TABLE meta(key TEXT PRIMARY KEY, value BLOB NOT NULL) WITHOUT ROWID;
+CREATE TABLE meta(key TEXT PRIMARY KEY, value BLOB NOT NULL, sum INT) WITHOUT ROWID;
 CREATE TABLE tiles(level INT, y INT, x INT, record BLOB NOT NULL, drc BLOB NOT NULL, glb BLOB NOT NULL, error REAL NOT NULL,
-  west REAL, south REAL, east REAL, north REAL, low REAL, high REAL, PRIMARY KEY(level, y, x)) WITHOUT ROWID;
+  west REAL, south REAL, east REAL, north REAL, low REAL, high REAL, sum INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID;
 CREATE TABLE blobs(id INTEGER PRIMARY KEY, hash BLOB NOT NULL UNIQUE, bytes BLOB NOT NULL);
 CREATE TABLE tasks(level INT, y INT, x INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID;
 CREATE TABLE meshes(id INTEGER PRIMARY KEY, level INT, y INT, x INT, bytes BLOB NOT NULL, UNIQUE(level, y, x));
 )";
 
-inline constexpr const char* kCreateWater = "CREATE TABLE IF NOT EXISTS water(level INT, y INT, x INT, mask BLOB NOT NULL, PRIMARY KEY(level, y, x)) WITHOUT ROWID";
+inline constexpr const char* kCreateWater =
+    "CREATE TABLE IF NOT EXISTS water(level INT, y INT, x INT, mask BLOB NOT NULL, sum INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID";
+
+inline constexpr const char* kPutMeta =
+    "INSERT OR REPLACE INTO meta(key, value, sum) VALUES(CAST(?1 AS TEXT), ?2, row_sum(CAST(?1 AS TEXT), ?2))";
+
+// Whether a row is as it was written, for a SELECT.
+inline constexpr const char* kSoundMeta = "sum IS row_sum(key, value)";
+inline constexpr const char* kSoundTile = "sum IS row_sum(level, y, x, record, drc, glb)";
+inline constexpr const char* kSoundWater = "sum IS row_sum(level, y, x, mask)";
+inline constexpr const char* kSoundNode = "sum IS row_sum(level, y, x, error, west, south, east, north, low, high)";
 
 inline constexpr const char* kCreateNodes = R"(
-CREATE TABLE nodes(level INT, y INT, x INT, error REAL, west REAL, south REAL, east REAL, north REAL, low REAL, high REAL,
+CREATE TABLE nodes(level INT, y INT, x INT, error REAL, west REAL, south REAL, east REAL, north REAL, low REAL, high REAL, sum INT,
   PRIMARY KEY(level, y, x)) WITHOUT ROWID;
 )";
 
 /// Level ?1 of nodes: its own tiles, and its children together.
 inline constexpr const char* kFillNodes = R"(
 INSERT INTO nodes
-SELECT ?1, y, x, max(error), min(west), min(south), max(east), max(north), min(low), max(high) FROM (
+SELECT ?1, y, x, max(error), min(west), min(south), max(east), max(north), min(low), max(high),
+  row_sum(?1, y, x, max(error), min(west), min(south), max(east), max(north), min(low), max(high)) FROM (
   SELECT y, x, error, west, south, east, north, low, high FROM tiles WHERE level = ?1
   UNION ALL
   SELECT y >> 1 AS y, x >> 1 AS x, error, west, south, east, north, low, high FROM nodes WHERE level = ?1 + 1)

@@ -7,6 +7,7 @@
 #include "pipeline/store_publish.h"
 #include "pipeline/store_revise.h"
 #include "pipeline/store_schema.h"
+#include "pipeline/store_sums.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -19,8 +20,8 @@ Problem write_problem(const std::string& path, const std::string& why) {
 }
 
 constexpr const char* kPutTile =
-    "INSERT OR REPLACE INTO tiles(level, y, x, record, drc, glb, error, west, south, east, north, low, high) "
-    "VALUES(?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)";
+    "INSERT OR REPLACE INTO tiles(level, y, x, record, drc, glb, error, west, south, east, north, low, high, sum) "
+    "VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, row_sum(?1, ?2, ?3, ?4, ?5, ?6))";
 
 // Everything that is asked for while tiles are made. Gone once the tables are.
 struct WorkStatements {
@@ -56,6 +57,7 @@ class SqliteWriter final : public StoreWriter {
     // A commit is one sync of the log; it is on the disk when commit() returns.
     database_->execute("PRAGMA journal_mode=WAL");
     if (fresh) create();
+    else add_sums(*database_);
     work_ = std::make_unique<WorkStatements>(*database_);
     return Found::ours;
   }
@@ -103,7 +105,7 @@ class SqliteWriter final : public StoreWriter {
     try {
       Transaction transaction(*database_);
       database_->execute(kCreateWater);
-      Statement put(*database_, "INSERT OR REPLACE INTO water(level, y, x, mask) VALUES(?, ?, ?, ?)");
+      Statement put(*database_, "INSERT OR REPLACE INTO water(level, y, x, mask, sum) VALUES(?1, ?2, ?3, ?4, row_sum(?1, ?2, ?3, ?4))");
       for (const auto& [tile, packed] : masks) put.bind(tile.z, tile.y, tile.x, packed).run();
       transaction.commit();
       return {};
@@ -163,7 +165,7 @@ class SqliteWriter final : public StoreWriter {
     database_->execute(kCreateTables);
     database_->execute("PRAGMA application_id=" + std::to_string(kApplicationId));
     database_->execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));
-    Statement(*database_, "INSERT INTO meta(key, value) VALUES('plan', ?)").bind(plan_.SerializeAsString()).run();
+    Statement(*database_, kPutMeta).bind(std::string("plan"), plan_.SerializeAsString()).run();
     transaction.commit();
   }
 
@@ -203,7 +205,7 @@ class SqliteWriter final : public StoreWriter {
     if (!has_note(kTasksNote)) database_->execute("DROP TABLE meshes");
     make_nodes(*database_, static_cast<int>(plan_.finest_level()));
     summarise(*database_, plan_, manifest);
-    Statement(*database_, "INSERT INTO meta(key, value) VALUES('manifest', ?)").bind(manifest.SerializeAsString()).run();
+    Statement(*database_, kPutMeta).bind(std::string("manifest"), manifest.SerializeAsString()).run();
     database_->execute("PRAGMA incremental_vacuum");
     transaction.commit();
   }

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <chrono>
 
+#include "pipeline/sqlite.h"
 #include "server/gzip.h"
 #include "server/log.h"
 #include "server/openapi.h"
@@ -252,7 +253,12 @@ Response Api::of_dataset(const Request& request, const Route& route) {
     if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
     return published(service_, *dataset, request, route);
   };
-  Response response = service_.mounts().has(dataset->id) ? of_mount(service_.mounts(), dataset->id, read) : read();
+  Response response;
+  try {
+    response = service_.mounts().has(dataset->id) ? of_mount(service_.mounts(), dataset->id, read) : read();
+  } catch (const pipeline::StoreError& error) {
+    response = problem_response(service_.library().damaged(dataset->id, error.what()));
+  }
   if (dataset->is_private) keep_from_others(response);
   return response;
 }

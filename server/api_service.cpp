@@ -24,6 +24,7 @@ void look_around(Service& service) {
   all.datasets.set(static_cast<double>(counts.failed), {"failed"});
   all.queue_limit.set(service.settings().serve.limits.queue);
   all.uploads.set(static_cast<double>(service.admission().in_use().uploads));
+  all.datasets_damaged.set(static_cast<double>(service.library().damaged_count()));
   all.waiting.set(service.waiting());
   all.connections.set(static_cast<double>(service.connections()));
   all.ready.set(why_not_ready(service).empty() ? 1 : 0);
@@ -56,7 +57,14 @@ Response alive() { return not_cached(json_response(200, {{"status", "ok"}})); }
 
 Response readiness(Service& service) {
   const std::vector<Reason> reasons = why_not_ready(service);
-  if (reasons.empty()) return not_cached(json_response(200, {{"status", "ok"}}));
+  // Told, but no reason to send clients elsewhere: all other datasets are served, and work is taken.
+  const std::size_t damaged = service.library().damaged_count();
+  const Json told = damaged > 0 ? Json{{"damaged_datasets", damaged}} : Json::object();
+  if (reasons.empty()) {
+    Json json = {{"status", "ok"}};
+    json.update(told);
+    return not_cached(json_response(200, json));
+  }
   if (service.stopping()) return problem_response({"service-stopping", "the service is stopping", "", ""});
   std::string detail;
   Json named = Json::array();
@@ -67,6 +75,7 @@ Response readiness(Service& service) {
   const Response plain = problem_response({"not-ready", detail, "asking again later; reading goes on", ""});
   Json json = Json::parse(plain.body);
   json["reasons"] = named;
+  json.update(told);
   Response response = plain;
   response.body = dump(json);
   return response;

@@ -12,11 +12,6 @@ namespace {
 constexpr std::size_t kMostOpen = 64;  // a few descriptors each
 constexpr std::uint64_t kLookEvery = 32;  // requests
 
-proto::Problem unreadable(const std::string& id, const proto::Problem& why) {
-  log_warning("dataset " + id + ": " + why.detail);  // with its place on this machine, which is nobody else's business
-  return {"internal", "what was built of dataset " + id + " can no longer be read", "posting the raster again", ""};
-}
-
 std::shared_ptr<const Summary> summary_of(const proto::Manifest& manifest) {
   auto summary = std::make_shared<Summary>(Summary{manifest, version_of(manifest)});
   for (auto clear : {&proto::Manifest::clear_levels, &proto::Manifest::clear_sources, &proto::Manifest::clear_source, &proto::Manifest::clear_options}) {
@@ -28,6 +23,21 @@ std::shared_ptr<const Summary> summary_of(const proto::Manifest& manifest) {
 }  // namespace
 
 std::string version_of(const proto::Manifest& manifest) { return digest(manifest.SerializeAsString() + CORDILLERA_VERSION).substr(0, 16); }
+
+proto::Problem Library::unreadable(const std::string& id, const proto::Problem& why) { return damaged(id, why.detail); }
+
+proto::Problem Library::damaged(const std::string& id, const std::string& why) {
+  log_warning("dataset " + id + ": " + why);  // with its place on this machine, which is nobody else's business
+  metrics_.store_damaged.add(1);
+  const std::lock_guard lock(mutex_);
+  damaged_.insert(id);
+  return {"store-damaged", "what was built of dataset " + id + " is damaged or can no longer be read", "posting the raster again, or a backup", ""};
+}
+
+std::size_t Library::damaged_count() {
+  const std::lock_guard lock(mutex_);
+  return damaged_.size();
+}
 
 std::shared_ptr<const pipeline::faces::Terrain> Library::find(const std::string& id) {
   const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return entry.first == id; });
@@ -98,6 +108,7 @@ void Library::forget(const std::string& id) {
   const std::lock_guard lock(mutex_);
   ++forgotten_;
   summaries_.erase(id);
+  damaged_.erase(id);
   open_.remove_if([&](const auto& entry) { return entry.first == id; });
 }
 

@@ -5,6 +5,7 @@
 #include <list>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -34,12 +35,17 @@ class Library {
   proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open(const std::string& id);
   /// Remembered: a list of thousands must not open thousands of files.
   proto::Result<std::shared_ptr<const Summary>> summary(const std::string& id);
+  /// What was read of a dataset is not what was written: the answer to whoever asked, told to the operator too.
+  proto::Problem damaged(const std::string& id, const std::string& why);
+  /// Datasets of which something damaged was read since they were published or the service started.
+  std::size_t damaged_count();
   /// Before a dataset's files are removed, and after: who opened them in between is not kept.
   void forget(const std::string& id);
 
  private:
   // Else who walks through all datasets would take 80 MiB with each.
   static constexpr std::size_t kMostKept_bytes = std::size_t{512} << 20;
+  proto::Problem unreadable(const std::string& id, const proto::Problem& why);
   using Open = std::list<std::pair<std::string, std::shared_ptr<const pipeline::faces::Terrain>>>;
   std::shared_ptr<const pipeline::faces::Terrain> find(const std::string& id);
   Open too_much();
@@ -51,6 +57,7 @@ class Library {
   std::mutex mutex_;
   Open open_;  ///< the last used first
   std::unordered_map<std::string, std::shared_ptr<const Summary>> summaries_;
+  std::set<std::string> damaged_;
   std::uint64_t forgotten_ = 0;  ///< how often; what was opened before may be gone
   std::uint64_t asked_ = 0;
 };

@@ -1,3 +1,4 @@
+#include <array>
 #include <optional>
 
 #include "pipeline/check/border_laws.h"
@@ -9,6 +10,7 @@
 #include "pipeline/store.h"
 #include "pipeline/store_publish.h"
 #include "pipeline/store_schema.h"
+#include "pipeline/store_sums.h"
 
 namespace cordillera::pipeline::check {
 namespace {
@@ -32,9 +34,24 @@ class StoreCheck {
 
   bool plan() {
     Statement row(database_, "SELECT value FROM meta WHERE key = 'plan'");
-    if (row.step() && plan_.ParseFromArray(row.blob(0).data(), static_cast<int>(row.blob(0).size())) && plan_.finest_level() <= proto::kMaxLevel) return true;
-    report_.findings.add("plan", "it is missing or cannot be read");
-    return false;
+    const bool read = row.step() && plan_.ParseFromArray(row.blob(0).data(), static_cast<int>(row.blob(0).size()));
+    if (!read || plan_.finest_level() > proto::kMaxLevel) {
+      report_.findings.add("plan", "it is missing or cannot be read");
+      return false;
+    }
+    if (plan_.SerializeAsString() != row.blob(0)) report_.findings.add("plan", "it holds what no plan has");
+    return true;
+  }
+
+  /// Rows that are not as they were written: what a server would refuse to serve, and what it never reads.
+  void sums() {
+    if (!has_sums(database_)) return;
+    for (const auto& [table, name, sound] : {std::array{"meta", "key", kSoundMeta}, {"tiles", "level || '/' || x || '/' || y", kSoundTile},
+                                             {"water", "level || '/' || x || '/' || y", kSoundWater}, {"nodes", "level || '/' || x || '/' || y", kSoundNode}}) {
+      if (database_.integer("SELECT count(*) FROM sqlite_schema WHERE name = '" + std::string(table) + "'") == 0) continue;
+      Statement rows(database_, "SELECT " + std::string(name) + " FROM " + table + " WHERE NOT (" + sound + ")");
+      while (rows.step()) report_.findings.add(std::string(table) + " " + std::string(rows.blob(0)), "this row is not as it was written");
+    }
   }
 
   void checksums() {
@@ -71,7 +88,7 @@ class StoreCheck {
     Database scratch(":memory:", Database::Mode::scratch);
     // The same statement that made them, over a copy of the tiles: what differs was not made from these tiles.
     scratch.execute(kCreateTables);
-    Statement put(scratch, "INSERT INTO tiles VALUES(?, ?, ?, '', '', '', ?, ?, ?, ?, ?, ?, ?)");
+    Statement put(scratch, "INSERT INTO tiles VALUES(?, ?, ?, '', '', '', ?, ?, ?, ?, ?, ?, ?, NULL)");
     Statement tile(database_, "SELECT level, y, x, error, west, south, east, north, low, high FROM tiles");
     while (tile.step()) {
       put.bind(tile.integer(0), tile.integer(1), tile.integer(2), tile.real(3), tile.real(4), tile.real(5), tile.real(6), tile.real(7), tile.real(8), tile.real(9)).run();
@@ -154,6 +171,7 @@ proto::Result<Report> check_store(const std::string& path, const std::string& ra
       if (!opened) return opened.problem();
       errors = std::move(*opened);
     }
+    check.sums();
     check.checksums();
     check.tiles(errors.get());
     check.nodes();

@@ -36,6 +36,7 @@ std::shared_ptr<const MeshIndex> Terrain::mesh(const proto::TileAddress& tile) c
   if (!blob) return nullptr;
   auto decoded = draco_decode_lattice(blob->bytes);
   if (!decoded) throw StoreError("a tile cannot be decoded: " + decoded.problem().detail);
+  if (proto::TileAddress{decoded->z, decoded->x, decoded->y} != tile) throw StoreError("a tile is another one's");
   auto index = std::make_shared<const MeshIndex>(in_mesh_steps(std::move(*decoded)));
   meshes_.keep(tile, index, index->bytes());
   return index;

@@ -36,7 +36,7 @@ std::string ServiceMetrics::text() const {
   const Family* const all[] = {&build_info,     &requests,    &request_seconds, &in_flight,     &connections, &waiting,
                                &received_bytes, &sent_bytes,  &problems,        &denied,        &uploads,     &datasets,
                                &queue_limit,    &builds,      &build_seconds,   &stage_seconds, &blocks,      &samples,
-                               &versions,       &device_lost,    &store_opens, &ready,           &disk_size,     &disk_free,   &gpu_memory};
+                               &versions,       &device_lost,    &store_opens, &store_damaged, &datasets_damaged, &ready,           &disk_size,     &disk_free,   &gpu_memory};
   for (const Family* family : all) family->write(out);
   write_process(out);
   return out;

@@ -50,6 +50,8 @@ class ServiceMetrics {
 
   // Reading.
   Counter store_opens{"cordillera_store_opens_total", "Datasets looked for among the open ones.", {"result"}};
+  Counter store_damaged{"cordillera_store_damaged_total", "Answers refused because what is stored is not what was written."};
+  Gauge datasets_damaged{"cordillera_datasets_damaged", "Datasets of which something damaged was read since they were published or the service started."};
 
   // The machine.
   Gauge disk_size{"cordillera_disk_size_bytes", "Size of the disk that holds the data."};
