@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "pipeline/sqlite.h"
+#include "server/delivery.h"
 #include "server/gzip.h"
 #include "server/log.h"
 #include "server/openapi.h"
@@ -72,21 +73,22 @@ void keep_from_others(Response& response) {
 /// Room for all of it must be there now: a client that is told "no" after 40 GB has wasted a day.
 Response begin_upload(Service& service, const Request& request, const uploads::Bounds& bounds) {
   const std::string announced = request.header("upload-length").value_or("");
-  const std::string full = announced.size() < 19 ? service.admission().disk_full(std::strtoull(announced.c_str(), nullptr, 10)) : "";
-  if (!full.empty()) return problem_response({"storage-full", full, "a smaller raster, or posting when there is room again", ""});
+  const std::string full = announced.size() < 19 ? service.admission().space().full(std::strtoull(announced.c_str(), nullptr, 10)) : "";
+  if (!full.empty()) return problem_response(limits::storage_full(full));
   return uploads::begin(service.uploads(), request, bounds);
 }
 
 /// A part takes a thread and the disk's time, as a whole raster does, so it needs a place too.
 Response upload_in_parts(Service& service, const Request& request, const std::string& id) {
-  limits::Place place;
-  if (request.method == "PATCH") {
-    const std::string announced = request.header("content-length").value_or("");
-    auto taken = service.admission().enter(sender(request), announced.size() < 19 ? std::strtoull(announced.c_str(), nullptr, 10) : 0, limits::Entry::part);
-    if (!taken) return problem_response(taken.problem());
-    place = std::move(*taken);
-  }
-  return uploads::at(service.uploads(), id, request);
+  if (request.method != "PATCH") return uploads::at(service.uploads(), id, request);
+  const std::string announced = request.header("content-length").value_or("");
+  const std::uint64_t bytes = announced.size() < 19 ? std::strtoull(announced.c_str(), nullptr, 10) : 0;
+  const auto place = service.admission().enter(sender(request), bytes, limits::Entry::part);
+  if (!place) return problem_response(place.problem());
+  std::string full;
+  const auto claim = service.admission().space().claim(bytes, &full);
+  Response response = claim ? uploads::at(service.uploads(), id, watched(request, *claim, &full)) : Response();
+  return full.empty() ? response : problem_response(limits::storage_full(full));
 }
 
 }  // namespace

@@ -149,7 +149,7 @@ Response create(Service& service, const Posting& posting, Upload& upload, const 
     return problem_response({"internal", "the dataset could not be registered", "trying again", ""});
   }
   log_info("dataset " + dataset.id + ": queued", {{"job", dataset.id}});
-  service.queue().enqueue(dataset.id);
+  service.queue().enqueue(dataset.id, sender(request));
   slot.reset();  // the dataset counts for itself now
   if (!posting.delivery.upload.empty()) service.uploads().remove(posting.delivery.upload);
   return accepted(service, dataset.id, posting);

@@ -72,26 +72,18 @@ std::optional<proto::Problem> check_headers(const Request& request, Delivery& de
   return std::nullopt;
 }
 
-/// The request, but its body ends early when the disk has no more room: the length of a chunked or compressed one is not known
-/// before.
-Request watched(const Request& request, const limits::Admission& admission, std::string* full) {
-  constexpr std::uint64_t kLook = std::uint64_t{64} << 20;
+}  // namespace
+
+Request watched(const Request& request, limits::Space::Claim& claim, std::string* full) {
   Request watched = request;
-  watched.read_body = [&request, &admission, full](const Request::Sink& sink) {
-    std::uint64_t since = 0;
+  watched.read_body = [&request, &claim, full](const Request::Sink& sink) {
     return request.read_body && request.read_body([&](std::string_view piece) {
-      since += piece.size();
-      if (since >= kLook) {
-        since = 0;
-        *full = admission.disk_full(0);
-      }
+      *full = claim.next(piece.size());
       return full->empty() && sink(piece);
     });
   };
   return watched;
 }
-
-}  // namespace
 
 proto::Problem key_reused(const std::string& what) {
   return {"idempotency-key-reused", "this Idempotency-Key was used with " + what, "a new key for a new request",
@@ -135,9 +127,10 @@ proto::Result<void> take_raster(Service& service, const Delivery& delivery, cons
   }
   if (!delivery.body) return {};
   std::string full;
-  auto received = upload.receive(watched(request, service.admission(), &full), most_bytes(service), delivery.expected);
-  if (received || full.empty()) return received;
-  return proto::Problem{"storage-full", full, "a smaller raster, or posting when there is room again", ""};
+  const auto claim = service.admission().space().claim(delivery.expected.value_or(0), &full);
+  if (!claim) return limits::storage_full(full);
+  auto received = upload.receive(watched(request, *claim, &full), most_bytes(service), delivery.expected);
+  return received || full.empty() ? received : limits::storage_full(full);
 }
 
 }  // namespace cordillera::server

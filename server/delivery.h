@@ -30,6 +30,9 @@ std::optional<proto::Problem> check_delivery(const Service& service, const Reque
 /// The raster into the upload, from the body or from the parts. Nothing where it is to be fetched.
 proto::Result<void> take_raster(Service& service, const Delivery& delivery, const Request& request, Upload& upload);
 
+/// The request, but its body ends early when the disk has no room for more of it; full then says why. It must outlive the one that comes.
+Request watched(const Request& request, limits::Space::Claim& claim, std::string* full);
+
 /// 422: the key belongs to another request. what: that it was used with.
 proto::Problem key_reused(const std::string& what);
 

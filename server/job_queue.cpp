@@ -21,9 +21,26 @@ bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
 
 constexpr auto kLookAgain = std::chrono::milliseconds(200);
 constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono::seconds(300);
+constexpr int kTriesWithTables = 12;   // half an hour; an installation without them stays so
 constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
 
 std::chrono::seconds wait_before(int attempt) { return std::min(kLongestWait, kFirstWait * (1 << std::min(attempt, 10))); }
+
+/// Whose turn a build is that a former process left unfinished.
+std::string owner_of(const Dataset& dataset) { return dataset.owner.empty() ? "" : "token " + dataset.owner; }
+
+/// Of all rasters that a job may read.
+std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
+  std::error_code error;
+  std::uint64_t bytes = 0;
+  const auto add = [&](const std::filesystem::path& file) {
+    const auto size = std::filesystem::file_size(file, error);
+    if (!error) bytes += size;
+  };
+  if (!job.raster().empty()) add(folder / job.raster());
+  for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());
+  return bytes;
+}
 
 proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
 
@@ -32,6 +49,11 @@ proto::Problem cannot_write(const std::filesystem::path& folder) {
 }
 
 }  // namespace
+
+std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {
+  const std::uint64_t mib = (raster_bytes >> 20) + 1;
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(limits.build_seconds, limits.build_base_seconds + mib * limits.build_seconds_per_mib));
+}
 
 proto::Job job_of(const Dataset& dataset) {
   proto::Job job;
@@ -42,7 +64,10 @@ proto::Job job_of(const Dataset& dataset) {
   return job;
 }
 
-bool is_passing(const proto::Problem& problem) { return problem.type == "store-write" || problem.type == "storage-full"; }
+bool is_passing(const proto::Problem& problem, int attempt) {
+  if (problem.type == "crs-tables-unreadable") return attempt < kTriesWithTables;
+  return problem.type == "store-write" || problem.type == "storage-full";
+}
 
 void keep_store_alone(const std::filesystem::path& folder) {
   std::error_code ignored;
@@ -63,34 +88,38 @@ void JobQueue::resume() {
   for (auto dataset = all.rbegin(); dataset != all.rend(); ++dataset) {
     if (dataset->state == State::ready && ledger_.holds(dataset->id) && ledger_.first(dataset->id)) {
       log_info("dataset " + dataset->id + " has changes that were not done: queued again");
-      enqueue(dataset->id);
+      enqueue(dataset->id, owner_of(*dataset));
     }
     if (dataset->state != State::queued && dataset->state != State::running) continue;
     log_info("dataset " + dataset->id + " was unfinished: queued again");
     registry_.set_state(dataset->id, State::queued, std::nullopt);
-    enqueue(dataset->id);
+    enqueue(dataset->id, owner_of(*dataset));
   }
 }
 
-void JobQueue::enqueue(const std::string& id) { enqueue(id, 0); }
-
-void JobQueue::enqueue(const std::string& id, int attempt) {
-  boost::asio::post(pool_, [this, id, attempt] {
+void JobQueue::enqueue(Turn added) {
+  if (!turns_.add(std::move(added))) return;
+  boost::asio::post(pool_, [this] {
+    const auto turn = turns_.next();
+    if (!turn) return;
     try {
-      run(id, attempt);
+      if (run(*turn) == Next::again) enqueue({turn->id, turn->client, 0});
     } catch (const std::exception& error) {  // the registry's, or want of memory
-      log_warning("dataset " + id + ": " + error.what() + "; its build is tried again");
-      retry_later(id, attempt + 1);
+      log_warning("dataset " + turn->id + ": " + error.what() + "; its build is tried again");
+      retry_later({turn->id, turn->client, turn->attempt + 1});
     }
   });
 }
 
-void JobQueue::retry_later(const std::string& id, int attempt) { later(wait_before(attempt), id, attempt); }
+void JobQueue::retry_later(Turn turn) {
+  const auto wait = wait_before(turn.attempt);
+  later(wait, std::move(turn));
+}
 
-void JobQueue::later(std::chrono::milliseconds wait, const std::string& id, int attempt) {
+void JobQueue::later(std::chrono::milliseconds wait, Turn turn) {
   auto timer = std::make_shared<boost::asio::steady_timer>(pool_, wait);
-  timer->async_wait([this, timer, id, attempt](const boost::system::error_code& error) {
-    if (!error) enqueue(id, attempt);
+  timer->async_wait([this, timer, turn = std::move(turn)](const boost::system::error_code& error) {
+    if (!error) enqueue(turn);
   });
 }
 
@@ -113,13 +142,14 @@ void JobQueue::stop() {
   pool_.join();
 }
 
-void JobQueue::run(const std::string& id, int attempt) {
+JobQueue::Next JobQueue::run(const Turn& turn) {
+  const auto& [id, client, attempt] = turn;
   const auto flag = std::make_shared<std::atomic<bool>>(false);
   {
     const std::lock_guard lock(mutex_);
-    if (stopping_) return;
+    if (stopping_) return Next::done;
     // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
-    if (running_.contains(id)) return later(kLookAgain, id, attempt);
+    if (running_.contains(id)) return later(kLookAgain, turn), Next::done;
     running_[id] = flag;
   }
   // However this ends: a delete waits for it.
@@ -133,7 +163,7 @@ void JobQueue::run(const std::string& id, int attempt) {
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
   if (const auto dataset = registry_.find(id)) {
     const LogScope job("job", id), request("request", dataset->request_id);
-    if (ledger_.holds(id)) return take_turns(*dataset, attempt, *flag);
+    if (ledger_.holds(id)) return take_change(*dataset, turn, *flag);
     registry_.set_state(id, State::running, std::nullopt);
     hub_.touch(id);
     log_info("dataset " + id + ": build started");
@@ -141,13 +171,14 @@ void JobQueue::run(const std::string& id, int attempt) {
     if (attempt > 0 && attempt % kTriesWithOneStore == 0) forget_store(id);
     const auto outcome = build(*dataset, clock, *flag);
     clock.end(*flag ? "cancelled" : outcome ? "ready" : "failed");
-    if (*flag) return;
-    if (outcome || !is_passing(outcome.problem())) return finish(*dataset, outcome);
+    if (*flag) return Next::done;
+    if (outcome || !is_passing(outcome.problem(), attempt)) return finish(*dataset, outcome), Next::done;
     registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
     log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again in " + std::to_string(wait_before(attempt + 1).count()) + " s");
-    retry_later(id, attempt + 1);
+    retry_later({id, client, attempt + 1});
   }
+  return Next::done;
 }
 
 proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,
@@ -168,7 +199,7 @@ JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::
     clock.report(now);
     hub_.publish(id, now);
   };
-  limit(job);
+  limit(job, folder);
   if (!write_job(folder, job)) return cannot_write(folder);
   auto outcome = runner_(folder, progress, stop);
   if (!outcome && outcome.problem().type == "job-crashed" && !stop) {
@@ -205,15 +236,15 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
   hub_.touch(dataset.id);
 }
 
-void JobQueue::limit(proto::Job& job) const {
+void JobQueue::limit(proto::Job& job, const std::filesystem::path& folder) const {
   job.set_max_pixels(limits_.megapixels * 1e6);
   job.set_max_side(limits_.side);
-  job.set_max_seconds(limits_.build_seconds);
+  job.set_max_seconds(build_seconds(limits_, bytes_of_rasters(folder, job)));
 }
 
 proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const proto::Job& asked) {
   proto::Job job = asked;
-  limit(job);
+  limit(job, folder);
   {
     std::unique_lock lock(mutex_);
     ended_.wait(lock, [&] { return stopping_ || dry_runs_free_ > 0; });

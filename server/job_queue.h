@@ -1,5 +1,5 @@
 #pragma once
-// Builds, a bounded number at a time, first come first served. The registry remembers what is unfinished over a restart.
+// Builds, a bounded number at a time; clients take turns. The registry remembers what is unfinished over a restart.
 #include <atomic>
 #include <chrono>
 #include <boost/asio/thread_pool.hpp>
@@ -9,6 +9,7 @@
 #include <mutex>
 #include <string>
 
+#include "server/build_turns.h"
 #include "server/child.h"
 #include "server/layout.h"
 #include "server/metrics/service_metrics.h"
@@ -27,8 +28,11 @@ class StageClock;
 /// Of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed leaves more than that.
 void keep_store_alone(const std::filesystem::path& folder);
 
-/// What is the disk's fault and not the raster's: the upload was accepted, so the build waits for better days.
-bool is_passing(const proto::Problem& problem);
+/// What is the disk's fault and not the raster's: the upload was accepted, so the build waits for better days. attempt: how many were in vain.
+bool is_passing(const proto::Problem& problem, int attempt);
+
+/// What a build of rasters of so many bytes may take: one that is cheap to send keeps the others waiting for so long at most.
+std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes);
 
 /// What a child is told of a dataset, but for its raster and the operator's limits.
 proto::Job job_of(const Dataset& dataset);
@@ -52,7 +56,8 @@ class JobQueue {
 
   /// Queues again whatever a former process left unfinished, oldest first.
   void resume();
-  void enqueue(const std::string& id);
+  /// client: who asked for it.
+  void enqueue(const std::string& id, const std::string& client) { enqueue({id, client, 0}); }
   /// Ends a running build and returns when it has ended. Remove the dataset from the registry first: then it can't start any
   /// more.
   void cancel(const std::string& id);
@@ -62,22 +67,23 @@ class JobQueue {
   void stop();
 
  private:
-  /// attempt: how often the disk has been in the way before.
-  void enqueue(const std::string& id, int attempt);
-  void retry_later(const std::string& id, int attempt);
-  void run(const std::string& id, int attempt);
+  using Turn = BuildTurns::Entry;
+  enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
+  void enqueue(Turn turn);
+  void retry_later(Turn turn);
+  Next run(const Turn& turn);
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
   using Outcome = proto::Result<std::optional<proto::Estimate>>;
   Outcome run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop);
-  void later(std::chrono::milliseconds wait, const std::string& id, int attempt);
-  // Of datasets whose rasters can be changed: a change after the other.
-  void take_turns(const Dataset& dataset, int attempt, const std::atomic<bool>& stop);
+  void later(std::chrono::milliseconds wait, Turn turn);
+  // Of datasets whose rasters can be changed: one change, then the others' turns.
+  Next take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   Outcome take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock, const std::atomic<bool>& stop);
   void end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome);
   proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, metrics::StageClock& clock, const std::atomic<bool>& stop);
 
-  void limit(proto::Job& job) const;
+  void limit(proto::Job& job, const std::filesystem::path& folder) const;
 
   Layout layout_;
   Registry& registry_;
@@ -94,6 +100,7 @@ class JobQueue {
   std::map<std::string, std::shared_ptr<std::atomic<bool>>> running_;  ///< id -> its stop flag
   std::atomic<bool> stopping_{false};
   unsigned dry_runs_free_;
+  BuildTurns turns_;
   boost::asio::thread_pool pool_;  ///< last: its threads use the rest
 };
 

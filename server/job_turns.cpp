@@ -1,5 +1,4 @@
-// The queue's part that serves datasets whose rasters can be changed: a change after the other, each a version of its own or a
-// problem.
+// The queue's part that serves datasets whose rasters can be changed: a change a turn, each a version of its own or a problem.
 #include "server/digest.h"
 #include "server/job_queue.h"
 #include "server/log.h"
@@ -22,27 +21,31 @@ proto::Progress fetching() {
 
 }  // namespace
 
-void JobQueue::take_turns(const Dataset& dataset, int attempt, const std::atomic<bool>& stop) {
+JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
   const std::string& id = dataset.id;
-  bool served = dataset.state == State::ready;
-  while (const auto change = ledger_.first(id)) {
-    if (!served) registry_.set_state(id, State::running, std::nullopt);
+  const bool served = dataset.state == State::ready;
+  const auto change = ledger_.first(id);
+  if (!change) return Next::done;
+  if (!served) registry_.set_state(id, State::running, std::nullopt);
+  hub_.touch(id);
+  log_info("dataset " + id + ": version " + std::to_string(change->number()) + " started");
+  metrics::StageClock clock(metrics_);
+  const Outcome outcome = take_turn(dataset, *change, clock, stop);
+  clock.end(stop ? "cancelled" : outcome ? "ready" : "failed");
+  if (stop) return Next::done;
+  if (!outcome && is_passing(outcome.problem(), turn.attempt)) {
+    if (!served) registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
-    log_info("dataset " + id + ": version " + std::to_string(change->number()) + " started");
-    metrics::StageClock clock(metrics_);
-    Outcome outcome = take_turn(dataset, *change, clock, stop);
-    clock.end(stop ? "cancelled" : outcome ? "ready" : "failed");
-    if (stop) return;
-    if (!outcome && is_passing(outcome.problem())) {
-      if (!served) registry_.set_state(id, State::queued, outcome.problem());
-      hub_.touch(id);
-      log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again later");
-      return retry_later(id, attempt + 1);
-    }
-    if (!served && !outcome) return finish(dataset, outcome);  // nothing can come of the changes behind it
-    end_turn(dataset, *change, outcome);
-    served = true;
+    log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again later");
+    retry_later({id, turn.client, turn.attempt + 1});
+    return Next::done;
   }
+  if (!served && !outcome) {  // nothing can come of the changes behind it
+    finish(dataset, outcome);
+    return Next::done;
+  }
+  end_turn(dataset, *change, outcome);
+  return ledger_.first(id) ? Next::again : Next::done;
 }
 
 JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock,

@@ -21,7 +21,9 @@ struct Limits {
   std::uint32_t queue = 100;              ///< builds that wait for their turn
   std::uint32_t uploads = 64;             ///< at the same time
   std::uint32_t client_uploads = 8;       ///< of one token or address
-  std::uint32_t build_seconds = 86400;    ///< of one build
+  std::uint32_t build_seconds = 86400;    ///< of one build, whatever its raster
+  std::uint32_t build_base_seconds = 600;   ///< of one build; and beside them
+  std::uint32_t build_seconds_per_mib = 60;  ///< for each MiB of its rasters
   std::uint32_t free_percent = 5;         ///< of the disk, that posting leaves
   std::uint32_t connections = 4096;       ///< at the same time; beyond them the longest idle one makes room
   std::uint32_t client_connections = 512;  ///< of one address

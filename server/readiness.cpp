@@ -25,7 +25,7 @@ std::vector<Reason> why_not_ready(Service& service) {
   std::vector<Reason> reasons;
   const Limits& limits = service.settings().serve.limits;
   const limits::InUse now = service.admission().in_use();
-  if (const std::string full = service.admission().disk_full(0); !full.empty()) reasons.push_back(Reason{"disk-full", full});
+  if (const std::string full = service.admission().space().full(0); !full.empty()) reasons.push_back(Reason{"disk-full", full});
   if (const std::string why = cannot_write(service.layout().incoming()); !why.empty())
     reasons.push_back(Reason{"data-not-writable", "the data folder cannot be written: " + why});
   if (now.queue >= limits.queue)

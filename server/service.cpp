@@ -109,7 +109,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   };
   service->queue_ = std::make_unique<JobQueue>(
       JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits, service->ledger_,
-                      updates::fetcher(settings.serve), settings.serve.keep_versions, published},
+                      updates::fetcher(settings.serve, service->admission_->space()), settings.serve.keep_versions, published},
       settings.serve.jobs);
   service->queue_->resume();
   return service;

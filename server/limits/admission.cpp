@@ -22,11 +22,11 @@ InUse Admission::in_use() const {
   return now;
 }
 
-std::string Admission::disk_full(std::uint64_t bytes) const {
-  const auto disk = disk_space(data_);
-  if (!disk || room(*disk, limits_.free_percent) > bytes) return "";
-  return "the disk has " + std::to_string(disk->free >> 20) + " MiB free; " + std::to_string(limits_.free_percent) +
-         " % of its " + std::to_string(disk->size >> 20) + " MiB are kept free";
+Admission::Admission(const Limits& limits, const std::filesystem::path& data, const Registry& registry)
+    : limits_(limits), registry_(registry), space_([data] { return disk_space(data); }, limits.free_percent) {}
+
+proto::Problem storage_full(const std::string& why) {
+  return {"storage-full", why, "a smaller raster, or posting when there is room again", ""};
 }
 
 std::optional<Problem> Admission::refused_fresh() const {
@@ -56,8 +56,7 @@ std::optional<Problem> Admission::refused(const std::string& client, std::uint64
     return Problem{"too-many-uploads", "you are sending " + std::to_string(own->second) + " rasters already",
                    at_most(limits_.client_uploads, "uploads of one client at a time"), ""};
   }
-  if (const std::string full = disk_full(bytes); !full.empty())
-    return Problem{"storage-full", full, "a smaller raster, or posting when there is room again", ""};
+  if (const std::string full = space_.full(bytes); !full.empty()) return storage_full(full);
   return std::nullopt;
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "proto/result.h"
+#include "server/limits/space.h"
 #include "server/options.h"
 
 namespace cordillera::server {
@@ -31,11 +32,13 @@ struct InUse {
   std::size_t uploads = 0;
 };
 
+/// 507, with the sentence of Space.
+proto::Problem storage_full(const std::string& why);
+
 /// Thread-safe.
 class Admission {
  public:
-  Admission(const Limits& limits, std::filesystem::path data, const Registry& registry)
-      : limits_(limits), data_(std::move(data)), registry_(registry) {}
+  Admission(const Limits& limits, const std::filesystem::path& data, const Registry& registry);
 
   /// Whether there would be room for a body of so many bytes (nothing: unknown) of this client.
   std::optional<proto::Problem> refuse(const std::string& client, std::optional<std::uint64_t> bytes) const;
@@ -43,16 +46,16 @@ class Admission {
   proto::Result<Place> enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry = Entry::fresh);
 
   InUse in_use() const;
-  /// "The disk is full" in a sentence, where it is; empty: it is not, or cannot be asked.
-  std::string disk_full(std::uint64_t bytes) const;
+  /// Of the disk that holds the data: every way in takes its bytes from it.
+  Space& space() { return space_; }
 
  private:
   std::optional<proto::Problem> refused_fresh() const;
   std::optional<proto::Problem> refused(const std::string& client, std::uint64_t bytes, Entry entry) const;
 
   const Limits limits_;
-  const std::filesystem::path data_;
   const Registry& registry_;
+  Space space_;
   mutable std::mutex mutex_;
   std::map<std::string, std::uint32_t> of_client_;
   std::uint32_t uploads_ = 0;  ///< whole rasters under way

@@ -186,7 +186,7 @@ Response changed(Service& service, const Request& request, const Dataset& datase
                                           [&] { return here ? bring(upload, file) : proto::Result<void>(); });
   if (!noted) return problem_response(noted.problem());
   log_info("dataset " + dataset.id + ": version " + std::to_string(noted->number()) + " queued", {{"job", dataset.id}});
-  service.queue().enqueue(dataset.id);
+  service.queue().enqueue(dataset.id, sender(request));
   service.hub().touch(dataset.id);
   if (!asked->delivery.upload.empty()) service.uploads().remove(asked->delivery.upload);
   return accepted(service, dataset, noted->id(), asked->delivery, good);

@@ -11,7 +11,7 @@
 #include <optional>
 
 #include "raster/storage.h"
-#include "server/limits/disk.h"
+#include "server/limits/space.h"
 #include "server/option_values.h"
 #include "server/upload.h"
 
@@ -24,7 +24,6 @@ using proto::Problem;
 constexpr int kMostRedirects = 5;
 constexpr auto kPatience = std::chrono::seconds(60);       // without a byte
 constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
-constexpr std::uint64_t kLook = std::uint64_t{64} << 20;   // bytes between looks at the disk
 
 Problem unreachable(const std::string& address, const std::string& why) {
   return {"source-unreachable", address + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
@@ -33,8 +32,9 @@ Problem unreachable(const std::string& address, const std::string& why) {
 /// Takes what comes, within what the operator lets a raster have.
 class Sink {
  public:
-  Sink(const ServeSettings& settings, const fs::path& file, const std::atomic<bool>& stop)
+  Sink(const ServeSettings& settings, limits::Space& space, const fs::path& file, const std::atomic<bool>& stop)
       : settings_(settings),
+        claim_(space.claim(0, &full_)),
         stop_(stop),
         end_(std::chrono::steady_clock::now() + std::chrono::seconds(settings.limits.build_seconds)),
         descriptor_(open(file.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)) {}
@@ -54,8 +54,8 @@ class Sink {
     }
     if (std::chrono::steady_clock::now() > end_)
       return fail({"build-time-limit", "fetching took longer than a build may", "a nearer or a smaller raster", "source"});
-    if (size_ / kLook != (size_ - count) / kLook && full())
-      return fail({"storage-full", "the disk has no room for the raster", "trying again when there is room", ""});
+    if (claim_) full_ = claim_->next(count);
+    if (!full_.empty()) return fail({"storage-full", full_, "trying again when there is room", ""});
     while (count > 0) {
       const ssize_t written = write(descriptor_, bytes, count);
       if (written < 0 && errno == EINTR) continue;
@@ -75,12 +75,9 @@ class Sink {
     problem_ = std::move(problem);
     return false;
   }
-  bool full() const {
-    const auto disk = limits::disk_space(settings_.data);
-    return disk && limits::room(*disk, settings_.limits.free_percent) == 0;
-  }
-
   const ServeSettings& settings_;
+  std::string full_;  ///< why there is no room; before claim_, which may fill it
+  const std::unique_ptr<limits::Space::Claim> claim_;
   const std::atomic<bool>& stop_;
   const std::chrono::steady_clock::time_point end_;
   int descriptor_;
@@ -168,13 +165,13 @@ proto::Result<void> check_address(const ServeSettings& settings, const std::stri
   return {};
 }
 
-Fetch fetcher(const ServeSettings& settings) {
-  return [settings](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) -> proto::Result<void> {
+Fetch fetcher(const ServeSettings& settings, limits::Space& space) {
+  return [settings, &space](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) -> proto::Result<void> {
     if (const auto allowed = check_address(settings, address); !allowed) return allowed;  // it may have been taken back
     const fs::path part = file.string() + ".part";
     std::error_code error;
     {
-      Sink sink(settings, part, stop);
+      Sink sink(settings, space, part, stop);
       auto fetched = address.starts_with("s3://") ? fetch_object(address, sink) : fetch_http(settings, address, sink);
       if (fetched && sink.size() == 0) fetched = unreachable(address, "it is empty");
       if (fetched && !sink.synced())

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "proto/result.h"
+#include "server/limits/space.h"
 #include "server/options.h"
 
 namespace cordillera::server::updates {
@@ -16,7 +17,7 @@ using Fetch = std::function<proto::Result<void>(const std::string& address, cons
 
 /// Of http://, https:// and s3:// within the operator's list; redirects stay within it too. Problems: "source-unreachable",
 /// "body-too-large", "storage-full", "cancelled".
-Fetch fetcher(const ServeSettings& settings);
+Fetch fetcher(const ServeSettings& settings, limits::Space& space);
 
 /// Whether the operator lets it be fetched.
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address);

@@ -58,9 +58,13 @@ class Attack:
 
     def start(self, options=(), limits=None, folder=None):
         """A server of the case's own; limits: called in the process before the program; folder: of an earlier one, to start again there."""
-        server = self._start(folder or "own%d" % len(self._own), options, limits)
+        server = self._start(folder or os.path.basename(self.next_folder()), options, limits)
         self._own.append(server)
         return server
+
+    def next_folder(self):
+        """Where the next server of the case's own will have its log and its data."""
+        return os.path.join(self._folder.name, "own%d" % len(self._own))
 
     def _start(self, name, options, limits):
         folder = os.path.join(self._folder.name, name)
