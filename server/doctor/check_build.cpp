@@ -96,7 +96,7 @@ proto::Result<std::string> build(const Settings& settings, const fs::path& folde
 Finding fence() {
   const sandbox::Confined offered = sandbox::offered();
   const bool whole = offered.files && offered.syscalls;
-  return {"sandbox", whole ? Health::good : Health::warning, "builds are confined by " + sandbox::offered_words(),
+  return Finding{"sandbox", whole ? Health::good : Health::warning, "builds are confined by " + sandbox::offered_words(),
           whole ? "" : "a kernel with both: Linux 5.13 or later with landlock in CONFIG_LSM or lsm="};
 }
 
