@@ -1,16 +1,11 @@
 # For tests that talk to a real server, many of them by programs of Node.js: sourced after `set -euo pipefail`, with the test's name, as
 # it says that something is missing: . tests/real_server.sh "The browser test"
-# Gives $work, a folder that is gone at the end, and the functions below. A server that was started is stopped at the end.
+# Gives what processes.sh gives, and the functions below. A server that was started is stopped at the end.
 test_name=${1:?the test\'s name}
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export no_proxy=127.0.0.1 NO_PROXY=127.0.0.1
-work=$(mktemp -d)
+. "$repository/tests/processes.sh"
 server_pid=
-end_test() {
-  [[ -z $server_pid ]] || { kill -TERM "$server_pid" 2>/dev/null && wait "$server_pid"; } || true
-  rm -rf "$work"
-}
-trap end_test EXIT
 
 # Ends the test as skipped: ctest is told that 77 means so.
 leave_out() {
@@ -61,8 +56,8 @@ start_server() {
   url=http://127.0.0.1:$port
   export CORDILLERA_SERVER=$url
   cordillera=$build/bin/cordillera
-  "$cordillera" serve --listen "127.0.0.1:$port" --data "$work/data" "$@" >"$work/server.log" 2>&1 &
-  server_pid=$!
+  start "$cordillera" serve --listen "127.0.0.1:$port" --data "$work/data" "$@" >"$work/server.log" 2>&1
+  server_pid=$started
   until curl -fs -o /dev/null "$url/readyz"; do
     kill -0 "$server_pid" || { cat "$work/server.log" >&2; exit 1; }
     sleep 0.1

@@ -1,9 +1,7 @@
 """What the cases share: the list of them, servers that end with the run, and raw bytes to a server."""
-import ctypes
 import dataclasses
 import os
 import re
-import signal
 import socket
 import sys
 import tempfile
@@ -36,11 +34,6 @@ def case(name, expect, holds=None, minutes=False):
     return register
 
 
-def end_with_parent():
-    """In the child, before the program: a server never outlives the run, whatever ends that."""
-    ctypes.CDLL(None, use_errno=True).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
-
-
 class Attack:
     """One run: a server that all cases share, and further ones that end with their case."""
 
@@ -69,13 +62,7 @@ class Attack:
     def _start(self, name, options, limits):
         folder = os.path.join(self._folder.name, name)
         os.makedirs(folder, exist_ok=True)
-
-        def before():
-            end_with_parent()
-            if limits:
-                limits()
-
-        server = Server(self.program, folder, options=options, limits=before)
+        server = Server(self.program, folder, options=options, limits=limits)
         if not server.started():
             with open(os.path.join(folder, "log"), errors="replace") as log:
                 raise AssertionError("the server does not start: " + log.read()[-2000:])

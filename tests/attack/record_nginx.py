@@ -6,15 +6,16 @@ service that takes everything, so a body is read to its end before it is answere
 import os
 import shutil
 import socketserver
-import subprocess
 import sys
 import tempfile
 import threading
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import attack  # noqa: E402
 import smuggling  # noqa: E402
+
+sys.path.insert(1, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import processes  # noqa: E402
 
 CONFIG = """
 daemon off; master_process off; pid {folder}/pid; error_log {folder}/error.log;
@@ -60,8 +61,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         with open(os.path.join(folder, "conf"), "w", encoding="utf-8") as config:
             config.write(CONFIG.format(folder=folder, port=port, behind=behind.server_address[1]))
-        words = [nginx, "-e", os.path.join(folder, "error.log"), "-c", os.path.join(folder, "conf")]
-        process = subprocess.Popen(words, preexec_fn=attack.end_with_parent)
+        process = processes.start([nginx, "-e", os.path.join(folder, "error.log"), "-c", os.path.join(folder, "conf")])
         try:
             wait_for(port)
             recorded = [row[:3] + [smuggling.answers(port, smuggling.bytes_of(row[1]))] for row in smuggling.rows()]

@@ -7,7 +7,11 @@ import signal
 import socket
 import sqlite3
 import subprocess
+import sys
 import time
+
+sys.path.insert(1, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import processes  # noqa: E402
 
 PATIENCE_S = 120  # longer than the slowest machine needs; the time never decides
 
@@ -36,9 +40,9 @@ class Server:
             environment["CORDILLERA_JOB_ENVIRONMENT"] = ",".join(["LD_PRELOAD", "FAULT_FOLDER", *fault])
         self.log = open(os.path.join(folder, "log"), "a+b")
         at = self.log.seek(0, os.SEEK_END)
-        self.process = subprocess.Popen(
+        self.process = processes.start(
             [program, "serve", "--listen", "127.0.0.1:0", "--data", self.data, "--threads", "1", "--device", "cpu", *options],
-            env=environment, stderr=self.log, stdin=subprocess.DEVNULL, preexec_fn=limits)
+            env=environment, stderr=self.log, stdin=subprocess.DEVNULL, limits=limits)
         self.port = None
         while self.port is None and self.process.poll() is None:
             with open(os.path.join(folder, "log"), "rb") as log:

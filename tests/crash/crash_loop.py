@@ -19,12 +19,12 @@ import signal
 import struct
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from client import Gone, Server, cone, tiles  # noqa: E402
+from client import PATIENCE_S, Gone, Server, cone, tiles  # noqa: E402
+import processes  # noqa: E402
 
 OPTIONS = "crs=EPSG:4326&vertical_datum=ellipsoid&error=5"
 FIRST, SECOND = cone(40, 900), cone(48, 1500)
@@ -114,7 +114,7 @@ class Loop:
 
     def undisturbed(self):
         """The hashes of both datasets, how many calls there are, and how long it takes."""
-        with tempfile.TemporaryDirectory(prefix="cordillera-crash-") as folder:
+        with processes.folder("cordillera-crash-") as folder:
             counter, log = self.counter(folder), os.path.join(folder, "calls")
             server = Server(self.program, folder, self.shim, {"FAULT_COUNTER": counter, "FAULT_LOG": log})
             told = Told()
@@ -130,7 +130,7 @@ class Loop:
     @contextlib.contextmanager
     def counted_use(self):
         """A run that nothing disturbs, to be looked at before its server ends: how long it takes, and its calls by kind."""
-        with tempfile.TemporaryDirectory(prefix="cordillera-crash-") as folder:
+        with processes.folder("cordillera-crash-") as folder:
             counter, log = self.counter(folder), os.path.join(folder, "calls")
             start = time.monotonic()
             server = Server(self.program, folder, self.shim, {"FAULT_COUNTER": counter, "FAULT_LOG": log})
@@ -180,7 +180,7 @@ class Loop:
             self.finding(where, "uploads that nobody sends any more are kept")
         for dataset in there & set(listed):
             left = set(os.listdir(os.path.join(server.data, "datasets", dataset))) - {"dataset.sqlite"}
-            end = time.monotonic() + 10  # removed after the state is set
+            end = time.monotonic() + PATIENCE_S  # removed after the state is set
             while left and time.monotonic() < end:
                 time.sleep(0.01)
                 left = set(os.listdir(os.path.join(server.data, "datasets", dataset))) - {"dataset.sqlite"}
@@ -204,7 +204,7 @@ class Loop:
 
     def kill_at(self, point, kind):
         where = "%s at call %d" % (kind, point)
-        with tempfile.TemporaryDirectory(prefix="cordillera-crash-") as folder:
+        with processes.folder("cordillera-crash-") as folder:
             told = Told()
             server = Server(self.program, folder, self.shim, {"FAULT_COUNTER": self.counter(folder), "FAULT_AT": str(point), "FAULT_KIND": kind})
             try:
@@ -221,7 +221,7 @@ class Loop:
 
     def kill_after(self, seconds):
         where = "kill after %.3f s" % seconds
-        with tempfile.TemporaryDirectory(prefix="cordillera-crash-") as folder:
+        with processes.folder("cordillera-crash-") as folder:
             told, upload = Told(), []
             server = Server(self.program, folder)
             timer = threading.Timer(seconds, lambda: os.kill(server.process.pid, signal.SIGKILL))
@@ -239,7 +239,7 @@ class Loop:
 
     def fail_from(self, point, kind):
         where = "%s from call %d" % (kind, point)
-        with tempfile.TemporaryDirectory(prefix="cordillera-crash-") as folder:
+        with processes.folder("cordillera-crash-") as folder:
             told, full = Told(), os.path.join(folder, "full")
             open(full, "w").close()
             fault = {"FAULT_COUNTER": self.counter(folder), "FAULT_AT": str(point), "FAULT_KIND": kind, "FAULT_FULL": full}

@@ -13,7 +13,7 @@ import sys
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from client import cone, tiles  # noqa: E402
+from client import PATIENCE_S, cone, tiles  # noqa: E402
 from crash_loop import FIRST, Loop, main, post  # noqa: E402
 
 OTHER = cone(40, 700)  # the same place, other heights
@@ -22,7 +22,7 @@ TILE = "tiles/7/135/96.drc"  # of both
 
 def settled(server, dataset):
     """Waits until nothing is under way: 0, or what never ended (the build itself counts as one), or None: no such dataset."""
-    end = time.monotonic() + 60
+    end = time.monotonic() + PATIENCE_S
     while True:
         status, _, body = server.ask("GET", "/v1/datasets/" + dataset)
         if status != 200:
@@ -102,7 +102,7 @@ class ReplaceLoop(Loop):
             self.finding(where, "the tile that is served is of neither version")
         if found != self.expected["replaced"]:
             return
-        place, end = os.path.join(server.data, "datasets", dataset), time.monotonic() + 10
+        place, end = os.path.join(server.data, "datasets", dataset), time.monotonic() + PATIENCE_S
         while self.listed(place) != self.names and time.monotonic() < end:
             time.sleep(0.01)  # tidied after the state is set
         if self.listed(place) != self.names:

@@ -6,10 +6,10 @@ import shutil
 import sqlite3
 import subprocess
 import sys
-import tempfile
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from client import Server, cone, tiles  # noqa: E402
+import processes  # noqa: E402
 
 OPTIONS = "crs=EPSG:4326&vertical_datum=ellipsoid&error=5"
 
@@ -156,7 +156,7 @@ def vacuum_and_versions(program, data, dataset):
 
 def main():
     program = os.path.abspath(sys.argv[1])
-    with tempfile.TemporaryDirectory(prefix="cordillera-upkeep-") as folder:
+    with processes.folder("cordillera-upkeep-") as folder:
         upload_survives_a_kill(program, folder)
         raster = os.path.join(folder, "a.asc")
         with open(raster, "wb") as file:

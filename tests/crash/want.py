@@ -6,13 +6,14 @@ The data folder lies on a small tmpfs in a mount namespace of its own (unshare);
 import json
 import os
 import resource
+import signal
 import subprocess
 import sys
-import tempfile
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from client import Gone, Server, cone  # noqa: E402
+from client import PATIENCE_S, Gone, Server, cone  # noqa: E402
+import processes  # noqa: E402
 
 OPTIONS = "crs=EPSG:4326&vertical_datum=ellipsoid&error=5"
 DISK_MIB = 24
@@ -64,10 +65,15 @@ def full_disk(program, folder):
     expect(status in (202, 507), "a small raster was answered with %d %s" % (status, body))
     second = json.loads(body).get("id")
     fill(folder, 0)
-    end = time.monotonic() + 3
-    while time.monotonic() < end:
+    waits = second is None  # until its build has met the full disk, and waits for room
+    while True:
         expect(server.ask("GET", "/healthz")[0] == 200, "the server is not well")
         expect(server.ask("GET", tile)[2] == before[2], "a tile changed")
+        if waits:
+            break
+        status, _, body = server.ask("GET", "/v1/datasets/" + second)
+        waits = json.loads(body)["state"] == "ready" or "error" in json.loads(body)
+        time.sleep(0.02)
     expect(second is None or server.state(second) != "failed", "an accepted raster failed for want of room")
     os.remove(os.path.join(folder, "filler"))
     if second:
@@ -89,8 +95,8 @@ def asked(server, method, path, body=None):
 
 
 def outcome_of(server, dataset):
-    """ready, the slug of its problem, or None where it never came to an end."""
-    end = time.monotonic() + 120
+    """ready or the slug of its problem; otherwise what was answered instead, for as long as one has patience."""
+    end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
         status, body = asked(server, "GET", "/v1/datasets/" + dataset)
         state = json.loads(body) if status == 200 else {}
@@ -100,12 +106,26 @@ def outcome_of(server, dataset):
             return "ready"
         expect(server.process.poll() is None, "the server ended with %s" % server.process.returncode)
         time.sleep(0.1)
-    return None
+    return "no end: %d %s" % (status, body[:300])
+
+
+def starved_server(program, folder, mib):
+    return Server(program, folder, limits=lambda: resource.setrlimit(resource.RLIMIT_AS, (mib << 20, mib << 20)))
+
+
+def least_mib(program):
+    """With how many MiB of addresses a server starts: how many its libraries take differs from machine to machine."""
+    low, high = 32, 4096
+    while high - low > 1:
+        middle = (low + high) // 2
+        with processes.folder("cordillera-want-") as folder:
+            low, high = (low, middle) if starved_server(program, folder, middle).started() else (middle, high)
+    return high
 
 
 def starved(program, folder, mib):
     """Server and jobs may have so many addresses. Whatever a build comes to, the service answers, and says what it was."""
-    server = Server(program, folder, limits=lambda: resource.setrlimit(resource.RLIMIT_AS, (mib << 20, mib << 20)))
+    server = starved_server(program, folder, mib)
     if not server.started():
         expect(server.process.returncode in (1, 127), "with %d MiB the server ended with %s" % (mib, server.process.returncode))
         return "no start, exit code %d" % server.process.returncode  # 127: the loader says so
@@ -122,6 +142,43 @@ def starved(program, folder, mib):
     return outcome
 
 
+def starved_job(program, folder, raster, mib):
+    """A job alone, with so few addresses: what it says of its end, or its exit code."""
+    with open(os.path.join(folder, "a.asc"), "wb") as file:
+        file.write(raster)
+    options = {"crs": "EPSG:4326", "vertical_datum": "ellipsoid", "error": 5, "threads": 2, "device": "cpu"}
+    with open(os.path.join(folder, "job.json"), "w") as file:
+        json.dump({"id": "a", "name": "a.asc", "raster": "a.asc", "options": options, "max_seconds": PATIENCE_S}, file)
+
+    def limits():
+        os.dup2(says, 3)
+        resource.setrlimit(resource.RLIMIT_AS, (mib << 20, mib << 20))
+
+    hears, says = os.pipe()
+    job = processes.start([program, "job", folder], limits=limits, close_fds=False, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL)
+    os.close(says)
+    with open(hears, "rb") as report:
+        problems = [json.loads(line)["error"] for line in report.read().splitlines() if b'"error"' in line]
+    job.wait()
+    return problems[-1]["type"] if problems else job.returncode
+
+
+def starved_jobs(program):
+    """From so few addresses that the program cannot be loaded to enough: a job succeeds, says memory-limit, or cannot even say so."""
+    raster, outcomes = cone(120), {}
+    for mib in range(128, 1024, 3):
+        with processes.folder("cordillera-want-") as folder:
+            outcome = starved_job(program, folder, raster, mib)
+        outcomes.setdefault(outcome, []).append(mib)
+        expect(outcome in (0, "memory-limit") or outcome in (127, -signal.SIGABRT, -signal.SIGSEGV) and 0 not in outcomes,
+               "with %d MiB a job came to %s" % (mib, outcome))
+        if len(outcomes.get(0, [])) == 12:
+            break
+    expect("memory-limit" in outcomes and 0 in outcomes, "jobs came to %s" % outcomes)
+    print("jobs alone: " + "; ".join("%s from %d to %d MiB" % (what, min(at), max(at)) for what, at in outcomes.items()))
+
+
 def main():
     program = os.path.abspath(sys.argv[1])
     if len(sys.argv) < 3:
@@ -129,17 +186,20 @@ def main():
         if subprocess.run(["unshare", "-Urm", "true"], capture_output=True).returncode != 0:
             print("want: mount namespaces are not permitted here")
             return 77
-        return subprocess.run(["unshare", "-Urm", *inner]).returncode
-    with tempfile.TemporaryDirectory(prefix="cordillera-want-") as folder:
+        os.execvp("unshare", ["unshare", "-Urm", *inner])
+    with processes.folder("cordillera-want-") as folder:
         if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=%dm" % DISK_MIB, "none", folder]).returncode != 0:
             return 77
         try:
             full_disk(program, folder)
         finally:
             subprocess.run(["umount", "-l", folder])
-    for mib in (128, 192, 240, 320):  # between 192 and 240 the server lives, but has not the memory for an answer
-        with tempfile.TemporaryDirectory(prefix="cordillera-want-") as folder:
-            print("%5d MiB of addresses: %s" % (mib, starved(program, folder, mib)))
+    starved_jobs(program)
+    least = least_mib(program)
+    # No library is loaded, no thread starts; it lives, and has not the memory for a raster; a build; the allocator takes two heaps of 64 MiB.
+    for more in (-60, -6, 6, 40, 64, 107, 127, 130):
+        with processes.folder("cordillera-want-") as folder:
+            print("%5d MiB of addresses: %s" % (least + more, starved(program, folder, least + more)), flush=True)
     return 0
 
 

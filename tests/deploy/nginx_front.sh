@@ -25,6 +25,7 @@ sed -e "s#server 127.0.0.1:8080#server ${url#http://}#" -e "s#listen 443 ssl htt
 cat >"$work/nginx.conf" <<CONF
 $([[ $(id -u) -ne 0 ]] || printf 'user root;')
 daemon off;
+master_process off;  # one process, so that it ends with the test whatever happens
 pid $work/nginx.pid;
 error_log $work/nginx.log warn;
 events {}
@@ -34,12 +35,10 @@ http {
   include $work/site.conf;
 }
 CONF
-"$nginx" -p "$work" -c "$work/nginx.conf" 2>>"$work/nginx.log" &
-nginx_pid=$!
-trap 'kill -TERM "$nginx_pid" 2>/dev/null || true; wait "$nginx_pid" || true; end_test' EXIT
+start "$nginx" -p "$work" -c "$work/nginx.conf" 2>>"$work/nginx.log"
+nginx_pid=$started
 ask() { curl -ksS -m 120 "$@"; }
-for _ in $(seq 1 100); do
-  ask -o "$work/alive" "$front/healthz" 2>/dev/null && break
+until ask -o "$work/alive" "$front/healthz" 2>/dev/null; do
   kill -0 "$nginx_pid" || fail 'nginx did not start'
   sleep 0.1
 done

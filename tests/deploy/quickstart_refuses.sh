@@ -2,9 +2,7 @@
 # What quickstart cannot do, it says in one line that names the cause: quickstart_refuses.sh BUILD
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
-work=$(mktemp -d)
-listener=
-trap '[[ -z $listener ]] || kill "$listener"; rm -rf "$work"' EXIT
+. "$root/tests/processes.sh"
 
 # refuses WORDS ARGUMENT...: a failure whose message holds the words.
 refuses() {
@@ -23,9 +21,9 @@ refuses "one DEM at a time" "$0" "$0"
 refuses "--port abc" --port abc
 refuses "--error needs a value" --error
 
-python3 -c 'import socket, time
-s = socket.socket(); s.bind(("127.0.0.1", 0)); s.listen(); print(s.getsockname()[1], flush=True); time.sleep(3600)' >"$work/port" &
-listener=$!
+start python3 -c 'import signal, socket
+s = socket.socket(); s.bind(("127.0.0.1", 0)); s.listen(); print(s.getsockname()[1], flush=True); signal.pause()' >"$work/port"
+listener=$started
 while [[ ! -s $work/port ]]; do
   kill -0 "$listener" || { printf 'nothing listens to take a port\n' >&2; exit 1; }
   sleep 0.1

@@ -1,16 +1,16 @@
-# Sourced: a real Slurm of two nodes on this host's loopback, in the folder $cluster. start_cluster, stop_cluster, start_node N,
+# Sourced after processes.sh: a real Slurm of two nodes on this host's loopback, in the folder $cluster. start_cluster, stop_cluster, start_node N,
 # start_controller. Everything runs as who calls.
 : "${cluster:?}"
 
 free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 
 start_controller() {
-  slurmctld -f "$cluster/slurm.conf" -D >> "$cluster/slurmctld.out" 2>&1 &
-  controller=$!
+  start slurmctld -f "$cluster/slurm.conf" -D >> "$cluster/slurmctld.out" 2>&1
+  controller=$started
 }
 start_node() {  # 1 or 2
-  slurmd -f "$cluster/slurm.conf" -N "n$1" -D >> "$cluster/n$1.out" 2>&1 &
-  eval "node$1=$!"
+  start slurmd -f "$cluster/slurm.conf" -N "n$1" -D >> "$cluster/n$1.out" 2>&1
+  eval "node$1=$started"
 }
 
 start_cluster() {
@@ -18,9 +18,8 @@ start_cluster() {
   chmod 700 "$cluster"
   head -c 64 /dev/urandom > "$cluster/munge.key"
   chmod 400 "$cluster/munge.key"
-  munged --force --foreground --socket="$cluster/munge.socket" --key-file="$cluster/munge.key" --pid-file="$cluster/munged.pid" \
-    --log-file="$cluster/munged.log" --seed-file="$cluster/munge.seed" >> "$cluster/munged.out" 2>&1 &
-  munge=$!
+  start munged --force --foreground --socket="$cluster/munge.socket" --key-file="$cluster/munge.key" --pid-file="$cluster/munged.pid" \
+    --log-file="$cluster/munged.log" --seed-file="$cluster/munge.seed" >> "$cluster/munged.out" 2>&1
   host=$(hostname -s)
   cat > "$cluster/slurm.conf" <<EOF
 ClusterName=loopback
@@ -58,7 +57,7 @@ EOF
   start_controller
   start_node 1
   start_node 2
-  for _ in $(seq 120); do
+  for _ in $(seq 480); do
     if [ "$(sinfo --noheader --format=%T 2>/dev/null | sort -u)" = idle ]; then return 0; fi
     sleep 0.5
   done
@@ -68,9 +67,18 @@ EOF
   return 1
 }
 
+# kill_ours NAME...: what the daemons of this cluster have started, and no other's: slurmstepd leaves its parent, so they are known by what
+# their environment says.
+kill_ours() {
+  local name process
+  for name in "$@"; do
+    for process in $(pgrep -x "$name" || true); do
+      ! tr '\0' '\n' < "/proc/$process/environ" 2>/dev/null | grep -qF "$cluster" || kill -KILL "$process" 2>/dev/null || true
+    done
+  done
+}
+
 stop_cluster() {
-  kill "${node1:-}" "${node2:-}" "${controller:-}" 2>/dev/null || true
-  sleep 1
-  pkill -KILL -f "$cluster/slurm.conf" 2>/dev/null || true
-  kill "${munge:-}" 2>/dev/null || true
+  for process in "${node1:-}" "${node2:-}" "${controller:-}"; do [ -z "$process" ] || stop "$process" || true; done
+  kill_ours slurmstepd cordillera slurm_script
 }

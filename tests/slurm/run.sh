@@ -16,11 +16,11 @@ for need in slurmctld slurmd sbatch munged; do
   command -v $need > /dev/null || { echo "skipped: $need is not installed (slurm-wlm, munge)"; exit 77; }
 done
 
-work=$(mktemp -d)
+. "$here/../processes.sh"
 cluster=$work/cluster
 # shellcheck source=tests/slurm/cluster.sh
 . "$here/cluster.sh"
-trap 'stop_cluster; rm -rf "$work" 2> /dev/null || { sleep 2; rm -rf "$work"; }' EXIT
+at_end stop_cluster
 start_cluster || { echo "skipped: Slurm does not come up here"; exit 77; }
 
 options=(--name cluster --max-level 13 --error 4 --vertical-datum ellipsoid)
@@ -48,7 +48,7 @@ same_as_one() {  # name
   diff -r -x manifest.json "$work/one" "$work/$1-out" || failed "$1: other bytes than one process gives"
 }
 some_done() {  # name; waits until the first shards are there
-  for _ in $(seq 120); do
+  for _ in $(seq 960); do
     if [ "$(find "$work/$1/shards" -name '*.shard' 2> /dev/null | wc -l)" -ge 2 ]; then return 0; fi
     sleep 0.25
   done
@@ -68,9 +68,14 @@ case_plain() {
 case_task() {  # a task is killed in its middle, five times
   plan_for task
   some_done task
+  last=
   for _ in 1 2 3 4 5; do
-    pkill -KILL -n -f "$program work $work/task" || true
-    sleep 1
+    until newest=$(pgrep -n -f "$program work $work/task") && [ "$newest" != "$last" ]; do  # the one that takes its place, or the end
+      [ -n "$(jobs_left)" ] || break 2
+      sleep 0.1
+    done
+    kill -KILL "$newest" || true
+    last=$newest
   done
   wait_for_jobs 300
   same_as_one task
@@ -79,9 +84,8 @@ case_node() {  # a node's daemon and its tasks are killed; it comes back later
   plan_for node
   some_done node
   kill -KILL "$node1"
-  pkill -KILL -f "slurmstepd" || true
-  pkill -KILL -f "$program work $work/node" || true
-  sleep 3
+  stop "$node1" || true
+  kill_ours slurmstepd cordillera
   start_node 1
   wait_for_jobs 300
   same_as_one node
@@ -92,9 +96,12 @@ case_controller() {  # it is killed while it has not yet written down what was s
   plan_for controller
   some_done controller
   kill -KILL "$controller"
-  sleep 3
+  stop "$controller" || true
   start_controller
-  sleep 5
+  until squeue --noheader > "$work/queue" 2>&1; do  # it answers again
+    kill -0 "$controller" || failed "the controller does not start again"
+    sleep 0.5
+  done
   for _ in 1 2 3; do
     for _ in $(seq 300); do
       [ -n "$(jobs_alive)" ] || break
@@ -121,21 +128,24 @@ case_storage() {  # the plan and the results of its tasks lie in a bucket; its s
     "$program" plan "$work/dem" -o /vsis3/terrain/storage -q "${options[@]}"
     "$submit" /vsis3/terrain/storage -o "$work/storage-out" --program "$program" --parts 12 --samples 1000000 --mem 500
   )
-  for _ in $(seq 240); do
-    [ "$(grep -c '^PUT 200 .*shard' "$storage_log")" -lt 2 ] || break
+  until [ "$(grep -c '^PUT 200 .*shard' "$storage_log")" -ge 2 ]; do
+    [ -n "$(jobs_left)" ] || failed "storage: no task has ended"
     sleep 0.25
   done
   kill_storage
-  sleep 8
+  until grep -q 'trying again' "$work"/stage-*.log 2> /dev/null; do  # a task has met the storage's end
+    [ -n "$(jobs_left)" ] || failed "no task has met the storage's end"
+    sleep 0.25
+  done
   start_storage "$work/storage"
   wait_for_jobs 400
-  grep -q 'trying again' "$work"/stage-*.log || failed "no task has met the storage's end"
   same_as_one storage
   kill_storage
 }
 case_twice() {  # the same tasks by two at once
   "$program" plan "$work/dem" -o "$work/twice" -q "${options[@]}"
-  "$program" work "$work/twice" -q --threads 1 & first=$!
+  start "$program" work "$work/twice" -q --threads 1
+  first=$started
   "$program" work "$work/twice" -q --threads 1 --stage 0
   wait $first
   "$program" publish "$work/twice" -o "$work/twice-out" -q

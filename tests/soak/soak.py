@@ -13,14 +13,13 @@ import asyncio
 import json
 import logging
 import os
-import signal
 import subprocess
 import sys
-import tempfile
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-sys.path.insert(1, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "crash"))
+sys.path.insert(1, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import processes  # noqa: E402
 from people import World, reader, writer  # noqa: E402
 from rasters import Raster  # noqa: E402
 from rude import slow_client  # noqa: E402
@@ -35,8 +34,8 @@ def started(program, folder):
     environment = {k: v for k, v in os.environ.items() if not k.startswith("CORDILLERA_") or k == "CORDILLERA_CACHE"}
     log_path = os.path.join(folder, "log")
     with open(log_path, "wb") as log:
-        process = subprocess.Popen([program, "serve", "--listen", "127.0.0.1:0", "--data", os.path.join(folder, "data"), "--threads", "1",
-                                    "--device", "cpu"], env=environment, stderr=log, stdin=subprocess.DEVNULL)
+        process = processes.start([program, "serve", "--listen", "127.0.0.1:0", "--data", os.path.join(folder, "data"), "--threads", "1",
+                                   "--device", "cpu"], env=environment, stderr=log, stdin=subprocess.DEVNULL)
     mark = "http://127.0.0.1:"
     while process.poll() is None:
         with open(log_path, errors="replace") as log:
@@ -122,19 +121,14 @@ def main():
     words = parser.parse_args()
     program = os.path.abspath(words.program)
     logging.getLogger("asyncio").setLevel(logging.ERROR)  # it warns of what rude clients do on purpose
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(2))  # the server must not stay
-    with tempfile.TemporaryDirectory(prefix="cordillera-soak-") as folder:
+    with processes.folder("cordillera-soak-") as folder:
         rasters = [Raster(program, folder, k) for k in range(words.rasters)]
         process, port = started(program, folder)
-        try:
-            world = World(port, rasters, words.readers / words.rate, words.alive)
-            watch = Watch(process.pid, min(5.0, words.minutes * 2))
-            asyncio.run(mixed_work(words, world, watch, process))
-            judged_watch(words, world, watch)
-            last = judged_end(program, folder, world, process)
-        finally:
-            if process.poll() is None:
-                process.kill()
+        world = World(port, rasters, words.readers / words.rate, words.alive)
+        watch = Watch(process.pid, min(5.0, words.minutes * 2))
+        asyncio.run(mixed_work(words, world, watch, process))
+        judged_watch(words, world, watch)
+        last = judged_end(program, folder, world, process)
     print("%.1f minutes, %d readers, %d slow clients, %d writers; check: %s" % (words.minutes, words.readers, words.slow, words.writers, last))
     print(", ".join("%d %s" % (n, what) for what, n in sorted(world.counts.items())))
     print("\n".join(watch.lines()))

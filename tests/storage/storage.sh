@@ -11,12 +11,12 @@ need_storage() {
 start_storage() {
   storage_log=$1.log
   mkdir -p "$1"
-  node "$storage_modules/s3.mjs" "$1" "$storage_port" >>"$storage_log" 2>&1 &
-  storage_pid=$!
-  local lines=$(($(grep -c '^ready' "$storage_log" || true) + 1))
+  local lines=$(($(grep -c '^ready' "$storage_log" 2>/dev/null || true) + 1))
+  start node "$storage_modules/s3.mjs" "$1" "$storage_port" >>"$storage_log" 2>&1
+  storage_pid=$started
   until [[ $(grep -c '^ready' "$storage_log") -ge $lines ]]; do
     kill -0 "$storage_pid" || { cat "$storage_log" >&2; exit 1; }
     sleep 0.1
   done
 }
-kill_storage() { { kill -KILL "$storage_pid" && wait "$storage_pid"; } 2>/dev/null || true; }
+kill_storage() { kill -KILL "$storage_pid" 2>/dev/null || true; stop "$storage_pid" || true; }

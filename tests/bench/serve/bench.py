@@ -19,6 +19,9 @@ import tempfile
 import time
 import urllib.request
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+import processes  # noqa: E402
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 LUA = """
 local paths = {}
@@ -144,7 +147,7 @@ def uploads(work, ports, raster, rounds):
 
 
 def start(program, work, name, port):
-    return subprocess.Popen([program, "serve", "--listen", f"127.0.0.1:{port}", "--data", os.path.join(work, name)],
+    return processes.start([program, "serve", "--listen", f"127.0.0.1:{port}", "--data", os.path.join(work, name)],
                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=dict(os.environ, CORDILLERA_MAX_CLIENT_CONNECTIONS="4000"))
 
 
@@ -178,7 +181,7 @@ def main():
         with open(os.path.join(work, "nginx.conf"), "w", encoding="utf-8") as file:
             file.write(NGINX.format(work=work, port=ports["nginx"], folder=folder))
         os.chmod(work, 0o755)  # nginx's workers are another user where it is started by root
-        running = {"nginx": subprocess.Popen(["/usr/sbin/nginx", "-c", os.path.join(work, "nginx.conf")], stderr=subprocess.DEVNULL)}
+        running = {"nginx": processes.start(["/usr/sbin/nginx", "-c", os.path.join(work, "nginx.conf")], stderr=subprocess.DEVNULL)}
         running.update((name, start(program, work, name, ports[name])) for name, program in programs.items())
         try:
             wait_for(f"http://127.0.0.1:{ports['nginx']}/manifest.json")

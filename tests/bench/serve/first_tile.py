@@ -18,14 +18,17 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+import processes  # noqa: E402
+
 
 class Server:
     def __init__(self, build, folder):
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self.port = free.getsockname()[1]
-        self.process = subprocess.Popen([os.path.join(build, "bin", "cordillera"), "serve", "--listen", f"127.0.0.1:{self.port}", "--data", folder],
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.process = processes.start([os.path.join(build, "bin", "cordillera"), "serve", "--listen", f"127.0.0.1:{self.port}", "--data", folder],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while not self.answers():
             if self.process.poll() is not None:
                 sys.exit("the server ended")

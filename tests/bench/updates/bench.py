@@ -17,6 +17,9 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+import processes  # noqa: E402
+
 HERE = os.path.dirname(os.path.abspath(__file__))
 MARK = "<!-- table of bench.py -->"
 
@@ -25,7 +28,7 @@ class Server:
     def __init__(self, program, folder):
         self.log = open(os.path.join(folder, "log"), "w+")
         self.data = os.path.join(folder, "data")
-        self.process = subprocess.Popen([program, "serve", "--listen", "127.0.0.1:0", "--data", self.data], stderr=self.log, stdin=subprocess.DEVNULL)
+        self.process = processes.start([program, "serve", "--listen", "127.0.0.1:0", "--data", self.data], stderr=self.log, stdin=subprocess.DEVNULL)
         self.port = None
         while self.port is None and self.process.poll() is None:
             time.sleep(0.02)
