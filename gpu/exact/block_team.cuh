@@ -1,12 +1,14 @@
 #pragma once
 // The team of a device: a block of threads. Eight lanes measure a triangle; what squares do not decide goes to a queue that all
 // share, so that a large triangle does not keep a few threads busy while the others wait. See window_pass.h.
+#include "gpu/exact/collapse.h"
 #include "gpu/exact/heights.h"
 
 namespace cordillera::gpu::exact {
 
 inline constexpr unsigned kGroup = 8;  ///< lanes
 inline constexpr int kGroupsAtMost = 64;
+inline constexpr int kRoundsOfGroups = 4;  ///< that evaluate vertices, before a thread each takes less time
 
 /// Eight neighbouring lanes, which meet often.
 struct Group {
@@ -15,6 +17,23 @@ struct Group {
       : lane(threadIdx.x & (kGroup - 1)), leader(threadIdx.x & 31u & ~(kGroup - 1)), mask(((1u << kGroup) - 1) << leader) {}
   __device__ int from_leader(int value) const { return __shfl_sync(mask, value, static_cast<int>(leader)); }
   __device__ bool any(bool value) const { return __any_sync(mask, value) != 0; }
+  // As AloneLane has them.
+  __device__ int index() const { return static_cast<int>(lane); }
+  __device__ int count() const { return static_cast<int>(kGroup); }
+  __device__ void take_least(float& cost, int& slot) const {
+    for (unsigned o = kGroup / 2; o; o /= 2) {
+      const float other = __shfl_xor_sync(mask, cost, static_cast<int>(o));
+      const int other_slot = __shfl_xor_sync(mask, slot, static_cast<int>(o));
+      if (other_slot >= 0 && (slot < 0 || other < cost || (other == cost && other_slot < slot))) cost = other, slot = other_slot;
+    }
+  }
+  __device__ void take_last(int k, float& value) const {
+    for (unsigned o = kGroup / 2; o; o /= 2) {
+      const int other_k = __shfl_xor_sync(mask, k, static_cast<int>(o));
+      const float other = __shfl_xor_sync(mask, value, static_cast<int>(o));
+      if (other_k > k) k = other_k, value = other;
+    }
+  }
   __device__ int sum(int value) const {
     for (unsigned o = kGroup / 2; o; o /= 2) value += __shfl_xor_sync(mask, value, static_cast<int>(o));
     return value;
@@ -43,6 +62,17 @@ class BlockTeam {
   __device__ void sync() { __syncthreads(); }
   __device__ std::int32_t place(std::int32_t* counter) { return atomicAdd(counter, 1); }
 
+  /// Many vertices: a thread each. A few: eight lanes each, since all others wait for the slowest.
+  __device__ void evaluate(const WindowView& w, int n) {
+    const int groups = static_cast<int>(blockDim.x / kGroup);
+    if (n > kRoundsOfGroups * groups) {
+      each(n, [&w](int i) { exact::evaluate(w, w.to_evaluate(i), AloneLane{}); });
+      return;
+    }
+    const Group group;
+    for (int i = static_cast<int>(threadIdx.x / kGroup); i < n; i += groups) exact::evaluate(w, w.to_evaluate(i), group);
+  }
+
   /// Depth first, by all threads at once: the newest squares are looked at first, new triangles only while there is room for
   /// theirs.
   template <class Work>
@@ -50,12 +80,14 @@ class BlockTeam {
     if (n == 0) return;
     prepare(w, n, work);
     const int looks = n * w.counter(kMostTriangles);
-    do {
+    for (bool more = true; more;) {
       first_look(w, field, n, work);
       __syncthreads();
       while (look_closer(w, field, work)) {
       }
-    } while (w.counter(kTicket) < looks);
+      more = w.counter(kTicket) < looks;
+      __syncthreads();  // all have read it before the first takes another
+    }
   }
 
   template <class Work>
@@ -69,6 +101,7 @@ class BlockTeam {
       Pull sums;
       int row = static_cast<int>(group.lane) / box.columns, column = static_cast<int>(group.lane) - row * box.columns;
       const int rows_on = static_cast<int>(kGroup) / box.columns, columns_on = static_cast<int>(kGroup) - rows_on * box.columns;
+#pragma unroll 4
       for (int q = static_cast<int>(group.lane); q < box.count; q += static_cast<int>(kGroup)) {
         box.add(field, column, row, sums);
         row += rows_on, column += columns_on;
@@ -123,6 +156,7 @@ class BlockTeam {
     int row = static_cast<int>(group.lane) / columns, column = static_cast<int>(group.lane) - row * columns;
     const int rows_on = static_cast<int>(kGroup) / columns, columns_on = static_cast<int>(kGroup) - rows_on * columns;
     bool fits = true;
+#pragma unroll 4
     for (int q = static_cast<int>(group.lane); q < count; q += static_cast<int>(kGroup)) {
       const int x = t.west + column, y = t.south + row;
       const std::uint32_t at = field.index(x, y);  // read in any case: what is waited for is the first of all reads

@@ -35,11 +35,23 @@ struct Quadric {
   }
 };
 
-/// A vertex whose key is to be found, with its ring relative to it.
+/// A thread that evaluates a vertex alone. Lanes that share one have the same members.
+struct AloneLane {
+  CORDILLERA_HD int index() const { return 0; }
+  CORDILLERA_HD int count() const { return 1; }
+  /// The least cost of all lanes, of equal ones that of the lowest slot; a slot below 0: none.
+  CORDILLERA_HD void take_least(float&, int&) const {}
+  /// What the lane with the highest k has; k below 0: none.
+  CORDILLERA_HD void take_last(int, float&) const {}
+  CORDILLERA_HD bool any(bool value) const { return value; }
+};
+
+/// A vertex whose key is to be found, with its ring relative to it. Places of the ring are shared out among lanes.
+template <class Lanes>
 class Evaluation {
  public:
-  CORDILLERA_HD Evaluation(const WindowView& w, int u)
-      : w_(w), u_(u), valence_(w.valence(u)), triangles_(w.triangles(u)), x_(w.x(u)), y_(w.y(u)), z_(w.height(u)) {
+  CORDILLERA_HD Evaluation(const WindowView& w, int u, const Lanes& lanes)
+      : w_(w), lanes_(lanes), u_(u), valence_(w.valence(u)), triangles_(w.triangles(u)), x_(w.x(u)), y_(w.y(u)), z_(w.height(u)) {
     sum_quadric();
   }
 
@@ -51,15 +63,17 @@ class Evaluation {
     for (int look = 0; look < kMostLookedAt; ++look) {
       float best = 1e38f;
       int slot = -1;
-      for (int k = 0; k < valence_; ++k) {
+      for (int k = lanes_.index(); k < valence_; k += lanes_.count()) {
         if (!may_go_to(k)) continue;
-        const int v = w_.entry(u_, k);
-        const float cost = quadric_.at(static_cast<float>(w_.x(v) - x_), static_cast<float>(w_.y(v) - y_), w_.height(v) - z_);
+        const Place at = place(k);
+        const float cost = quadric_.at(static_cast<float>(at.x), static_cast<float>(at.y), at.z);
         if ((cost > last || (cost == last && k > last_slot)) && cost < best) best = cost, slot = k;
       }
+      lanes_.take_least(best, slot);
       if (slot < 0) return;
       last = best, last_slot = slot;
       if (!is_legal(slot)) continue;
+      if (lanes_.index() != 0) return;
       w_.key(u_) =
           float_bits(best) >> kCostShift << kCostShift | (hash32(w_.position(u_) * 0x9e3779b1u) & ((1u << kCostShift) - 1));
       w_.target(u_) = static_cast<std::uint8_t>(slot);
@@ -68,19 +82,30 @@ class Evaluation {
   }
 
  private:
+  struct Place {
+    int x, y;
+    float z;
+  };
+  CORDILLERA_HD Place place(int k) const {
+    const int v = w_.entry(u_, k);
+    return {w_.x(v) - x_, w_.y(v) - y_, w_.height(v) - z_};
+  }
+  /// The whole of it in every lane: floats are added in one order.
   CORDILLERA_HD void sum_quadric() {
-    int v = w_.entry(u_, 0);
-    bool a_void = (w_.flag(v) & kVoidHere) != 0;
-    float ax = static_cast<float>(w_.x(v) - x_), ay = static_cast<float>(w_.y(v) - y_), az = w_.height(v) - z_;
     const bool u_void = (w_.flag(u_) & kVoidHere) != 0;
+    bool a_void = (w_.flag(w_.entry(u_, 0)) & kVoidHere) != 0;
+    Place a = place(0);
     all_valid_ = !u_void && !a_void;
     for (int k = 0; k < triangles_; ++k) {
-      v = w_.entry(u_, w_.after(u_, k));
-      const bool b_void = (w_.flag(v) & kVoidHere) != 0;
-      const float bx = static_cast<float>(w_.x(v) - x_), by = static_cast<float>(w_.y(v) - y_), bz = w_.height(v) - z_;
-      if (!u_void && !a_void && !b_void) quadric_.add(ax, ay, az, bx, by, bz);
+      const int after = w_.after(u_, k);
+      const bool b_void = (w_.flag(w_.entry(u_, after)) & kVoidHere) != 0;
+      const Place b = place(after);
+      if (!u_void && !a_void && !b_void) {
+        quadric_.add(static_cast<float>(a.x), static_cast<float>(a.y), a.z, static_cast<float>(b.x), static_cast<float>(b.y),
+                     b.z);
+      }
       all_valid_ = all_valid_ && !b_void;
-      ax = bx, ay = by, az = bz, a_void = b_void;
+      a = b, a_void = b_void;
     }
   }
   CORDILLERA_HD bool may_go_to(int slot) const {
@@ -94,41 +119,45 @@ class Evaluation {
   }
   /// No triangle turns over; and, since it is known at once: the sample under the vertex itself stays within the tolerance.
   CORDILLERA_HD bool is_legal(int slot) const {
-    const int v = w_.entry(u_, slot), px = w_.x(v) - x_, py = w_.y(v) - y_;
-    const float pz = w_.height(v) - z_;
-    int a = w_.entry(u_, 0), ax = w_.x(a) - x_, ay = w_.y(a) - y_;
-    float az = w_.height(a) - z_, surface = 0;
-    for (int k = 0; k < triangles_; ++k) {
-      const int after = w_.after(u_, k), b = w_.entry(u_, after), bx = w_.x(b) - x_, by = w_.y(b) - y_;
-      const float bz = w_.height(b) - z_;
-      if (k != slot && after != slot) {
-        if (cross(ax - px, ay - py, bx - px, by - py) <= 0) return false;
-        const std::int32_t of_p = cross(ax, ay, bx, by), of_a = cross(bx, by, px, py), of_b = cross(px, py, ax, ay);
-        if (of_a >= 0 && of_p >= 0 && of_b >= 0) {
-          const float p = static_cast<float>(of_p), q = static_cast<float>(of_a), r = static_cast<float>(of_b);
-          surface = (p * pz + q * az + r * bz) / (p + q + r);
-        }
-      }
-      ax = bx, ay = by, az = bz;
+    const Place p = place(slot);
+    float surface = 0;
+    int last = -1;
+    bool turned = false;
+    for (int k = lanes_.index(); k < triangles_ && !turned; k += lanes_.count()) {
+      const int after = w_.after(u_, k);
+      if (k == slot || after == slot) continue;
+      const Place a = place(k), b = place(after);
+      turned = cross(a.x - p.x, a.y - p.y, b.x - p.x, b.y - p.y) <= 0;
+      const std::int32_t of_p = cross(a.x, a.y, b.x, b.y), of_a = cross(b.x, b.y, p.x, p.y), of_b = cross(p.x, p.y, a.x, a.y);
+      if (of_a < 0 || of_p < 0 || of_b < 0) continue;
+      const float share_p = static_cast<float>(of_p), share_a = static_cast<float>(of_a), share_b = static_cast<float>(of_b);
+      surface = (share_p * p.z + share_a * a.z + share_b * b.z) / (share_p + share_a + share_b);
+      last = k;
     }
+    if (lanes_.any(turned)) return false;
+    lanes_.take_last(last, surface);
     return !all_valid_ || magnitude(z_ + surface - w_.truth(u_)) <= w_.rules.tolerance;
   }
 
   const WindowView& w_;
+  const Lanes& lanes_;
   const int u_, valence_, triangles_, x_, y_;
   const float z_;
   Quadric quadric_;
   bool all_valid_ = true;
 };
 
-CORDILLERA_HD inline void evaluate(const WindowView& w, int u) {
-  w.state(u) = kClean;
-  w.key(u) = kNever;
+template <class Lanes>
+CORDILLERA_HD inline void evaluate(const WindowView& w, int u, const Lanes& lanes) {
+  if (lanes.index() == 0) {
+    w.state(u) = kClean;
+    w.key(u) = kNever;
+  }
   const std::uint8_t flag = w.flag(u);
   if ((flag & kLocked) || (flag & (kOnUpright | kOnLevel)) == (kOnUpright | kOnLevel)) return;
   int tried = 0;
   for (std::uint32_t bits = w.tried(u); bits; bits &= bits - 1) ++tried;
-  if (tried < kMostTried) Evaluation(w, u).run();
+  if (tried < kMostTried) Evaluation<Lanes>(w, u, lanes).run();
 }
 
 /// Does u go in this wave, if what it leaves fits? Its key is the least of its ring, and it is the first that goes to its target.

@@ -50,11 +50,21 @@ struct Field {
   CORDILLERA_HD int squares_down(int tier) const { return ((rows - 1) >> tier_shift(tier)) + 1; }
 };
 
+CORDILLERA_HD inline float magnitude(float a) { return a < 0 ? -a : a; }
+/// The nearest whole number, of two the even one: what rintf and rint give, without a call. Beyond half of what has a fraction it
+/// is theirs.
+CORDILLERA_HD inline float nearest_whole(float a) {
+  constexpr float kNoFraction = 0x1.8p23f;
+  return magnitude(a) < 0x1p22f ? (a + kNoFraction) - kNoFraction : rintf(a);
+}
+CORDILLERA_HD inline double nearest_whole(double a) {
+  constexpr double kNoFraction = 0x1.8p52;
+  return a < 0x1p51 && a > -0x1p51 ? (a + kNoFraction) - kNoFraction : rint(a);
+}
 /// The nearest multiple of step, a power of two; of two the even one.
-CORDILLERA_HD inline float rounded_to(float height, float step) { return rintf(height / step) * step; }
+CORDILLERA_HD inline float rounded_to(float height, float step) { return nearest_whole(height / step) * step; }
 
 CORDILLERA_HD inline int least(int a, int b) { return a < b ? a : b; }
 CORDILLERA_HD inline int greatest(int a, int b) { return a > b ? a : b; }
-CORDILLERA_HD inline float magnitude(float a) { return a < 0 ? -a : a; }
 
 }  // namespace cordillera::gpu::exact

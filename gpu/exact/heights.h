@@ -39,17 +39,20 @@ struct PullBox {
   }
   CORDILLERA_HD void add(const Field& field, int column, int row, Pull& pull) const {
     const int x = (west + column) * stride, y = (south + row) * stride;
-    if (!t.covers(x, y)) return;
     const std::uint32_t at = field.index(x, y);
-    if (field.depth && is_void(field.depth[at])) return;
-    const float off = -t.height_above(static_cast<float>(x), static_cast<float>(y), field.height[at]);
+    const float sample = field.height[at];  // read in any case, so that several are on their way at once
+    if (!t.covers(x, y) || (field.depth && is_void(field.depth[at]))) return;
+    const float off = -t.height_above(static_cast<float>(x), static_cast<float>(y), sample);
     const auto near =
         static_cast<std::int32_t>(static_cast<float>(t.edge(1, x, y)) * per_area + 0.5f);  // edge 1 faces the first corner
-    const auto units = static_cast<std::int32_t>(rintf(off * per_tolerance));
+    const auto units = static_cast<std::int32_t>(nearest_whole(off * per_tolerance));
     pull.sum += near * units / 16;
     pull.weight += near * near / 16;
   }
 };
+
+/// What is known of a height that is tried; where the target of a collapse lies otherwise.
+enum HeightTrial : std::uint8_t { kUnmeasured = 0, kMisfit, kFitting };
 
 CORDILLERA_HD inline bool may_move(const WindowView& w, int u) {
   return !(w.flag(u) & (kLocked | kOpenFan | kVoidHere)) && w.state(u) != kDead;
@@ -88,13 +91,13 @@ struct AroundVertex {
     const int u = vertex(i);
     return *static_cast<volatile std::uint8_t*>(&w.target(u)) != 0 || w.next_height(u) == w.height(u);
   }
-  CORDILLERA_HD void fail(int i) const { w.target(vertex(i)) = 1; }
+  CORDILLERA_HD void fail(int i) const { w.target(vertex(i)) = kMisfit; }
 };
 
 CORDILLERA_HD inline void begin_move(const WindowView& w, int u) {
   w.pull(u) = w.pull_weight(u) = 0;
   w.key(u) = kNever;
-  w.target(u) = 0;
+  w.target(u) = kUnmeasured;
 }
 CORDILLERA_HD inline void choose_height(const WindowView& w, int u) {
   const std::int32_t sum = w.pull(u), weight = w.pull_weight(u);
@@ -102,14 +105,17 @@ CORDILLERA_HD inline void choose_height(const WindowView& w, int u) {
   if (weight != 0) {
     const double by = static_cast<double>(sum) / weight * (kPullWeight / static_cast<double>(kPullUnits)) *
                       static_cast<double>(w.rules.tolerance);
-    move = static_cast<float>(rint(by / static_cast<double>(w.rules.height_step))) * w.rules.height_step;
+    move = static_cast<float>(nearest_whole(by / static_cast<double>(w.rules.height_step))) * w.rules.height_step;
   }
   w.next_height(u) = w.height(u) + move;
 }
-/// Where the height did not fit: half-way, and then not at all.
+/// Where the height did not fit: half-way, and then not at all. What fits is not measured again.
 CORDILLERA_HD inline void yield_height(const WindowView& w, int u, int attempt) {
-  if (w.target(u) == 0) return;
-  w.target(u) = 0;
+  if (w.target(u) != kMisfit) {
+    w.target(u) = kFitting;
+    return;
+  }
+  w.target(u) = kUnmeasured;
   const float move = w.next_height(u) - w.height(u);
   w.next_height(u) = attempt == 0 ? w.height(u) + rounded_to(0.5f * move, w.rules.height_step) : w.height(u);
 }

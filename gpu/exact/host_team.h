@@ -2,6 +2,7 @@
 // The team of a host: one thread, plain loops; samples eight at a time. See window_pass.h.
 #include <cstring>
 
+#include "gpu/exact/collapse.h"
 #include "gpu/exact/heights.h"
 #include "gpu/exact/squares.h"
 
@@ -64,6 +65,9 @@ struct HostTeam {
   }
   void sync() {}
   std::int32_t place(std::int32_t* counter) { return (*counter)++; }
+  void evaluate(const WindowView& w, int n) {
+    for (int i = 0; i < n; ++i) exact::evaluate(w, w.to_evaluate(i), AloneLane{});
+  }
   template <class Work>
   void measure(const WindowView&, const Field& field, int n, const Work& work) {
     for (int i = 0; i < n; ++i) {

@@ -202,7 +202,7 @@ struct MeasureTriangles {
         const std::uint64_t bits = magnitude_bits(off);
         if (bits > sums.max_bits) sums.max_bits = bits;
         if (x < own_from || x > own_to) continue;
-        const auto whole = static_cast<std::int64_t>(rint(off * units));
+        const auto whole = static_cast<std::int64_t>(nearest_whole(off * units));
         sums.squares += static_cast<std::uint64_t>(whole * whole);
         ++sums.samples;
       }

@@ -4,6 +4,7 @@
 //   each(n, f)                     f(i) for i in 0..n-1
 //   sync()
 //   place(counter)                 adds one; what it was before
+//   evaluate(w, n)                 the first n vertices of the list to_evaluate
 //   measure(w, field, n, work)     work.fail(i) for every i in 0..n-1 of whose triangles one does not fit
 //   pull(w, field, n, work)        adds up the pulls of every i into w.pull and w.pull_weight of its vertex
 // Before measure and pull, and after them, all threads have met.
@@ -89,7 +90,7 @@ struct StoreVertex {
     const bool locked = (w.flag(i) & kLocked) != 0;
     std::uint32_t before[kRingWidth];
     if (locked) {
-      for (int k = 0; k < kRingWidth; ++k) before[k] = ring[k];
+      for (int k = 0; k < mesh.valence[v]; ++k) before[k] = ring[k];
     }
     for (int k = 0; k < w.valence(i); ++k) {
       const int other = w.entry(i, k);
@@ -170,7 +171,7 @@ class WindowPass {
   CORDILLERA_HD void waves() {
     const WindowView& w = w_;
     for (int wave = 0; wave < kMostWaves; ++wave) {
-      team_.each(w.counter(kToEvaluate), [&w](int i) { evaluate(w, w.to_evaluate(i)); });
+      team_.evaluate(w, w.counter(kToEvaluate));
       team_.sync();
       list_winners();
       clear(kToEvaluate, 1);
