@@ -32,8 +32,8 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_pgm(const std::string& path, co
 /// A grid that GDAL reads (GTX or GeoTIFF in degrees), interpolated bilinearly; it must cover the area.
 proto::Result<std::unique_ptr<Geoid>> open_geoid_grid(const std::string& path, const Area& area);
 
-/// Path of egm96-15.pgm: share/cordillera or share beside the program's own folder, where the installation or the build has put it. Empty: it is
-/// not there. Looked up by every process anew; none makes it.
+/// Path of egm96-15.pgm: share/cordillera or share beside the program's own folder, where the installation or the build has put
+/// it. Empty: it is not there. No process makes it.
 std::string egm96_path();
 
 }  // namespace cordillera::raster

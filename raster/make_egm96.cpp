@@ -1,5 +1,5 @@
-// EGM96 must always work, and Debian ships no GeographicLib grid. PROJ's package carries the same 15' grid as GTX: a step of the build
-// rewrites it, so that a service has nothing to make that its jobs could change for one another.
+// EGM96 must always work, and Debian ships no GeographicLib grid. PROJ's package carries the same 15' grid as GTX: a step of the
+// build rewrites it, so that a service has nothing to make that its jobs could change for one another.
 //   make_egm96 OUTPUT
 #include <gdal_priv.h>
 
@@ -51,13 +51,13 @@ bool read_grid(const std::string& path, Grid& grid) {
   if (!global) return false;
   grid.greenwich = static_cast<int>(std::lround((0 - west) / step));
   grid.height_m.resize(static_cast<std::size_t>(grid.rows) * grid.columns);
-  return file->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, grid.columns, grid.rows, grid.height_m.data(), grid.columns, grid.rows, GDT_Float32, 0,
-                                          0, nullptr) == CE_None;
+  return file->GetRasterBand(1)->RasterIO(GF_Read, 0, 0, grid.columns, grid.rows, grid.height_m.data(), grid.columns, grid.rows,
+                                          GDT_Float32, 0, 0, nullptr) == CE_None;
 }
 
 std::string pgm_of(const Grid& grid) {
-  std::string out = "P5\n# Geoid file in PGM format for the GeographicLib::Geoid class\n# Description WGS84 EGM96, 15-minute grid\n"
-                    "# Source PROJ egm96_15.gtx, rewritten by Cordillera\n# Offset -108\n# Scale 0.003\n# Origin 90N 0E\n"
+  std::string out = "P5\n# Geoid file in PGM format for the GeographicLib::Geoid class\n"
+                    "# Description WGS84 EGM96, 15-minute grid\n# Source PROJ egm96_15.gtx, rewritten by Cordillera\n# Offset -108\n# Scale 0.003\n# Origin 90N 0E\n"
                     "# AREA_OR_POINT Point\n# Vertical_Datum WGS84\n" +
                     std::to_string(grid.columns) + " " + std::to_string(grid.rows) + "\n65535\n";
   for (int r = 0; r < grid.rows; ++r) {

@@ -16,7 +16,8 @@ inline constexpr int kReportDescriptor = 3;
 /// In a job's folder.
 inline constexpr const char* kJobFile = "job.json";
 inline constexpr const char* kStoreFile = "dataset.sqlite";
-/// A job's temporary files, removed when it has ended. The only place where it may make symbolic links: the service follows names in the rest.
+/// A job's temporary files, removed when it has ended. The only place where it may make symbolic links: the service follows names
+/// in the rest.
 inline constexpr const char* kTemporaryFolder = "tmp";
 
 using ProgressSink = std::function<void(const proto::Progress&)>;
@@ -25,9 +26,9 @@ using JobRunner = std::function<proto::Result<std::optional<proto::Estimate>>(co
                                                                              const ProgressSink& progress,
                                                                              const std::atomic<bool>& stop)>;
 
-/// Runs `program job FOLDER` in a session of its own. The child gets no descriptor but stdin (empty), a pipe as stderr, whose lines are logged,
-/// and the report; of the environment what sandbox/environment.cpp names. stop: SIGTERM, then SIGKILL.
-/// A child that ends without saying why is a Problem "job-crashed" that names the signal or exit code.
+/// Runs `program job FOLDER` in a session of its own. The child gets no descriptor but stdin (empty), a pipe as stderr, whose
+/// lines are logged, and the report; of the environment what sandbox/environment.cpp names. stop: SIGTERM, then SIGKILL. A child
+/// that ends without saying why is a Problem "job-crashed" that names the signal or exit code.
 JobRunner child_runner(const std::string& program);
 
 /// What the child does: `cordillera job FOLDER`. Returns the exit code.

@@ -1,5 +1,6 @@
 #pragma once
-// What a job writes to stderr: libraries' complaints, and the last words of a crash. Strangers' files have a say in it, so it is bounded.
+// What a job writes to stderr: libraries' complaints, and the last words of a crash. Strangers' files have a say in it, so it is
+// bounded.
 #include <cstddef>
 #include <string>
 

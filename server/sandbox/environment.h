@@ -1,5 +1,6 @@
 #pragma once
-// What of the service's environment its jobs get: variables with a name here, and no other. A service's may hold keys and passwords.
+// What of the service's environment its jobs get: variables with a name here, and no other. It may hold
+// keys and passwords.
 #include <string>
 #include <vector>
 

@@ -27,8 +27,8 @@ constexpr std::uint64_t kOutside = 3;   // abstract sockets of, and signals to, 
 
 constexpr std::uint64_t kRead = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
 constexpr std::uint64_t kWriteFile = LANDLOCK_ACCESS_FS_WRITE_FILE;
-constexpr std::uint64_t kChange = kWriteFile | LANDLOCK_ACCESS_FS_REMOVE_DIR | LANDLOCK_ACCESS_FS_REMOVE_FILE | LANDLOCK_ACCESS_FS_MAKE_DIR |
-                                  LANDLOCK_ACCESS_FS_MAKE_REG;
+constexpr std::uint64_t kChange = kWriteFile | LANDLOCK_ACCESS_FS_REMOVE_DIR | LANDLOCK_ACCESS_FS_REMOVE_FILE |
+                                  LANDLOCK_ACCESS_FS_MAKE_DIR | LANDLOCK_ACCESS_FS_MAKE_REG;
 constexpr std::uint64_t kLink = LANDLOCK_ACCESS_FS_MAKE_SYM;
 /// Nobody gets these.
 constexpr std::uint64_t kNever = LANDLOCK_ACCESS_FS_EXECUTE | LANDLOCK_ACCESS_FS_MAKE_CHAR | LANDLOCK_ACCESS_FS_MAKE_SOCK |
@@ -36,10 +36,12 @@ constexpr std::uint64_t kNever = LANDLOCK_ACCESS_FS_EXECUTE | LANDLOCK_ACCESS_FS
 /// Of a rule that names a file and no folder.
 constexpr std::uint64_t kOfFiles = LANDLOCK_ACCESS_FS_READ_FILE | kWriteFile | kTruncate | kIoctlDevice;
 
-// Libraries, PROJ's and GDAL's tables, what glibc looks up, the GPU's driver. Not: homes, other datasets, /etc as a whole, other processes.
-constexpr const char* kReadable[] = {"/usr",           "/lib",        "/lib64",       "/opt",          "/dev/urandom",       "/dev/random",    "/dev/zero",
-                                     "/etc/ld.so.cache", "/etc/localtime", "/etc/nsswitch.conf", "/etc/proj", "/etc/gdal", "/proc/self", "/proc/cpuinfo",
-                                     "/proc/meminfo",  "/proc/stat",  "/proc/sys/vm", "/sys/devices/system"};
+// Libraries, PROJ's and GDAL's tables, what glibc looks up, the GPU's driver. Not: homes, other datasets, /etc as a whole, other
+// processes.
+constexpr const char* kReadable[] = {
+    "/usr", "/lib", "/lib64", "/opt", "/dev/urandom", "/dev/random", "/dev/zero", "/etc/ld.so.cache", "/etc/localtime",
+    "/etc/nsswitch.conf", "/etc/proj", "/etc/gdal", "/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/proc/sys/vm",
+    "/sys/devices/system"};
 constexpr const char* kOfTheGpu[] = {"/proc/driver", "/sys", "/etc/nvidia", "/proc/modules", "/proc/devices"};
 
 class Rules {

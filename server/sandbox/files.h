@@ -1,5 +1,6 @@
 #pragma once
-// Files, by Landlock: what is not named is refused. Where the kernel knows them, TCP, devices' own commands, signals and abstract sockets too.
+// Files, by Landlock: what is not named is refused. Where the kernel knows them, TCP, devices' own commands, signals and abstract
+// sockets too.
 #include "server/sandbox/sandbox.h"
 
 namespace cordillera::server::sandbox {

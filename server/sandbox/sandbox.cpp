@@ -36,7 +36,8 @@ Confined offered() { return {landlock_abi() > 0, knows_seccomp()}; }
 
 std::string offered_words() {
   const int abi = landlock_abi();
-  return std::string(knows_seccomp() ? "seccomp" : "no seccomp") + ", " + (abi > 0 ? "Landlock ABI " + std::to_string(abi) : "no Landlock");
+  const std::string files = abi > 0 ? "Landlock ABI " + std::to_string(abi) : "no Landlock";
+  return (knows_seccomp() ? "seccomp, " : "no seccomp, ") + files;
 }
 
 }  // namespace cordillera::server::sandbox

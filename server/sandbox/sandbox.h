@@ -1,5 +1,6 @@
 #pragma once
-// What a process that opens strangers' files may still do: read the system's libraries and grids, write into its own folder, compute.
+// What a process that opens strangers' files may still do: read the system's libraries and grids, write into its own folder,
+// compute.
 #include <filesystem>
 #include <string>
 #include <vector>

@@ -1,4 +1,4 @@
-"""Findings M1 to M3: what a running job has of its service, seen from outside. What it may do is tried from inside, by sandbox_test."""
+"""Findings M1 to M3: what a running job has of its service, seen from outside. sandbox_test tries from inside what it may do."""
 import os
 import time
 
@@ -33,13 +33,14 @@ def look_at(pid, session):
         with open("/proc/%d/environ" % pid, "rb") as file:
             environment = file.read()
         words = os.readlink("/proc/%d/fd/2" % pid)
-        return " ".join(["secret" if b"AWS_SECRET" in environment else "no-secret", "own-session" if session == pid else "shared-session",
-                         words.split(":")[0], "NoNewPrivs=" + state["NoNewPrivs"]])
+        return " ".join(["secret" if b"AWS_SECRET" in environment else "no-secret",
+                         "own-session" if session == pid else "shared-session", words.split(":")[0], "NoNewPrivs=" + state["NoNewPrivs"]])
     except OSError:
         return None
 
 
-@case("M1-M3 a job has a filter, a session and a stderr of its own, and no secrets", expect="no-secret own-session pipe NoNewPrivs=1")
+@case("M1-M3 a job has a filter, a session and a stderr of its own, and no secrets",
+      expect="no-secret own-session pipe NoNewPrivs=1")
 def running_job(attack):
     os.environ["AWS_SECRET_ACCESS_KEY"] = "secret"
     try:

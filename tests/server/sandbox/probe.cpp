@@ -1,5 +1,6 @@
-// A job of the service that is taken over as soon as it opens its raster. The job is the real one (job_main, as `cordillera job` runs it); this
-// program stands between it and three things: GDAL, the kernel's answer about Landlock, and whether there is a GPU.
+// A job of the service that is taken over as soon as it opens its raster. The job is the real one (job_main, as `cordillera job`
+// runs it); this program stands between it and three things: GDAL, the kernel's answer about Landlock, and whether there is a
+// GPU.
 //   probe job FOLDER --parent PID    as the service starts it
 //   probe free FOLDER                the same tries without a sandbox: what they say then
 #include <dlfcn.h>

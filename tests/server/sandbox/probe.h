@@ -1,6 +1,6 @@
 #pragma once
-// What a job that was taken over tries, from inside. It writes a line a try into its folder: "attack NAME refused|done (errno)", "work NAME yes|no",
-// "call NUMBER allowed|EPERM|ENOSYS", and "end" when it has come through.
+// What a job that was taken over tries, from inside. It writes a line a try into its folder: "attack NAME refused|done (errno)",
+// "work NAME yes|no", "call NUMBER allowed|EPERM|ENOSYS", and "end" when it has come through.
 #include <cerrno>
 #include <filesystem>
 #include <fstream>

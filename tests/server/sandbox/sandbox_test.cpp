@@ -1,5 +1,5 @@
-// A job that was taken over, in the sandbox of a real one: it is started as the service starts its jobs, as root and as a plain user, on kernels
-// of several ages, and tries whatever probe.h names. What it may do is in job_calls.tsv and nowhere else.
+// A job that was taken over, in the sandbox of a real one: it is started as the service starts its jobs, as root and as a plain
+// user, on kernels of several ages, and tries whatever probe.h names. What it may do is in job_calls.tsv and nowhere else.
 #include <gmock/gmock.h>
 #include <grp.h>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ Findings read_findings(const fs::path& file) {
 class TakenOver : public testing::Test {
  protected:
   void SetUp() override {
-    for (const char* folder : {"bin", "share", "grids", "data/job", "data/other"}) fs::create_directories(folder_.path() / folder);
+    for (const char* folder : {"bin", "share", "grids", "data/job", "data/other"}) fs::create_directories(at(folder));
     // Where every user may run it, and with a grid that belongs to the very user: only the sandbox keeps a job from it.
     fs::copy_file(CORDILLERA_PROBE, at("bin/probe"));
     fs::copy_file(raster::egm96_path(), at("share/egm96-15.pgm"));
@@ -76,8 +76,8 @@ class TakenOver : public testing::Test {
   fs::path at(const std::string& name) const { return folder_.path() / name; }
 
   void order(int abi, bool gpu) const {
-    std::ofstream(at("data/job") / probe::kOrders) << abi << ' ' << gpu << ' ' << at("data/other").string() << ' ' << at("grids").string() << ' '
-                                                   << at("share/egm96-15.pgm").string() << '\n';
+    std::ofstream(at("data/job") / probe::kOrders) << abi << ' ' << gpu << ' ' << at("data/other").string() << ' '
+                                                   << at("grids").string() << ' ' << at("share/egm96-15.pgm").string() << '\n';
   }
 
   /// Does the work in a process of the user's. False: it did not come to its end.
@@ -116,7 +116,8 @@ class TakenOver : public testing::Test {
     for (const char* name : {"data/other/victim", "data/other/second", "grids/grid", "share/egm96-15.pgm"}) {
       struct stat now {};
       if (stat(at(name).c_str(), &now) != 0) text << name << " is gone\n";
-      text << name << ' ' << now.st_mode << ' ' << now.st_mtim.tv_sec << '.' << now.st_mtim.tv_nsec << ' ' << std::hash<std::string>{}(file_text(at(name))) << '\n';
+      text << name << ' ' << now.st_mode << ' ' << now.st_mtim.tv_sec << '.' << now.st_mtim.tv_nsec << ' '
+           << std::hash<std::string>{}(file_text(at(name))) << '\n';
       text << listxattr(at(name).c_str(), nullptr, 0) << '\n';
     }
     return text.str();
@@ -195,9 +196,14 @@ TEST_P(Sandboxed, TriesEverything) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kernels, Sandboxed,
-                         testing::Values(Case{"RootAbi1", User::root, 1, false}, Case{"RootAbi2", User::root, 2, false}, Case{"Root", User::root, 0, false},
-                                         Case{"PlainAbi1", User::plain, 1, false}, Case{"PlainAbi2", User::plain, 2, false}, Case{"Plain", User::plain, 0, false},
-                                         Case{"GpuRoot", User::root, 0, true}, Case{"GpuPlainAbi2", User::plain, 2, true}),
+                         testing::Values(Case{"RootAbi1", User::root, 1, false},
+                                         Case{"RootAbi2", User::root, 2, false},
+                                         Case{"Root", User::root, 0, false},
+                                         Case{"PlainAbi1", User::plain, 1, false},
+                                         Case{"PlainAbi2", User::plain, 2, false},
+                                         Case{"Plain", User::plain, 0, false},
+                                         Case{"GpuRoot", User::root, 0, true},
+                                         Case{"GpuPlainAbi2", User::plain, 2, true}),
                          [](const auto& one) { return std::string(one.param.name); });
 
 /// The same tries by a process without a sandbox: that they are refused is no property of the tries.
@@ -207,10 +213,12 @@ TEST_F(TakenOver, IsWhatTheSandboxIsFor) {
   ASSERT_TRUE(as(User::plain, [this] { execl(at("bin/probe").c_str(), "probe", "free", at("data/job").c_str(), nullptr); }));
   const Findings found = read_findings(at("data/job") / probe::kFindings);
   ASSERT_TRUE(found.ended);
-  for (const char* name : {"read another dataset", "truncate(2) another dataset", "change another dataset's times by utimensat", "change another dataset's mode by chmod",
-                           "empty a grid by a descriptor that reads", "change a grid's mode by its descriptor", "write the EGM96 grid", "move the EGM96 grid away",
-                           "a symbolic link in the folder", "a hard link to another dataset", "a symbolic link moved out of the temporary folder",
-                           "a program that runs as its owner", "/etc/passwd", "delete another dataset", "the operator's secrets"}) {
+  for (const char* name :
+       {"read another dataset", "truncate(2) another dataset", "change another dataset's times by utimensat",
+        "change another dataset's mode by chmod", "empty a grid by a descriptor that reads", "change a grid's mode by its descriptor",
+        "write the EGM96 grid", "move the EGM96 grid away", "a symbolic link in the folder", "a hard link to another dataset",
+        "a symbolic link moved out of the temporary folder", "a program that runs as its owner", "/etc/passwd",
+        "delete another dataset", "the operator's secrets"}) {
     ASSERT_TRUE(found.attacks.contains(name)) << name;
     EXPECT_THAT(found.attacks.at(name), testing::StartsWith("done")) << name;
   }

@@ -67,7 +67,8 @@ void try_links(const std::string& victim, const std::filesystem::path& folder, F
   std::filesystem::create_directories(folder / "below");
   findings.attack("a symbolic link below the folder", symlink(victim.c_str(), at("below/symbolic").c_str()));
   if (symlink(victim.c_str(), at("tmp/symbolic").c_str()) == 0) {
-    findings.attack("a symbolic link moved out of the temporary folder", rename(at("tmp/symbolic").c_str(), at("symbolic").c_str()));
+    findings.attack("a symbolic link moved out of the temporary folder",
+                    rename(at("tmp/symbolic").c_str(), at("symbolic").c_str()));
     findings.attack("read through a symbolic link", opened(at("tmp/symbolic"), O_RDONLY));
     findings.attack("hard link to a symbolic link", link(at("tmp/symbolic").c_str(), at("hard").c_str()));
   }
@@ -112,7 +113,8 @@ void try_work(const std::filesystem::path& folder, Findings& findings) {
   std::error_code error;
   std::filesystem::rename(folder / "made", folder / "moved", error);
   findings.work("a file of its own, made and moved", !error && std::filesystem::remove(folder / "moved", error));
-  const int from = open((folder / "source").c_str(), O_RDONLY | O_CLOEXEC), to = open((folder / "clone").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
+  const int from = open((folder / "source").c_str(), O_RDONLY | O_CLOEXEC);
+  const int to = open((folder / "clone").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
   findings.work("a copy that shares its blocks, where the disk can", ioctl(to, FICLONE, from) == 0 || errno != EPERM);
   findings.work("its folder as the current one", chdir(folder.c_str()) == 0);
   findings.work("a symbolic link among its temporary files", symlink("source", (folder / "tmp" / "link").c_str()) == 0);

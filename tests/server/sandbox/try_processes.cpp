@@ -89,7 +89,8 @@ void try_secrets(Findings& findings) {
   std::ifstream file("/proc/self/environ");
   const std::string own{std::istreambuf_iterator<char>(file), {}};
   errno = EPERM;
-  findings.attack("the operator's secrets", getenv("AWS_SECRET_ACCESS_KEY") != nullptr || own.find("AWS_SECRET") != own.npos ? 0 : -1);
+  const bool known = getenv("AWS_SECRET_ACCESS_KEY") != nullptr || own.find("AWS_SECRET") != own.npos;
+  findings.attack("the operator's secrets", known ? 0 : -1);
 }
 
 void try_processes(Findings& findings) {
@@ -126,8 +127,8 @@ void try_machine(Findings& findings) {
   findings.attack("a named queue of messages", syscall(SYS_mq_open, "cordillera-probe", O_CREAT | O_RDWR, 0600, nullptr));
   findings.attack("memory taken from the machine", madvise(nullptr, 4096, MADV_HWPOISON));
   findings.attack("other namespaces", unshare(CLONE_NEWUSER));
-  findings.attack("a thread in another namespace",
-                  syscall(SYS_clone, CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SIGHAND | CLONE_THREAD | CLONE_SYSVSEM | CLONE_NEWNET, nullptr, nullptr, nullptr, nullptr));
+  constexpr long kThread = CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SIGHAND | CLONE_THREAD | CLONE_SYSVSEM;
+  findings.attack("a thread in another namespace", syscall(SYS_clone, kThread | CLONE_NEWNET, nullptr, nullptr, nullptr, nullptr));
   findings.attack("the kernel's log", syscall(SYS_syslog, 10, nullptr, 0));
   findings.attack("a mount", syscall(SYS_fsopen, "tmpfs", 0));
   findings.attack("the host's name", syscall(SYS_sethostname, "", -1L));
