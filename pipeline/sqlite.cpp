@@ -4,6 +4,7 @@
 
 #include <cctype>
 #include <cstring>
+#include <new>
 
 #include "pipeline/content_hash.h"
 #include "pipeline/sqlite_object.h"
@@ -55,6 +56,12 @@ void row_sum(sqlite3_context* context, int count, sqlite3_value** values) {
   sqlite3_result_int64(context, sum);
 }
 
+/// Want of memory is no fault of the store: as everywhere else it is std::bad_alloc.
+bool wants_memory(sqlite3* handle) {
+  const int code = handle == nullptr ? SQLITE_NOMEM : sqlite3_extended_errcode(handle);
+  return code == SQLITE_NOMEM || code == SQLITE_IOERR_NOMEM;
+}
+
 }  // namespace
 
 Database::Database(const std::string& path, Mode mode) {
@@ -69,7 +76,7 @@ Database::Database(const SqliteObject& object) {
   open("file:/object?immutable=1&vfs=" + object.name(), SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | SQLITE_OPEN_READONLY);
   try {
     execute("PRAGMA temp_store = MEMORY");
-  } catch (const StoreError&) {
+  } catch (...) {
     sqlite3_close(handle_);
     throw;
   }
@@ -79,14 +86,19 @@ void Database::open(const std::string& address, int flags) {
   if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK) {
     if (sqlite3_create_function(handle_, "row_sum", -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr, row_sum, nullptr, nullptr) == SQLITE_OK) return;
   }
-  const std::string why = handle_ ? sqlite3_errmsg(handle_) : "out of memory";
+  const bool starved = wants_memory(handle_);
+  const std::string why = starved ? "" : sqlite3_errmsg(handle_);
   sqlite3_close(handle_);
+  if (starved) throw std::bad_alloc();
   throw StoreError(why);
 }
 
 Database::~Database() { sqlite3_close(handle_); }
 
-void Database::fail() const { throw StoreError(sqlite3_errmsg(handle_)); }
+void Database::fail() const {
+  if (wants_memory(handle_)) throw std::bad_alloc();
+  throw StoreError(sqlite3_errmsg(handle_));
+}
 
 void Database::execute(const std::string& sql) {
   if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
@@ -116,8 +128,10 @@ bool Statement::step() {
     case SQLITE_ROW: return true;
     case SQLITE_DONE: return false;
     default: {
+      const bool starved = wants_memory(database_.handle());
       const std::string why = sqlite3_errmsg(database_.handle());
       rewind();
+      if (starved) throw std::bad_alloc();
       throw StoreError(why);
     }
   }

@@ -90,6 +90,7 @@ class Start {
   posix_spawnattr_t attributes_;
 };
 
+/// Leaves in errno why it could not.
 std::optional<Child> spawn(const std::string& program, const std::string& folder) {
   Pipe report, words;
   Child child;
@@ -252,7 +253,7 @@ proto::Result<std::optional<proto::Estimate>> run(const std::string& program, co
                                                   const ProgressSink& progress, const std::atomic<bool>& stop) {
   const auto child = spawn(program, folder.string());
   if (!child)
-    return proto::Problem{"internal", "cannot start the process that builds: " + std::string(strerror(errno)), "", ""};
+    return proto::Problem{"job-crashed", "the process that builds cannot be started: " + std::string(strerror(errno)), "posting again later", ""};
   log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
   Report report{progress, {}, {}, {}};
   Watch watch(*child, folder, stop);

@@ -5,6 +5,7 @@
 #include <openssl/rand.h>
 
 #include <fstream>
+#include <new>
 #include <stdexcept>
 #include <vector>
 
@@ -21,6 +22,9 @@ std::vector<unsigned char> random_bytes(std::size_t count) {
 
 struct Digest::State {
   EVP_MD_CTX* context = EVP_MD_CTX_new();
+  State() {
+    if (context == nullptr) throw std::bad_alloc();
+  }
   ~State() { EVP_MD_CTX_free(context); }
 };
 

@@ -10,6 +10,7 @@
 #include <new>
 #include <thread>
 #include <sstream>
+#include <system_error>
 
 #include "gpu/device_lost.h"
 #include "pipeline/build.h"
@@ -101,14 +102,15 @@ std::optional<proto::Problem> too_large(const proto::Job& job, const pipeline::B
   return too_large(job, job.name(), (*source)->description());
 }
 
-int build_job(const proto::Job& job, const std::filesystem::path& folder) {
+proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path& folder) {
   const auto sink = [](const proto::Progress& progress) {
     if (!report(progress)) g_stop = true;
   };
   if (updates::is_update(folder)) {
     const auto large = [&](const std::string& name, const proto::Source& source) { return too_large(job, name, source); };
     const auto built = updates::build_target(job, folder, large, sink, g_stop);
-    return built ? 0 : fail(built.problem());
+    if (!built) return built.problem();
+    return {};
   }
   pipeline::BuildRequest request;
   request.raster_path = (folder / job.raster()).string();
@@ -117,17 +119,19 @@ int build_job(const proto::Job& job, const std::filesystem::path& folder) {
   request.id = job.id();
   request.store_path = (folder / kStoreFile).string();
   request.options = job.options();
-  if (const auto refused = too_large(job, request)) return fail(*refused);
+  if (const auto refused = too_large(job, request)) return *refused;
   if (job.dry_run()) {
     const auto found = pipeline::estimate(request);
-    if (!found) return fail(found.problem());
+    if (!found) return found.problem();
     proto::Progress progress;
     *progress.mutable_estimate()->mutable_manifest() = found->manifest;
     progress.mutable_estimate()->set_seconds(found->seconds);
-    return report(progress) ? 0 : 1;
+    report(progress);  // in vain only where the parent is dead
+    return {};
   }
   const auto built = pipeline::build(request, sink, g_stop);
-  return built ? 0 : fail(built.problem());
+  if (!built) return built.problem();
+  return {};
 }
 
 }  // namespace
@@ -148,9 +152,14 @@ int job_main(const std::string& folder, int parent) {
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
   try {
-    return build_job(job, folder);
+    const auto built = build_job(job, folder);
+    if (built.ok()) return 0;
+    return fail(memory_is_short() ? starved : built.problem());
   } catch (const std::bad_alloc&) {
     return fail(starved);
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again) return fail(starved);  // a thread that cannot be made
+    return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});
   } catch (const gpu::DeviceLost& lost) {
     return fail({"device-lost", lost.what(), "auto, cpu", "device"});  // the service tries once more on the CPU
   } catch (const pipeline::StoreError& error) {  // its disk cannot be read, or not what it wrote there: tried again, and in the end anew

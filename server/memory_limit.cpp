@@ -42,10 +42,17 @@ void end_for_want_of_memory() {
   _exit(1);
 }
 
+bool can_have(std::size_t bytes) {
+  void* const place = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (place == MAP_FAILED) return false;
+  munmap(place, bytes);
+  return true;
+}
+
 /// GDAL aborts where it gets no memory. Is there none? If there is, the abort has another reason and goes on.
 void on_abort(int) {
   constexpr std::size_t kLittle = 1 << 20;
-  if (mmap(nullptr, kLittle, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED) end_for_want_of_memory();
+  if (!can_have(kLittle)) end_for_want_of_memory();
 }
 
 }  // namespace
@@ -69,6 +76,11 @@ void limit_memory(proto::BuildOptions& options) {
   limit.rlim_max = std::min(limit.rlim_max, data_bytes() + (rlim_t{options.memory()} << 20));
   limit.rlim_cur = limit.rlim_max;
   setrlimit(RLIMIT_DATA, &limit);
+}
+
+bool memory_is_short() {
+  constexpr std::size_t kStack = std::size_t{8} << 20;
+  return !can_have(kStack);
 }
 
 proto::Problem out_of_memory(const proto::BuildOptions& options, const std::string& raster) {

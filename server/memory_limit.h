@@ -21,6 +21,9 @@ bool may_use_cuda(const proto::BuildOptions& options);
 /// gives up threads.
 void limit_memory(proto::BuildOptions& options);
 
+/// Whether not even a thread's stack is to be had: what fails then fails for want of memory, whatever a library says of it.
+bool memory_is_short();
+
 /// raster: what the user called it.
 proto::Problem out_of_memory(const proto::BuildOptions& options, const std::string& raster);
 

@@ -5,6 +5,11 @@
 
 namespace cordillera::server::front {
 
+Workers::Workers(std::size_t threads, std::size_t most, std::size_t most_per_client)
+    : threads_most_(threads), most_(most), most_per_client_(most_per_client) {
+  threads_.emplace_back([this] { serve(); });
+}
+
 Workers::Taken Workers::run(const std::string& client, std::function<void()> work) {
   const std::lock_guard lock(mutex_);
   if (works_ >= most_) return Taken::full;
@@ -15,10 +20,7 @@ Workers::Taken Workers::run(const std::string& client, std::function<void()> wor
     try {
       threads_.emplace_back([this] { serve(); });
     } catch (const std::system_error&) {
-      if (threads_.empty()) {  // nobody would ever come for it
-        if (its.works == 0) clients_.erase(client);
-        return Taken::full;
-      }
+      // The system has none more: those that there are do it.
     }
   }
   its.waiting.push_back(std::move(work));

@@ -13,12 +13,12 @@
 
 namespace cordillera::server::front {
 
-/// Clients take turns: one that asks for a thousand things delays another's by one of them. Threads start as they are needed.
+/// Clients take turns: one that asks for a thousand things delays another's by one of them. Threads start as they are needed; the first one at
+/// once, so that a server that has begun never lacks it: where none can be had, the constructor throws.
 class Workers {
  public:
   /// most_per_client: works of one client at a time, waiting ones included.
-  Workers(std::size_t threads, std::size_t most, std::size_t most_per_client)
-      : threads_most_(threads), most_(most), most_per_client_(most_per_client) {}
+  Workers(std::size_t threads, std::size_t most, std::size_t most_per_client);
   ~Workers() { stop(); }
   Workers(const Workers&) = delete;
   Workers& operator=(const Workers&) = delete;

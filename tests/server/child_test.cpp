@@ -145,7 +145,9 @@ TEST_F(Children, LeaveNoTemporaryFiles) {
 
 TEST_F(Children, ThatCannotStartAreAProblem) {
   const auto outcome = child_runner("/no/such/program")(folder_.path(), nullptr, stop_);
-  EXPECT_FALSE(outcome);
+  ASSERT_FALSE(outcome);
+  EXPECT_EQ(outcome.problem().type, "job-crashed") << "it is tried once more";
+  EXPECT_THAT(outcome.problem().detail, HasSubstr("cannot be started: No such file or directory"));
 }
 
 }  // namespace
