@@ -14,7 +14,7 @@ std::string seconds_text(double seconds) {
 }  // namespace
 
 void StageTimes::end() {
-  if (open_) stages_.back().second = std::chrono::duration<double>(Clock::now() - since_).count();
+  if (open_) stages_.back().second = std::chrono::duration<double>(now_() - since_).count();
   open_ = false;
 }
 
@@ -22,7 +22,7 @@ void StageTimes::enter(const std::string& stage) {
   if (open_ && stages_.back().first == stage) return;
   end();
   stages_.emplace_back(stage, 0);
-  since_ = Clock::now();
+  since_ = now_();
   open_ = true;
 }
 

@@ -6,10 +6,15 @@ const kArguments = [
   "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
 const kPatience_ms = 240000;
 const kQuietFrames = 5;
-const kFramePause_ms = 40;
 
-export function open_browser(executablePath) {
-  return chromium.launch({ executablePath, args: kArguments });
+// The browser for as long as the body runs: it ends with it, and with this process however that ends (its pipe to the browser closes).
+export async function with_browser(executablePath, body) {
+  const browser = await chromium.launch({ executablePath, args: kArguments });
+  try {
+    await body(browser);
+  } finally {
+    await browser.close();
+  }
 }
 
 // Whatever a developer would see in red in the browser's tools, and every request that leaves the server.
@@ -53,6 +58,12 @@ function no_deferring() {
   if (tileset) Object.assign(tileset, { cullRequestsWhileMoving: false, foveatedScreenSpaceError: false });
 }
 
+// What a frame asked for is taken up as the browser's own frames go by.
+const kFramesBetween = 3;
+export const some_frames = (page) => page.evaluate(async (count) => {
+  for (let frame = 0; frame < count; ++frame) await new Promise((drawn) => requestAnimationFrame(drawn));
+}, kFramesBetween);
+
 // Loaded, and still so some frames later: a tileset learns what it lacks, and shows what it got, only as frames and
 // moments go by. Fails with the page's own words.
 export async function tiles_loaded(page) {
@@ -67,7 +78,7 @@ export async function tiles_loaded(page) {
       return { error: window.cordillera.error, loaded: window.cordillera.tilesLoaded };
     });
     if (error) throw new Error(`the viewer says: ${error}`);
-    await page.waitForTimeout(kFramePause_ms);
+    await some_frames(page);
     quiet = loaded ? quiet + 1 : 0;
   }
 }

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
-import { open_browser, open_dataset } from "./browser.mjs";
+import { open_dataset, with_browser } from "./browser.mjs";
 import { kSmall, try_bad_upload, try_keys, try_link, try_looks, try_phone, try_pointer, try_snippets, try_upload } from "./controls.mjs";
 import { try_failed_uploads, try_folding } from "./panel.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
@@ -119,11 +119,8 @@ async function use_controls(browser) {
   await check("upload: what is no raster is answered with what would be", () => try_bad_upload(uploading, given.bad));
 }
 
-const browser = await open_browser(given.chromium);
-try {
+await with_browser(given.chromium, async (browser) => {
   await look_at_terrain(browser);
   await look_at_flat(browser);
   await use_controls(browser);
-} finally {
-  await browser.close();
-}
+});

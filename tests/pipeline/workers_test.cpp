@@ -52,26 +52,28 @@ TEST(Workers, LoopsSideBySide) {
 
 /// A loop of two items does not wait for the rest of a long one.
 TEST(Workers, ShortLoopsGoFirst) {
+  constexpr std::size_t kLong = 100'000;
   Workers workers(1);
-  std::atomic<bool> begun{false}, waiting{false};
-  std::string order;  // written by the one worker
+  std::atomic<bool> begun{false};
+  std::string order;  // this and the next are the one worker's
+  bool met = false;
   auto longer = std::async(std::launch::async, [&] {
-    workers.each(10, [&](std::size_t, unsigned) {
-      order += 'l';
+    workers.each(kLong, [&](std::size_t, unsigned) {
       begun = true;
-      while (!waiting) std::this_thread::yield();
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));  // until the other caller is in the queue
+      if (!met) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the other caller comes while this loop lasts, however late
+      order += 'l';
     });
   });
   while (!begun) std::this_thread::yield();
-  auto shorter = std::async(std::launch::async, [&] {
-    waiting = true;
-    workers.each(2, [&](std::size_t, unsigned) { order += 's'; });
-  });
+  const auto short_item = [&](std::size_t, unsigned) {
+    met = true;
+    order += 's';
+  };
+  auto shorter = std::async(std::launch::async, [&] { workers.each(2, short_item); });
   longer.get();
   shorter.get();
-  EXPECT_EQ(order.size(), 12u);
-  EXPECT_LT(order.find("ss"), 8u) << order;
+  EXPECT_EQ(order.size(), kLong + 2);
+  EXPECT_LT(order.find("ss"), kLong - 1) << "the short loop waited for the end of the long one";
 }
 
 TEST(Workers, AnExceptionEndsItsLoopOnly) {

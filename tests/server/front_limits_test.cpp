@@ -71,9 +71,13 @@ TEST(FrontLimits, AReaderThatStopsIsLeft) {
   slow.say(get("/big.bin"));
   EXPECT_TRUE(eventually([&] { return broken == 1; }));
   EXPECT_LT(slow.rest().size(), size);
-  RawClient reader = front.client();
+  // Who reads gets all; of a server that is patient with a machine on which a reader comes to nothing for a second.
+  Front patient;
+  std::filesystem::create_directories(patient.test().folder() / "web");
+  std::filesystem::rename(front.test().folder() / "web" / "big.bin", patient.test().folder() / "web" / "big.bin");
+  RawClient reader = patient.client();
   reader.say(get("/big.bin", "Connection: close\r\n"));
-  EXPECT_GT(reader.rest().size(), size) << "who reads gets all";
+  EXPECT_GT(reader.rest().size(), size);
 }
 
 TEST(FrontLimits, IdleConnectionsTakeNoThreadsAndNoTime) {

@@ -1,7 +1,8 @@
 // A client's page in the browser: what it asked for, what it complained about, when it is done, what its picture shows.
-const kPatience_ms = 120000;
+import { some_frames } from "../browser.mjs";
+
+const kPatience_ms = 240000;
 const kGivenUp = "net::ERR_ABORTED";  // by the client itself: the camera went on before the tile was there
-const kPoll_ms = 40;
 const kQuietPolls = 5;
 const kMagentaOver = 60;  // red and blue over green; terrain is drawn in white, grey and earth colours
 
@@ -36,18 +37,20 @@ export async function open_client(browser, url, origins) {
   return opened;
 }
 
-// Asks until the answer is true some polls on end: clients learn what they lack only as frames go by.
-async function until({ page, complaints }, ask, otherwise) {
+// Asks until the answer is true, so many polls on end; frames go by between them.
+async function until({ page, complaints }, ask, otherwise, polls = kQuietPolls) {
   const end = Date.now() + kPatience_ms;
-  for (let quiet = 0; quiet < kQuietPolls;) {
+  for (let quiet = 0; quiet < polls;) {
     if (complaints.length > 0) throw new Error(complaints.join("\n"));
     if (Date.now() > end) throw new Error(otherwise);
     quiet = (await ask()) ? quiet + 1 : 0;
-    await page.evaluate(() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn))));
-    await page.waitForTimeout(kPoll_ms);
+    await some_frames(page);
   }
 }
 
+export const come_to = (opened, ask, otherwise) => until(opened, ask, otherwise, 1);
+
+// Clients learn what they lack only as frames go by: loaded counts once it stays so.
 export async function settle(opened) {
   const settled = () => opened.page.evaluate(() => globalThis.client.settled());
   await until(opened, settled, "the client is not done loading, or shows no tile");

@@ -4,7 +4,7 @@
 import { mkdirSync, readFileSync, rmSync } from "node:fs";
 import { parseArgs } from "node:util";
 
-import { open_browser } from "../browser.mjs";
+import { with_browser } from "../browser.mjs";
 import { open_client } from "./browser_page.mjs";
 import { bundle_all } from "./bundles.mjs";
 import { kHeightTolerance_m } from "./checks.mjs";
@@ -46,13 +46,13 @@ async function run_node(shared) {
 }
 
 async function run_browser(pages, shared) {
-  const browser = await open_browser(given.chromium);
-  for (const client of in_browser) {
-    const open = (dataset) => open_client(browser, `${pages.url}/${dataset}/${client.name}/index.html`, [pages.url, given.url]);
-    const allowed_m = shared.allowed_m + client.added_m;
-    await run(client.name, () => try_browser_client(client, { ...shared, open, allowed_m }));
-  }
-  await browser.close();
+  await with_browser(given.chromium, async (browser) => {
+    for (const client of in_browser) {
+      const open = (dataset) => open_client(browser, `${pages.url}/${dataset}/${client.name}/index.html`, [pages.url, given.url]);
+      const allowed_m = shared.allowed_m + client.added_m;
+      await run(client.name, () => try_browser_client(client, { ...shared, open, allowed_m }));
+    }
+  });
 }
 
 rmSync(entries, { recursive: true, force: true });

@@ -1,10 +1,8 @@
 // One client page in the browser: loaded, at the right height, without cracks; and not so with a flat raster in the same place.
 import assert from "node:assert/strict";
 
-import { look_down, open_client, picture_of, settle } from "./browser_page.mjs";
+import { come_to, look_down, picture_of, settle } from "./browser_page.mjs";
 import { assert_heights, assert_no_relief } from "./checks.mjs";
-
-const kBackgroundSettles_ms = 300;
 
 const kAll = 1.2;  // of the data's extent, with a rim
 
@@ -27,9 +25,8 @@ async function look_at_cracks(opened, client, bounds, picture) {
     assert.ok(magenta <= client.cracks, `background shows through at ${error_px} px: ${magenta} of the picture`);
   }
   await opened.page.evaluate(() => globalThis.client.hide());
-  await opened.page.waitForTimeout(kBackgroundSettles_ms);
-  const { magenta } = await picture_of(opened);
-  assert.ok(magenta > 0.9, `only ${magenta} of the background is seen where there is no terrain (control)`);
+  const bare = async () => (await picture_of(opened)).magenta > 0.9;
+  await come_to(opened, bare, "the background is not seen where there is no terrain (control)");
 }
 
 // Of a picture that shows nothing but data.
