@@ -25,6 +25,7 @@ class Background {
     arguments.push_back(nullptr);
     process_ = fork();
     if (process_ != 0) return;
+    end_with_owner();
     (void)freopen(output.c_str(), "w", stdout);
     (void)freopen(output.c_str(), "a", stderr);
     execv(kProgram.c_str(), arguments.data());

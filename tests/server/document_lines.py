@@ -15,7 +15,7 @@ import tempfile
 
 SHOWN = "http://127.0.0.1:8080"  # the address in the documents
 RUN = re.compile(r"(curl|cordillera|diff) ")
-TIME_LIMIT_S = 120
+TIME_LIMIT_S = 300
 LEFT_OUT = [  # (first words of a line and why it is not run here; those of a block stand for all of it)
     ("deploy/quickstart.sh", "deploy.quickstart_once runs it, and tests/run.sh runs this test"),
     ("cordillera serve", "this test has a server, at an address of its own"),

@@ -2,6 +2,7 @@
 // The program as a user runs it: command lines, and `cordillera serve` in a process of its own.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -45,6 +46,9 @@ inline Ended interrupted_at(const std::string& words, const std::string& command
   return ended;
 }
 
+/// In a child, before the program: whatever ends the test ends it too.
+inline void end_with_owner() { prctl(PR_SET_PDEATHSIG, SIGKILL); }
+
 /// Ends with its owner.
 class RealServer {
  public:
@@ -66,6 +70,7 @@ class RealServer {
     arguments.push_back(nullptr);
     process_ = fork();
     if (process_ == 0) {
+      end_with_owner();
       (void)freopen(log_.c_str(), "w", stderr);
       execv(kProgram.c_str(), arguments.data());
       _exit(127);

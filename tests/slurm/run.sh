@@ -103,9 +103,9 @@ case_controller() {  # it is killed while it has not yet written down what was s
     sleep 0.5
   done
   for _ in 1 2 3; do
-    for _ in $(seq 300); do
+    for _ in $(seq 600); do
       [ -n "$(jobs_alive)" ] || break
-      sleep 1
+      sleep 0.5
     done
     [ ! -d "$work/controller-out" ] || break
     echo "tasks are left: submitted again"

@@ -1,0 +1,1 @@
+// Nothing: what is precompiled for all tests belongs to a target, and a target wants a source.
