@@ -6,4 +6,5 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 deploy/install.sh --web
 deploy/build.sh
-exec ctest --test-dir build/release -j2 --output-on-failure "$@"
+# One more than there are processors: some tests wait for a clock of the service or for a disk.
+exec ctest --test-dir build/release -j"$(($(nproc) + 1))" --output-on-failure "$@"
