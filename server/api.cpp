@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "pipeline/sqlite.h"
+#include "server/dataset_folder.h"
 #include "server/delivery.h"
 #include "server/gzip.h"
 #include "server/log.h"
@@ -56,12 +57,8 @@ std::string face_paths() {
   return paths;
 }
 
-/// Newest first.
-std::vector<Dataset> seen_by(const Request& request, const Service& service) {
-  std::vector<Dataset> all = service.list();
-  std::erase_if(all, [&](const Dataset& dataset) { return !may_see(request, dataset); });
-  return all;
-}
+/// The newest, for the page that stands in the viewer's place.
+std::vector<Row> newest(Service& service, const Request& request) { return page_of(service, request, {}).rows; }
 
 /// Caches between here and the client must not hand it on.
 void keep_from_others(Response& response) {
@@ -91,10 +88,32 @@ Response upload_in_parts(Service& service, const Request& request, const std::st
   return full.empty() ? response : problem_response(limits::storage_full(full));
 }
 
+/// From here on there is no such dataset, and a start that misses its row does not take its folder for a lost one. False: it is still there.
+bool forget_row(Service& service, const std::string& id) {
+  const std::filesystem::path folder = service.layout().dataset(id);
+  const bool marked = mark_deleted(folder);
+  try {
+    if (marked) service.ledger().apart([&] { service.registry().remove(id); });
+  } catch (const RegistryError&) {
+    unmark_deleted(folder);
+    throw;
+  }
+  if (!marked) unmark_deleted(folder);
+  return marked;
+}
+
 }  // namespace
 
 proto::Problem unknown_dataset(const std::string& id) {
   return {"dataset-unknown", "there is no dataset '" + id + "'", "an id that GET /v1/datasets lists", ""};
+}
+
+proto::Problem unknown_to(const Request& request, const std::string& id) {
+  proto::Problem problem = unknown_dataset(id);
+  if (request.who.role >= access::Role::read) return problem;
+  problem.detail += " that may be read without a token";
+  problem.accepted += "; for a private one a header Authorization: Bearer TOKEN";
+  return problem;
 }
 
 Response if_changed(const Request& request, Response response) {
@@ -226,24 +245,22 @@ Response Api::dispatch(const Request& request, const Route& route) {
     case Resource::description:
       return api_description();
     case Resource::page:
-      return page(service_.settings().serve.web, request, seen_by(request, service_));
+      return page(service_.settings().serve.web, request, [&] { return newest(service_, request); });
     case Resource::uploads:
       return begin_upload(service_, request, bounds);
     case Resource::upload:
       return upload_in_parts(service_, request, route.id);
     case Resource::datasets:
-      return request.method == "POST" ? post_dataset(service_, request) : list(request);
+      return request.method == "POST" ? post_dataset(service_, request) : dataset_list(service_, request);
     default:
       return of_dataset(request, route);
   }
 }
 
 Response Api::of_dataset(const Request& request, const Route& route) {
-  const auto dataset = service_.find(route.id);
-  if (!dataset) return problem_response(unknown_dataset(route.id));
-  if (!may_see(request, *dataset)) {
-    return problem_response({"token-missing", "dataset " + dataset->id + " is private", "a header Authorization: Bearer TOKEN", "Authorization"});
-  }
+  const Row dataset = service_.find(route.id);
+  // One answer for both, and one way to it: else anybody could find out which private ids there are.
+  if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, route.id));
   if (route.resource == Resource::dataset && request.method == "DELETE") return remove(request, *dataset);
   if (route.resource == Resource::dataset) return status_document(service_, *dataset);
   if (route.resource == Resource::rollback) return updates::rollback(service_, request, *dataset);
@@ -265,22 +282,8 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   return response;
 }
 
-Response Api::list(const Request& request) {
-  if (!request.query.empty()) {
-    const std::string& name = request.query.front().first;
-    const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
-    return problem_response({"option-unknown", "unknown query parameter '" + shown + "'",
-                             "no parameters: a GET lists all datasets; options go with a POST", shown});
-  }
-  ListText list("datasets");
-  for (const Dataset& dataset : seen_by(request, service_)) list.add(status_json(service_, dataset, "datasets/" + dataset.id));
-  Response response = json_text_response(200, list.end());
-  response.set("Cache-Control", "no-store");
-  return response;
-}
-
 Response Api::remove(const Request& request, const Dataset& dataset) {
-  const std::string& id = dataset.id;
+  const std::string id = dataset.id;
   if (service_.mounts().has(id)) {
     auto response = problem_response({"method-not-allowed", "dataset " + id + " was published elsewhere; this service only reads it", "GET, HEAD, OPTIONS", ""});
     response.set("Allow", "GET, HEAD, OPTIONS");
@@ -290,13 +293,13 @@ Response Api::remove(const Request& request, const Dataset& dataset) {
     return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id, "the token that did, or one with the role admin",
                              "Authorization"});
   }
-  service_.registry().remove(id);
+  if (!forget_row(service_, id)) return problem_response({"storage-full", "the deletion cannot be written down; nothing was changed", "trying again later", ""});
   service_.queue().cancel(id);
   service_.hub().forget(id);
   service_.library().forget(id);
-  std::error_code error;
-  std::filesystem::remove_all(service_.layout().dataset(id), error);
+  const std::error_code error = remove_dataset_folder(service_.layout(), id);
   service_.library().forget(id);  // again, for who opened it meanwhile
+  service_.list_texts().forget(id);
   if (error) log_warning("dataset " + id + ": cannot remove its folder: " + error.message());
   log_info("dataset " + id + ": deleted");
   Response response;

@@ -30,7 +30,6 @@ class Api {
   Response finished(const std::shared_ptr<Asked>& asked, Response response);
   Response dispatch(const Request& request, const Route& route);
   Response of_dataset(const Request& request, const Route& route);
-  Response list(const Request& request);
   Response remove(const Request& request, const Dataset& dataset);
 
   Service& service_;
@@ -104,5 +103,7 @@ Response if_changed(const Request& request, Response response);
 void mark_variants(Response& response);
 
 proto::Problem unknown_dataset(const std::string& id);
+/// The same for one who may know of some datasets only.
+proto::Problem unknown_to(const Request& request, const std::string& id);
 
 }  // namespace cordillera::server

@@ -2,6 +2,7 @@
 #include <chrono>
 
 #include "server/api.h"
+#include "server/dataset_folder.h"
 #include "server/delivery.h"
 #include "server/digest.h"
 #include "server/json.h"
@@ -115,11 +116,10 @@ Response accepted(Service& service, const std::string& id, const Posting& postin
 bool registered(Service& service, const Dataset& dataset) {
   try {
     return service.registry().add(dataset);
+  } catch (const RegistryInDoubt&) {
+    throw;  // a row that is there all the same, in a log that could not be synced, keeps its raster
   } catch (const RegistryError&) {
-    // A row that is there all the same, in a log that could not be synced, keeps its raster.
-    if (service.registry().find(dataset.id)) throw;
-    std::error_code ignored;
-    std::filesystem::remove_all(service.layout().dataset(dataset.id), ignored);
+    remove_dataset_folder(service.layout(), dataset.id);
     throw;
   }
 }
@@ -142,10 +142,10 @@ Response create(Service& service, const Posting& posting, Upload& upload, const 
     const auto begun = updates::begin_dataset(dataset, posting.delivery, upload);
     if (!begun) return problem_response(begun.problem());
   }
+  if (const auto written = write_record(upload.folder(), dataset); !written) return problem_response(written.problem());
   if (const auto kept = upload.keep(place); !kept) return problem_response(kept.problem());
   if (!registered(service, dataset)) {
-    std::error_code ignored;
-    std::filesystem::remove_all(place, ignored);
+    remove_dataset_folder(service.layout(), dataset.id);
     return problem_response({"internal", "the dataset could not be registered", "trying again", ""});
   }
   log_info("dataset " + dataset.id + ": queued", {{"job", dataset.id}});
@@ -163,14 +163,14 @@ Response post_dataset(Service& service, const Request& request) {
   const auto posting = read_posting(service, request);
   if (!posting) return problem_response(posting.problem());
   Token key;
-  std::optional<Dataset> earlier;
+  Row earlier;
   if (!posting->delivery.key.empty()) {
-    key = service.key_token(posting->delivery.key);
+    key = service.key_token(request.who.name, posting->delivery.key);
     if (!key) {
       return problem_response({"idempotency-key-in-use", "a request with this Idempotency-Key is under way",
                                "trying again later", "Idempotency-Key"});
     }
-    earlier = service.registry().find_by_key(posting->delivery.key);
+    earlier = service.registry().find_by_key(request.who.name, posting->delivery.key);
     if (earlier && earlier->options_hash != posting->options_hash) return problem_response(key_reused("other options"));
   }
   auto place = service.admission().enter(sender(request), posting->delivery.expected, earlier ? limits::Entry::again : limits::Entry::fresh);

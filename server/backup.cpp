@@ -122,12 +122,12 @@ BackedUp copy_into(const Layout& layout, const fs::path& work) {
   auto copied = Registry::open(to.registry().string());
   if (!copied) throw RegistryError(copied.problem().detail);
   Copy copy(layout, to, *live);
-  for (const Dataset& dataset : (*copied)->list()) {
-    const auto state = copy.dataset(dataset.id);
+  for (const Row& row : (*copied)->list()) {
+    const auto state = copy.dataset(row->id);
     if (!state) {
-      (*copied)->remove(dataset.id);
-    } else if (*state != dataset.state) {
-      (*copied)->set_state(dataset.id, *state, std::nullopt);
+      (*copied)->remove(row->id);
+    } else if (*state != row->state) {
+      (*copied)->set_state(row->id, *state, std::nullopt);
     }
   }
   (*copied)->compact();

@@ -49,8 +49,8 @@ proto::Result<Report> check_one(const fs::path& path, const std::string& raster)
 /// Datasets of a server's data folder that should be whole; the server may run.
 std::vector<std::string> ready_datasets(const Layout& layout) {
   std::vector<std::string> ids;
-  for (const Dataset& dataset : Registry::read_only(layout.registry().string())->list()) {
-    if (dataset.state == State::ready) ids.push_back(dataset.id);
+  for (const Row& row : Registry::read_only(layout.registry().string())->list()) {
+    if (row->state == State::ready) ids.push_back(row->id);
   }
   return ids;
 }

@@ -5,6 +5,7 @@
 
 #include "pipeline/faces/face.h"
 #include "pipeline/store.h"
+#include "server/data_folder.h"
 #include "server/options.h"
 
 namespace cordillera::server {
@@ -45,8 +46,9 @@ struct CheckLine {
 };
 /// cordillera check: whether datasets are what they say. The exit code says so too.
 int check_command(const CheckLine& line);
-/// cordillera vacuum, backup, restore: a server's data folder.
-int vacuum_command(const std::string& data);
+/// cordillera adopt, vacuum, backup, restore: a server's data folder.
+int adopt_command(const std::string& data);
+int vacuum_command(const std::string& data, Orphans orphans);
 int backup_command(const std::string& data, const std::string& output);
 int restore_command(const std::string& from, const std::string& data);
 

@@ -1,6 +1,7 @@
-// cordillera vacuum, backup and restore.
+// cordillera adopt, vacuum, backup and restore.
 #include <iostream>
 
+#include "server/adoption.h"
 #include "server/commands.h"
 #include "server/data_folder.h"
 
@@ -18,10 +19,18 @@ std::string counted(const BackedUp& done) {
 
 }  // namespace
 
-int vacuum_command(const std::string& data) {
-  const auto done = vacuum(Layout{data});
+int adopt_command(const std::string& data) {
+  const auto done = make_registry(Layout{data});
+  if (!done) return failed(done.problem());
+  std::cout << data << ": " << done->adopted << " datasets in a new registry, " << done->set_aside << " folders set aside\n";
+  return kDone;
+}
+
+int vacuum_command(const std::string& data, Orphans orphans) {
+  const auto done = vacuum(Layout{data}, orphans);
   if (!done) return failed(done.problem());
   std::cout << data << ": " << done->files << " files and folders removed, " << done->stores << " stores rewritten, " << done->bytes << " bytes less\n";
+  if (done->orphans > 0) std::cout << data << ": " << done->orphans << " folders in orphans/ are no datasets; vacuum --orphans removes them\n";
   return kDone;
 }
 

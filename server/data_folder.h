@@ -20,13 +20,18 @@ class FolderLock {
   int descriptor_;
 };
 
+/// What was set aside because no dataset could be made of it.
+enum class Orphans { keep, remove };
+
 struct Vacuumed {
-  std::uint64_t files = 0;   ///< removed: folders and files that no dataset owns
+  std::uint64_t files = 0;   ///< removed: folders and files that nothing names
+  std::uint64_t orphans = 0;  ///< kept in orphans/
   std::uint64_t stores = 0;  ///< rewritten without free pages and unnamed blobs
   std::uintmax_t bytes = 0;  ///< less than before
 };
-/// Removes what nothing names and gives free pages back. Refused while a server uses the folder.
-proto::Result<Vacuumed> vacuum(const Layout& layout);
+/// Removes what nothing names and gives free pages back; folders without a row are adopted or set aside, as at a server's start. Refused while a
+/// server uses the folder.
+proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans);
 
 struct BackedUp {
   std::uint64_t ready = 0;    ///< datasets with their tiles

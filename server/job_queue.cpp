@@ -5,6 +5,7 @@
 #include <chrono>
 #include <fstream>
 
+#include "server/dataset_folder.h"
 #include "server/json.h"
 #include "server/log.h"
 #include "server/metrics/stage_clock.h"
@@ -72,7 +73,7 @@ bool is_passing(const proto::Problem& problem, int attempt) {
 void keep_store_alone(const std::filesystem::path& folder) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-    if (entry.path().filename() != kStoreFile) std::filesystem::remove_all(entry.path(), ignored);
+    if (entry.path().filename() != kStoreFile && !is_record(entry.path().filename())) std::filesystem::remove_all(entry.path(), ignored);
   }
 }
 
@@ -84,8 +85,9 @@ JobQueue::JobQueue(Parts parts, unsigned concurrency)
 JobQueue::~JobQueue() { stop(); }
 
 void JobQueue::resume() {
-  const auto all = registry_.list();
-  for (auto dataset = all.rbegin(); dataset != all.rend(); ++dataset) {
+  const std::vector<Row> all = registry_.list();
+  for (auto row = all.rbegin(); row != all.rend(); ++row) {
+    const Row& dataset = *row;
     if (dataset->state == State::ready && ledger_.holds(dataset->id) && ledger_.first(dataset->id)) {
       log_info("dataset " + dataset->id + " has changes that were not done: queued again");
       enqueue(dataset->id, owner_of(*dataset));
@@ -221,18 +223,16 @@ void JobQueue::forget_store(const std::string& id) {
 }
 
 void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome) {
-  std::error_code ignored;
-  const auto folder = layout_.dataset(dataset.id);
   if (outcome) {
     registry_.set_state(dataset.id, State::ready, std::nullopt);
     log_info("dataset " + dataset.id + ": ready");
   } else {
     registry_.set_state(dataset.id, State::failed, outcome.problem());
     // A child that was ended leaves more than the store: its log, and what drivers put beside their files.
-    std::filesystem::remove_all(folder, ignored);
+    remove_dataset_folder(layout_, dataset.id);
     log_warning("dataset " + dataset.id + ": failed: " + outcome.problem().line());
   }
-  if (outcome) keep_store_alone(folder);
+  if (outcome) keep_store_alone(layout_.dataset(dataset.id));
   hub_.touch(dataset.id);
 }
 

@@ -25,7 +25,7 @@ namespace metrics {
 class StageClock;
 }
 
-/// Of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed leaves more than that.
+/// And its record, of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed leaves more than that.
 void keep_store_alone(const std::filesystem::path& folder);
 
 /// What is the disk's fault and not the raster's: the upload was accepted, so the build waits for better days. attempt: how many were in vain.

@@ -71,18 +71,26 @@ Json plain_numbers(Json json) {
 
 std::string dump(Json json) { return plain_numbers(std::move(json)).dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
-void ListText::add(Json item) {
-  const std::string lines = dump(std::move(item));
-  text_ += empty_ ? "\n    " : ",\n    ";
-  empty_ = false;
+std::string ListText::item(Json json) {
+  const std::string lines = dump(std::move(json));
+  std::string text;
   for (std::size_t from = 0, to = 0; to + 1 < lines.size(); from = to + 1) {
-    if (from > 0) text_ += "\n    ";
+    if (from > 0) text += "\n    ";
     to = lines.find('\n', from);
-    text_.append(lines, from, to - from);
+    text.append(lines, from, to - from);
   }
+  return text;
 }
 
-std::string ListText::end() { return std::move(text_) + (empty_ ? "]\n}\n" : "\n  ]\n}\n"); }
+void ListText::add(const std::string& item) {
+  text_.append(empty_ ? "\n    " : ",\n    ").append(item);
+  empty_ = false;
+}
+
+std::string ListText::end(const std::string& name, const Json& value) {
+  text_.append(empty_ ? "]" : "\n  ]").append(",\n  ").append(Json(name).dump()).append(": ").append(value.dump()).append("\n}\n");
+  return std::move(text_);
+}
 
 Response json_response(int status, Json body) { return json_text_response(status, dump(std::move(body))); }
 

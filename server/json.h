@@ -32,13 +32,15 @@ Json plain_numbers(Json json);
 /// Text for humans and machines, with plain numbers: bytes that are not UTF-8 are replaced.
 std::string dump(Json json);
 
-/// What dump() makes of an object whose one member is an array, an item at a time: a tree of ten thousand datasets would take a hundred megabytes.
+/// What dump() makes of an object whose first member is an array, an item at a time: a tree of a thousand datasets would take ten megabytes.
 class ListText {
  public:
+  /// An item as it stands in the list.
+  static std::string item(Json json);
   explicit ListText(const std::string& name) : text_("{\n  " + Json(name).dump() + ": [") {}
-  void add(Json item);
-  /// The whole, once.
-  std::string end();
+  void add(const std::string& item);
+  /// The whole, once, with one more member.
+  std::string end(const std::string& name, const Json& value);
 
  private:
   std::string text_;

@@ -239,8 +239,12 @@ int main(int count, char** words) {
   check->add_flag_callback("--json", [&check_line] { check_line.show = Show::json; }, "the report as JSON");
 
   std::string data, backup_place;
-  auto* vacuum = app.add_subcommand("vacuum", "remove from a stopped server's data folder what no dataset owns, and give free pages back");
+  auto orphans = Orphans::keep;
+  auto* vacuum = app.add_subcommand("vacuum", "remove from a stopped server's data folder what nothing names, and give free pages back");
   vacuum->add_option("data", data, "the data folder");
+  vacuum->add_flag_callback("--orphans", [&orphans] { orphans = Orphans::remove; }, "also remove folders that were set aside because no dataset could be made of them");
+  auto* adopt = app.add_subcommand("adopt", "make a new registry for a stopped server's data folder whose registry is lost");
+  adopt->add_option("data", data, "the data folder");
   auto* backup = app.add_subcommand("backup", "copy a server's data folder while the server runs");
   backup->add_option("data", data, "the data folder");
   backup->add_option("-o,--output", backup_place, "a folder that does not exist yet")->type_name("FOLDER");
@@ -264,7 +268,7 @@ int main(int count, char** words) {
   job->add_option("folder", folder)->required();
   job->add_option("--parent", parent);
 
-  for (CLI::App* command : {serve, build, info, decode, simplify, export_file, check, vacuum, backup, restore}) command->allow_extras();
+  for (CLI::App* command : {serve, build, info, decode, simplify, export_file, check, adopt, vacuum, backup, restore}) command->allow_extras();
   for (CLI::App* command : work_words.commands()) command->allow_extras();
   for (CLI::App* command : client_words.commands()) command->allow_extras();
   std::vector<std::string> line_words = understood({words + 1, words + count});
@@ -285,7 +289,8 @@ int main(int count, char** words) {
   if (const auto wrong = check_words(*app.get_subcommands().front())) return wrong_usage(*wrong);
   if (*decode) return decode_command(tile);
   if (*check) return check_command(check_line);
-  if (*vacuum) return vacuum_command(data);
+  if (*adopt) return adopt_command(data);
+  if (*vacuum) return vacuum_command(data, orphans);
   if (*backup) return backup_command(data, backup_place);
   if (*restore) return restore_command(backup_place, data.empty() ? ServeSettings().data : data);
   if (*token) return token_command(token_words);

@@ -3,6 +3,7 @@
 
 #include "pipeline/faces/face.h"
 #include "proto/lattice.h"
+#include "server/dataset_list.h"
 #include "server/mesh_options.h"
 #include "server/openapi.h"
 #include "server/options.h"
@@ -80,10 +81,13 @@ Json post_parameters() {
 
 void add_datasets(Json& paths) {
   Json& all = item(paths, "/v1/datasets");
+  Json of_list = Json::array();
+  for (const ListOption& option : list_options()) of_list.push_back(query(option.name, option.help + "; accepted: " + option.accepted));
   all["get"] = operation(Operation{"list_datasets",
                                    "datasets",
-                                   "All datasets, newest first",
-                                   {{"200", answer("The datasets", "application/json", "datasets")}}});
+                                   "Datasets, newest first, a page at a time; a page with `next` is not the last, however few it has",
+                                   {{"200", answer("A page of datasets", "application/json", "datasets")}},
+                                   of_list});
   Json good;
   good["200"] = answer("With dry_run: what a build would make", "application/json", "estimate");
   good["201"] = answer("The tiles are ready", "application/json", "dataset");

@@ -148,7 +148,8 @@ Json schemas() {
   Json all;
   all["problem"] = problem();
   all["dataset"] = dataset();
-  all["datasets"] = object({{"datasets", list_of("dataset")}}, Json::array_t{"datasets"});
+  all["datasets"] = object({{"datasets", list_of("dataset")}, {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "the next page, relative to this one; null: this is the last"}}}},
+                            Json::array_t{"datasets", "next"});
   all["progress"] = progress();
   all["face"] = face();
   all["link"] = link();

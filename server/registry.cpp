@@ -1,229 +1,126 @@
 #include "server/registry.h"
 
-#include <sqlite3.h>
-
-#include <cstdlib>
-#include <mutex>
+#include <functional>
+#include <map>
+#include <shared_mutex>
 #include <unordered_map>
 
 #include "pipeline/sqlite.h"
-#include "server/json.h"
+#include "server/registry_file.h"
 
 namespace cordillera::server {
 namespace {
 
-constexpr int kApplicationId = 0x43447267;  // "CDrg"
-constexpr int kPatience_ms = 10000;         // for a backup that reads meanwhile
-
-constexpr const char* kSchema = R"(
-  CREATE TABLE IF NOT EXISTS datasets (
-    number INTEGER PRIMARY KEY, id TEXT NOT NULL UNIQUE, name TEXT NOT NULL, state TEXT NOT NULL, options TEXT NOT NULL,
-    problem TEXT, created TEXT NOT NULL, raster TEXT NOT NULL, idempotency_key TEXT UNIQUE, options_hash TEXT NOT NULL,
-    body_hash TEXT NOT NULL);
-  CREATE INDEX IF NOT EXISTS states ON datasets (state);
-)";
-constexpr const char* kColumns =
-    "SELECT id, name, state, options, problem, created, raster, idempotency_key, options_hash, body_hash, owner, private, request_id "
-    "FROM datasets ";
-/// Columns that folders of earlier versions lack.
-constexpr const char* kAddedColumns[] = {"owner TEXT NOT NULL DEFAULT ''", "private TEXT NOT NULL DEFAULT ''", "request_id TEXT NOT NULL DEFAULT ''"};
-
-constexpr std::size_t kMostKnown = 4096;  // rows that are remembered
-
-class Statement {
+/// The rows of a file that nobody else writes, in memory. They change when the file has.
+class KeptRegistry : public Registry {
  public:
-  Statement(sqlite3* db, const std::string& sql) : db_(db) {
-    if (sqlite3_prepare_v2(db, sql.c_str(), -1, &statement_, nullptr) != SQLITE_OK) fail();
+  explicit KeptRegistry(std::unique_ptr<RegistryFile> file) : file_(std::move(file)) {
+    for (const Row& row : file_->list()) put(row->id, row);
   }
-  ~Statement() { sqlite3_finalize(statement_); }
-  Statement(const Statement&) = delete;
-  Statement& operator=(const Statement&) = delete;
-
-  /// The next parameter; an empty optional is NULL.
-  Statement& bind(const std::optional<std::string>& value) {
-    ++bound_;
-    if (value) {
-      sqlite3_bind_text(statement_, bound_, value->data(), static_cast<int>(value->size()), SQLITE_TRANSIENT);
-    } else {
-      sqlite3_bind_null(statement_, bound_);
-    }
-    return *this;
-  }
-  /// A row that cannot be read is no missing row: datasets that seem unknown are removed.
-  bool row() {
-    const int step = sqlite3_step(statement_);
-    if (step != SQLITE_ROW && step != SQLITE_DONE) fail();
-    return step == SQLITE_ROW;
-  }
-  /// False: another row has what must be unique.
-  bool run() {
-    const int step = sqlite3_step(statement_);
-    if (step != SQLITE_DONE && step != SQLITE_CONSTRAINT) fail();
-    return step == SQLITE_DONE;
-  }
-  std::string text(int column) const {
-    const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
-    return bytes ? std::string(bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_, column))) : std::string();
-  }
-
- private:
-  [[noreturn]] void fail() {
-    const std::string why = sqlite3_errmsg(db_);
-    sqlite3_finalize(statement_);  // a constructor that throws has no destructor; a second call of it does nothing
-    statement_ = nullptr;
-    throw RegistryError("the registry cannot be used: " + why);
-  }
-
-  sqlite3* db_;
-  sqlite3_stmt* statement_ = nullptr;
-  int bound_ = 0;
-};
-
-State state_from(const std::string& text) {
-  for (const State state : {State::queued, State::running, State::ready}) {
-    if (text == to_string(state)) return state;
-  }
-  return State::failed;
-}
-
-std::optional<std::string> none_if_empty(const std::string& text) {
-  return text.empty() ? std::nullopt : std::optional(text);
-}
-
-Dataset dataset_from(const Statement& row) {
-  Dataset dataset;
-  dataset.id = row.text(0);
-  dataset.name = row.text(1);
-  dataset.state = state_from(row.text(2));
-  from_json(row.text(3), &dataset.options);
-  proto::Error error;
-  if (!row.text(4).empty() && from_json(row.text(4), &error)) dataset.problem = to_problem(error);
-  dataset.created = row.text(5);
-  dataset.raster = row.text(6);
-  dataset.idempotency_key = row.text(7);
-  dataset.options_hash = row.text(8);
-  dataset.body_hash = row.text(9);
-  dataset.owner = row.text(10);
-  dataset.is_private = row.text(11) == "1";
-  dataset.request_id = row.text(12);
-  return dataset;
-}
-
-class SqliteRegistry : public Registry {
- public:
-  explicit SqliteRegistry(sqlite3* db) : db_(db) {}
-  ~SqliteRegistry() override { sqlite3_close(db_); }
 
   bool add(const Dataset& dataset) override {
-    const std::lock_guard lock(mutex_);
-    Statement insert(db_,
-                     "INSERT INTO datasets (id, name, state, options, created, raster, idempotency_key, options_hash, body_hash, owner, "
-                     "private, request_id) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)");
-    insert.bind(dataset.id).bind(dataset.name).bind(to_string(dataset.state)).bind(to_json_line(dataset.options));
-    insert.bind(dataset.created).bind(dataset.raster).bind(none_if_empty(dataset.idempotency_key));
-    insert.bind(dataset.options_hash).bind(dataset.body_hash).bind(dataset.owner);
-    return insert.bind(dataset.is_private ? "1" : "").bind(dataset.request_id).run();
-  }
-
-  std::optional<Dataset> find(const std::string& id) const override {
-    {
-      const std::lock_guard lock(mutex_);
-      if (const auto known = known_.find(id); known != known_.end()) return known->second;
+    const std::lock_guard writing(writing_);
+    Dataset added = dataset;
+    try {
+      added.number = file_->insert(dataset);
+    } catch (const RegistryError& error) {
+      if (refresh(dataset.id)) throw;
+      throw RegistryInDoubt(error.what());
     }
-    return find_where("id", id);
-  }
-  std::optional<Dataset> find_by_key(const std::string& key) const override { return find_where("idempotency_key", key); }
-
-  std::vector<Dataset> list() const override {
-    const std::lock_guard lock(mutex_);
-    std::vector<Dataset> all;
-    Statement select(db_, std::string(kColumns) + "ORDER BY number DESC");
-    while (select.row()) all.push_back(dataset_from(select));
-    return all;
+    if (added.number == 0) return false;
+    put(dataset.id, std::make_shared<const Dataset>(std::move(added)));
+    return true;
   }
 
+  Row find(const std::string& id) const override {
+    const std::shared_lock lock(mutex_);
+    const auto found = by_id_.find(id);
+    return found == by_id_.end() ? nullptr : found->second;
+  }
+  Row find_by_key(const std::string& owner, const std::string& key) const override {
+    const std::shared_lock lock(mutex_);
+    const auto found = by_key_.find({owner, key});
+    return found == by_key_.end() ? nullptr : found->second;
+  }
+  std::vector<Row> below(std::int64_t number, std::size_t most) const override {
+    const std::shared_lock lock(mutex_);
+    std::vector<Row> some;
+    for (auto at = by_number_.upper_bound(number); at != by_number_.end() && some.size() < most; ++at) some.push_back(at->second);
+    return some;
+  }
   StateCounts counts() const override {
-    const std::lock_guard lock(mutex_);
-    StateCounts counts;
-    Statement select(db_, "SELECT state, COUNT(*) FROM datasets GROUP BY state");
-    while (select.row()) {
-      const State state = state_from(select.text(0));
-      std::size_t& count = state == State::queued ? counts.queued : state == State::running ? counts.running : state == State::ready ? counts.ready : counts.failed;
-      count = std::stoul(select.text(1));
-    }
-    return counts;
+    const std::shared_lock lock(mutex_);
+    return counts_;
   }
 
   void set_state(const std::string& id, State state, const std::optional<proto::Problem>& problem) override {
-    const std::lock_guard lock(mutex_);
-    known_.erase(id);
-    const auto text = problem ? std::optional(to_json_line(to_error(*problem))) : std::nullopt;
-    Statement(db_, "UPDATE datasets SET state = ?, problem = ? WHERE id = ?").bind(to_string(state)).bind(text).bind(id).run();
+    write(id, [&] { file_->set_state(id, state, problem); }, [&](Row row) -> Row {
+      if (!row) return nullptr;
+      auto changed = std::make_shared<Dataset>(*row);
+      changed->state = state;
+      changed->problem = problem;
+      return changed;
+    });
   }
-
   void remove(const std::string& id) override {
-    const std::lock_guard lock(mutex_);
-    known_.erase(id);
-    Statement(db_, "DELETE FROM datasets WHERE id = ?").bind(id).run();
+    write(id, [&] { file_->remove(id); }, [](const Row&) { return nullptr; });
   }
-
   void compact() override {
-    const std::lock_guard lock(mutex_);
-    if (sqlite3_exec(db_, "VACUUM; PRAGMA wal_checkpoint(TRUNCATE)", nullptr, nullptr, nullptr) != SQLITE_OK) throw RegistryError(sqlite3_errmsg(db_));
+    const std::lock_guard writing(writing_);
+    file_->compact();
   }
 
  private:
-  std::optional<Dataset> find_where(const std::string& column, const std::string& value) const {
+  /// First the file, then what is read.
+  void write(const std::string& id, const std::function<void()>& in_file, const std::function<Row(Row)>& after) {
+    const std::lock_guard writing(writing_);
+    try {
+      in_file();
+    } catch (const RegistryError&) {
+      refresh(id);
+      throw;
+    }
+    put(id, after(find(id)));
+  }
+
+  /// After a write that failed, which may have happened all the same. False: the row is in the file, or that cannot be known.
+  bool refresh(const std::string& id) {
+    try {
+      Row row = file_->find(id);
+      const bool absent = row == nullptr;
+      put(id, std::move(row));
+      return absent;
+    } catch (const RegistryError&) {
+      return false;
+    }
+  }
+
+  void put(const std::string& id, Row row) {
     const std::lock_guard lock(mutex_);
-    Statement select(db_, std::string(kColumns) + "WHERE " + column + " = ?");
-    select.bind(value);
-    if (!select.row()) return std::nullopt;
-    Dataset dataset = dataset_from(select);
-    if (known_.size() >= kMostKnown) known_.clear();
-    known_.insert_or_assign(dataset.id, dataset);
-    return dataset;
+    if (const auto old = by_id_.find(id); old != by_id_.end()) {
+      by_number_.erase(old->second->number);
+      by_key_.erase({old->second->owner, old->second->idempotency_key});
+      --count_of(old->second->state);
+      by_id_.erase(old);
+    }
+    if (!row) return;
+    by_number_[row->number] = row;
+    if (!row->idempotency_key.empty()) by_key_[{row->owner, row->idempotency_key}] = row;
+    ++count_of(row->state);
+    by_id_[id] = std::move(row);
+  }
+  std::size_t& count_of(State state) {
+    return state == State::queued ? counts_.queued : state == State::running ? counts_.running : state == State::ready ? counts_.ready : counts_.failed;
   }
 
-  mutable std::mutex mutex_;
-  mutable std::unordered_map<std::string, Dataset> known_;  ///< rows as they are now: each tile that is asked for asks for its dataset
-  sqlite3* db_;
+  const std::unique_ptr<RegistryFile> file_;
+  std::mutex writing_;                 ///< one write after the other; held over the disk's time
+  mutable std::shared_mutex mutex_;    ///< of what follows; held for a look alone
+  std::unordered_map<std::string, Row> by_id_;
+  std::map<std::int64_t, Row, std::greater<>> by_number_;
+  std::map<std::pair<std::string, std::string>, Row> by_key_;  ///< owner and idempotency key
+  StateCounts counts_;
 };
-
-/// What an earlier version's table lacks is added; nothing is taken away, so that one can go back.
-bool add_columns(sqlite3* db) {
-  for (const std::string column : kAddedColumns) {
-    const std::string name = column.substr(0, column.find(' '));
-    const std::string probe = "SELECT " + name + " FROM datasets LIMIT 0", alter = "ALTER TABLE datasets ADD COLUMN " + column;
-    if (sqlite3_exec(db, probe.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK) continue;
-    if (sqlite3_exec(db, alter.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) return false;
-  }
-  return true;
-}
-
-
-int number(sqlite3* db, const char* pragma) {
-  Statement row(db, pragma);
-  return row.row() ? std::atoi(row.text(0).c_str()) : 0;
-}
-
-/// Brings the tables to this version, all of it or nothing.
-std::optional<proto::Problem> settle(sqlite3* db, const std::string& path) {
-  sqlite3_busy_timeout(db, kPatience_ms);
-  const int version = number(db, "PRAGMA user_version"), application = number(db, "PRAGMA application_id");
-  if (version > kDataVersion || (application != 0 && application != kApplicationId)) {
-    return proto::Problem{"data-version",
-                          path + " is of version " + std::to_string(version) + " of the data folder, this program knows versions up to " +
-                              std::to_string(kDataVersion),
-                          "the program that wrote it, or a later one; or a backup made before the upgrade, with cordillera restore", "--data"};
-  }
-  const std::string marks = "PRAGMA application_id = " + std::to_string(kApplicationId) + "; PRAGMA user_version = " + std::to_string(kDataVersion);
-  const auto execute = [db](const std::string& sql) { return sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK; };
-  if (execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; BEGIN IMMEDIATE") && execute(kSchema) && add_columns(db) && execute(marks) &&
-      execute("COMMIT")) {
-    return std::nullopt;
-  }
-  return proto::Problem{"data-unusable", "cannot use " + path + ": " + sqlite3_errmsg(db), "a folder that can be written, on a disk with free space", "--data"};
-}
 
 }  // namespace
 
@@ -238,29 +135,16 @@ std::string to_string(State state) {
 }
 
 proto::Result<std::unique_ptr<Registry>> Registry::open(const std::string& path) {
-  sqlite3* db = nullptr;
-  std::optional<proto::Problem> problem;
+  auto file = RegistryFile::open(path);
+  if (!file) return file.problem();
   try {
-    if (sqlite3_open(path.c_str(), &db) != SQLITE_OK) throw RegistryError(sqlite3_errmsg(db));
-    problem = settle(db, path);
+    return std::unique_ptr<Registry>(std::make_unique<KeptRegistry>(std::move(*file)));
   } catch (const RegistryError& error) {
-    problem = proto::Problem{"data-unusable", "cannot use " + path + ": " + error.what(), "a folder that can be written, on a disk with free space", "--data"};
+    return proto::Problem{"data-unusable", path + ": " + error.what(), "the registry of a backup, with cordillera restore", "--data"};
   }
-  if (!problem) return std::unique_ptr<Registry>(std::make_unique<SqliteRegistry>(db));
-  sqlite3_close(db);
-  return *problem;
 }
 
-std::unique_ptr<Registry> Registry::read_only(const std::string& path) {
-  sqlite3* db = nullptr;
-  if (sqlite3_open_v2(path.c_str(), &db, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK) {
-    sqlite3_busy_timeout(db, kPatience_ms);
-    return std::make_unique<SqliteRegistry>(db);
-  }
-  const std::string why = sqlite3_errmsg(db);
-  sqlite3_close(db);
-  throw RegistryError("cannot read " + path + ": " + why);
-}
+std::unique_ptr<Registry> Registry::read_only(const std::string& path) { return RegistryFile::read_only(path); }
 
 void Registry::copy(const std::string& from, const std::string& to) {
   try {

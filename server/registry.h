@@ -2,6 +2,7 @@
 // Which datasets there are and how far they got: one SQLite file, data/registry.sqlite. A dataset gets its row when its raster is
 // wholly on disk, so nothing half-made can be listed.
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -17,6 +18,7 @@ enum class State { queued, running, ready, failed };
 std::string to_string(State state);
 
 struct Dataset {
+  std::int64_t number = 0;  ///< given by the registry; a later dataset has a greater one
   std::string id;
   std::string name;
   State state = State::queued;
@@ -32,6 +34,9 @@ struct Dataset {
   std::string request_id;    ///< of the request that posted it
 };
 
+/// A row as it was at one moment; null: there is none.
+using Row = std::shared_ptr<const Dataset>;
+
 /// Datasets in each state.
 struct StateCounts {
   std::size_t queued = 0, running = 0, ready = 0, failed = 0;
@@ -43,24 +48,35 @@ class RegistryError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A row may be in the file although writing it failed.
+class RegistryInDoubt : public RegistryError {
+ public:
+  using RegistryError::RegistryError;
+};
+
 /// Version of the data folder, in the registry. Earlier ones are brought up to it, later ones refused.
 inline constexpr int kDataVersion = 1;
 
-/// Thread-safe. All but open() throw RegistryError; a row that is not found is another matter.
+inline constexpr std::int64_t kBeforeAll = std::numeric_limits<std::int64_t>::max();
+
+/// Thread-safe. What open() gives keeps all rows in memory: who reads waits neither for the disk nor for who writes. All but open() throw
+/// RegistryError; a row that is not found is another matter.
 class Registry {
  public:
+  /// "data-version", "data-unusable": among others another program's database.
   static proto::Result<std::unique_ptr<Registry>> open(const std::string& path);
   /// Of a folder that a server may be using. Changes nothing.
   static std::unique_ptr<Registry> read_only(const std::string& path);
   /// The file as it stands, into a new one, while a server may be using it.
   static void copy(const std::string& from, const std::string& to);
   virtual ~Registry() = default;
-  /// False if the id or the idempotency key is taken.
+  /// False if the id, or the owner's idempotency key, is taken. True: the row is in the file itself, not in its log alone.
   virtual bool add(const Dataset& dataset) = 0;
-  virtual std::optional<Dataset> find(const std::string& id) const = 0;
-  virtual std::optional<Dataset> find_by_key(const std::string& idempotency_key) const = 0;
-  /// Newest first.
-  virtual std::vector<Dataset> list() const = 0;
+  virtual Row find(const std::string& id) const = 0;
+  virtual Row find_by_key(const std::string& owner, const std::string& idempotency_key) const = 0;
+  /// At most `most`, newest first, of those with a number below.
+  virtual std::vector<Row> below(std::int64_t number, std::size_t most) const = 0;
+  std::vector<Row> list() const { return below(kBeforeAll, std::numeric_limits<std::int64_t>::max()); }
   virtual StateCounts counts() const = 0;
   virtual void set_state(const std::string& id, State state, const std::optional<proto::Problem>& problem) = 0;
   virtual void remove(const std::string& id) = 0;

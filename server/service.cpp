@@ -2,14 +2,19 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include "server/adoption.h"
+#include "server/dataset_folder.h"
 #include "server/log.h"
 
 namespace cordillera::server {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kReadAhead = 256;  // rows at a time
 
 /// A descriptor that holds the lock, or -1.
 int lock_file(const fs::path& path) {
@@ -37,26 +42,26 @@ proto::Result<std::unique_ptr<access::Gate>> open_gate(const Settings& settings)
   return proto::Problem{"options-conflict", "--private without tokens would keep nobody out", "--tokens FILE beside it", "--private"};
 }
 
-/// Folders of datasets that the registry does not know: an upload or a delete was cut off.
-void remove_orphans(const Layout& layout, const Registry& registry) {
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(layout.datasets(), error)) {
-    const std::string id = entry.path().filename().string();
-    if (registry.find(id)) continue;
-    log_info("removing " + id + ", which no dataset owns");
-    std::error_code ignored;
-    fs::remove_all(entry.path(), ignored);
-  }
-}
-
-/// What a process that was killed had no time to remove: rasters of finished builds, folders of failed ones.
-void remove_remains(const Layout& layout, const Registry& registry, updates::Ledger& ledger, std::size_t keep) {
-  for (const Dataset& dataset : registry.list()) {
-    std::error_code ignored;
-    const fs::path folder = layout.dataset(dataset.id);
-    if (dataset.state == State::failed) fs::remove_all(folder, ignored);
-    if (ledger.holds(dataset.id)) ledger.tidy(dataset.id, keep);
-    else if (dataset.state == State::ready) keep_store_alone(folder);
+/// What a process that was killed had no time to do: deletions, states, records; rasters of finished builds and folders of failed ones to be removed.
+void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& ledger, std::size_t keep) {
+  for (const Row& row : registry.list()) {
+    const fs::path folder = layout.dataset(row->id);
+    const bool deleted = is_marked_deleted(folder);
+    if (deleted) registry.remove(row->id);
+    const bool built = row->state == State::ready || (!deleted && is_built(layout, *row));
+    if (built && row->state != State::ready) {
+      log_warning("dataset " + row->id + " is built, though the registry says " + to_string(row->state) + ": it is served");
+      registry.set_state(row->id, State::ready, std::nullopt);
+    }
+    if (deleted || (!built && row->state == State::failed)) {
+      remove_dataset_folder(layout, row->id);
+      continue;
+    }
+    if (ledger.holds(row->id)) ledger.tidy(row->id, keep);
+    else if (built) keep_store_alone(folder);
+    std::error_code error;
+    if (!fs::exists(folder, error) || fs::exists(folder / kRecordFile, error)) continue;
+    if (!write_record(folder, *row)) log_warning("dataset " + row->id + ": " + kRecordFile + " cannot be written");
   }
 }
 
@@ -77,11 +82,14 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   std::error_code error;
   fs::create_directories(layout.root, error);
   if (error) return unusable(error.message());
-  if (!is_ours(layout)) return unusable("it holds other things");
+  if (!fs::exists(layout.lock(), error) && !is_ours(layout)) return unusable("it holds other things");
   const int lock = lock_file(layout.lock());
   if (lock < 0) return unusable("another server uses it, or it cannot be written");
   std::unique_ptr<Service> service(new Service(settings, lock));
+  if (auto lost = lost_registry(layout)) return *lost;
+  if (!is_ours(layout)) return unusable("it holds other things");
 
+  fs::remove_all(layout.removed(), error);
   fs::remove_all(layout.incoming(), error);
   fs::create_directories(layout.incoming(), error);
   if (!error) fs::create_directories(layout.datasets(), error);
@@ -90,8 +98,8 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   if (!registry) return registry.problem();
   service->registry_ = std::move(registry.value());
   try {
-    remove_orphans(layout, *service->registry_);
-    remove_remains(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);
+    adopt_folders(layout, *service->registry_);
+    put_in_order(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);
     service->uploads_.remove_old();
   } catch (const RegistryError& broken) {
     return unusable(broken.what());
@@ -112,11 +120,13 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
                       updates::fetcher(settings.serve, service->admission_->space()), settings.serve.keep_versions, published},
       settings.serve.jobs);
   service->queue_->resume();
+  service->reading_ahead_ = std::thread([self = service.get()] { self->read_ahead(); });
   return service;
 }
 
 Service::~Service() {
   stop();
+  if (reading_ahead_.joinable()) reading_ahead_.join();
   queue_.reset();
   close(lock_);
 }
@@ -126,15 +136,22 @@ void Service::stop() {
   if (queue_) queue_->stop();
 }
 
-std::optional<Dataset> Service::find(const std::string& id) const {
-  auto mounted = mounts_.find(id);
-  return mounted ? mounted : registry_->find(id);
+Row Service::find(const std::string& id) const {
+  const auto mounted = mounts_.find(id);
+  return mounted ? std::make_shared<const Dataset>(*mounted) : registry_->find(id);
 }
 
-std::vector<Dataset> Service::list() const {
-  std::vector<Dataset> all = mounts_.list(), posted = registry_->list();
-  all.insert(all.end(), std::make_move_iterator(posted.begin()), std::make_move_iterator(posted.end()));
-  return all;
+/// What lists show of each dataset, so that the first one who searches does not wait for the disk.
+void Service::read_ahead() {
+  setpriority(PRIO_PROCESS, 0, 10);  // of this thread alone: those who ask now go first
+  std::int64_t after = kBeforeAll;
+  for (auto rows = registry_->below(after, kReadAhead); !rows.empty(); rows = registry_->below(after, kReadAhead)) {
+    for (const Row& row : rows) {
+      if (stopping()) return;
+      after = row->number;
+      if (row->state == State::ready) (void)library_.summary(row->id);
+    }
+  }
 }
 
 Token Service::wait_token() {
@@ -153,13 +170,13 @@ int Service::waiting() const {
   return waiting_;
 }
 
-Token Service::key_token(const std::string& idempotency_key) {
+Token Service::key_token(const std::string& owner, const std::string& idempotency_key) {
   const std::lock_guard lock(mutex_);
-  if (!keys_.insert(idempotency_key).second) return nullptr;
-  return Token(this, [idempotency_key](void* service) {
+  if (!keys_.insert({owner, idempotency_key}).second) return nullptr;
+  return Token(this, [key = std::pair(owner, idempotency_key)](void* service) {
     auto* self = static_cast<Service*>(service);
     const std::lock_guard inner(self->mutex_);
-    self->keys_.erase(idempotency_key);
+    self->keys_.erase(key);
   });
 }
 

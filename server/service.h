@@ -4,9 +4,11 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <thread>
 
 #include "server/access/audit.h"
 #include "server/access/gate.h"
+#include "server/dataset_list.h"
 #include "server/job_queue.h"
 #include "server/library.h"
 #include "server/limits/admission.h"
@@ -38,9 +40,8 @@ class Service {
   JobQueue& queue() { return *queue_; }
   Library& library() { return library_; }
   Mounts& mounts() { return mounts_; }
-  /// Of the registry or mounted; list: newest first, mounted ones before.
-  std::optional<Dataset> find(const std::string& id) const;
-  std::vector<Dataset> list() const;
+  /// Of the registry or mounted.
+  Row find(const std::string& id) const;
   const access::Gate& gate() const { return *gate_; }
   access::Audit& audit() { return *audit_; }
   updates::Ledger& ledger() { return ledger_; }
@@ -49,11 +50,13 @@ class Service {
   limits::Admission& admission() { return *admission_; }
   metrics::ServiceMetrics& metrics() { return metrics_; }
 
+  ListTexts& list_texts() { return list_texts_; }
+
   /// Refuses when too many clients wait already (event streams, Prefer: wait).
   Token wait_token();
   int waiting() const;
-  /// Refuses while another request with the same key is under way.
-  Token key_token(const std::string& idempotency_key);
+  /// Refuses while another request of this owner with the same key is under way.
+  Token key_token(const std::string& owner, const std::string& idempotency_key);
 
   /// Who knows how many connections are open.
   void count_connections(std::function<std::size_t()> count) { connections_ = std::move(count); }
@@ -64,6 +67,7 @@ class Service {
 
  private:
   Service(const Settings& settings, int lock);
+  void read_ahead();
 
   Settings settings_;
   Layout layout_;
@@ -80,10 +84,12 @@ class Service {
   updates::Ledger ledger_;
   updates::Archive archive_;
   std::unique_ptr<JobQueue> queue_;
+  ListTexts list_texts_;
+  std::thread reading_ahead_;
   std::function<std::size_t()> connections_;  ///< set before the first request
   mutable std::mutex mutex_;
   int waiting_ = 0;
-  std::set<std::string> keys_;
+  std::set<std::pair<std::string, std::string>> keys_;  ///< with their owners
 };
 
 /// Clients that may wait for progress at the same time.

@@ -3,7 +3,9 @@
 #include <unistd.h>
 
 #include "pipeline/store.h"
+#include "server/adoption.h"
 #include "server/data_folder.h"
+#include "server/dataset_folder.h"
 #include "server/registry.h"
 #include "server/updates/ledger.h"
 
@@ -33,11 +35,11 @@ void remove(const fs::path& path, Vacuumed& done) {
   done.bytes += bytes;
 }
 
-/// In a ready dataset's folder nothing but its store is asked for again.
+/// In a ready dataset's folder nothing but its store and its record is asked for again.
 void clean_dataset(const fs::path& folder, Vacuumed& done) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().filename() != kStoreFile) remove(entry.path(), done);
+    if (entry.path().filename() != kStoreFile && !is_record(entry.path().filename())) remove(entry.path(), done);
   }
 }
 
@@ -53,7 +55,7 @@ FolderLock::~FolderLock() {
   if (descriptor_ >= 0) close(descriptor_);
 }
 
-proto::Result<Vacuumed> vacuum(const Layout& layout) {
+proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
   const auto unusable = [&](const std::string& why) {
     return proto::Problem{"data-unusable", "cannot vacuum " + layout.root.string() + ": " + why, "the data folder of a server that is stopped", "path"};
   };
@@ -61,14 +63,22 @@ proto::Result<Vacuumed> vacuum(const Layout& layout) {
   if (!fs::exists(layout.registry(), error)) return unusable("it is no data folder");
   const FolderLock lock(layout);
   if (!lock.held()) return unusable("a server uses it, or it cannot be written");
+  if (auto lost = lost_registry(layout)) return *lost;
   auto registry = Registry::open(layout.registry().string());
   if (!registry) return registry.problem();
   Vacuumed done;
   try {
-    for (const auto& entry : fs::directory_iterator(layout.incoming(), error)) remove(entry.path(), done);
+    adopt_folders(layout, **registry);
+    for (const fs::path& folder : {layout.incoming(), layout.removed(), orphans == Orphans::remove ? layout.orphans() : fs::path()}) {
+      for (const auto& entry : fs::directory_iterator(folder, error)) remove(entry.path(), done);
+    }
+    for (const auto& entry : fs::directory_iterator(layout.orphans(), error)) done.orphans += entry.exists() ? 1 : 0;
     for (const auto& entry : fs::directory_iterator(layout.datasets(), error)) {
       const auto dataset = (*registry)->find(entry.path().filename().string());
-      if (!dataset || dataset->state == State::failed) {
+      if (!dataset) continue;
+      const bool deleted = is_marked_deleted(entry.path());
+      if (deleted) (*registry)->remove(dataset->id);
+      if (deleted || dataset->state == State::failed) {
         remove(entry.path(), done);
       } else if (dataset->state == State::ready) {
         // One that changes keeps its rasters and earlier versions; the server tidies those.

@@ -38,7 +38,7 @@ const char* content_type(const fs::path& path) {
   return "application/octet-stream";
 }
 
-Response plain_page(const std::vector<Dataset>& datasets) {
+Response plain_page(const std::vector<Row>& datasets) {
   std::string html =
       "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>Cordillera</title>"
       "<style>body{font:16px/1.5 sans-serif;max-width:50em;margin:3em auto;padding:0 1em}code{background:#eee}</style>"
@@ -50,7 +50,8 @@ Response plain_page(const std::vector<Dataset>& datasets) {
     html += "<p>None yet. Send one: <code>curl --data-binary @dem.tif 'http://HOST/v1/datasets?name=dem.tif'</code></p>";
   }
   html += "<ul>";
-  for (const Dataset& dataset : datasets) {
+  for (const Row& row : datasets) {
+    const Dataset& dataset = *row;
     const std::string base = "v1/datasets/" + dataset.id;
     html += "<li><a href=\"" + base + "\">" + pipeline::html_text(dataset.name) + "</a> (" + to_string(dataset.state) + ")";
     if (dataset.state == State::ready) {
@@ -92,12 +93,12 @@ std::string default_web_folder(const std::string& program) {
   return (fs::exists(prefix / "web", error) ? prefix / "web" : prefix / "cordillera" / "web").string();
 }
 
-Response page(const std::string& folder, const Request& request, const std::vector<Dataset>& datasets) {
+Response page(const std::string& folder, const Request& request, const std::function<std::vector<Row>()>& datasets) {
   const std::string& path = request.path;
   const bool root = path == "/" || path == "/index.html";
   const auto file = inside(folder, root ? "/index.html" : path);
   if (!file) {
-    if (root) return plain_page(datasets);
+    if (root) return plain_page(datasets());
     return problem_response({"not-found", "there is nothing at " + path.substr(0, 200), "/, /v1 and what they link to", ""});
   }
   Response response;

@@ -36,7 +36,12 @@ std::optional<proto::SourceChange> change_in(const proto::SourceChanges& changes
   return std::nullopt;
 }
 
-Json sources_json(Service& service, const std::string& id) {
+/// A signed address opens what it names, so only who may change the dataset sees it. Without tokens nobody can be told from a stranger.
+Shown shown_to(const Request& request, const Dataset& dataset) {
+  return !request.who.name.empty() && !refuse(request, dataset) ? Shown::whole : Shown::without_query;
+}
+
+Json sources_json(Service& service, const std::string& id, Shown address) {
   const proto::SourceChanges changes = service.ledger().read(id);
   const proto::DatasetVersion version = service.ledger().current(id);
   const auto plan = pipeline::work::plan_in(service.layout().store(id).string());
@@ -46,7 +51,7 @@ Json sources_json(Service& service, const std::string& id) {
   json["sources"] = Json::array();
   for (int k = 0; k < version.sources_size(); ++k) {
     const proto::Source* found = plan && k < plan->sources_size() ? &plan->sources(k).description() : nullptr;
-    json["sources"].push_back(source_json(version.sources(k), k, found));
+    json["sources"].push_back(source_json(version.sources(k), k, found, address));
   }
   json["changes"] = Json::array();
   for (const proto::SourceChange& change : changes.ended())
@@ -63,7 +68,7 @@ Json fixed_json(const proto::Manifest& manifest) {
   const auto add = [&](const proto::Source& source) {
     proto::DatasetSource plain;
     plain.mutable_spec()->set_name(source.file());
-    Json one = source_json(plain, static_cast<int>(json["sources"].size()), &source);
+    Json one = source_json(plain, static_cast<int>(json["sources"].size()), &source, Shown::without_query);
     for (const char* unknown : {"id", "bytes", "added", "options"}) one.erase(unknown);
     json["sources"].push_back(std::move(one));
   };
@@ -73,10 +78,10 @@ Json fixed_json(const proto::Manifest& manifest) {
   return json;
 }
 
-Response listed(Service& service, const Dataset& dataset, const Route& route) {
+Response listed(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   Json json;
   if (service.ledger().holds(dataset.id)) {
-    json = sources_json(service, dataset.id);
+    json = sources_json(service, dataset.id, shown_to(request, dataset));
   } else {
     const Opened opened = open_published(service, dataset, {});
     if (!opened.terrain) return opened.refusal;
@@ -158,7 +163,7 @@ Response changed(Service& service, const Request& request, const Dataset& datase
   auto asked = read_change(service, request, dataset, route, service.ledger().expected(dataset.id));
   if (!asked) return problem_response(asked.problem());
   Token key;
-  if (!asked->delivery.key.empty() && !(key = service.key_token(dataset.id + " " + asked->delivery.key))) {
+  if (!asked->delivery.key.empty() && !(key = service.key_token(request.who.name, dataset.id + " " + asked->delivery.key))) {
     return problem_response(
         {"idempotency-key-in-use", "a request with this Idempotency-Key is under way", "trying again later", "Idempotency-Key"});
   }
@@ -183,7 +188,10 @@ Response changed(Service& service, const Request& request, const Dataset& datase
   if (here) source.set_bytes(static_cast<double>(fs::file_size(upload.folder() / upload.raster(), error)));
   const fs::path file = service.layout().dataset(dataset.id) / source.spec().path();
   const auto noted = service.ledger().add(dataset.id, asked->change, service.settings().serve.limits.queue,
-                                          [&] { return here ? bring(upload, file) : proto::Result<void>(); });
+                                          [&]() -> proto::Result<void> {
+                                            if (!service.registry().find(dataset.id)) return unknown_dataset(dataset.id);  // deleted while the raster came
+                                            return here ? bring(upload, file) : proto::Result<void>();
+                                          });
   if (!noted) return problem_response(noted.problem());
   log_info("dataset " + dataset.id + ": version " + std::to_string(noted->number()) + " queued", {{"job", dataset.id}});
   service.queue().enqueue(dataset.id, sender(request));
@@ -201,7 +209,7 @@ std::optional<Problem> refuse(const Request& request, const Dataset& dataset) {
 }
 
 Response sources(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
-  if (request.method == "GET" || request.method == "HEAD") return listed(service, dataset, route);
+  if (request.method == "GET" || request.method == "HEAD") return listed(service, request, dataset, route);
   if (!service.ledger().holds(dataset.id)) {
     return problem_response(
         {"dataset-fixed",

@@ -74,6 +74,11 @@ std::string hash_of(const Request& request) {
   return digest(text);
 }
 
+/// A key is its owner's alone; no header holds the character between them.
+std::string own_key(const Request& request, const std::string& key) {
+  return key.empty() || request.who.name.empty() ? key : request.who.name + '\x1f' + key;
+}
+
 }  // namespace
 
 std::string raster_path(const std::string& name) { return std::string(kSources) + "/" + random_word(12) + suffix_of(name); }
@@ -106,7 +111,7 @@ proto::Result<ChangeRequest> read_change(Service& service, const Request& reques
                      options->front().first};
     if (auto refused = check_delivery(service, request, RasterIs::optional, asked.delivery)) return *refused;
     if (asked.delivery.any()) return Problem{"request-invalid", "a DELETE has no raster", "no body", ""};
-    change.set_idempotency_key(asked.delivery.key);
+    change.set_idempotency_key(own_key(request, asked.delivery.key));
     return asked;
   }
   if (auto refused = take_position(*options, change)) return *refused;
@@ -115,7 +120,7 @@ proto::Result<ChangeRequest> read_change(Service& service, const Request& reques
   if (auto refused = check_delivery(service, request, raster, asked.delivery)) return *refused;
   // A client that was cut off asks again: an upload makes one change.
   if (asked.delivery.key.empty() && !asked.delivery.upload.empty()) asked.delivery.key = "upload " + asked.delivery.upload;
-  change.set_idempotency_key(asked.delivery.key);
+  change.set_idempotency_key(own_key(request, asked.delivery.key));
   if (!asked.delivery.any()) return asked;
   source.mutable_spec()->set_path(raster_path(source.spec().name()));
   source.set_added(now_text());

@@ -26,7 +26,7 @@ constexpr auto kPatience = std::chrono::seconds(60);       // without a byte
 constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
 
 Problem unreachable(const std::string& address, const std::string& why) {
-  return {"source-unreachable", address + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
+  return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
 }
 
 /// Takes what comes, within what the operator lets a raster have.
@@ -114,7 +114,7 @@ proto::Result<void> fetch_http(const ServeSettings& settings, std::string addres
                     : unreachable(address, "it broke off after " + std::to_string(sink.size()) + " bytes");
     if (status == 0) return unreachable(address, httplib::to_string(result.error()));
     if (status / 100 != 3 || location.empty()) return unreachable(address, "it answers " + std::to_string(status));
-    address = location.front() == '/' ? host + location : location;
+    address = resolved(address, location);
     if (const auto allowed = check_address(settings, address); !allowed) return allowed;
   }
   return unreachable(address, "it leads on and on");
@@ -139,19 +139,55 @@ bool has_prefix(const ServeSettings& settings, const std::string& address) {
                      [&](const std::string& prefix) { return address.starts_with(prefix); });
 }
 
+/// "." or "..", also with parameters: some servers take "..;x" for "..".
+bool has_dots(const std::string& path) {
+  for (std::size_t from = 0; from <= path.size();) {
+    const std::size_t end = std::min(path.find('/', from), path.size());
+    const std::string name = path.substr(from, std::min(path.find_first_of(";?#", from), end) - from);
+    if (name == "." || name == "..") return true;
+    from = end + 1;
+  }
+  return false;
+}
+
 /// Whether its path could lead out of a prefix, or two programs could read it in two ways. What is no text would be written down without the
-/// bytes that are wrong: another address.
+/// bytes that are wrong: another address. What follows the path leads nowhere, and a signature may hold %2F.
 bool is_crooked(const std::string& address) {
   if (!is_utf8(address)) return true;
-  std::string lower = address;
-  std::transform(lower.begin(), lower.end(), lower.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  for (const char* dots : {"/../", "/./", "%2e", "%2f", "%5c", "\\", "@"}) {
-    if (lower.find(dots) != std::string::npos) return true;
+  if (std::any_of(address.begin(), address.end(), [](unsigned char c) { return c <= ' ' || c == 127 || c == '\\' || c == '@'; })) return true;
+  std::string path = address.starts_with("s3://") ? address : without_query(address);  // a key may have any character
+  std::transform(path.begin(), path.end(), path.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::size_t host = path.find("://") + 3;
+  if (path.find('/', host) == std::string::npos) return true;  // a query right after the host: some would take it for a part of the name
+  for (const char* hidden : {"%2e", "%2f", "%5c", "%3b"}) {
+    if (path.find(hidden) != std::string::npos) return true;
   }
-  return lower.ends_with("/..") || std::any_of(lower.begin(), lower.end(), [](unsigned char c) { return c <= ' ' || c == 127; });
+  return has_dots(path.substr(host));
+}
+
+/// "https:" of "https://host", empty of what has no scheme (RFC 3986, 3.1).
+std::string scheme_of(const std::string& reference) {
+  const std::size_t colon = reference.find(':');
+  if (colon == std::string::npos || colon == 0 || !std::isalpha(static_cast<unsigned char>(reference.front()))) return "";
+  const bool plain = std::all_of(reference.begin(), reference.begin() + static_cast<std::ptrdiff_t>(colon),
+                                 [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '-' || c == '.'; });
+  return plain ? reference.substr(0, colon + 1) : "";
 }
 
 }  // namespace
+
+std::string without_query(const std::string& address) { return address.substr(0, address.find_first_of("?#")); }
+
+std::string resolved(const std::string& address, const std::string& location) {
+  if (!scheme_of(location).empty()) return location;
+  if (location.starts_with("//")) return scheme_of(address) + location;
+  const auto [host, query] = split(address);
+  const std::string path = without_query(query);
+  if (location.starts_with("/")) return host + location;
+  if (location.starts_with("?")) return host + path + location;
+  if (location.empty() || location.starts_with("#")) return host + query;
+  return host + path.substr(0, path.rfind('/') + 1) + location;
+}
 
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address) {
   std::string accepted = "a raster in the body";
@@ -161,7 +197,7 @@ proto::Result<void> check_address(const ServeSettings& settings, const std::stri
     return forbidden("this service fetches no rasters; cordillera serve --source-allow says from where one may");
   const bool known = address.starts_with("https://") || address.starts_with("http://") || address.starts_with("s3://");
   if (!known || is_crooked(address) || !has_prefix(settings, address))
-    return forbidden("the operator does not allow fetching from " + address.substr(0, 300));
+    return forbidden("the operator does not allow fetching from " + without_query(address).substr(0, 300));
   return {};
 }
 

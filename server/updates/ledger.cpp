@@ -8,6 +8,7 @@
 
 #include "pipeline/store_revise.h"
 #include "raster/storage.h"
+#include "server/dataset_folder.h"
 #include "server/json.h"
 
 namespace cordillera::server::updates {
@@ -185,7 +186,7 @@ proto::Result<void> Ledger::end(const std::string& id, const std::string& ended,
 void Ledger::tidy(const std::string& id, std::size_t keep) {
   const std::lock_guard lock(mutex_);  // a raster that was just brought is not yet named
   const fs::path folder = layout_.dataset(id);
-  std::set<fs::path> named = {folder / kChangesFile, folder / kSources, folder / kVersions, folder / kStoreFile};
+  std::set<fs::path> named = {folder / kChangesFile, folder / kSources, folder / kVersions, folder / kStoreFile, folder / kRecordFile, folder / kDeletedFile};
   const auto name_sources = [&](const auto& sources) {
     for (const proto::DatasetSource& source : sources) named.insert(folder / source.spec().path());
   };
@@ -207,6 +208,11 @@ void Ledger::tidy(const std::string& id, std::size_t keep) {
       if (!named.contains(entry.path())) fs::remove_all(entry.path(), ignored);
     }
   }
+}
+
+void Ledger::apart(const std::function<void()>& work) {
+  const std::lock_guard lock(mutex_);
+  work();
 }
 
 bool Ledger::while_idle(const std::string& id, const std::function<void()>& work) {

@@ -66,6 +66,8 @@ class Ledger {
   proto::Result<void> end(const std::string& id, const std::string& change, const std::optional<proto::Problem>& problem);
   /// Removes what neither a version nor a pending change names; versions/ keeps the newest `keep`.
   void tidy(const std::string& id, std::size_t keep);
+  /// Runs while no change comes or goes.
+  void apart(const std::function<void()>& work);
   /// Runs while no change comes or goes, if none is pending. False: one is.
   bool while_idle(const std::string& id, const std::function<void()>& work);
 

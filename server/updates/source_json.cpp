@@ -1,5 +1,7 @@
 #include "server/updates/source_json.h"
 
+#include "server/updates/fetch.h"
+
 namespace cordillera::server::updates {
 namespace {
 
@@ -19,7 +21,7 @@ Json options_json(const proto::BuildOptions& options) {
 
 }  // namespace
 
-Json source_json(const proto::DatasetSource& source, std::optional<int> position, const proto::Source* found) {
+Json source_json(const proto::DatasetSource& source, std::optional<int> position, const proto::Source* found, Shown address) {
   Json json;
   json["id"] = source.id();
   json["name"] = source.spec().name();
@@ -27,7 +29,7 @@ Json source_json(const proto::DatasetSource& source, std::optional<int> position
   json["bytes"] = source.bytes();
   json["added"] = source.added();
   json["options"] = options_json(source.spec().options());
-  if (!source.url().empty()) json["source"] = source.url();
+  if (!source.url().empty()) json["source"] = address == Shown::whole ? source.url() : without_query(source.url());
   if (found == nullptr) return json;
   json["extent"] = std::vector<double>(found->bbox().begin(), found->bbox().end());
   json["resolution"] = {found->pixel_width_m(), found->pixel_height_m()};

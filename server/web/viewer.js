@@ -74,8 +74,20 @@ const choose = (id) => {
   return show_dataset(id).catch(report);
 };
 
+// A list to choose from ends where nobody would look any more; an older dataset is reached by its link.
+const MOST_LISTED = 1000;
+async function newest_datasets() {
+  const datasets = [];
+  for (let next = "v1/datasets?limit=500"; next && datasets.length < MOST_LISTED;) {
+    const here = await fetch_json(next);
+    datasets.push(...here.datasets);
+    next = here.next && `v1/${here.next}`;
+  }
+  return datasets;
+}
+
 async function list_datasets(chosen) {
-  page.datasets = (await fetch_json("v1/datasets")).datasets;
+  page.datasets = await newest_datasets();
   panel.fill_dataset_list(page.datasets, chosen, choose);
   panel.fill_failed_list(page.datasets, (id) => delete_failed(id).catch(report));
 }

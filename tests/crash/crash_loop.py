@@ -179,11 +179,11 @@ class Loop:
         if os.listdir(os.path.join(server.data, "incoming")):
             self.finding(where, "uploads that nobody sends any more are kept")
         for dataset in there & set(listed):
-            left = set(os.listdir(os.path.join(server.data, "datasets", dataset))) - {"dataset.sqlite"}
+            left = set(os.listdir(os.path.join(server.data, "datasets", dataset))) - {"dataset.sqlite", "dataset.json"}
             end = time.monotonic() + PATIENCE_S  # removed after the state is set
             while left and time.monotonic() < end:
                 time.sleep(0.01)
-                left = set(os.listdir(os.path.join(server.data, "datasets", dataset))) - {"dataset.sqlite"}
+                left = set(os.listdir(os.path.join(server.data, "datasets", dataset))) - {"dataset.sqlite", "dataset.json"}
             if left:
                 self.finding(where, "a finished dataset keeps %s" % left)
 

@@ -141,7 +141,7 @@ def vacuum_and_versions(program, data, dataset):
     expect(code == 0, "vacuum: " + said)
     expect(os.path.getsize(store) < 1000000 and tiles(store) == expected, "the store was not made smaller, or changed: " + said)
     expect(sorted(os.listdir(os.path.join(data, "datasets"))) == [dataset], "a folder without a dataset is left")
-    expect(os.listdir(os.path.join(data, "datasets", dataset)) == ["dataset.sqlite"], "a file that nobody needs is left")
+    expect(sorted(os.listdir(os.path.join(data, "datasets", dataset))) == ["dataset.json", "dataset.sqlite"], "a file that nobody needs is left")
     code, said = run(program, "check", data, "--json")
     expect(code == 0 and json.loads(said)["sound"], "check of the data folder: " + said)
     registry = os.path.join(data, "registry.sqlite")

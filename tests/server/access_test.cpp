@@ -109,12 +109,12 @@ TEST(Access, EveryRoleMayWhatItMay) {
       {"GET", "/v1/datasets", {200, 401, 200, 200, 200}},
       {"GET", "/v1/datasets/" + open, {200, 401, 200, 200, 200}},
       {"GET", "/v1/datasets/" + open + "/tiles/1/1/1.drc", {200, 401, 200, 200, 200}},
-      {"GET", "/v1/datasets/" + hidden, {401, 401, 200, 200, 200}},
-      {"HEAD", "/v1/datasets/" + hidden + "/manifest.json", {401, 401, 200, 200, 200}},
-      {"GET", "/v1/datasets/" + hidden + "/tileset.json", {401, 401, 200, 200, 200}},
-      {"GET", "/v1/datasets/" + hidden + "/events", {401, 401, 200, 200, 200}},
-      {"GET", "/v1/datasets/" + hidden + "/tiles/1/1/1.drc", {401, 401, 200, 200, 200}},
-      {"POST", "/v1/datasets/" + hidden + "/elevation", {401, 401, 400, 400, 400}},
+      {"GET", "/v1/datasets/" + hidden, {404, 401, 200, 200, 200}},
+      {"HEAD", "/v1/datasets/" + hidden + "/manifest.json", {404, 401, 200, 200, 200}},
+      {"GET", "/v1/datasets/" + hidden + "/tileset.json", {404, 401, 200, 200, 200}},
+      {"GET", "/v1/datasets/" + hidden + "/events", {404, 401, 200, 200, 200}},
+      {"GET", "/v1/datasets/" + hidden + "/tiles/1/1/1.drc", {404, 401, 200, 200, 200}},
+      {"POST", "/v1/datasets/" + hidden + "/elevation", {404, 401, 400, 400, 400}},
       {"POST", "/v1/datasets", {401, 401, 403, 202, 202}},
       {"PUT", "/v1/datasets/" + open, {401, 401, 403, 405, 405}},
       {"DELETE", "/v1/datasets/none", {401, 401, 403, 404, 404}},
@@ -154,7 +154,7 @@ TEST(Access, WhatIsPrivateIsNotListedAndNotCached) {
   EXPECT_EQ(tile.header("Cache-Control"), "private, no-cache");
   EXPECT_EQ(test.get("/v1/datasets/" + open + "/tiles/1/1/1.drc").header("Cache-Control"), "public, no-cache");
   // Nor does a tag that somebody learnt open it.
-  EXPECT_EQ(test.get(path, {{"if-none-match", tile.header("ETag")}}).status, 401);
+  EXPECT_EQ(test.get(path, {{"if-none-match", tile.header("ETag")}}).status, 404);
 }
 
 TEST(Access, PrivateIsTheDefaultWhereTheOperatorSaysSo) {
@@ -162,7 +162,7 @@ TEST(Access, PrivateIsTheDefaultWhereTheOperatorSaysSo) {
   Settings settings = guarded(tokens);
   settings.private_dataset = true;
   TestService test(settings);
-  EXPECT_EQ(test.get("/v1/datasets/" + posted(test, tokens.writer)).status, 401);
+  EXPECT_EQ(test.get("/v1/datasets/" + posted(test, tokens.writer)).status, 404);
   EXPECT_EQ(test.get("/v1/datasets/" + posted(test, tokens.writer, {{"private", "0"}})).status, 200);
   test.stop();
   test.start();  // and it is remembered

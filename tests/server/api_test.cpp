@@ -123,18 +123,20 @@ TEST(Api, TheListIsPrintedAsAnyDocument) {
   }
 }
 
-TEST(Api, TheListTakesNoParameters) {
+TEST(Api, TheListKnowsItsParametersAlone) {
   TestService test;
   Request request;
   request.path = "/v1/datasets";
   EXPECT_EQ(test.api().handle(request).status, 200);
   request.query = {{"state", "ready"}};
+  EXPECT_EQ(test.api().handle(request).status, 200);
+  request.query = {{"error", "2"}};
   for (const char* method : {"GET", "HEAD"}) {
     request.method = method;
     const Response refused = test.api().handle(request);
     EXPECT_EQ(refused.status, 400);
     EXPECT_EQ(slug_of(refused), "option-unknown");
-    EXPECT_EQ(body_of(refused)["parameter"], "state");
+    EXPECT_EQ(body_of(refused)["parameter"], "error");
   }
 }
 
@@ -265,7 +267,7 @@ TEST(Api, TheSameKeyGivesTheSameDataset) {
   EXPECT_EQ(slug_of(test.post("GOOD", {{"error", "2"}}, key)), "idempotency-key-reused");
   EXPECT_EQ(slug_of(test.post("GOOD2", {{"error", "1"}}, key)), "idempotency-key-reused");
   EXPECT_EQ(body_of(test.get("/v1/datasets"))["datasets"].size(), 1u);
-  const auto held = test.service().key_token("k2");
+  const auto held = test.service().key_token("", "k2");
   EXPECT_EQ(test.post("GOOD", {}, {{"idempotency-key", "k2"}}).status, 409);
 }
 

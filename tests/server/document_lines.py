@@ -39,6 +39,7 @@ LEFT_OUT = [  # (first words of a line and why it is not run here; those of a bl
     ("cordillera check", "crash.upkeep checks, sound ones and broken ones"),
     ("cordillera backup", "crash.upkeep does it"),
     ("journalctl", "a machine whose service systemd runs"),
+    ("cordillera adopt", "it wants a lost registry; lost_registry_test.cpp makes some"),
     ("cordillera vacuum", "it wants a stopped server; crash.upkeep does it"),
     ("curl -i -X POST -H 'Upload-Length", "parts of a raster that the reader has; crash.upkeep sends some"),
     ("cordillera doctor", "it wants port 8080, which may be another's; program_test runs it with any"),

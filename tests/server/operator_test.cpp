@@ -91,7 +91,7 @@ TEST_F(Operator, TokensAreMadeAndUsed) {
   EXPECT_EQ(curl("-H 'Authorization: Bearer " + reader + "' " + post_arguments())["status"], 403);
   const Json posted = curl("-H 'Authorization: Bearer " + writer + "' " + post_arguments("&private=1"));
   const std::string id = posted["id"];
-  EXPECT_EQ(curl(server_.base() + "/v1/datasets/" + id)["status"], 401);
+  EXPECT_EQ(curl(server_.base() + "/v1/datasets/" + id)["status"], 404);
   EXPECT_EQ(curl("-H 'Authorization: Bearer " + reader + "' " + server_.base() + "/v1/datasets/" + id)["id"], id);
   EXPECT_THAT(server_.log(), testing::Not(HasSubstr(writer))) << "a token is in the log";
   EXPECT_THAT(file_text(folder_.path() / "data" / "audit.jsonl"),

@@ -195,6 +195,9 @@ TEST_F(Updates, AnAddressIsFetchedWithinTheOperatorsList) {
   files.Get("/dems/patch.tif", [&](const httplib::Request&, httplib::Response& answer) { answer.set_content(file_text(path("patch.tif")), "image/tiff"); });
   files.Get("/dems/near.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/dems/patch.tif"); });
   files.Get("/dems/far.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/private/patch.tif"); });
+  files.Get("/dems/deep/beside.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("ok.tif"); });
+  files.Get("/dems/deep/ok.tif", [&](const httplib::Request&, httplib::Response& answer) { answer.set_content(file_text(path("patch.tif")), "image/tiff"); });
+  files.Get("/dems/deep/dots.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("..?x"); });
   const int port = files.bind_to_any_port("127.0.0.1");
   std::thread serving([&] { files.listen_after_bind(); });
   const std::string host = "http://127.0.0.1:" + std::to_string(port);
@@ -209,7 +212,11 @@ TEST_F(Updates, AnAddressIsFetchedWithinTheOperatorsList) {
   EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/private/patch.tif")), "option-forbidden");
   EXPECT_EQ(slug(change("POST", "/sources?source=file:///etc/passwd")), "option-forbidden");
   EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/pat%FFch.tif")), "option-forbidden");  // no text: not to be read as patch.tif
+  EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/deep/dots.tif")), "option-forbidden");
   EXPECT_EQ(listed()["sources"].size(), 2u);
+  const Said beside = change("PUT", "/sources/" + source(0) + "?source=" + host + "/dems/deep/beside.tif%3Fa%3Db");
+  EXPECT_EQ(beside.status, 200) << beside.bytes;
+  EXPECT_EQ(listed()["sources"][0]["source"], host + "/dems/deep/beside.tif");
   files.stop();
   serving.join();
 }

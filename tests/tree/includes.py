@@ -33,7 +33,7 @@ HOMES = [
     ("google/protobuf/*", ["pipeline/manifest_json.cpp", "server/json.cpp"]),
     ("openssl/*", ["pipeline/content_hash.cpp", "server/digest.cpp"]),
     ("zlib.h", ["pipeline/exports/gzip.cpp", "pipeline/water_mask.cpp", "server/front/codec.cpp"]),
-    ("sqlite3.h", ["pipeline/sqlite.*", "pipeline/sqlite_object.cpp", "server/registry.cpp"]),
+    ("sqlite3.h", ["pipeline/sqlite.*", "pipeline/sqlite_object.cpp", "server/registry_file.cpp"]),
     ("boost/beast*", ["server/front/beast.cpp"]),
     ("boost/asio*", ["pipeline/workers.cpp", "server/front/*", "server/job_queue.*", "server/serve_command.cpp"]),
     ("draco/*", ["pipeline/draco_*"]),

@@ -1,0 +1,171 @@
+// What belongs to one token: keys, the existence of private datasets, signed addresses; and a change that comes too late.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fixture.h"
+#include "pipeline/sqlite.h"
+#include "server/access/tokens.h"
+#include "server/updates/ledger.h"
+
+namespace cordillera::server {
+namespace {
+
+using access::make_token;
+using access::Role;
+using testing::HasSubstr;
+using testing::Not;
+
+class Owners : public testing::Test {
+ protected:
+  using Headers = std::map<std::string, std::string>;
+  static Headers of(const access::NewToken& token, Headers more = {}) {
+    more.emplace("authorization", "Bearer " + token.token);
+    return more;
+  }
+  static Settings settings() {
+    Settings settings;
+    settings.serve.token_lines = alice().line + ";" + bob().line + ";" + admin().line;
+    settings.serve.source_allow = {"http://127.0.0.1:1/"};
+    return settings;
+  }
+  static const access::NewToken& alice() {
+    static const access::NewToken token = make_token("alice", Role::write);
+    return token;
+  }
+  static const access::NewToken& bob() {
+    static const access::NewToken token = make_token("bob", Role::write);
+    return token;
+  }
+  static const access::NewToken& admin() {
+    static const access::NewToken token = make_token("admin", Role::admin);
+    return token;
+  }
+  Response ask(const std::string& method, const std::string& path, const Headers& headers = {}) {
+    Request request;
+    request.method = method;
+    request.path = path;
+    request.headers = headers;
+    return test_.api().handle(request);
+  }
+  std::string posted(const Headers& headers, const Given& query = {}) {
+    Headers all = headers;
+    all.emplace("prefer", "wait=60");
+    const Response answer = test_.post("GOOD", query, all);
+    EXPECT_EQ(answer.status, 201) << answer.body;
+    return body_of(answer)["id"];
+  }
+
+  TestService test_{settings()};
+};
+
+TEST_F(Owners, AKeyIsItsOwnersAlone) {
+  const Headers mine = of(alice(), {{"idempotency-key", "k"}}), his = of(bob(), {{"idempotency-key", "k"}});
+  const std::string hidden = posted(mine, {{"private", "1"}});
+  const std::string same = posted(his, {{"private", "1"}});
+  EXPECT_NE(same, hidden) << "another token's dataset is given away";
+  EXPECT_EQ(posted(mine, {{"private", "1"}}), hidden);
+  EXPECT_EQ(posted(his, {{"private", "1"}}), same);
+  EXPECT_EQ(slug_of(test_.post("GOOD", {{"error", "2"}}, mine)), "idempotency-key-reused");
+  const Token under_way = test_.service().key_token("alice", "l");
+  EXPECT_EQ(test_.post("GOOD", {}, of(alice(), {{"idempotency-key", "l"}})).status, 409);
+  EXPECT_EQ(test_.post("GOOD", {}, of(bob(), {{"idempotency-key", "l"}})).status, 202);
+  test_.stop();
+  test_.start();  // and it is remembered
+  EXPECT_EQ(posted(mine, {{"private", "1"}}), hidden);
+  EXPECT_EQ(posted(his, {{"private", "1"}}), same);
+}
+
+/// Keys of earlier versions stand without their owner.
+TEST_F(Owners, AnEarlierVersionsKeyIsItsOwners) {
+  const std::string id = posted(of(alice(), {{"idempotency-key", "k"}}));
+  test_.stop();
+  pipeline::Database(Layout{test_.data()}.registry().string(), pipeline::Database::Mode::create).execute("UPDATE datasets SET idempotency_key = 'k'");
+  test_.start();
+  EXPECT_NE(posted(of(bob(), {{"idempotency-key", "k"}})), id);
+  EXPECT_EQ(posted(of(alice(), {{"idempotency-key", "k"}})), id);
+}
+
+/// Without what differs between any two answers.
+std::string comparable(const Response& response, const std::string& id) {
+  std::string text = std::to_string(response.status) + "\n";
+  for (const auto& [name, value] : response.headers) text += name == "X-Request-Id" ? "" : name + ": " + value + "\n";
+  text += response.body.substr(0, response.body.find("\"request_id\""));
+  for (auto at = text.find(id); at != text.npos; at = text.find(id)) text.replace(at, id.size(), "ID");
+  return text;
+}
+
+TEST_F(Owners, APrivateIdLooksLikeNone) {
+  const std::string hidden = posted(of(alice()), {{"private", "1"}, {"name", "dem.tif"}}), none = "dem-aaaaaaaa";
+  ASSERT_EQ(hidden.size(), none.size());
+  for (const char* method : {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"}) {
+    for (const char* below : {"", "/events", "/manifest.json", "/tileset.json", "/tiles/1/1/1.drc", "/mesh.glb", "/elevation", "/sources", "/sources/a", "/versions",
+                              "/rollback", "/versions/0123456789abcdef/tileset.json", "/nothing"}) {
+      const std::string path = "/v1/datasets/";
+      EXPECT_EQ(comparable(ask(method, path + hidden + below), hidden), comparable(ask(method, path + none + below), none)) << method << below;
+    }
+  }
+  const Response refused = ask("GET", "/v1/datasets/" + hidden);
+  EXPECT_EQ(refused.status, 404);
+  EXPECT_THAT(refused.body, HasSubstr("Authorization: Bearer TOKEN")) << "who forgot the token is not told";
+  EXPECT_EQ(ask("GET", "/v1/datasets/" + hidden, of(alice())).status, 200);
+}
+
+TEST_F(Owners, ASignatureIsShownToWhoMayChangeTheDataset) {
+  const std::string id = posted(of(alice()));
+  const Layout layout{test_.data()};
+  test_.stop();
+  std::ofstream(layout.dataset(id) / updates::kChangesFile) << "{}";
+  proto::DatasetVersion version;
+  version.set_number(1);
+  proto::DatasetSource& source = *version.add_sources();
+  source.set_id("one");
+  source.set_url("http://127.0.0.1:1/dem.tif?sig=SECRET");
+  const std::string bytes = version.SerializeAsString();
+  {
+    pipeline::Database store(layout.store(id).string(), pipeline::Database::Mode::create);
+    pipeline::Statement(store, "INSERT INTO meta(key, value) VALUES(CAST(? AS TEXT), ?)").bind(std::string(updates::kVersionNote), bytes).run();
+  }
+  test_.start();
+  for (const std::string& path : {"/v1/datasets/" + id + "/sources", "/v1/datasets/" + id + "/sources/one"}) {
+    EXPECT_THAT(ask("GET", path, of(alice())).body, HasSubstr("dem.tif?sig=SECRET"));
+    EXPECT_THAT(ask("GET", path, of(admin())).body, HasSubstr("dem.tif?sig=SECRET"));
+    for (const Headers& stranger : {Headers{}, of(bob())}) {
+      const Response answer = ask("GET", path, stranger);
+      EXPECT_EQ(answer.status, 200);
+      EXPECT_THAT(answer.body, HasSubstr("http://127.0.0.1:1/dem.tif\""));
+      EXPECT_THAT(answer.body, Not(HasSubstr("SECRET")));
+    }
+  }
+}
+
+/// Nor in the words of a problem, which everybody reads.
+TEST_F(Owners, AnUnreachableAddressKeepsItsSignature) {
+  const Given query = {{"updates", "1"}, {"source", "http://127.0.0.1:1/dem.tif?sig=SECRET"}};
+  const std::string id = body_of(test_.post("", query, of(alice())))["id"];
+  ASSERT_TRUE(eventually([&] { return test_.service().registry().find(id)->problem.has_value(); }));
+  EXPECT_THAT(ask("GET", "/v1/datasets/" + id).body, HasSubstr("http://127.0.0.1:1/dem.tif cannot be fetched"));
+  for (const std::string& path : {"/v1/datasets/" + id, "/v1/datasets/" + id + "/sources", std::string("/v1/datasets")}) {
+    EXPECT_THAT(ask("GET", path).body, Not(HasSubstr("SECRET"))) << path;
+  }
+}
+
+TEST_F(Owners, AChangeOfADatasetThatIsGoneMakesNothing) {
+  const std::string id = body_of(test_.post("SLOW", {{"updates", "1"}}, of(alice())))["id"], path = "/v1/datasets/" + id;
+  Request change;
+  change.method = "POST";
+  change.path = path + "/sources";
+  change.query = {{"name", "late.tif"}};
+  change.headers = of(alice(), {{"content-length", "8"}});
+  change.read_body = [&](const Request::Sink& sink) {
+    if (!sink("late")) return false;
+    EXPECT_EQ(ask("DELETE", path, of(alice())).status, 204);
+    return sink("late");
+  };
+  const Response answer = test_.api().handle(change);
+  EXPECT_EQ(answer.status, 404) << answer.body;
+  EXPECT_EQ(slug_of(answer), "dataset-unknown");
+  EXPECT_EQ(test_.leftovers(), 0u) << "its folder came back";
+}
+
+}  // namespace
+}  // namespace cordillera::server
