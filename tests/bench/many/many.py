@@ -9,12 +9,14 @@ that is started on that. Prints times in milliseconds. Needs 120 kB of disk for 
 import argparse
 import http.client
 import json
+import multiprocessing
 import os
 import random
 import shutil
 import sqlite3
 import sys
 import tempfile
+import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "crash"))
@@ -32,12 +34,18 @@ def first_dataset(program, folder):
 
 def make_datasets(data, model, count):
     registry = sqlite3.connect(os.path.join(data, "registry.sqlite"))
-    columns = [row[1] for row in registry.execute("PRAGMA table_info(datasets)") if row[1] not in ("number", "id", "idempotency_key")]
+    columns = [row[1] for row in registry.execute("PRAGMA table_info(datasets)") if row[1] not in ("number", "id", "name", "idempotency_key")]
     names = ", ".join(columns)
     for k in range(1, count):
         name = "cone-%08d" % k
-        shutil.copytree(os.path.join(data, "datasets", model), os.path.join(data, "datasets", name))
-        registry.execute("INSERT INTO datasets (id, %s) SELECT ?, %s FROM datasets WHERE id = ?" % (names, names), (name, model))
+        folder = os.path.join(data, "datasets", name)
+        shutil.copytree(os.path.join(data, "datasets", model), folder)
+        with open(os.path.join(folder, "dataset.json"), "r+") as file:
+            record = dict(json.load(file), id=name, name=name)
+            file.seek(0)
+            json.dump(record, file)
+            file.truncate()
+        registry.execute("INSERT INTO datasets (id, name, %s) SELECT ?, ?, %s FROM datasets WHERE id = ?" % (names, names), (name, name, model))
     registry.commit()
     registry.close()
 
@@ -89,6 +97,57 @@ class Asking:
               (what, len(times), times[len(times) // 2], times[int(len(times) * 0.99)], times[-1], used), flush=True)
 
 
+CROWD = 8  # clients
+CROWD_PATHS = ("/v1/datasets", "/nosuchfile", "/v1/datasets?limit=1000", "/assets/none.js", "/v1/datasets?q=cone-00009", "/v1/datasets?bbox=9,45,11,47", "/")
+
+
+def ask_all_the_time(port, ending, answers):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=600)
+    count = 0
+    while not ending.is_set():
+        connection.request("GET", CROWD_PATHS[count % len(CROWD_PATHS)])
+        connection.getresponse().read()
+        count += 1
+    with answers.get_lock():
+        answers.value += count
+
+
+def crowd(port, ending, answers):
+    threads = [threading.Thread(target=ask_all_the_time, args=(port, ending, answers)) for _ in range(CROWD)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+
+
+class Crowd:
+    """Others who ask for lists and for pages that do not exist, in a process of their own, as long as it lasts."""
+
+    def __init__(self, port):
+        self.ending, self.answers = multiprocessing.Event(), multiprocessing.Value("q", 0)
+        self.process = multiprocessing.Process(target=crowd, args=(port, self.ending, self.answers))
+
+    def __enter__(self):
+        self.start = time.perf_counter()
+        self.process.start()
+
+    def __exit__(self, *unused):
+        self.ending.set()
+        self.process.join()
+        print("%-34s %40.0f answers a second" % ("%d others were given" % CROWD, self.answers.value / (time.perf_counter() - self.start)), flush=True)
+
+
+def follow(asking, path):
+    """All pages of a list: how many, how many datasets, milliseconds."""
+    pages, datasets, spent = 0, 0, 0.0
+    while path:
+        took, body = asking.ask("/v1/" + path)
+        page = json.loads(body)
+        pages, datasets, spent = pages + 1, datasets + len(page["datasets"]), spent + took
+        path = page["next"]
+    print("%-34s %6d  datasets in %d pages, %.0f ms" % ("all of the list", datasets, pages, spent), flush=True)
+
+
 def memory_mib(pid):
     with open("/proc/%d/status" % pid) as status:
         return next(int(line.split()[1]) for line in status if line.startswith("VmRSS")) / 1024
@@ -119,7 +178,13 @@ def many_datasets(program, folder, count):
     asking.told("a tile, any dataset", ["/v1/datasets/%s/%s" % (n, tile) for n in names])
     asking.told("a tile, one of 50 datasets", ["/v1/datasets/%s/%s" % (n, tile) for n in (names[:50] * 40)])
     asking.told("the list, first time", ["/v1/datasets"])
-    asking.told("the list", ["/v1/datasets"] * 5)
+    asking.told("the list", ["/v1/datasets"] * 100)
+    asking.told("a page of 1,000", ["/v1/datasets?limit=1000"] * 20)
+    asking.told("a search that finds nothing", ["/v1/datasets?q=nobody"] * 20)
+    asking.told("a box that none touches", ["/v1/datasets?bbox=100,0,101,1"] * 20)
+    follow(asking, "datasets?limit=1000")
+    with Crowd(server.port):
+        asking.told("a tile, 50 datasets, a crowd asks", ["/v1/datasets/%s/%s" % (n, tile) for n in (names[:50] * 60)])
     asking.told("/metrics", ["/metrics"] * 20)
     print("%-34s %40.1f MiB" % ("memory then", memory_mib(server.process.pid)))
     server.stop()
