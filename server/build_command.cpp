@@ -12,6 +12,7 @@
 #include "raster/source_list.h"
 #include "server/child.h"
 #include "server/commands.h"
+#include "server/estimate_json.h"
 #include "server/memory_limit.h"
 #include "server/progress_bar.h"
 #include "server/sources.h"
@@ -51,10 +52,10 @@ proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, cons
   return request;
 }
 
-int dry_run(const pipeline::BuildRequest& request) {
+int dry_run(const pipeline::BuildRequest& request, Show show) {
   const auto estimate = pipeline::estimate(request);
   if (!estimate) return fail(estimate.problem());
-  std::cout << estimate_table(estimate->manifest, estimate->seconds);
+  std::cout << (show == Show::json ? dump(estimate_json(estimate->manifest, estimate->seconds)) + "\n" : estimate_table(estimate->manifest, estimate->seconds));
   return kDone;
 }
 
@@ -137,7 +138,7 @@ int build_command(const Settings& settings, const BuildLine& line) {
   pipeline::BuildRequest request = std::move(*asked);
   request.other = line.other;
   limit_memory(request.options);
-  if (settings.dry_run) return dry_run(request);
+  if (settings.dry_run) return dry_run(request, line.show);
   return line.output.ends_with(".sqlite") ? build_file(request, line) : build_folder(request, line);
 }
 

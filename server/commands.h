@@ -18,11 +18,14 @@ int serve_command(const Settings& settings, const std::string& program);
 /// What a command says besides problems.
 enum class Words { all, none };
 
+enum class Show { table, json };
+
 struct BuildLine {
   std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/source_list.h
   std::string output;  ///< a static folder, or one .sqlite file if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
   Words words = Words::all;
+  Show show = Show::table;  ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
 };
 /// "drc, 3d-tiles, …": every name that formats_of knows.
@@ -32,8 +35,7 @@ proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::s
 /// cordillera build. A dry run says what it found in any case.
 int build_command(const Settings& settings, const BuildLine& line);
 
-enum class Show { table, json };
-/// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file.
+/// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file; of a raster, what it is and what a build would make.
 int info_command(const std::string& path, Show show);
 
 /// cordillera decode: what a fetched .drc or .glb tile holds, counted after decoding.

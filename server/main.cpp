@@ -210,9 +210,9 @@ int main(int count, char** words) {
 
   std::string subject;
   bool as_json = false;
-  auto* info = app.add_subcommand("info", "print the manifest of a folder or dataset that was built");
-  info->add_option("path", subject, "a folder that build wrote, or a dataset.sqlite");
-  info->add_flag("--json", as_json, "the manifest itself");
+  auto* info = app.add_subcommand("info", "print the manifest of a folder or dataset that was built, or what a raster is and what a build would make");
+  info->add_option("path", subject, "a folder that build wrote, a dataset.sqlite, or a raster");
+  info->add_flag("--json", as_json, "the manifest itself; of a raster, the dry run");
 
   std::string tile;
   auto* decode = app.add_subcommand("decode", "check a .drc or .glb tile: decode it and count");

@@ -66,5 +66,18 @@ TEST_F(Program, WhatPeopleTypeFromHabitIsUnderstood) {
   EXPECT_EQ(shell(kProgram + " serve --port x").code, 2);
 }
 
+TEST_F(Program, InfoOfARasterIsADryRun) {
+  const std::string raster = std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif";
+  const Ended table = shell(kProgram + " info " + raster);
+  EXPECT_EQ(table.code, 0) << table.output;
+  EXPECT_THAT(table.output, HasSubstr("960 x 540 Int16, GTiff"));
+  EXPECT_THAT(table.output, HasSubstr("dry run: nothing was built"));
+  const Json json = Json::parse(shell(kProgram + " info --json " + raster).output, nullptr, false);
+  EXPECT_EQ(json["dry_run"], true) << json.dump();
+  EXPECT_EQ(json["manifest"]["max_level"], 10);
+  std::ofstream(folder_.path() / "bad.tif") << "no raster";
+  EXPECT_EQ(shell(kProgram + " info " + (folder_.path() / "bad.tif").string()).code, 1);
+}
+
 }  // namespace
 }  // namespace cordillera::server
