@@ -113,6 +113,7 @@ bool confine_files(const Needs& needs) {
   rules.allow(needs.temporary, kLink);
   if (needs.gpu == Gpu::allowed) {
     for (const char* path : kOfTheGpu) rules.allow(path, kRead);
+    rules.allow("/proc/self/task", kRead | kWriteFile | kTruncate);  // CUDA's driver writes its threads' names there, and gives up where it cannot
     for (const fs::path& device : gpu_devices()) rules.allow(device, kRead | kWriteFile | kIoctlDevice);
     if (const char* home = std::getenv("HOME")) rules.allow(fs::path(home) / ".nv", kRead | kChange | kTruncate);
   }

@@ -31,7 +31,7 @@ void read_orders(const std::filesystem::path& folder) {
 
 void try_all() {
   Findings findings(g_folder / kFindings);
-  try_work(g_folder, findings);
+  try_work(g_orders, g_folder, findings);
   try_files(g_orders, g_folder, findings);
   try_secrets(findings);
   try_processes(findings);

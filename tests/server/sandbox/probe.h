@@ -47,6 +47,6 @@ void try_machine(Findings& findings);
 /// Each call by its number, with arguments that make a permitted one fail, or do nothing.
 void try_calls(Findings& findings);
 /// What a job needs.
-void try_work(const std::filesystem::path& folder, Findings& findings);
+void try_work(const Orders& orders, const std::filesystem::path& folder, Findings& findings);
 
 }  // namespace cordillera::probe

@@ -98,10 +98,15 @@ void try_files(const Orders& orders, const std::filesystem::path& folder, Findin
   findings.attack("delete another dataset", unlink((orders.other / "second").c_str()));
 }
 
-void try_work(const std::filesystem::path& folder, Findings& findings) {
-  int sum = 0;
-  std::thread([&] { sum = 1; }).join();
+void try_work(const Orders& orders, const std::filesystem::path& folder, Findings& findings) {
+  int sum = 0, name_file = -1;
+  std::thread([&] {
+    sum = 1;
+    const std::string path = "/proc/self/task/" + std::to_string(syscall(SYS_gettid)) + "/comm";
+    name_file = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);  // as CUDA's driver does
+  }).join();
   findings.work("a thread", sum == 1);
+  findings.work("a thread's name, where CUDA may be used", !orders.gpu || name_file >= 0);
   int unknown = -1;
   std::thread([&] {
     pthread_attr_t attributes;
