@@ -36,6 +36,7 @@ std::string known_datum(const OGRSpatialReference& srs) {
 void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
   if (srs.IsCompound()) {
     crs.declared_datum = known_datum(srs);
+    crs.compound_wkt = wkt_of(srs);
     const char* unit = nullptr;
     srs.GetTargetLinearUnits("VERT_CS", &unit);
     crs.height_unit = text_of(unit);
@@ -54,6 +55,7 @@ proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& ask
   if (asked.declared_datum.empty()) return {};
   if (crs.declared_datum.empty()) {
     crs.declared_datum = asked.declared_datum;
+    crs.compound_wkt = asked.compound_wkt;
     crs.height_unit = asked.height_unit;
     crs.depth = asked.depth;
     crs.vertical_from = "request";
@@ -86,6 +88,14 @@ proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string
 
 }  // namespace
 
+std::string wkt_of(const OGRSpatialReference& srs) {
+  const char* const newest[] = {"FORMAT=WKT2_2019", nullptr};
+  char* text = nullptr;
+  const std::string wkt = srs.exportToWkt(&text, newest) == OGRERR_NONE ? text_of(text) : "";
+  CPLFree(text);
+  return wkt;
+}
+
 proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& requested) {
   const GdalScope scope(dataset.trust);
   const OGRSpatialReference* own = dataset.handle->GetSpatialRef();
@@ -117,6 +127,7 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
   }
   srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   crs.horizontal = srs;
+  crs.horizontal_wkt = wkt_of(srs);
   return crs;
 }
 

@@ -32,6 +32,9 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_pgm(const std::string& path, co
 /// A grid that GDAL reads (GTX or GeoTIFF in degrees), interpolated bilinearly; it must cover the area.
 proto::Result<std::unique_ptr<Geoid>> open_geoid_grid(const std::string& path, const Area& area);
 
+/// The problem of a grid that ends before the data does.
+proto::Problem geoid_does_not_cover(const std::string& name, const Area& area);
+
 /// Path of egm96-15.pgm: share/cordillera or share beside the program's own folder, where the installation or the build has put
 /// it. Empty: it is not there. No process makes it.
 std::string egm96_path();

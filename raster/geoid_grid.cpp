@@ -60,13 +60,6 @@ class GridGeoid : public Geoid {
   }
 };
 
-Problem does_not_cover(const std::string& name, const Area& area) {
-  char place[128];
-  std::snprintf(place, sizeof place, "%.4f..%.4f E, %.4f..%.4f N", area.west_deg, area.east_deg, area.south_deg, area.north_deg);
-  return {"geoid-does-not-cover", "the geoid grid " + name + " does not cover the elevation model (" + place + ")",
-          "a grid that covers it, EGM96, EGM2008, EGM84 or ellipsoid", "vertical_datum"};
-}
-
 proto::Result<GridFrame> frame_of(GDALDataset& grid, const std::string& name) {
   std::array<double, 6> g{};
   const bool placed = grid.GetGeoTransform(g.data()) == CE_None && g[2] == 0 && g[4] == 0 && g[1] > 0 && g[5] != 0;
@@ -111,6 +104,13 @@ bool place_part(GridGeoid& geoid, const Area& area) {
 
 }  // namespace
 
+Problem geoid_does_not_cover(const std::string& name, const Area& area) {
+  char place[128];
+  std::snprintf(place, sizeof place, "%.4f..%.4f E, %.4f..%.4f N", area.west_deg, area.east_deg, area.south_deg, area.north_deg);
+  return {"geoid-does-not-cover", "the geoid grid " + name + " does not cover the elevation model (" + place + ")",
+          "a grid that covers it, EGM96, EGM2008, EGM84 or ellipsoid", "vertical_datum"};
+}
+
 proto::Result<std::unique_ptr<Geoid>> open_geoid_grid(const std::string& path, const Area& area) {
   const GdalScope scope(Trust::operator_file);
   const std::string name = std::filesystem::path(path).filename().string();
@@ -123,7 +123,7 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_grid(const std::string& path, c
   if (!frame) return frame.problem();
   auto geoid = std::make_unique<GridGeoid>();
   geoid->frame = *frame;
-  if (!place_part(*geoid, area)) return does_not_cover(name, area);
+  if (!place_part(*geoid, area)) return geoid_does_not_cover(name, area);
   if (std::int64_t{geoid->columns} * geoid->rows > kMaxCachedPoints)
     return Problem{"geoid-invalid", "the geoid grid " + name + " has more than 64 million points under the data", "a coarser grid", "vertical_datum"};
   geoid->height_m.resize(static_cast<std::size_t>(geoid->columns) * geoid->rows);
@@ -135,7 +135,7 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_grid(const std::string& path, c
   const auto nodata = static_cast<float>(band->GetNoDataValue(&has_nodata));
   // No geoid rises or falls more than about 110 m; -88.8888 is GTX's own void.
   for (const float h : geoid->height_m)
-    if (!(std::abs(h) < 200) || (has_nodata != 0 && h == nodata)) return does_not_cover(name, area);
+    if (!(std::abs(h) < 200) || (has_nodata != 0 && h == nodata)) return geoid_does_not_cover(name, area);
   return std::unique_ptr<Geoid>(std::move(geoid));
 }
 

@@ -221,6 +221,8 @@ void Mosaic::describe() {
   description_.set_crs_from(common([](const proto::Source& s) { return s.crs_from(); }));
   description_.set_vertical_datum(common([](const proto::Source& s) { return s.vertical_datum(); }));
   description_.set_vertical_datum_from(common([](const proto::Source& s) { return s.vertical_datum_from(); }));
+  description_.set_vertical_grid(common([](const proto::Source& s) { return s.vertical_grid(); }));
+  description_.set_vertical_datum_declared(common([](const proto::Source& s) { return s.vertical_datum_declared(); }));
   description_.set_unit(common([](const proto::Source& s) { return s.unit(); }));
   description_.set_nodata(common([](const proto::Source& s) { return s.nodata(); }));
   description_.set_data_type(common([](const proto::Source& s) { return s.data_type(); }));

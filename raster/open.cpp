@@ -100,6 +100,8 @@ void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const 
   s.set_crs_from(crs.from);
   s.set_vertical_datum(proto::shown_text(parts.datum.name));
   s.set_vertical_datum_from(parts.datum.from);
+  s.set_vertical_grid(proto::shown_text(parts.datum.grid));
+  s.set_vertical_datum_declared(proto::shown_text(crs.declared_datum));
   s.set_unit(proto::shown_text(unit.name));
   s.set_scale(parts.height_rule.scale);
   s.set_offset(parts.height_rule.offset_m);
@@ -151,7 +153,7 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
                    "a raster whose CRS fits its coordinates", crs->from == "request" ? "crs" : ""};
   if (all_blocks_missing(parts.dataset) && parts.options.voids != VoidRule::value)
     return Problem{"raster-all-nodata", parts.dataset.name + " is a sparse file without a single stored block", "a raster with some data", ""};
-  auto datum = resolve_vertical(options.vertical_datum(), crs->declared_datum, trust, f->tight);
+  auto datum = resolve_vertical({options.vertical_datum(), crs->declared_datum, crs->compound_wkt, crs->horizontal_wkt}, trust, f->tight);
   if (!datum) return datum.problem();
   parts.datum = std::move(*datum);
   if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;

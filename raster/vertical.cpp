@@ -1,14 +1,12 @@
 #include "raster/vertical.h"
 
-#include <GeographicLib/Geoid.hpp>
-
 #include <array>
-#include <cstdlib>
 #include <filesystem>
-#include <sstream>
 #include <vector>
 
 #include "proto/utf8.h"
+#include "raster/geoid_folders.h"
+#include "raster/vertical_crs.h"
 
 namespace cordillera::raster {
 namespace {
@@ -16,7 +14,8 @@ namespace {
 namespace fs = std::filesystem;
 using proto::Problem;
 
-constexpr const char* kAcceptedDatums = "EGM96, EGM2008, EGM84, ellipsoid, or the name of a geoid grid (GTX, GeoTIFF, GeographicLib PGM)";
+constexpr const char* kAcceptedDatums =
+    "EGM96, EGM2008, EGM84, ellipsoid, a height system such as EPSG:5703 or NAVD88, or the name of a geoid grid (GTX, GeoTIFF, GeographicLib PGM)";
 
 struct KnownDatum {
   const char* name;
@@ -32,19 +31,6 @@ const std::array<KnownDatum, 3>& known_datums() {
 
 bool same_letters(const std::string& a, const std::string& b) {
   return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
-}
-
-/// The folders an operator allows: $CORDILLERA_GEOIDS (separated by ':'), then GeographicLib's own.
-std::vector<fs::path> geoid_folders() {
-  std::vector<fs::path> folders;
-  if (const char* list = std::getenv("CORDILLERA_GEOIDS")) {
-    std::istringstream parts(list);
-    for (std::string folder; std::getline(parts, folder, ':');)
-      if (!folder.empty()) folders.emplace_back(folder);
-  }
-  folders.emplace_back(GeographicLib::Geoid::DefaultGeoidPath());
-  folders.emplace_back("/usr/share/proj");
-  return folders;
 }
 
 std::string find_in_folders(const std::string& file) {
@@ -72,15 +58,52 @@ proto::Result<std::unique_ptr<Geoid>> open_known(const KnownDatum& datum, const 
                  kAcceptedDatums, "vertical_datum"};
 }
 
-/// A grid file that the request names. Over HTTP only a bare name, looked up in the operator's folders.
-proto::Result<std::unique_ptr<Geoid>> open_named(const std::string& requested, Trust trust, const Area& area) {
+const KnownDatum* known(const std::string& name) {
+  for (const KnownDatum& datum : known_datums())
+    if (same_letters(datum.name, name) || same_letters(datum.name + std::string(" height"), name)) return &datum;
+  return nullptr;
+}
+
+/// The grid file of a name, empty when there is none. Over HTTP only a bare name, looked up in the operator's folders.
+std::string grid_file(const std::string& name, Trust trust) {
   std::error_code error;
-  const bool bare = requested.find_first_of("/\\") == std::string::npos;
-  if (trust == Trust::operator_file && fs::is_regular_file(requested, error)) return open_geoid(requested, area);
-  if (bare)
-    if (const std::string path = find_in_folders(requested); !path.empty()) return open_geoid(path, area);
-  return Problem{"geoid-not-found", "vertical_datum=" + proto::shown_text(requested) + " is neither a datum known here nor a grid file that may be read", kAcceptedDatums,
-                 "vertical_datum"};
+  if (trust == Trust::operator_file && fs::is_regular_file(name, error)) return name;
+  return name.find_first_of("/\\") == std::string::npos ? find_in_folders(name) : "";
+}
+
+proto::Result<VerticalDatum> of_known(const KnownDatum& known, const std::string& from, const Area& area) {
+  auto geoid = open_known(known, area);
+  if (!geoid) return geoid.problem();
+  return VerticalDatum{known.name, from, "", std::move(*geoid)};
+}
+
+proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust, const Area& area) {
+  const std::string& name = asked.requested;
+  if (const std::string path = grid_file(name, trust); !path.empty()) {
+    auto geoid = open_geoid(path, area);
+    if (!geoid) return geoid.problem();
+    return VerticalDatum{fs::path(name).filename().string(), "request", "", std::move(*geoid)};
+  }
+  const auto crs = find_vertical_crs(name);
+  if (!crs)
+    return Problem{"geoid-not-found", "vertical_datum=" + proto::shown_text(name) + " is neither a height system known here nor a grid file that may be read",
+                   kAcceptedDatums, "vertical_datum"};
+  if (const KnownDatum* datum = known(crs->name)) return of_known(*datum, "request", area);
+  auto way = open_vertical_crs(*crs, asked.base_wkt, area);
+  if (!way) return way.problem();
+  if (!*way)
+    return Problem{"geoid-not-found", "PROJ knows no way from " + proto::shown_text(crs->name) + " to the ellipsoid here", kAcceptedDatums, "vertical_datum"};
+  return VerticalDatum{crs->name, "request", (*way)->grid, std::move((*way)->geoid)};
+}
+
+/// Nullopt: nothing that could be used.
+proto::Result<std::optional<VerticalDatum>> of_source(const VerticalAsked& asked, const Area& area) {
+  const auto crs = asked.compound_wkt.empty() ? std::nullopt : vertical_part(asked.compound_wkt);
+  if (!crs) return std::optional<VerticalDatum>();
+  auto way = open_vertical_crs(*crs, asked.base_wkt, area);
+  if (!way) return way.problem();
+  if (!*way) return std::optional<VerticalDatum>();
+  return std::optional(VerticalDatum{crs->name, "source", (*way)->grid, std::move((*way)->geoid)});
 }
 
 }  // namespace
@@ -91,30 +114,16 @@ std::vector<fs::path> geoid_places() {
   return places;
 }
 
-proto::Result<VerticalDatum> resolve_vertical(const std::string& requested, const std::string& declared, Trust trust, const Area& area) {
-  const auto known = [](const std::string& name) -> const KnownDatum* {
-    for (const KnownDatum& datum : known_datums())
-      if (same_letters(datum.name, name)) return &datum;
-    return nullptr;
-  };
-  VerticalDatum datum;
-  datum.name = requested;
-  datum.from = "request";
-  if (requested.empty()) {
-    const bool usable = same_letters(declared, "ellipsoid") || known(declared) != nullptr;
-    datum.name = usable ? declared : kDefaultDatum;
-    datum.from = usable ? "source" : "default";
-  }
-  if (same_letters(datum.name, "ellipsoid")) {
-    datum.name = "ellipsoid";
-    return datum;
-  }
-  const KnownDatum* by_name = known(datum.name);
-  auto geoid = by_name != nullptr ? open_known(*by_name, area) : open_named(datum.name, trust, area);
-  if (!geoid) return geoid.problem();
-  datum.geoid = std::move(*geoid);
-  datum.name = by_name != nullptr ? by_name->name : fs::path(datum.name).filename().string();
-  return datum;
+proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area) {
+  const std::string& name = asked.requested.empty() ? asked.declared : asked.requested;
+  const std::string from = asked.requested.empty() ? "source" : "request";
+  if (same_letters(name, "ellipsoid")) return VerticalDatum{"ellipsoid", from, "", nullptr};
+  if (const KnownDatum* datum = known(name)) return of_known(*datum, from, area);
+  if (!asked.requested.empty()) return of_request(asked, trust, area);
+  auto declared = of_source(asked, area);
+  if (!declared) return declared.problem();
+  if (*declared) return std::move(**declared);
+  return of_known(*known(kDefaultDatum), "default", area);
 }
 
 }  // namespace cordillera::raster

@@ -27,8 +27,10 @@ std::string source_lines(const proto::Source& source) {
   std::string out = text("source    %.200s: %u x %u %s, %s\n", source.file().c_str(), source.columns(), source.rows(),
                          source.data_type().c_str(), source.driver().c_str());
   out += text("crs       %.300s (%s)\n", source.crs().c_str(), source.crs_from().c_str());
-  out += text("heights   above %.200s (%s), unit %.50s\n", source.vertical_datum().c_str(),
-              source.vertical_datum_from().c_str(), source.unit().c_str());
+  const bool other = !source.vertical_datum_declared().empty() && source.vertical_datum_declared() != source.vertical_datum();
+  out += text("heights   above %.200s (%s%s%.200s%s%.200s), unit %.50s\n", source.vertical_datum().c_str(), source.vertical_datum_from().c_str(),
+              source.vertical_grid().empty() ? "" : ", by ", source.vertical_grid().c_str(), other ? "; the raster declares " : "",
+              other ? source.vertical_datum_declared().c_str() : "", source.unit().c_str());
   return out;
 }
 

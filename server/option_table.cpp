@@ -229,8 +229,8 @@ std::vector<OptionSpec> make_build_options() {
       {"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
        apply_text<&BuildOptions::mutable_crs>},
       {"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
-       "EGM96, EGM2008, EGM84, ellipsoid, or a geoid grid file (over HTTP: the bare name of one in the operator's geoid "
-       "folders)",
+       "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code such as NAVD88 or EPSG:5703, or a geoid grid file (over HTTP: "
+       "the bare name of one in the operator's geoid folders)",
        apply_datum},
       {"nodata", "WHAT", "what becomes of pixels without data", "hole, fill, or a height in metres, -16384 to 16384, that is put there",
        apply_nodata},

@@ -15,7 +15,7 @@ std::optional<proto::Problem> check_datum(const proto::BuildOptions& options) {
   const std::string& datum = options.vertical_datum();
   if (datum.find_first_of("/\\") == std::string::npos) return std::nullopt;
   return proto::Problem{"option-forbidden", "vertical_datum='" + datum + "' names a path",
-                        "EGM96, EGM2008, EGM84, ellipsoid, or the bare name of a grid in the operator's geoid folder",
+                        "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code, or the bare name of a grid in the operator's geoid folder",
                         "vertical_datum"};
 }
 

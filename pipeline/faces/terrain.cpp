@@ -22,6 +22,7 @@ constexpr std::size_t kMostDocumentBytes = std::size_t{32} << 20;
 struct Terrain::Undulation {
   std::string name;
   std::unique_ptr<raster::Geoid> geoid;
+  std::unique_ptr<raster::Geoid> beyond;  ///< where a national grid ends
   std::optional<proto::Problem> problem;
 };
 
@@ -65,11 +66,15 @@ Terrain::Undulation& Terrain::undulation() const {
   const auto& b = manifest().bounds();
   const raster::Area area = b.size() < 4 ? raster::Area{-180, -90, 180, 90} : raster::Area{b[0], b[1], b[2] < b[0] ? b[2] + 360 : b[2], b[3]};
   const std::string& declared = manifest().source().vertical_datum();
-  auto datum = raster::resolve_vertical(declared == "ellipsoid" ? raster::kDefaultDatum : declared, "", raster::Trust::posted_file, area);
-  if (!datum) datum = raster::resolve_vertical(raster::kDefaultDatum, "", raster::Trust::posted_file, area);
+  auto datum = raster::resolve_vertical({.requested = declared == "ellipsoid" ? raster::kDefaultDatum : declared}, raster::Trust::posted_file, area);
+  if (!datum) datum = raster::resolve_vertical({.requested = raster::kDefaultDatum}, raster::Trust::posted_file, area);
   if (!datum) {
     undulation_->problem = datum.problem();
     return *undulation_;
+  }
+  if (!datum->grid.empty()) {
+    if (auto world = raster::resolve_vertical({.requested = raster::kDefaultDatum}, raster::Trust::posted_file, area))
+      undulation_->beyond = std::move(world->geoid);
   }
   undulation_->name = datum->name;
   undulation_->geoid = std::move(datum->geoid);
@@ -92,6 +97,9 @@ proto::Result<void> Terrain::undulations_m(double latitude_deg, std::span<const 
   const Undulation& u = undulation();
   if (u.problem) return *u.problem;
   u.geoid->along_parallel(latitude_deg, longitude_deg, out);
+  // Tiles reach beyond the data, and a national grid may end with the country.
+  for (std::size_t k = 0; k < longitude_deg.size(); ++k)
+    if (std::isnan(out[k])) out[k] = u.beyond ? u.beyond->undulation_m(latitude_deg, longitude_deg[k]) : 0;
   return {};
 }
 

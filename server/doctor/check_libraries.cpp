@@ -27,7 +27,7 @@ Finding crs() {
 
 /// A geoid is there if heights can be asked of it.
 Finding geoid(const std::string& datum, Health without) {
-  const auto found = raster::resolve_vertical(datum, "", raster::Trust::operator_file, {-10, -10, 10, 10});
+  const auto found = raster::resolve_vertical({.requested = datum}, raster::Trust::operator_file, {-10, -10, 10, 10});
   if (found) return {datum, Health::good, "its grid is there", ""};
   return {datum, without, found.problem().detail, found.problem().accepted};
 }

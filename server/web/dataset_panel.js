@@ -51,11 +51,16 @@ function level_row(level) {
   return row;
 }
 
+function heights_text(source) {
+  const {vertical_datum: used, vertical_datum_from: from, vertical_datum_declared: declared} = source;
+  return `heights from ${used} (${from})${declared && declared !== used ? `, the raster declares ${declared}` : ""}`;
+}
+
 export function show_manifest(manifest) {
   const source = manifest.source || {};
   element("title").textContent = label_of(manifest);
   element("facts").textContent = [
-    `${source.columns} × ${source.rows} pixels`, source.crs, `heights from ${source.vertical_datum} (${source.vertical_datum_from})`,
+    `${source.columns} × ${source.rows} pixels`, source.crs, heights_text(source),
     `${manifest.triangles.toLocaleString("en")} triangles in ${manifest.tiles.toLocaleString("en")} tiles`].filter(Boolean).join(" · ");
   element("levels").replaceChildren(...manifest.levels.map(level_row));
   element("attribution").textContent = manifest.attribution || "";

@@ -6,6 +6,8 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include <gmock/gmock.h>
+
 #include "fixture.h"
 #include "raster/geoid.h"
 
@@ -85,7 +87,7 @@ TEST_F(Vertical, TheRewrittenGridEqualsTheRealOne) {
 
 TEST_F(Vertical, DeclaredBySource) {
   const struct { const char* crs; const char* datum; const char* from; } cases[] = {
-      {"EPSG:4326+5773", "EGM96", "source"}, {"EPSG:32632+5773", "EGM96", "source"}, {"EPSG:4979", "ellipsoid", "source"}, {"EPSG:4326+5703", "EGM96", "default"}};
+      {"EPSG:4326+5773", "EGM96", "source"}, {"EPSG:32632+5773", "EGM96", "source"}, {"EPSG:4979", "ellipsoid", "source"}};
   for (const auto& k : cases) {
     Spec spec;
     spec.crs = k.crs;
@@ -118,6 +120,96 @@ TEST_F(Vertical, ARegionalGridIsReadAndMustCover) {
   EXPECT_NEAR(height_m(*source, l, w.west + 3, w.south + 5), 100 - 60 + lon + 2 * lat, 0.01);
   options.set_vertical_datum(write_geoid("elsewhere.tif", 10.3));
   EXPECT_EQ(problem_type(dem, options), "geoid-does-not-cover");
+}
+
+/// National height systems: a grid in PROJ's own format, under the name that PROJ's database gives the one of NAVD88.
+class HeightSystem : public Vertical {
+ protected:
+  HeightSystem() { setenv("CORDILLERA_GEOIDS", path("grids").c_str(), 1); }
+  ~HeightSystem() override { unsetenv("CORDILLERA_GEOIDS"); }
+  static double undulation_m(double lon, double lat) { return -20 + 0.5 * (lon + 105) - 0.25 * (lat - 39); }
+  /// Points every quarter of a degree from 107 W, 41 N.
+  void install_grid() const {
+    fs::create_directories(path("grids"));
+    Spec grid;
+    grid.columns = grid.rows = 17, grid.geotransform = {-107.125, 0.25, 0, 41.125, 0, -0.25};
+    grid.crs = "EPSG:6318";
+    grid.point = true;
+    grid.value = [](int c, int r) { return undulation_m(-107 + 0.25 * c, 41 - 0.25 * r); };
+    write(grid, "grids/us_noaa_g2018u0.tif");
+  }
+  /// 2 x 2 degrees cut small: 0.2 degrees about 105 W, 39 N, of 1,500 units each.
+  Spec colorado(const std::string& crs) const {
+    Spec spec;
+    spec.columns = spec.rows = 20, spec.geotransform = {-105.1, 0.01, 0, 39.1, 0, -0.01};
+    spec.crs = crs;
+    spec.value = [](int, int) { return 1500.0; };
+    return spec;
+  }
+  void expect_height(raster::Source& source, double above_datum_m) const {
+    const proto::Lattice l = lattice(9);
+    const auto w = source.window(l);
+    const std::int64_t i = (w.west + w.east) / 2, j = (w.south + w.north) / 2;
+    EXPECT_NEAR(height_m(source, l, i, j), above_datum_m + undulation_m(l.longitude_deg(i), l.latitude_deg(j)), 0.005);
+  }
+};
+
+TEST_F(HeightSystem, DeclaredByTheRasterIsTakenToTheEllipsoid) {
+  install_grid();
+  const auto source = must_open(write(colorado("EPSG:6318+5703")), {});
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().vertical_datum(), "NAVD88 height");
+  EXPECT_EQ(source->description().vertical_datum_from(), "source");
+  EXPECT_EQ(source->description().vertical_grid(), "us_noaa_g2018u0.tif");
+  expect_height(*source, 1500);
+}
+
+TEST_F(HeightSystem, InFeetIsTakenToMetresOnce) {
+  install_grid();
+  const auto source = must_open(write(colorado("EPSG:6318+6360")), {});
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().vertical_datum(), "NAVD88 height (ftUS)");
+  expect_height(*source, 1500 * 1200.0 / 3937);
+}
+
+TEST_F(HeightSystem, IsNamedByTheRequestInManyWays) {
+  install_grid();
+  const std::string dem = write(colorado("EPSG:6318"));
+  for (const char* name : {"NAVD88", "navd88 height", "EPSG:5703", "epsg:5703", "EPSG:6349"}) {  // the last is a compound CRS
+    SCOPED_TRACE(name);
+    proto::BuildOptions options;
+    options.set_vertical_datum(name);
+    const auto source = must_open(dem, options, raster::Trust::posted_file, "dem.tif");
+    ASSERT_TRUE(source);
+    EXPECT_EQ(source->description().vertical_datum(), "NAVD88 height");
+    EXPECT_EQ(source->description().vertical_datum_from(), "request");
+    expect_height(*source, 1500);
+  }
+}
+
+TEST_F(HeightSystem, WithoutItsGridIsRefusedByName) {
+  const auto refused = open(write(colorado("EPSG:6318+5703")), {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "geoid-not-found");
+  EXPECT_THAT(refused.problem().detail, ::testing::HasSubstr("us_noaa_g2018u0.tif"));
+  EXPECT_THAT(refused.problem().detail, ::testing::HasSubstr("NAVD88 height"));
+  EXPECT_THAT(refused.problem().accepted, ::testing::AllOf(::testing::HasSubstr(path("grids")), ::testing::HasSubstr("vertical_datum=EGM96")));
+}
+
+TEST_F(HeightSystem, IsOverruledByTheRequestAndStillTold) {
+  proto::BuildOptions options;
+  options.set_vertical_datum("EGM96");
+  const auto source = must_open(write(colorado("EPSG:6318+5703")), options);
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().vertical_datum(), "EGM96");
+  EXPECT_EQ(source->description().vertical_datum_declared(), "NAVD88 height");
+}
+
+TEST_F(HeightSystem, WhoseGridEndsBeforeTheDataIsRefused) {
+  install_grid();
+  Spec wide = colorado("EPSG:6318+5703");
+  wide.geotransform = {-108, 0.1, 0, 39.1, 0, -0.01};
+  EXPECT_EQ(problem_type(write(wide), {}), "geoid-does-not-cover");
 }
 
 TEST_F(Vertical, PostedFilesNameOnlyGridsOfTheOperator) {
