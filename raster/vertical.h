@@ -25,10 +25,10 @@ struct VerticalDatum {
 std::vector<std::filesystem::path> geoid_places();
 
 struct VerticalAsked {
-  std::string requested;     ///< vertical_datum= of the request; overrules what the raster declares
-  std::string declared;      ///< by the CRS: a name of known_datum, or the height system's own
-  std::string compound_wkt;  ///< the CRS that declares it
-  std::string base_wkt;      ///< the horizontal CRS
+  std::string requested{};     ///< vertical_datum= of the request; overrules what the raster declares
+  std::string declared{};      ///< by the CRS: a name of known_datum, or the height system's own
+  std::string compound_wkt{};  ///< the CRS that declares it
+  std::string base_wkt{};      ///< the horizontal CRS
 };
 
 /// What is declared and PROJ cannot take to the ellipsoid by any means counts as not declared. A grid that is only not installed is a problem.
