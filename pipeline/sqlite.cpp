@@ -117,6 +117,11 @@ void Database::copy_to(const std::string& path) {
   if (sqlite3_backup_finish(backup) != SQLITE_OK || stepped != SQLITE_DONE) to.fail();
 }
 
+std::size_t Database::cache_bytes() const {
+  int now = 0, most = 0;
+  return sqlite3_db_status(handle_, SQLITE_DBSTATUS_CACHE_USED, &now, &most, 0) == SQLITE_OK ? static_cast<std::size_t>(now) : 0;
+}
+
 Statement::Statement(Database& database, const std::string& sql) : database_(database) {
   if (sqlite3_prepare_v2(database.handle(), sql.c_str(), -1, &handle_, nullptr) != SQLITE_OK) database.fail();
 }

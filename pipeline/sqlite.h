@@ -1,6 +1,7 @@
 #pragma once
 // SQLite, as much of it as the store needs: a connection, statements that are prepared once, transactions that roll back by themselves.
 // The only door to sqlite3.h. Failures are StoreError exceptions inside the store and become Problems at its faces.
+#include <cstddef>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -35,6 +36,8 @@ class Database {
   std::int64_t integer(const std::string& sql);  ///< first column of the first row; 0 when there is none
   /// Everything as it stands now, into a new file, whoever else reads or writes meanwhile.
   void copy_to(const std::string& path);
+  /// Memory of the pages that it has read and keeps.
+  std::size_t cache_bytes() const;
   sqlite3* handle() const { return handle_; }
   [[noreturn]] void fail() const;
 

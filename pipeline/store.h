@@ -89,6 +89,10 @@ class StoreReader {
   virtual ~StoreReader() = default;
   virtual const proto::Manifest& manifest() const = 0;
   virtual std::optional<Blob> tile(const proto::TileAddress& tile, Encoding encoding) const = 0;
+  /// A tile's etag alone, without its bytes.
+  virtual std::optional<std::string> tag(const proto::TileAddress& tile, Encoding encoding) const = 0;
+  /// Memory that reading has taken and keeps, about.
+  virtual std::size_t cache_bytes() const = 0;
   /// A tile's water mask, as pack_water has it; empty: all land.
   virtual std::string water(const proto::TileAddress& tile) const = 0;
   virtual std::optional<proto::TileRecord> record(const proto::TileAddress& tile) const = 0;

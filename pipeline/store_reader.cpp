@@ -21,6 +21,8 @@ using proto::Problem;
 using proto::TileAddress;
 
 constexpr std::size_t kConnections = 4;
+// Of one connection, KiB: what is above the leaves of a large dataset's trees. Tiles are kept by who asks for them.
+constexpr const char* kPageCache = "PRAGMA cache_size = -512";
 constexpr std::uint64_t kOwnCache_bytes = std::uint64_t{64} << 20;
 // A window of few rows is asked row by row: the key finds each run of columns at once. A tall one is one scan.
 constexpr std::int32_t kFewRows = 256;
@@ -40,15 +42,22 @@ struct Place {
   std::unique_ptr<Database> open() const {
     return object ? std::make_unique<Database>(*object) : std::make_unique<Database>(path, Database::Mode::published);
   }
+  /// For a connection that stays.
+  std::unique_ptr<Database> open_small() const {
+    auto database = open();
+    database->execute(kPageCache);
+    return database;
+  }
 };
 
 /// Every row that these give has the answer to `sound` in its first column.
 struct Connection {
   explicit Connection(const Place& place)
-      : opened(place.open()),
+      : opened(place.open_small()),
         summed(has_sums(database)),
         drc(database, blob_of("drc")),
         glb(database, blob_of("glb")),
+        tags(database, "SELECT " + sound(kSoundTile) + ", drc, glb FROM tiles WHERE level = ? AND y = ? AND x = ?"),
         records(database, "SELECT " + sound(kSoundTile) + ", record, y, x FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
         nodes(database,
               "SELECT " + sound(kSoundNode) + ", y, x, error, west, south, east, north, low, high, "
@@ -66,8 +75,9 @@ struct Connection {
   std::unique_ptr<Database> opened;
   Database& database = *opened;
   const bool summed;
-  Statement drc, glb, records, nodes;
+  Statement drc, glb, tags, records, nodes;
   std::optional<Statement> water;
+  std::atomic<std::size_t> cache_bytes{0};  ///< as of its last use
 };
 
 /// The row that a statement stands on is to be used.
@@ -105,15 +115,21 @@ class SqliteReader final : public StoreReader {
   // A few connections, one thread each: tiles are small and mostly in the page cache, so nobody waits long.
   // (Stands first: a deduced return type must be known before it is used.)
   template <class Use>
+  static auto counted(Connection& c, const Use& use) {
+    auto out = use(c);
+    c.cache_bytes = c.database.cache_bytes();
+    return out;
+  }
+  template <class Use>
   auto with_connection(const Use& use) const {
     const std::size_t first = turn_.fetch_add(1, std::memory_order_relaxed);
     for (std::size_t k = 0; k < kConnections; ++k) {
       Connection& c = *connections_[(first + k) % kConnections];
-      if (const std::unique_lock lock(c.mutex, std::try_to_lock); lock) return use(c);
+      if (const std::unique_lock lock(c.mutex, std::try_to_lock); lock) return counted(c, use);
     }
     Connection& c = *connections_[first % kConnections];
     const std::lock_guard lock(c.mutex);
-    return use(c);
+    return counted(c, use);
   }
 
  public:
@@ -133,6 +149,20 @@ class SqliteReader final : public StoreReader {
       if (!c.summed) require_own(record_of(get, 3), tile, encoding, bytes.size());
       return Blob{std::string(bytes), hex(hash)};
     });
+  }
+
+  std::optional<std::string> tag(const TileAddress& tile, Encoding encoding) const override {
+    return with_connection([&](Connection& c) -> std::optional<std::string> {
+      if (!c.tags.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
+      require_sound(c.tags, tile);
+      return hex(c.tags.blob(encoding == Encoding::drc ? 1 : 2));
+    });
+  }
+
+  std::size_t cache_bytes() const override {
+    std::size_t all = 0;
+    for (const auto& c : connections_) all += c->cache_bytes;
+    return all;
   }
 
   std::string water(const TileAddress& tile) const override {

@@ -60,6 +60,11 @@ std::string face_paths() {
 /// The newest, for the page that stands in the viewer's place.
 std::vector<Row> newest(Service& service, const Request& request) { return page_of(service, request, {}).rows; }
 
+/// Of answers that are hardly ever asked for twice. Nothing of a dataset stays in the front when the dataset has gone.
+std::shared_ptr<const std::string> made_anew(const std::string&, const std::function<std::string()>& make) {
+  return std::make_shared<const std::string>(make());
+}
+
 /// Caches between here and the client must not hand it on.
 void keep_from_others(Response& response) {
   for (auto& [name, value] : response.headers) {
@@ -116,12 +121,16 @@ proto::Problem unknown_to(const Request& request, const std::string& id) {
   return problem;
 }
 
+bool names_tag(const std::string& if_none_match, const std::string& tag) {
+  // Tags are hex in quotes, so finding one as a substring is finding it in the list; W/ before it does not matter here.
+  return if_none_match == "*" || if_none_match.find(std::string_view(tag).substr(tag.find('"'))) != std::string::npos;
+}
+
 Response if_changed(const Request& request, Response response) {
   const std::string etag = response.header("ETag");
   const auto wanted = request.header("if-none-match");
   if (response.status != 200 || etag.empty() || !wanted) return response;
-  // Tags are hex in quotes, so finding one as a substring is finding it in the list; W/ before it does not matter here.
-  if (*wanted != "*" && wanted->find(etag.substr(etag.find('"'))) == std::string::npos) return response;
+  if (!names_tag(*wanted, etag)) return response;
   Response unchanged;
   unchanged.status = 304;
   for (const auto& [name, value] : response.headers) {  // Vary may be there twice
@@ -192,9 +201,9 @@ Response Api::answer(Request& request, const Route& route) {
 Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
   asked->request.read_body = nullptr;  // what it reads may be gone when the answer comes
   if (response.later) {
-    response.later = [this, asked, later = std::move(response.later)]() -> std::optional<Response> {
+    response.later = [this, asked, later = std::move(response.later)](Patience patience) -> std::optional<Response> {
       const LogScope scope("request", asked->request.id);
-      auto come = later();
+      auto come = later(patience);
       return come ? std::optional(finished(asked, std::move(*come))) : std::nullopt;
     };
     return response;
@@ -207,6 +216,12 @@ Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - asked->start;
   finish(service_, {asked->request, route, asked->received, took.count()}, response);
   return response;
+}
+
+void Api::given_again(const Request& request, const metrics::KeptCounts& counts, Response& response) {
+  response.set("X-Request-Id", request_id_of(request));
+  (response.status == 304 ? counts.unchanged : counts.whole) += 1;
+  counts.seconds.observe(0);  // a microsecond or so: not worth two looks at the clock
 }
 
 bool Api::is_quick(const Request& request) const {
@@ -245,7 +260,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
     case Resource::description:
       return api_description();
     case Resource::page:
-      return page(service_.settings().serve.web, request, [&] { return newest(service_, request); });
+      return page(service_.web_files(), service_.settings().serve.web, request, [&] { return newest(service_, request); });
     case Resource::uploads:
       return begin_upload(service_, request, bounds);
     case Resource::upload:
@@ -258,6 +273,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
 }
 
 Response Api::of_dataset(const Request& request, const Route& route) {
+  const std::uint64_t state = this->state();  // before anything is looked at
   const Row dataset = service_.find(route.id);
   // One answer for both, and one way to it: else anybody could find out which private ids there are.
   if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, route.id));
@@ -279,6 +295,12 @@ Response Api::of_dataset(const Request& request, const Route& route) {
     response = problem_response(service_.library().damaged(dataset->id, error.what()));
   }
   if (dataset->is_private) keep_from_others(response);
+  if (!response.keep) response.keep = made_anew;
+  const bool plain = !dataset->is_private && !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
+  if (plain && route.resource == Resource::face && route.found.resource->tag != nullptr && response.shared) {
+    response.same_while = state;
+    response.counts = std::make_shared<const metrics::KeptCounts>(service_.metrics().kept_counts(route_name(route)));
+  }
   return response;
 }
 

@@ -19,6 +19,12 @@ class Api {
   Response handle(Request request);
   /// Whether handle() only looks something up: microseconds, and never waits.
   bool is_quick(const Request& request) const;
+  /// Whether handle() may make megabytes for this client alone.
+  bool makes_much(const Request& request) const { return parse_route(request.path).resource == Resource::mesh; }
+  /// Another after every change of what datasets serve.
+  std::uint64_t state() const { return service_.library().changes(); }
+  /// An answer that says same_while is given to this request too, by whoever kept it: names and counts it. State and path were looked at.
+  void given_again(const Request& request, const metrics::KeptCounts& counts, Response& response);
   /// Called, on any thread, when an answer that is still to come or a stream may have something to say; null: nobody any more.
   void on_change(std::function<void()> listener) { service_.hub().listen(std::move(listener)); }
 
@@ -97,6 +103,8 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
 /// What there is to fetch of a dataset, a face each, with links as OGC API names them. prefix as above.
 Json faces_json(const std::string& prefix);
 
+/// Whether If-None-Match names the tag, which stands in quotes.
+bool names_tag(const std::string& if_none_match, const std::string& tag);
 /// An answer with a validator: 304 if the client has it already.
 Response if_changed(const Request& request, Response response);
 /// What the socket may compress has Vary, and a weak tag: compressed and plain, it is the same document in different bytes.

@@ -46,7 +46,7 @@ void log(const Exchange& exchange, const Response& response) {
                       {"path", request.path.substr(0, 300)},
                       {"status", std::int64_t{response.status}},
                       {"seconds", exchange.seconds},
-                      {"sent", static_cast<std::int64_t>(response.body.size())}};
+                      {"sent", static_cast<std::int64_t>(response.bytes().size())}};
   if (exchange.received > 0) fields.push_back(LogField{"received", static_cast<std::int64_t>(exchange.received)});
   if (!request.who.name.empty()) fields.push_back(LogField{"who", request.who.name});
   if (!response.problem.empty()) fields.push_back(LogField{"problem", response.problem});

@@ -105,8 +105,8 @@ Response accepted(Service& service, const std::string& id, const Posting& postin
   const Token waiting = posting.delivery.wait.count() > 0 ? service.wait_token() : nullptr;
   if (!waiting) return answer_now(service, id, posting, nullptr);
   Response response;
-  response.later = [&service, id, posting, waiting, end = std::chrono::steady_clock::now() + posting.delivery.wait]() -> std::optional<Response> {
-    if (!service.stopping() && std::chrono::steady_clock::now() < end && !is_built(service, id)) return std::nullopt;
+  response.later = [&service, id, posting, waiting, end = std::chrono::steady_clock::now() + posting.delivery.wait](Patience patience) -> std::optional<Response> {
+    if (patience == Patience::more && !service.stopping() && std::chrono::steady_clock::now() < end && !is_built(service, id)) return std::nullopt;
     return answer_now(service, id, posting, waiting);
   };
   return response;

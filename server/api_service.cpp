@@ -26,7 +26,9 @@ void look_around(Service& service) {
   all.uploads.set(static_cast<double>(service.admission().in_use().uploads));
   all.datasets_damaged.set(static_cast<double>(service.library().damaged_count()));
   all.waiting.set(service.waiting());
-  all.connections.set(static_cast<double>(service.connections()));
+  const FrontCounts front = service.front();
+  all.connections.set(static_cast<double>(front.connections));
+  all.unsent_bytes.set(static_cast<double>(front.unsent_bytes));
   all.ready.set(why_not_ready(service).empty() ? 1 : 0);
   if (const auto disk = limits::disk_space(service.layout().root)) {
     all.disk_size.set(static_cast<double>(disk->size));
@@ -106,6 +108,7 @@ Response limits_in_effect(Service& service) {
   json["in_use"] = {{"max_datasets", now.datasets},
                     {"max_queue", now.queue},
                     {"max_uploads", now.uploads},
+                    {"max_unsent", service.front().unsent_bytes >> 20},
                     {"waiting_clients", service.waiting()}};
   return not_cached(json_response(200, json));
 }

@@ -16,12 +16,12 @@
 namespace cordillera::server {
 namespace {
 
-Response answer(pipeline::faces::Document document, std::string_view type, const Route& route) {
+Response answer(const pipeline::faces::Document& document, std::string_view type, const Route& route) {
   Response response;
   response.set("Content-Type", std::string(type));
   response.set("Cache-Control", cache_control(route));
   response.set("ETag", server::quoted(document.etag));
-  response.body = std::move(document.bytes);
+  response.shared = document.bytes.held();
   return response;
 }
 
@@ -79,15 +79,26 @@ void add_timing(Response& response, std::chrono::steady_clock::time_point start)
   response.set("Timing-Allow-Origin", "*");
 }
 
+/// What the client has already, as far as its tag tells: the head of the answer, without reading a byte of the document.
+std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
+  const pipeline::faces::Resource& resource = *route.found.resource;
+  if (resource.tag == nullptr || !request.headers.contains("if-none-match")) return std::nullopt;
+  auto tag = resource.tag(terrain, route.found.place);
+  if (!tag) return std::nullopt;
+  Response response = answer({{}, std::move(*tag)}, resource.type, route);
+  return if_changed(request, response).status == 304 ? std::optional(std::move(response)) : std::nullopt;
+}
+
 Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
   const pipeline::faces::Found& found = route.found;
   const auto start = std::chrono::steady_clock::now();
   if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
+  if (auto unchanged = unread(terrain, request, route)) return std::move(*unchanged);
   auto made = found.resource->make(terrain, found.place);
   if (!made) return problem_response(made.problem());
   if (!*made) return no_tile(terrain.manifest(), found);
   const bool varies = found.resource->compression == pipeline::faces::Compression::gzip, compressed = varies && accepts_gzip(request);
-  Response response = answer(compressed ? gzipped(terrain, **made) : std::move(**made), found.resource->type, route);
+  Response response = answer(compressed ? gzipped(terrain, **made) : **made, found.resource->type, route);
   if (varies) response.set("Vary", "Accept-Encoding");
   if (compressed) response.set("Content-Encoding", "gzip");
   add_timing(response, start);
@@ -100,6 +111,16 @@ std::string version_in(const pipeline::faces::Terrain& terrain) {
     return std::optional(pipeline::faces::Document{version_of(terrain.manifest()), ""});
   });
   return (**kept).bytes;
+}
+
+/// What is made of its documents for some clients is kept with the dataset, and so forgotten with it.
+Response::Keep keep_in(const std::shared_ptr<const pipeline::faces::Terrain>& terrain) {
+  return [terrain](const std::string& name, const std::function<std::string()>& make) {
+    const auto made = terrain->kept(name, [&]() -> proto::Result<std::optional<pipeline::faces::Document>> {
+      return std::optional(pipeline::faces::Document{make(), ""});
+    });
+    return (**made).bytes.held();
+  };
 }
 
 std::optional<Response> not_ready(const Dataset& dataset) {
@@ -135,8 +156,11 @@ Opened open_published(Service& service, const Dataset& dataset, const Route& rou
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
   const Opened opened = open_published(service, dataset, route);
   if (!opened.terrain) return opened.refusal;
-  if (route.resource == Resource::face) return face(*opened.terrain, request, route);
-  return answer(pipeline::faces::document(pipeline::manifest_json(opened.terrain->manifest())), "application/json", route);
+  Response response = route.resource == Resource::face
+                          ? face(*opened.terrain, request, route)
+                          : answer(pipeline::faces::document(pipeline::manifest_json(opened.terrain->manifest())), "application/json", route);
+  if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(opened.terrain);
+  return response;
 }
 
 }  // namespace cordillera::server

@@ -142,6 +142,7 @@ int job_main(const std::string& folder, int parent) {
   if (parent != 0 && getppid() != parent) return 1;
   if (fcntl(kReportDescriptor, F_GETFD) == -1) return 2;
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
   signal(SIGTERM, [](int) { g_stop = true; });
   std::ifstream file(std::filesystem::path(folder) / kJobFile);
   std::ostringstream text;

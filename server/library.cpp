@@ -9,7 +9,6 @@ namespace cordillera::server {
 
 namespace {
 
-constexpr std::size_t kMostOpen = 64;  // a few descriptors each
 constexpr std::uint64_t kLookEvery = 32;  // requests
 
 std::shared_ptr<const Summary> summary_of(const proto::Manifest& manifest) {
@@ -52,11 +51,11 @@ Library::Open Library::too_much() {
   std::size_t kept = 0;
   for (auto at = open_.begin(); at != open_.end(); ++at) {
     kept += at->second->kept_bytes();
-    if (at == open_.begin() || kept <= most_kept_bytes_) continue;
+    if (at == open_.begin() || kept <= bounds_.kept_bytes) continue;
     closed.splice(closed.end(), open_, at, open_.end());
     break;
   }
-  if (open_.size() > kMostOpen) closed.splice(closed.end(), open_, std::prev(open_.end()));
+  if (open_.size() > bounds_.open) closed.splice(closed.end(), open_, std::prev(open_.end()));
   return closed;
 }
 

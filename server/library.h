@@ -1,5 +1,6 @@
 #pragma once
 // Published datasets, kept open while they are being read.
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <list>
@@ -26,12 +27,17 @@ struct Summary {
   std::string version;
 };
 
+struct LibraryBounds {
+  /// Of what the faces of all open datasets decoded, made and read. Else who walks through all datasets would take 112 MiB with each.
+  std::size_t kept_bytes = std::size_t{480} << 20;  // and 32 MiB that the front keeps
+  std::size_t open = 64;  ///< datasets, a few descriptors each
+};
+
 /// Thread-safe. A reader that was handed out outlives forget().
 class Library {
  public:
-  /// most_kept_bytes: of what the faces of all open datasets decoded and made.
-  Library(Layout layout, metrics::ServiceMetrics& metrics, Mounts& mounts, std::size_t most_kept_bytes = kMostKept_bytes)
-      : layout_(std::move(layout)), metrics_(metrics), mounts_(mounts), most_kept_bytes_(most_kept_bytes) {}
+  Library(Layout layout, metrics::ServiceMetrics& metrics, Mounts& mounts, LibraryBounds bounds = {})
+      : layout_(std::move(layout)), metrics_(metrics), mounts_(mounts), bounds_(bounds) {}
   proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open(const std::string& id);
   /// Remembered: a list of thousands must not open thousands of files.
   proto::Result<std::shared_ptr<const Summary>> summary(const std::string& id);
@@ -39,12 +45,12 @@ class Library {
   proto::Problem damaged(const std::string& id, const std::string& why);
   /// Datasets of which something damaged was read since they were published or the service started.
   std::size_t damaged_count();
+  /// How often something was forgotten: what was read of any dataset before is as it was.
+  std::uint64_t changes() const { return forgotten_; }
   /// Before a dataset's files are removed, and after: who opened them in between is not kept.
   void forget(const std::string& id);
 
  private:
-  // Else who walks through all datasets would take 80 MiB with each.
-  static constexpr std::size_t kMostKept_bytes = std::size_t{512} << 20;
   proto::Problem unreadable(const std::string& id, const proto::Problem& why);
   using Open = std::list<std::pair<std::string, std::shared_ptr<const pipeline::faces::Terrain>>>;
   std::shared_ptr<const pipeline::faces::Terrain> find(const std::string& id);
@@ -53,12 +59,12 @@ class Library {
   Layout layout_;
   metrics::ServiceMetrics& metrics_;
   Mounts& mounts_;
-  const std::size_t most_kept_bytes_;
+  const LibraryBounds bounds_;
   std::mutex mutex_;
   Open open_;  ///< the last used first
   std::unordered_map<std::string, std::shared_ptr<const Summary>> summaries_;
   std::set<std::string> damaged_;
-  std::uint64_t forgotten_ = 0;  ///< how often; what was opened before may be gone
+  std::atomic<std::uint64_t> forgotten_{0};  ///< how often; what was opened before may be gone
   std::uint64_t asked_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,10 @@
 #include "server/access/role.h"
 
 namespace cordillera::server {
+
+namespace metrics {
+struct KeptCounts;
+}
 
 struct Request {
   std::string method = "GET";
@@ -31,17 +36,30 @@ struct Request {
   }
 };
 
+/// Of who waits for an answer. none: it is to come now, whatever there is to say.
+enum class Patience : std::uint8_t { none, more };
+
 struct Response {
   int status = 200;
   std::vector<std::pair<std::string, std::string>> headers;
   std::string body;
+  std::shared_ptr<const std::string> shared;  ///< instead of body: what other answers send too
+  /// Where what is made of these bytes may be kept, under a name: beside what they are of, with which it goes. Null: nowhere.
+  using Keep = std::function<std::shared_ptr<const std::string>(const std::string& name, const std::function<std::string()>& make)>;
+  Keep keep;
+  /// Everybody who asks for this path without a token gets the same, as long as Api::state() is this.
+  std::optional<std::uint64_t> same_while;
+  std::shared_ptr<const metrics::KeptCounts> counts;  ///< of such an answer
+  std::shared_ptr<const std::string> lines;  ///< headers as they stand on the wire, before the others
   std::string problem;  ///< slug of what went wrong; empty: nothing
   /// Instead of a body: the next piece, or nothing at the end. An empty piece: none yet, to be asked again when something has changed
   /// (Api::on_change) or a second later. Never waits.
   std::function<std::optional<std::string>()> next_piece;
   /// Instead of all else: an answer that is still to come, asked for in the same way.
-  std::function<std::optional<Response>()> later;
+  using Later = std::function<std::optional<Response>(Patience patience)>;
+  Later later;
 
+  const std::string& bytes() const { return shared ? *shared : body; }
   void set(const std::string& name, const std::string& value) { headers.emplace_back(name, value); }
   std::string header(std::string_view name) const {
     for (const auto& [key, value] : headers) {

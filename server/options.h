@@ -27,8 +27,12 @@ struct Limits {
   std::uint32_t free_percent = 5;         ///< of the disk, that posting leaves
   std::uint32_t connections = 4096;       ///< at the same time; beyond them the longest idle one makes room
   std::uint32_t client_connections = 512;  ///< of one address
+  std::uint32_t open_datasets = 64;       ///< at the same time; no option, but few descriptors lower it
   std::uint32_t client_streams = 64;      ///< event streams and waiting posts of one address
+  std::uint32_t unsent_mib = 512;         ///< of large answers that clients have yet to read; what several share counts once
+  std::uint32_t client_unsent_mib = 128;  ///< of one address
   std::uint32_t min_rate = 1024;          ///< bytes a second, of bodies and of readers
+  std::uint32_t answer_seconds = 600;     ///< that a reader may keep the server waiting, however large the answer
   std::uint32_t head_seconds = 10;        ///< for the head of a request
   std::uint32_t idle_seconds = 60;        ///< of a connection without a request
 };

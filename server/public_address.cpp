@@ -37,10 +37,11 @@ std::string public_folder(const Request& request) {
 
 void make_absolute(const Request& request, Response& response) {
   const std::string folder = public_folder(request);
-  Json json = response.status == 200 ? Json::parse(response.body, nullptr, false) : Json();
+  Json json = response.status == 200 ? Json::parse(response.bytes(), nullptr, false) : Json();
   if (folder.empty() || !json.is_object()) return;
   for (Json& path : json["tiles"]) path = folder + path.get<std::string>();
   response.body = json.dump(1, ' ', false, Json::error_handler_t::replace);
+  response.shared = nullptr;
   const std::string etag = pipeline::faces::document(response.body).etag;
   for (auto& [name, value] : response.headers) {
     if (name == "ETag") value = quoted(etag);

@@ -68,7 +68,7 @@ void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& led
 }  // namespace
 
 Service::Service(const Settings& settings, int lock)
-    : settings_(settings), layout_{settings.serve.data}, lock_(lock), mounts_(settings), library_(layout_, metrics_, mounts_), uploads_(layout_.uploads()), ledger_(layout_),
+    : settings_(settings), layout_{settings.serve.data}, lock_(lock), mounts_(settings), library_(layout_, metrics_, mounts_, {.open = settings.serve.limits.open_datasets}), uploads_(layout_.uploads()), ledger_(layout_),
       archive_(layout_) {}
 
 proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, JobRunner runner) {

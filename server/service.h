@@ -20,11 +20,18 @@
 #include "server/updates/archive.h"
 #include "server/updates/ledger.h"
 #include "server/uploads/part_files.h"
+#include "server/web_files.h"
 
 namespace cordillera::server {
 
 /// Holds something until it goes out of scope.
 using Token = std::shared_ptr<void>;
+
+/// What clients hold of the HTTP front.
+struct FrontCounts {
+  std::size_t connections = 0;
+  std::size_t unsent_bytes = 0;  ///< of large answers
+};
 
 class Service {
  public:
@@ -44,6 +51,7 @@ class Service {
   Row find(const std::string& id) const;
   const access::Gate& gate() const { return *gate_; }
   access::Audit& audit() { return *audit_; }
+  WebFiles& web_files() { return web_files_; }
   updates::Ledger& ledger() { return ledger_; }
   updates::Archive& archive() { return archive_; }
   uploads::PartFiles& uploads() { return uploads_; }
@@ -58,9 +66,9 @@ class Service {
   /// Refuses while another request of this owner with the same key is under way.
   Token key_token(const std::string& owner, const std::string& idempotency_key);
 
-  /// Who knows how many connections are open.
-  void count_connections(std::function<std::size_t()> count) { connections_ = std::move(count); }
-  std::size_t connections() const { return connections_ ? connections_() : 0; }
+  /// Who knows what the clients hold.
+  void watch_front(std::function<FrontCounts()> front) { front_ = std::move(front); }
+  FrontCounts front() const { return front_ ? front_() : FrontCounts{}; }
 
   bool stopping() const { return hub_.closed(); }
   void stop();
@@ -80,13 +88,14 @@ class Service {
   ProgressHub hub_;
   Mounts mounts_;
   Library library_;
+  WebFiles web_files_;
   uploads::PartFiles uploads_;
   updates::Ledger ledger_;
   updates::Archive archive_;
   std::unique_ptr<JobQueue> queue_;
   ListTexts list_texts_;
   std::thread reading_ahead_;
-  std::function<std::size_t()> connections_;  ///< set before the first request
+  std::function<FrontCounts()> front_;  ///< set before the first request
   mutable std::mutex mutex_;
   int waiting_ = 0;
   std::set<std::pair<std::string, std::string>> keys_;  ///< with their owners

@@ -1,11 +1,8 @@
 #include "server/web.h"
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "pipeline/html_text.h"
-#include "server/digest.h"
 #include "server/gzip.h"
 #include "server/json.h"
 
@@ -78,13 +75,6 @@ std::optional<fs::path> inside(const std::string& folder, const std::string& pat
   return end == root.end() ? std::optional(file) : std::nullopt;
 }
 
-std::string bytes_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream bytes;
-  bytes << stream.rdbuf();
-  return bytes.str();
-}
-
 }  // namespace
 
 std::string default_web_folder(const std::string& program) {
@@ -93,7 +83,7 @@ std::string default_web_folder(const std::string& program) {
   return (fs::exists(prefix / "web", error) ? prefix / "web" : prefix / "cordillera" / "web").string();
 }
 
-Response page(const std::string& folder, const Request& request, const std::function<std::vector<Row>()>& datasets) {
+Response page(WebFiles& files, const std::string& folder, const Request& request, const std::function<std::vector<Row>()>& datasets) {
   const std::string& path = request.path;
   const bool root = path == "/" || path == "/index.html";
   const auto file = inside(folder, root ? "/index.html" : path);
@@ -105,11 +95,13 @@ Response page(const std::string& folder, const Request& request, const std::func
   std::error_code error;
   const fs::path packed = file->string() + ".br";
   const bool is_packed = fs::is_regular_file(packed, error) && accepts(request, "br");
-  response.body = bytes_of(is_packed ? packed : *file);
+  const auto found = files.find(is_packed ? packed : *file);
+  if (!found) return problem_response({"internal", "the file cannot be read", "trying again later", ""});
+  response.shared = {found, &found->bytes};
   if (is_packed) response.set("Content-Encoding", "br");
   response.set("Content-Type", content_type(*file));
   response.set("Cache-Control", "no-cache");
-  response.set("ETag", quoted(digest(response.body).substr(0, 32)));
+  response.set("ETag", quoted(found->etag));
   return response;
 }
 

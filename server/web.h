@@ -6,6 +6,7 @@
 
 #include "server/message.h"
 #include "server/registry.h"
+#include "server/web_files.h"
 
 namespace cordillera::server {
 
@@ -16,6 +17,6 @@ std::string default_web_folder(const std::string& program);
 /// The file of a path like /, /index.html or /assets/viewer.js. Nothing outside the folder is ever read.
 /// Where the build left FILE.br beside a file, clients that accept br get that: a script of megabytes takes seconds to compress.
 /// Without a viewer, / is a page that says what is missing and lists the datasets that datasets() gives; nothing else asks for them.
-Response page(const std::string& folder, const Request& request, const std::function<std::vector<Row>()>& datasets);
+Response page(WebFiles& files, const std::string& folder, const Request& request, const std::function<std::vector<Row>()>& datasets);
 
 }  // namespace cordillera::server

@@ -39,8 +39,9 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, Databa
   Zooms zooms;
   each_place(terrain, face, tiles, [&](const faces::Place& at) {
     const faces::Document document = made(terrain, tiles, at);
-    const std::string id = hex(content_hash(document.bytes));
-    image.bind(id, document.bytes).run();
+    const std::string& bytes = document.bytes;
+    const std::string id = hex(content_hash(bytes));
+    image.bind(id, bytes).run();
     place.bind(at.z, at.x, proto::tiles_up(at.z) - 1 - at.y, id).run();
     zooms = {std::min(zooms.least, at.z), std::max(zooms.most, at.z)};
   });

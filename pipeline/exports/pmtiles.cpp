@@ -63,7 +63,7 @@ Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const
     const faces::Document document = made(terrain, tiles, place_at(tiles.grid, hilbert_address(id)));
     const auto [found, fresh] = known.try_emplace(content_hash(document.bytes));
     if (fresh) {
-      const std::string bytes = compression_of(tiles) == kGzip ? gzip(document.bytes) : document.bytes;
+      const std::string bytes = compression_of(tiles) == kGzip ? gzip(document.bytes) : std::string(document.bytes);
       found->second = {id, all.bytes, static_cast<std::uint32_t>(bytes.size()), 1};
       all.bytes += bytes.size();
       append(out, bytes);

@@ -34,6 +34,9 @@ enum class Grid : std::uint8_t {
 /// Makes a document. Nothing where the place has no tile; a problem where the dataset or the machine cannot give any.
 using Make = proto::Result<std::optional<Document>> (*)(const Terrain& terrain, const Place& place);
 
+/// A document's tag at the cost of looking it up; nothing where the place has no tile.
+using Tag = std::optional<std::string> (*)(const Terrain& terrain, const Place& place);
+
 /// What a document's links are.
 enum class Links : std::uint8_t {
   relative,        ///< to the document; whoever reads it resolves them
@@ -58,6 +61,7 @@ struct Resource {
   Links links = Links::relative;
   Absent absent = Absent::not_found;
   Compression compression = Compression::none;
+  Tag tag = nullptr;       ///< null: only making the document tells
 };
 
 /// Is given every path of a face that has something, in an order that depends on the dataset alone.

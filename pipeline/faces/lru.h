@@ -28,6 +28,30 @@ class Lru {
     return bytes_;
   }
 
+  /// In place of what stands under the key.
+  void replace(const Key& key, Value value, std::size_t bytes) {
+    remove(key);
+    keep(key, std::move(value), bytes);
+  }
+
+  void clear() {
+    std::list<Entry> all;  // freed without the lock
+    const std::lock_guard lock(mutex_);
+    all.swap(entries_);
+    places_.clear();
+    bytes_ = 0;
+  }
+
+  void remove(const Key& key) {
+    std::list<Entry> one;  // freed without the lock
+    const std::lock_guard lock(mutex_);
+    const auto found = places_.find(key);
+    if (found == places_.end()) return;
+    bytes_ -= found->second->bytes;
+    one.splice(one.begin(), entries_, found->second);
+    places_.erase(found);
+  }
+
   /// What is larger than everything that may be kept is not.
   void keep(const Key& key, Value value, std::size_t bytes) {
     const std::lock_guard lock(mutex_);

@@ -15,6 +15,7 @@ namespace {
 // Of one dataset; a server keeps some dozens of datasets open, and few of them are looked at.
 constexpr std::size_t kMostMeshBytes = std::size_t{48} << 20;
 constexpr std::size_t kMostDocumentBytes = std::size_t{32} << 20;
+constexpr std::size_t kMostTileBytes = std::size_t{32} << 20;
 
 }  // namespace
 
@@ -26,7 +27,7 @@ struct Terrain::Undulation {
   std::optional<proto::Problem> problem;
 };
 
-Terrain::Terrain(std::shared_ptr<const StoreReader> store) : store_(std::move(store)), meshes_(kMostMeshBytes), documents_(kMostDocumentBytes) {}
+Terrain::Terrain(std::shared_ptr<const StoreReader> store) : store_(std::move(store)), meshes_(kMostMeshBytes), documents_(kMostDocumentBytes), tiles_(kMostTileBytes) {}
 Terrain::~Terrain() = default;
 
 proto::Lattice Terrain::lattice() const { return {proto::Scheme::geodetic, static_cast<int>(manifest().max_level())}; }
@@ -41,6 +42,20 @@ std::shared_ptr<const MeshIndex> Terrain::mesh(const proto::TileAddress& tile) c
   auto index = std::make_shared<const MeshIndex>(in_mesh_steps(std::move(*decoded)));
   meshes_.keep(tile, index, index->bytes());
   return index;
+}
+
+std::optional<Document> Terrain::tile(const proto::TileAddress& tile, Encoding encoding) const {
+  if (auto kept = tiles_.find({tile, encoding})) return kept;
+  auto blob = store_->tile(tile, encoding);
+  if (!blob) return std::nullopt;
+  Document document{std::move(blob->bytes), std::move(blob->etag)};
+  tiles_.keep({tile, encoding}, document, document.bytes.size() + sizeof(Document));
+  return document;
+}
+
+std::optional<std::string> Terrain::tile_tag(const proto::TileAddress& tile, Encoding encoding) const {
+  const auto kept = tiles_.find({tile, encoding});
+  return kept ? std::optional(kept->etag) : store_->tag(tile, encoding);
 }
 
 std::optional<double> Terrain::height_m(int level, double longitude_deg, double latitude_deg) const {

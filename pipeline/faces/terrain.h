@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "pipeline/faces/document.h"
 #include "pipeline/faces/lru.h"
@@ -32,6 +33,11 @@ class Terrain {
   /// StoreError where its bytes are damaged.
   std::shared_ptr<const MeshIndex> mesh(const proto::TileAddress& tile) const;
 
+  /// A stored tile as clients get it. Those asked for lately are kept, and shared by all who read them.
+  std::optional<Document> tile(const proto::TileAddress& tile, Encoding encoding) const;
+  /// Its tag alone: its bytes are not read.
+  std::optional<std::string> tile_tag(const proto::TileAddress& tile, Encoding encoding) const;
+
   /// Metres above the ellipsoid of the flat triangle over a place, in the mesh of the level; none beside the data and in holes. Longitude
   /// in [-180, 180], latitude in [-90, 90].
   std::optional<double> height_m(int level, double longitude_deg, double latitude_deg) const;
@@ -54,7 +60,7 @@ class Terrain {
   }
 
   /// Memory that what is kept takes at the moment.
-  std::size_t kept_bytes() const { return meshes_.bytes() + documents_.bytes(); }
+  std::size_t kept_bytes() const { return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes(); }
 
  private:
   struct Undulation;
@@ -63,6 +69,7 @@ class Terrain {
   std::shared_ptr<const StoreReader> store_;
   mutable Lru<proto::TileAddress, std::shared_ptr<const MeshIndex>> meshes_;
   mutable Lru<std::string, Document> documents_;
+  mutable Lru<std::pair<proto::TileAddress, Encoding>, Document> tiles_;
   mutable std::mutex geoid_mutex_;
   mutable std::unique_ptr<Undulation> undulation_;
 };

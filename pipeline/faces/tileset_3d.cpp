@@ -18,19 +18,28 @@ proto::Result<std::optional<Document>> subtree_of(const Terrain& terrain, const 
   return std::optional(document(std::move(*bytes)));
 }
 
+std::optional<proto::TileAddress> address(const Place& place) {
+  if (place.root == 0) return proto::TileAddress{place.z, place.x, place.y};
+  return absolute_tile(place.root, place.z, place.x, place.y);
+}
+
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place) {
-  const auto at = place.root == 0 ? std::optional(proto::TileAddress{place.z, place.x, place.y})
-                                  : absolute_tile(place.root, place.z, place.x, place.y);
-  auto blob = at ? terrain.store().tile(*at, Encoding::glb) : std::nullopt;
-  if (!blob) return std::optional<Document>();
-  return std::optional(Document{std::move(blob->bytes), std::move(blob->etag)});
+  const auto at = address(place);
+  return at ? terrain.tile(*at, Encoding::glb) : std::nullopt;
+}
+
+std::optional<std::string> tag(const Terrain& terrain, const Place& place) {
+  const auto at = address(place);
+  return at ? terrain.tile_tag(*at, Encoding::glb) : std::nullopt;
 }
 
 constexpr std::array<Resource, 4> kResources = {{
     {"tileset.json", Grid::none, "application/json", "3D Tiles 1.1 tileset with two implicit roots", tileset},
     {"subtrees/{root}/{z}/{x}/{y}.subtree", Grid::implicit, "application/octet-stream", "Availability, regions and errors of a part of an implicit tree", subtree_of},
-    {"tiles/{root}/{z}/{x}/{y}.glb", Grid::implicit, "model/gltf-binary", "A tile as binary glTF with Draco, by its address below a root", tile},
-    {"tiles/{z}/{x}/{y}.glb", Grid::geodetic, "model/gltf-binary", "The same tile by its absolute address", tile},
+    {"tiles/{root}/{z}/{x}/{y}.glb", Grid::implicit, "model/gltf-binary", "A tile as binary glTF with Draco, by its address below a root", tile, Links::relative, Absent::not_found,
+     Compression::none, tag},
+    {"tiles/{z}/{x}/{y}.glb", Grid::geodetic, "model/gltf-binary", "The same tile by its absolute address", tile, Links::relative, Absent::not_found,
+     Compression::none, tag},
 }};
 
 void each_path(const Terrain& terrain, const PathSink& sink) {

@@ -6,9 +6,8 @@
 #include "server/front/beast.h"
 
 namespace cordillera::server::front {
-namespace {
 
-void add(std::string& out, std::string_view name, std::string_view value) {
+void add_header(std::string& out, std::string_view name, std::string_view value) {
   out.append(name).append(": ");
   const std::size_t start = out.size();
   out.append(value);
@@ -19,29 +18,28 @@ void add(std::string& out, std::string_view name, std::string_view value) {
   out.append("\r\n");
 }
 
-}  // namespace
-
 bool is_bodiless(int status) { return status == 204 || status == 304 || status < 200; }
 
 std::string answer_head(const Response& response, const AnswerForm& form) {
   std::string out;
   out.reserve(640);
   out.append("HTTP/1.1 ").append(std::to_string(response.status)).append(" ").append(reason_of(response.status)).append("\r\n");
-  if (!form.date.empty()) add(out, "Date", form.date);
-  add(out, "Server", "Cordillera");
-  add(out, "Accept-Ranges", "none");
-  bool typed = false;
+  if (!form.date.empty()) add_header(out, "Date", form.date);
+  add_header(out, "Server", "Cordillera");
+  add_header(out, "Accept-Ranges", "none");
+  bool typed = response.lines != nullptr;
+  if (response.lines) out.append(*response.lines);
   for (const auto& [name, value] : response.headers) {
     typed = typed || name == "Content-Type";
-    add(out, name, value);
+    add_header(out, name, value);
   }
   if (!is_bodiless(response.status)) {
-    if (!typed && (form.ending != Ending::length || !response.body.empty())) add(out, "Content-Type", "application/octet-stream");
-    if (form.ending == Ending::length) add(out, "Content-Length", std::to_string(response.body.size()));
-    if (form.ending == Ending::chunks) add(out, "Transfer-Encoding", "chunked");
+    if (!typed && (form.ending != Ending::length || !response.bytes().empty())) add_header(out, "Content-Type", "application/octet-stream");
+    if (form.ending == Ending::length) add_header(out, "Content-Length", std::to_string(response.bytes().size()));
+    if (form.ending == Ending::chunks) add_header(out, "Transfer-Encoding", "chunked");
   }
-  if (!form.keep_alive) add(out, "Connection", "close");
-  if (form.keep_alive && form.old) add(out, "Connection", "keep-alive");
+  if (!form.keep_alive) add_header(out, "Connection", "close");
+  if (form.keep_alive && form.old) add_header(out, "Connection", "keep-alive");
   return out.append("\r\n");
 }
 

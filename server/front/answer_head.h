@@ -18,6 +18,8 @@ struct AnswerForm {
   std::string_view date = {};  ///< as HTTP has it
 };
 
+/// Appends a header's line. What is no text in its value is left out.
+void add_header(std::string& out, std::string_view name, std::string_view value);
 /// Status line and headers, the empty line included. What is no text in a header's value is left out.
 std::string answer_head(const Response& response, const AnswerForm& form);
 /// Statuses that never have a body.

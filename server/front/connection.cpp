@@ -94,7 +94,9 @@ void Connection::begin(Head head) {
   if (head.body != Head::Body::none && takes_body) return begin_with_body(std::move(head));
   if (head.body != Head::Body::none) keep_ = false, linger_ = true;  // a body that nobody reads
   request_.read_body = [](const Request::Sink&) { return true; };
+  if (auto kept = kept_answer(shared_, request_)) return respond(std::move(*kept));
   if (shared_.api.is_quick(request_)) return respond(answer_of(shared_, request_));
+  if (shared_.api.makes_much(request_) && shared_.unsent.full(client_)) return respond_with(too_much_unsent());
   const auto taken = shared_.makers.run(client_, [self = shared_from_this()] { self->make_answer(); });
   if (taken != Workers::Taken::yes) respond_with({"service-busy", "the service has too much to do", "trying again later", ""});
 }
@@ -138,7 +140,7 @@ void Connection::tick(Clock::time_point now) {
         end_body(BodyPipe::End::broken);
       }
       break;
-    case State::waiting: ask_again(); break;
+    case State::waiting: ask_again(client_left() ? Patience::none : Patience::more); break;
     case State::writing:
       if (answer_pace_.too_slow(now)) close();
       break;
@@ -169,7 +171,8 @@ void Connection::close() {
   if (pipe_) pipe_->end(BodyPipe::End::broken);
   awaited_ = nullptr;
   pieces_ = nullptr;
-  share_ = stream_share_ = nullptr;
+  share_ = stream_share_ = unsent_ = nullptr;
+  out_body_ = nullptr;
   Error ignored;
   socket_.shutdown(tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);

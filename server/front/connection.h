@@ -45,6 +45,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   bool idle() const { return state_ == State::head && in_.empty(); }
+  bool lingering() const { return state_ == State::lingering; }
   Clock::time_point since() const { return since_; }
   bool closed() const { return state_ == State::closed; }
 
@@ -79,8 +80,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
   // Answers (connection_answer.cpp).
   void respond(Response response);
   void respond_with(const proto::Problem& problem);
-  void ask_again();
+  void ask_again(Patience patience = Patience::more);
+  bool client_left();
   void pump();
+  bool take_out(Response& response);
   void write();
   void answered();
   void report(bool whole);
@@ -117,10 +120,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool expects_continue_ = false, body_wanted_ = false, body_late_ = false;
   Pace body_pace_;
 
-  std::function<std::optional<Response>()> awaited_;
+  Response::Later awaited_;
   std::function<std::optional<std::string>()> pieces_;
   bool chunks_ = false;
-  std::string out_head_, out_body_;
+  std::string out_head_;
+  std::shared_ptr<const std::string> out_body_;  ///< null: none
+  AnswerBudget::Share unsent_;                   ///< of a large body
   std::size_t out_at_ = 0;
   std::uint64_t out_bytes_ = 0;
   int status_ = 0;

@@ -1,4 +1,6 @@
 // The answer to a request: at once, later, or piece by piece.
+#include <poll.h>
+
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <charconv>
@@ -10,6 +12,8 @@
 
 namespace cordillera::server::front {
 namespace {
+
+constexpr std::size_t kLarge = std::size_t{64} << 10;  // less is soon in the system's own buffers
 
 std::string chunk(const std::string& piece) {
   std::array<char, 20> size{};
@@ -50,17 +54,28 @@ void Connection::respond(Response response) {
   if (body_left) keep_ = false, linger_ = true;  // where the next request would begin is behind bytes that nobody reads
   if (shared_.stopping) keep_ = false;
   const bool head_only = request_.method == "HEAD" || is_bodiless(response.status);
+  if (!head_only && !take_out(response)) return respond_with(too_much_unsent());
   const Ending ending = !response.next_piece ? Ending::length : old_ ? Ending::connection : Ending::chunks;
   if (ending == Ending::connection) keep_ = false;
   status_ = response.status;
   problem_ = response.problem;
   out_head_ = answer_head(response, {ending, keep_, old_, loop_.date()});
-  out_body_ = head_only ? std::string() : std::move(response.body);
   out_at_ = out_bytes_ = 0;
   chunks_ = ending == Ending::chunks;
   pieces_ = head_only ? nullptr : std::move(response.next_piece);
-  answer_pace_.start();
+  answer_pace_.start(out_body_ ? out_body_->size() : 0);
   write();
+}
+
+/// Takes the body over; false: it is large, and there is no room for it.
+bool Connection::take_out(Response& response) {
+  if (response.bytes().empty()) return true;
+  out_body_ = response.shared ? response.shared : std::make_shared<const std::string>(std::move(response.body));
+  response.shared = out_body_;
+  if (out_body_->size() < kLarge) return true;
+  unsent_ = shared_.unsent.take(client_, out_body_);
+  if (!unsent_) out_body_ = nullptr;
+  return unsent_ != nullptr;
 }
 
 /// On a worker's thread.
@@ -72,10 +87,18 @@ void Connection::make_answer() {
   }
 }
 
-void Connection::ask_again() {
+/// Whether it has closed its side. It may read still, so it is answered; but it waits no longer, and its place is another's.
+bool Connection::client_left() {
+  pollfd socket{socket_.native_handle(), POLLRDHUP, 0};
+  if (poll(&socket, 1, 0) <= 0) return false;
+  keep_ = false;
+  return true;
+}
+
+void Connection::ask_again(Patience patience) {
   std::optional<Response> response;
   try {
-    response = awaited_();
+    response = awaited_(patience);
   } catch (const std::exception& error) {
     log_warning(request_.method + " " + request_.path.substr(0, 300) + ": " + error.what());
     response = refusal({"internal", "the service failed to answer this request", "", ""});
@@ -95,9 +118,9 @@ void Connection::pump() {
   out_head_.clear();
   out_at_ = 0;
   if (piece) {
-    out_body_ = chunks_ ? chunk(*piece) : *piece;
+    out_body_ = std::make_shared<const std::string>(chunks_ ? chunk(*piece) : *piece);
   } else {
-    out_body_ = chunks_ ? "0\r\n\r\n" : "";
+    out_body_ = std::make_shared<const std::string>(chunks_ ? "0\r\n\r\n" : "");
     pieces_ = nullptr;
   }
   write();
@@ -106,11 +129,13 @@ void Connection::pump() {
 /// Until all is out or the system takes no more.
 void Connection::write() {
   state_ = State::writing;
-  const std::size_t all = out_head_.size() + out_body_.size();
+  static const std::string kNothing;
+  const std::string& body = out_body_ ? *out_body_ : kNothing;
+  const std::size_t all = out_head_.size() + body.size();
   while (out_at_ < all) {
     const std::size_t in_head = std::min(out_at_, out_head_.size());
     const std::array<boost::asio::const_buffer, 2> rest = {boost::asio::buffer(out_head_) + in_head,
-                                                           boost::asio::buffer(out_body_) + (out_at_ - in_head)};
+                                                           boost::asio::buffer(body) + (out_at_ - in_head)};
     boost::system::error_code error;
     const std::size_t count = socket_.write_some(rest, error);
     if (error == boost::asio::error::would_block) {
@@ -131,7 +156,8 @@ void Connection::write() {
 void Connection::answered() {
   report(true);
   out_head_.clear();
-  out_body_ = {};
+  out_body_ = nullptr;
+  unsent_ = nullptr;
   stream_share_ = nullptr;
   pipe_ = nullptr;
   framing_.reset();

@@ -22,24 +22,28 @@ std::string coding_of(std::string_view header) {
 
 }  // namespace
 
+std::shared_ptr<const std::string> ContentCoder::kept(const std::string& name, const std::function<std::string()>& make) {
+  if (auto found = kept_.find(name)) return *found;
+  auto bytes = std::make_shared<const std::string>(make());
+  kept_.keep(name, bytes, bytes->size() + name.size());
+  return bytes;
+}
+
 void ContentCoder::encode(const Request& request, Response& response) {
   const bool reads = request.method == "GET" || request.method == "HEAD";
-  if (!reads || response.body.size() < kWorthIt || !is_compressible(response.header("Content-Type"))) return;
+  if (!reads || response.bytes().size() < kWorthIt || !is_compressible(response.header("Content-Type"))) return;
   if (!response.header("Content-Encoding").empty()) return;
   const std::string tag = response.header("ETag");
   const bool keep = response.status == 200 && !tag.empty();
   const char* coding = accepts(request, "br") ? "br" : accepts(request, "gzip") ? "gzip" : nullptr;
   if (coding == nullptr) return;
-  const std::string name = coding + tag;
-  std::string bytes;
-  if (auto kept = keep ? kept_.find(name) : std::nullopt) {
-    bytes = std::move(*kept);
-  } else {
-    bytes = compressed(coding, response.body);
-    if (keep && !bytes.empty()) kept_.keep(name, bytes, bytes.size() + name.size());
-  }
-  if (bytes.empty()) return;
-  response.body = std::move(bytes);
+  const auto make = [&] { return compressed(coding, response.bytes()); };
+  std::shared_ptr<const std::string> bytes;
+  if (!keep) bytes = std::make_shared<const std::string>(make());
+  else bytes = response.keep ? response.keep(coding + tag, make) : kept(coding + tag, make);
+  if (bytes->empty()) return;
+  response.body.clear();
+  response.shared = std::move(bytes);
   response.set("Content-Encoding", coding);
 }
 

@@ -2,6 +2,7 @@
 // Which bodies are compressed, and how: answers for clients that accept it, and what clients send.
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -19,7 +20,10 @@ class ContentCoder {
   void encode(const Request& request, Response& response);
 
  private:
-  pipeline::faces::Lru<std::string, std::string> kept_{std::size_t{16} << 20};
+  std::shared_ptr<const std::string> kept(const std::string& name, const std::function<std::string()>& make);
+
+  /// Of answers that say nowhere else: the viewer's and the service's own, of which there are few.
+  pipeline::faces::Lru<std::string, std::shared_ptr<const std::string>> kept_{std::size_t{16} << 20};
 };
 
 /// What a client may say as Content-Encoding, besides nothing and identity.

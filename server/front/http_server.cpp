@@ -1,11 +1,10 @@
 #include "server/front/http_server.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <atomic>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
+#include <cerrno>
 #include <thread>
 #include <vector>
 
@@ -22,14 +21,6 @@ constexpr int kBacklog = 1024;  // a map that zooms opens many connections at on
 constexpr auto kNoDescriptors = std::chrono::milliseconds(100);
 
 std::size_t loop_count() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 16); }
-
-/// As many descriptors as the system lets us have: a connection takes one.
-void raise_descriptor_limit() {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
-  limit.rlim_cur = limit.rlim_max;
-  setrlimit(RLIMIT_NOFILE, &limit);
-}
 
 class AsioServer final : public HttpServer {
  public:
@@ -61,6 +52,8 @@ class AsioServer final : public HttpServer {
 
   int port() const override { return acceptor_->local_endpoint().port(); }
   std::size_t connections() const override { return shared_.connections.all(); }
+
+  std::size_t unsent_bytes() const override { return shared_.unsent.all(); }
 
   void run() override {
     accept();
@@ -103,10 +96,24 @@ class AsioServer final : public HttpServer {
         }
         return accept();
       }
-      retry_->expires_after(kNoDescriptors);
-      retry_->async_wait([this](const Error& cancelled) {
-        if (!cancelled) accept();
-      });
+      const bool scarce = error == boost::asio::error::no_descriptors || error.value() == ENFILE || error == boost::asio::error::no_buffer_space;
+      scarce ? make_room(0) : accept_later();
+    });
+  }
+
+  /// Without a descriptor left nobody comes in any more. The loops are asked in turn to close the connection that has been idle for longest
+  /// with them.
+  void make_room(std::size_t asked) {
+    if (asked == running_) return accept_later();
+    loops_[(next_ + asked) % running_]->make_room([this, asked](Loop::Room room) {
+      boost::asio::post(loops_[0]->io(), [this, asked, room] { room == Loop::Room::made ? accept() : make_room(asked + 1); });
+    });
+  }
+
+  void accept_later() {
+    retry_->expires_after(kNoDescriptors);
+    retry_->async_wait([this](const Error& cancelled) {
+      if (!cancelled) accept();
     });
   }
 
@@ -124,7 +131,6 @@ proto::Result<std::unique_ptr<HttpServer>> HttpServer::bind(Api& api, const std:
   const auto colon = listen.rfind(':');
   std::string host = listen.substr(0, colon);
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  raise_descriptor_limit();
   auto server = std::make_unique<AsioServer>(api, limits, std::move(on_served));
   if (const Error error = server->bind_to(host, listen.substr(colon + 1))) {
     const std::string why = error == boost::asio::error::address_in_use ? "another program listens there" : error.message();

@@ -19,6 +19,8 @@ class HttpServer {
   virtual int port() const = 0;
   /// Open now.
   virtual std::size_t connections() const = 0;
+  /// Of large answers that clients have yet to read.
+  virtual std::size_t unsent_bytes() const = 0;
   /// Serves until stop().
   virtual void run() = 0;
   /// From any thread, before run() too. Requests under way are answered, within Limits::drain; streams end.

@@ -1,6 +1,7 @@
 #include "server/front/loop.h"
 
 #include <boost/asio/post.hpp>
+#include <utility>
 
 #include "server/front/answer_head.h"
 #include "server/front/connection.h"
@@ -40,9 +41,10 @@ void Loop::adopt(boost::asio::ip::tcp::socket socket) {
   boost::asio::post(io_, [this, socket = std::move(socket)]() mutable {
     boost::system::error_code error;
     const auto peer = socket.remote_endpoint(error);
+    if (error || stopping_) return;
     // Those that are told why they are refused take a place for a moment too.
-    if (error || stopping_ || connections_.size() > shared_.limits.connections) return;
-    const bool room = shared_.connections.all() < shared_.limits.connections || make_room();
+    if (connections_.size() > shared_.limits.connections && make_room() == Room::none) return;
+    const bool room = shared_.connections.all() < shared_.limits.connections || make_room() == Room::made;
     auto share = room ? shared_.connections.take(peer.address().to_string(), shared_.limits.connections_per_client) : nullptr;
     const bool welcome = share != nullptr;
     const auto connection = std::make_shared<Connection>(*this, std::move(socket), std::move(share));
@@ -55,14 +57,22 @@ void Loop::adopt(boost::asio::ip::tcp::socket socket) {
   });
 }
 
-/// The connection that has been idle for longest goes: its client only has to connect again.
-bool Loop::make_room() {
-  std::shared_ptr<Connection> oldest;
+/// The connection whose last word was said first goes, or else that which has been idle for longest: its client only has to connect again.
+Loop::Room Loop::make_room() {
+  std::shared_ptr<Connection> spare;
+  const auto before = [](const Connection& a, const Connection& b) {
+    return std::pair(!a.lingering(), a.since()) < std::pair(!b.lingering(), b.since());
+  };
   for (const auto& connection : connections_) {
-    if (connection->idle() && (!oldest || connection->since() < oldest->since())) oldest = connection;
+    const bool may_go = connection->idle() || connection->lingering();
+    if (may_go && (!spare || before(*connection, *spare))) spare = connection;
   }
-  if (oldest) oldest->close();
-  return oldest != nullptr;
+  if (spare) spare->close();
+  return spare ? Room::made : Room::none;
+}
+
+void Loop::make_room(std::function<void(Room)> done) {
+  boost::asio::post(io_, [this, done = std::move(done)] { done(stopping_ ? Room::none : make_room()); });
 }
 
 void Loop::forget(const std::shared_ptr<Connection>& connection) {

@@ -4,6 +4,8 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +34,9 @@ class Loop {
   void adopt(boost::asio::ip::tcp::socket socket);
   void changed();
   void stop();
+  /// Closes the connection that can be spared best, if there is one, and says so, on the loop's thread.
+  enum class Room : std::uint8_t { none, made };
+  void make_room(std::function<void(Room)> done);
 
   // From the loop's own thread.
   void forget(const std::shared_ptr<Connection>& connection);
@@ -41,7 +46,7 @@ class Loop {
  private:
   void tick();
   void tell_changed();
-  bool make_room();
+  Room make_room();
 
   Shared& shared_;
   boost::asio::io_context io_{1};

@@ -1,5 +1,6 @@
 #pragma once
 // Whether the other side of a connection keeps up.
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 
@@ -12,9 +13,14 @@ using Clock = std::chrono::steady_clock;
 /// Only time that was spent waiting for the client counts: a slow disk or a busy machine is not its fault.
 class Pace {
  public:
-  explicit Pace(const Limits& limits) : limits_(&limits) {}
+  explicit Pace(const Limits& limits) : limits_(&limits), least_rate_(limits.min_rate) {}
 
   void start() { *this = Pace(*limits_); }
+  /// Of so many bytes: a large whole has to move faster, or it would be held for hours.
+  void start(std::uint64_t whole) {
+    start();
+    least_rate_ = std::max(least_rate_, static_cast<double>(whole) / static_cast<double>(limits_->answer.count()));
+  }
   void wait(Clock::time_point now) {
     if (!waiting_) since_ = now;
     waiting_ = true;
@@ -29,11 +35,12 @@ class Pace {
     if (!waiting_) return false;
     if (now - since_ > limits_->stall) return true;
     const std::chrono::duration<double> waited = waited_ + (now - since_);
-    return waited > limits_->grace && static_cast<double>(bytes_) < waited.count() * limits_->min_rate;
+    return waited > limits_->grace && static_cast<double>(bytes_) < waited.count() * least_rate_;
   }
 
  private:
   const Limits* limits_;
+  double least_rate_;  ///< bytes a second
   Clock::time_point since_{};
   Clock::duration waited_{};
   std::uint64_t bytes_ = 0;

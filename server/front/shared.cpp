@@ -19,9 +19,30 @@ bool is_range(const std::string& header) {
 }  // namespace
 
 Shared::Shared(Api& api_, const Limits& limits_, OnServed on_served_)
-    : api(api_), limits(limits_), on_served(std::move(on_served_)),
+    : api(api_), limits(limits_), on_served(std::move(on_served_)), unsent(limits_.unsent, limits_.unsent_per_client),
       makers(cores() * 2, limits_.connections * std::size_t{2}, limits_.connections * std::size_t{2}),
       takers(limits_.uploads, limits_.uploads, limits_.uploads_per_client) {}
+
+std::optional<Response> kept_answer(Shared& shared, const Request& request) {
+  if (!takes_kept(request)) return std::nullopt;
+  const auto kept = shared.kept.find(request.path, shared.api.state());
+  if (!kept) return std::nullopt;
+  Response response;
+  const auto wanted = request.headers.find("if-none-match");
+  if (wanted != request.headers.end() && names_tag(wanted->second, kept->etag)) {
+    response.status = 304;
+    response.lines = kept->unchanged;
+  } else {
+    response.lines = kept->lines;
+    response.shared = kept->body;
+  }
+  shared.api.given_again(request, *kept->counts, response);
+  return response;
+}
+
+proto::Problem too_much_unsent() {
+  return {"service-busy", "too many large answers wait to be read, of this address or in all", "reading those first, or asking again later", ""};
+}
 
 Response refusal(const proto::Problem& problem) {
   Response response = problem_response(problem);
@@ -36,6 +57,7 @@ Response answer_of(Shared& shared, const Request& request) {
   try {
     Response response = shared.api.handle(request);
     shared.coder.encode(request, response);
+    if (response.same_while && takes_kept(request)) shared.kept.keep(request.path, response);
     return response;
   } catch (const std::exception& error) {
     log_warning(request.method + " " + request.path.substr(0, 300) + ": " + error.what());

@@ -3,8 +3,10 @@
 #include <atomic>
 
 #include "server/api.h"
+#include "server/front/answer_budget.h"
 #include "server/front/client_counts.h"
 #include "server/front/content_coding.h"
+#include "server/front/kept_answers.h"
 #include "server/front/limits.h"
 #include "server/front/served.h"
 #include "server/front/workers.h"
@@ -18,7 +20,9 @@ struct Shared {
   const Limits limits;
   const OnServed on_served;
   ContentCoder coder;
+  KeptAnswers kept;
   ClientCounts connections, streams;
+  AnswerBudget unsent;
   Workers makers;  ///< requests without a body that are not answered at once
   Workers takers;  ///< requests with one: they may wait for their client
   std::atomic<bool> stopping{false};
@@ -26,6 +30,10 @@ struct Shared {
 
 /// The API's answer, ready for the socket. Whatever is thrown becomes a problem.
 Response answer_of(Shared& shared, const Request& request);
+/// The answer, if it was given to somebody lately and is the same for all; nothing: it has to be made.
+std::optional<Response> kept_answer(Shared& shared, const Request& request);
+/// Why nothing large is sent now.
+proto::Problem too_much_unsent();
 /// A problem that the front itself has.
 Response refusal(const proto::Problem& problem);
 

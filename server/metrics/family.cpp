@@ -52,23 +52,17 @@ void Family::write(std::string& out) const {
   write_samples(out);
 }
 
-void Numbers::add(double by, Labels labels) {
-  const std::string at = key(labels);
+Numbers::Value& Numbers::at(Labels labels) {
+  std::string its = key(labels);
   const std::lock_guard lock(mutex_);
-  values_[at] += by;
-}
-
-void Numbers::set(double value, Labels labels) {
-  const std::string at = key(labels);
-  const std::lock_guard lock(mutex_);
-  values_[at] = value;
+  return values_[std::move(its)];
 }
 
 double Numbers::value(Labels labels) const {
-  const std::string at = key(labels);
+  const std::string its = key(labels);
   const std::lock_guard lock(mutex_);
-  const auto found = values_.find(at);
-  return found == values_.end() ? 0 : found->second;
+  const auto found = values_.find(its);
+  return found == values_.end() ? 0 : found->second.load();
 }
 
 void Numbers::write_samples(std::string& out) const {
@@ -87,14 +81,16 @@ Gauge::Gauge(const char* name, const char* help, std::vector<const char*> labels
 Histogram::Histogram(const char* name, const char* help, std::vector<double> bounds, std::vector<const char*> labels)
     : Family(name, help, "histogram", std::move(labels)), bounds_(std::move(bounds)) {}
 
-void Histogram::observe(double value, Labels labels) {
-  const std::string at = key(labels);
+void Histogram::Spread::observe(double value) {
   const auto bucket = std::lower_bound(bounds_.begin(), bounds_.end(), value) - bounds_.begin();
+  counts_[static_cast<std::size_t>(bucket)] += 1;
+  sum_ += value;
+}
+
+Histogram::Spread& Histogram::at(Labels labels) {
+  std::string its = key(labels);
   const std::lock_guard lock(mutex_);
-  Spread& spread = spreads_[at];
-  if (spread.counts.empty()) spread.counts.resize(bounds_.size() + 1);
-  ++spread.counts[static_cast<std::size_t>(bucket)];
-  spread.sum += value;
+  return spreads_.try_emplace(std::move(its), bounds_).first->second;
 }
 
 void Histogram::write_samples(std::string& out) const {
@@ -102,12 +98,12 @@ void Histogram::write_samples(std::string& out) const {
     const std::string before = labels.empty() ? "" : labels + ",";
     double count = 0;
     for (std::size_t i = 0; i < bounds_.size(); ++i) {
-      count += spread.counts[i];
+      count += spread.counts_[i];
       write_sample(out, "_bucket", before + "le=\"" + number(bounds_[i]) + "\"", count);
     }
-    count += spread.counts.back();
+    count += spread.counts_.back();
     write_sample(out, "_bucket", before + "le=\"+Inf\"", count);
-    write_sample(out, "_sum", labels, spread.sum);
+    write_sample(out, "_sum", labels, spread.sum_);
     write_sample(out, "_count", labels, count);
   }
 }

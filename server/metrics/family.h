@@ -1,6 +1,7 @@
 #pragma once
 // Numbers that only grow, that go up and down, and spreads of durations, as Prometheus reads them (text format 0.0.4). A family
 // is a metric with all values of its labels. Labels come from our own tables, never from what clients send: there are few.
+#include <atomic>
 #include <initializer_list>
 #include <map>
 #include <mutex>
@@ -42,13 +43,16 @@ class Family {
 class Numbers : public Family {
  public:
   using Family::Family;
-  void add(double by, Labels labels = {});
-  void set(double value, Labels labels = {});
+  /// One of its values, which lives as long as the family: for who counts often, without looking its labels up.
+  using Value = std::atomic<double>;
+  Value& at(Labels labels);
+  void add(double by, Labels labels = {}) { at(labels) += by; }
+  void set(double value, Labels labels = {}) { at(labels) = value; }
   double value(Labels labels = {}) const;
 
  private:
   void write_samples(std::string& out) const override;
-  std::map<std::string, double> values_;
+  std::map<std::string, Value> values_;
 };
 
 class Counter : public Numbers {
@@ -65,13 +69,22 @@ class Histogram : public Family {
  public:
   /// bounds: upper ones of the buckets, rising; the last, +Inf, is added.
   Histogram(const char* name, const char* help, std::vector<double> bounds, std::vector<const char*> labels = {});
-  void observe(double value, Labels labels = {});
+  class Spread {
+   public:
+    explicit Spread(const std::vector<double>& bounds) : bounds_(bounds), counts_(bounds.size() + 1) {}
+    void observe(double value);
+
+   private:
+    friend class Histogram;
+    const std::vector<double>& bounds_;
+    std::vector<std::atomic<double>> counts_;  ///< indexed as bounds, then +Inf; not cumulated
+    std::atomic<double> sum_{0};
+  };
+  /// One of its spreads, as Numbers::at.
+  Spread& at(Labels labels);
+  void observe(double value, Labels labels = {}) { at(labels).observe(value); }
 
  private:
-  struct Spread {
-    std::vector<double> counts;  ///< indexed as bounds, then +Inf; not cumulated
-    double sum = 0;
-  };
   void write_samples(std::string& out) const override;
 
   const std::vector<double> bounds_;

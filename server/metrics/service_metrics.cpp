@@ -24,6 +24,10 @@ ServiceMetrics::ServiceMetrics()
   build_info.set(1, {CORDILLERA_VERSION});
 }
 
+KeptCounts ServiceMetrics::kept_counts(const std::string& route) {
+  return {requests.at({route, "GET", "200"}), requests.at({route, "GET", "304"}), request_seconds.at({route})};
+}
+
 void ServiceMetrics::finished(const Finished& request) {
   requests.add(1, {request.route, known_method(request.method), std::to_string(request.status)});
   request_seconds.observe(request.seconds, {request.route});
@@ -33,7 +37,7 @@ void ServiceMetrics::finished(const Finished& request) {
 
 std::string ServiceMetrics::text() const {
   std::string out;
-  const Family* const all[] = {&build_info,     &requests,    &request_seconds, &in_flight,     &connections, &waiting,
+  const Family* const all[] = {&build_info,     &requests,    &request_seconds, &in_flight,     &connections, &unsent_bytes, &waiting,
                                &received_bytes, &sent_bytes,  &problems,        &denied,        &uploads,     &datasets,
                                &queue_limit,    &builds,      &build_seconds,   &stage_seconds, &blocks,      &samples,
                                &versions,       &device_lost,    &store_opens, &store_damaged, &datasets_damaged, &ready,           &disk_size,     &disk_free,   &gpu_memory};

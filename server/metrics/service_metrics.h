@@ -17,10 +17,19 @@ struct Finished {
   std::string problem;         ///< slug, or empty
 };
 
+/// What is counted of the answers of a route that are given without being made, each looked up once.
+struct KeptCounts {
+  Counter::Value& whole;      ///< 200
+  Counter::Value& unchanged;  ///< 304
+  Histogram::Spread& seconds;
+};
+
 /// Thread-safe.
 class ServiceMetrics {
  public:
   ServiceMetrics();
+  /// Those of GET.
+  KeptCounts kept_counts(const std::string& route);
   void finished(const Finished& request);
   /// Every family, and numbers of this process.
   std::string text() const;
@@ -32,6 +41,7 @@ class ServiceMetrics {
   Counter received_bytes{"cordillera_http_received_bytes_total", "Bytes of bodies received."};
   Counter sent_bytes{"cordillera_http_sent_bytes_total", "Bytes of answers that were sent, heads included."};
   Gauge connections{"cordillera_http_connections", "Connections that are open."};
+  Gauge unsent_bytes{"cordillera_http_unsent_bytes", "Bytes of large answers that clients have yet to read; what several share counts once."};
   Gauge waiting{"cordillera_http_waiting_clients", "Clients that wait for progress: streams of events and Prefer: wait."};
   Counter problems{"cordillera_problems_total", "Problems told to clients, by their type.", {"type"}};
   Counter denied{"cordillera_access_denied_total", "Requests refused for want of a token or of its role.", {"reason"}};

@@ -123,8 +123,8 @@ Response accepted(Service& service, const Dataset& dataset, const std::string& c
   if (!waiting) return answer_now(service, dataset, change, good);
   Response response;
   response.later = [&service, dataset, change, waiting, good, wait = delivery.wait,
-                    end = std::chrono::steady_clock::now() + delivery.wait]() -> std::optional<Response> {
-    const bool over = service.stopping() || std::chrono::steady_clock::now() >= end;
+                    end = std::chrono::steady_clock::now() + delivery.wait](Patience patience) -> std::optional<Response> {
+    const bool over = patience == Patience::none || service.stopping() || std::chrono::steady_clock::now() >= end;
     if (!over && state_of(service.ledger().read(dataset.id), change) == std::string("pending")) return std::nullopt;
     Response come = answer_now(service, dataset, change, good);
     come.set("Preference-Applied", "wait=" + std::to_string(wait.count()));

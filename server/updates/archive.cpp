@@ -9,6 +9,7 @@ namespace cordillera::server::updates {
 namespace {
 
 constexpr std::size_t kMostOpen = 16;
+constexpr std::size_t kMostKept_bytes = std::size_t{64} << 20;  // of what they decoded, made and read, all but the last one
 
 }  // namespace
 
@@ -23,7 +24,12 @@ std::shared_ptr<const pipeline::faces::Terrain> Archive::open(const std::string&
   auto reader = pipeline::StoreReader::open(kept_store(layout_.dataset(id), number).string());
   if (!reader) return nullptr;
   open_.push_front({id, number, std::make_shared<const pipeline::faces::Terrain>(std::move(reader).value())});
-  if (open_.size() > kMostOpen) open_.pop_back();
+  std::size_t kept = 0;
+  for (const Open& open : open_) kept += open.terrain->kept_bytes();
+  while (open_.size() > 1 && (open_.size() > kMostOpen || kept > kMostKept_bytes)) {
+    kept -= open_.back().terrain->kept_bytes();
+    open_.pop_back();
+  }
   return open_.front().terrain;
 }
 

@@ -3,6 +3,7 @@ import hashlib
 import http.client
 import json
 import os
+import random
 import signal
 import socket
 import sqlite3
@@ -27,6 +28,13 @@ def cone(size=40, height=900):
     for r in range(size):
         rows.append(" ".join("%.3f" % (height - 20 * ((r - middle) ** 2 + (c - middle) ** 2) ** 0.5) for c in range(size)))
     return ("\n".join(rows) + "\n").encode()
+
+
+def noise(size):
+    """An Esri ASCII grid of which nothing can be left out: its build takes its time, and its meshes are large."""
+    numbers = random.Random(1)
+    head = "ncols %d\nnrows %d\nxllcorner 10\nyllcorner 46\ncellsize 0.0008333333333333\nNODATA_value -9999\n" % (size, size)
+    return (head + "\n".join(" ".join("%d" % numbers.randrange(1000, 1400) for _ in range(size)) for _ in range(size)) + "\n").encode()
 
 
 class Server:

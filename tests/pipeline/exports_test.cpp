@@ -31,7 +31,7 @@ std::vector<std::string> paths_of(const Face& face) {
 std::string face_bytes(const std::string& path) {
   const auto found = faces::find(path);
   auto made = found->resource->make(plain_dataset().terrain(), found->place);
-  return made.ok() && *made ? (*made)->bytes : "nothing at " + path;
+  return made.ok() && *made ? std::string((*made)->bytes) : "nothing at " + path;
 }
 
 TEST(Hilbert, NumbersAreThoseOfTheSpecification) {

@@ -139,7 +139,7 @@ std::optional<std::string> fetch(const Terrain& terrain, const std::string& path
     ADD_FAILURE() << path << ": " << made.problem().line();
     return std::nullopt;
   }
-  return *made ? std::optional((*made)->bytes) : std::nullopt;
+  return *made ? std::optional(std::string((*made)->bytes)) : std::nullopt;
 }
 
 std::string tile_path(const std::string& face, int z, std::int32_t x, std::int32_t y, const std::string& ending) {

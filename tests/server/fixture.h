@@ -169,7 +169,7 @@ class TestService {
     Request request;
     request.path = path;
     request.headers = headers;
-    return api_->handle(request);
+    return plain(api_->handle(request));
   }
   Response send(const std::string& method, const std::string& path) {
     Request request;
@@ -192,11 +192,16 @@ class TestService {
     };
     return settled(api_->handle(request));
   }
+  /// With a body of its own where it would share one.
+  static Response plain(Response response) {
+    if (response.shared) response.body = *response.shared;
+    return response;
+  }
   /// An answer that was still to come, once it has.
   static Response settled(Response response) {
     eventually([&] {
       if (!response.later) return true;
-      if (auto come = response.later()) response = std::move(*come);
+      if (auto come = response.later(Patience::more)) response = std::move(*come);
       return !response.later;
     });
     return response;

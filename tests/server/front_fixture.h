@@ -6,13 +6,15 @@
 #include "fixture.h"
 #include "raw_client.h"
 #include "server/front/http_server.h"
+#include "server/limits/descriptors.h"
 
 namespace cordillera::server {
 
 class Front {
  public:
-  explicit Front(const front::Limits& limits = {}, front::OnServed on_served = {}) {
-    auto bound = front::HttpServer::bind(test_.api(), "127.0.0.1:0", limits, std::move(on_served));
+  explicit Front(const front::Limits& given = {}, front::OnServed on_served = {}) {
+    limits::raise_descriptor_limit();  // both ends of every connection are this process's
+    auto bound = front::HttpServer::bind(test_.api(), "127.0.0.1:0", given, std::move(on_served));
     if (!bound) throw std::runtime_error(bound.problem().line());
     http_ = std::move(bound.value());
     thread_ = std::thread([this] { http_->run(); });

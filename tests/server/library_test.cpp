@@ -26,7 +26,7 @@ std::size_t descriptors_in(const std::filesystem::path& folder) {
 }
 
 struct Shelf {
-  explicit Shelf(std::size_t most_kept_bytes, int datasets) : library(layout, metrics, mounts, most_kept_bytes) {
+  explicit Shelf(std::size_t most_kept_bytes, int datasets) : library(layout, metrics, mounts, {.kept_bytes = most_kept_bytes}) {
     std::filesystem::create_directories(layout.dataset("d0"));
     make_store(layout.store("d0").string(), "d0");
     for (int k = 1; k < datasets; ++k) std::filesystem::copy(layout.dataset("d0"), layout.dataset(named(k)));
@@ -76,14 +76,14 @@ TEST(Library, DescriptorsHaveABound) {
 }
 
 TEST(Library, MemoryOfAllFacesHasABound) {
-  Shelf shelf(1 << 20, 40);
+  Shelf shelf(4 << 20, 40);
   std::size_t open = 0, most = 0;
   std::vector<std::weak_ptr<const pipeline::faces::Terrain>> all;
   for (int k = 0; k < 40; ++k) {
     const auto terrain = shelf.library.open(named(k));
     ASSERT_TRUE(terrain);
     ASSERT_TRUE((*terrain)->kept("made", []() -> proto::Result<std::optional<pipeline::faces::Document>> {
-      return std::optional(pipeline::faces::Document{std::string(300 << 10, 'x'), ""});
+      return std::optional(pipeline::faces::Document{std::string(1 << 20, 'x'), ""});
     }));
     all.push_back(*terrain);
     open = static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [](const auto& one) { return !one.expired(); }));

@@ -57,7 +57,7 @@ Response asked_for(TestService& test, const std::string& method, const std::stri
   request.path = address;
   request.read_body = [](const Request::Sink&) { return true; };
   try {
-    return test.api().handle(request);
+    return TestService::plain(test.api().handle(request));
   } catch (const std::exception& error) {
     return problem_response({"internal", error.what(), "", ""});
   }

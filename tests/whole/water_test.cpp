@@ -53,7 +53,7 @@ class Water : public ::testing::Test {
   std::optional<std::string> fetch(const std::string& path) {
     const auto found = pipeline::faces::find(path);
     auto made = found->resource->make(*terrain_, found->place).value();
-    return made ? std::optional(made->bytes) : std::nullopt;
+    return made ? std::optional(std::string(made->bytes)) : std::nullopt;
   }
   /// The mask at the end of a tile; empty: none. One byte stands for all pixels.
   WaterPixels mask(const std::string& path) {

@@ -1,0 +1,44 @@
+#include "server/limits/descriptors.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <thread>
+
+namespace cordillera::server::limits {
+namespace {
+
+constexpr std::size_t kOwn = 32;         // logs, the registry, the lock, and what libraries open for a moment
+constexpr std::size_t kOfALoop = 4;      // epoll, its timer, its event, and a socket that is refused
+constexpr std::size_t kOfAJob = 4;       // its pipes and its folder
+constexpr std::size_t kOfADataset = 5;   // four connections to its store, and a share of earlier versions
+
+}  // namespace
+
+std::size_t raise_descriptor_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return SIZE_MAX;
+  limit.rlim_cur = limit.rlim_max;
+  setrlimit(RLIMIT_NOFILE, &limit);
+  getrlimit(RLIMIT_NOFILE, &limit);
+  return limit.rlim_cur;
+}
+
+std::string fit_to_descriptors(ServeSettings& settings, std::size_t descriptors) {
+  Limits& limits = settings.limits;
+  const std::size_t own = kOwn + kOfALoop * std::max(1u, std::thread::hardware_concurrency()) + kOfAJob * settings.jobs;
+  const auto for_datasets = [&] { return kOfADataset * limits.open_datasets; };
+  if (descriptors >= own + limits.connections + limits.uploads + for_datasets()) return "";
+  const std::size_t rest = descriptors - std::min(descriptors, own);
+  const auto lower = [](std::uint32_t& limit, std::size_t most) { limit = static_cast<std::uint32_t>(std::clamp<std::size_t>(most, 1, limit)); };
+  lower(limits.open_datasets, rest / 16);
+  lower(limits.uploads, rest / 8);
+  lower(limits.connections, rest - std::min(rest, limits.uploads + for_datasets()));
+  lower(limits.client_connections, limits.connections / 2);  // nobody alone takes all
+  return "the system allows " + std::to_string(descriptors) + " descriptors, so there are at most " + std::to_string(limits.connections) + " connections, " +
+         std::to_string(limits.client_connections) + " of one address, " + std::to_string(limits.uploads) + " uploads and " +
+         std::to_string(limits.open_datasets) + " open datasets; ulimit -n, or LimitNOFILE= of a unit, allows more";
+}
+
+}  // namespace cordillera::server::limits
