@@ -5,12 +5,14 @@
 #include <chrono>
 
 #include "pipeline/sqlite.h"
+#include "server/browser_pages.h"
 #include "server/dataset_folder.h"
 #include "server/delivery.h"
 #include "server/gzip.h"
 #include "server/log.h"
 #include "server/openapi.h"
 #include "server/request_id.h"
+#include "server/typed_by_hand.h"
 #include "server/updates/api.h"
 #include "server/uploads/tus.h"
 #include "server/web.h"
@@ -162,7 +164,7 @@ Response Api::handle(Request request) {
   service_.metrics().in_flight.add(1);
   asked->in_flight = {this, [](void* api) { static_cast<Api*>(api)->service_.metrics().in_flight.add(-1); }};
   asked->request.id = request_id_of(asked->request);
-  asked->route = parse_route(asked->request.path);
+  asked->route = route_meant(asked->request);
   const LogScope scope("request", asked->request.id);
   if (auto& read = asked->request.read_body) {
     read = [counted = std::move(read), counter = &asked->received](const Request::Sink& sink) {
@@ -241,6 +243,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
     return response;
   }
   if (route.resource == Resource::none) {
+    if (auto moved = without_slash(request)) return *moved;
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
                              "/v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, elevation, mesh.glb (.ply, .obj, .stl)" + face_paths(),
                              ""});
@@ -260,13 +263,14 @@ Response Api::dispatch(const Request& request, const Route& route) {
     case Resource::description:
       return api_description();
     case Resource::page:
+      if (auto small = browser_page(request.path)) return *small;
       return page(service_.web_files(), service_.settings().serve.web, request, [&] { return newest(service_, request); });
     case Resource::uploads:
       return begin_upload(service_, request, bounds);
     case Resource::upload:
       return upload_in_parts(service_, request, route.id);
     case Resource::datasets:
-      return request.method == "POST" ? post_dataset(service_, request) : dataset_list(service_, request);
+      return request.method == "POST" || request.method == "PUT" ? post_dataset(service_, request) : dataset_list(service_, request);
     default:
       return of_dataset(request, route);
   }

@@ -1,14 +1,17 @@
 // POST /v1/datasets: check, stream to disk, queue, and wait if the client prefers to.
+#include <algorithm>
 #include <chrono>
 
 #include "server/api.h"
 #include "server/dataset_folder.h"
 #include "server/delivery.h"
 #include "server/digest.h"
+#include "server/form_body.h"
 #include "server/json.h"
 #include "server/log.h"
 #include "server/request_policy.h"
 #include "server/option_values.h"
+#include "server/typed_by_hand.h"
 #include "server/updates/api.h"
 #include "server/upload.h"
 #include "server/uploads/tus.h"
@@ -23,10 +26,12 @@ struct Posting {
   Delivery delivery;
   std::string options_hash;
   bool updates = false;  ///< its rasters can be changed
+  std::string up;        ///< before relative links, see up_from
 };
 
-/// updates=1 is of the service alone: no build differs for it but in its blocks.
+/// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of updates=1 are.
 std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
+  posting.updates = !posting.delivery.address.empty();
   for (auto option = options.begin(); option != options.end(); ++option) {
     if (option->first != "updates") continue;
     if (const auto wrong = read_switch(option->second, &posting.updates)) {
@@ -38,10 +43,13 @@ std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
   return std::nullopt;
 }
 
-proto::Result<Posting> read_posting(Service& service, const Request& request) {
+proto::Result<Posting> read_posting(Service& service, const Request& request, RasterIs raster) {
   Posting posting;
+  posting.up = up_from(request);
   auto options = other_parameters(request, posting.delivery);
   if (!options) return options.problem();
+  const bool named = std::any_of(options->begin(), options->end(), [](const auto& option) { return option.first == "name"; });
+  if (const std::string name = name_in_path(request); !named && !name.empty()) options->emplace_back("name", name);
   if (auto refused = take_updates(*options, posting)) return *refused;
   auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
   if (!settings) return settings.problem();
@@ -51,9 +59,9 @@ proto::Result<Posting> read_posting(Service& service, const Request& request) {
                           "private"};
   }
   if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
-  if (auto refused = check_delivery(service, request, RasterIs::needed, posting.delivery)) return *refused;
+  if (auto refused = check_delivery(service, request, raster, posting.delivery)) return *refused;
   if (!posting.delivery.address.empty() && !posting.updates) {
-    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are", "source= with updates=1", "source"};
+    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are", "source= without updates=0", "source"};
   }
   if (posting.updates && posting.settings.dry_run) {
     return proto::Problem{"options-conflict", "a dry run keeps nothing that could be updated", "one of them", "updates"};
@@ -94,8 +102,8 @@ Response answer_now(Service& service, const std::string& id, const Posting& post
   const bool failed = posting.delivery.wait.count() > 0 && dataset->state == State::failed && dataset->problem;
   Response response =
       failed ? problem_response(*dataset->problem)
-             : json_response(dataset->state == State::ready ? 201 : 202, status_json(service, *dataset, "datasets/" + id));
-  response.set("Location", "datasets/" + id);
+             : json_response(dataset->state == State::ready ? 201 : 202, status_json(service, *dataset, posting.up + "datasets/" + id));
+  response.set("Location", posting.up + "datasets/" + id);
   if (waiting) response.set("Preference-Applied", "wait=" + std::to_string(posting.delivery.wait.count()));
   return response;
 }
@@ -155,13 +163,18 @@ Response create(Service& service, const Posting& posting, Upload& upload, const 
   return accepted(service, dataset.id, posting);
 }
 
-}  // namespace
+/// A raster that came before all of its options were known.
+struct Come {
+  Upload& raster;
+  limits::Place place;
+};
 
-std::string sender(const Request& request) { return request.who.name.empty() ? request.client : "token " + request.who.name; }
-
-Response post_dataset(Service& service, const Request& request) {
-  const auto posting = read_posting(service, request);
+Response post(Service& service, const Request& request, Come* come) {
+  const auto posting = read_posting(service, request, come != nullptr ? RasterIs::optional : RasterIs::needed);
   if (!posting) return problem_response(posting.problem());
+  if (come != nullptr && posting->delivery.any()) {
+    return problem_response({"options-conflict", "the form has a file, and a field that names another raster", "one of them", "file"});
+  }
   Token key;
   Row earlier;
   if (!posting->delivery.key.empty()) {
@@ -173,9 +186,11 @@ Response post_dataset(Service& service, const Request& request) {
     earlier = service.registry().find_by_key(request.who.name, posting->delivery.key);
     if (earlier && earlier->options_hash != posting->options_hash) return problem_response(key_reused("other options"));
   }
-  auto place = service.admission().enter(sender(request), posting->delivery.expected, earlier ? limits::Entry::again : limits::Entry::fresh);
+  auto place = come != nullptr ? proto::Result<limits::Place>(std::move(come->place))
+                               : service.admission().enter(sender(request), posting->delivery.expected, earlier ? limits::Entry::again : limits::Entry::fresh);
   if (!place) return problem_response(place.problem());
-  Upload upload(service.layout(), suffix_of(posting->name));
+  std::optional<Upload> own;
+  Upload& upload = come != nullptr ? come->raster : own.emplace(service.layout(), suffix_of(posting->name));
   if (earlier && !posting->delivery.upload.empty() && !service.uploads().find(posting->delivery.upload)) {
     place->reset();
     key.reset();
@@ -188,6 +203,52 @@ Response post_dataset(Service& service, const Request& request) {
   place->reset();
   key.reset();
   return accepted(service, earlier->id, *posting);
+}
+
+/// Its file is written down while it comes, with a place as any other; its fields are options as if they stood in the query.
+Response post_form(Service& service, const Request& request, FormReader form) {
+  const std::string announced = request.header("content-length").value_or("");
+  const auto bytes = announced.empty() || announced.size() > 18 ? std::nullopt : std::optional<std::uint64_t>(std::strtoull(announced.c_str(), nullptr, 10));
+  auto place = service.admission().enter(sender(request), bytes, limits::Entry::fresh);
+  if (!place) return problem_response(place.problem());
+  Upload upload(service.layout(), "");
+  Request file = request;
+  file.read_body = [&](const Request::Sink& sink) {
+    const bool whole = request.read_body && request.read_body([&](std::string_view piece) { return form.feed(piece, sink); });
+    return whole && form.ended();
+  };
+  Delivery body;
+  body.body = true;
+  const auto taken = take_raster(service, body, file, upload);
+  if (form.problem()) return problem_response(*form.problem());
+  if (form.ended() && !form.has_file()) {
+    return problem_response({"form-invalid", "the form has no file", "curl -F file=@dem.tif, with the sign before the name", "file"});
+  }
+  if (!taken) return problem_response(taken.problem());
+  Request plain = request;
+  plain.query.insert(plain.query.end(), form.fields().begin(), form.fields().end());
+  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) plain.headers.erase(gone);
+  std::string name = form.file_name();
+  for (const auto& [key, value] : plain.query) {
+    if (key == "name") name = value;
+  }
+  const bool named = std::any_of(plain.query.begin(), plain.query.end(), [](const auto& pair) { return pair.first == "name"; });
+  if (!named && !name.empty()) plain.query.emplace_back("name", name);
+  if (const auto renamed = upload.rename(suffix_of(name)); !renamed) return problem_response(renamed.problem());
+  Come come{upload, std::move(*place)};
+  return post(service, plain, &come);
+}
+
+}  // namespace
+
+std::string sender(const Request& request) { return request.who.name.empty() ? request.client : "token " + request.who.name; }
+
+Response post_dataset(Service& service, const Request& request) {
+  const std::string type = request.header("content-type").value_or("");
+  if (auto form = FormReader::of(type)) return post_form(service, request, std::move(*form));
+  if (!type.starts_with("application/json")) return post(service, request, nullptr);
+  const auto plain = with_json_as_query(request);
+  return plain ? post(service, *plain, nullptr) : problem_response(plain.problem());
 }
 
 }  // namespace cordillera::server

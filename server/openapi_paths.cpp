@@ -73,7 +73,7 @@ Json post_parameters() {
   }
   parameters.push_back(query("updates", "1: keep what it takes to add, replace and remove rasters later"));
   parameters.push_back(query("upload", "id of an upload that is complete; then there is no body"));
-  parameters.push_back(query("source", "with updates=1, an address that the operator lets the service fetch; then there is no body"));
+  parameters.push_back(query("source", "an address that the operator lets the service fetch; then there is no body"));
   parameters.push_back(header("Prefer", "wait=SECONDS: the answer waits so long for the tiles, 600 at most"));
   parameters.push_back(header("Idempotency-Key", "the same key with the same request gives the same dataset"));
   return parameters;
@@ -96,8 +96,12 @@ void add_datasets(Json& paths) {
     good[status]["headers"]["Location"] = {{"description", "the dataset, relative"}, {"schema", {{"type", "string"}}}};
   }
   all["post"] = operation(Operation{
-      "post_dataset", "datasets", "Build tiles from a raster: the body is the raster itself, no form", good, post_parameters()});
+      "post_dataset", "datasets", "Build tiles from a raster: the body is the raster itself, a form with it as its file and options as fields, or options as JSON. A PUT does the same", good, post_parameters()});
   all["post"]["requestBody"] = {{"required", false}, {"content", content_of("application/octet-stream", nullptr)}};
+  for (const char* type : {"multipart/form-data", "application/json"}) all["post"]["requestBody"]["content"][type]["schema"] = {{"type", "object"}};
+
+  all["put"] = all["post"];
+  all["put"]["operationId"] = "put_dataset";
 
   Json& one = item(paths, "/v1/datasets/{id}");
   one["get"] = operation(Operation{"dataset",
@@ -184,6 +188,10 @@ void add_service(Json& paths) {
   };
   get("/", "viewer", "The viewer", "text/html", nullptr);
   get("/api", "description", "This document", "application/json", nullptr);
+  get("/openapi.json", "openapi", "The same", "application/json", nullptr);
+  get("/docs", "docs", "The same, for people", "text/html", nullptr);
+  get("/version", "version", "What runs here", "application/json", nullptr);
+  get("/favicon.ico", "icon", "A mountain, for browsers", "image/x-icon", nullptr);
   get("/v1", "index", "Options of a POST, and links", "application/json", nullptr);
   get("/v1/limits", "limits", "What the service takes on at most, and how much of it is in use", "application/json", "limits");
   get("/metrics", "metrics", "Numbers for Prometheus; takes a token where there are any", "text/plain", nullptr);

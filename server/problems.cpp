@@ -11,6 +11,7 @@ const std::vector<ProblemKind>& table() {
       {"body-empty", 400, "No raster was sent"},
       {"body-incomplete", 400, "The upload ended before its end"},
       {"request-invalid", 400, "The request is not valid HTTP"},
+      {"form-invalid", 400, "The form cannot be read"},
       {"option-unknown", 400, "Unknown option"},
       {"option-repeated", 400, "Option given twice"},
       {"option-invalid", 400, "Bad value of an option"},

@@ -53,7 +53,7 @@ Route parse_route(std::string_view path) {
   const auto parts = split(path);
   if (path == "/healthz") route.resource = Resource::health;
   if (path == "/readyz") route.resource = Resource::readiness;
-  if (path == "/api") route.resource = Resource::description;
+  if (path == "/api" || path == "/openapi.json") route.resource = Resource::description;
   if (path == "/metrics") route.resource = Resource::metrics;
   if (path == "/v1/limits") route.resource = Resource::limits;
   if (path == "/v1") route.resource = Resource::index;
@@ -120,7 +120,7 @@ std::string route_name(const Route& route) {
 
 std::string allowed_methods(Resource resource) {
   switch (resource) {
-    case Resource::datasets:
+    case Resource::datasets: return "GET, HEAD, POST, PUT, OPTIONS";
     case Resource::sources:
     case Resource::elevation: return "GET, HEAD, POST, OPTIONS";
     case Resource::dataset: return "GET, HEAD, DELETE, OPTIONS";

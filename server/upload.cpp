@@ -107,6 +107,15 @@ proto::Result<void> Upload::adopt(const fs::path& file) {
   return {};
 }
 
+proto::Result<void> Upload::rename(const std::string& suffix) {
+  const std::string name = "source" + suffix;
+  std::error_code error;
+  fs::rename(folder_ / raster_, folder_ / name, error);
+  if (error) return proto::Problem{"storage-full", "the raster cannot get its name: " + error.message(), "", ""};
+  raster_ = name;
+  return {};
+}
+
 proto::Result<void> Upload::keep(const fs::path& place) {
   std::error_code error;
   const bool named = sync_folder(folder_);

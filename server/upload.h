@@ -24,6 +24,8 @@ class Upload {
   proto::Result<void> receive(const Request& request, std::uint64_t limit, std::optional<std::uint64_t> expected);
   /// Takes a file that is on disk already, by a second name: the first one stays until its owner removes it.
   proto::Result<void> adopt(const std::filesystem::path& file);
+  /// Gives the raster, once it is there, the suffix of its name; one that comes in a form is named behind its beginning.
+  proto::Result<void> rename(const std::string& suffix);
   /// Moves the folder to its place, where it then is whatever happens to the machine.
   proto::Result<void> keep(const std::filesystem::path& place);
 

@@ -9,6 +9,7 @@
 namespace cordillera::server {
 namespace {
 
+namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -64,6 +65,27 @@ TEST_F(Program, WhatPeopleTypeFromHabitIsUnderstood) {
   EXPECT_THAT(served.output, HasSubstr("192.0.2.1:0"));
   EXPECT_EQ(shell(kProgram + " serve --port 0 --listen 127.0.0.1:0").code, 2);
   EXPECT_EQ(shell(kProgram + " serve --port x").code, 2);
+}
+
+TEST_F(Program, CurlMayPostAsItIsTyped) {
+  start_server();
+  fs::copy_file(raster_, folder_.path() / "h\xc3\xb6he.asc");
+  const std::string collection = server_.base() + "/v1/datasets", options = "crs=EPSG:4326&vertical_datum=ellipsoid&max_level=8";
+  const std::string file = (folder_.path() / "h\xc3\xb6he.asc").string();
+  const Json ways[] = {curl("-H 'Prefer: wait=300' -F file=@" + file + " -F crs=EPSG:4326 -F vertical_datum=ellipsoid -F max_level=8 " + collection),
+                       curl("-H 'Prefer: wait=300' -T " + file + " '" + collection + "?name=h%C3%B6he.asc&" + options + "'"),
+                       curl("-H 'Prefer: wait=300' -F max_level=8 -F file=@" + file + " '" + collection + "/?crs=EPSG:4326&vertical_datum=ellipsoid'")};
+  for (const Json& posted : ways) {
+    EXPECT_EQ(posted["state"], "ready") << posted.dump();
+    EXPECT_EQ(posted["name"], "h\xc3\xb6he.asc");
+    const std::string tile = "/tiles/8/270/193.drc";
+    const auto bytes = [&](const Json& dataset) { return shell("curl -q -sf " + collection + "/" + std::string(dataset["id"]) + tile + " | sha256sum").output; };
+    EXPECT_EQ(bytes(posted), bytes(ways[0])) << "other tiles";
+    EXPECT_NE(bytes(posted), shell("true | sha256sum").output) << "no such tile";
+  }
+  const Json put = curl("-T " + file + " " + collection + "/");  // the name is curl's doing; without a crs it fails as a build
+  EXPECT_EQ(put["name"], "h\xc3\xb6he.asc") << put.dump();
+  EXPECT_EQ(curl("-L " + collection + "/")["datasets"].size(), 4u);
 }
 
 TEST_F(Program, InfoOfARasterIsADryRun) {

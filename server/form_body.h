@@ -1,0 +1,52 @@
+#pragma once
+// multipart/form-data (RFC 7578) as it comes, from curl -F or a page's form: its one file goes on in pieces, its fields are kept.
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "proto/result.h"
+
+namespace cordillera::server {
+
+class FormReader {
+ public:
+  /// Of the Content-Type of a request; none: another type, or one without a boundary.
+  static std::optional<FormReader> of(const std::string& content_type);
+
+  using Sink = std::function<bool(std::string_view piece)>;
+  /// False: no more of it. Either the sink said so, or problem() does.
+  bool feed(std::string_view piece, const Sink& file);
+  /// Whether its last boundary has come; what follows means nothing.
+  bool ended() const { return state_ == State::epilogue; }
+  const std::optional<proto::Problem>& problem() const { return problem_; }
+
+  bool has_file() const { return has_file_; }
+  /// Without folders; may be empty.
+  const std::string& file_name() const { return file_name_; }
+  /// In the order sent.
+  const std::vector<std::pair<std::string, std::string>>& fields() const { return fields_; }
+
+ private:
+  enum class State { preamble, boundary, head, field, file, epilogue };
+  explicit FormReader(const std::string& boundary) : delimiter_("\r\n--" + boundary), rest_("\r\n") {}
+  /// One step over what has come; false: more is needed, or it is over.
+  bool step(const Sink& file);
+  bool content(const Sink& file);
+  bool head();
+  bool give(std::string_view bytes, const Sink& file);
+  bool fail(const std::string& why);
+
+  std::string delimiter_, rest_;
+  State state_ = State::preamble;
+  bool has_file_ = false;
+  bool going_ = true;
+  std::size_t kept_ = 0;  ///< bytes of fields
+  std::string file_name_;
+  std::vector<std::pair<std::string, std::string>> fields_;
+  std::optional<proto::Problem> problem_;
+};
+
+}  // namespace cordillera::server

@@ -1,0 +1,165 @@
+// HTTP as hands type it: PUT on the collection, slashes too many, JSON, forms; and what browsers ask for by themselves.
+#include "server/typed_by_hand.h"
+
+#include <gmock/gmock.h>
+
+#include "fixture.h"
+#include "server/form_body.h"
+
+namespace cordillera::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Pair;
+
+constexpr const char* kForm = "multipart/form-data; boundary=\"b o\"";
+
+std::string part(const std::string& disposition, const std::string& value) {
+  return "--b o\r\nContent-Disposition: form-data; " + disposition + "\r\nX-Other: yes\r\n\r\n" + value + "\r\n";
+}
+std::string file(const std::string& value, const std::string& name = "dem.tif") { return part("name=\"file\"; filename=\"" + name + "\"", value); }
+const std::string kEnd = "--b o--\r\n";
+
+struct Read {
+  bool whole = false;
+  std::string file, problem;
+  std::vector<std::pair<std::string, std::string>> fields;
+  std::string name;
+};
+Read read(const std::string& form, std::size_t size) {
+  auto reader = FormReader::of(kForm);
+  Read read;
+  bool going = true;
+  for (std::size_t at = 0; at < form.size() && going; at += size) {
+    going = reader->feed(std::string_view(form).substr(at, size), [&](std::string_view piece) {
+      read.file += piece;
+      return true;
+    });
+  }
+  read.whole = reader->ended();
+  if (reader->problem()) read.problem = reader->problem()->detail;
+  read.fields = reader->fields();
+  read.name = reader->file_name();
+  return read;
+}
+
+TEST(Form, IsReadWhereverItIsCut) {
+  const std::string bytes = "GOOD\r\n--b\r\n--b \r\n-\r\n\r\n--bo\r";  // what looks like a boundary and is none
+  const std::string form = "words before\r\n" + part("name=error", "5") + file(bytes, "C:\\a\\h\xc3\xb6he \\\"1\\\".tif") + part("name=\"title\"", "") + "--b o-- \r\nwords behind";
+  for (std::size_t size = 1; size <= form.size(); ++size) {
+    const Read got = read(form, size);
+    ASSERT_TRUE(got.whole) << size << got.problem;
+    ASSERT_EQ(got.file, bytes) << size;
+    ASSERT_THAT(got.fields, ElementsAre(Pair("error", "5"), Pair("title", ""))) << size;
+    ASSERT_EQ(got.name, "h\xc3\xb6he \"1\".tif") << size;
+  }
+}
+
+TEST(Form, ThatCannotBeReadIsToldWhy) {
+  EXPECT_THAT(read(file("a") + file("b") + kEnd, 9).problem, HasSubstr("two files"));
+  EXPECT_THAT(read(part("filename=x", "a") + kEnd, 9).problem, HasSubstr("no name"));
+  EXPECT_THAT(read("--b oX\r\n", 9).problem, HasSubstr("other words"));
+  EXPECT_THAT(read(part("name=a", std::string(70000, 'x')), 999).problem, HasSubstr("64 KiB"));
+  EXPECT_THAT(read("--b o\r\nA: " + std::string(9000, 'x'), 999).problem, HasSubstr("8 KiB"));
+  EXPECT_FALSE(read(file("a"), 9).whole) << "the last boundary is missing";
+  EXPECT_FALSE(FormReader::of("multipart/form-data"));
+  EXPECT_FALSE(FormReader::of("multipart/mixed; boundary=a"));
+  EXPECT_FALSE(FormReader::of("multipart/form-data; boundary=" + std::string(71, 'x')));
+}
+
+TEST(TypedByHand, AFormBecomesADataset) {
+  TestService test;
+  const Response posted = test.post(part("name=error", "5") + file("GOOD") + part("name=title", "a & b") + kEnd, {}, {{"content-type", kForm}, {"prefer", "wait=100"}});
+  ASSERT_EQ(posted.status, 201) << posted.body;
+  EXPECT_EQ(body_of(posted)["name"], "dem.tif");
+  const auto dataset = test.service().registry().find(body_of(posted)["id"]);
+  EXPECT_EQ(dataset->options.error(), 5);
+  EXPECT_EQ(dataset->options.title(), "a & b");
+  EXPECT_EQ(dataset->raster, "source.tif");
+  EXPECT_EQ(body_of(test.post(part("name=name", "other.hgt") + file("GOOD") + kEnd, {}, {{"content-type", kForm}}))["name"], "other.hgt");
+}
+
+TEST(TypedByHand, ABadFormLeavesNothing) {
+  TestService test;
+  const auto slug = [&](const std::string& form, const std::map<std::string, std::string>& more = {}) {
+    std::map<std::string, std::string> headers = {{"content-type", kForm}};
+    headers.insert(more.begin(), more.end());
+    return slug_of(test.post(form, {}, headers));
+  };
+  EXPECT_EQ(slug(part("name=error", "5") + kEnd), "form-invalid");
+  EXPECT_EQ(slug(part("name=file", "dem.tif") + kEnd), "form-invalid");
+  EXPECT_EQ(slug(file("GOOD") + file("GOOD") + kEnd), "form-invalid");
+  EXPECT_EQ(slug(file("GOOD")), "body-incomplete");
+  EXPECT_EQ(slug(file("") + kEnd), "body-empty");
+  EXPECT_EQ(slug(file("GOOD") + part("name=eror", "5") + kEnd), "option-unknown");
+  EXPECT_EQ(slug(part("name=error", "5") + part("name=error", "6") + file("GOOD") + kEnd), "option-repeated");
+  EXPECT_EQ(slug(file("GOOD") + part("name=upload", "abc") + kEnd), "options-conflict");
+  EXPECT_EQ(test.leftovers(), 0u);
+}
+
+Response put(TestService& test, const std::string& path, const std::string& body, const Given& query = {}) {
+  Request request;
+  request.method = "PUT";
+  request.path = path;
+  request.query = query;
+  request.headers = {{"content-length", std::to_string(body.size())}};
+  request.read_body = [body](const Request::Sink& sink) { return sink(body); };
+  return test.api().handle(request);
+}
+
+TEST(TypedByHand, APutOnTheCollectionIsAPost) {
+  TestService test;
+  const Response plain = put(test, "/v1/datasets", "GOOD", {{"name", "a.tif"}});
+  EXPECT_EQ(plain.status, 202) << plain.body;
+  EXPECT_THAT(plain.header("Location"), testing::StartsWith("datasets/a-"));
+  const Response named = put(test, "/v1/datasets/H\xc3\xb6he.tif", "GOOD");  // what curl makes of …/v1/datasets/
+  EXPECT_EQ(body_of(named)["name"], "H\xc3\xb6he.tif") << named.body;
+  EXPECT_THAT(named.header("Location"), testing::StartsWith("../datasets/h-he-"));
+  EXPECT_THAT(std::string(body_of(named)["links"]["self"]), testing::StartsWith("../datasets/h-he-"));
+  EXPECT_EQ(put(test, "/v1/datasets/" + std::string(body_of(plain)["id"]), "GOOD").status, 405) << "a dataset is not replaced";
+  EXPECT_EQ(put(test, "/v1/datasets/a/b.tif", "GOOD").status, 404);
+  EXPECT_EQ(put(test, "/v1/datasetsx.tif", "GOOD").status, 404);
+}
+
+TEST(TypedByHand, ASlashTooManyIsNoMistake) {
+  TestService test;
+  const std::string id = body_of(test.post("GOOD", {}, {{"prefer", "wait=100"}}))["id"];
+  for (const std::string path : {std::string("/v1"), std::string("/v1/datasets"), std::string("/v1/limits"), "/v1/datasets/" + id}) {
+    const Response moved = test.get(path + "/");
+    EXPECT_EQ(moved.status, 308) << path;
+    EXPECT_EQ(moved.header("Location"), "../" + path.substr(path.rfind('/') + 1));
+  }
+  EXPECT_EQ(test.get("/v1/other/").status, 404);
+  EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id + "/").status, 204);
+}
+
+TEST(TypedByHand, OptionsMayBeJson) {
+  TestService test;
+  const auto posted = [&](const std::string& body) { return test.post(body, {}, {{"content-type", "application/json"}}); };
+  // Nothing is fetched here, for no address is allowed: that it is asked for is what counts.
+  const Response source = posted(R"({"source": "https://example.org/dem.tif", "error": 5, "keep": null})");
+  EXPECT_EQ(slug_of(source), "option-forbidden");
+  EXPECT_THAT(source.body, HasSubstr("this service fetches no rasters"));
+  EXPECT_THAT(posted(R"({"source": "https://example.org/dem.tif", "bbox": [10, 46.5, 11]})").body, HasSubstr("bbox='10,46.5,11': 3 numbers instead of 4"));
+  EXPECT_EQ(slug_of(posted(R"({"eror": true})")), "option-unknown");
+  EXPECT_EQ(slug_of(posted(R"({"error": 5})")), "body-empty");
+  for (const char* bad : {"", "[]", "{", R"({"error": {"a": 1}})", R"({"bbox": [[1]]})"}) EXPECT_EQ(slug_of(posted(bad)), "json-invalid") << bad;
+  EXPECT_EQ(slug_of(posted("{\"title\": \"" + std::string(70000, 'x') + "\"}")), "json-invalid");
+}
+
+TEST(TypedByHand, BrowsersGetTheirPages) {
+  TestService test;
+  EXPECT_EQ(test.get("/openapi.json").body, test.get("/api").body);
+  EXPECT_EQ(body_of(test.get("/version"))["version"], CORDILLERA_VERSION);
+  const Response docs = test.get("/docs");
+  EXPECT_THAT(docs.header("Content-Type"), HasSubstr("text/html"));
+  const Json paths = body_of(test.get("/api"))["paths"];
+  for (const auto& [path, item] : paths.items()) EXPECT_THAT(docs.body, HasSubstr(" " + path + "</code>"));
+  const std::string icon = test.get("/favicon.ico").body;
+  ASSERT_EQ(icon.size(), 22u + 40 + 8 + 128);
+  EXPECT_EQ(icon.substr(0, 6), std::string("\0\0\1\0\1\0", 6));
+}
+
+}  // namespace
+}  // namespace cordillera::server
