@@ -12,6 +12,7 @@
 #include "server/export_command.h"
 #include "server/mesh_options.h"
 #include "server/option_words.h"
+#include "server/shell_words.h"
 #include "server/simplify_command.h"
 #include "server/spoken_words.h"
 #include "server/token_command.h"
@@ -71,6 +72,11 @@ proto::Result<Settings> settings_from(const std::vector<OptionSpec>& table, cons
 int wrong_usage(const proto::Problem& problem) {
   complain(problem);
   return kUsage;
+}
+
+int say(const std::string& text) {
+  std::cout << text << std::flush;
+  return std::cout ? kDone : kFailed;
 }
 
 /// A word nobody knows is a problem that names its neighbour.
@@ -262,13 +268,18 @@ int main(int count, char** words) {
   listen.add_to(*doctor);
   doctor->add_flag_callback("--json", [&doctor_output] { doctor_output = doctor::Output::json; }, "the findings as JSON");
 
+  std::string shell;
+  auto* completion = app.add_subcommand("completion", "print completions for a shell: source <(cordillera completion bash)");
+  completion->add_option("shell", shell, "bash, zsh or fish");
+  auto* manual = app.add_subcommand("man", "print the manual page: cordillera man | man -l -");
+
   std::string folder;
   int parent = 0;
   auto* job = app.add_subcommand("job", "")->group("");
   job->add_option("folder", folder)->required();
   job->add_option("--parent", parent);
 
-  for (CLI::App* command : {serve, build, info, decode, simplify, export_file, check, adopt, vacuum, backup, restore}) command->allow_extras();
+  for (CLI::App* command : {serve, build, info, decode, simplify, export_file, check, adopt, vacuum, backup, restore, completion, manual}) command->allow_extras();
   for (CLI::App* command : work_words.commands()) command->allow_extras();
   for (CLI::App* command : client_words.commands()) command->allow_extras();
   std::vector<std::string> line_words = understood({words + 1, words + count});
@@ -288,6 +299,11 @@ int main(int count, char** words) {
   if (*job) return job_main(folder, parent);
   if (const auto wrong = check_words(*app.get_subcommands().front())) return wrong_usage(*wrong);
   if (*decode) return decode_command(tile);
+  if (*manual) return say(man_page(app));
+  if (*completion) {
+    const auto script = completions(app, shell);
+    return script ? say(*script) : wrong_usage(script.problem());
+  }
   if (*check) return check_command(check_line);
   if (*adopt) return adopt_command(data);
   if (*vacuum) return vacuum_command(data, orphans);

@@ -88,6 +88,33 @@ TEST_F(Program, CurlMayPostAsItIsTyped) {
   EXPECT_EQ(curl("-L " + collection + "/")["datasets"].size(), 4u);
 }
 
+TEST_F(Program, ShellsAndManKnowEveryOption) {
+  const std::string bash = shell(kProgram + " completion bash").output, zsh = shell(kProgram + " completion zsh").output,
+                    fish = shell(kProgram + " completion fish").output, man = shell(kProgram + " man").output;
+  for (const OptionSpec& option : all_options()) {
+    for (const std::string* text : {&bash, &zsh}) EXPECT_THAT(*text, HasSubstr("--" + option.name)) << text->substr(0, 40);
+    EXPECT_THAT(fish, HasSubstr(" -l " + option.name + " "));
+    std::string escaped = "--" + option.name;
+    for (auto at = escaped.find('-'); at != escaped.npos; at = escaped.find('-', at + 2)) escaped.insert(at, "\\");
+    EXPECT_THAT(man, HasSubstr("\n.B " + escaped));
+  }
+  EXPECT_THAT(man, HasSubstr(".SS cordillera fetch\n"));
+  EXPECT_THAT(man, testing::Not(HasSubstr("cordillera job"))) << "what only the service calls";
+  EXPECT_EQ(shell(kProgram + " completion tcsh").code, 2);
+  const std::string script = (folder_.path() / "complete").string();
+  std::ofstream(script) << bash << "COMP_WORDS=(cordillera build --err)\nCOMP_CWORD=2\n_cordillera\necho \"${COMPREPLY[@]}\"\n"
+                        << "COMP_WORDS=(cordillera fe)\nCOMP_CWORD=1\n_cordillera\necho \"${COMPREPLY[@]}\"\n";
+  EXPECT_EQ(shell("bash -eu " + script).output, "--error\nfetch\n");
+  if (shell("command -v zsh").code == 0) {
+    std::ofstream(script) << zsh;
+    EXPECT_EQ(shell("zsh -n " + script).code, 0);
+  }
+  if (shell("command -v fish").code == 0) {
+    std::ofstream(script) << fish;
+    EXPECT_EQ(shell("fish -n " + script).code, 0);
+  }
+}
+
 TEST_F(Program, InfoOfARasterIsADryRun) {
   const std::string raster = std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif";
   const Ended table = shell(kProgram + " info " + raster);

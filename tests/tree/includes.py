@@ -26,7 +26,7 @@ HOMES = [
     ("execinfo.h", ["server/serve_command.cpp"]),
     ("httplib.h", ["server/client/connection.cpp", "server/updates/fetch.cpp"]),
     ("brotli/*", ["server/front/codec.cpp"]),
-    ("CLI/*", ["server/main.cpp", "server/option_words.*", "server/work_line.*", "server/client/client_line.*"]),
+    ("CLI/*", ["server/main.cpp", "server/option_words.*", "server/shell_words.*", "server/work_line.*", "server/client/client_line.*"]),
     ("seccomp.h", ["server/sandbox/calls.cpp"]),
     ("spdlog/*", ["server/log.cpp"]),
     ("nlohmann/*", ["pipeline/json.h", "server/json.h"]),
