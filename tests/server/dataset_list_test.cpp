@@ -194,15 +194,16 @@ TEST(DatasetList, NoPageAsksForIt) {
     ++asked_for;
     return std::vector<Row>();
   };
+  WebFiles files;
   for (const char* path : {"/nosuchfile", "/", "/index.html"}) {
     Request request;
     request.path = path;
-    page(folder.path().string(), request, datasets);
+    page(files, folder.path().string(), request, datasets);
   }
   EXPECT_EQ(asked_for, 0);
   Request root;
   root.path = "/";
-  EXPECT_EQ(page((folder.path() / "none").string(), root, datasets).status, 200);
+  EXPECT_EQ(page(files, (folder.path() / "none").string(), root, datasets).status, 200);
   EXPECT_EQ(asked_for, 1);
 }
 
