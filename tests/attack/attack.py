@@ -40,7 +40,7 @@ class Attack:
     def __init__(self, program):
         self.program = program
         self._folder = tempfile.TemporaryDirectory(prefix="attack")
-        self._shared, self._own = None, []
+        self._shared, self._own, self._started = None, [], 0
 
     @property
     def server(self):
@@ -53,11 +53,12 @@ class Attack:
         """A server of the case's own; limits: called in the process before the program; folder: of an earlier one, to start again there."""
         server = self._start(folder or os.path.basename(self.next_folder()), options, limits)
         self._own.append(server)
+        self._started += 1  # never again: a case must not find what another left
         return server
 
     def next_folder(self):
         """Where the next server of the case's own will have its log and its data."""
-        return os.path.join(self._folder.name, "own%d" % len(self._own))
+        return os.path.join(self._folder.name, "own%d" % self._started)
 
     def _start(self, name, options, limits):
         folder = os.path.join(self._folder.name, name)

@@ -343,7 +343,7 @@ TEST(RasterFaces, OutsideTheDataHeightsAreRefusedAndPicturesAreEmpty) {
   EXPECT_EQ(slug_of(heights), "tile-unknown");
   EXPECT_THAT(std::string(body_of(heights)["accepted"]), HasSubstr("zooms 0 to"));
   EXPECT_EQ(picture.status, 204);
-  EXPECT_EQ(picture.body, "");
+  EXPECT_EQ(picture.bytes(), "");
   EXPECT_EQ(picture.header("Access-Control-Allow-Origin"), "*");
   EXPECT_EQ(get("hillshade/30/0/0.png").status, 204);
   EXPECT_EQ(get("terrain-rgb/0/0/0.png").header("Content-Type"), "image/png");

@@ -224,7 +224,7 @@ class TestService {
   std::unique_ptr<Api> api_;
 };
 
-inline Json body_of(const Response& response) { return Json::parse(response.body); }
+inline Json body_of(const Response& response) { return Json::parse(response.bytes()); }
 inline std::string slug_of(const Response& response) {
   const std::string type = body_of(response).value("type", "");
   return type.substr(type.rfind(':') + 1);
