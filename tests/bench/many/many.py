@@ -7,6 +7,7 @@ Posts one small raster to a server, copies what became of it so many times into 
 that is started on that. Prints times in milliseconds. Needs 120 kB of disk for each dataset, 400 bytes for each tile.
 """
 import argparse
+import hashlib
 import http.client
 import json
 import multiprocessing
@@ -14,6 +15,7 @@ import os
 import random
 import shutil
 import sqlite3
+import struct
 import sys
 import tempfile
 import threading
@@ -50,6 +52,23 @@ def make_datasets(data, model, count):
     registry.close()
 
 
+def row_sum(*values):
+    """As pipeline/sqlite.cpp has it: rows that are not as they were written are refused."""
+    row = b""
+    for value in values:
+        if value is None:
+            row += b"\x05" + struct.pack("<Q", 0)
+        elif isinstance(value, int):
+            row += b"\x01" + struct.pack("<q", value)
+        elif isinstance(value, float):
+            row += b"\x02" + struct.pack("<d", value + 0.0)
+        else:
+            row += (b"\x03" if isinstance(value, str) else b"\x04")
+            value = value.encode() if isinstance(value, str) else value
+            row += struct.pack("<Q", len(value)) + value
+    return struct.unpack("<q", hashlib.sha256(row).digest()[:8])[0]
+
+
 LEVEL = 14  # 4096 x 2560 tiles of it are ten million
 
 
@@ -58,10 +77,13 @@ def make_rows(store, count):
     database = sqlite3.connect(store)
     database.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF; PRAGMA cache_size = -400000")
     across = 4096
-    for table, columns in (("tiles", "record, drc, glb, error, west, south, east, north, low, high"), ("nodes", "error, west, south, east, north, low, high")):
+    database.create_function("row_sum", -1, row_sum, deterministic=True)
+    box = "error, west, south, east, north, low, high"
+    for table, columns, summed in (("tiles", "record, drc, glb, " + box, "record, drc, glb"), ("nodes", box, box)):
         database.execute("WITH RECURSIVE k(n) AS (SELECT 0 UNION ALL SELECT n + 1 FROM k WHERE n + 1 < %d) "
-                         "INSERT INTO %s (level, y, x, %s) SELECT %d, n / %d, n %% %d, %s FROM k, (SELECT * FROM %s ORDER BY level DESC LIMIT 1)" %
-                         (count, table, columns, LEVEL, across, across, columns, table))
+                         "INSERT INTO %s (level, y, x, %s, sum) SELECT %d, n / %d, n %% %d, %s, row_sum(%d, n / %d, n %% %d, %s) "
+                         "FROM k, (SELECT * FROM %s ORDER BY level DESC LIMIT 1)" %
+                         (count, table, columns, LEVEL, across, across, columns, LEVEL, across, across, summed, table))
     database.commit()
     database.close()
 

@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """Tiles over HTTP against nginx, which serves the same bytes as files, in one run on one machine.
 
-  bench.py BUILD DEM [--connections 1,32,200,1000] [--seconds 5] [--rounds 5] [--before PROGRAM] [--upload RASTER] [--json FILE] [--write]
+  bench.py BUILD DEM [--connections 1,32,200,1000] [--seconds 5] [--rounds 5] [--before PROGRAM] [--apart]
+           [--upload RASTER] [--json FILE] [--write]
 
 Needs wrk and nginx. Each server gets the same list of addresses, in the same order, by wrk's own script. They take turns, and of all figures
 the median of the rounds counts. --before: another cordillera, which is measured beside. --upload: a large raster that is posted, beside a
-copy of the file by dd."""
+copy of the file by dd. --apart: the servers have the second half of the cores to themselves, wrk the first: who waits longest is then
+decided by the server, and not by which of wrk's and its threads the kernel runs next. --write puts the table of such a run behind the other."""
 import argparse
 import json
 import os
@@ -23,6 +25,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 import processes  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+MARK = "<!-- table of bench.py -->"
 LUA = """
 local paths = {}
 for line in io.lines(os.getenv("PATHS")) do paths[#paths + 1] = line end
@@ -81,6 +84,12 @@ def measured(process, *asked):
     figures = wrk(*asked)
     figures["cpu_us"] = (processor_seconds(process) - before) / max(1, figures["requests"]) * 1e6
     return figures
+
+
+def halves():
+    """Cores of wrk, and of the servers when they are apart."""
+    cores = sorted(os.sched_getaffinity(0))
+    return cores[:len(cores) // 2], cores[len(cores) // 2:]
 
 
 def wrk(work, port, prefix, paths, connections, seconds):
@@ -159,6 +168,7 @@ def main():
     arguments.add_argument("--seconds", type=int, default=5)
     arguments.add_argument("--rounds", type=int, default=5)
     arguments.add_argument("--before")
+    arguments.add_argument("--apart", action="store_true")
     arguments.add_argument("--upload")
     arguments.add_argument("--json")
     arguments.add_argument("--write", action="store_true")
@@ -167,6 +177,7 @@ def main():
     if given.before:
         programs["before"] = os.path.abspath(given.before)
     names = ["nginx", *programs]
+    all_cores = os.sched_getaffinity(0)
     with tempfile.TemporaryDirectory() as work:
         folder = os.path.join(work, "out")
         subprocess.run([programs["cordillera"], "build", given.dem, "-o", folder, "--quiet"], check=True)
@@ -181,6 +192,8 @@ def main():
         with open(os.path.join(work, "nginx.conf"), "w", encoding="utf-8") as file:
             file.write(NGINX.format(work=work, port=ports["nginx"], folder=folder))
         os.chmod(work, 0o755)  # nginx's workers are another user where it is started by root
+        if given.apart:
+            os.sched_setaffinity(0, halves()[1])
         running = {"nginx": processes.start(["/usr/sbin/nginx", "-c", os.path.join(work, "nginx.conf")], stderr=subprocess.DEVNULL)}
         running.update((name, start(program, work, name, ports[name])) for name, program in programs.items())
         try:
@@ -193,6 +206,9 @@ def main():
             for name in names:  # the same bytes, or nothing is compared
                 if wait_for(f"http://127.0.0.1:{ports[name]}{prefixes[name]}{tiles[0]}") != wanted:
                     sys.exit(f"{name} serves other bytes")
+            if given.apart:
+                os.sched_setaffinity(0, all_cores)
+                os.sched_setaffinity(0, halves()[0])
             rows = []
             for connections in map(int, given.connections.split(",")):
                 rounds = {name: [] for name in names}
@@ -206,7 +222,7 @@ def main():
                 process.terminate()
                 process.wait()
     head = (f"{time.strftime('%Y-%m-%d')}, {os.cpu_count()} cores, {platform.machine()}; {len(tiles)} tiles of {os.path.basename(given.dem)}, "
-            f"medians of {given.rounds} rounds of {given.seconds} s")
+            f"medians of {given.rounds} rounds of {given.seconds} s" + (", servers and clients on cores of their own" if given.apart else ""))
     text = head + "\n\n" + table(rows, names) + "\n"
     if sent:
         text += (f"\nUpload of a raster of {os.path.getsize(given.upload) / 1e6:,.0f} MB, until it is accepted (received, hashed and on disk), MB/s: "
@@ -218,9 +234,10 @@ def main():
     if given.write:
         readme = os.path.join(HERE, "README.md")
         with open(readme, encoding="utf-8") as file:
-            before = file.read().split("<!-- table of bench.py -->")[0]
+            parts = file.read().split(MARK)  # what is said, the table, that of --apart
+        parts[1 + given.apart:2 + given.apart] = ["\n\n" + text + ("" if given.apart else "\n")]
         with open(readme, "w", encoding="utf-8") as file:
-            file.write(before + "<!-- table of bench.py -->\n\n" + text)
+            file.write(MARK.join(parts))
 
 
 main()
