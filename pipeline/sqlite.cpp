@@ -48,12 +48,19 @@ void append(std::string& out, sqlite3_value* value) {
   if (size > 0) out.append(static_cast<const char*>(bytes), size);
 }
 
+/// SQLite calls it, whose C code no exception may pass.
 void row_sum(sqlite3_context* context, int count, sqlite3_value** values) {
-  std::string row;
-  for (int k = 0; k < count; ++k) append(row, values[k]);
-  std::int64_t sum = 0;
-  std::memcpy(&sum, content_hash(row).data(), sizeof sum);
-  sqlite3_result_int64(context, sum);
+  try {
+    std::string row;
+    for (int k = 0; k < count; ++k) append(row, values[k]);
+    std::int64_t sum = 0;
+    std::memcpy(&sum, content_hash(row).data(), sizeof sum);
+    sqlite3_result_int64(context, sum);
+  } catch (const std::bad_alloc&) {
+    sqlite3_result_error_nomem(context);
+  } catch (const std::exception& error) {
+    sqlite3_result_error(context, error.what(), -1);
+  }
 }
 
 /// Want of memory is no fault of the store: as everywhere else it is std::bad_alloc.

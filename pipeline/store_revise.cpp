@@ -118,8 +118,8 @@ std::optional<std::string> note_in(const std::string& store_path, const std::str
   if (!fs::exists(store_path, error)) return std::nullopt;
   try {
     Database database(store_path, Database::Mode::published);
-    Statement row(database, "SELECT value FROM meta WHERE key = CAST(? AS TEXT)");
-    if (!row.bind(key).step()) return std::nullopt;
+    Statement row(database, "SELECT value, " + std::string(has_sums(database) ? kSoundMeta : "1") + " FROM meta WHERE key = CAST(? AS TEXT)");
+    if (!row.bind(key).step() || row.integer(1) == 0) return std::nullopt;  // none at all is better than another
     return std::string(row.blob(0));
   } catch (const StoreError&) {
     return std::nullopt;  // whoever opens it for its tiles says why

@@ -14,7 +14,7 @@ namespace cordillera::pipeline {
 /// tasks when it is published.
 inline constexpr const char* kTasksNote = "tasks";
 
-/// nullopt: no such file or note. The store may be unfinished; nobody writes it meanwhile.
+/// nullopt: no such file or note, or one that is not as it was written. The store may be unfinished; nobody writes it meanwhile.
 std::optional<std::string> note_in(const std::string& store_path, const std::string& key);
 
 struct Note {

@@ -11,6 +11,7 @@
 #include "pipeline/check/check.h"
 #include "pipeline/sqlite.h"
 #include "pipeline/store.h"
+#include "pipeline/store_revise.h"
 #include "tests/pipeline/store_synthetic.h"
 
 namespace cordillera::pipeline {
@@ -185,6 +186,15 @@ TEST_F(DamagedStore, OfAnEarlierVersionIsReadAndWatchedAsFarAsItTells) {
   EXPECT_TRUE(refuses(kTile, Encoding::drc));
   change("UPDATE blobs SET bytes = CAST('x' || bytes AS BLOB) WHERE hash = (SELECT glb FROM tiles WHERE " + std::string(kThere) + ")");
   EXPECT_TRUE(refuses(kNeighbour, Encoding::glb));
+}
+
+TEST_F(DamagedStore, GivesNoNoteInPlaceOfAnother) {
+  ASSERT_TRUE(note_in(path_, "plan"));
+  change("UPDATE meta SET value = (SELECT value FROM meta WHERE key = 'manifest') WHERE key = 'plan'");
+  EXPECT_FALSE(note_in(path_, "plan"));
+  EXPECT_TRUE(note_in(path_, "manifest"));
+  take_sums_away();
+  EXPECT_TRUE(note_in(path_, "plan")) << "who has no sums cannot tell";
 }
 
 TEST_F(DamagedStore, IsFoundByCheckInThePlanToo) {
