@@ -7,6 +7,7 @@
 #include <random>
 
 #include "server/digest.h"
+#include "server/write_all.h"
 
 namespace cordillera::server {
 namespace {
@@ -21,15 +22,7 @@ class File {
   File& operator=(const File&) = delete;
 
   bool is_open() const { return descriptor_ >= 0; }
-  bool write(std::string_view bytes) {
-    while (!bytes.empty()) {
-      const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0) return false;
-      bytes.remove_prefix(static_cast<std::size_t>(count));
-    }
-    return true;
-  }
+  bool write(std::string_view bytes) { return write_all(descriptor_, bytes); }
   /// False if not everything is on disk.
   bool close() {
     if (descriptor_ < 0) return false;

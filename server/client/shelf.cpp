@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "server/json.h"
+#include "server/write_all.h"
 
 namespace cordillera::server::client {
 namespace {
@@ -24,16 +25,6 @@ std::string state_of(const fs::path& path) {
   struct stat state = {};
   if (stat(path.c_str(), &state) != 0) return "";
   return std::to_string(state.st_size) + " " + std::to_string(state.st_mtim.tv_sec) + " " + std::to_string(state.st_mtim.tv_nsec);
-}
-
-bool write_all(int descriptor, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
 }
 
 }  // namespace

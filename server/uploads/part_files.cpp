@@ -12,6 +12,7 @@
 #include "server/json.h"
 #include "server/log.h"
 #include "server/upload.h"
+#include "server/write_all.h"
 
 namespace cordillera::server::uploads {
 namespace {
@@ -36,16 +37,6 @@ struct Descriptor {
     if (number >= 0) ::close(number);
   }
 };
-
-bool write_all(int descriptor, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
-}
 
 bool write_file(const fs::path& path, const std::string& text) {
   const Descriptor file{::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)};
