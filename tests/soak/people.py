@@ -4,7 +4,12 @@ import json
 import random
 
 from client import Broken, Client, nap, problem
+from codings import decoded
 from rasters import tag
+
+DOCUMENTS = ("manifest.json", "tileset.json", "layer.json", "terrain-rgb.json", "hillshade.json", "tileset-explicit.json")
+VIEWER = ("/", "/viewer.js", "/style.css", "/api", "/cesium/Cesium.js")
+CODINGS = ("gzip", "br", "gzip, deflate, br", "identity")
 
 
 class Dataset:
@@ -12,6 +17,7 @@ class Dataset:
 
     def __init__(self, name, raster, version):
         self.name, self.raster, self.version, self.ending = name, raster, version, False
+        self.documents = {}  # address to the tag of the bytes that were read first
 
     def address(self, path):
         versioned = "versions/%s/" % self.version if self.version and random.random() < 0.2 else ""
@@ -24,6 +30,7 @@ class World:
     def __init__(self, port, rasters, rate, alive):
         self.port, self.rasters, self.pause_s, self.alive = port, rasters, rate, alive
         self.live, self.counts, self.findings, self.clients = [], {}, [], 0
+        self.viewer = Dataset("", None, None)
 
     def client(self):
         self.clients += 1
@@ -59,6 +66,42 @@ class World:
         else:
             self.finding("%s of %s: %d %s" % (path, dataset.name, status, problem(body)))
 
+    def look_at_document(self, dataset, path, answer):
+        """Once decoded it is the same for everybody, and what its ETag says."""
+        status, headers, body = answer
+        if status == 200:
+            coding = headers.get("content-encoding", "identity")
+            self.count("documents, " + coding)
+            plain = tag(decoded(coding, body))
+            # What is stored compressed has the tag of the compressed bytes.
+            if headers.get("etag", "").replace("W/", "") not in (plain, tag(body)):
+                self.finding("%s in %s: ETag %s is not that of its bytes" % (path, coding, headers.get("etag")))
+            if dataset.documents.setdefault(path, plain) != plain:
+                self.finding("%s in %s: other bytes than before" % (path, coding))
+        elif status == 404 and dataset.ending:
+            self.count("gone")
+        elif status in (429, 503) and "retry-after" in headers:
+            self.count("busy")
+        else:
+            self.finding("%s of %s: %d %s" % (path, dataset.name, status, problem(body)))
+
+
+async def read_document(world, client, dataset):
+    accepts = {"Accept-Encoding": random.choice(CODINGS)}
+    if random.random() < 0.2:
+        path = random.choice(VIEWER[:-1]) if random.random() < 0.95 else VIEWER[-1]
+        world.look_at_document(world.viewer, path, await client.ask("GET", path, None, accepts))
+    else:
+        path = dataset.address(random.choice(DOCUMENTS))  # some name the version that they were asked by
+        world.look_at_document(dataset, path, await client.ask("GET", path, None, accepts))
+
+
+async def read_tile(world, client, dataset, path):
+    known = {}
+    if random.random() < 0.1:
+        known["If-None-Match"] = tag(dataset.raster.tiles[path]) if random.random() < 0.8 else '"%032x"' % random.getrandbits(128)
+    world.look(dataset, path, known.get("If-None-Match"), await client.ask("GET", dataset.address(path), None, known))
+
 
 async def reader(world):
     client = world.client()
@@ -68,11 +111,11 @@ async def reader(world):
             continue
         dataset = random.choice(world.live)
         path = random.choice(dataset.raster.paths)
-        known = {}
-        if random.random() < 0.1:
-            known["If-None-Match"] = tag(dataset.raster.tiles[path]) if random.random() < 0.8 else '"%032x"' % random.getrandbits(128)
         try:
-            world.look(dataset, path, known.get("If-None-Match"), await client.ask("GET", dataset.address(path), None, known))
+            if random.random() < 0.15:
+                await read_document(world, client, dataset)
+            else:
+                await read_tile(world, client, dataset, path)
         except (Broken, OSError, asyncio.TimeoutError) as error:
             client.close()
             world.finding("%s of %s: no answer: %r" % (path, dataset.name, error))
