@@ -4,6 +4,7 @@
 
 #include "fixture.h"
 #include "pipeline/sqlite.h"
+#include "pipeline/store_schema.h"
 #include "server/access/tokens.h"
 #include "server/updates/ledger.h"
 
@@ -123,7 +124,7 @@ TEST_F(Owners, ASignatureIsShownToWhoMayChangeTheDataset) {
   const std::string bytes = version.SerializeAsString();
   {
     pipeline::Database store(layout.store(id).string(), pipeline::Database::Mode::create);
-    pipeline::Statement(store, "INSERT INTO meta(key, value) VALUES(CAST(? AS TEXT), ?)").bind(std::string(updates::kVersionNote), bytes).run();
+    pipeline::Statement(store, pipeline::kPutMeta).bind(std::string(updates::kVersionNote), bytes).run();
   }
   test_.start();
   for (const std::string& path : {"/v1/datasets/" + id + "/sources", "/v1/datasets/" + id + "/sources/one"}) {
