@@ -18,6 +18,11 @@ std::vector<unsigned char> random_bytes(std::size_t count) {
   return bytes;
 }
 
+/// Of these functions' reasons to fail there is one here: OpenSSL 3 takes memory for every digest.
+void expect(int done) {
+  if (done != 1) throw std::bad_alloc();
+}
+
 }  // namespace
 
 struct Digest::State {
@@ -28,10 +33,10 @@ struct Digest::State {
   ~State() { EVP_MD_CTX_free(context); }
 };
 
-Digest::Digest() : state_(std::make_unique<State>()) { EVP_DigestInit_ex(state_->context, EVP_sha256(), nullptr); }
+Digest::Digest() : state_(std::make_unique<State>()) { expect(EVP_DigestInit_ex(state_->context, EVP_sha256(), nullptr)); }
 Digest::~Digest() = default;
 
-void Digest::add(std::string_view bytes) { EVP_DigestUpdate(state_->context, bytes.data(), bytes.size()); }
+void Digest::add(std::string_view bytes) { expect(EVP_DigestUpdate(state_->context, bytes.data(), bytes.size())); }
 
 bool same_secret(std::string_view one, std::string_view other) {
   return one.size() == other.size() && CRYPTO_memcmp(one.data(), other.data(), one.size()) == 0;
@@ -56,7 +61,7 @@ std::string random_hex(std::size_t bytes) {
 std::string Digest::finish() {
   unsigned char bytes[EVP_MAX_MD_SIZE];
   unsigned int count = 0;
-  EVP_DigestFinal_ex(state_->context, bytes, &count);
+  expect(EVP_DigestFinal_ex(state_->context, bytes, &count));
   std::string hex;
   for (unsigned int i = 0; i < count; ++i) {
     hex += "0123456789abcdef"[bytes[i] >> 4];

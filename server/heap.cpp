@@ -4,7 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
+#include <cstdlib>
 #include <fstream>
+#include <new>
 #include <thread>
 
 namespace cordillera::server {
@@ -14,6 +17,14 @@ namespace {
 constexpr int kMapFrom_bytes = 1 << 20;
 constexpr int kTrimFrom_bytes = 4 << 20;
 constexpr std::size_t kMuch_bytes = std::size_t{16} << 20;
+constexpr std::size_t kReserve_bytes = std::size_t{512} << 10;  // below kMapFrom_bytes: what is freed is the heap's own at once
+
+std::atomic<void*> reserve{nullptr};
+
+void no_memory() {
+  std::free(reserve.exchange(nullptr));
+  throw std::bad_alloc();  // not another try: it would eat up what the way out needs
+}
 
 /// Pages of this process that hold no file.
 std::size_t resident_bytes() {
@@ -29,6 +40,15 @@ void set_up_heap() {
   mallopt(M_TRIM_THRESHOLD, kTrimFrom_bytes);
   // By default eight a core, each of which keeps what its threads freed.
   mallopt(M_ARENA_MAX, std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 2, 8));
+  std::set_new_handler(no_memory);
+  keep_reserve();
+}
+
+void keep_reserve() {
+  if (reserve.load() != nullptr) return;
+  void* none = nullptr;
+  void* const fresh = std::malloc(kReserve_bytes);
+  if (!reserve.compare_exchange_strong(none, fresh)) std::free(fresh);
 }
 
 void trim_heap() {

@@ -4,8 +4,13 @@
 
 namespace cordillera::server {
 
-/// Large blocks go back to the system as they are freed, and threads share a few arenas. To be called before the first thread.
+/// Large blocks go back to the system as they are freed, threads share a few arenas, and a reserve is laid aside. To be called before the
+/// first thread.
 void set_up_heap();
+
+/// Whoever first finds no memory gets std::bad_alloc, and the reserve becomes free for what has to be done on the way out: destructors that
+/// allocate, as JSON's do, end the program where they cannot. Lays it aside again where it is gone and there is memory.
+void keep_reserve();
 
 /// Gives free memory back to the system where there is much of it. Cheap where there is not.
 void trim_heap();

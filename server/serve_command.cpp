@@ -56,12 +56,13 @@ front::OnServed note_of(Service& service) {
   };
 }
 
-/// Looks at the heap now and then: what a burst took is given back when it is over.
+/// Looks at the heap now and then: what a burst took is given back when it is over, and the reserve is laid aside again.
 void look_after_heap(boost::asio::steady_timer& timer) {
   timer.expires_after(std::chrono::seconds(10));
   timer.async_wait([&timer](const boost::system::error_code& error) {
     if (error) return;
     trim_heap();
+    keep_reserve();
     look_after_heap(timer);
   });
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <regex>
 
+#include "server/heap.h"
 #include "server/log.h"
 
 namespace cordillera::server::front {
@@ -51,6 +52,7 @@ Response refusal(const proto::Problem& problem) {
 }
 
 Response answer_of(Shared& shared, const Request& request) {
+  keep_reserve();  // of the answer before, which may have found no memory
   if (const auto range = request.header("range"); range && !is_range(*range)) {
     return refusal({"range-invalid", "the Range header cannot be read", "no Range header: ranges are not served", "Range"});
   }

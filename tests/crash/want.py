@@ -137,7 +137,8 @@ def starved(program, folder, mib):
     else:
         expect(status == 0 or status >= 500, "with %d MiB a raster was answered with %d %s" % (mib, status, body))
     well = [asked(server, "GET", "/healthz")[0] for _ in range(20)]
-    expect(server.process.poll() is None and 200 in well, "with %d MiB the server is not well: %s" % (mib, well))
+    expect(server.process.poll() is None, "with %d MiB the server ended with %s" % (mib, server.process.returncode))
+    expect(200 in well, "with %d MiB the server is not well: %s" % (mib, well))
     expect(server.stop() == 0, "with %d MiB the server did not end by itself" % mib)
     return outcome
 

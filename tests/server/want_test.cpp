@@ -1,15 +1,23 @@
-// A machine that has no thread more. Each test is a process of its own: what it is denied, it never gets back.
+// A machine that has no thread more, or no memory. Each test is a process of its own: what it is denied, it never gets back.
 #include <gtest/gtest.h>
+#include <openssl/crypto.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <future>
+#include <memory>
+#include <new>
 #include <string>
 #include <system_error>
 #include <thread>
+#include <vector>
 
+#include "pipeline/content_hash.h"
+#include "server/digest.h"
 #include "server/front/workers.h"
+#include "server/heap.h"
 #include "tests/sanitized.h"
 
 namespace cordillera::server {
@@ -38,6 +46,71 @@ int answer_without_another_thread() {
   if (workers.run("client", [&] { answered.set_value(); }) != front::Workers::Taken::yes) return 1;
   answered.get_future().get();
   return 0;
+}
+
+constexpr int kNever = 1 << 30;
+int before_denial = kNever;  ///< so many are given yet
+int denied = 0;
+
+bool is_denied() {
+  if (before_denial-- > 0) return false;
+  ++denied;
+  return true;
+}
+void* openssl_malloc(std::size_t size, const char*, int) { return is_denied() ? nullptr : std::malloc(size); }
+void* openssl_realloc(void* old, std::size_t size, const char*, int) { return is_denied() ? nullptr : std::realloc(old, size); }
+void openssl_free(void* block, const char*, int) { std::free(block); }
+
+/// bad_alloc, or the right answer, whichever piece of memory is denied first.
+template <class Make>
+bool right_or_told(const Make& make) {
+  for (int given = 0; given < 20; ++given) {
+    before_denial = kNever;
+    const std::string right = make("abc");
+    (void)make("another");  // what is left lying about is not the right answer
+    before_denial = given;
+    try {
+      if (make("abc") != right) return false;
+    } catch (const std::bad_alloc&) {
+    }
+  }
+  return true;
+}
+
+/// 0: no digest is wrong, and nothing ends, though OpenSSL finds no memory.
+int digests_without_memory() {
+  if (CRYPTO_set_mem_functions(openssl_malloc, openssl_realloc, openssl_free) != 1) return 3;
+  if (!right_or_told(digest) || !right_or_told(pipeline::content_hash)) return 1;
+  return denied >= 4 ? 0 : 2;
+}
+
+/// 0: who finds no memory has some on the way out, and again after the next.
+int reserve_on_the_way_out() {
+  set_up_heap();
+  allow_no_thread_more();
+  for (int turn = 0; turn < 2; ++turn) {
+    std::vector<std::unique_ptr<char[]>> all;  // small blocks, until none is left
+    try {
+      while (true) all.push_back(std::make_unique<char[]>(1000));
+    } catch (const std::bad_alloc&) {
+      // As a destructor would.
+      for (int k = 0; k < 100; ++k) all.push_back(std::make_unique<char[]>(1000));
+    }
+    all.clear();
+    keep_reserve();
+  }
+  return 0;
+}
+
+TEST(Want, NoDigestIsWrongForWantOfMemory) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(_exit(digests_without_memory()), testing::ExitedWithCode(0), "");
+}
+
+TEST(Want, WhoFindsNoMemoryHasSomeOnTheWayOut) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's heap is another";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(_exit(reserve_on_the_way_out()), testing::ExitedWithCode(0), "");
 }
 
 TEST(Want, WhoListensHasAThreadToAnswer) {
