@@ -41,6 +41,7 @@ endfunction()
 
 # A test program: cordillera_test(name SOURCES ... LIBS ... [TIMEOUT seconds]). The limit is of one of its tests, on a machine that is slow and busy; what
 # a test waits for has its own patience of four minutes, so that it says what did not come.
+# Under a sanitizer the program is one test, and has an hour.
 # COST: what may take longest begins first, here and in the folders of scripts, so that a run does not end with one long test.
 function(cordillera_test name)
   cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
@@ -56,6 +57,11 @@ function(cordillera_test name)
   target_link_libraries(${name} PRIVATE cordillera_flags ${T_LIBS} GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # most of a test runs once: compiling it is what takes time
   target_compile_definitions(${name} PRIVATE CORDILLERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+  if(CORDILLERA_SANITIZE)  # one process a program: one a test would load a hundred libraries a thousand times, with a slow loader
+    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
+    set_tests_properties(${name} PROPERTIES TIMEOUT 3600 COST ${T_TIMEOUT})
+    return()
+  endif()
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 120 PROPERTIES TIMEOUT ${T_TIMEOUT} COST ${T_TIMEOUT})
 endfunction()
