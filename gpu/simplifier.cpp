@@ -29,6 +29,7 @@ std::optional<proto::Problem> check_strategy(const std::string& strategy, const 
 
 proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel, const std::string& strategy) {
   if (auto problem = check_strategy(strategy, device)) return *problem;
+  if (strategy == kExact) return proto::Problem{"option-invalid", "strategy exact simplifies blocks, not tiles", "waves, cleap, sequential", "strategy"};
   if (strategy != kStrategies.front()) return cleap::make_tile_simplifier(device, std::move(parallel), strategy);
   return on_device(
       device, [&] { return make_host_waves(parallel); }, [&](int number) { return make_cuda_waves(number, parallel); });

@@ -62,7 +62,8 @@ proto::TileMesh grid_mesh(std::int32_t cells, std::int32_t step, std::span<const
 
 /// How tiles are simplified, by name: the production strategy first; then the published algorithm, many edges at a time or one after
 /// the other, to be compared with (cleap/README.md).
-inline constexpr std::array<const char*, 3> kStrategies{"waves", "cleap", "sequential"};
+inline constexpr const char* kExact = "exact";  ///< of blocks, not of tiles: see gpu/exact
+inline constexpr std::array<const char*, 4> kStrategies{"waves", kExact, "cleap", "sequential"};
 
 /// A strategy that is not there ("option-invalid"), or a device that is nothing for it ("options-conflict").
 std::optional<proto::Problem> check_strategy(const std::string& strategy, const std::string& device);

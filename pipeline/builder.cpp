@@ -9,6 +9,7 @@
 
 #include "gpu/device_lost.h"
 #include "gpu/sample_frames.h"
+#include "pipeline/exact_block.h"
 #include "pipeline/mesh_record.h"
 #include "pipeline/plan.h"
 #include "pipeline/tile_output.h"
@@ -38,7 +39,7 @@ std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, cons
 }
 
 Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop)
-    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), wanted_device_(std::move(device)), stop_(stop) {}
+    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), wanted_device_(std::move(device)), stop_(stop), exact_(workers, stop) {}
 
 proto::Result<void> Builder::prepare() {
   // Tile meshes come and go by the megabyte: given back to the system each time, half of the build would be page faults.
@@ -49,6 +50,7 @@ proto::Result<void> Builder::prepare() {
     if (!source.ok()) return source.problem();
     sources_.push_back(std::move(*source));
   }
+  if (plan_.exact()) return exact_.open(wanted_device_);
   const auto on_all_threads = [this](std::size_t count, const std::function<void(std::size_t)>& work) {
     workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
   };
@@ -63,6 +65,7 @@ proto::Result<void> Builder::prepare() {
 }
 
 std::string Builder::device() const {
+  if (plan_.exact()) return exact_.device();
   const std::lock_guard lock(device_mutex_);
   return on_device_ ? on_device_->device() : "cpu" + lost_;
 }
@@ -97,27 +100,59 @@ proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
   const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
   samples.height.resize(count);
   samples.flat_water.resize(count);
+  if (const auto into = read_into(window, samples); !into.ok()) return into.problem();
+  return samples;
+}
+
+proto::Result<void> Builder::read_into(const raster::Source::Window& window, proto::Samples& samples) {
+  const std::int64_t columns = window.east - window.west + 1, rows = window.north - window.south + 1;
   std::mutex mutex;
   std::optional<proto::Problem> problem;
   std::atomic<bool> failed{false};  // a damaged file may take long to say so: once is enough
-  const auto strips = static_cast<std::size_t>((samples.rows + kStripRows - 1) / kStripRows);
+  const auto strips = static_cast<std::size_t>((rows + kStripRows - 1) / kStripRows);
   workers_.each(strips, [&](std::size_t strip, unsigned worker) {
     if (stop_ || failed) return;
     const std::int64_t from = static_cast<std::int64_t>(strip) * kStripRows;
-    const auto rows = static_cast<std::int32_t>(std::min<std::int64_t>(kStripRows, samples.rows - from));
-    const auto part = sources_[worker]->sample(lattice_, samples.west, samples.south + from, samples.columns, rows);
+    const auto high = static_cast<std::int32_t>(std::min<std::int64_t>(kStripRows, rows - from));
+    const auto part = sources_[worker]->sample(lattice_, window.west, window.south + from, static_cast<std::int32_t>(columns), high);
     if (!part.ok()) {
       const std::lock_guard lock(mutex);
       if (!problem) problem = part.problem();
       failed = true;
       return;
     }
-    const auto at = static_cast<std::ptrdiff_t>(from * samples.columns);
-    std::copy(part->height.begin(), part->height.end(), samples.height.begin() + at);
-    std::copy(part->flat_water.begin(), part->flat_water.end(), samples.flat_water.begin() + at);
+    for (std::int64_t r = 0; r < high; ++r) {
+      const auto to = static_cast<std::ptrdiff_t>((window.south + from + r - samples.south) * samples.columns + (window.west - samples.west));
+      const auto of = static_cast<std::ptrdiff_t>(r * columns), end = of + static_cast<std::ptrdiff_t>(columns);
+      std::copy(part->height.begin() + of, part->height.begin() + end, samples.height.begin() + to);
+      std::copy(part->flat_water.begin() + of, part->flat_water.begin() + end, samples.flat_water.begin() + to);
+    }
   });
   if (problem) return *problem;
-  return samples;
+  return {};
+}
+
+proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node, const std::function<void(double)>& share) {
+  FinishedTask task;
+  task.node = node;
+  const BlockPlace place = place_of_block(plan_, node);
+  if (place.west > place.east) return task;
+  proto::Samples samples = place.empty_samples();
+  raster::Source::Window window = node_window(plan_, node, 3);
+  window.west = std::max(window.west, samples.west), window.east = std::min(window.east, samples.west + samples.columns - 1);
+  window.south = std::max(window.south, samples.south), window.north = std::min(window.north, samples.south + samples.rows - 1);
+  bool empty = false;
+  workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
+    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1);
+  });
+  if (empty) return task;
+  if (const auto read = read_into(window, samples); !read.ok()) return read.problem();
+  if (stop_) return kCancelled;
+  if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) return task;
+  share(kReadShare);
+  auto built = build_exact_block(plan_, node, samples, exact_, workers_, [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
+  if (stop_) return kCancelled;
+  return built;
 }
 
 std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done) {
@@ -192,6 +227,7 @@ void Builder::encode(const LevelContext& context, const std::vector<BuiltTile>& 
 }
 
 proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const std::function<void(double)>& share) {
+  if (plan_.exact()) return exact_block(node, share);
   FinishedTask task;
   task.node = node;
   const proto::Result<proto::Samples> samples = read(node);

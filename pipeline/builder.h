@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gpu/simplify.h"
+#include "pipeline/exact_build.h"
 #include "pipeline/store.h"
 #include "pipeline/tile_mesh.h"
 #include "pipeline/workers.h"
@@ -53,6 +54,9 @@ class Builder {
   std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done = [] {});
 
  private:
+  proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share);
+  /// Reads what of the window its samples hold; those lie within the window or are void already.
+  proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples);
   void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles, const TileDone& done);
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
   void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
@@ -71,6 +75,7 @@ class Builder {
   std::atomic<bool> has_device_{false};  ///< asked while another task's batch holds the mutex
   std::unique_ptr<gpu::Simplifier> on_device_;  ///< one task's batch at a time; none: there is no GPU, or it was lost
   std::string lost_;                            ///< how
+  ExactSimplifiers exact_;
 };
 
 }  // namespace cordillera::pipeline

@@ -20,6 +20,7 @@ namespace cordillera::pipeline {
 /// than so much memory (0: as much as there is).
 inline std::size_t tasks_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib) {
   if (threads <= 1) return 1;
+  if (plan.exact()) return 2;  // one is simplified, on all threads, while the other is read or encoded
   constexpr std::uint32_t kMemoryOfTask_mib = 384;  // with its share of the threads'
   const std::size_t most = memory_mib > 0 ? std::max(memory_mib / kMemoryOfTask_mib, 1u) : SIZE_MAX;
   const std::size_t tiles = std::size_t{1} << 2 * std::min<std::uint32_t>(plan.finest_level() - plan.block_level(), 8);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gpu/simplify.h"
+#include "gpu/exact/simplify_block.h"
 #include "pipeline/relief.h"
 #include "proto/ellipsoid.h"
 
@@ -18,12 +18,17 @@ constexpr double kLeastDefaultCells = 1.0 / 64, kLeastDefault_m = 100;
 constexpr double kChainShare = 0.8;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
 constexpr double kStepsPerTile = 262144;      // .glb quantisation: 18 bits a tile side, so that walls and spikes stay where they are
 constexpr double kStepShare = 1.0 / 64;       // of the target: quantisation must not spend the promise
+constexpr double kExactStepShare = 1.0 / 512;  // an exact block has only what this leaves of its target
 constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
 // Of the target. Heights are most of a .drc: at 2 m a step of 1/4 m instead of a millimetre leaves less than half of its bytes, and adds 1/8 m at the most.
 constexpr double kHeightStepShare = 1.0 / 8;
 constexpr double kGreatestHeightStep_m = 4;   // seen from afar, mountains should not be terraces
 constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
 constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
+// Blocks that share sides spend triangles there.
+constexpr std::int64_t kLeastExactSide = 1024;
+constexpr const char* kWithoutExact = "strategy=waves";
+constexpr double kExactLatitude_deg = 85;      // towards a pole a row of the lattice is no line any more
 constexpr double kRelief_m = 8192;             // within a tile, and its skirts, quantisation must have room for
 
 double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }
@@ -128,7 +133,7 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   // Around a pole columns are closer than any step: there, as fine as float32 allows.
   const std::int64_t polar = lattice.rows() / 128;
   const bool at_pole = plan.window(1) < polar || plan.window(3) > lattice.rows() - polar;
-  const double step = at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * kStepShare);
+  const double step = at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * (plan.exact() ? kExactStepShare : kStepShare));
   const double room_m = greatest_target_m(plan, z) + 2 * target_m;
   level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
   // There, too, two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the normal.
@@ -137,7 +142,7 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where somebody
   // asks for less than a float32 can tell.
   const double left = target_m * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step() - level.height_step() / 2;
-  level.set_chain_tolerance(kChainShare * std::max(left, 0.0));
+  level.set_chain_tolerance((plan.exact() ? 1 : kChainShare) * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
   level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
 }
@@ -166,9 +171,13 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
     return proto::Problem{"no-data", "no vertex of the tile lattice lies inside the raster (or bbox)", "a larger bbox or a finer max_level", "bbox"};
   }
   for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
-  plan.set_block_level(static_cast<std::uint32_t>(block_level(lattice, window, range->second)));
+  plan.set_exact(options.strategy() == gpu::kExact);
+  plan.set_block_level(static_cast<std::uint32_t>(plan.exact() ? range->second : block_level(lattice, window, range->second)));
   plan.set_promise(options.keep_size() == 0);
   *plan.mutable_options() = options;
+  if (plan.exact()) {
+    if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem();
+  }
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();
@@ -182,6 +191,40 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
     derive_level(plan, *level);
   }
   return plan;
+}
+
+proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
+  if (plan.exact()) {
+    return proto::Problem{"options-conflict", "strategy exact makes a raster in one piece: there are no smaller blocks to plan or to update",
+                          std::string(kWithoutExact) + ", or no size of blocks and no updates=1", "strategy"};
+  }
+  const proto::Lattice lattice = lattice_of(plan);
+  int level = static_cast<int>(plan.block_level());
+  const auto samples = [&](int z) { return (lattice.tile_units(z) + 1) * (lattice.tile_units(z) + 1); };
+  while (level < lattice.finest_level && samples(level) > most) ++level;
+  plan.set_block_level(static_cast<std::uint32_t>(level));
+  for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
+  return {};
+}
+
+proto::Result<void> check_exact(const proto::Plan& plan) {
+  const auto refused = [](std::string detail, const std::string& accepted) {
+    return proto::Problem{"options-conflict", "strategy exact " + std::move(detail), accepted + ", or " + kWithoutExact, "strategy"};
+  };
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t side = lattice.tile_units(static_cast<int>(plan.min_level()));
+  const std::int64_t columns = std::min<std::int64_t>(plan.window(2) - std::int64_t{plan.window(0)}, side) + 1,
+                     rows = std::min<std::int64_t>(plan.window(3) - std::int64_t{plan.window(1)}, side) + 1;
+  if (columns * rows > kExactSamples || std::max(columns, rows) + 2 * proto::kTileCells > gpu::exact::kMostSamples) {
+    return refused("holds a raster at once, and this one has " + std::to_string(columns) + " x " + std::to_string(rows) + " samples of the finest level",
+                   "up to " + std::to_string(kExactSamples) + " samples, 15,872 a way (a coarser max_level, a smaller bbox)");
+  }
+  if (lattice.latitude_deg(plan.window(1)) < -kExactLatitude_deg || lattice.latitude_deg(plan.window(3)) > kExactLatitude_deg)
+    return refused("does not go up to a pole", "data between 85 degrees south and north");
+  if (side < kLeastExactSide)
+    return refused("needs two coarser levels", "min_level " + std::to_string(std::max(0, lattice.finest_level - 2)) + " or less");
+  if (plan.options().keep_size() > 0) return refused("keeps an error, not a share", "error=");
+  return {};
 }
 
 namespace {

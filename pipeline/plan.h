@@ -9,12 +9,19 @@ namespace cordillera::pipeline {
 
 /// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
+/// The same with strategy=exact, where a block is all of a node of the coarsest level: up to 30 bytes each.
+inline constexpr std::int64_t kExactSamples = std::int64_t{9217} * 9217;
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options);
 
 /// No error of a tile of the level is greater, nor need a target be: all that the tile spans, and all relief.
 double greatest_target_m(const proto::Plan& plan, int level);
+
+/// Blocks of up to so many finest samples; an exact plan cannot have smaller ones.
+proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most);
+/// Why an exact plan cannot be: too much data, a pole. It has a window.
+proto::Result<void> check_exact(const proto::Plan& plan);
 
 /// Sets chain tolerance, .glb step, height step and rim tolerance of a level from its target.
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);

@@ -240,8 +240,8 @@ std::vector<OptionSpec> make_build_options() {
        "a height in metres, -16384 to 16384", apply_water},
       {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
        "a single-band raster that GDAL can read", apply_text<&BuildOptions::mutable_water_mask>},
-      {"strategy", "NAME", "how meshes are simplified; cleap and sequential: the published algorithm, to be compared with",
-       "waves, cleap or sequential",
+      {"strategy", "NAME", "how meshes are simplified; exact: a raster in one piece; cleap and sequential: the published algorithm, to be compared with",
+       "waves, exact, cleap or sequential",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {gpu::kStrategies.begin(), gpu::kStrategies.end()}, settings.build.mutable_strategy());
        }},

@@ -6,7 +6,8 @@
 //   windows(pass, count)                      the windows of a pass
 //   select(n, keep, to)                       as in gpu/waves.h
 //   parallel(n, work)                         work(i) on threads of the host
-//   use(), wait(), name()
+//   use(stop), wait(), name()            stop: windows are left out once it is true; may be null
+//   give_back(array)                     what is not needed before the next call
 #include <chrono>
 
 #include "gpu/exact/bounds.h"
@@ -41,7 +42,7 @@ class Engine final : public BlockSimplifier {
  public:
   explicit Engine(std::unique_ptr<Executor> executor) : executor_(std::move(executor)) {}
 
-  proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan) override;
+  proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan, const Watch& watch) override;
   std::string device() const override { return executor_->name(); }
   const BlockTimes& times() const override { return times_; }
 
@@ -69,18 +70,19 @@ class Engine final : public BlockSimplifier {
 
   void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan);
   void load(std::span<const Block> blocks);
-  void find_depths(std::size_t levels);
+  void load_curves(std::span<const Block> blocks);
+  void find_depths(int rim_reach);
   void bound();
   void start(const BlockPlan& plan);
   void reserve_vertices();
   void keep_network(const Network& net);
   void take_network(std::span<const Network> nets);
-  void run_level(const BlockPlan& plan, const LevelRules& rules);
+  void run_level(const BlockPlan& plan, std::size_t level);
   enum class Windows { all, awake };
   void run_passes(const BlockPlan& plan, const LevelRules& rules, Windows which);
   void read_sides(std::span<const Block> blocks);
   std::vector<std::vector<RingedVertex>> download_hems();
-  void hold_hems(const LevelRules& rules, std::size_t levels);
+  void hold_hems(const LevelRules& side_rules, int rim_reach);
   void begin_strips(const LevelRules& rules);
   void end_strips();
   std::uint32_t cut(int pass);
@@ -108,6 +110,7 @@ class Engine final : public BlockSimplifier {
   Array<Depth> depths_, tier_depths_;
   Array<std::uint8_t> near_, near_in_row_, stays_;
   Array<BoundingPlane> planes_;
+  Array<CurveRow> curves_;
   Array<std::uint32_t> has_voids_, count_, number_;
   Array<BlockView> block_array_;
   MeshArrays mesh_, packed_, own_;

@@ -14,15 +14,18 @@ inline constexpr int kIdleShare = 64;
 inline constexpr std::size_t kRunsWanted = 8192, kPartsWanted = std::size_t{1} << 20;  ///< of triangles, when they are measured
 
 template <class Executor>
-proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(std::span<const Block> blocks,
-                                                                              const BlockPlan& plan) {
+proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(std::span<const Block> blocks, const BlockPlan& plan,
+                                                                              const Watch& follow) {
   if (auto problem = check_call(blocks, plan)) return *problem;
-  executor_->use();
+  const auto stopped = [&follow] { return follow.stop && *follow.stop; };
+  const proto::Problem cancelled{"cancelled", "the call was stopped", "", ""};
+  executor_->use(follow.stop);
   times_ = {};
   StopWatch watch;
   lay_out_blocks(blocks, plan);
   load(blocks);
-  find_depths(plan.levels.size());
+  load_curves(blocks);
+  find_depths(plan.levels.back().rim_reach);
   executor_->wait();
   times_.load_s = watch.lap();
   bound();
@@ -36,18 +39,18 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
   std::vector<BlockMesh> meshes(blocks.size());
   for (std::size_t l = 0; l < plan.levels.size(); ++l) {
     LevelTime time;
+    if (stopped()) return cancelled;
     const double tolerance = plan.levels[l].tolerance_m / proto::kHeightStep_m;
-    const auto level = static_cast<int>(l);
-    const LevelRules rules{static_cast<float>(tolerance), static_cast<float>(plan.levels[l].height_step), plan.tile_side << level,
-                           level};
-    run_level(plan, rules);
+    run_level(plan, l);
     executor_->wait();
+    if (stopped()) return cancelled;
     time.simplify_s = watch.lap();
     const OwnTriangles own{mesh_.view(), block_array_.data(), finder()};
     const std::size_t triangles = list_triangles(own);
     const std::vector<ErrorSums> errors = measure(own, triangles, tolerance);
     time.measure_s = watch.lap();
     download(triangles, errors, tolerance, meshes);
+    if (follow.level) follow.level(l, meshes);
     for (std::size_t b = 0; b < blocks.size(); ++b) results[b][l] = std::move(meshes[b]);
     if (has_shared_sides_) end_strips();
     time.download_s = watch.lap();
@@ -138,7 +141,21 @@ void Engine<Executor>::load(std::span<const Block> blocks) {
 }
 
 template <class Executor>
-void Engine<Executor>::find_depths(std::size_t levels) {
+void Engine<Executor>::load_curves(std::span<const Block> blocks) {
+  std::vector<CurveRow> all;
+  for (const Block& block : blocks) all.insert(all.end(), block.curve.begin(), block.curve.end());
+  curves_.reserve(all.size());
+  executor_->copy_in(curves_.data(), all.data(), all.size());
+  const CurveRow* row = curves_.data();
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    blocks_[b].field.curve = whole_blocks_[b].field.curve = {blocks[b].curve.empty() ? nullptr : row, blocks[b].curve_up};
+    row += blocks[b].curve.size();
+  }
+  executor_->wait();  // what was copied is this function's
+}
+
+template <class Executor>
+void Engine<Executor>::find_depths(int rim_reach) {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const Field& field = blocks_[b].field;
     if (!field.depth) continue;
@@ -147,7 +164,7 @@ void Engine<Executor>::find_depths(std::size_t levels) {
     near_in_row_.reserve(samples);
     Depth* const depth = depths_.data() + places_[b].sample;
     executor_->each(samples, MarkKinds{depth, near_.data()});
-    for (int r = 0; r < static_cast<int>(levels); ++r) {
+    for (int r = 0; r <= rim_reach; ++r) {
       const int reach = r == 0 ? 1 : 1 << (r - 1);
       executor_->each(samples, NearInRow{field, reach, false, near_.data(), near_in_row_.data()});
       executor_->each(samples, NearInRow{field, reach, true, near_in_row_.data(), near_.data()});
@@ -184,7 +201,7 @@ void Engine<Executor>::start(const BlockPlan& plan) {
     nets.push_back({blocks_[b].field,
                     stays_.data() + places_[b].sample,
                     largest_square_[b],
-                    {kStartShare * tolerance, 0},
+                    {kStartShare * tolerance, plan.levels[0].rim_reach, blocks_[b].field.curve},
                     static_cast<float>(plan.levels[0].height_step),
                     blocks_[b].west,
                     blocks_[b].east,
@@ -210,32 +227,34 @@ void Engine<Executor>::keep_network(const Network& net) {
 
 template <class Executor>
 void Engine<Executor>::take_network(std::span<const Network> nets) {
-  count_.reserve(samples_ + 1);
   number_.reserve(samples_ + 1);
   for (std::size_t b = 0; b < nets.size(); ++b) {
     executor_->each(static_cast<std::size_t>(nets[b].field.stride) * static_cast<std::size_t>(nets[b].field.rows),
-                    CountStays{nets[b], count_.data() + places_[b].sample});
+                    CountStays{nets[b], number_.data() + places_[b].sample});
   }
-  executor_->zero(count_.data() + samples_, 1);
-  executor_->exclusive_sum(count_.data(), number_.data(), samples_ + 1);
+  executor_->zero(number_.data() + samples_, 1);
+  executor_->exclusive_sum(number_.data(), number_.data(), samples_ + 1);
   first_vertex_.resize(nets.size() + 1);
   for (std::size_t b = 0; b <= nets.size(); ++b) {
     executor_->copy_out(&first_vertex_[b], number_.data() + (b < nets.size() ? places_[b].sample : samples_), 1);
   }
   vertices_ = first_vertex_.back();
-  reserve_vertices();
+  mesh_.reserve(vertices_);
   for (std::size_t b = 0; b < nets.size(); ++b) {
     executor_->each(static_cast<std::size_t>(nets[b].field.stride) * static_cast<std::size_t>(nets[b].field.rows),
                     TakeVertex{nets[b], number_.data() + places_[b].sample, mesh_.view()});
   }
   first_array_.reserve(nets.size() + 1);
   executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
+  for (auto* array : {&near_, &near_in_row_, &stays_}) executor_->give_back(*array);
+  executor_->give_back(number_);
+  reserve_vertices();
 }
 
 template <class Executor>
 void Engine<Executor>::reserve_vertices() {
   mesh_.reserve(vertices_);
-  packed_.reserve(vertices_);
+  for (auto* array : {&count_, &number_}) array->reserve(vertices_ + 1);
   for (auto* array : {&window_, &vertices_by_number_, &order_, &bin_}) array->reserve(vertices_);
   local_.reserve(vertices_);
 }
@@ -243,9 +262,16 @@ void Engine<Executor>::reserve_vertices() {
 // ---- a level
 
 template <class Executor>
-void Engine<Executor>::run_level(const BlockPlan& plan, const LevelRules& rules) {
+void Engine<Executor>::run_level(const BlockPlan& plan, std::size_t l) {
+  const BlockLevel& level = plan.levels[l];
+  const auto steps = [](double metres) { return static_cast<float>(metres / proto::kHeightStep_m); };
+  const LevelRules rules{steps(level.tolerance_m), static_cast<float>(level.height_step), plan.tile_side << l, level.rim_reach};
   executor_->each(vertices_, BeginLevel{mesh_.view(), rules.height_step});
-  if (has_shared_sides_) hold_hems(rules, plan.levels.size());
+  if (has_shared_sides_) {
+    LevelRules of_sides = rules;
+    if (level.side_tolerance_m > 0) of_sides.tolerance = steps(level.side_tolerance_m);
+    hold_hems(of_sides, plan.levels.back().rim_reach);
+  }
   run_passes(plan, rules, Windows::all);
   if (!has_shared_sides_) return;
   begin_strips(rules);
@@ -317,9 +343,10 @@ template <class Executor>
 void Engine<Executor>::pack() {
   executor_->each(vertices_ + 1, CountAlive{mesh_.view(), vertices_, count_.data()});
   executor_->exclusive_sum(count_.data(), number_.data(), vertices_ + 1);
-  executor_->each(vertices_, PackVertex{mesh_.view(), packed_.view(), number_.data()});
   executor_->each(first_vertex_.size(), PackBlock{number_.data(), first_array_.data()});
   executor_->copy_out(first_vertex_.data(), first_array_.data(), first_vertex_.size());
+  packed_.reserve(first_vertex_.back());
+  executor_->each(vertices_, PackVertex{mesh_.view(), packed_.view(), number_.data()});
   vertices_ = first_vertex_.back();
   std::swap(mesh_, packed_);
 }

@@ -70,7 +70,9 @@ class CudaExecutor : public CudaSteps {
 
   static constexpr std::size_t kMostParts = 64;  ///< of a triangle that is measured
 
-  void use() { CORDILLERA_CUDA(cudaSetDevice(device_)); }
+  void use(const std::atomic<bool>*) { CORDILLERA_CUDA(cudaSetDevice(device_)); }
+  template <class T>
+  void give_back(Array<T>&) {}  // a device that serves other calls keeps what it has
   void wait() { CORDILLERA_CUDA(cudaStreamSynchronize(stream_)); }
   std::string name() const { return name_; }
   template <class F>

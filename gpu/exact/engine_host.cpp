@@ -34,8 +34,12 @@ class HostExecutor : public HostSteps {
 
   static constexpr std::size_t kMostParts = 1;  ///< of a triangle that is measured
 
-  void use() {}
+  void use(const std::atomic<bool>* stop) { stop_ = stop; }
   void wait() {}
+  template <class T>
+  void give_back(Array<T>& array) {
+    array = {};
+  }
   std::string name() const { return "cpu"; }
 
   SampleRows rows(Array<std::int32_t>&, const std::int32_t* from, std::int32_t, std::int32_t, std::int64_t stride) {
@@ -59,7 +63,8 @@ class HostExecutor : public HostSteps {
     for (std::size_t i = 0; i < values.size(); ++i) to[cursor_[group_of[i]]++] = values[i];
   }
   void windows(const PassView& pass, std::uint32_t count) {
-    parallel_(count, [&pass](std::size_t number) {
+    parallel_(count, [&pass, stop = stop_](std::size_t number) {
+      if (stop && *stop) return;
       thread_local std::vector<std::uint64_t> storage;
       storage.resize(window_bytes(0) / 8 + 1);
       HostTeam team;
@@ -82,6 +87,7 @@ class HostExecutor : public HostSteps {
   }
 
   ParallelFor parallel_;
+  const std::atomic<bool>* stop_ = nullptr;
   std::vector<std::uint32_t> cursor_;
 };
 

@@ -30,9 +30,23 @@ CORDILLERA_HD constexpr Depth deeper(Depth a, Depth b) {
   const int low = (a & 15) > (b & 15) ? a & 15 : b & 15, high = (a >> 4) > (b >> 4) ? a >> 4 : b >> 4;
   return static_cast<Depth>(low | high << 4);
 }
-/// Is one of the valid samples (of the void ones) farther than 2^level steps from the other kind?
-CORDILLERA_HD constexpr bool has_deep_valid(Depth depth, int level) { return (depth & 15) > level + 1; }
-CORDILLERA_HD constexpr bool has_deep_void(Depth depth, int level) { return (depth >> 4) > level + 1; }
+/// Is one of the valid samples (of the void ones) farther than 2^reach steps from the other kind? reach -1: is there one at all?
+CORDILLERA_HD constexpr bool has_deep_valid(Depth depth, int reach) { return (depth & 15) > reach + 1; }
+CORDILLERA_HD constexpr bool has_deep_void(Depth depth, int reach) { return (depth >> 4) > reach + 1; }
+
+/// A flat triangle lies below the lattice's surface, which is curved as the earth is: over (u, v) samples from a corner its height is that of a
+/// plane, and along * u * u + up * v * v. A chord does not lie over its line on the lattice, either: by second order it sways from it, by a
+/// share of u * u to the north, and of u * v to the east. That is taken off the tolerance. What is left is of third order.
+struct CurveRow {
+  float along = 0;  ///< 2^-10 m, not below 0
+  float sway = 0;   ///< samples
+};
+struct Curve {
+  const CurveRow* row = nullptr;  ///< indexed by row; null: a plane is flat over the lattice
+  float up = 0;                   ///< 2^-10 m, not below 0
+
+  CORDILLERA_HD CurveRow at(int y) const { return row ? row[y] : CurveRow{}; }
+};
 
 /// Rows are padded to whole squares of 8, and so are columns; pads lie outside of every triangle.
 struct Field {
@@ -42,6 +56,7 @@ struct Field {
   const Depth* tier_depth[kTiers] = {};     ///< indexed likewise; null where the block has no voids
   std::int32_t columns = 0, rows = 0, stride = 0;
   std::int32_t tier_stride[kTiers] = {};
+  Curve curve;
 
   CORDILLERA_HD std::uint32_t index(int x, int y) const {
     return static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(stride) + static_cast<std::uint32_t>(x);

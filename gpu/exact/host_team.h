@@ -18,7 +18,8 @@ class RowOfEight {
     const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7};
     for (int k = 0; k < 3; ++k) edge_[k] = t.across[k] * lane + t.across[k] * (x - t.ex[k]);
     const Ints column = lane + (x - t.ex[0]);
-    rise_ = t.dx * __builtin_convertvector(column, Floats);
+    const Floats u = __builtin_convertvector(column, Floats);
+    rise_ = t.dx * u + t.bend_x * (u * u);
   }
   /// Are the samples under the triangle within its tolerance?
   bool fits(const float* sample, int y) const {
@@ -26,7 +27,7 @@ class RowOfEight {
     for (int k = 0; k < 3; ++k) inside |= edge_[k] + t_.along[k] * (y - t_.ey[k]);
     Floats height;
     std::memcpy(&height, sample, sizeof height);
-    const Floats off = (t_.height - height) + (rise_ + t_.dy * static_cast<float>(y - t_.ey[0]));
+    const Floats off = (t_.height - height) + (rise_ + t_.rise_up(static_cast<float>(y - t_.ey[0])));
     const Ints bad = ((off > t_.tolerance) | (off < -t_.tolerance)) & (inside >= 0);
     std::uint64_t any[4];
     std::memcpy(any, &bad, sizeof any);

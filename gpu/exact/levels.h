@@ -184,10 +184,12 @@ struct MeasureTriangles {
     const int rows = greatest(c[0].y, greatest(c[1].y, c[2].y)) - least(c[0].y, least(c[1].y, c[2].y)) + 1;
     if (part * lanes.rows() >= rows) return;
     const Field& field = own.blocks[block].field;
-    const Triangle t = make_triangle(c[0], c[1], c[2], {0, 0});
+    const Triangle t = make_triangle(c[0], c[1], c[2], {0, 0, field.curve});
     if (!t.published) return;
     const double ux = c[1].x - c[0].x, uy = c[1].y - c[0].y, vx = c[2].x - c[0].x, vy = c[2].y - c[0].y, area = ux * vy - uy * vx;
-    const double rise_b = static_cast<double>(c[1].height) - c[0].height, rise_c = static_cast<double>(c[2].height) - c[0].height;
+    const double bend_x = t.bend_x, bend_y = t.bend_y;
+    const double rise_b = (static_cast<double>(c[1].height) - c[0].height) - (bend_x * (ux * ux) + bend_y * (uy * uy)),
+                 rise_c = (static_cast<double>(c[2].height) - c[0].height) - (bend_x * (vx * vx) + bend_y * (vy * vy));
     const double dx = (rise_b * vy - rise_c * uy) / area, dy = (rise_c * ux - rise_b * vx) / area;
     for (int y = t.south + lanes.row() + part * lanes.rows(); y <= t.north; y += lanes.rows() * static_cast<int>(parts)) {
       int from = t.west, to = t.east;
@@ -195,10 +197,11 @@ struct MeasureTriangles {
       int own_from = from, own_to = to;
       while (own_from <= own_to && !owns(t, field, own_from, y)) ++own_from;
       while (own_from <= own_to && !owns(t, field, own_to, y)) --own_to;
-      const double rise = dy * (y - t.ey[0]);
+      const double v = y - t.ey[0], rise = dy * v + bend_y * (v * v);
       for (int x = from + lanes.column(); x <= to; x += lanes.columns()) {
         if (field.is_void_at(x, y)) continue;
-        const double off = (static_cast<double>(t.height) - field.height[field.index(x, y)]) + (dx * (x - t.ex[0]) + rise);
+        const double u = x - t.ex[0];
+        const double off = (static_cast<double>(t.height) - field.height[field.index(x, y)]) + ((dx * u + bend_x * (u * u)) + rise);
         const std::uint64_t bits = magnitude_bits(off);
         if (bits > sums.max_bits) sums.max_bits = bits;
         if (x < own_from || x > own_to) continue;

@@ -52,7 +52,7 @@ struct LevelRules {
   float tolerance = 0;         ///< 2^-10 m
   float height_step = 1;       ///< of vertices, a power of two
   std::int32_t tile_side = 1;  ///< samples, a power of two
-  std::int32_t level = 0;
+  std::int32_t rim_reach = 0;  ///< see BlockLevel
 };
 
 }  // namespace cordillera::gpu::exact

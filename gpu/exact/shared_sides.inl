@@ -27,6 +27,8 @@ inline SideSamples side_samples(const Block& block, Side side) {
                      y = block.south + (side == kNorth ? block.rows - 1 : 0);
   SideSamples samples;
   samples.lattice = along_x ? x : y;
+  if (!along_x) samples.bend = block.curve_up;
+  else if (!block.curve.empty()) samples.bend = block.curve[static_cast<std::size_t>(y - block.south)].along;
   for (int r = -kSideReach; r <= kSideReach; ++r) {
     std::vector<std::int32_t>& row = samples.row[static_cast<std::size_t>(r + kSideReach)];
     for (int s = 0; s < (along_x ? block.columns : block.rows); ++s)
@@ -57,15 +59,15 @@ std::vector<std::vector<RingedVertex>> Engine<Executor>::download_hems() {
 
 /// Chains of the level, for all sides at once; then what of the hems has to stay.
 template <class Executor>
-void Engine<Executor>::hold_hems(const LevelRules& rules, std::size_t levels) {
+void Engine<Executor>::hold_hems(const LevelRules& side_rules, int rim_reach) {
   executor_->parallel(4 * sides_.size(), [&](std::size_t k) {
     StripSides& sides = sides_[k / 4];
-    if (sides.shared[k % 4]) sides.chain[k % 4] = coarser_chain(sides.samples[k % 4], sides.chain[k % 4], rules);
+    if (sides.shared[k % 4]) sides.chain[k % 4] = coarser_chain(sides.samples[k % 4], sides.chain[k % 4], side_rules);
   });
   const auto hems = download_hems();
   std::vector<std::uint32_t> held;
   for (std::size_t b = 0; b < hems.size(); ++b) {
-    for (const std::uint32_t v : held_on_hem(sides_[b], hems[b], levels)) held.push_back(first_vertex_[b] + v);
+    for (const std::uint32_t v : held_on_hem(sides_[b], hems[b], rim_reach)) held.push_back(first_vertex_[b] + v);
   }
   std::sort(held.begin(), held.end());
   held.erase(std::unique(held.begin(), held.end()), held.end());

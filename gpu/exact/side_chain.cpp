@@ -77,12 +77,14 @@ class Coarsening {
   double tolerance(int r) const { return tolerance_[static_cast<std::size_t>(r)]; }
   bool stays(int i) const { return i == 0 || i == count() - 1 || ((samples_.lattice + at(i)) & (rules_.tile_side - 1)) == 0; }
 
+  /// What a chord from a to b is lower at s than a line of the lattice, as a height.
+  double sag(int a, int s, int b) const { return -samples_.bend * (static_cast<double>(s - a) * (b - s)); }
   /// The farthest sample from the chord from a to b with these heights; more than the limit: no more than that is said.
   double off_chord(int r, int a, double height_a, int b, double height_b, double limit) const {
     const double rise = (height_b - height_a) / (b - a);
     double worst = 0;
     for (int s = a + 1; s < b && worst <= limit; ++s)
-      worst = std::max(worst, std::abs(height_a + rise * (s - a) - samples_.height(r, s)));
+      worst = std::max(worst, std::abs(height_a + rise * (s - a) + sag(a, s, b) - samples_.height(r, s)));
     return worst;
   }
   /// How many of the samples from a to b, on all rows, are void: none, all, or some.
@@ -142,7 +144,8 @@ class Coarsening {
       for (int s = at(a) + 1; s < at(b); ++s) {
         const int end = s <= at(i) ? a : b;
         const double near = static_cast<double>(s - at(end)) / (at(i) - at(end));
-        sum += near * (samples_.height(r, s) - (height(r, end) * (1 - near) + height(r, i) * near));
+        const double chord = height(r, end) * (1 - near) + height(r, i) * near + (end == a ? sag(at(a), s, at(i)) : sag(at(i), s, at(b)));
+        sum += near * (samples_.height(r, s) - chord);
         weights += near * near;
       }
       std::int32_t moved = rounded(height(r, i) + sum / weights, step_);
@@ -172,14 +175,15 @@ class Coarsening {
 
 }  // namespace
 
-std::int32_t SideChain::height_at(int r, int s, std::int32_t step) const {
+std::int32_t SideChain::height_at(int r, int s, double bend, std::int32_t step) const {
   const std::vector<std::int32_t>& heights = height[static_cast<std::size_t>(r)];
   const auto b = static_cast<std::size_t>(
                  std::max<std::ptrdiff_t>(1, std::lower_bound(place.begin(), place.end(), s) - place.begin())),
              a = b - 1;
   if (place[b] == s) return heights[b];
   if (place[a] == s) return heights[a];
-  return rounded(heights[a] + (static_cast<double>(heights[b]) - heights[a]) * (s - place[a]) / (place[b] - place[a]), step);
+  const double sag = -bend * (static_cast<double>(s - place[a]) * (place[b] - s));
+  return rounded(heights[a] + (static_cast<double>(heights[b]) - heights[a]) * (s - place[a]) / (place[b] - place[a]) + sag, step);
 }
 
 SideChain finest_chain(const SideSamples& samples) {

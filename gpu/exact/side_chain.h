@@ -21,6 +21,7 @@ struct SideSamples {
   static constexpr int kRows = 2 * kSideReach + 1;
   std::array<std::vector<std::int32_t>, kRows> row;  ///< proto::kNoHeight where void
   std::int64_t lattice = 0;                          ///< of the first sample, along the side
+  double bend = 0;                                   ///< of a chord, see Curve
 
   int length() const { return static_cast<int>(row[0].size()) - 1; }
   bool is_void(int r, int s) const { return row[static_cast<std::size_t>(r)][static_cast<std::size_t>(s)] == proto::kNoHeight; }
@@ -33,8 +34,8 @@ struct SideChain {
   std::vector<int> place;                                            ///< ascending
   std::array<std::vector<std::int32_t>, SideSamples::kRows> height;  ///< indexed by row, then like place; void: 0
 
-  /// On the chord over s, a multiple of step; of row r.
-  std::int32_t height_at(int r, int s, std::int32_t step) const;
+  /// On the chord over s, a multiple of step; of row r. bend: see SideSamples.
+  std::int32_t height_at(int r, int s, double bend, std::int32_t step) const;
 };
 
 /// All samples of the side.

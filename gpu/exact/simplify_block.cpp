@@ -30,6 +30,10 @@ std::optional<proto::Problem> check_level(const BlockPlan& plan, std::size_t l) 
     return invalid(at + " has a height step of " + std::to_string(level.height_step) + " / 1024 m",
                    "a power of two, at most a quarter of the tolerance", at + ".height_step");
   }
+  if (level.rim_reach < -1 || level.rim_reach > kMostRimReach || (l > 0 && level.rim_reach < plan.levels[l - 1].rim_reach)) {
+    return invalid(at + " has a rim reach of " + std::to_string(level.rim_reach), "-1 to 12, no less than the finer level's", at + ".rim_reach");
+  }
+  if (!(level.side_tolerance_m >= 0)) return invalid(at + " has a side tolerance below 0", "0 or metres", at + ".side_tolerance_m");
   if (l == 0) return {};
   const BlockLevel& finer = plan.levels[l - 1];
   const double rounding_m = level.height_step > finer.height_step ? 0.5 * step_m : 0;
@@ -45,8 +49,10 @@ std::optional<proto::Problem> check_block(const Block& block, std::size_t b) {
   const std::string at = "blocks[" + std::to_string(b) + "]";
   if (block.columns < 2 || block.rows < 2 || block.columns > kMostSamples || block.rows > kMostSamples) {
     return invalid(at + " has " + std::to_string(block.columns) + " x " + std::to_string(block.rows) + " samples",
-                   "2 to 8193 each way", at);
+                   "2 to 16385 each way", at);
   }
+  if (!block.curve.empty() && block.curve.size() != static_cast<std::size_t>(block.rows))
+    return invalid(at + " has another curve than rows", "a number a row", at + ".curve");
   const proto::Samples* const samples = block.samples;
   const bool holds =
       samples && block.west >= samples->west && block.south >= samples->south &&
@@ -79,8 +85,8 @@ std::optional<proto::Problem> check_sides(const Block& block, const BlockPlan& p
 
 std::optional<proto::Problem> check_call(std::span<const Block> blocks, const BlockPlan& plan) {
   if (blocks.empty()) return invalid("there is no block", "one block or more", "blocks");
-  if (plan.levels.empty() || plan.levels.size() > 12)
-    return invalid(std::to_string(plan.levels.size()) + " levels", "1 to 12", "levels");
+  if (plan.levels.empty() || plan.levels.size() > 22)
+    return invalid(std::to_string(plan.levels.size()) + " levels", "1 to 22", "levels");
   if (!is_power_of_two(plan.tile_side) || plan.tile_side > 32768)
     return invalid("a tile side of " + std::to_string(plan.tile_side) + " samples", "a power of two up to 32768", "tile_side");
   std::size_t samples = 0;

@@ -3,12 +3,15 @@
 // after every step: there is nothing to check and nothing to repair afterwards. One source for CPU and CUDA, the same bits from
 // both.
 #include <array>
+#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "gpu/exact/field.h"
 #include "gpu/simplify.h"
 #include "proto/mesh.h"
 #include "proto/result.h"
@@ -27,16 +30,22 @@ enum class SideKind : std::uint8_t {
 
 /// A rectangle of lattice samples. Borrowed for the call.
 struct Block {
-  /// Holds the rectangle, and three rows more beyond every shared side. Bent already: a plane over the rectangle is what a flat
-  /// triangle will be, and blocks that share a side are bent alike there.
+  /// Holds the rectangle, and three rows more beyond every shared side.
   const proto::Samples* samples = nullptr;
   std::int64_t west = 0, south = 0;    ///< its first sample, on the lattice
   std::int32_t columns = 0, rows = 0;  ///< samples, 2 .. kMostSamples each, ends included
   /// South, east, north, west. A block with a shared side has 17 samples or more each way, and shared sides are sides of tiles of
   /// level 0.
   std::array<SideKind, 4> sides{};
+  /// What the curvature of the earth is to a flat triangle: over (u, v) samples from a corner its height is that of a plane, and
+  /// along * u * u + up * v * v (kHeightStep_m, not below 0), but for what its edges sway from their lines on the lattice: by up to
+  /// sway * u * u samples to the north, and sway * u * v to the east. Indexed by row, functions of the row's latitude alone, so that
+  /// blocks that share a side agree; empty: 0.
+  std::span<const CurveRow> curve{};
+  float curve_up = 0;
 };
-inline constexpr std::int32_t kMostSamples = 8193;
+inline constexpr std::int32_t kMostSamples = 16385;  ///< each way
+inline constexpr int kMostRimReach = 12;
 
 enum class Quality { fast, standard, best };  ///< heights of vertices are fitted never, once, twice a pass
 
@@ -47,17 +56,21 @@ struct BlockLevel {
   double tolerance_m = 0;
   std::int32_t height_step = 1;  ///< of vertices, in proto::kHeightStep_m: a power of two, at most a quarter of the tolerance, no
                                  ///< less than the finer level's
+  /// Rims may move by 2^rim_reach samples, in columns and in rows; -1: not at all. No less than the finer level's, up to kMostRimReach.
+  int rim_reach = -1;
+  /// On shared sides, where it is another one than inside; 0: the same. Blocks that share a side must be given the same one.
+  double side_tolerance_m = 0;
 };
 
 struct BlockPlan {
   std::int32_t tile_side = 256;    ///< samples from side to side of a tile of level 0, a power of two; doubled a level
-  std::vector<BlockLevel> levels;  ///< 1 .. 12
+  std::vector<BlockLevel> levels;  ///< 1 .. 22
   Quality quality = Quality::standard;
 };
 
 /// A level of a block. Its triangles cover the rectangle exactly, counter-clockwise, all of positive area, none across a line
 /// where tiles of the level meet (lattice multiples of tile_side << level). A triangle is to be published iff none of its corners
-/// is void. Rims move by at most 2^level samples, in columns and in rows: every valid sample farther than that from a void one is
+/// is void. Rims move as far as the level allows: every valid sample farther than that from a void one is
 /// covered by published triangles, and no void sample farther than that from a valid one.
 struct BlockMesh {
   std::vector<std::uint16_t> x, y;    ///< indexed by vertex: samples from the block's south-western one
@@ -69,6 +82,13 @@ struct BlockMesh {
   std::uint64_t measured = 0;                           ///< how many those are
 
   std::size_t vertices() const { return x.size(); }
+};
+
+/// How a call is followed while it runs.
+struct Watch {
+  const std::atomic<bool>* stop = nullptr;  ///< once true, the call ends soon, with the problem "cancelled"
+  /// A level is done, the finest first; called by the caller's thread. What it takes out of meshes, indexed by block, is not in the result.
+  std::function<void(std::size_t level, std::vector<BlockMesh>& meshes)> level;
 };
 
 /// What a level cost, all blocks together.
@@ -88,7 +108,8 @@ class BlockSimplifier {
   /// result[b][l] is level l of blocks[b]. It depends on the block and the plan alone: not on what else is in the call, the
   /// device or the number of threads. A plan or block outside of its ranges is a Problem ("option-invalid"). A GPU that fails is
   /// a DeviceLost: ask another simplifier.
-  virtual proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan) = 0;
+  virtual proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan,
+                                                                      const Watch& watch = {}) = 0;
   virtual std::string device() const = 0;       ///< "cpu" or "cuda:0 (NVIDIA …)"
   virtual const BlockTimes& times() const = 0;  ///< of the last call
 };

@@ -13,10 +13,17 @@ namespace cordillera::gpu::exact {
 inline constexpr float kStartShare = 0.75f;
 inline constexpr int kLargestSquare = 32;
 
-/// Samples x from .. from + count - 1 of a row against a plane that is `height` at x = from and rises by dx; all valid.
-CORDILLERA_HD inline bool run_fits(const float* sample, int count, float height, float dx, float tolerance) {
+/// A row of a surface: `height` at its first sample, `slope` there, see Curve for bend.
+struct SurfaceRow {
+  float height, slope, bend;
+};
+/// Samples of a row against it; all valid.
+CORDILLERA_HD inline bool run_fits(const float* sample, int count, const SurfaceRow& row, float tolerance) {
   int bad = 0;
-  for (int i = 0; i < count; ++i) bad |= !(magnitude((height - sample[i]) + dx * static_cast<float>(i)) <= tolerance);
+  for (int i = 0; i < count; ++i) {
+    const float u = static_cast<float>(i);
+    bad |= !(magnitude((row.height - sample[i]) + (row.slope + row.bend * u) * u) <= tolerance);
+  }
   return bad == 0;
 }
 
@@ -40,10 +47,10 @@ CORDILLERA_HD inline bool right_triangle_fits(const Triangle& t, const Field& fi
                          field.depth[at + static_cast<std::uint32_t>(x - from)], x, y))
           return false;
       }
-    } else if (!run_fits(field.height + at, to - from + 1,
-                         t.height + (t.dx * static_cast<float>(from - t.ex[0]) + t.dy * static_cast<float>(y - t.ey[0])), t.dx,
-                         t.tolerance)) {
-      return false;
+    } else {
+      const float u = static_cast<float>(from - t.ex[0]);
+      const SurfaceRow row{t.height + (t.rise_along(u) + t.rise_up(static_cast<float>(y - t.ey[0]))), t.dx + 2 * t.bend_x * u, t.bend_x};
+      if (!run_fits(field.height + at, to - from + 1, row, t.tolerance)) return false;
     }
   }
   return true;
@@ -54,7 +61,7 @@ struct Network {
   Field field;
   std::uint8_t* stays = nullptr;
   int largest = 1;      ///< side of the largest square
-  Demand demand{0, 0};  ///< with the start's share of the tolerance
+  Demand demand{0, 0, {}};  ///< with the start's share of the tolerance
   float height_step = 1;
   std::int32_t west = 0, east = 0, south = 0, north = 0;  ///< what of the block becomes a mesh
   std::uint32_t hems = 0;                                 ///< sides of that, bit by Side, that end at a hem: two rows of it stay

@@ -139,7 +139,7 @@ class StripMaker {
         t > 0 && ((s == frame.first(t) && frame.shared_at_start()) || (s == frame.last(t) && frame.shared_at_end()));
     if (samples.is_void(row, s)) v.mark |= kVoidVertex;
     else if (in_corner) v.height = rounded_to(static_cast<float>(samples.height(row, s)), rules_.height_step);
-    else v.height = static_cast<float>(sides_.chain[static_cast<std::size_t>(side)].height_at(row, s, step_));
+    else v.height = static_cast<float>(sides_.chain[static_cast<std::size_t>(side)].height_at(row, s, samples.bend, step_));
     strip_.added.push_back(v);
     return v.vertex;
   }
@@ -220,11 +220,10 @@ class StripMaker {
 
 }  // namespace
 
-std::vector<std::uint32_t> held_on_hem(const StripSides& sides, std::span<const RingedVertex> hem, std::size_t levels) {
+std::vector<std::uint32_t> held_on_hem(const StripSides& sides, std::span<const RingedVertex> hem, int rim_reach) {
   std::vector<std::uint32_t> held;
-  const int coarsest = static_cast<int>(levels) - 1;
   for (const RingedVertex& v : hem) {
-    const bool deep = v.depth == 0 || has_deep_valid(v.depth, coarsest) || has_deep_void(v.depth, coarsest);
+    const bool deep = v.depth == 0 || has_deep_valid(v.depth, rim_reach) || has_deep_void(v.depth, rim_reach);
     if (!deep) held.push_back(v.vertex);
   }
   for (int side = 0; side < 4; ++side) {

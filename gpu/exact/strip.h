@@ -29,8 +29,8 @@ struct StripSides {
 };
 
 /// Which vertices of the hem have to stay while the block's own mesh is simplified: one for every few of the chain's, that the
-/// strip may hang on, and where voids are near at any of the levels. hem: of the whole block.
-std::vector<std::uint32_t> held_on_hem(const StripSides& sides, std::span<const RingedVertex> hem, std::size_t levels);
+/// strip may hang on, and where a rim is within what it may move on any level, 2^rim_reach samples. hem: of the whole block.
+std::vector<std::uint32_t> held_on_hem(const StripSides& sides, std::span<const RingedVertex> hem, int rim_reach);
 
 struct Strip {
   std::vector<RingedVertex> added;  ///< numbered on from the vertices of the block's own mesh

@@ -15,29 +15,34 @@ struct Corner {
 /// What a level asks of a triangle.
 struct Demand {
   float tolerance;  ///< 2^-10 m
-  int level;        ///< rims may move by 2^level samples
+  int rim_reach;    ///< rims may move by 2^rim_reach samples; -1: not at all
+  Curve curve;
 };
 
-/// Edge functions in integers, the plane in floats about the first corner.
+/// Edge functions in integers, the surface in floats about the first corner.
 struct Triangle {
   std::int32_t ex[3], ey[3];         ///< corners, counter-clockwise
   std::int32_t across[3], along[3];  ///< edge k: across * (x - ex) + along * (y - ey), not below 0 inside
   std::int32_t west, east, south, north;
-  float height, dx, dy;  ///< at the first corner; its slopes
+  float height, dx, dy;  ///< at the first corner; slopes there
+  float bend_x, bend_y;  ///< see Curve
   float tolerance;       ///< less what rounding may hide; not above 0: nothing fits
-  int level;
+  int rim_reach;
   bool published;  ///< no corner is void
 
   CORDILLERA_HD std::int32_t edge(int k, int x, int y) const { return across[k] * (x - ex[k]) + along[k] * (y - ey[k]); }
   CORDILLERA_HD bool covers(int x, int y) const { return (edge(0, x, y) | edge(1, x, y) | edge(2, x, y)) >= 0; }
-  /// Its height over (x, y), less `less`. Heights are whole numbers, so their difference is exact, and only the slopes round.
+  /// What it rises from its first corner, u samples to the east; v to the north.
+  CORDILLERA_HD float rise_along(float u) const { return dx * u + bend_x * (u * u); }
+  CORDILLERA_HD float rise_up(float v) const { return dy * v + bend_y * (v * v); }
+  /// Its height over (x, y), less `less`. Heights are whole numbers, so their difference is exact, and only the rise is rounded.
   CORDILLERA_HD float height_above(float x, float y, float less) const {
-    return (height - less) + (dx * (x - static_cast<float>(ex[0])) + dy * (y - static_cast<float>(ey[0])));
+    return (height - less) + (rise_along(x - static_cast<float>(ex[0])) + rise_up(y - static_cast<float>(ey[0])));
   }
   CORDILLERA_HD std::int32_t twice_area() const { return edge(0, ex[2], ey[2]); }
 };
 
-/// Of a plane's height, what rounding in floats may hide: a few units of 2^-24 of how far the plane rises over the triangle and
+/// Of a surface's height, what rounding in floats may hide: a few units of 2^-24 of how far it rises over the triangle and
 /// the squares that touch it.
 inline constexpr float kRoundingShare = 0x1p-20f;
 
@@ -54,21 +59,27 @@ CORDILLERA_HD inline Triangle make_triangle(const Corner& a, const Corner& b, co
   t.south = least(a.y, least(b.y, c.y)), t.north = greatest(a.y, greatest(b.y, c.y));
   const std::int32_t ux = b.x - a.x, uy = b.y - a.y, vx = c.x - a.x, vy = c.y - a.y;
   const double inverse = 1.0 / static_cast<double>(ux * vy - uy * vx);
-  const double rise_b = static_cast<double>(b.height) - a.height, rise_c = static_cast<double>(c.height) - a.height;
+  const CurveRow curve = demand.curve.at((t.south + t.north) / 2);
+  t.bend_x = curve.along;
+  t.bend_y = demand.curve.up;
+  const double bend_x = t.bend_x, bend_y = t.bend_y;
+  const double rise_b = (static_cast<double>(b.height) - a.height) - (bend_x * (ux * ux) + bend_y * (uy * uy)),
+               rise_c = (static_cast<double>(c.height) - a.height) - (bend_x * (vx * vx) + bend_y * (vy * vy));
   t.height = a.height;
   t.dx = static_cast<float>((rise_b * vy - rise_c * uy) * inverse);
   t.dy = static_cast<float>((rise_c * ux - rise_b * vx) * inverse);
-  const float reach =
-      magnitude(t.dx) * static_cast<float>(t.east - t.west + 8) + magnitude(t.dy) * static_cast<float>(t.north - t.south + 8);
-  t.tolerance = demand.tolerance - reach * kRoundingShare;
-  t.level = demand.level;
+  const float wide = static_cast<float>(t.east - t.west + 8), high = static_cast<float>(t.north - t.south + 8);
+  const float rise = (magnitude(t.dx) * wide + magnitude(t.dy) * high) + (t.bend_x * (wide * wide) + t.bend_y * (high * high));
+  const float sway = curve.sway * (magnitude(t.dy) * (wide * wide) + magnitude(t.dx) * (wide * high));
+  t.tolerance = demand.tolerance - (rise * kRoundingShare + sway);
+  t.rim_reach = demand.rim_reach;
   t.published = !(a.is_void || b.is_void || c.is_void);
   return t;
 }
 
 CORDILLERA_HD inline bool sample_fits(const Triangle& t, float height, Depth depth, int x, int y) {
-  if (!t.published) return !has_deep_valid(depth, t.level);
-  if (is_void(depth)) return !has_deep_void(depth, t.level);
+  if (!t.published) return !has_deep_valid(depth, t.rim_reach);
+  if (is_void(depth)) return !has_deep_void(depth, t.rim_reach);
   return magnitude(t.height_above(static_cast<float>(x), static_cast<float>(y), height)) <= t.tolerance;
 }
 CORDILLERA_HD inline bool sample_fits(const Triangle& t, const Field& field, int x, int y) {
@@ -87,13 +98,17 @@ CORDILLERA_HD inline bool square_fits(const Triangle& t, const Field& field, int
   const std::uint32_t at = static_cast<std::uint32_t>(sy * field.tier_stride[tier] + sx);
   if (field.depth) {
     const Depth depth = field.tier_depth[tier][at];
-    if (!t.published) return !has_deep_valid(depth, t.level);
-    if (has_deep_void(depth, t.level)) return false;
+    if (!t.published) return !has_deep_valid(depth, t.rim_reach);
+    if (has_deep_void(depth, t.rim_reach)) return false;
   }
   const BoundingPlane plane = field.plane[tier][at];
   const float half = 0.5f * static_cast<float>(last);
-  const float apart = magnitude(t.height_above(static_cast<float>(x) + half, static_cast<float>(y) + half, plane.middle));
-  return apart + half * (magnitude(t.dx - plane.dx) + magnitude(t.dy - plane.dy)) + plane.off <= t.tolerance;
+  const float middle_x = static_cast<float>(x) + half, middle_y = static_cast<float>(y) + half;
+  const float apart = magnitude(t.height_above(middle_x, middle_y, plane.middle));
+  const float slope_x = t.dx + 2 * t.bend_x * (middle_x - static_cast<float>(t.ex[0])),
+              slope_y = t.dy + 2 * t.bend_y * (middle_y - static_cast<float>(t.ey[0]));
+  const float within = half * (magnitude(slope_x - plane.dx) + magnitude(slope_y - plane.dy)) + (t.bend_x + t.bend_y) * (half * half);
+  return apart + within + plane.off <= t.tolerance;
 }
 
 /// Nothing to look at: no plane is steep enough to spend the tolerance on rounding, but one may be; without voids a void triangle

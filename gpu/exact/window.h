@@ -43,6 +43,7 @@ CORDILLERA_HD constexpr std::size_t window_bytes(int stack_length) {
 struct WindowView {
   unsigned char* storage = nullptr;
   LevelRules rules;
+  Curve curve;  ///< of the block
 
   CORDILLERA_HD std::int32_t& counter(int k) const { return reinterpret_cast<std::int32_t*>(storage)[k]; }
   CORDILLERA_HD std::uint32_t& position(int u) const { return array<std::uint32_t, 0>()[u]; }
@@ -76,7 +77,7 @@ struct WindowView {
   CORDILLERA_HD int x(int u) const { return position_x(position(u)); }
   CORDILLERA_HD int y(int u) const { return position_y(position(u)); }
   CORDILLERA_HD Corner corner(int u) const { return {x(u), y(u), height(u), (flag(u) & kVoidHere) != 0}; }
-  CORDILLERA_HD Demand demand() const { return {rules.tolerance, rules.level}; }
+  CORDILLERA_HD Demand demand() const { return {rules.tolerance, rules.rim_reach, curve}; }
   CORDILLERA_HD int triangles(int u) const { return (flag(u) & kOpenFan) ? valence(u) - 1 : valence(u); }
   CORDILLERA_HD int after(int u, int k) const { return k + 1 == valence(u) ? 0 : k + 1; }
 

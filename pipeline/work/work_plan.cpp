@@ -139,19 +139,13 @@ void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
 }
 
 /// Blocks of the size that is asked for, and what follows from it.
-void set_blocks(const PlanGiven& given, proto::Plan& plan) {
+proto::Result<void> set_blocks(const PlanGiven& given, proto::Plan& plan) {
   std::int64_t most = given.block_samples;
   if (most == 0 && given.blocks > 0) {
     most = (plan.window(2) - std::int64_t{plan.window(0)} + 1) * (plan.window(3) - std::int64_t{plan.window(1)} + 1) / given.blocks;
   }
-  if (most == 0) return;
-  most = std::max(most, kLeastBlockSamples);
-  const proto::Lattice lattice = lattice_of(plan);
-  int level = static_cast<int>(plan.block_level());
-  const auto samples = [&](int z) { return (lattice.tile_units(z) + 1) * (lattice.tile_units(z) + 1); };
-  while (level < lattice.finest_level && samples(level) > most) ++level;
-  plan.set_block_level(static_cast<std::uint32_t>(level));
-  for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
+  if (most == 0) return {};
+  return use_smaller_blocks(plan, std::max(most, kLeastBlockSamples));
 }
 
 /// The numbers of an earlier plan where its rasters lie now. Where that is farther apart, coarse levels are rounded in another way.
@@ -162,6 +156,9 @@ proto::Result<proto::Plan> plan_again(const BuildRequest& request, raster::Sourc
   plan.clear_window();
   for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
+  if (plan.exact()) {
+    if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem();
+  }
   plan.set_program(proto::kProgram);
   plan.set_source_state(state_of(request));
   return plan;
@@ -172,7 +169,7 @@ proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Sourc
   if (given.before != nullptr) return plan_again(request, source, given.before->plan());
   auto plan = plan_of(request, source);
   if (!plan.ok()) return plan;
-  set_blocks(given, *plan);
+  if (const auto set = set_blocks(given, *plan); !set.ok()) return set.problem();
   if (request.options.keep_size() == 0) return plan;
   Workers workers(request.options.threads());
   Builder builder(*plan, workers, [&] { return open_source(request); }, request.options.device(), stop);

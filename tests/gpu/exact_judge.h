@@ -34,7 +34,7 @@ inline std::vector<BlockLevel> doubling_levels(double finest_m, int count) {
     const double tolerance_m = finest_m * (1 << l);
     std::int32_t step = 4096;
     while (8 * step > tolerance_m * 1024 && step > 1) step /= 2;
-    levels.push_back({tolerance_m, step});
+    levels.push_back({tolerance_m, step, l});
   }
   return levels;
 }

@@ -142,7 +142,7 @@ TEST(TileStrategyBits, UnknownStrategiesAndWrongDevicesAreNamed) {
   const auto magic = make_simplifier("cpu", one_after_the_other, "magic");
   ASSERT_FALSE(magic.ok());
   EXPECT_EQ(magic.problem().type, "option-invalid");
-  EXPECT_EQ(magic.problem().accepted, "waves, cleap, sequential");
+  EXPECT_EQ(magic.problem().accepted, "waves, exact, cleap, sequential");
   const auto alone = make_simplifier("cuda:0", one_after_the_other, "sequential");
   ASSERT_FALSE(alone.ok());
   EXPECT_EQ(alone.problem().type, "options-conflict");

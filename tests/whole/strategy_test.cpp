@@ -94,7 +94,7 @@ TEST_F(StrategyBytes, what_is_not_there_or_cannot_be_is_said) {
   const auto unknown = build("magic", 1);
   ASSERT_FALSE(unknown.ok());
   EXPECT_EQ(unknown.problem().type, "option-invalid");
-  EXPECT_THAT(unknown.problem().accepted, HasSubstr("waves, cleap, sequential"));
+  EXPECT_THAT(unknown.problem().accepted, HasSubstr("waves, exact, cleap, sequential"));
   request_.options.set_device("cuda");
   const auto alone = build("sequential", 1);
   ASSERT_FALSE(alone.ok());

@@ -1,0 +1,119 @@
+// A raster in one piece: the laws hold on all levels, every error is measured, blocks that meet fit, and nothing else shows in the bytes.
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "pipeline/build.h"
+#include "tests/whole/bytes.h"
+#include "tests/whole/judge.h"
+
+namespace cordillera::whole {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::int64_t kTile = proto::kTileCells;
+constexpr Corner kCorner{13, 9000 * kTile + 30, 6000 * kTile + 150};
+
+proto::BuildOptions exact(double error_m) {
+  proto::BuildOptions options = with_error(error_m);
+  options.set_strategy("exact");
+  return options;
+}
+
+/// Every level measured, and within its target.
+void expect_promise(const Built& built) {
+  for (const proto::LevelSummary& level : built.manifest.levels()) {
+    EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
+    EXPECT_FALSE(level.composed()) << "level " << level.level();
+  }
+}
+
+TEST(ExactStrategy, obeys_every_law_around_holes) {
+  const HeightOf ground = rough(8), gaps = rough(9);
+  const auto height = [=](int c, int r) {
+    const bool hole = std::hypot(c - 226, r - 150) < 25 || (c > 260 && gaps(3 * c, 3 * r) > 900);
+    return hole ? kNoData : ground(c, r);
+  };
+  const Built built = build_dem(points_of(kCorner, 400, 300, height), exact(10));
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  expect_promise(built);
+}
+
+TEST(ExactStrategy, shows_every_pixel_at_the_finest_level) {
+  const auto height = [](int c, int r) { return c == 60 && r == 40 ? 50.0 : (c < 20 ? 10.0 : kNoData); };
+  const Built built = build_dem(cells_of(kCorner, 100, 80, height), exact(1));
+  EXPECT_THAT(judge(built, {70000, 0}), IsEmpty());
+  for (const std::int64_t di : {0, 1}) {
+    for (const std::int64_t dj : {0, 1}) EXPECT_TRUE(covered(built, 13, kCorner.west + 60 + di, kCorner.north - 40 - dj)) << di << " " << dj;
+  }
+  EXPECT_FALSE(covered(built, 13, kCorner.west + 63, kCorner.north - 40));
+}
+
+// Four nodes of the coarsest level, none of which sees another.
+TEST(ExactStrategy, blocks_that_meet_fit) {
+  constexpr std::int64_t kNode = 8 * kTile;
+  const Corner corner{13, 1125 * kNode - 350, 750 * kNode + 300};
+  proto::BuildOptions options = exact(15);
+  options.set_min_level(10);
+  const Built built = build_dem(points_of(corner, 700, 600, rough(4)), options);
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  EXPECT_EQ(built.levels.at(10).size(), 4u);
+  expect_promise(built);
+}
+
+// Cells of two kilometres: between vertices the earth falls away by more than the error that is asked for.
+TEST(ExactStrategy, sees_the_curvature_of_the_earth) {
+  const Corner corner{5, 9000, 6800};
+  const Built built = build_dem(points_of(corner, 300, 200, [](int c, int r) { return c > 150 ? 0.0 : 40.0 * ((c * 7 + r * 3) % 11); }), exact(100));
+  EXPECT_THAT(judge(built, {20000, 0}), IsEmpty());
+  expect_promise(built);
+}
+
+TEST(ExactStrategy, bytes_do_not_depend_on_threads) {
+  Folder folder;
+  write(points_of(kCorner, 600, 400, rough(6)), folder.path("dem.tif"));
+  pipeline::BuildRequest request;
+  request.raster_path = folder.path("dem.tif");
+  request.raster_name = "dem.tif";
+  request.id = "test";
+  request.options = exact(12);
+  const std::atomic<bool> never = false;
+  const auto bytes = [&](unsigned threads) {
+    request.options.set_threads(threads);
+    request.store_path = folder.path(std::to_string(threads));
+    const auto built = pipeline::build(request, nullptr, never);
+    EXPECT_TRUE(built.ok()) << built.problem().line();
+    return published(request.store_path);
+  };
+  const Bytes one = bytes(1);
+  EXPECT_GT(one.size(), 10u);
+  EXPECT_EQ(one, bytes(3));
+}
+
+TEST(ExactStrategy, what_it_cannot_do_is_said) {
+  Folder folder;
+  const std::atomic<bool> never = false;
+  const auto refusal = [&](const Dem& dem, const proto::BuildOptions& options) {
+    write(dem, folder.path("dem.tif"));
+    pipeline::BuildRequest request;
+    request.raster_path = folder.path("dem.tif");
+    request.raster_name = "dem.tif";
+    request.id = "test";
+    request.options = options;
+    request.store_path = folder.path("store");
+    const auto built = pipeline::build(request, nullptr, never);
+    return built.ok() ? std::string("built") : built.problem().type + ": " + built.problem().detail;
+  };
+  const auto flat = [](int, int) { return 100.0; };
+  proto::BuildOptions shares = plain_options();
+  shares.set_strategy("exact");
+  shares.add_keep(0.2);
+  EXPECT_THAT(refusal(points_of(kCorner, 40, 40, flat), shares), HasSubstr("options-conflict: strategy exact keeps an error"));
+  const Corner polar{6, 500, 64 * kTile - 50};
+  EXPECT_THAT(refusal(points_of(polar, 40, 40, flat), exact(100)), HasSubstr("options-conflict: strategy exact does not go up to a pole"));
+}
+
+}  // namespace
+}  // namespace cordillera::whole
