@@ -29,6 +29,7 @@ struct Triangle {
   float tolerance;       ///< less what rounding may hide; not above 0: nothing fits
   int rim_reach;
   bool published;  ///< no corner is void
+  std::int8_t shown_edge;  ///< of a triangle with one void corner: the edge across from it, whose samples the next triangle shows; else -1
 
   CORDILLERA_HD std::int32_t edge(int k, int x, int y) const { return across[k] * (x - ex[k]) + along[k] * (y - ey[k]); }
   CORDILLERA_HD bool covers(int x, int y) const { return (edge(0, x, y) | edge(1, x, y) | edge(2, x, y)) >= 0; }
@@ -39,6 +40,7 @@ struct Triangle {
   CORDILLERA_HD float height_above(float x, float y, float less) const {
     return (height - less) + (rise_along(x - static_cast<float>(ex[0])) + rise_up(y - static_cast<float>(ey[0])));
   }
+  CORDILLERA_HD bool is_on_shown_edge(int x, int y) const { return shown_edge >= 0 && edge(shown_edge, x, y) == 0; }
   CORDILLERA_HD std::int32_t twice_area() const { return edge(0, ex[2], ey[2]); }
 };
 
@@ -74,11 +76,13 @@ CORDILLERA_HD inline Triangle make_triangle(const Corner& a, const Corner& b, co
   t.tolerance = demand.tolerance - (rise * kRoundingShare + sway);
   t.rim_reach = demand.rim_reach;
   t.published = !(a.is_void || b.is_void || c.is_void);
+  t.shown_edge = -1;
+  if (a.is_void + b.is_void + c.is_void == 1) t.shown_edge = a.is_void ? 1 : b.is_void ? 2 : 0;
   return t;
 }
 
 CORDILLERA_HD inline bool sample_fits(const Triangle& t, float height, Depth depth, int x, int y) {
-  if (!t.published) return !has_deep_valid(depth, t.rim_reach);
+  if (!t.published) return !has_deep_valid(depth, t.rim_reach) || (t.rim_reach < 0 && t.is_on_shown_edge(x, y));
   if (is_void(depth)) return !has_deep_void(depth, t.rim_reach);
   return magnitude(t.height_above(static_cast<float>(x), static_cast<float>(y), height)) <= t.tolerance;
 }
