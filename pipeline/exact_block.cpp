@@ -115,6 +115,7 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::Tile
   const std::string& quality = plan.options().quality();
   gpu::exact::BlockPlan levels;
   levels.tile_side = proto::kTileCells;
+  levels.measured = false;  // tiles are, as they will be decoded
   levels.quality = quality == "fast"   ? gpu::exact::Quality::fast
                    : quality == "best" ? gpu::exact::Quality::best
                                        : gpu::exact::Quality::standard;

@@ -47,7 +47,7 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
     time.simplify_s = watch.lap();
     const OwnTriangles own{mesh_.view(), block_array_.data(), finder()};
     const std::size_t triangles = list_triangles(own);
-    const std::vector<ErrorSums> errors = measure(own, triangles, tolerance);
+    const std::vector<ErrorSums> errors = plan.measured ? measure(own, triangles, tolerance) : std::vector<ErrorSums>(blocks.size());
     time.measure_s = watch.lap();
     download(triangles, errors, tolerance, meshes);
     if (follow.level) follow.level(l, meshes);

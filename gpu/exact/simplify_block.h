@@ -66,6 +66,7 @@ struct BlockPlan {
   std::int32_t tile_side = 256;    ///< samples from side to side of a tile of level 0, a power of two; doubled a level
   std::vector<BlockLevel> levels;  ///< 1 .. 22
   Quality quality = Quality::standard;
+  bool measured = true;  ///< false: errors of meshes are left out, for whoever measures them otherwise
 };
 
 /// A level of a block. Its triangles cover the rectangle exactly, counter-clockwise, all of positive area, none across a line
@@ -77,7 +78,7 @@ struct BlockMesh {
   std::vector<std::int32_t> height;   ///< indexed by vertex, kHeightStep_m, a multiple of the level's height_step; void: 0
   std::vector<std::uint8_t> is_void;  ///< indexed by vertex, 0 or 1
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< in the order of their least vertex
-  double max_error_m = 0;                               ///< of the valid samples under published triangles, measured in doubles
+  double max_error_m = 0;                               ///< of the valid samples under published triangles, in doubles; see BlockPlan::measured
   double rmse_m = 0;                                    ///< of the same, but for some on the rims of voids
   std::uint64_t measured = 0;                           ///< how many those are
 
