@@ -6,6 +6,7 @@ install(FILES ${CMAKE_BINARY_DIR}/share/egm96-15.pgm DESTINATION ${CMAKE_INSTALL
 install(DIRECTORY ${CMAKE_BINARY_DIR}/share/web DESTINATION ${CMAKE_INSTALL_DATADIR}/cordillera OPTIONAL PATTERN complete EXCLUDE)
 install(FILES README.md CHANGELOG.md SECURITY.md LICENSE deploy/DEPENDENCIES.md deploy/UPGRADE.md deploy/nginx.conf deploy/grafana.json
         DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} OPTIONAL)
 install(FILES deploy/cordillera.service DESTINATION lib/systemd/system OPTIONAL)
 install(FILES deploy/cordillera.conf DESTINATION ${CMAKE_INSTALL_DATADIR}/cordillera OPTIONAL)
 

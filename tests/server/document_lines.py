@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs every shell line of README.md and server/docs/*.md, in order, each section in a folder of its own.
+"""Runs every shell line of README.md and docs/*/*.md, in order, each section in a folder of its own.
 
   document_lines.py REPOSITORY URL ID GIVEN     a server with a dataset; a folder with the files that readers have
 
@@ -7,6 +7,7 @@ A line of an indented block is run, or stands in LEFT_OUT with the reason; one t
 fails the test. Errors of HTTP fail it too."""
 import json
 import os
+import pathlib
 import re
 import shutil
 import subprocess
@@ -100,10 +101,11 @@ def run_document(path, name, reader, given, used):
 
 
 def main(repository, url, dataset, given):
-    documents = ["README.md"] + sorted(f"server/docs/{name}" for name in os.listdir(f"{repository}/server/docs") if name.endswith(".md"))
+    pages = sorted(pathlib.Path(repository, "docs").rglob("*.md"))
+    documents = ["README.md"] + [str(page.relative_to(repository)) for page in pages]
     used, failures, total = set(), [], 0
     for name in documents:
-        # README.md posts and deletes datasets of its own; the other pages speak of one that is there.
+        # Some pages post and delete datasets of their own; the others speak of one that is there.
         count, found = run_document(f"{repository}/{name}", name, Reader(url, dataset), given, used)
         total += count
         failures += found

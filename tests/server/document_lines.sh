@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the shell lines of README.md and server/docs as a reader would, against a real server: tests/server/document_lines.sh BUILD
+# Runs the shell lines of README.md and docs as a reader would, against a real server: tests/server/document_lines.sh BUILD
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/server/document_lines.sh BUILD}" && pwd)

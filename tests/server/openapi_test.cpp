@@ -177,12 +177,12 @@ TEST(OpenApi, TokensAreAScheme) {
   }
 }
 
-/// Slugs of the README's rows that have a status: what HTTP may say.
-Words slugs_of_the_readme() {
-  const std::string text = file_text(std::filesystem::path(CORDILLERA_SOURCE_DIR) / "README.md");
+/// Slugs of the rows of the page of errors that have a status: what HTTP may say.
+Words slugs_of_the_page() {
+  const std::string text = file_text(std::filesystem::path(CORDILLERA_SOURCE_DIR) / "docs" / "reference" / "errors.md");
   Words slugs;
   static const std::regex kRow(R"(\| *[0-9]{3} *\|(.*)\|)"), kSlug("`([a-z-]+)`");
-  std::istringstream lines(text.substr(text.find("\n## Problems\n")));
+  std::istringstream lines(text);
   std::smatch row;
   for (std::string line; std::getline(lines, line);) {
     if (!std::regex_match(line, row, kRow)) continue;
@@ -192,14 +192,14 @@ Words slugs_of_the_readme() {
   return slugs;
 }
 
-TEST(OpenApi, ProblemsAreThoseOfTheTableAndTheReadme) {
+TEST(OpenApi, ProblemsAreThoseOfTheTableAndThePage) {
   Words said;
   const Json document = description();
   for (const Json& type : document["components"]["schemas"]["problem"]["properties"]["type"]["enum"]) {
     EXPECT_TRUE(said.insert(type.get<std::string>().substr(std::string("urn:cordillera:problem:").size())).second) << type;
   }
   EXPECT_GT(said.size(), 45u);
-  EXPECT_EQ(said, slugs_of_the_readme());
+  EXPECT_EQ(said, slugs_of_the_page());
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The README's table of problems against the sources: a slug that the code can say stands there with its status, and no other does.
+// The page of errors against the sources: a slug that the code can say stands there with its status, and no other does.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -66,12 +66,9 @@ Slugs in_sources() {
   return slugs;
 }
 
-/// Rows of the README's section: | status | slugs |.
-std::map<std::string, int> in_readme() {
-  const std::string text = file_text(kSource / "README.md");
-  const auto start = text.find("\n## Problems\n");
-  EXPECT_NE(start, std::string::npos);
-  std::istringstream lines(text.substr(start, text.find("\n## ", start + 1) - start));
+/// Rows of the page: | status | slugs |.
+std::map<std::string, int> in_page() {
+  std::istringstream lines(file_text(kSource / "docs" / "reference" / "errors.md"));
   static const std::regex kRow(R"(\| *([0-9]{3}|command line only) *\|(.*)\|)"), kSlug("`([a-z-]+)`");
   std::map<std::string, int> statuses;
   std::smatch row;
@@ -85,13 +82,13 @@ std::map<std::string, int> in_readme() {
   return statuses;
 }
 
-TEST(Problems, TheReadmeListsWhatTheSourcesSay) {
+TEST(Problems, ThePageListsWhatTheSourcesSay) {
   Slugs said = in_sources();
   for (const std::string& word : kInternal) EXPECT_EQ(said.erase(word), 1u) << word << " is said nowhere any more";
   EXPECT_GT(said.size(), 60u);
-  const auto listed = in_readme();
-  for (const std::string& slug : said) EXPECT_EQ(listed.count(slug), 1u) << "README.md lacks " << slug;
-  for (const auto& [slug, status] : listed) EXPECT_EQ(said.count(slug), 1u) << "README.md lists " << slug << ", which no source says";
+  const auto listed = in_page();
+  for (const std::string& slug : said) EXPECT_EQ(listed.count(slug), 1u) << "docs/reference/errors.md lacks " << slug;
+  for (const auto& [slug, status] : listed) EXPECT_EQ(said.count(slug), 1u) << "docs/reference/errors.md lists " << slug << ", which no source says";
 }
 
 /// A slug that is said in another way than the two above would be overlooked.
@@ -104,9 +101,9 @@ TEST(Problems, EveryWordWithADashIsASlugOrSomethingElse) {
   EXPECT_THAT(words, testing::IsEmpty()) << "say a slug as the first word of a Problem's braces; list anything else in kOtherWords";
 }
 
-TEST(Problems, StatusesAreThoseOfTheReadme) {
+TEST(Problems, StatusesAreThoseOfThePage) {
   int over_http = 0;
-  for (const auto& [slug, status] : in_readme()) {
+  for (const auto& [slug, status] : in_page()) {
     if (status == 0) continue;
     EXPECT_EQ(problem_kind(slug).status, status) << slug;
     ++over_http;

@@ -8,54 +8,54 @@
 //   cracks     how much of a picture from above may be background, as a share; left out where there is no background to see
 export const kBrowserClients = [
   {
-    name: "cesium-3d-tiles", page: "cesium.md", section: "3D Tiles", driver: "cesium_3d_tiles.js", names: ["widget", "tileset"],
+    name: "cesium-3d-tiles", page: "map/cesium.md", section: "3D Tiles", driver: "cesium_3d_tiles.js", names: ["widget", "tileset"],
     tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0,
   },
   {
-    name: "cesium-terrain", page: "cesium.md", section: "Terrain, as quantized-mesh", driver: "cesium_terrain.js",
+    name: "cesium-terrain", page: "map/cesium.md", section: "Terrain, as quantized-mesh", driver: "cesium_terrain.js",
     names: ["widget", "terrainProvider"], tiles: /\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0,
   },
   {
-    name: "cesium-terrain-mercator", page: "cesium.md", section: "Terrain in Web Mercator", driver: "cesium_terrain.js",
+    name: "cesium-terrain-mercator", page: "map/cesium.md", section: "Terrain in Web Mercator", driver: "cesium_terrain.js",
     names: ["widget", "terrainProvider"], tiles: /\/web-mercator\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0,
     every: 6,
   },
   {
-    name: "cesium-terrain-3d", page: "cesium.md", section: "Terrain, as 3D Tiles", driver: "cesium_terrain.js",
+    name: "cesium-terrain-3d", page: "map/cesium.md", section: "Terrain, as 3D Tiles", driver: "cesium_terrain.js",
     names: ["widget", "terrainProvider"], tiles: /\/terrain3d\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0,
   },
   {
-    name: "three-3d-tiles", page: "threejs.md", section: "3D Tiles", driver: "three_tiles.js", names: ["tiles", "camera", "scene"],
+    name: "three-3d-tiles", page: "map/threejs.md", section: "3D Tiles", driver: "three_tiles.js", names: ["tiles", "camera", "scene"],
     tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0,
   },
   {
-    name: "three-terrain", page: "threejs.md", section: "Terrain, as quantized-mesh", driver: "three_tiles.js",
+    name: "three-terrain", page: "map/threejs.md", section: "Terrain, as quantized-mesh", driver: "three_tiles.js",
     names: ["tiles", "camera", "scene"], tiles: /\/terrain\/.*\.terrain$/, heights: "height", added_m: 0, cracks: 0,
   },
   {
-    name: "deck-3d-tiles", page: "deckgl.md", section: "3D Tiles", driver: "deck_3d_tiles.js", names: ["deck"],
+    name: "deck-3d-tiles", page: "map/deckgl.md", section: "3D Tiles", driver: "deck_3d_tiles.js", names: ["deck"],
     tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0,
     cracks: 0.005,  // every tile is drawn in a flat frame of its own: hairlines between them
   },
   {
-    name: "deck-terrain", page: "deckgl.md", section: "Terrain-RGB", driver: "deck_terrain.js", names: ["deck"],
+    name: "deck-terrain", page: "map/deckgl.md", section: "Terrain-RGB", driver: "deck_terrain.js", names: ["deck"],
     tiles: /\/terrain-rgb\/.*\.png$/, heights: "orthometric", added_m: 5, cracks: 0,
     share: 0.45,  // every tile is meshed in the page itself, in half a second
   },
   {
-    name: "maplibre", page: "maplibre.md", driver: "maplibre.js", names: ["map"],
+    name: "maplibre", page: "map/maplibre.md", driver: "maplibre.js", names: ["map"],
     tiles: /\/terrain-rgb\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
   },
   {
-    name: "maplibre-pmtiles", page: "pmtiles.md", section: "In MapLibre GL", driver: "maplibre.js", names: ["map"],
+    name: "maplibre-pmtiles", page: "formats/pmtiles.md", section: "In MapLibre GL", driver: "maplibre.js", names: ["map"],
     tiles: /\/archives\/dem\.pmtiles$/, heights: "orthometric", added_m: 0, every: 6,
   },
   {
-    name: "openlayers", page: "openlayers.md", driver: "openlayers.js", names: ["map", "heights", "height_at"],
+    name: "openlayers", page: "map/openlayers.md", driver: "openlayers.js", names: ["map", "heights", "height_at"],
     tiles: /\/terrarium\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
   },
   {
-    name: "leaflet", page: "leaflet.md", driver: "leaflet.js", names: ["map", "hills"],
+    name: "leaflet", page: "map/leaflet.md", driver: "leaflet.js", names: ["map", "hills"],
     tiles: /\/hillshade\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
     relief: 22,  // its buttons alone are 14
   },
@@ -64,10 +64,10 @@ export const kBrowserClients = [
 // Blocks for Node.js, and the names that the test needs from them. Tiles as vertices (longitude, latitude, height) and triangles:
 const kMesh = ["vertices", "triangles", "x", "y", "degrees"];
 export const kMeshBlocks = [
-  { name: "loaders-gl-draco", page: "loaders-gl.md", section: "A Draco tile", names: kMesh },
-  { name: "loaders-gl-quantized-mesh", page: "loaders-gl.md", section: "A quantized-mesh tile", names: kMesh },
+  { name: "loaders-gl-draco", page: "map/loaders-gl.md", section: "A Draco tile", names: kMesh },
+  { name: "loaders-gl-quantized-mesh", page: "map/loaders-gl.md", section: "A quantized-mesh tile", names: kMesh },
 ];
 // Bytes of a .drc from an archive:
-export const kArchiveBlocks = [{ name: "pmtiles", page: "pmtiles.md", section: "Reading a tile", names: ["data", "z", "x", "y"] }];
+export const kArchiveBlocks = [{ name: "pmtiles", page: "formats/pmtiles.md", section: "Reading a tile", names: ["data", "z", "x", "y"] }];
 // A tileset.json:
-export const kTilesetBlocks = [{ name: "loaders-gl-3d-tiles", page: "loaders-gl.md", section: "3D Tiles", names: ["tileset"] }];
+export const kTilesetBlocks = [{ name: "loaders-gl-3d-tiles", page: "map/loaders-gl.md", section: "3D Tiles", names: ["tileset"] }];

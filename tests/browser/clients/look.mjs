@@ -1,6 +1,6 @@
 // Runs the code of every client page, one after another, against a real server; pages in one Chromium.
 //   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --known known.json --archives FOLDER
-//                 --docs FOLDER --readme FILE --modules FOLDER --pictures FOLDER [--only NAME,NAME]
+//                 --docs FOLDER --modules FOLDER --pictures FOLDER [--only NAME,NAME]
 import { mkdirSync, readFileSync, rmSync } from "node:fs";
 import { parseArgs } from "node:util";
 
@@ -9,12 +9,12 @@ import { open_client } from "./browser_page.mjs";
 import { bundle_all } from "./bundles.mjs";
 import { kHeightTolerance_m } from "./checks.mjs";
 import { kArchiveBlocks, kBrowserClients, kMeshBlocks, kTilesetBlocks } from "./clients.mjs";
-import { try_archive_block, try_mesh_block, try_readme, try_tileset_block } from "./node_clients.mjs";
+import { try_archive_block, try_mesh_block, try_drc_program, try_tileset_block } from "./node_clients.mjs";
 import { start_page_server } from "./page_server.mjs";
 import { block_of, page_of, snippet_of } from "./snippets.mjs";
 import { try_browser_client } from "./try_browser.mjs";
 
-const options = ["chromium", "url", "terrain", "flat", "known", "archives", "docs", "readme", "modules", "pictures", "only"];
+const options = ["chromium", "url", "terrain", "flat", "known", "archives", "docs", "modules", "pictures", "only"];
 const { values: given } = parseArgs({ options: Object.fromEntries(options.map((name) => [name, { type: "string" }])) });
 const wanted = ({ name }) => !given.only || given.only.split(",").includes(name);
 const in_browser = kBrowserClients.filter(wanted);
@@ -42,7 +42,7 @@ async function run_node(shared) {
   for (const [clients, attempt] of kinds) {
     for (const client of clients.filter(wanted)) await run(client.name, () => attempt(read_snippet(client), shared));
   }
-  if (wanted({ name: "readme" })) await run("readme", () => try_readme(block_of(given.readme, "draco3d"), shared));
+  if (wanted({ name: "drc-program" })) await run("drc-program", () => try_drc_program(block_of(`${given.docs}/formats/drc.md`, "draco3d"), shared));
 }
 
 async function run_browser(pages, shared) {

@@ -51,13 +51,13 @@ export async function try_tileset_block(client, { addresses_of, manifest }) {
   return `root of ${tileset.root.children.length} children`;
 }
 
-// The README's program: it is saved as a file, and run with a tile as its argument.
-export async function try_readme(program, { addresses_of, manifest }) {
+// The program of formats/drc.md: it is saved as a file, and run with a tile as its argument.
+export async function try_drc_program(program, { addresses_of, manifest }) {
   const [west, south, east, north] = manifest.bounds, [{ level }] = manifest.levels, degrees = 180 / 2 ** level;
   const [x, y] = [Math.floor(((west + east) / 2 + 180) / degrees), Math.floor(((south + north) / 2 + 90) / degrees)];
   const tile = await fetch(`${addresses_of("terrain").dataset}/tiles/${level}/${x}/${y}.drc`);
   assert.equal(tile.status, 200);
-  const [read, drc] = [entry("read.cjs").pathname, entry("readme.drc").pathname];
+  const [read, drc] = [entry("read.cjs").pathname, entry("tile.drc").pathname];
   writeFileSync(read, program);
   writeFileSync(drc, Buffer.from(await tile.arrayBuffer()));
   const { stdout } = await promisify(execFile)(process.execPath, [read, drc]);

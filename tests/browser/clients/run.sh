@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs the code of the client pages (server/docs) as it stands, in headless Chromium and Node.js:
+# Runs the code of the client pages (docs) as it stands, in headless Chromium and Node.js:
 #   tests/browser/clients/run.sh BUILD [PICTURES]
 #   BUILD      a build folder with bin/cordillera
 #   PICTURES   where the screenshots are left; BUILD/browser/clients by default
@@ -37,5 +37,5 @@ curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/../known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
 node "$modules/clients/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" \
   --known "$work/known.json" --archives "$work/archives" \
-  --docs "$repository/server/docs" --readme "$repository/README.md" --modules "$modules/node_modules" \
+  --docs "$repository/docs" --modules "$modules/node_modules" \
   --pictures "$pictures" ${ONLY:+--only "$ONLY"}
