@@ -7,6 +7,7 @@
 
 #include "pipeline/plan.h"
 #include "proto/ellipsoid.h"
+#include "proto/integers.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -18,7 +19,7 @@ constexpr double kMostTolerance_m = 16384;  // see gpu::exact::BlockLevel
 constexpr int kRimShare = 64;                   // of the data's narrow side, for what rims may move
 constexpr int kSideReach = 3;                   // rows beyond a shared side, likewise
 
-std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+using proto::floor_divide;
 
 /// From line to line of tiles, at least one tile; first and last are within 0 .. size.
 std::pair<std::int64_t, std::int64_t> to_tile_lines(std::int64_t first, std::int64_t last, std::int64_t size) {

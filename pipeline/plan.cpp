@@ -6,6 +6,7 @@
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/relief.h"
 #include "proto/ellipsoid.h"
+#include "proto/integers.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -33,7 +34,7 @@ constexpr double kRelief_m = 8192;             // within a tile, and its skirts,
 
 double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }
 
-std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+using proto::floor_divide;
 
 /// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it where the
 /// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.

@@ -62,11 +62,11 @@ Chain known_side(const WeldInput& input, std::size_t child, Side side) {
   return outside ? *outside : void_chain(input.child_side);
 }
 
-constexpr std::array<Side, 4> kSides{Side::west, Side::east, Side::south, Side::north};
+constexpr std::array<Side, 4> kAllSides{Side::west, Side::east, Side::south, Side::north};
 
 TileMesh stand_in(const WeldInput& input, std::size_t child, const Corners& corners) {
   std::array<Chain, 4> border;
-  for (const Side side : kSides) {
+  for (const Side side : kAllSides) {
     Chain& chain = border[static_cast<std::size_t>(side)] = known_side(input, child, side);
     const Ends ends = ends_of(child, side);
     chain.height.front() = corners[ends.from];
@@ -79,7 +79,7 @@ Corners corners_of(const WeldInput& input) {
   Corners corners;
   corners.fill(kNoHeight);
   for (std::size_t child = 0; child < 4; ++child) {
-    for (const Side side : kSides) {
+    for (const Side side : kAllSides) {
       const TileMesh* mesh = input.children[child];
       note_corners(corners, ends_of(child, side), mesh ? border_chain(*mesh, side) : known_side(input, child, side));
     }

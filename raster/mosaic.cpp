@@ -7,6 +7,7 @@
 #include <set>
 
 #include "proto/ellipsoid.h"
+#include "proto/integers.h"
 #include "raster/blend.h"
 #include "raster/storage.h"
 
@@ -18,8 +19,8 @@ constexpr std::size_t kExaminedMembers = 8;  // of resampling_error_m: a second 
 
 using Window = Source::Window;
 
-std::int64_t modulo(std::int64_t i, std::int64_t n) { return ((i % n) + n) % n; }
-std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+using proto::floor_divide;
+using proto::modulo;
 
 /// The shortest stretch of columns that holds all windows: the circle without the widest gap between them.
 Window hull(std::vector<Window> windows, std::int64_t circle) {

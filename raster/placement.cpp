@@ -15,7 +15,7 @@ namespace {
 
 using proto::Problem;
 
-constexpr double kNowhere = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoPlace = std::numeric_limits<double>::quiet_NaN();
 
 OGRSpatialReference wgs84() {
   OGRSpatialReference srs;
@@ -32,7 +32,7 @@ void apply(OGRCoordinateTransformation& transform, double* x, double* y, std::si
     const int n = static_cast<int>(std::min(kBlock, count - at));
     transform.Transform(n, x + at, y + at, nullptr, ok);
     for (int k = 0; k < n; ++k)
-      if (!ok[k] || !std::isfinite(x[at + k]) || !std::isfinite(y[at + k])) x[at + k] = y[at + k] = kNowhere;
+      if (!ok[k] || !std::isfinite(x[at + k]) || !std::isfinite(y[at + k])) x[at + k] = y[at + k] = kNoPlace;
   }
 }
 

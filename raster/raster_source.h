@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "proto/integers.h"
 #include "raster/dataset.h"
 #include "raster/footprint.h"
 #include "raster/kernel.h"
@@ -31,7 +32,7 @@ struct SourceParts {
 /// Pixels in memory at once (8 bytes each).
 inline constexpr std::int64_t kMaxBlockPixels = 4 << 20;
 
-inline std::int64_t modulo(std::int64_t i, std::int64_t n) { return ((i % n) + n) % n; }
+using proto::modulo;
 
 class RasterSource : public Source {
  public:

@@ -11,7 +11,7 @@ namespace {
 constexpr int kIndexLevel = 7;               // a tile of it is 1.4 degrees wide: a one-degree cell lies in four cells of the index at most
 constexpr std::int64_t kMostCells = 64;      // of a window that is listed in each of them
 
-std::int64_t floor_divide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+using proto::floor_divide;
 
 bool is_empty(const Source::Window& w) { return w.west > w.east || w.south > w.north; }
 

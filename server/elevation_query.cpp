@@ -136,7 +136,7 @@ proto::Result<Shape> shape_of_body(const Request& request) {
 }
 
 /// The query's words, each once.
-struct Words {
+struct AskedWords {
   std::optional<std::string> points, line, samples, level;
 
   std::optional<std::string>* named(std::string_view name) {
@@ -147,8 +147,8 @@ struct Words {
   }
 };
 
-proto::Result<Words> words_of(const Request& request) {
-  Words words;
+proto::Result<AskedWords> words_of(const Request& request) {
+  AskedWords words;
   for (const auto& [name, value] : request.query) {
     const std::string spelt = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
     std::optional<std::string>* word = words.named(name);
@@ -161,7 +161,7 @@ proto::Result<Words> words_of(const Request& request) {
   return words;
 }
 
-proto::Result<Shape> shape_of(const Request& request, const Words& words) {
+proto::Result<Shape> shape_of(const Request& request, const AskedWords& words) {
   const bool posted = request.method == "POST";
   if (posted && (words.points || words.line)) {
     return proto::Problem{"options-conflict", "places stand in the query of a POST", "places in its body, or a GET",

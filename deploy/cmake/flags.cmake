@@ -16,6 +16,17 @@ if(CORDILLERA_SANITIZE)
   target_link_options(cordillera_flags INTERFACE -fsanitize=${CORDILLERA_SANITIZE})
 endif()
 
+# cordillera_unity(target ALONE source...): twelve sources are compiled as one, so that their headers are parsed once for all of them. Not beside
+# ccache either. ALONE are sources whose anonymous namespace has a name that another source's has too.
+function(cordillera_unity target)
+  if(CORDILLERA_CCACHE OR CORDILLERA_FUZZ)
+    return()
+  endif()
+  cmake_parse_arguments(U "" "" "ALONE" ${ARGN})
+  set_source_files_properties(${U_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12 UNITY_BUILD_UNIQUE_ID CORDILLERA_FILE)
+endfunction()
+
 # cordillera_precompile(target header...): headers that nearly every file of a target reads are parsed once. A fifth of the time of a first
 # build. Not beside ccache, which is better at a second one, and leaves every file to name what it uses.
 function(cordillera_precompile target)
