@@ -4,10 +4,23 @@ import json
 import random
 
 PATIENCE_S = 120  # longer than the slowest machine needs
+KEPT_S = 30  # a connection that was idle for longer is not used again: the service closes it after 60 s, maybe just as it is asked
 
 
 class Broken(Exception):
-    """The connection ended before the answer did."""
+    """The connection ended before the answer did. heard: bytes of the answer that had come."""
+
+    def __init__(self, what, heard=0):
+        super().__init__(what)
+        self.heard = heard
+
+
+class NoAnswer(Broken):
+    """A request that a client did what it could for. begun: when it was asked, on the loop's clock."""
+
+    def __init__(self, what, begun):
+        super().__init__(what)
+        self.begun = begun
 
 
 class Client:
@@ -16,9 +29,11 @@ class Client:
     def __init__(self, port, number):
         self.port, self.local = port, ("127.0.%d.%d" % (1 + number // 200, 1 + number % 200), 0)
         self.reader = self.writer = self.asked = None
+        self.answers, self.since = 0, 0.0  # of this connection; of its last answer, or its beginning
 
     async def connect(self):
         self.reader, self.writer = await asyncio.open_connection("127.0.0.1", self.port, local_addr=self.local)
+        self.answers, self.since = 0, now()
 
     def close(self):
         if self.writer:
@@ -39,8 +54,10 @@ class Client:
 
     async def answer(self):
         """Status, headers (names in lower case), body."""
+        head_size, length = 0, None
         try:
-            head = (await self.reader.readuntil(b"\r\n\r\n")).decode("latin-1").split("\r\n")
+            raw = await self.reader.readuntil(b"\r\n\r\n")
+            head, head_size = raw.decode("latin-1").split("\r\n"), len(raw)
             status = int(head[0].split()[1])
             headers = dict((k.lower(), v.strip()) for k, _, v in (line.partition(":") for line in head[1:] if line))
             if status == 100:
@@ -49,23 +66,45 @@ class Client:
             body = await self.reader.readexactly(length) if length and self.asked != "HEAD" and status not in (204, 304) else b""
         except (asyncio.IncompleteReadError, OSError) as error:
             self.close()
-            raise Broken(str(error)) from error
+            partial = len(getattr(error, "partial", b""))
+            where = "before the answer" if head_size + partial == 0 else "in the head" if length is None else "at byte %d of %d" % (partial, length)
+            raise Broken("%s %s" % ("closed" if isinstance(error, asyncio.IncompleteReadError) else repr(error), where), head_size + partial) from error
+        self.answers, self.since = self.answers + 1, now()
         if headers.get("connection", "") == "close":
             self.close()
         return status, headers, body
 
     async def ask(self, method, path, body=None, headers=None):
-        """One that was closed meanwhile, for being idle, is opened again: any client has to."""
-        fresh = self.writer is None
-        try:
-            await self.send(method, path, body, headers)
-            return await asyncio.wait_for(self.answer(), PATIENCE_S)
-        except (Broken, OSError):
+        """On a connection that the service may have closed meanwhile, for being idle, what changes nothing is asked again, once: any client has to.
+        NoAnswer says how it went."""
+        begun = now()
+        if self.writer and begun - self.since > KEPT_S:
             self.close()
-            if fresh or method != "GET":
-                raise
+        used = "a connection with %d answers, the last %.1f s ago" % (self.answers, begun - self.since) if self.writer else "a new connection"
+        may_repeat = self.writer is not None and method in ("GET", "HEAD")
+        try:
+            try:
+                return await self._once(method, path, body, headers)
+            except (Broken, ConnectionError) as error:
+                self.close()
+                if not may_repeat or getattr(error, "heard", 0) > 0:
+                    raise
+                used += ", then (%s) a new one" % (str(error) or repr(error))
+            return await self._once(method, path, body, headers)
+        except asyncio.TimeoutError as error:
+            self.close()
+            raise NoAnswer("%s %s on %s: nothing more for %d s" % (method, path, used, PATIENCE_S), begun) from error
+        except (Broken, OSError) as error:
+            self.close()
+            raise NoAnswer("%s %s on %s: %s after %.1f s" % (method, path, used, str(error) or repr(error), now() - begun), begun) from error
+
+    async def _once(self, method, path, body, headers):
         await self.send(method, path, body, headers)
         return await asyncio.wait_for(self.answer(), PATIENCE_S)
+
+
+def now():
+    return asyncio.get_running_loop().time()
 
 
 def problem(body):

@@ -11,11 +11,17 @@ def _brotli():
     return ctypes.CDLL(ctypes.util.find_library("brotlidec"))
 
 
+@functools.cache
+def _room(most):
+    """Once: clearing and copying 16 MiB for each small document took most of the soak's own time."""
+    return ctypes.create_string_buffer(most)
+
+
 def _unbrotli(body, most):
-    size, out = ctypes.c_size_t(most), ctypes.create_string_buffer(most)
+    size, out = ctypes.c_size_t(most), _room(most)
     if _brotli().BrotliDecoderDecompress(ctypes.c_size_t(len(body)), body, ctypes.byref(size), out) != 1:
         raise ValueError("not brotli, or more than %d bytes of it" % most)
-    return out.raw[:size.value]
+    return ctypes.string_at(out, size.value)
 
 
 def decoded(coding, body, most=16 << 20):

@@ -2,7 +2,8 @@
 import hashlib
 import math
 import os
-import subprocess
+
+import processes
 
 OPTIONS = {"crs": "EPSG:4326", "vertical_datum": "ellipsoid"}
 FORMATS = "drc,3d-tiles,quantized-mesh,terrain-rgb,hillshade"
@@ -34,7 +35,9 @@ class Raster:
         with open(source, "wb") as file:
             file.write(self.body)
         words = [w for k, v in self.options.items() for w in ("--" + k.replace("_", "-"), v)]
-        subprocess.run([program, "build", source, "-o", out, "--quiet", "--device", "cpu", "--formats", FORMATS] + words, check=True)
+        build = processes.start([program, "build", source, "-o", out, "--quiet", "--device", "cpu", "--formats", FORMATS] + words)
+        if build.wait() != 0:
+            raise SystemExit("cordillera build of %s ended with %d" % (self.name, build.returncode))
         self.tiles = {}
         for place, _, names in os.walk(out):
             for name in names:

@@ -4,7 +4,7 @@ import random
 import select
 import socket
 
-from client import Broken, nap
+from client import Broken, NoAnswer, nap, now
 from people import accepted, delete
 
 LEFT_S = 150  # by then the service has left whoever does not go on
@@ -148,12 +148,12 @@ async def slow_client(world, number):
             continue
         client = world.client()
         number += 1
-        kind = RUDE[number % len(RUDE)]
+        kind, begun = RUDE[number % len(RUDE)], now()
         try:
             await kind(world, client)
         except (Broken, OSError) as error:
             if kind in (slow_upload, slow_reader):
-                world.finding("%s: %r" % (kind.__name__, error))
+                world.no_answer(kind.__name__, NoAnswer("%s, begun %.1f s ago" % (str(error) or repr(error), now() - begun), begun))
         except asyncio.TimeoutError:
             world.finding("%s: still connected after %d s" % (kind.__name__, LEFT_S))
         finally:

@@ -6,13 +6,15 @@
 Readers fetch tiles of five families from datasets that others post, cancel, replace and delete meanwhile; each answer is compared with the bytes of an
 undisturbed build and with its ETag. Slow, idle and rude clients must be served or left in time. At the end everything is deleted but
 what readers had, `cordillera check` reads the data folder, the server ends by itself, and nothing lies about. Memory, descriptors and
-threads of the server are sampled from /proc. Exit code 1 after a finding.
+threads of the server are sampled from /proc. Exit code 1 after a finding. SIGTERM and SIGINT end the work early: the folder is looked at and the table
+printed all the same, and the exit code is 143 or 130. No process stays behind.
 """
 import argparse
 import asyncio
 import json
 import logging
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -47,13 +49,18 @@ def started(program, folder):
 
 
 async def mixed_work(words, world, watch, process):
-    tasks = [asyncio.create_task(watch.run())]
+    """The signal that ended it early; 0: none."""
+    told = []
+    for number in (signal.SIGTERM, signal.SIGINT):
+        asyncio.get_running_loop().add_signal_handler(number, told.append, int(number))
+    tasks = [asyncio.create_task(watch.run()), asyncio.create_task(world.pulse.run())]
     tasks += [asyncio.create_task(writer(world)) for _ in range(words.writers)]
     tasks += [asyncio.create_task(reader(world)) for _ in range(words.readers)]
     tasks += [asyncio.create_task(slow_client(world, k)) for k in range(words.slow)]
     end = time.monotonic() + 60 * words.minutes
     next_word = time.monotonic() + 60
-    while time.monotonic() < end and process.poll() is None:
+    print("%s the work begins" % time.strftime("%H:%M:%S"), flush=True)
+    while time.monotonic() < end and process.poll() is None and not told:
         await asyncio.sleep(0.2)
         for task in tasks:
             if task.done() and task.exception():
@@ -62,7 +69,7 @@ async def mixed_work(words, world, watch, process):
         if time.monotonic() > next_word:
             next_word += 60
             print(time.strftime("%H:%M:%S"), world.counts, watch.samples[-1:], flush=True)
-    if process.poll() is not None:
+    if process.poll() is not None and not told:  # a terminal's signal is for all of its programs
         world.finding("the server ended with %d" % process.returncode)
     # More than once: before Python 3.12 a wait_for whose end has just come swallows a cancellation.
     pending, rounds = set(tasks), 0
@@ -73,6 +80,7 @@ async def mixed_work(words, world, watch, process):
         rounds += 1
     if pending:
         world.finding("the test itself: %d clients do not end" % len(pending))
+    return told[0] if told else 0
 
 
 def judged_watch(words, world, watch):
@@ -124,19 +132,27 @@ def main():
     with processes.folder("cordillera-soak-") as folder:
         rasters = [Raster(program, folder, k) for k in range(words.rasters)]
         process, port = started(program, folder)
-        world = World(port, rasters, words.readers / words.rate, words.alive)
+        world = World(port, rasters, words.readers / words.rate, words.alive, process.pid)
         watch = Watch(process.pid, min(5.0, words.minutes * 2))
-        asyncio.run(mixed_work(words, world, watch, process))
-        judged_watch(words, world, watch)
+        begin = time.monotonic()
+        told = asyncio.run(mixed_work(words, world, watch, process))
+        minutes = (time.monotonic() - begin) / 60
+        if not told:
+            judged_watch(words, world, watch)
         last = judged_end(program, folder, world, process)
-    print("%.1f minutes, %d readers, %d slow clients, %d writers; check: %s" % (words.minutes, words.readers, words.slow, words.writers, last))
+    if told:
+        print("ended by signal %d" % told)
+    print("%.1f minutes, %d readers, %d slow clients, %d writers; check: %s" % (minutes, words.readers, words.slow, words.writers, last))
+    print("this program was late by %.1f s at most" % max([late for _, late in world.pulse.late] + [0.0]))
     print(", ".join("%d %s" % (n, what) for what, n in sorted(world.counts.items())))
     print("\n".join(watch.lines()))
     print("%d findings" % len(world.findings))
     if words.report:
         with open(words.report, "w") as file:
             json.dump({"counts": world.counts, "findings": world.findings, "samples": watch.samples}, file)
-    return 1 if world.findings or not world.counts.get("tiles") else 0
+    if world.findings or not (told or world.counts.get("tiles")):
+        return 1
+    return 128 + told if told else 0
 
 
 if __name__ == "__main__":

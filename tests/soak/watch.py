@@ -21,6 +21,41 @@ def slope(points):
     return sum((x - mx) * (y - my) for x, y in points) / max(1e-9, sum((x - mx) ** 2 for x, _ in points))
 
 
+def waited_s(pid):
+    """How long the threads that a process has now waited for a processor so far, all together."""
+    waited = 0
+    try:
+        for thread in os.listdir("/proc/%d/task" % pid):
+            with open("/proc/%d/task/%s/schedstat" % (pid, thread)) as file:
+                waited += int(file.read().split()[1])
+    except (OSError, IndexError):
+        pass  # it, or a thread of it, has gone
+    return waited / 1e9
+
+
+class Pulse:
+    """How late this program itself is: what it should do every EVERY_S."""
+
+    EVERY_S = 0.1
+
+    def __init__(self):
+        self.due, self.late = None, []  # (when it came, how late) where it was
+
+    async def run(self):
+        clock = asyncio.get_running_loop().time
+        while True:
+            self.due = clock() + self.EVERY_S
+            await asyncio.sleep(self.EVERY_S)
+            late_s = clock() - self.due
+            if late_s > self.EVERY_S:
+                self.late.append((clock(), late_s))
+
+    def most_s(self, since=0.0):
+        """The latest that it was since then, on the loop's clock."""
+        pending = asyncio.get_running_loop().time() - self.due if self.due else 0.0
+        return max([late for came, late in self.late if came >= since] + [pending, 0.0])
+
+
 class Watch:
     """Samples of (minutes, RSS in KiB, descriptors, threads)."""
 
