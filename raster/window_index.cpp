@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "proto/integers.h"
 #include "raster/mosaic.h"
 
 namespace cordillera::raster {
