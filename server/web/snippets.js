@@ -48,7 +48,9 @@ map.on("click", ({ pixel }) => {
   console.log(r * 256 + g + b / 256 - 32768);
 });`,
   "QGIS": ({ url }) => `Layer > Add Layer > Add Tiled Scene Layer… > New Cesium 3D Tiles Connection
-${url}/tileset.json`,
+${url}/tileset-explicit.json
+…or, as terrain, > New Quantized Mesh Connection
+${url}/layer.json`,
   "curl": ({ url }) => `curl ${url}/manifest.json
 curl '${url}/elevation?points=LON,LAT'`,
 };
