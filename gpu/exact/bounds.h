@@ -130,25 +130,38 @@ struct LoadSample {
   static constexpr std::int32_t kVoidSample = INT32_MIN;
 };
 
-/// Which samples are within 2^r of one of the other kind: a window of 2^r + 1 + 2^r in a row (then in a column) of what is known
-/// of 2^(r-1) steps less. A byte has bit 0 where a valid sample is near, bit 1 where a void one is.
+/// Which samples are within 2^r of one of the other kind: `reach` more in a row (then in a column) than what `from` knows, which is of that
+/// reach at least, so that three of its windows cover the new one without a gap. A byte has bit 0 where a valid sample is near, bit 1 where
+/// a void one is. A thread eight samples, the bytes of a word, the western one lowest; bytes beyond the block's columns are 0.
 struct NearInRow {
   Field field;
-  int reach;
+  int reach;  ///< a power of two
   bool upright;
-  const std::uint8_t* from;
-  std::uint8_t* to;
+  const std::uint64_t* from;
+  std::uint64_t* to;
 
   CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto stride = static_cast<std::size_t>(field.stride);
-    const auto x = static_cast<int>(i % stride), y = static_cast<int>(i / stride);
-    std::uint8_t near = 0;
-    if (x < field.columns && y < field.rows) {
-      const int at = upright ? y : x, last = (upright ? field.rows : field.columns) - 1;
-      for (int k = greatest(at - reach, 0); k <= least(at + reach, last); ++k)
-        near |= from[upright ? field.index(x, k) : field.index(k, y)];
-    }
-    to[i] = near;
+    const auto across = static_cast<std::uint32_t>(field.stride / 8), at = static_cast<std::uint32_t>(i);
+    const auto x = static_cast<int>(at % across), y = static_cast<int>(at / across);
+    to[i] = upright ? word(x, y - reach) | word(x, y) | word(x, y + reach) : reach % 8 == 0 ? words_apart(x, y) : bytes_apart(x, y);
+  }
+
+ private:
+  CORDILLERA_HD std::uint64_t word(int x, int y) const {
+    const int across = field.stride / 8;
+    return x < 0 || y < 0 || x >= across || y >= field.rows ? 0 : from[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
+  }
+  CORDILLERA_HD std::uint64_t words_apart(int x, int y) const {
+    return (word(x - reach / 8, y) | word(x, y) | word(x + reach / 8, y)) & inside(x);
+  }
+  CORDILLERA_HD std::uint64_t bytes_apart(int x, int y) const {
+    const std::uint64_t own = word(x, y);
+    const int bits = 8 * reach;
+    return (own | own << bits | word(x - 1, y) >> (64 - bits) | own >> bits | word(x + 1, y) << (64 - bits)) & inside(x);
+  }
+  CORDILLERA_HD std::uint64_t inside(int x) const {
+    const int columns = field.columns - 8 * x;
+    return columns >= 8 ? ~std::uint64_t{0} : ~(~std::uint64_t{0} << (8 * columns));
   }
 };
 struct MarkKinds {

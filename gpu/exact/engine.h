@@ -108,7 +108,8 @@ class Engine final : public BlockSimplifier {
   Array<std::int32_t> rows_;
   Array<float> heights_;
   Array<Depth> depths_, tier_depths_;
-  Array<std::uint8_t> near_, near_in_row_, stays_;
+  Array<std::uint64_t> near_, near_in_row_;  ///< a byte a sample
+  Array<std::uint8_t> stays_;
   Array<BoundingPlane> planes_;
   Array<CurveRow> curves_;
   Array<std::uint32_t> has_voids_, count_, number_;

@@ -160,15 +160,16 @@ void Engine<Executor>::find_depths(int rim_reach) {
     const Field& field = blocks_[b].field;
     if (!field.depth) continue;
     const std::size_t samples = static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows);
-    near_.reserve(samples);
-    near_in_row_.reserve(samples);
+    near_.reserve(samples / 8);
+    near_in_row_.reserve(samples / 8);
+    auto* const near = reinterpret_cast<std::uint8_t*>(near_.data());
     Depth* const depth = depths_.data() + places_[b].sample;
-    executor_->each(samples, MarkKinds{depth, near_.data()});
+    executor_->each(samples, MarkKinds{depth, near});
     for (int r = 0; r <= rim_reach; ++r) {
       const int reach = r == 0 ? 1 : 1 << (r - 1);
-      executor_->each(samples, NearInRow{field, reach, false, near_.data(), near_in_row_.data()});
-      executor_->each(samples, NearInRow{field, reach, true, near_in_row_.data(), near_.data()});
-      executor_->each(samples, LowerDepth{near_.data(), r, depth});
+      executor_->each(samples / 8, NearInRow{field, reach, false, near_.data(), near_in_row_.data()});
+      executor_->each(samples / 8, NearInRow{field, reach, true, near_in_row_.data(), near_.data()});
+      executor_->each(samples, LowerDepth{near, r, depth});
     }
   }
 }
@@ -203,6 +204,7 @@ void Engine<Executor>::start(const BlockPlan& plan) {
                     largest_square_[b],
                     {kStartShare * tolerance, plan.levels[0].rim_reach, blocks_[b].field.curve},
                     static_cast<float>(plan.levels[0].height_step),
+                    1 / static_cast<float>(plan.levels[0].height_step),
                     blocks_[b].west,
                     blocks_[b].east,
                     blocks_[b].south,
@@ -246,7 +248,8 @@ void Engine<Executor>::take_network(std::span<const Network> nets) {
   }
   first_array_.reserve(nets.size() + 1);
   executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
-  for (auto* array : {&near_, &near_in_row_, &stays_}) executor_->give_back(*array);
+  for (auto* array : {&near_, &near_in_row_}) executor_->give_back(*array);
+  executor_->give_back(stays_);
   executor_->give_back(number_);
   reserve_vertices();
 }

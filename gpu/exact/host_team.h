@@ -42,7 +42,8 @@ class RowOfEight {
 
 struct EightAtOnce {
   bool operator()(const Triangle& t, const Field& field, int sx, int sy) const {
-    if (field.depth) return samples_fit(t, field, sx, sy);
+    if (!t.published || (field.depth && has_deep_void(field.tier_depth[0][sy * field.tier_stride[0] + sx], -1)))
+      return samples_fit(t, field, sx, sy);
     const RowOfEight row(t, 8 * sx);
     const int north = least(8 * sy + 7, t.north);
     for (int y = greatest(8 * sy, t.south); y <= north; ++y) {

@@ -13,23 +13,32 @@ namespace cordillera::gpu::exact {
 inline constexpr float kStartShare = 0.75f;
 inline constexpr int kLargestSquare = 32;
 
-/// A row of a surface: `height` at its first sample, `slope` there, see Curve for bend.
-struct SurfaceRow {
-  float height, slope, bend;
-};
-/// Samples of a row against it; all valid.
-CORDILLERA_HD inline bool run_fits(const float* sample, int count, const SurfaceRow& row, float tolerance) {
+/// Samples of a row from (from, y) on, all of them valid and under the triangle, which is published.
+CORDILLERA_HD inline bool run_fits(const Triangle& t, const float* sample, int count, int from, int y) {
+  const float rise = t.rise_up(static_cast<float>(y - t.ey[0]));
+  const int u = from - t.ex[0];
   int bad = 0;
-  for (int i = 0; i < count; ++i) {
-    const float u = static_cast<float>(i);
-    bad |= !(magnitude((row.height - sample[i]) + (row.slope + row.bend * u) * u) <= tolerance);
-  }
+  for (int i = 0; i < count; ++i) bad |= !(magnitude((t.height - sample[i]) + (t.rise_along(static_cast<float>(u + i)) + rise)) <= t.tolerance);
   return bad == 0;
+}
+
+/// Of the squares that a small triangle's box touches: has the triangle voids, and how deep?
+CORDILLERA_HD inline Depth deepest_under(const Triangle& t, const Field& field) {
+  const int tier = greatest(t.east - t.west, t.north - t.south) > 8 ? 1 : 0;
+  const SquareRange range = squares_under(t, tier);
+  Depth deepest = 0;
+  for (int y = range.south; y <= range.north; ++y) {
+    for (int x = range.west; x <= range.east; ++x) deepest = deeper(deepest, field.tier_depth[tier][y * field.tier_stride[tier] + x]);
+  }
+  return deepest;
 }
 
 /// The whole of a triangle with edges along rows, columns and diagonals.
 CORDILLERA_HD inline bool right_triangle_fits(const Triangle& t, const Field& field) {
   if (!can_fit(t)) return false;
+  const Depth deepest = field.depth ? deepest_under(t, field) : valid_depth(kFarthest);
+  if (!t.published && !has_deep_valid(deepest, t.rim_reach)) return true;
+  const bool no_voids = t.published && !has_deep_void(deepest, -1);
   for (int y = t.south; y <= t.north; ++y) {
     int from = t.west, to = t.east;
     for (int k = 0; k < 3; ++k) {
@@ -41,20 +50,20 @@ CORDILLERA_HD inline bool right_triangle_fits(const Triangle& t, const Field& fi
       else to = least(to, at);
     }
     const std::uint32_t at = field.index(from, y);
-    if (field.depth) {
-      for (int x = from; x <= to; ++x) {
-        if (!sample_fits(t, field.height[at + static_cast<std::uint32_t>(x - from)],
-                         field.depth[at + static_cast<std::uint32_t>(x - from)], x, y))
-          return false;
-      }
-    } else {
-      const float u = static_cast<float>(from - t.ex[0]);
-      const SurfaceRow row{t.height + (t.rise_along(u) + t.rise_up(static_cast<float>(y - t.ey[0]))), t.dx + 2 * t.bend_x * u, t.bend_x};
-      if (!run_fits(field.height + at, to - from + 1, row, t.tolerance)) return false;
+    if (no_voids) {
+      if (!run_fits(t, field.height + at, to - from + 1, from, y)) return false;
+      continue;
+    }
+    for (int x = from; x <= to; ++x) {
+      const std::uint32_t sample = at + static_cast<std::uint32_t>(x - from);
+      if (!sample_fits(t, field.height[sample], field.depth[sample], x, y)) return false;
     }
   }
   return true;
 }
+
+/// What is certain of a triangle before it is made.
+enum class Verdict : std::uint8_t { unknown, fits, fails };
 
 /// A block's network: which samples stay, indexed like Field::height.
 struct Network {
@@ -62,7 +71,7 @@ struct Network {
   std::uint8_t* stays = nullptr;
   int largest = 1;      ///< side of the largest square
   Demand demand{0, 0, {}};  ///< with the start's share of the tolerance
-  float height_step = 1;
+  float height_step = 1, per_height_step = 1;  ///< a power of two, and one by it
   std::int32_t west = 0, east = 0, south = 0, north = 0;  ///< what of the block becomes a mesh
   std::uint32_t hems = 0;                                 ///< sides of that, bit by Side, that end at a hem: two rows of it stay
 
@@ -79,18 +88,51 @@ struct Network {
   }
   CORDILLERA_HD bool has(int x, int y) const { return is_inside(x, y) && stays[field.index(x, y)] != 0; }
   CORDILLERA_HD Corner corner(int x, int y) const {
-    return {x, y, rounded_to(field.height[field.index(x, y)], height_step), field.is_void_at(x, y)};
+    return {x, y, nearest_whole(field.height[field.index(x, y)] * per_height_step) * height_step, field.is_void_at(x, y)};
   }
-  CORDILLERA_HD bool triangle_fits(const Corner& a, const Corner& b, int x, int y) const {
-    return !is_inside(x, y) || right_triangle_fits(make_triangle(a, b, corner(x, y), demand), field);
+  /// No voids in the squares of 8 that touch (x, y) and the samples around it?
+  CORDILLERA_HD bool is_clear(int x, int y) const {
+    if (!field.depth) return true;
+    const int west = greatest(x - 1, 0) >> 3, east = least(x + 1, field.columns - 1) >> 3, south = greatest(y - 1, 0) >> 3,
+              north = least(y + 1, field.rows - 1) >> 3;
+    const auto depth = [this](int sx, int sy) { return field.tier_depth[0][sy * field.tier_stride[0] + sx]; };
+    return !has_deep_void(deeper(deeper(depth(west, south), depth(east, south)), deeper(depth(west, north), depth(east, north))), -1);
+  }
+  /// The triangle of a, b and (x, y). middles: of a smallest one that is clear of voids, whose samples are its corners and the middles of its
+  /// first `middles` edges; else 0.
+  CORDILLERA_HD bool triangle_fits(const Corner& a, const Corner& b, int x, int y, int middles) const {
+    if (!is_inside(x, y)) return true;
+    const Corner corners[3] = {a, b, corner(x, y)};
+    if (middles != 0) {
+      const Verdict verdict = smallest_fits(corners, middles);
+      if (verdict != Verdict::unknown) return verdict == Verdict::fits;
+    }
+    return right_triangle_fits(make_triangle(corners[0], corners[1], corners[2], demand), field);
+  }
+  /// Over the middle of an edge the surface is the mean of its ends, but for the curve. `slack` is above all that right_triangle_fits takes off
+  /// the tolerance and loses by rounding: the triangle and its squares are at most 10 samples wide, and no slope is above `spread` a sample.
+  CORDILLERA_HD Verdict smallest_fits(const Corner (&corners)[3], int middles) const {
+    float off = 0.5f * height_step;  // of a corner, which is rounded
+    for (int k = 0; k < middles; ++k) {
+      const Corner &p = corners[k], &q = corners[k == 2 ? 0 : k + 1];
+      const int x = (p.x + q.x) / 2, y = (p.y + q.y) / 2;
+      const float apart = magnitude((0.5f * p.height + 0.5f * q.height) - field.height[field.index(x, y)]);
+      off = apart > off ? apart : off;
+    }
+    const Corner &a = corners[0], &b = corners[1], &c = corners[2];
+    const CurveRow curve = demand.curve.at((least(a.y, least(b.y, c.y)) + greatest(a.y, greatest(b.y, c.y))) / 2);
+    const float bend = 4 * (curve.along + demand.curve.up);
+    const float spread = magnitude(b.height - a.height) + magnitude(c.height - a.height) + bend;
+    const float slack = spread * (0x1p-14f + 200 * magnitude(curve.sway)) + bend + 2;
+    return off + slack <= demand.tolerance ? Verdict::fits : off > demand.tolerance + slack ? Verdict::fails : Verdict::unknown;
   }
 };
 
 struct MarkSquares {
   Network net;
   CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto stride = static_cast<std::size_t>(net.field.stride);
-    const auto x = static_cast<int>(i % stride), y = static_cast<int>(i / stride);
+    const auto stride = static_cast<std::uint32_t>(net.field.stride), sample = static_cast<std::uint32_t>(i);
+    const auto x = static_cast<int>(sample % stride), y = static_cast<int>(sample / stride);
     const bool corner = x % net.largest == 0 && y % net.largest == 0;
     net.stays[i] = net.is_inside(x, y) && (corner || net.is_at_hem(x, y)) ? 1 : 0;
   }
@@ -102,8 +144,8 @@ struct KeepMiddles {
   int half;
 
   CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto across = static_cast<std::size_t>((net.field.columns - 1) / half + 1);
-    const int x = static_cast<int>(i % across) * half, y = static_cast<int>(i / across) * half, h = half;
+    const auto across = static_cast<std::uint32_t>((net.field.columns - 1) / half + 1), node = static_cast<std::uint32_t>(i);
+    const int x = static_cast<int>(node % across) * half, y = static_cast<int>(node / across) * half, h = half;
     const bool upright = (y & h) != 0;
     if (((x & h) != 0) == upright) return;
     std::uint8_t& stays = net.stays[net.field.index(x, y)];
@@ -114,8 +156,9 @@ struct KeepMiddles {
     }
     const Corner a = upright ? net.corner(x, y - h) : net.corner(x - h, y),
                  b = upright ? net.corner(x, y + h) : net.corner(x + h, y);
-    const bool fits = upright ? net.triangle_fits(b, a, x + h, y) && net.triangle_fits(a, b, x - h, y)
-                              : net.triangle_fits(a, b, x, y + h) && net.triangle_fits(b, a, x, y - h);
+    const int middles = h == 1 && net.is_clear(x, y) ? 1 : 0;
+    const bool fits = upright ? net.triangle_fits(b, a, x + h, y, middles) && net.triangle_fits(a, b, x - h, y, middles)
+                              : net.triangle_fits(a, b, x, y + h, middles) && net.triangle_fits(b, a, x, y - h, middles);
     if (!fits) stays = 1;
   }
 };
@@ -126,8 +169,8 @@ struct KeepCentres {
   int half;
 
   CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto across = static_cast<std::size_t>((net.field.columns - 1) / half + 1);
-    const int x = static_cast<int>(i % across) * half, y = static_cast<int>(i / across) * half, h = half;
+    const auto across = static_cast<std::uint32_t>((net.field.columns - 1) / half + 1), node = static_cast<std::uint32_t>(i);
+    const int x = static_cast<int>(node % across) * half, y = static_cast<int>(node / across) * half, h = half;
     if ((x & y & h) == 0) return;
     std::uint8_t& stays = net.stays[net.field.index(x, y)];
     if (net.has(x - h, y) || net.has(x + h, y) || net.has(x, y - h) || net.has(x, y + h)) {
@@ -138,8 +181,8 @@ struct KeepCentres {
     const Corner west = net.corner(x - h, y - rise), east = net.corner(x + h, y + rise);
     const Corner& a = rise > 0 ? west : east;
     const Corner& b = rise > 0 ? east : west;
-    if (!net.triangle_fits(a, b, x - h, y + rise)) stays = 1;
-    else if (!net.triangle_fits(b, a, x + h, y - rise)) stays = 1;
+    const int middles = h == 1 && net.is_clear(x, y) ? 3 : 0;
+    if (!net.triangle_fits(a, b, x - h, y + rise, middles) || !net.triangle_fits(b, a, x + h, y - rise, middles)) stays = 1;
   }
 };
 
