@@ -1,15 +1,15 @@
 #pragma once
 // JSON of the service: proto messages in proto's JSON with their field names and defaults printed, problems as RFC 9457 has them.
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "cordillera.pb.h"
+#include "pipeline/json.h"
 #include "proto/result.h"
 #include "server/message.h"
 
 namespace cordillera::server {
 
-using Json = nlohmann::ordered_json;
+using pipeline::Json;
 
 /// One line of JSON. Doubles that are not finite and text that is not UTF-8 do not occur in our messages.
 std::string to_json_line(const google::protobuf::Message& message);

@@ -14,9 +14,20 @@ using Error = boost::beast::error_code;
 using Text = boost::beast::string_view;
 
 constexpr int kMostSizeBits = 60;
-constexpr std::size_t kMostOverhead = 8192;  // of all chunks of a body beyond their data and sizes; of a line that is not whole
+constexpr std::size_t kMostOverhead = 8192;          // of all chunks of a body beyond their data and sizes; of a line that is not whole
+constexpr std::size_t kMostLine = kMostOverhead + 1;  // what slow bytes can come to: all but the last is a line that is not whole
 
 std::string_view plain(Text text) { return {text.data(), text.size()}; }
+
+/// Whether carriage returns and line feeds stand together, as they must where no data is. Looked at from `from` on; the next byte may
+/// be a line feed.
+bool has_plain_line_ends(std::string_view lines, std::size_t from = 0) {
+  for (std::size_t i = from; i < lines.size(); ++i) {
+    if (lines[i] == '\n' && (i == 0 || lines[i - 1] != '\r')) return false;
+    if (i > 0 && lines[i - 1] == '\r' && lines[i] != '\n') return false;
+  }
+  return true;
+}
 
 bool is_control(char c) { return (static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7f; }
 
@@ -87,34 +98,40 @@ class ChunkParser::Parser : public Silent {
   /// The rules that are Beast's, and those that it has not.
   bool take(std::string_view bytes, std::string* body, std::size_t* used) {
     body_ = body;
+    line_ = bytes.data();
     last_ = nullptr;
     Error error;
     *used = put({bytes.data(), bytes.size()}, error);
     if (error && error != http::error::need_more) return false;
-    return !is_done() || may_end(last_, bytes.data() + *used);
+    return !is_done() || may_end(bytes.data() + *used);
   }
 
  private:
   void on_chunk_header_impl(std::uint64_t size, Text extensions, Error& error) override {
     overhead_ += extensions.size();
+    const char* const end = extensions.data() + extensions.size();
     const bool blank = !extensions.empty() && extensions.front() != ';';
     const bool control = std::any_of(extensions.begin(), extensions.end(), is_control);
-    if (blank || control || overhead_ > kMostOverhead) error = http::error::bad_chunk_extension;
+    const bool large = overhead_ > kMostOverhead || size_of_line(end + 2) > kMostLine;
+    if (blank || control || large) error = http::error::bad_chunk_extension;
     if (size >> kMostSizeBits != 0) error = http::error::bad_chunk;
-    if (size == 0) last_ = extensions.data() + extensions.size();
+    if (size == 0) last_ = end;
   }
   std::size_t on_chunk_body_impl(std::uint64_t, Text data, Error&) override {
     body_->append(data.data(), data.size());
+    line_ = data.data() + data.size();
     return data.size();
   }
   /// Trailers are read by Beast, and by nobody else.
-  bool may_end(const char* from, const char* to) const {
-    const std::string_view trailers(from, static_cast<std::size_t>(to - from));
+  bool may_end(const char* end) const {
+    const std::string_view trailers(last_, static_cast<std::size_t>(end - last_));
     const bool folded = trailers.find("\n ") != trailers.npos || trailers.find("\n\t") != trailers.npos;
-    return !folded && overhead_ + trailers.size() <= kMostOverhead;
+    return !folded && overhead_ + trailers.size() <= kMostOverhead && size_of_line(end) <= kMostLine;
   }
+  std::size_t size_of_line(const char* end) const { return static_cast<std::size_t>(end - line_); }
 
   std::string* body_ = nullptr;
+  const char* line_ = nullptr;  ///< where the line of a chunk begins, with the end of the data before it
   const char* last_ = nullptr;  ///< the end of the last chunk's line
   std::size_t overhead_ = 0;
 };
@@ -127,19 +144,20 @@ std::size_t ChunkParser::take(std::string_view bytes, std::string* body) {
   if (broken_ || done()) return 0;
   const bool joined = !held_.empty();
   if (joined) {
+    const std::size_t before = held_.size(), line_end = bytes.find('\n');
+    const bool whole = line_end != bytes.npos;
     held_.append(bytes);
-    // A line is looked at when it is whole: 1.74 asserts that a last chunk which it has seen once does not come back a byte longer.
-    if (bytes.find('\n') == bytes.npos) {
-      broken_ = held_.size() > kMostOverhead;
-      return bytes.size();
-    }
+    // A line is looked at when it is whole: 1.74 asserts that a last chunk which it has seen once comes back two bytes longer.
+    const std::string_view line = std::string_view(held_).substr(0, whole ? before + line_end + 1 : held_.size());
+    broken_ = !has_plain_line_ends(line, before) || (!whole && line.size() > kMostOverhead);
+    if (broken_ || !whole) return bytes.size();
   }
   const std::string_view all = joined ? std::string_view(held_) : bytes;
   std::size_t used = 0;
   broken_ = !parser_->take(all, body, &used);
   const std::size_t left = all.size() - used;
   if (broken_ || parser_->is_done()) return bytes.size() - std::min(bytes.size(), left);
-  broken_ = left > kMostOverhead;
+  broken_ = left > kMostOverhead || !has_plain_line_ends(all.substr(used));
   held_ = std::string(all.substr(used));
   return bytes.size();
 }

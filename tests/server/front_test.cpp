@@ -6,7 +6,6 @@
 
 #include "front_fixture.h"
 #include "server/front/answer_head.h"
-#include "server/front/body_framing.h"
 #include "server/front/workers.h"
 
 namespace cordillera::server {
@@ -224,46 +223,6 @@ TEST(Front, HeadersOfAnswersStayOnTheirLines) {
   response.set("Location", "a\r\nSet-Cookie: b");
   EXPECT_THAT(front::answer_head(response, {}), HasSubstr("Location: a  Set-Cookie: b\r\n"));
   EXPECT_THAT(front::http_date(), testing::MatchesRegex("[A-Z][a-z]{2}, [0-9]{2} [A-Z][a-z]{2} [0-9]{4} [0-9]{2}:[0-9]{2}:[0-9]{2} GMT"));
-}
-
-/// In two pieces, and behind them the next request.
-void expect_chunks(const std::string& wire, const std::string& data) {
-  front::Head head;
-  head.body = front::Head::Body::chunked;
-  for (std::size_t cut = 0; cut <= wire.size(); ++cut) {
-    front::BodyFraming framing(head);
-    std::string body;
-    std::size_t used = framing.take(wire.substr(0, cut), &body);
-    EXPECT_EQ(used, cut);
-    EXPECT_EQ(framing.done(), cut == wire.size());
-    used += framing.take(wire.substr(cut) + "next", &body);
-    EXPECT_TRUE(framing.done());
-    EXPECT_EQ(used, wire.size());
-    EXPECT_EQ(body, data);
-  }
-}
-
-TEST(Front, ChunksMayBeCutAnywhere) {
-  expect_chunks("3\r\nabc\r\nA;x=y\r\n0123456789\r\n0\r\nT: u\r\n\r\n", "abc0123456789");
-  expect_chunks("0\r\n\r\n", "");
-  expect_chunks("00;a=\"b\"\r\nT: u\r\nU:\r\n\r\n", "");
-}
-
-TEST(Front, WhatIsNoDataOfChunksHasABound) {
-  front::Head head;
-  head.body = front::Head::Body::chunked;
-  const auto broken = [&](const std::string& begin, const std::string& again) {
-    front::BodyFraming framing(head);
-    std::string body;
-    framing.take(begin, &body);
-    for (int i = 0; i < 20000 && !framing.broken(); ++i) framing.take(again, &body);
-    return framing.broken();
-  };
-  EXPECT_TRUE(broken("1;a=", "b")) << "an extension without end";
-  EXPECT_TRUE(broken("", "1;a=b\r\nx\r\n")) << "extensions without end";
-  EXPECT_TRUE(broken("0\r\n", "X: y\r\n")) << "trailers without end";
-  EXPECT_TRUE(broken("0\r\n" + std::string(10000, 'X') + ": y\r\n\r\n", "")) << "a long one in one piece";
-  EXPECT_FALSE(broken("", "1\r\nx\r\n")) << "data without end";
 }
 
 TEST(Workers, ClientsTakeTurns) {

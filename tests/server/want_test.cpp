@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "pipeline/content_hash.h"
+#include "pipeline/json.h"
 #include "server/digest.h"
 #include "server/front/workers.h"
 #include "server/heap.h"
@@ -100,6 +101,40 @@ int reserve_on_the_way_out() {
     keep_reserve();
   }
   return 0;
+}
+
+/// 0: documents go where not a byte is left, not even the reserve; and what they held is free again.
+int documents_go_without_memory() {
+  using pipeline::Json;
+  set_up_heap();
+  Json flat = Json::array(), deep = Json::array();
+  Json tree = Json::parse(R"({"a":[1,[2,{"b":{"c":[[],{},"a text that is not kept in place",null]}}]],"d":[[[[]]]],"e":{}})");
+  for (int k = 0; k < 1000; ++k) flat.push_back({{"number", k}});
+  for (int k = 0; k < 200000; ++k) {
+    Json around = Json::array({k});
+    around.push_back(std::move(deep));
+    if (k % 3 == 0) around = Json{{"member", std::move(around)}};
+    deep = std::move(around);
+  }
+  allow_no_thread_more();
+  for (const std::size_t size : {std::size_t{1} << 16, std::size_t{1000}, std::size_t{16}}) {
+    for (int refused = 0; refused < 2; ++refused) {  // the first time the reserve becomes free
+      try {
+        while (true) (void)operator new(size);
+      } catch (const std::bad_alloc&) {
+      }
+    }
+  }
+  tree = nullptr;
+  flat = nullptr;
+  deep = nullptr;
+  return operator new(1000) != nullptr ? 0 : 1;
+}
+
+TEST(Want, ADocumentNeedsNoMemoryToGo) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's heap is another";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(_exit(documents_go_without_memory()), testing::ExitedWithCode(0), "");
 }
 
 TEST(Want, NoDigestIsWrongForWantOfMemory) {

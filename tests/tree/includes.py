@@ -29,7 +29,7 @@ HOMES = [
     ("CLI/*", ["server/main.cpp", "server/option_words.*", "server/shell_words.*", "server/work_line.*", "server/client/client_line.*"]),
     ("seccomp.h", ["server/sandbox/calls.cpp"]),
     ("spdlog/*", ["server/log.cpp"]),
-    ("nlohmann/*", ["pipeline/json.h", "server/json.h"]),
+    ("nlohmann/*", ["pipeline/json.h"]),
     ("google/protobuf/*", ["pipeline/manifest_json.cpp", "server/json.cpp"]),
     ("openssl/*", ["pipeline/content_hash.cpp", "server/digest.cpp"]),
     ("zlib.h", ["pipeline/exports/gzip.cpp", "pipeline/water_mask.cpp", "server/front/codec.cpp"]),
