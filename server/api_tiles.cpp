@@ -57,7 +57,7 @@ Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& 
     nothing.status = 204;
     return nothing;
   }
-  const auto& [root, z, x, y] = found.place;
+  const auto& [root, z, x, y, ramp] = found.place;
   using pipeline::faces::Grid;
   const bool north = found.resource->grid == Grid::web_mercator, mercator = north || found.resource->grid == Grid::web_mercator_south;
   const auto [least, most] = mercator ? zooms(manifest, *found.resource) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
@@ -89,8 +89,17 @@ std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Re
   return if_changed(request, response).status == 304 ? std::optional(std::move(response)) : std::nullopt;
 }
 
+/// ramp= of the query; it lives as long as the request.
+std::string_view ramp_asked(const Request& request) {
+  for (const auto& [name, value] : request.query) {
+    if (name == "ramp") return value;
+  }
+  return {};
+}
+
 Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
-  const pipeline::faces::Found& found = route.found;
+  pipeline::faces::Found found = route.found;
+  if (!found.resource->ramps.empty()) found.place.ramp = ramp_asked(request);
   const auto start = std::chrono::steady_clock::now();
   if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
   if (auto unchanged = unread(terrain, request, route)) return std::move(*unchanged);

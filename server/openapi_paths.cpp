@@ -235,7 +235,9 @@ void add_faces(Json& paths) {
       if (resource.grid == Grid::geodetic) summary += " (WorldCRS84Quad, rows from the south)";
       Json good = good_answers(summary, std::string(resource.type));
       if (resource.absent == pipeline::faces::Absent::no_content) good["204"] = {{"description", "The place has no data"}};
-      add_reading(paths, std::string(resource.path), {id_of(resource.path), "tiles", summary, good});
+      Json parameters;
+      if (!resource.ramps.empty()) parameters.push_back(query("ramp", "the colours; accepted: " + std::string(resource.ramps)));
+      add_reading(paths, std::string(resource.path), {id_of(resource.path), "tiles", summary, good, parameters});
     }
   }
 }

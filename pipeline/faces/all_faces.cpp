@@ -7,6 +7,7 @@
 #include "pipeline/faces/mercator_draco.h"
 #include "pipeline/faces/mercator_terrain.h"
 #include "pipeline/faces/quantized_mesh.h"
+#include "pipeline/faces/styles.h"
 #include "pipeline/faces/terrain_rgb.h"
 #include "pipeline/faces/terrain_tileset.h"
 #include "pipeline/faces/terrarium.h"
@@ -16,9 +17,10 @@
 namespace cordillera::pipeline::faces {
 
 std::span<const Face* const> all_faces() {
-  static const std::array<const Face*, 12> kAll = {&draco_tiles(),      &tileset_3d(),       &tileset_explicit(), &quantized_mesh(),
-                                                   &terrain_tileset(),  &terrain_rgb(),      &terrain_rgb_webp(), &terrarium(),
-                                                   &terrarium_webp(),   &hillshade(),        &mercator_draco(),   &mercator_terrain()};
+  static const std::array<const Face*, 16> kAll = {&draco_tiles(),    &tileset_3d(),   &tileset_explicit(), &quantized_mesh(),
+                                                   &terrain_tileset(), &terrain_rgb(),  &terrain_rgb_webp(), &terrarium(),
+                                                   &terrarium_webp(),  &hillshade(),    &relief(),           &color_relief(),
+                                                   &slope(),           &aspect(),       &mercator_draco(),   &mercator_terrain()};
   return kAll;
 }
 

@@ -17,22 +17,27 @@ std::string path_at(const RasterStyle& style, const Place& place) {
   return path_of(tiles, place);
 }
 
+/// What a tile is kept under: each ramp is another picture.
+std::string kept_name(std::string path, const Place& place) {
+  return place.ramp.empty() ? path : path.append("?").append(place.ramp);
+}
+
 /// A tile that has data; it is kept, so that whoever lists paths and then fetches them draws once.
 proto::Result<std::optional<Document>> drawn(const Terrain& terrain, const Place& place, const RasterStyle& style) {
-  return terrain.kept(path_at(style, place), [&]() -> proto::Result<std::optional<Document>> {
+  return terrain.kept(kept_name(path_at(style, place), place), [&]() -> proto::Result<std::optional<Document>> {
     const auto grid = height_grid(terrain, place);
     if (!grid) return grid.problem();
     if (!*grid || !(*grid)->data) return nothing();
-    return std::optional(document(style.encode(style.pixels(**grid, place))));
+    return std::optional(document(style.encode(style.pixels(terrain, **grid, place))));
   });
 }
 
-proto::Result<std::optional<Document>> empty_tile(const Terrain& terrain, const RasterStyle& style) {
-  return terrain.kept(std::string(style.path), [&]() -> proto::Result<std::optional<Document>> {
+proto::Result<std::optional<Document>> empty_tile(const Terrain& terrain, const Place& place, const RasterStyle& style) {
+  return terrain.kept(kept_name(std::string(style.path), place), [&]() -> proto::Result<std::optional<Document>> {
     HeightGrid grid;
     grid.side = kTilePixels + 2 * kMargin;
     grid.height_m.assign(grid.side * grid.side, std::numeric_limits<double>::quiet_NaN());
-    return std::optional(document(style.encode(style.pixels(grid, {}))));
+    return std::optional(document(style.encode(style.pixels(terrain, grid, place))));
   });
 }
 
@@ -72,7 +77,7 @@ proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const
   if (!tile || *tile) return tile;
   const auto extent = extent_of(terrain.manifest());
   if (!extent || !touches(*extent, place.z, place.x, place.y)) return nothing();
-  return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, style) : nothing();
+  return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, place, style) : nothing();
 }
 
 void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink) {

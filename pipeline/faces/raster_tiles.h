@@ -13,7 +13,7 @@ namespace cordillera::pipeline::faces {
 struct RasterStyle {
   std::string_view path;  ///< of the tiles, with z, x and y in braces
   /// By row from the north, then column.
-  std::vector<std::uint8_t> (*pixels)(const HeightGrid& grid, const Place& place) = nullptr;
+  std::vector<std::uint8_t> (*pixels)(const Terrain& terrain, const HeightGrid& grid, const Place& place) = nullptr;
   std::string (*encode)(const std::vector<std::uint8_t>& pixels) = nullptr;
 };
 

@@ -14,7 +14,7 @@ using Made = proto::Result<std::optional<Document>>;
 constexpr HeightColour kColour{10000, 0.1};
 constexpr std::string_view kFormula = "-10000 + 0.1 * (R * 65536 + G * 256 + B)";
 
-std::vector<std::uint8_t> pixels(const HeightGrid& grid, const Place&) { return coloured(grid, kColour); }
+std::vector<std::uint8_t> pixels(const Terrain&, const HeightGrid& grid, const Place&) { return coloured(grid, kColour); }
 
 constexpr RasterStyle kPng{"terrain-rgb/{z}/{x}/{y}.png", pixels, rgb_png};
 constexpr RasterStyle kWebp{"terrain-rgb/{z}/{x}/{y}.webp", pixels, rgb_webp};

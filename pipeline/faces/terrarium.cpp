@@ -14,7 +14,7 @@ using Made = proto::Result<std::optional<Document>>;
 constexpr HeightColour kColour{32768, 1.0 / 256};
 constexpr std::string_view kFormula = "R * 256 + G + B / 256 - 32768";
 
-std::vector<std::uint8_t> pixels(const HeightGrid& grid, const Place&) { return coloured(grid, kColour); }
+std::vector<std::uint8_t> pixels(const Terrain&, const HeightGrid& grid, const Place&) { return coloured(grid, kColour); }
 
 constexpr RasterStyle kPng{"terrarium/{z}/{x}/{y}.png", pixels, rgb_png};
 constexpr RasterStyle kWebp{"terrarium/{z}/{x}/{y}.webp", pixels, rgb_webp};

@@ -93,6 +93,7 @@ proto::Result<std::optional<Document>> tilejson(const Terrain& terrain, const Ra
   out["tileSize"] = kTilePixels;
   out["format"] = tiles.format;
   if (!tiles.encoding.empty()) add_heights(out, terrain, tiles);
+  if (tiles.more.is_object()) out.update(tiles.more);
   for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
     out["zooms"].push_back(zoom_entry(manifest, *extent, zooms, zoom, tiles.rounding_m));
   }
