@@ -18,6 +18,7 @@
 #include "pipeline/water_build.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
+#include "raster/decimation.h"
 #include "raster/storage.h"
 
 namespace cordillera::pipeline {
@@ -128,6 +129,7 @@ proto::Result<void> merge_upwards(const Site& site) {
 
 proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request) {
   if (!request.members.empty()) return raster::make_mosaic(request.members, request.options.feather());
+  if (request.decimation) return raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation);
   return raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
 }
 
@@ -176,8 +178,10 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   if (const auto merged = merge_upwards(site); !merged.ok()) return merged.problem();
   teller.stage("publish", 1);
   if (const auto masked = build_water(*plan, workers, [&] { return open_source(request); }, **store, stop); !masked.ok()) return masked.problem();
-  proto::Manifest manifest = blank_manifest(request, *plan, (*source)->description(), {workers.threads(), builder.device()});
-  const double resampled_m = (*source)->resampling_error_m(lattice_of(*plan));
+  const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
+  proto::Manifest manifest = blank_manifest(request, *plan, described, {workers.threads(), builder.device()});
+  manifest.set_provisional(request.decimation != nullptr);
+  const double resampled_m = request.decimation ? 0 : (*source)->resampling_error_m(lattice_of(*plan));
   manifest.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));

@@ -2,6 +2,7 @@
 // The whole way: source -> plan -> blocks -> merges -> published store.
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct BuildRequest {
   Existing other = Existing::replace;  ///< a store of another plan at store_path
   proto::BuildOptions options;
   std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first
+  std::shared_ptr<const raster::Decimation> decimation{};  ///< read in place of the one raster's pixels: what is built is provisional
 };
 
 /// Called from one thread at a time, at most a few times a second.

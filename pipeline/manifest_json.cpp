@@ -4,7 +4,20 @@
 
 #include <stdexcept>
 
+#include "pipeline/json.h"
+
 namespace cordillera::pipeline {
+namespace {
+
+/// Without what nobody has measured of provisional tiles.
+std::string without_errors(const std::string& manifest) {
+  Json json = Json::parse(manifest);
+  for (Json& level : json["levels"]) level["stated_max_error"] = level["rmse"] = nullptr;
+  json["source"]["resampling_error"] = nullptr;
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
 
 std::string manifest_json(const proto::Manifest& manifest) {
   google::protobuf::util::JsonPrintOptions options;
@@ -14,7 +27,7 @@ std::string manifest_json(const proto::Manifest& manifest) {
   std::string out;
   const auto status = google::protobuf::util::MessageToJsonString(manifest, &out, options);
   if (!status.ok()) throw std::logic_error("a manifest cannot be printed: " + status.ToString());
-  return out;
+  return manifest.provisional() ? without_errors(out) : out;
 }
 
 proto::Result<proto::Manifest> parse_manifest_json(const std::string& json) {

@@ -7,7 +7,7 @@
 
 namespace cordillera::pipeline {
 
-/// Field names as in the schema, defaults printed, indented.
+/// Field names as in the schema, defaults printed, indented. Errors of provisional tiles are null.
 std::string manifest_json(const proto::Manifest& manifest);
 /// Unknown members are passed over: a newer program may have written it.
 proto::Result<proto::Manifest> parse_manifest_json(const std::string& json);

@@ -78,6 +78,8 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
   return {};
 }
 
+}  // namespace
+
 proto::Result<std::pair<int, int>> level_range(const proto::Source& source, const proto::BuildOptions& options) {
   const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source);
   const int coarsest = static_cast<int>(options.min_level());
@@ -91,6 +93,8 @@ proto::Result<std::pair<int, int>> level_range(const proto::Source& source, cons
   }
   return std::pair{finest, coarsest};
 }
+
+namespace {
 
 /// Coarsest level at which every node holds at most kBlockSamples of the window.
 int block_level(const proto::Lattice& lattice, const raster::Source::Window& window, int coarsest) {

@@ -1,5 +1,7 @@
 #pragma once
 // The numbers fixed before any tile is built.
+#include <utility>
+
 #include "cordillera.pb.h"
 #include "proto/lattice.h"
 #include "proto/result.h"
@@ -14,6 +16,9 @@ inline constexpr std::int64_t kExactSamples = std::int64_t{9217} * 9217;
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options);
+
+/// The finest and the coarsest level of a build. Problems: "option-invalid".
+proto::Result<std::pair<int, int>> level_range(const proto::Source& source, const proto::BuildOptions& options);
 
 /// No error of a tile of the level is greater, nor need a target be: all that the tile spans, and all relief.
 double greatest_target_m(const proto::Plan& plan, int level);

@@ -5,6 +5,7 @@
 
 #include "proto/utf8.h"
 #include "raster/crs.h"
+#include "raster/decimation.h"
 #include "raster/gdal_scope.h"
 #include "raster/raster_source.h"
 #include "raster/units.h"
@@ -122,12 +123,17 @@ bool all_blocks_missing(const Dataset& d) {
   return !d.missing.empty() && std::all_of(d.missing.begin(), d.missing.end(), [](bool missing) { return missing; });
 }
 
-proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+/// pixels: in place of the raster's own; null: those.
+proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
+                                                    const Decimation* pixels) {
   auto checked = check_options(options);
   if (!checked) return checked.problem();
   auto dataset = open_dataset(path, name, trust);
   if (!dataset) return dataset.problem();
   const GdalScope scope(trust);
+  if (pixels != nullptr) {
+    if (auto thinned = put_decimation(*dataset, *pixels); !thinned.ok()) return thinned.problem();
+  }
   SourceParts parts;
   parts.options = *checked;
   parts.dataset = std::move(*dataset);
@@ -163,13 +169,27 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
 
 }  // namespace
 
-proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+namespace {
+
+proto::Result<std::unique_ptr<Source>> open_with(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
+                                                 const Decimation* pixels) {
   const GdalScope scope(trust);
-  auto opened = open_checked(path, name, trust, options);
+  auto opened = open_checked(path, name, trust, options, pixels);
   // Not the raster's fault, and what was opened all the same may lie elsewhere: a rougher transformation stands in for one not found.
   if (scope.tables_failed())
     return Problem{"crs-tables-unreadable", "the tables of coordinate systems (PROJ's proj.db) cannot be read, which " + proto::shown_text(name) + " needs", "trying again later", ""};
   return opened;
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+  return open_with(path, name, trust, options, nullptr);
+}
+
+proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
+                                                      const Decimation& pixels) {
+  return open_with(path, name, trust, options, &pixels);
 }
 
 }  // namespace cordillera::raster

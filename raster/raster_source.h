@@ -46,6 +46,7 @@ class RasterSource : public Source {
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override;
   double resampling_error_m(const proto::Lattice& lattice) override;
   std::string datum_print() const override;
+  proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override;
 
  private:
   /// A rectangle of the samples asked for.

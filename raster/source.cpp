@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "raster/decimation.h"
 #include "raster/gdal_scope.h"
 #include "raster/lattice_places.h"
 #include "raster/raster_source.h"
@@ -224,6 +225,13 @@ proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice
   if (count == 0 || empty(lattice, west, south, columns, rows))
     return proto::Samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
   return sample_present(lattice, west, south, columns, rows);
+}
+
+proto::Result<std::shared_ptr<const Decimation>> RasterSource::decimate(std::int64_t most_pixels) {
+  auto pixels = decimated(parts_.dataset, parts_.placement->period_px(), most_pixels);
+  if (!pixels.ok()) return pixels.problem();
+  pixels->of = parts_.description;
+  return std::make_shared<const Decimation>(std::move(*pixels));
 }
 
 std::string RasterSource::datum_print() const {

@@ -11,6 +11,8 @@
 
 namespace cordillera::raster {
 
+struct Decimation;
+
 /// Whether the file may point at other files (VRT, sidecars, archives): yes from the command line, no over HTTP.
 enum class Trust { operator_file, posted_file };
 
@@ -50,6 +52,9 @@ class Source {
   /// at most 4096 pixels spread evenly, always the same ones: a lower bound of the true maximum. Voids, and cells with a void vertex, are
   /// left out. About a second at most for lattices as fine as the raster; a failed read is left out too, for sample() to tell.
   virtual double resampling_error_m(const proto::Lattice&) { return 0; }
+
+  /// At most about so many of its pixels, for open_decimated(); null: a source that is no single raster has none. Problems: decimation.h.
+  virtual proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t /*most_pixels*/) { return std::shared_ptr<const Decimation>(); }
 
   /// Undulations at a few places of the data as text: two machines whose texts differ would make different tiles.
   virtual std::string datum_print() const { return ""; }

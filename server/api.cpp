@@ -24,7 +24,7 @@ namespace {
 /// yes.
 void add_cors(Response& response) {
   response.set("Access-Control-Allow-Origin", "*");
-  response.set("Access-Control-Expose-Headers", "ETag, Location, Content-Length, Retry-After, Server-Timing, X-Request-Id");
+  response.set("Access-Control-Expose-Headers", "Cordillera-Provisional, ETag, Location, Content-Length, Retry-After, Server-Timing, X-Request-Id");
 }
 
 Response preflight(Resource resource) {
@@ -300,7 +300,7 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   }
   if (dataset->is_private) keep_from_others(response);
   if (!response.keep) response.keep = made_anew;
-  const bool plain = !dataset->is_private && !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
+  const bool plain = dataset->state == State::ready && !dataset->is_private && !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
   if (plain && route.resource == Resource::face && route.found.resource->tag != nullptr && response.shared) {
     response.same_while = state;
     response.counts = std::make_shared<const metrics::KeptCounts>(service_.metrics().kept_counts(route_name(route)));

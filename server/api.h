@@ -80,10 +80,12 @@ struct Opened {
   Response refusal;
 };
 Opened open_published(Service& service, const Dataset& dataset, const Route& route);
+/// The same, or what is shown of it while it is being built: its manifest says which (provisional).
+Opened open_readable(Service& service, const Dataset& dataset, const Route& route);
 /// Of a document or a tile: for ever below a version; else a client asks each time, and what has not changed costs it a 304.
 const char* cache_control(const Route& route);
 
-/// The manifest and the faces of a dataset that is ready.
+/// The manifest and the faces of a dataset that is ready, or provisional ones.
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route);
 
 /// …/mesh.glb and others: a part of a dataset as one mesh.

@@ -3,8 +3,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "pipeline/provisional.h"
 #include "server/api.h"
 #include "server/elevation_query.h"
+#include "server/provisional.h"
 
 namespace cordillera::server {
 namespace {
@@ -24,13 +26,6 @@ std::vector<std::size_t> by_tile(const std::vector<raster::LinePoint>& places, i
   return order;
 }
 
-double stated_error_m(const proto::Manifest& manifest, int level) {
-  for (const proto::LevelSummary& summary : manifest.levels()) {
-    if (static_cast<int>(summary.level()) == level) return summary.stated_max_error();
-  }
-  return 0;
-}
-
 Json place_json(const pipeline::faces::Terrain& terrain, const raster::LinePoint& place, int level, bool line) {
   Json json = {{"lon", place.longitude_deg}, {"lat", place.latitude_deg}};
   if (line) json["distance"] = to_millimetres(place.distance_m);
@@ -44,7 +39,7 @@ Json place_json(const pipeline::faces::Terrain& terrain, const raster::LinePoint
 }  // namespace
 
 Response elevation(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
-  Opened opened = open_published(service, dataset, route);
+  Opened opened = open_readable(service, dataset, route);
   if (!opened.terrain) return std::move(opened.refusal);
   const pipeline::faces::Terrain& terrain = *opened.terrain;
   const proto::Manifest& manifest = terrain.manifest();
@@ -54,7 +49,9 @@ Response elevation(Service& service, const Dataset& dataset, const Request& requ
   std::vector<Json> points(query->places.size());
   for (const std::size_t k : by_tile(query->places, level)) points[k] = place_json(terrain, query->places[k], level, query->line);
   const std::string& geoid = terrain.geoid_name();
-  Json json = {{"level", level}, {"stated_max_error", stated_error_m(manifest, level)}};
+  const auto error_m = pipeline::stated_error_m(manifest, level);
+  Json json = {{"level", level}, {"stated_max_error", error_m ? Json(*error_m) : Json()}};
+  if (manifest.provisional()) json["provisional"] = true;
   json["ellipsoid"] = "WGS 84";
   json["geoid"] = geoid.empty() ? Json() : Json(geoid);  // null where no grid is installed; orthometric heights are null then
   if (!manifest.attribution().empty()) json["attribution"] = manifest.attribution();
@@ -63,6 +60,7 @@ Response elevation(Service& service, const Dataset& dataset, const Request& requ
   Response response = json_response(200, json);
   response.set("Cache-Control", request.method == "POST" ? "no-store" : cache_control(route));
   if (request.method != "POST") response.set("ETag", quoted(pipeline::faces::document(response.body).etag));
+  if (manifest.provisional()) mark_provisional(response);
   return response;
 }
 

@@ -3,6 +3,7 @@
 
 #include "server/api.h"
 #include "server/json.h"
+#include "server/provisional.h"
 #include "server/updates/api.h"
 
 namespace cordillera::server {
@@ -28,13 +29,16 @@ Json progress_json(const proto::Progress& progress) {
   return json;
 }
 
-Json links_json(const std::string& prefix, bool ready) {
+/// What can be read of a dataset.
+enum class Readable : std::uint8_t { nothing, provisional, all };
+
+Json links_json(const std::string& prefix, Readable readable) {
   Json links;
   links["self"] = prefix;
   links["events"] = prefix + "/events";
-  if (!ready) return links;
+  if (readable == Readable::nothing) return links;
   links["manifest"] = prefix + "/manifest.json";
-  links["mesh"] = prefix + "/mesh.glb";
+  if (readable == Readable::all) links["mesh"] = prefix + "/mesh.glb";
   links["tileset"] = prefix + "/tileset.json";
   links["drc"] = prefix + "/tiles/{z}/{x}/{y}.drc";
   links["glb"] = prefix + "/tiles/{z}/{x}/{y}.glb";
@@ -99,22 +103,35 @@ class EventStream {
     started_ = true;
     seen_ = now.version;
     const auto dataset = service_.find(id_);
+    const std::string tiles = dataset ? new_tiles(*dataset) : "";
     const bool changing = dataset && dataset->state == State::ready && updates::is_busy(service_, id_);
     ended_ = !dataset || (dataset->state == State::ready && !changing) || dataset->state == State::failed;
     if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
-    if (ended_ && dataset->state == State::ready) return event_text("ready", status_json(service_, *dataset, "../" + id_));
+    if (ended_ && dataset->state == State::ready) return tiles + event_text("ready", status_json(service_, *dataset, "../" + id_));
     if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
     Json data = progress_json(now.progress.value_or(before_the_first(dataset->state)));
     data["state"] = to_string(dataset->state);
-    return event_text("progress", data);
+    return tiles + event_text("progress", data);
   }
 
  private:
+  /// Where there is something else to be read than this client knows of.
+  std::string new_tiles(const Dataset& dataset) {
+    std::shared_ptr<const pipeline::faces::Terrain> terrain;
+    if (dataset.state == State::queued || dataset.state == State::running) terrain = service_.library().provisional(id_);
+    if (dataset.state == State::ready && !told_.empty()) {
+      if (auto ready = service_.library().open(id_)) terrain = *ready;
+    }
+    std::string event = terrain ? event_text("tiles", tiles_json(terrain->manifest())) : told_;
+    return event == told_ ? "" : told_ = std::move(event);
+  }
+
   Service& service_;
   std::string id_;
   Token token_;
   std::uint64_t seen_ = 0;
   std::chrono::steady_clock::time_point said_{};  ///< the last piece
+  std::string told_;  ///< the last event of tiles
   bool started_ = false;
   bool ended_ = false;
 };
@@ -134,7 +151,10 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
   const bool unfinished = dataset.state == State::queued || dataset.state == State::running || changing;
   json["progress"] = unfinished && now.progress ? progress_json(*now.progress) : Json(nullptr);
   json["error"] = dataset.problem ? problem_json(*dataset.problem) : Json(nullptr);
-  json["links"] = links_json(prefix, dataset.state == State::ready);
+  const bool building = dataset.state == State::queued || dataset.state == State::running;
+  const bool provisional = building && service.library().provisional(dataset.id) != nullptr;
+  json["provisional"] = provisional;
+  json["links"] = links_json(prefix, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
   if (changes.is_object()) json["updates"] = changes;
   json["manifest"] = nullptr;
   if (dataset.state != State::ready) return json;
@@ -167,7 +187,7 @@ Json faces_json(const std::string& prefix) {
 
 Response status_document(Service& service, const Dataset& dataset) {
   Json json = status_json(service, dataset, dataset.id);
-  if (dataset.state == State::ready) json["faces"] = faces_json(dataset.id);
+  if (dataset.state == State::ready || json["provisional"] == true) json["faces"] = faces_json(dataset.id);
   Response response = json_response(200, json);
   response.set("Cache-Control", "no-store");
   return response;

@@ -12,6 +12,7 @@
 #include "server/api.h"
 #include "server/gzip.h"
 #include "server/json.h"
+#include "server/provisional.h"
 
 namespace cordillera::server {
 namespace {
@@ -27,19 +28,10 @@ Response answer(const pipeline::faces::Document& document, std::string_view type
 
 /// Columns and rows of a level that the dataset's bounds touch, as text.
 std::string range_text(const proto::Manifest& manifest, int level) {
-  if (manifest.bounds_size() < 4) return "";
-  const double per_deg = proto::tiles_up(level) / 180.0;
-  const auto first = [per_deg](double deg, std::int32_t count) {
-    return std::clamp(static_cast<std::int32_t>(std::floor(deg * per_deg)), 0, count - 1);
-  };
-  const auto last = [per_deg](double deg, std::int32_t count) {
-    return std::clamp(static_cast<std::int32_t>(std::ceil(deg * per_deg)) - 1, 0, count - 1);
-  };
-  const auto across = proto::tiles_across(level), up = proto::tiles_up(level);
+  const auto tiles = touched_by_bounds(manifest, level);
+  if (!tiles) return "";
   const auto span = [](std::int32_t from, std::int32_t to) { return std::to_string(from) + ".." + std::to_string(to); };
-  return "; at level " + std::to_string(level) + " x " +
-         span(first(manifest.bounds(0) + 180, across), last(manifest.bounds(2) + 180, across)) + ", y " +
-         span(first(manifest.bounds(1) + 90, up), last(manifest.bounds(3) + 90, up));
+  return "; at level " + std::to_string(level) + " x " + span(tiles->west, tiles->east) + ", y " + span(tiles->south, tiles->north);
 }
 
 /// Of Web Mercator's faces; none of a dataset that it cannot show. Pictures have those that their pixels are worth, meshes a zoom a level.
@@ -62,7 +54,8 @@ Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& 
   const bool north = found.resource->grid == Grid::web_mercator, mercator = north || found.resource->grid == Grid::web_mercator_south;
   const auto [least, most] = mercator ? zooms(manifest, *found.resource) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
   const bool inside = z >= least && z <= most;
-  std::string accepted = std::string(mercator ? "zooms " : "levels ") + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
+  const std::string so_far = manifest.provisional() ? "while the dataset is being built, " : "";
+  std::string accepted = so_far + (mercator ? "zooms " : "levels ") + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
   for (int i = 0; i < 4 && manifest.bounds_size() >= 4; ++i) accepted += (i == 0 ? " " : ", ") + Json(manifest.bounds(i)).dump();
   if (found.resource->grid == pipeline::faces::Grid::geodetic) accepted += range_text(manifest, inside ? z : most);
   accepted += north ? " (y counts from the north)" : " (y counts from the south); a tile without data does not exist";
@@ -82,6 +75,7 @@ void add_timing(Response& response, std::chrono::steady_clock::time_point start)
 /// What the client has already, as far as its tag tells: the head of the answer, without reading a byte of the document.
 std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
   const pipeline::faces::Resource& resource = *route.found.resource;
+  if (terrain.manifest().provisional()) return std::nullopt;
   if (resource.tag == nullptr || !request.headers.contains("if-none-match")) return std::nullopt;
   auto tag = resource.tag(terrain, route.found.place);
   if (!tag) return std::nullopt;
@@ -162,13 +156,22 @@ Opened open_published(Service& service, const Dataset& dataset, const Route& rou
   return {*terrain, {}};
 }
 
+Opened open_readable(Service& service, const Dataset& dataset, const Route& route) {
+  if (dataset.state == State::ready || dataset.state == State::failed || !route.version.empty()) return open_published(service, dataset, route);
+  if (auto terrain = service.library().provisional(dataset.id)) return {std::move(terrain), {}};
+  // It may have become ready since it was looked up, and the provisional tiles have gone for that.
+  const Row now = service.find(dataset.id);
+  return open_published(service, now ? *now : dataset, route);
+}
+
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
-  const Opened opened = open_published(service, dataset, route);
+  const Opened opened = open_readable(service, dataset, route);
   if (!opened.terrain) return opened.refusal;
   Response response = route.resource == Resource::face
                           ? face(*opened.terrain, request, route)
                           : answer(pipeline::faces::document(pipeline::manifest_json(opened.terrain->manifest())), "application/json", route);
   if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(opened.terrain);
+  if (opened.terrain->manifest().provisional()) mark_provisional(response);
   return response;
 }
 

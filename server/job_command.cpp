@@ -21,6 +21,7 @@
 #include "server/json.h"
 #include "server/memory_limit.h"
 #include "server/option_values.h"
+#include "server/provisional_job.h"
 #include "server/sandbox/sandbox.h"
 #include "server/updates/update_job.h"
 
@@ -95,11 +96,14 @@ std::optional<proto::Problem> too_large(const proto::Job& job, const std::string
   return std::nullopt;
 }
 
-/// The same of a raster whose header is read for that alone: plan and build open it again.
-std::optional<proto::Problem> too_large(const proto::Job& job, const pipeline::BuildRequest& request) {
+/// What is to be done before the build: plan and build open the raster again.
+std::optional<proto::Problem> look_at(const proto::Job& job, const pipeline::BuildRequest& request, const std::filesystem::path& folder,
+                                      const pipeline::ProgressCallback& sink) {
   const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
   if (!source) return source.problem();
-  return too_large(job, job.name(), (*source)->description());
+  if (auto refused = too_large(job, job.name(), (*source)->description())) return refused;
+  if (job.provisional()) make_provisional(request, **source, folder, sink, g_stop);
+  return std::nullopt;
 }
 
 proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path& folder) {
@@ -119,7 +123,8 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   request.id = job.id();
   request.store_path = (folder / kStoreFile).string();
   request.options = job.options();
-  if (const auto refused = too_large(job, request)) return *refused;
+  if (const auto refused = look_at(job, request, folder, sink)) return *refused;
+  if (job.dry_run() && job.provisional()) return {};
   if (job.dry_run()) {
     const auto found = pipeline::estimate(request);
     if (!found) return found.problem();

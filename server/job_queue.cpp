@@ -62,6 +62,8 @@ proto::Job job_of(const Dataset& dataset) {
   job.set_name(dataset.name);
   job.set_request_id(dataset.request_id);
   *job.mutable_options() = dataset.options;
+  job.set_provisional(!dataset.options.has_provisional() || dataset.options.provisional());
+  job.mutable_options()->clear_provisional();  // no part of what is built
   return job;
 }
 
@@ -80,7 +82,7 @@ void keep_store_alone(const std::filesystem::path& folder) {
 JobQueue::JobQueue(Parts parts, unsigned concurrency)
     : layout_(std::move(parts.layout)), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(std::move(parts.runner)),
       limits_(parts.limits), ledger_(parts.ledger), fetch_(std::move(parts.fetch)), keep_versions_(parts.keep_versions),
-      published_(std::move(parts.published)), dry_runs_free_(concurrency), pool_(concurrency) {}
+      published_(std::move(parts.published)), concurrency_(concurrency), dry_runs_free_(concurrency), looks_(1), pool_(concurrency) {}
 
 JobQueue::~JobQueue() { stop(); }
 
@@ -99,9 +101,45 @@ void JobQueue::resume() {
   }
 }
 
+void JobQueue::enqueue(const std::string& id, const std::string& client) {
+  const Row dataset = registry_.find(id);
+  const bool fresh = dataset && dataset->state != State::ready;
+  if (fresh) {
+    const std::lock_guard lock(mutex_);
+    posted_.emplace(id, Clock::now());
+  }
+  const bool waits = unfinished_ >= concurrency_;
+  enqueue({id, client, 0});
+  if (!fresh || !waits || !job_of(*dataset).provisional() || ledger_.holds(id)) return;
+  boost::asio::post(looks_, [this, id] {
+    try {
+      look_at(id);
+    } catch (const std::exception& error) {  // as in enqueue(); the build is tried all the same
+      log_warning("dataset " + id + ": " + error.what());
+    }
+  });
+}
+
+/// kind: provisional, or final where these came first.
+void JobQueue::first_tiles(const std::string& id, const char* kind) {
+  const std::lock_guard lock(mutex_);
+  const auto posted = posted_.extract(id);
+  if (posted.empty()) return;
+  const double seconds = std::chrono::duration<double>(Clock::now() - posted.mapped()).count();
+  metrics_.first_tile_seconds.observe(seconds, {kind});
+  log_info("dataset " + id + ": first tiles", {{"kind", std::string(kind)}, {"seconds", seconds}});
+}
+
+void JobQueue::forget_posted(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  posted_.erase(id);
+}
+
 void JobQueue::enqueue(Turn added) {
   if (!turns_.add(std::move(added))) return;
+  ++unfinished_;
   boost::asio::post(pool_, [this] {
+    const std::shared_ptr<void> over(nullptr, [this](void*) { --unfinished_; });
     const auto turn = turns_.next();
     if (!turn) return;
     try {
@@ -127,6 +165,7 @@ void JobQueue::later(std::chrono::milliseconds wait, Turn turn) {
 
 void JobQueue::cancel(const std::string& id) {
   std::unique_lock lock(mutex_);
+  posted_.erase(id);
   const auto found = running_.find(id);
   if (found == running_.end()) return;
   *found->second = true;
@@ -140,28 +179,57 @@ void JobQueue::stop() {
     for (auto& [id, flag] : running_) *flag = true;
   }
   ended_.notify_all();
-  pool_.stop();
-  pool_.join();
+  for (boost::asio::thread_pool* pool : {&looks_, &pool_}) {
+    pool->stop();
+    pool->join();
+  }
+}
+
+std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  if (stopping_ || running_.contains(id)) return nullptr;
+  // However this ends: a delete waits for it.
+  const std::shared_ptr<std::atomic<bool>> flag(new std::atomic<bool>(false), [this, id](const std::atomic<bool>* ended) {
+    {
+      const std::lock_guard inner(mutex_);
+      running_.erase(id);
+    }
+    delete ended;
+    ended_.notify_all();
+  });
+  running_[id] = flag.get();
+  return flag;
+}
+
+/// A first look at a raster whose build waits for others.
+void JobQueue::look_at(const std::string& id) {
+  const auto flag = begin(id);
+  const Row dataset = flag ? registry_.find(id) : nullptr;
+  if (!dataset || dataset->state != State::queued) return;
+  proto::Job job = job_of(*dataset);
+  job.set_raster(dataset->raster);
+  job.set_dry_run(true);
+  const std::filesystem::path folder = layout_.dataset(id);
+  limit(job, folder);
+  if (!write_job(folder, job)) return;
+  const LogScope about("job", id);
+  const auto shown = [&](const proto::Progress& now) {
+    if (now.provisional()) show_provisional(id), hub_.touch(id);
+  };
+  const auto outcome = runner_(folder, shown, *flag);
+  if (!outcome && !*flag) log_info("dataset " + id + ": no first look: " + outcome.problem().line());  // its build will say so to whoever posted it
+}
+
+void JobQueue::show_provisional(const std::string& id) {
+  published_(id);
+  first_tiles(id, "provisional");
 }
 
 JobQueue::Next JobQueue::run(const Turn& turn) {
   const auto& [id, client, attempt] = turn;
-  const auto flag = std::make_shared<std::atomic<bool>>(false);
-  {
-    const std::lock_guard lock(mutex_);
-    if (stopping_) return Next::done;
-    // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
-    if (running_.contains(id)) return later(kLookAgain, turn), Next::done;
-    running_[id] = flag;
-  }
-  // However this ends: a delete waits for it.
-  const std::shared_ptr<void> over(nullptr, [&](void*) {
-    {
-      const std::lock_guard lock(mutex_);
-      running_.erase(id);
-    }
-    ended_.notify_all();
-  });
+  const auto flag = begin(id);
+  // Another change of the same dataset, or a first look at it, is being done, and that thread may be about to end: look again soon.
+  if (!flag) return later(kLookAgain, turn), Next::done;
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
   if (const auto dataset = registry_.find(id)) {
     const LogScope job("job", id), request("request", dataset->request_id);
@@ -198,6 +266,7 @@ proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dat
 JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop) {
   const std::string id = job.id();
   const auto progress = [&](const proto::Progress& now) {
+    if (now.provisional()) show_provisional(id);
     clock.report(now);
     hub_.publish(id, now);
   };
@@ -207,6 +276,9 @@ JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::
   if (!outcome && outcome.problem().type == "job-crashed" && !stop) {
     // Once: the machine may have run out of memory, or somebody ended it. What was committed stays, and the job goes on there.
     log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more");
+    // Not the provisional tiles, though: they may be what it was ended for.
+    job.set_provisional(false);
+    if (!write_job(folder, job)) return cannot_write(folder);
     outcome = runner_(folder, progress, stop);
   }
   if (outcome || outcome.problem().type != "device-lost" || stop) return outcome;
@@ -225,6 +297,7 @@ void JobQueue::forget_store(const std::string& id) {
 void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome) {
   if (outcome) {
     registry_.set_state(dataset.id, State::ready, std::nullopt);
+    first_tiles(dataset.id, "final");
     log_info("dataset " + dataset.id + ": ready");
   } else {
     registry_.set_state(dataset.id, State::failed, outcome.problem());
@@ -233,6 +306,8 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
     log_warning("dataset " + dataset.id + ": failed: " + outcome.problem().line());
   }
   if (outcome) keep_store_alone(layout_.dataset(dataset.id));
+  forget_posted(dataset.id);
+  published_(dataset.id);  // after its provisional tiles have gone, which else somebody might open again
   hub_.touch(dataset.id);
 }
 

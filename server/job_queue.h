@@ -49,7 +49,7 @@ class JobQueue {
     updates::Ledger& ledger;
     updates::Fetch fetch;  ///< of rasters that are named by their address
     std::size_t keep_versions = 1;
-    std::function<void(const std::string& id)> published;  ///< another version is served
+    std::function<void(const std::string& id)> published;  ///< another version is served, or none any more
   };
   JobQueue(Parts parts, unsigned concurrency);
   ~JobQueue();
@@ -57,7 +57,7 @@ class JobQueue {
   /// Queues again whatever a former process left unfinished, oldest first.
   void resume();
   /// client: who asked for it.
-  void enqueue(const std::string& id, const std::string& client) { enqueue({id, client, 0}); }
+  void enqueue(const std::string& id, const std::string& client);
   /// Ends a running build and returns when it has ended. Remove the dataset from the registry first: then it can't start any
   /// more.
   void cancel(const std::string& id);
@@ -68,6 +68,13 @@ class JobQueue {
 
  private:
   using Turn = BuildTurns::Entry;
+  using Clock = std::chrono::steady_clock;
+  /// The stop flag of a job of this dataset, which runs until the last copy goes; null: another runs, or all are to end.
+  std::shared_ptr<std::atomic<bool>> begin(const std::string& id);
+  void look_at(const std::string& id);
+  void show_provisional(const std::string& id);
+  void first_tiles(const std::string& id, const char* kind);
+  void forget_posted(const std::string& id);
   enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
   void enqueue(Turn turn);
   void retry_later(Turn turn);
@@ -97,10 +104,14 @@ class JobQueue {
   std::function<void(const std::string& id)> published_;
   std::mutex mutex_;
   std::condition_variable ended_;
-  std::map<std::string, std::shared_ptr<std::atomic<bool>>> running_;  ///< id -> its stop flag
+  std::map<std::string, std::atomic<bool>*> running_;  ///< id -> its stop flag, as long as begin()'s lives
+  std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
   std::atomic<bool> stopping_{false};
+  const unsigned concurrency_;
+  std::atomic<unsigned> unfinished_{0};  ///< turns that wait or run
   unsigned dry_runs_free_;
   BuildTurns turns_;
+  boost::asio::thread_pool looks_;  ///< at rasters whose builds wait: one at a time
   boost::asio::thread_pool pool_;  ///< last: its threads use the rest
 };
 

@@ -75,7 +75,13 @@ JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChang
 void JobQueue::end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome) {
   const std::string& id = dataset.id;
   published_(id);
-  if (outcome) registry_.set_state(id, State::ready, std::nullopt);
+  if (outcome) {
+    registry_.set_state(id, State::ready, std::nullopt);
+    first_tiles(id, "final");
+    std::error_code ignored;
+    std::filesystem::remove(layout_.provisional(id), ignored);
+    published_(id);  // again: somebody may have opened it meanwhile
+  }
   const auto noted = ledger_.end(id, change.id(), outcome ? std::nullopt : std::optional(outcome.problem()));
   if (!noted) throw RegistryError(noted.problem().detail);  // tried again: what is done is seen to be done
   ledger_.tidy(id, keep_versions_);

@@ -20,6 +20,7 @@ struct Layout {
   std::filesystem::path datasets() const { return root / "datasets"; }
   std::filesystem::path dataset(const std::string& id) const { return datasets() / id; }
   std::filesystem::path store(const std::string& id) const { return dataset(id) / kStoreFile; }
+  std::filesystem::path provisional(const std::string& id) const { return dataset(id) / kProvisionalStore; }  ///< until the other is published
 };
 
 }  // namespace cordillera::server

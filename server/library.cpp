@@ -19,6 +19,8 @@ std::shared_ptr<const Summary> summary_of(const proto::Manifest& manifest) {
   return summary;
 }
 
+std::string provisional_key(const std::string& id) { return id + "/provisional"; }
+
 }  // namespace
 
 std::string version_of(const proto::Manifest& manifest) { return digest(manifest.SerializeAsString() + CORDILLERA_VERSION).substr(0, 16); }
@@ -38,8 +40,8 @@ std::size_t Library::damaged_count() {
   return damaged_.size();
 }
 
-std::shared_ptr<const pipeline::faces::Terrain> Library::find(const std::string& id) {
-  const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return entry.first == id; });
+std::shared_ptr<const pipeline::faces::Terrain> Library::find(const std::string& key) {
+  const auto found = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) { return entry.first == key; });
   if (found == open_.end()) return nullptr;
   open_.splice(open_.begin(), open_, found);
   return open_.front().second;
@@ -61,24 +63,35 @@ Library::Open Library::too_much() {
 
 proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open(const std::string& id) {
   if (mounts_.has(id)) return mounts_.open(id);
+  auto terrain = open_file(id, layout_.store(id));
+  if (!terrain) return unreadable(id, terrain.problem());
+  return terrain;
+}
+
+std::shared_ptr<const pipeline::faces::Terrain> Library::provisional(const std::string& id) {
+  auto terrain = open_file(provisional_key(id), layout_.provisional(id));
+  return terrain ? *terrain : nullptr;
+}
+
+proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open_file(const std::string& key, const std::filesystem::path& file) {
   std::uint64_t before = 0;
   Open closed;  // stands before the lock: what is freed is freed without it
   {
     const std::lock_guard lock(mutex_);
     before = forgotten_;
-    auto terrain = find(id);
+    auto terrain = find(key);
     if (++asked_ % kLookEvery == 0) closed = too_much();
     metrics_.store_opens.add(1, {terrain ? "hit" : "miss"});
     if (terrain) return terrain;
   }
   // Without the lock: who reads another dataset does not wait for this one's disk.
-  auto reader = pipeline::StoreReader::open(layout_.store(id).string());
-  if (!reader) return unreadable(id, reader.problem());
+  auto reader = pipeline::StoreReader::open(file.string());
+  if (!reader) return reader.problem();
   auto terrain = std::make_shared<const pipeline::faces::Terrain>(std::move(reader).value());
   const std::lock_guard lock(mutex_);
   if (forgotten_ != before) return terrain;
-  if (auto other = find(id)) return other;  // opened by another thread meanwhile
-  open_.emplace_front(id, terrain);
+  if (auto other = find(key)) return other;  // opened by another thread meanwhile
+  open_.emplace_front(key, terrain);
   closed.splice(closed.end(), too_much());
   return terrain;
 }
@@ -108,7 +121,7 @@ void Library::forget(const std::string& id) {
   ++forgotten_;
   summaries_.erase(id);
   damaged_.erase(id);
-  open_.remove_if([&](const auto& entry) { return entry.first == id; });
+  open_.remove_if([&, provisional = provisional_key(id)](const auto& entry) { return entry.first == id || entry.first == provisional; });
 }
 
 }  // namespace cordillera::server

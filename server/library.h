@@ -39,6 +39,8 @@ class Library {
   Library(Layout layout, metrics::ServiceMetrics& metrics, Mounts& mounts, LibraryBounds bounds = {})
       : layout_(std::move(layout)), metrics_(metrics), mounts_(mounts), bounds_(bounds) {}
   proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open(const std::string& id);
+  /// The provisional tiles of a dataset that is being built; null: there are none, not yet or no more.
+  std::shared_ptr<const pipeline::faces::Terrain> provisional(const std::string& id);
   /// Remembered: a list of thousands must not open thousands of files.
   proto::Result<std::shared_ptr<const Summary>> summary(const std::string& id);
   /// What was read of a dataset is not what was written: the answer to whoever asked, told to the operator too.
@@ -53,7 +55,8 @@ class Library {
  private:
   proto::Problem unreadable(const std::string& id, const proto::Problem& why);
   using Open = std::list<std::pair<std::string, std::shared_ptr<const pipeline::faces::Terrain>>>;
-  std::shared_ptr<const pipeline::faces::Terrain> find(const std::string& id);
+  std::shared_ptr<const pipeline::faces::Terrain> find(const std::string& key);
+  proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open_file(const std::string& key, const std::filesystem::path& file);
   Open too_much();
 
   Layout layout_;
@@ -61,7 +64,7 @@ class Library {
   Mounts& mounts_;
   const LibraryBounds bounds_;
   std::mutex mutex_;
-  Open open_;  ///< the last used first
+  Open open_;  ///< the last used first; provisional ones under names that are no ids
   std::unordered_map<std::string, std::shared_ptr<const Summary>> summaries_;
   std::set<std::string> damaged_;
   std::atomic<std::uint64_t> forgotten_{0};  ///< how often; what was opened before may be gone

@@ -115,7 +115,7 @@ void add_datasets(Json& paths) {
   item(paths, "/v1/datasets/{id}/events")["get"] =
       operation(Operation{"events",
                           "datasets",
-                          "Progress as server-sent events, then one `ready` or `failed`",
+                          "Progress as server-sent events, `tiles` whenever other tiles can be read, then one `ready` or `failed`",
                           {{"200", answer("A stream of events", "text/event-stream")}}});
 }
 

@@ -44,6 +44,7 @@ Json dataset() {
   properties["state"] = {{"type", "string"}, {"enum", states}};
   properties["created"] = {{"type", "string"}, {"format", "date-time"}};
   properties["private"] = {{"type", "boolean"}, {"description", "read with a token only"}};
+  properties["provisional"] = {{"type", "boolean"}, {"description", "coarse tiles can be read until the build is done; how far they are off is unknown"}};
   properties["progress"] = or_null("progress");
   properties["error"] = or_null("problem");
   properties["links"] = {
@@ -58,7 +59,7 @@ Json dataset() {
 
 Json progress() {
   Json properties;
-  properties["stage"] = text("queued, open, plan, build, merge or publish");
+  properties["stage"] = text("queued, open, provisional, plan, build, merge or publish");
   properties["done"] = number("of total");
   properties["total"] = number("samples, tiles or steps");
   properties["share"] = number("0 to 1");
@@ -92,7 +93,8 @@ Json link() {
 Json elevations() {
   Json properties;
   properties["level"] = {{"type", "integer"}, {"description", "of the meshes"}};
-  properties["stated_max_error"] = number("metres, of that level");
+  properties["stated_max_error"] = {{"type", Json::array_t{"number", "null"}}, {"description", "metres, of that level; null of provisional tiles"}};
+  properties["provisional"] = {{"type", "boolean"}, {"description", "true: the build goes on, and these heights are of coarse tiles; else not there"}};
   properties["points"] = {{"type", "array"},
                           {"items", {{"type", "object"}}},
                           {"description", "lon, lat, ellipsoidal_height, orthometric_height; distance along a line"}};

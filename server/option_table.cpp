@@ -358,7 +358,14 @@ std::vector<OptionSpec> make_limits() {
 
 std::vector<OptionSpec> make_posting_options() {
   return {{"private", "", "let only those read the dataset who have a token", "1 or 0",
-           [](std::string_view text, Settings& settings) { return read_switch(text, &settings.private_dataset); }}};
+           [](std::string_view text, Settings& settings) { return read_switch(text, &settings.private_dataset); }},
+          {"provisional", "SWITCH", "show coarse tiles of a raster soon after it was posted, until its build is done", "on or off",
+           [](std::string_view text, Settings& settings) {
+             bool shown = true;
+             auto complaint = read_switch(text, &shown);
+             if (!complaint) settings.build.set_provisional(shown);
+             return complaint;
+           }}};
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "pipeline/faces/quantized_mesh_grid.h"
 #include "pipeline/html_text.h"
 #include "pipeline/json.h"
+#include "pipeline/provisional.h"
 #include "pipeline/water_mask.h"
 
 namespace cordillera::pipeline::faces {
@@ -52,9 +53,8 @@ Json about(const MeshGrid& grid) {
   for (int z = 0; z <= grid.finest(); ++z) {
     const QuantizedLevel level = grid.quantized(z);
     Json entry = {{"level", z}, {"height_step", level.step_m}, {"position_step_degrees", 360.0 / grid.across(z) / kMostQuanta}};
-    for (const proto::LevelSummary& summary : manifest.levels()) {
-      if (static_cast<int>(summary.level()) == grid.level(z)) entry["stated_max_error"] = summary.stated_max_error();
-    }
+    if (const auto error_m = stated_error_m(manifest, grid.level(z))) entry["stated_max_error"] = *error_m;
+    if (manifest.provisional()) entry["stated_max_error"] = nullptr;
     levels.push_back(std::move(entry));
   }
   return {{"height_datum", "WGS 84 ellipsoid"},

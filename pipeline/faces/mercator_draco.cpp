@@ -7,6 +7,7 @@
 #include "pipeline/faces/mercator_grid.h"
 #include "pipeline/faces/tilejson.h"
 #include "pipeline/json.h"
+#include "pipeline/provisional.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -30,9 +31,8 @@ proto::Result<std::optional<Document>> tile_json(const Terrain& terrain, const P
   out["drc_formula"] = kMercatorDrcFormula;
   for (int zoom = zooms.first; zoom <= zooms.last; ++zoom) {
     Json entry = {{"zoom", zoom}, {"level", mercator_level(zoom)}};
-    for (const proto::LevelSummary& level : manifest.levels()) {
-      if (static_cast<int>(level.level()) == mercator_level(zoom)) entry["stated_max_error"] = level.stated_max_error();
-    }
+    if (const auto error_m = stated_error_m(manifest, mercator_level(zoom))) entry["stated_max_error"] = *error_m;
+    if (manifest.provisional()) entry["stated_max_error"] = nullptr;
     entry["position_step_degrees"] = 360 / std::ldexp(mercator_side(terrain, zoom, kLeastSide), zoom);
     out["zooms"].push_back(std::move(entry));
   }

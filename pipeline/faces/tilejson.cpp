@@ -6,19 +6,13 @@
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/html_text.h"
 #include "pipeline/json.h"
+#include "pipeline/provisional.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
 
 /// Degrees for people; a tenth of a metre on the ground.
 double short_deg(double deg) { return std::round(deg * 1e6) / 1e6; }
-
-double stated_error_m(const proto::Manifest& manifest, int level) {
-  for (const proto::LevelSummary& summary : manifest.levels()) {
-    if (static_cast<int>(summary.level()) == level) return summary.stated_max_error();
-  }
-  return 0;
-}
 
 /// Which meshes a zoom is drawn from, and how far its heights may be off. Far from the equator pixels are smaller and need finer
 /// levels.
@@ -30,9 +24,10 @@ Json zoom_entry(const proto::Manifest& manifest, const Extent& extent, const Zoo
   const int finest = level_of(manifest, zooms, zoom, poleward);
   for (int level = level_of(manifest, zooms, zoom, equator ? 0 : equatorward); level <= finest; ++level) {
     levels.push_back(level);
-    error_m = std::max(error_m, stated_error_m(manifest, level));
+    error_m = std::max(error_m, stated_error_m(manifest, level).value_or(0));
   }
-  return {{"zoom", zoom}, {"levels", std::move(levels)}, {"stated_max_error", std::ceil((error_m + rounding_m) * 1e4) / 1e4}};
+  const Json stated = manifest.provisional() ? Json() : Json(std::ceil((error_m + rounding_m) * 1e4) / 1e4);
+  return {{"zoom", zoom}, {"levels", std::move(levels)}, {"stated_max_error", stated}};
 }
 
 /// Longitudes of a TileJSON may not wrap: data across the antimeridian has the whole circle.

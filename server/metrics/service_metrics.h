@@ -56,6 +56,7 @@ class ServiceMetrics {
   Counter blocks{"cordillera_build_blocks_total", "Blocks built and committed."};
   Counter samples{"cordillera_build_samples_total", "Samples of the finest lattice that builds went through."};
   Counter versions{"cordillera_versions_total", "Changes of datasets' rasters that came to an end.", {"outcome"}};
+  Histogram first_tile_seconds;
   Counter device_lost{"cordillera_build_device_lost_total", "Builds begun anew on the CPU because the GPU was lost."};
 
   // Reading.

@@ -6,6 +6,7 @@
 #include "pipeline/work/update.h"
 #include "pipeline/work/work_plan.h"
 #include "server/json.h"
+#include "server/provisional_job.h"
 #include "server/updates/ledger.h"
 
 namespace cordillera::server::updates {
@@ -33,6 +34,18 @@ std::optional<raster::MosaicMember> known(const std::optional<proto::WorkPlan>& 
     return member;
   }
   return std::nullopt;
+}
+
+/// While a dataset has no version yet, and one raster.
+void first_look(const proto::Job& job, const proto::DatasetSource& source, const pipeline::ProgressCallback& progress, const std::atomic<bool>& stop) {
+  pipeline::BuildRequest request;
+  request.raster_path = source.spec().path();
+  request.raster_name = source.spec().name();
+  request.trust = raster::Trust::posted_file;
+  request.id = job.id();
+  request.options = over(job.options(), source.spec().options());
+  const auto raster = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  if (raster.ok()) make_provisional(request, **raster, ".", progress, stop);
 }
 
 }  // namespace
@@ -67,6 +80,7 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
     }
     order.request.members.push_back(std::move(*member));
   }
+  if (job.provisional() && !before && version.sources_size() == 1) first_look(job, version.sources(0), progress, stop);
   order.request.raster_name = job.name();
   order.request.trust = raster::Trust::posted_file;
   order.request.id = job.id();

@@ -41,12 +41,13 @@ export function fill_failed_list(datasets, on_delete) {
   element("failed-all").onclick = () => failed.forEach(({ id }) => on_delete(id));
 }
 
-const metres = (value) => (value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2)) + " m";
+// Of provisional tiles nobody knows the errors: null.
+const metres = (value) => (value === null ? "not known yet" : value >= 100 ? value.toFixed(0) : value >= 10 ? value.toFixed(1) : value.toFixed(2)) + " m";
 
 function level_row(level) {
   const row = document.createElement("tr");
   const cells = [level.level, level.tiles.toLocaleString("en"), level.triangles.toLocaleString("en"),
-    (level.composed ? "≤ " : "") + metres(level.stated_max_error), level.rmse === undefined ? "–" : metres(level.rmse)];
+    (level.composed ? "≤ " : "") + metres(level.stated_max_error), (level.rmse ?? null) === null ? "–" : metres(level.rmse)];
   for (const text of cells) row.insertCell().textContent = text;
   return row;
 }

@@ -1,7 +1,7 @@
 // From a file on this machine to a dataset: the upload's progress, then the build's, as the server tells it.
 import { ask, listen, show_token_to } from "./token.js";
 
-// Calls on.progress(share or null, words), then on.ready(id) or on.failed(words). Gives a function that gives up.
+// Calls on.progress(share or null, words), on.provisional(id) as below, then on.ready(id) or on.failed(words). Gives a function that gives up.
 export function post_raster(file, on) {
   const request = new XMLHttpRequest();
   let stop_watching = () => {};
@@ -24,13 +24,15 @@ export function post_raster(file, on) {
   };
 }
 
-// Follows a build that somebody has begun; on as above. Gives a function that ends it.
+// Follows a build that somebody has begun; on as above, and on.provisional(id) whenever there are other provisional tiles to be seen. Gives
+// a function that ends it.
 export function watch_build(id, on) {
   const stop = listen(`v1/datasets/${encodeURIComponent(id)}/events`, {
     progress: (data) => {
       const { stage, share, seconds_left } = parsed(data);
       on.progress(share ?? null, stage + (share > 0 ? `, ${Math.floor(100 * share)} %` : "") + (seconds_left > 1 ? `, ${Math.round(seconds_left)} s left` : ""));
     },
+    tiles: (data) => { if (parsed(data).provisional) on.provisional(id); },
     ready: () => { stop(); on.ready(id); },
     failed: (data) => {
       stop();

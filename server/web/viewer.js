@@ -37,36 +37,59 @@ function share(changes) {
   window.history.replaceState(null, "", url);
 }
 
-function apply_look() {
+// on: the page, or a tileset that is still to be shown, with its looks.
+function apply_look(on = page) {
   const { look, imagery } = panel.look();
-  page.looks.show(look, imagery).catch((error) => panel.say(String(error.message || error), "problem")).finally(() => page.scene.requestRender());
+  on.looks.show(look, imagery).catch((error) => panel.say(String(error.message || error), "problem")).finally(() => page.scene.requestRender());
 }
 
-function apply_controls() {
+function apply_controls(on = page) {
   const { wireframe, borders, exaggeration, error_px } = panel.controls();
-  page.tileset.debugWireframe = wireframe;
-  page.tileset.debugShowContentBoundingVolume = borders;
-  page.tileset.maximumScreenSpaceError = error_px;
-  page.looks.exaggerate(exaggeration);
+  on.tileset.debugWireframe = wireframe;
+  on.tileset.debugShowContentBoundingVolume = borders;
+  on.tileset.maximumScreenSpaceError = error_px;
+  on.looks.exaggerate(exaggeration);
   page.scene.requestRender();
 }
 
+// Resolves when a tileset that is not shown yet has what the present view needs, or when somebody has waited long enough for it.
+const kLongestPreload_ms = 20000;
+function preloaded(tileset) {
+  tileset.preloadWhenHidden = true;
+  tileset.show = false;
+  const drawing = setInterval(() => page.scene.requestRender(), 50);  // tiles are asked for by frames, and nothing on the page moves
+  return new Promise((resolve) => {
+    tileset.initialTilesLoaded.addEventListener(resolve);
+    setTimeout(resolve, kLongestPreload_ms);
+  }).finally(() => { clearInterval(drawing); tileset.show = true; });
+}
+
+// Later answers of an earlier call must not take the place of a later one's.
+let showing = 0;
+
 async function show_dataset(id, camera) {
-  const base = base_of(id);
-  page.tilesLoaded = false;
+  const base = base_of(id), turn = ++showing;
+  const again = page.manifest?.id === id;  // its other tiles take the place of those that are seen: neither flash nor flight
+  if (!again) page.tilesLoaded = false;
   const manifest = await fetch_json(`${base}/manifest.json`);
   const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(`${base}/tileset.json`), { enablePick: true, enableDebugWireframe: true });
-  if (page.tileset) page.scene.primitives.remove(page.tileset);
+  if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
-  Object.assign(page, { manifest, tileset, looks: new Looks(page.scene, tileset, manifest, base) });
-  tileset.tileFailed.addEventListener(({ url, message }) => report(new Error(`${url}: ${message}`)));
+  const looks = new Looks(page.scene, tileset, manifest, base);
+  apply_look({ looks });
+  apply_controls({ tileset, looks });
+  if (again) await preloaded(tileset);
+  if (turn !== showing) return page.scene.primitives.remove(tileset);
+  if (page.tileset) page.scene.primitives.remove(page.tileset);
+  Object.assign(page, { manifest, tileset, looks });
+  // A provisional tile may have gone with the others while it was on its way.
+  if (!manifest.provisional) tileset.tileFailed.addEventListener(({ url, message }) => report(new Error(`${url}: ${message}`)));
   page.scene.light = relief_light(data_sphere(manifest.bounds).center);
-  apply_look();
-  apply_controls();
+  page.scene.requestRender();
   panel.show_manifest(manifest);
   panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
-  if (!set_camera(page.scene.camera, camera)) home();
-  panel.say("");
+  if (!set_camera(page.scene.camera, camera) && !again) home();
+  panel.say(manifest.provisional ? "A first look: finer tiles take its place when the build is done." : "");
 }
 
 const choose = (id) => {
@@ -100,9 +123,14 @@ async function delete_failed(id) {
   await list_datasets(page.manifest?.id);
 }
 
-// What becomes of an upload or of a build that was under way, in words and in the list.
-const follow = () => ({
+// What becomes of an upload or of a build that was under way, in words and in the list. own: it was begun on this page.
+const follow = (own) => ({
   progress: panel.show_progress,
+  provisional: (id) => {
+    if (page.manifest?.id === id) return show_dataset(id).catch(report);
+    if (!own && page.manifest) return list_datasets(page.manifest.id).catch(report);  // somebody looks at another
+    return list_datasets(id).then(() => choose(id)).catch(report);
+  },
   ready: async (id) => {
     panel.show_progress(null);
     await list_datasets(id).then(() => choose(id)).catch(report);
@@ -153,12 +181,14 @@ async function start() {
   watch_pointer(page.widget);
   steer_by_keys(document.getElementById("globe"), page.scene.camera, home);
   panel.on_controls({ look: apply_look, controls: apply_controls, home, link: () => window.location.href });
-  take_files((file) => panel.on_cancel(post_raster(file, follow())));
+  take_files((file) => panel.on_cancel(post_raster(file, follow(true))));
   const wanted = new URLSearchParams(window.location.search).get("dataset");
   await list_datasets(wanted);
-  const chosen = wanted || page.datasets.find(({ state }) => state === "ready")?.id;
+  const shows = ({ state, provisional }) => state === "ready" || provisional;
+  const soon = page.datasets.some((dataset) => dataset.id === wanted && !shows(dataset));
+  const chosen = soon ? null : wanted || page.datasets.find(shows)?.id;
   const going = page.datasets.find(({ state }) => state === "running" || state === "queued");
-  if (going) watch_build(going.id, follow());
+  if (going) watch_build(going.id, follow(going.id === wanted));
   if (!chosen) return panel.say(going ? "" : "No dataset yet. Drop a GeoTIFF here, or POST one to v1/datasets.");
   panel.select_dataset(chosen);
   await show_dataset(chosen, window.location.hash.slice(1));

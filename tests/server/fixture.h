@@ -2,6 +2,7 @@
 // A service on a folder of its own. Its jobs are played: what the posted "raster" says decides how the build goes.
 //   GOOD…  a store with two tiles        BAD…   a problem            SLOW…  runs until it is stopped
 //   LOST…  the GPU is lost, the CPU works  CRASH… the child's end by a signal, as the real runner tells it
+//   LIVE…  provisional tiles, then waits for a file "go" or "fail" in the dataset's folder
 #include <unistd.h>
 
 #include <chrono>
@@ -87,23 +88,28 @@ inline pipeline::EncodedTile test_tile(std::uint32_t level, std::uint32_t x, std
   return tile;
 }
 
-/// Levels 0 and 1, a tile each, in the western hemisphere.
-inline void make_store(const std::string& path, const std::string& id) {
+/// Levels 0 and 1, a tile each, in the western hemisphere. Of provisional tiles level 0 alone, with other bytes.
+inline void make_store(const std::string& path, const std::string& id, bool provisional = false) {
   proto::Plan plan;
   plan.set_scheme("geodetic");
-  plan.set_finest_level(1);
-  for (const std::uint32_t level : {1u, 0u}) plan.add_levels()->set_level(level);
+  plan.set_finest_level(provisional ? 0 : 1);
+  for (const std::uint32_t level : {1u, 0u}) {
+    if (level <= plan.finest_level()) plan.add_levels()->set_level(level);
+  }
   auto writer = pipeline::StoreWriter::open(path, plan);
   if (!writer) throw std::runtime_error(writer.problem().line());
   pipeline::FinishedTask task;
-  task.tiles = {test_tile(1, 1, 1), test_tile(0, 0, 0)};
+  if (!provisional) task.tiles.push_back(test_tile(1, 1, 1));
+  task.tiles.push_back(test_tile(0, 0, 0));
+  if (provisional) task.tiles[0].drc = "provisional drc of 0";
   if (auto done = (*writer)->commit(task); !done) throw std::runtime_error(done.problem().line());
   proto::Manifest manifest;
   manifest.set_id(id);
   manifest.set_name("test");
   manifest.set_attribution("Somebody");
   manifest.set_scheme("geodetic");
-  manifest.set_max_level(1);
+  manifest.set_max_level(plan.finest_level());
+  manifest.set_provisional(provisional);
   for (const double value : {-90.0, 0.0, -10.0, 45.0, 0.0, 100.0}) manifest.add_bounds(value);
   if (auto done = (*writer)->publish(manifest); !done) throw std::runtime_error(done.problem().line());
 }
@@ -123,6 +129,20 @@ inline proto::Result<std::optional<proto::Estimate>> play_job(const std::filesys
   if (raster.rfind("CRASH", 0) == 0) return proto::Problem{"job-crashed", "ended by signal SIGSEGV", "", ""};
   if (raster.rfind("LOST", 0) == 0 && job.options().device() != "cpu")
     return proto::Problem{"device-lost", "the GPU is gone", "", ""};
+  if (raster.rfind("LIVE", 0) != 0 && job.dry_run() && job.provisional()) return std::optional<proto::Estimate>();
+  if (raster.rfind("LIVE", 0) == 0 && job.provisional()) {
+    std::filesystem::remove(folder / kNextProvisional);  // of an attempt that was ended
+    make_store((folder / kNextProvisional).string(), job.id(), true);
+    std::filesystem::rename(folder / kNextProvisional, folder / kProvisionalStore);
+    step.set_provisional(true);
+    if (progress) progress(step);
+  }
+  if (job.dry_run() && job.provisional()) return std::optional<proto::Estimate>();  // a first look
+  while (raster.rfind("LIVE", 0) == 0 && !std::filesystem::exists(folder / "go")) {
+    if (stop) return proto::Problem{"cancelled", "cancelled", "", ""};
+    if (std::filesystem::exists(folder / "fail")) return proto::Problem{"raster-unreadable", "damaged behind its beginning", "GeoTIFF", ""};
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
   while (raster.rfind("SLOW", 0) == 0) {
     if (stop) return proto::Problem{"cancelled", "cancelled", "", ""};
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
