@@ -157,7 +157,7 @@ TEST_F(Live, MetricsHaveTheTimeToTheFirstTile) {
 class LiveProgram : public Program {
  protected:
   void SetUp() override {
-    constexpr int kSide = 800;
+    constexpr int kSide = 640;
     raster_ = (folder_.path() / "hills.asc").string();
     std::ofstream out(raster_);
     out << "ncols " << kSide << "\nnrows " << kSide << "\nxllcorner 10\nyllcorner 46\ncellsize 0.0005\n";
@@ -181,7 +181,7 @@ class LiveProgram : public Program {
   /// A tile of the level that holds the raster's middle.
   static std::string middle(int level) {
     const double tiles = std::ldexp(1, level) / 180;
-    return "/tiles/" + std::to_string(level) + "/" + std::to_string(static_cast<int>((10.2 + 180) * tiles)) + "/" + std::to_string(static_cast<int>((46.2 + 90) * tiles)) + ".drc";
+    return "/tiles/" + std::to_string(level) + "/" + std::to_string(static_cast<int>((10.15 + 180) * tiles)) + "/" + std::to_string(static_cast<int>((46.15 + 90) * tiles)) + ".drc";
   }
   bool is_ready(const std::string& id) {
     return eventually([&] { return status(id)["state"] == "ready"; });
@@ -193,14 +193,14 @@ TEST_F(LiveProgram, TilesAreThereBeforeTheBuildIsDone) {
   const std::string id = posted();
   const Json manifest = get(id, "/manifest.json");
   ASSERT_EQ(manifest["provisional"], true) << manifest;
-  EXPECT_EQ(manifest["source"]["columns"], 800) << "the raster is described, not what was read of it";
+  EXPECT_EQ(manifest["source"]["columns"], 640) << "the raster is described, not what was read of it";
   EXPECT_TRUE(manifest["levels"][0]["stated_max_error"].is_null());
   const int level = manifest["max_level"];
   const std::string found = head(id, middle(level));
   EXPECT_THAT(found, HasSubstr("200 OK"));
   EXPECT_THAT(found, HasSubstr("Cordillera-Provisional: true"));
   EXPECT_THAT(found, HasSubstr("Cache-Control: no-store"));
-  const Json heights = get(id, "/elevation?points=10.2,46.2");
+  const Json heights = get(id, "/elevation?points=10.15,46.15");
   EXPECT_NEAR(heights["points"][0]["ellipsoidal_height"].get<double>(), 1000, 400) << heights;
   EXPECT_TRUE(heights["stated_max_error"].is_null());
   for (const char* path : {"/tileset.json", "/layer.json", "/terrain-rgb.json", "/hillshade.json", "/tileset-explicit.json", "/terrain3d/tileset.json"}) {
