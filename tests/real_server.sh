@@ -48,7 +48,8 @@ node_modules() {
 }
 npm_ci() { (cd "$1" && npm ci --prefer-offline --ignore-scripts --no-audit --no-fund --loglevel=error >/dev/null); }
 
-# start_server BUILD [OPTION]...: sets $url, for cordillera's own commands too, and $cordillera; what it keeps is in $work/data.
+# start_server BUILD [OPTION]...: sets $url, for cordillera's own commands too, and $cordillera; what it keeps is in $server_data, or
+# in $work/data where that is not set.
 start_server() {
   local build=$1 port
   shift
@@ -56,7 +57,7 @@ start_server() {
   url=http://127.0.0.1:$port
   export CORDILLERA_SERVER=$url
   cordillera=$build/bin/cordillera
-  start "$cordillera" serve --listen "127.0.0.1:$port" --data "$work/data" "$@" >"$work/server.log" 2>&1
+  start "$cordillera" serve --listen "127.0.0.1:$port" --data "${server_data:-$work/data}" "$@" >"$work/server.log" 2>&1
   server_pid=$started
   until curl -fs -o /dev/null "$url/readyz"; do
     kill -0 "$server_pid" || { cat "$work/server.log" >&2; exit 1; }

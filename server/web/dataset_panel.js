@@ -80,6 +80,9 @@ export function start_folding() {
   element("fold").onclick = () => show(element("panel").classList.contains("folded"));
 }
 
+// Open, and with room for the terrain beside it.
+export const is_beside = () => !element("panel").classList.contains("folded") && window.innerWidth > 1000;
+
 const kLink_ms = 1500;
 
 async function copy(text, button) {
@@ -88,7 +91,24 @@ async function copy(text, button) {
   setTimeout(() => { button.textContent = before; }, kLink_ms);
 }
 
-export const look = () => ({ look: element("look").value, imagery: element("imagery").value });
+// A button of an icon has no words to change: it takes another colour, and the title says what happened.
+async function copy_link(text) {
+  const button = element("link"), before = button.title;
+  await navigator.clipboard.writeText(text).then(() => { button.title = "copied"; button.classList.add("done"); }, () => { button.title = "not allowed"; });
+  setTimeout(() => { button.title = before; button.classList.remove("done"); }, kLink_ms);
+}
+
+export const look = () => ({ look: element("look").value, imagery: element("imagery").value, ramp: element("ramp").value });
+
+// Colours that the look may have; what an address named, stops among it, stays a choice. The first is the look's own: no name is sent.
+export function fill_ramps(names, wanted) {
+  const list = element("ramp");
+  const choices = names.map((name, k) => new Option(name, k === 0 ? "" : name));
+  if (names.length > 0 && wanted && !names.includes(wanted)) choices.push(new Option("as in the link", wanted));
+  list.replaceChildren(...choices);
+  list.value = wanted && names[0] !== wanted && names.length > 0 ? wanted : "";
+  element("ramp-row").hidden = names.length === 0;
+}
 
 // The error of what is drawn, in pixels: stated errors are maxima, seldom seen, and shading shows what they leave out, so half a pixel is
 // asked for at first and not Cesium's 16.
@@ -104,10 +124,10 @@ export function on_controls(on) {
     element("detail-value").textContent = `${controls().error_px} px`;
     element("imagery-row").hidden = element("look").value !== "imagery";
   };
-  for (const id of ["look", "imagery"]) element(id).onchange = () => { show_values(); on.look(); };
+  for (const id of ["look", "imagery", "ramp"]) element(id).onchange = () => { show_values(); on.look(id); };
   for (const id of ["wireframe", "borders", "exaggeration", "detail"]) element(id).oninput = () => { show_values(); on.controls(); };
-  element("home").onclick = on.home;
-  element("link").onclick = () => copy(on.link(), element("link"));
+  for (const id of ["home", "closer", "farther", "north"]) element(id).onclick = on[id];
+  element("link").onclick = () => copy_link(on.link());
   show_values();
 }
 
@@ -145,10 +165,23 @@ export function show_drawn(triangles, bytes) {
   element("drawn").textContent = text;
 }
 
-export function show_position(place, manifest) {
-  if (!place) return (element("position").textContent = "");
-  const level = manifest.levels.find(({ level: number }) => number === place.level);
-  const error = level ? ` ± ${metres(level.stated_max_error)} (level ${place.level})` : "";
-  const { longitude, latitude, height } = place;
-  element("position").textContent = `${longitude.toFixed(5)}°, ${latitude.toFixed(5)}°, ${height.toFixed(1)} m above the ellipsoid${error}`;
+const side = (degrees, [positive, negative]) => `${Math.abs(degrees).toFixed(5)}° ${degrees < 0 ? negative : positive}`;
+
+// place: as globe.js gives it, or null. sea: a SeaLevel, for the height that people know.
+export function show_position(place, manifest, sea) {
+  const words = { "place": "", "sea-height": "", "ellipsoid-height": "", "place-error": "" };
+  if (place) {
+    const { longitude, latitude, height } = place;
+    const level = manifest.levels.find(({ level: number }) => number === place.level);
+    const undulation = sea.undulation_at(longitude, latitude);
+    words.place = `${side(latitude, "NS")}, ${side(longitude, "EW")}`;
+    if (undulation !== undefined) words["sea-height"] = `${(height - undulation).toFixed(1)} m above sea level (${sea.name})`;
+    words["ellipsoid-height"] = `${height.toFixed(1)} m above the ellipsoid`;
+    if (level) words["place-error"] = `± ${metres(level.stated_max_error)} (level ${place.level})`;
+  }
+  for (const [id, text] of Object.entries(words)) element(id).textContent = text;
+}
+
+export function show_heading(heading_rad) {
+  element("needle").style.transform = `rotate(${-heading_rad}rad)`;
 }

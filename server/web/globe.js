@@ -9,18 +9,26 @@ export function make_globe() {
   // The default credit is the logo of a hosted service that this page does not use.
   Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit('<a href="https://cesium.com/cesiumjs/" rel="noreferrer">CesiumJS</a>', true);
   const widget = new Cesium.CesiumWidget("globe", {
-    baseLayer: false, scene3DOnly: true, msaaSamples: 4, useBrowserRecommendedResolution: false,
+    baseLayer: natural_earth(), scene3DOnly: true, msaaSamples: 4, useBrowserRecommendedResolution: false,
     requestRenderMode: true, maximumRenderTimeChange: Infinity,  // nothing moves by itself: a page that lies open costs nothing
   });
   widget.resolutionScale = Math.min(window.devicePixelRatio, kMostPixelsAPoint) / window.devicePixelRatio;
   const scene = widget.scene;
-  scene.globe.baseColor = Color.fromCssColorString("#2b3d52");
+  scene.globe.baseColor = Color.fromCssColorString("#24384c");
   scene.globe.enableLighting = false;
-  scene.globe.showGroundAtmosphere = false;
+  scene.globe.showGroundAtmosphere = true;
   scene.skyAtmosphere.show = true;
-  scene.fog.enabled = false;
+  Object.assign(scene.fog, { enabled: true, visualDensityScalar: 0.4 });
   scene.screenSpaceCameraController.enableCollisionDetection = false;
   return widget;
+}
+
+// The whole Earth in three levels, as CesiumJS ships it: a backdrop, so a little darker and paler than the data.
+function natural_earth() {
+  const layer = Cesium.ImageryLayer.fromProviderAsync(Cesium.TileMapServiceImageryProvider.fromUrl(Cesium.buildModuleUrl("Assets/Textures/NaturalEarthII"),
+    { credit: "Natural Earth II" }), {});
+  Object.assign(layer, { brightness: 0.95, saturation: 0.6 });
+  return layer;
 }
 
 // Tiles that are no more than deferred while the camera moves are asked for by a later frame, which nobody else would draw.
@@ -36,10 +44,54 @@ export function data_sphere([west, south, east, north, min_height, max_height]) 
   return sphere;
 }
 
-export function fly_home(camera, bounds) {
-  const sphere = data_sphere(bounds);
-  camera.viewBoundingSphere(sphere, new HeadingPitchRange(0, CesiumMath.toRadians(-38), sphere.radius * 1.9));
+// From the south-east, the horizon in sight. A tall window looks down more steeply: there is little beside the data.
+const kHomeHeading_deg = -24, kHomePitch_deg = -21, kTallPitch_deg = -38;
+const kPanelShare = 0.1;  // of the distance: how far the panel, where there is one beside the data, moves the view
+export function fly_home(camera, bounds, panel_beside) {
+  const sphere = data_sphere(bounds), tall = camera.frustum.aspectRatio < 1;
+  const range = sphere.radius * (tall ? 1.25 / camera.frustum.aspectRatio : 1.6);
+  const pitch = tall ? kTallPitch_deg : kHomePitch_deg;
+  camera.viewBoundingSphere(sphere, new HeadingPitchRange(CesiumMath.toRadians(kHomeHeading_deg), CesiumMath.toRadians(pitch), range));
   camera.lookAtTransform(Cesium.Matrix4.IDENTITY);
+  if (panel_beside) camera.moveLeft(range * kPanelShare);
+}
+
+// Without data: the Earth, with sun on it.
+export function show_earth(camera) {
+  camera.setView({ destination: Cartesian3.fromDegrees(-40, 28, 1.5e7 / Math.min(1, camera.frustum.aspectRatio)) });
+}
+
+// What the middle of the window shows; null beside the Earth.
+function middle(widget, tileset) {
+  const position = new Cesium.Cartesian2(widget.canvas.clientWidth / 2, widget.canvas.clientHeight / 2);
+  const ray = widget.camera.getPickRay(position);
+  const hit = ray && tileset?.pick(ray, widget.scene.frameState, new Cartesian3());
+  return hit || widget.camera.pickEllipsoid(position) || null;
+}
+
+// Nearer by a factor below 1, farther by one above, towards what the middle of the window shows.
+export function zoom(widget, tileset, factor) {
+  const { camera } = widget;
+  const target = middle(widget, tileset);
+  const distance = target ? Cartesian3.distance(camera.positionWC, target) : camera.positionCartographic.height;
+  camera.move(camera.direction, distance * (1 - factor));
+}
+
+// Turns about what the middle of the window shows.
+export function face_north(widget, tileset) {
+  const { camera } = widget;
+  const target = middle(widget, tileset);
+  if (!target) return camera.setView({ orientation: { heading: 0, pitch: camera.pitch, roll: 0 } });
+  camera.lookAt(target, new HeadingPitchRange(0, camera.pitch, Cartesian3.distance(camera.positionWC, target)));
+  camera.lookAtTransform(Cesium.Matrix4.IDENTITY);
+}
+
+// Metres on the ground that a CSS pixel across the middle of the window covers; null beside the Earth.
+export function metres_a_pixel(widget) {
+  const kAcross_px = 60, { canvas, camera } = widget;
+  const at = (dx) => camera.pickEllipsoid(new Cesium.Cartesian2(canvas.clientWidth / 2 + dx, canvas.clientHeight / 2));
+  const [west, east] = [at(-kAcross_px / 2), at(kAcross_px / 2)];
+  return west && east ? Cartesian3.distance(west, east) / kAcross_px : null;
 }
 
 // The camera as five numbers: longitude, latitude, height, heading and pitch, in degrees and metres.

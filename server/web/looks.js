@@ -1,5 +1,5 @@
 // How the terrain is shown: its colours, its triangles, how high, how fine.
-import { height_tint, plain_ambient } from "./terrain_style.js";
+import { as_drawn, height_tint, plain_ambient } from "./terrain_style.js";
 import { ask, asked_by_cesium } from "./token.js";
 
 const Cesium = window.Cesium;
@@ -8,10 +8,19 @@ const { Color, ImageryLayer, Rectangle, UrlTemplateImageryProvider } = Cesium;
 // Of neighbouring levels, clearly different.
 const kLevelColours = ["#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#76b7b2", "#edc948", "#b07aa1", "#9c755f"].map((css) => Color.fromCssColorString(css));
 
+// Pictures that the service draws, and the colours that each may have; the first are its own.
+export const kPictures = {
+  relief: ["atlas", "land", "viridis", "grey"], "color-relief": ["atlas", "land", "viridis", "grey"], hillshade: [],
+  slope: ["steep", "grey"], aspect: ["compass", "grey"],
+};
+// Those with their own light; the others are lit by the scene.
+const kDrawnWithLight = ["relief", "hillshade", "slope", "aspect"];
+
 export class Looks {
   constructor(scene, tileset, manifest, base) {
-    Object.assign(this, { scene, tileset, manifest, base, look: "height", imagery_url: "" });
+    Object.assign(this, { scene, tileset, manifest, base, look: "plain", turn: 0 });
     this.tint = height_tint(manifest.bounds[4], manifest.bounds[5]);
+    this.drawn = as_drawn();
     tileset.environmentMapManager.enabled = false;
     tileset.imageBasedLighting = plain_ambient();
     tileset.colorBlendMode = Cesium.Cesium3DTileColorBlendMode.REPLACE;
@@ -27,24 +36,31 @@ export class Looks {
     return this.look === "levels" && level !== undefined ? kLevelColours[level % kLevelColours.length] : Color.WHITE;
   }
 
-  // look: height, hillshade, levels, plain or imagery. Fails with a reason where an image layer cannot be had.
-  async show(look, imagery_url = "") {
+  // look: of kPictures, height, levels, plain or imagery. Gives the TileJSON of a picture, null for other looks. Where a picture
+  // cannot be had it fails with the reason, and the terrain is coloured by height here.
+  async show(look, { imagery = "", ramp = "" } = {}) {
+    const turn = ++this.turn;
+    const about = look in kPictures ? await this.about(look, ramp).catch((error) => { if (turn === this.turn) this.paint("height"); throw error; }) : null;
+    if (turn !== this.turn) return null;  // another look was chosen meanwhile
+    this.paint(look);
+    if (about) this.tileset.imageryLayers.add(picture(about));
+    if (look === "imagery" && imagery) this.tileset.imageryLayers.add(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery })));
+    return about;
+  }
+
+  paint(look) {
     this.look = look;
-    this.tileset.customShader = look === "height" ? this.tint : undefined;
+    this.tileset.customShader = look === "height" ? this.tint : kDrawnWithLight.includes(look) ? this.drawn : undefined;
     // White would replace the imagery, not light it.
     this.tileset.colorBlendMode = look === "levels" ? Cesium.Cesium3DTileColorBlendMode.REPLACE : Cesium.Cesium3DTileColorBlendMode.HIGHLIGHT;
     this.tileset.imageryLayers.removeAll();
-    if (look === "hillshade") this.tileset.imageryLayers.add(await this.hillshade());
-    if (look === "imagery" && imagery_url) this.tileset.imageryLayers.add(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery_url })));
   }
 
-  async hillshade() {
-    const response = await ask(`${this.base}/hillshade.json`);
-    if (!response.ok) throw new Error(`hillshade: HTTP ${response.status}`);
-    const { bounds, maxzoom, minzoom } = await response.json();
-    return new ImageryLayer(new UrlTemplateImageryProvider({
-      url: asked_by_cesium(`${this.base}/hillshade/{z}/{x}/{y}.png`), rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom,
-    }));
+  async about(look, ramp) {
+    const response = await ask(`${this.base}/${look}.json${ramp ? `?ramp=${encodeURIComponent(ramp)}` : ""}`);
+    const body = await response.json().catch(() => ({}));
+    if (!response.ok) throw new Error(body.detail || `${look}: HTTP ${response.status}`);
+    return { ...body, url: `${this.base}/${look}/{z}/{x}/{y}.png${ramp ? `?ramp=${encodeURIComponent(ramp)}` : ""}` };
   }
 
   exaggerate(factor) {
@@ -53,3 +69,6 @@ export class Looks {
     this.tint.setUniform("u_range", Math.max(this.manifest.bounds[5] - this.manifest.bounds[4], 1) * factor);
   }
 }
+
+const picture = ({ bounds, minzoom, maxzoom, url }) => new ImageryLayer(new UrlTemplateImageryProvider({
+  url: asked_by_cesium(url), rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom }));

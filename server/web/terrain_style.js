@@ -1,5 +1,5 @@
 // How terrain looks: one light from the north-west, as on a relief map, and a colour that follows the height.
-const { Cartesian3, CustomShader, DirectionalLight, ImageBasedLighting, Math: CesiumMath, Matrix4, Transforms, UniformType } =
+const { Cartesian3, CustomShader, DirectionalLight, ImageBasedLighting, LightingModel, Math: CesiumMath, Matrix4, Transforms, UniformType } =
   window.Cesium;
 
 const kLightAzimuth_deg = 315;
@@ -22,6 +22,9 @@ export function plain_ambient() {
   const none = Cartesian3.ZERO;
   return new ImageBasedLighting({ sphericalHarmonicCoefficients: [grey, none, none, none, none, none, none, none, none] });
 }
+
+// Pictures that have their shades already: no light of ours on top.
+export const as_drawn = () => new CustomShader({ lightingModel: LightingModel.UNLIT });
 
 // The height is computed from the position relative to the camera: 32-bit world coordinates only know half metres, which shows as
 // bands on low terrain. A sphere through the camera's own height is right within metres as far as a camera sees detail.

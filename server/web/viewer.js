@@ -1,8 +1,14 @@
-// The viewer: one dataset's tileset on a plain globe. Every address is relative, so a path prefix or a proxy changes nothing.
+// The viewer: one dataset's tileset on a globe. Every address is relative, so a path prefix or a proxy changes nothing.
 import * as panel from "./dataset_panel.js";
-import { camera_numbers, data_sphere, draw_after_moves, fly_home, make_globe, place_under, set_camera } from "./globe.js";
+import {
+  camera_numbers, data_sphere, draw_after_moves, face_north, fly_home, make_globe, metres_a_pixel, place_under, set_camera, show_earth, zoom,
+} from "./globe.js";
 import { steer_by_keys } from "./keyboard.js";
-import { Looks } from "./looks.js";
+import { hide_legend, legend_of, show_legend, show_scale } from "./legend.js";
+import { camera_named, named, read_link, write_link } from "./link_state.js";
+import { kPictures, Looks } from "./looks.js";
+import { hide_welcome, show_welcome } from "./sample.js";
+import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
 import { follow_camera, relief_light } from "./terrain_style.js";
 import { ask, asked_by_cesium, take_token } from "./token.js";
@@ -27,20 +33,23 @@ function report(error) {
 }
 
 const base_of = (id) => `v1/datasets/${encodeURIComponent(id)}`;
-const home = () => fly_home(page.scene.camera, page.manifest.bounds);
-
-// Addresses of this page name the dataset in the query and the camera behind the #.
-function share(changes) {
-  const url = new URL(window.location.href);
-  if (changes.dataset) url.searchParams.set("dataset", changes.dataset);
-  url.hash = changes.camera || "";
-  window.history.replaceState(null, "", url);
-}
+const home = () => (page.manifest ? fly_home(page.scene.camera, page.manifest.bounds, panel.is_beside()) : show_earth(page.scene.camera));
 
 // on: the page, or a tileset that is still to be shown, with its looks.
-function apply_look(on = page) {
-  const { look, imagery } = panel.look();
-  on.looks.show(look, imagery).catch((error) => panel.say(String(error.message || error), "problem")).finally(() => page.scene.requestRender());
+async function apply_look(on = page) {
+  const choice = panel.look();
+  panel.fill_ramps(kPictures[choice.look] ?? [], choice.ramp);
+  choice.ramp = panel.look().ramp;
+  // Provisional tiles go while they are looked at, and pictures of them would stay.
+  if (on.looks.manifest.provisional && choice.look in kPictures) choice.look = "height";
+  hide_legend();
+  try {
+    const about = await on.looks.show(choice.look, choice);
+    if (about?.ramp) show_legend(legend_of(choice.look, about));
+  } catch (error) {
+    panel.say(String(error.message || error), "problem");
+  }
+  page.scene.requestRender();
 }
 
 function apply_controls(on = page) {
@@ -81,9 +90,10 @@ async function show_dataset(id, camera) {
   if (again) await preloaded(tileset);
   if (turn !== showing) return page.scene.primitives.remove(tileset);
   if (page.tileset) page.scene.primitives.remove(page.tileset);
-  Object.assign(page, { manifest, tileset, looks });
+  Object.assign(page, { manifest, tileset, looks, sea: new SeaLevel(base, point_again) });
   // A provisional tile may have gone with the others while it was on its way.
   if (!manifest.provisional) tileset.tileFailed.addEventListener(({ url, message }) => report(new Error(`${url}: ${message}`)));
+  hide_welcome();
   page.scene.light = relief_light(data_sphere(manifest.bounds).center);
   page.scene.requestRender();
   panel.show_manifest(manifest);
@@ -93,7 +103,7 @@ async function show_dataset(id, camera) {
 }
 
 const choose = (id) => {
-  share({ dataset: id });
+  write_link({ dataset: id });
   return show_dataset(id).catch(report);
 };
 
@@ -151,7 +161,11 @@ function watch_frames(scene) {
     page.tilesLoaded = Boolean(tileset && tileset.tilesLoaded && tileset.statistics?.numberOfTilesWithContentReady !== 0);
     if (tileset) panel.show_drawn(tileset.statistics.numberOfTrianglesSelected, fetched_bytes());
   });
-  scene.camera.moveEnd.addEventListener(() => { if (page.manifest) share({ camera: camera_numbers(scene.camera) }); });
+  scene.postRender.addEventListener(() => {
+    show_scale(metres_a_pixel(page.widget));
+    panel.show_heading(scene.camera.heading);
+  });
+  scene.camera.moveEnd.addEventListener(() => { if (page.manifest) write_link({ camera: camera_numbers(scene.camera) }); });
 }
 
 // Of tiles, as they came over the line. The browser's own account: entries are added up once.
@@ -162,36 +176,60 @@ function fetched_bytes() {
   return bytes;
 }
 
-function watch_pointer(widget) {
-  widget.screenSpaceEventHandler.setInputAction(({ endPosition }) => {
-    panel.show_position(page.tileset && place_under(widget, page.tileset, endPosition), page.manifest);
-  }, Cesium.ScreenSpaceEventType.MOUSE_MOVE);
-  widget.screenSpaceEventHandler.setInputAction(({ position }) => {
-    panel.show_position(page.tileset && place_under(widget, page.tileset, position), page.manifest);
-  }, Cesium.ScreenSpaceEventType.LEFT_CLICK);  // a finger does not hover
+// The height under the pointer, once more when the geoid's height there is known.
+let pointed = null;
+function point_at(position) {
+  pointed = page.tileset && place_under(page.widget, page.tileset, position);
+  point_again();
 }
+function point_again() {
+  panel.show_position(pointed, page.manifest, page.sea);
+}
+
+function watch_pointer(widget) {
+  const { MOUSE_MOVE, LEFT_CLICK } = Cesium.ScreenSpaceEventType;
+  widget.screenSpaceEventHandler.setInputAction(({ endPosition }) => point_at(endPosition), MOUSE_MOVE);
+  widget.screenSpaceEventHandler.setInputAction(({ position }) => point_at(position), LEFT_CLICK);  // a finger does not hover
+}
+
+const kCloser = 0.6;
+const on_page = {
+  // Another look has other colours.
+  look: (changed) => {
+    if (changed === "look") panel.fill_ramps([], "");
+    write_link();
+    return apply_look();
+  },
+  controls: () => { write_link(); apply_controls(); },
+  home, link: () => window.location.href,
+  closer: () => zoom(page.widget, page.tileset, kCloser), farther: () => zoom(page.widget, page.tileset, 1 / kCloser),
+  north: () => face_north(page.widget, page.tileset),
+};
 
 async function start() {
   panel.start_folding();
   take_token();
+  read_link();
   page.widget = make_globe();
   page.scene = page.widget.scene;
   watch_frames(page.scene);
   draw_after_moves(page.scene);
   watch_pointer(page.widget);
   steer_by_keys(document.getElementById("globe"), page.scene.camera, home);
-  panel.on_controls({ look: apply_look, controls: apply_controls, home, link: () => window.location.href });
-  take_files((file) => panel.on_cancel(post_raster(file, follow(true))));
-  const wanted = new URLSearchParams(window.location.search).get("dataset");
+  panel.on_controls(on_page);
+  const send = (file) => panel.on_cancel(post_raster(file, follow(true)));
+  take_files(send);
+  show_earth(page.scene.camera);
+  const wanted = named("dataset");
   await list_datasets(wanted);
   const shows = ({ state, provisional }) => state === "ready" || provisional;
   const soon = page.datasets.some((dataset) => dataset.id === wanted && !shows(dataset));
   const chosen = soon ? null : wanted || page.datasets.find(shows)?.id;
   const going = page.datasets.find(({ state }) => state === "running" || state === "queued");
   if (going) watch_build(going.id, follow(going.id === wanted));
-  if (!chosen) return panel.say(going ? "" : "No dataset yet. Drop a GeoTIFF here, or POST one to v1/datasets.");
+  if (!chosen) return going ? undefined : show_welcome((file) => { hide_welcome(); send(file); }, report);
   panel.select_dataset(chosen);
-  await show_dataset(chosen, window.location.hash.slice(1));
+  await show_dataset(chosen, camera_named());
 }
 
 start().catch(report);

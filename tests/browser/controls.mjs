@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 
 import { open_dataset, open_page, tiles_loaded } from "./browser.mjs";
-import { mean_colour } from "./views.mjs";
+import { look_straight_down, mean_colour } from "./views.mjs";
 
 const camera_of = (page) => page.evaluate(() => {
   const { longitude, latitude, height } = window.cordillera.scene.camera.positionCartographic;
@@ -43,32 +43,76 @@ export async function try_bad_upload(page, file) {
 // Every look is another picture.
 export async function try_looks(page) {
   const colours = {};
-  for (const look of ["height", "hillshade", "levels", "plain"]) {
+  for (const look of ["relief", "height", "hillshade", "slope", "aspect", "levels", "plain"]) {
     await page.selectOption("#look", look);
     await tiles_loaded(page);
     colours[look] = await mean_colour(page);
+    const explained = await page.isVisible("#legend");
+    if (["levels", "plain"].includes(look)) assert.equal(explained, false, `${look} has the legend of another look`);
   }
-  for (const [one, other] of [["height", "hillshade"], ["height", "levels"], ["levels", "plain"], ["height", "plain"]]) {
+  for (const [one, other] of [
+    ["height", "hillshade"], ["height", "levels"], ["levels", "plain"], ["height", "plain"], ["relief", "hillshade"], ["relief", "slope"], ["slope", "aspect"]]) {
     assert.ok(apart(colours[one], colours[other]) > 3, `${one} and ${other} look the same: ${colours[one]}, ${colours[other]}`);
   }
   assert.equal(await page.textContent("#message"), "");
   await page.selectOption("#look", "height");
 }
 
+// Another page from the link has the same controls; what is as at first is not in the address.
+export async function try_link_of_controls(browser, page) {
+  await page.selectOption("#look", "slope");
+  await page.selectOption("#ramp", "grey");
+  await page.fill("#exaggeration", "2");
+  const link = await page.evaluate(() => window.location.href);
+  assert.deepEqual(["look", "ramp", "heights", "detail"].map((name) => new URL(link).searchParams.get(name)), ["slope", "grey", "2", null]);
+  const { page: other } = await open_page(browser, link, kTiny);
+  await tiles_loaded(other);
+  assert.deepEqual(await other.evaluate(() => ["look", "ramp", "exaggeration"].map((id) => document.getElementById(id).value)), ["slope", "grey", "2"]);
+  assert.equal(await other.evaluate(() => window.cordillera.looks.look), "slope");
+  assert.equal(await other.evaluate(() => window.cordillera.scene.verticalExaggeration), 2);
+  await other.close();
+  await page.fill("#exaggeration", "1");
+  await page.selectOption("#look", "height");
+}
+
+// An empty service offers the sample, and its button is all that it takes.
+export async function try_sample(browser, url) {
+  const { page, complaints } = await open_page(browser, url, kTiny);
+  await page.click("#sample");
+  await tiles_loaded(page);
+  assert.equal(await page.isVisible("#welcome"), false, "the welcome stands before the terrain");
+  assert.match(await page.textContent("#title"), /white_mountains/);
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
+}
+
 // Height and stated error under the pointer; exaggeration changes the picture, not the height.
 export async function try_pointer(page) {
   const read = async () => {
     const { width, height } = page.viewportSize();
-    await page.mouse.move(0.7 * width - 1, height / 2);
-    await page.mouse.move(0.7 * width, height / 2);
-    await page.waitForFunction(() => / m above the ellipsoid ± [\d.]+ m \(level \d+\)/.test(document.getElementById("position").textContent));
-    return Number(/, (-?[\d.]+) m above/.exec(await page.textContent("#position"))[1]);
+    await page.click("#fold");  // the panel is not to be in the middle
+    await page.mouse.move(width / 2 - 1, height / 2);
+    await page.mouse.move(width / 2, height / 2);
+    await page.waitForFunction(() => /^± [\d.]+ m \(level \d+\)$/.test(document.getElementById("place-error").textContent));
+    await page.click("#fold");
+    return Number(/^(-?[\d.]+) m above the ellipsoid$/.exec(await page.textContent("#ellipsoid-height"))[1]);
   };
+  await look_straight_down(page, { share: 0.7, error_px: 0.5 });  // so that the middle shows the same place, however high it is
   const once = await read();
   await page.fill("#exaggeration", "2");
   await tiles_loaded(page);
   assert.ok(Math.abs((await read()) - once) < 30, "the height follows the exaggeration");
   await page.fill("#exaggeration", "1");
+
+  // The service itself says how far the sea's level is from the ellipsoid there.
+  await page.waitForFunction(() => / m above sea level \(EGM96\)$/.test(document.getElementById("sea-height").textContent));
+  const { undulation, wanted } = await page.evaluate(async () => {
+    const number = (id) => parseFloat(document.getElementById(id).textContent);
+    const [lat, lon] = document.getElementById("place").textContent.split(", ").map((text) => parseFloat(text) * (/[SW]$/.test(text) ? -1 : 1));
+    const { points: [point] } = await (await fetch(`v1/datasets/${window.cordillera.manifest.id}/elevation?points=${lon},${lat}`)).json();
+    return { undulation: number("ellipsoid-height") - number("sea-height"), wanted: point.ellipsoidal_height - point.orthometric_height };
+  });
+  assert.ok(Math.abs(undulation - wanted) < 0.3, `the sea's level is ${undulation} m above the ellipsoid, not ${wanted} m`);
 }
 
 // The page names its camera in the link when the movement has ended, which software graphics make as late as they like.
@@ -124,7 +168,10 @@ export async function try_phone(browser, url, id, picture) {
   assert.ok(pixels <= 2.01, `${pixels} pixels a point are drawn`);
   assert.match(paper, /25\d, 25\d, 25\d/, `the light scheme is dark: ${paper}`);
   await page.touchscreen.tap(120, 255);
-  await page.waitForFunction(() => / m above the ellipsoid/.test(document.getElementById("position").textContent));
+  await page.waitForFunction(() => / m above the ellipsoid$/.test(document.getElementById("ellipsoid-height").textContent));
+  const small = await page.$$eval("button, summary, select, #documents a", (all) => all.map((one) => [one.id || one.textContent, one.getBoundingClientRect()])
+    .filter(([, { width, height }]) => width > 0 && Math.min(width, height) < 44).map(([name]) => name));
+  assert.deepEqual(small, [], "smaller than a finger");
   await page.tap("#fold");
   await page.waitForFunction(() => !document.getElementById("panel").classList.contains("folded"));
   await page.screenshot({ path: picture });

@@ -1,11 +1,11 @@
 // Looks at the viewer as a person would: does it load, is there relief, are there cracks, is it in the right place?
-//   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --failed ID,ID --known known.json --pictures FOLDER
+//   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --failed ID,ID --known known.json --pictures FOLDER
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { open_dataset, with_browser } from "./browser.mjs";
-import { kSmall, try_bad_upload, try_keys, try_link, try_looks, try_phone, try_pointer, try_snippets, try_upload } from "./controls.mjs";
+import { kSmall, try_bad_upload, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_sample, try_snippets, try_upload } from "./controls.mjs";
 import { try_failed_uploads, try_folding } from "./panel.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
 
@@ -14,7 +14,7 @@ const kLeastRelief = 6;
 // Geoid interpolation, float32 positions, and steps of 2^-10 m.
 const kHeightTolerance_m = 0.2;
 
-const names = ["chromium", "url", "terrain", "flat", "failed", "known", "raster", "bad", "pictures"];
+const names = ["chromium", "url", "empty", "terrain", "flat", "failed", "known", "raster", "bad", "pictures"];
 const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
 
 let last = Date.now();
@@ -106,14 +106,16 @@ async function look_at_flat(browser) {
 async function use_controls(browser) {
   const { page, complaints } = await open_dataset(browser, given.url, given.terrain, kSmall);
   await page.click("#fold");
-  await check("controls: height, hillshade, levels and plain are different pictures", () => try_looks(page));
+  await check("controls: looks are different pictures", () => try_looks(page));
   await check("controls: height and stated error under the pointer, however exaggerated", () => try_pointer(page));
   await check("controls: a link leads to the same view", () => try_link(browser, page));
+  await check("controls: a link has the look, its colours and the sliders", () => try_link_of_controls(browser, page));
   await check("controls: keys move the camera", () => try_keys(page));
   await check("controls: snippets have this dataset's address", () => try_snippets(page, given.url, given.terrain));
   assert.deepEqual(complaints, [], "the browser complained");
   await page.close();
   await check("controls: a phone, in light colours", () => try_phone(browser, given.url, given.terrain, `${given.pictures}/phone.png`));
+  await check("welcome: an empty service opens the sample", () => try_sample(browser, given.empty));
   let uploading;
   await check("upload: a GeoTIFF given to the page is shown", async () => { uploading = await try_upload(browser, given.url, given.raster); });
   await check("upload: what is no raster is answered with what would be", () => try_bad_upload(uploading, given.bad));

@@ -17,6 +17,8 @@ mkdir -p "$pictures"
 node_modules "$here" "$modules"
 cp "$here"/*.mjs "$modules"
 
+server_data=$work/empty start_server "$build"
+empty=$url
 start_server "$build"
 sample=$repository/deploy/sample/white_mountains_srtm3.tif
 gdal_create -q -of GTiff -ot Int16 -outsize 150 150 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr 10 46.15 10.15 46 "$work/flat.tif"
@@ -37,5 +39,5 @@ done
 
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
-node "$modules/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" --failed "$failed" --known "$work/known.json" \
+node "$modules/look.mjs" --chromium "$chromium" --url "$url" --empty "$empty" --terrain "$terrain" --flat "$flat" --failed "$failed" --known "$work/known.json" \
   --raster "$work/part.tif" --bad "$work/bad.tif" --pictures "$pictures"

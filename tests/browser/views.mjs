@@ -6,6 +6,7 @@ export function set_background(page, colour) {
   return page.evaluate((css) => {
     const { scene, tileset } = window.cordillera;
     tileset.customShader = undefined;
+    tileset.imageryLayers.removeAll();
     scene.globe.show = false;
     scene.skyAtmosphere.show = false;
     for (const part of ["skyBox", "sun", "moon"]) if (scene[part]) scene[part].show = false;

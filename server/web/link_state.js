@@ -1,0 +1,37 @@
+// What the address names: the dataset and the look in the query, the camera behind the #. What is as it is at first is left out.
+const kControls = {  // name in the address: [element, property]
+  look: ["look", "value"], ramp: ["ramp", "value"], imagery: ["imagery", "value"], heights: ["exaggeration", "value"], detail: ["detail", "value"],
+  triangles: ["wireframe", "checked"], borders: ["borders", "checked"],
+};
+const element = (id) => document.getElementById(id);
+const first = {};
+const shown = (value) => (typeof value === "boolean" ? (value ? "1" : "0") : value);
+
+export const named = (name) => new URLSearchParams(window.location.search).get(name);
+export const camera_named = () => window.location.hash.slice(1);
+
+// Puts what the address names into the page's controls. To be called once, before anybody reads them.
+export function read_link() {
+  for (const [name, [id, property]] of Object.entries(kControls)) {
+    const control = element(id), wanted = named(name);
+    first[name] = control[property];
+    if (wanted === null) continue;
+    const before = control[property];
+    if (id === "ramp") control.append(new Option(wanted, wanted));  // its choices are known with the look
+    control[property] = typeof before === "boolean" ? wanted === "1" : wanted;
+    if (id === "look" && control.selectedIndex < 0) control[property] = before;  // a look that there is not
+  }
+}
+
+// changes: dataset, camera; what is not named stays.
+export function write_link(changes = {}) {
+  const url = new URL(window.location.href);
+  if (changes.dataset) url.searchParams.set("dataset", changes.dataset);
+  for (const [name, [id, property]] of Object.entries(kControls)) {
+    const value = element(id)[property];
+    if (value === first[name] || value === "") url.searchParams.delete(name);
+    else url.searchParams.set(name, shown(value));
+  }
+  if (changes.dataset || changes.camera !== undefined) url.hash = changes.camera || "";
+  window.history.replaceState(null, "", url);
+}

@@ -1,0 +1,62 @@
+// Pictures of the viewer for the documents: node pictures.mjs --chromium PATH --url URL --dataset ID --empty URL --pictures FOLDER [--only NAME]
+import { parseArgs } from "node:util";
+
+import { open_page, some_frames, tiles_loaded, with_browser } from "./browser.mjs";
+
+const names = ["chromium", "url", "dataset", "empty", "pictures", "only"];
+const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
+
+const kQuality = 82;
+const kDesk = { viewport: { width: 1440, height: 900 } };
+const kPhone = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
+// The Presidential Range from the south-west.
+const kRange = "#-71.52,44.06,6200,40,-17";
+
+const kPictures = {
+  "desk-dark": { how: { ...kDesk, colorScheme: "dark" }, hover: [860, 520] },
+  "desk-light": { how: { ...kDesk, colorScheme: "light" }, query: "&look=slope" },
+  "phone-light": { how: { ...kPhone, colorScheme: "light" }, tap: [190, 400] },
+  "phone-dark": { how: { ...kPhone, colorScheme: "dark" }, query: "&detail=0", camera: kRange, unfold: true },
+  welcome: { how: { ...kDesk, colorScheme: "dark" }, empty: true },
+};
+
+// Which tiles are wanted does not depend on how many pixels a point has, but what a frame costs does.
+const kCheap = 0.125;
+const draw_with = (page, pixels_a_point) => page.evaluate((wanted) => {
+  window.cordillera.widget.resolutionScale = wanted / window.devicePixelRatio;
+  window.cordillera.widget.resize();
+}, pixels_a_point);
+
+// The backdrop, which a tileset does not wait for.
+const globe_loaded = async (page) => {
+  while (!(await page.evaluate(() => {
+    const { scene } = window.cordillera;
+    scene.requestRender();
+    scene.render();
+    return scene.globe.tilesLoaded;
+  }))) await some_frames(page);
+};
+
+async function take(browser, name, { how, query = "", camera = "", empty, hover, tap, unfold }) {
+  const { page, complaints } = await open_page(browser, empty ? given.empty : `${given.url}/?dataset=${given.dataset}${query}${camera}`, how);
+  await page.waitForFunction((none) => window.cordillera?.error || (none ? !document.getElementById("welcome").hidden : window.cordillera?.tileset), Boolean(empty));
+  await draw_with(page, kCheap);
+  if (!empty) await tiles_loaded(page);
+  await globe_loaded(page);
+  await draw_with(page, how.deviceScaleFactor ?? 1);
+  await globe_loaded(page);
+  if (hover) await page.mouse.move(...hover);
+  if (tap) await page.touchscreen.tap(...tap);
+  if (hover || tap) await page.waitForFunction(() => document.getElementById("sea-height").textContent !== "");
+  if (unfold) await page.tap("#fold");
+  await page.screenshot({ path: `${given.pictures}/${name}.jpg`, type: "jpeg", quality: kQuality });
+  if (complaints.length > 0) throw new Error(`${name}: ${complaints.join("; ")}`);
+  await page.close();
+  console.log(name);
+}
+
+await with_browser(given.chromium, async (browser) => {
+  for (const [name, picture] of Object.entries(kPictures)) {
+    if (!given.only || given.only.split(",").includes(name)) await take(browser, name, picture);
+  }
+});
