@@ -108,7 +108,7 @@ struct BoundSquares {
   }
 };
 
-/// Samples as they come: row-major whole numbers of 2^-10 m, kNoHeight where void. A thread a padded sample.
+/// Samples as they come: row-major whole numbers of 2^-10 m, kNoHeight where void. A thread a padded sample, (x, y).
 struct LoadSample {
   const std::int32_t* from;
   std::int64_t from_stride;
@@ -117,9 +117,8 @@ struct LoadSample {
   std::uint32_t* voids;  ///< set to 1 where there is one
   std::int32_t columns, rows, stride;
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto x = static_cast<std::int32_t>(i % static_cast<std::size_t>(stride)),
-               y = static_cast<std::int32_t>(i / static_cast<std::size_t>(stride));
+  CORDILLERA_HD void operator()(int x, int y) const {
+    const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(stride) + static_cast<std::size_t>(x);
     const bool inside = x < columns && y < rows;
     const std::int32_t sample = inside ? from[y * from_stride + x] : 0;
     const bool none = sample == kVoidSample;
@@ -132,7 +131,7 @@ struct LoadSample {
 
 /// Which samples are within 2^r of one of the other kind: `reach` more in a row (then in a column) than what `from` knows, which is of that
 /// reach at least, so that three of its windows cover the new one without a gap. A byte has bit 0 where a valid sample is near, bit 1 where
-/// a void one is. A thread eight samples, the bytes of a word, the western one lowest; bytes beyond the block's columns are 0.
+/// a void one is. A thread eight samples (column and row of words), the bytes of a word, the western one lowest; bytes beyond the block's columns are 0.
 struct NearInRow {
   Field field;
   int reach;  ///< a power of two
@@ -140,10 +139,8 @@ struct NearInRow {
   const std::uint64_t* from;
   std::uint64_t* to;
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto across = static_cast<std::uint32_t>(field.stride / 8), at = static_cast<std::uint32_t>(i);
-    const auto x = static_cast<int>(at % across), y = static_cast<int>(at / across);
-    to[i] = upright ? word(x, y - reach) | word(x, y) | word(x, y + reach) : reach % 8 == 0 ? words_apart(x, y) : bytes_apart(x, y);
+  CORDILLERA_HD void operator()(int x, int y) const {
+    to[y * (field.stride / 8) + x] = upright ? word(x, y - reach) | word(x, y) | word(x, y + reach) : reach % 8 == 0 ? words_apart(x, y) : bytes_apart(x, y);
   }
 
  private:
@@ -169,14 +166,18 @@ struct MarkKinds {
   std::uint8_t* near;
   CORDILLERA_HD void operator()(std::size_t i) const { near[i] = depth[i] == 0 ? 0 : is_void(depth[i]) ? 2 : 1; }
 };
+/// A thread eight samples, too.
 struct LowerDepth {
-  const std::uint8_t* near;
+  const std::uint64_t* near;
   int r;
   Depth* depth;
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    if (depth[i] == 0 || near[i] != 3) return;
-    const Depth known = is_void(depth[i]) ? void_depth(r) : valid_depth(r);
-    if (known < depth[i]) depth[i] = known;
+  CORDILLERA_HD void operator()(std::size_t word) const {
+    std::uint64_t both = near[word] & near[word] >> 1 & 0x0101010101010101u;
+    for (std::size_t i = 8 * word; both != 0; ++i, both >>= 8) {
+      if ((both & 1) == 0 || depth[i] == 0) continue;
+      const Depth known = is_void(depth[i]) ? void_depth(r) : valid_depth(r);
+      if (known < depth[i]) depth[i] = known;
+    }
   }
 };
 

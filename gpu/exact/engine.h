@@ -2,6 +2,7 @@
 // The driver of the engine, written once in steps over arrays (engine.inl); an Executor runs the steps. Beyond those of
 // gpu/waves.h (Array<T>, copy_in, copy_out, zero, each, exclusive_sum, group) it has:
 //   rows(room, from, columns, rows, stride)   rows of a host's array, where the steps can read them
+//   each_at(columns, rows, f)                 f(x, y) for x in 0..columns-1, y in 0..rows-1
 //   each_run(n, f)                            f(i, lanes) for i in 0..n-1, with as many lanes as the executor likes
 //   windows(pass, count)                      the windows of a pass
 //   select(n, keep, to)                       as in gpu/waves.h
@@ -11,6 +12,7 @@
 #include <chrono>
 
 #include "gpu/exact/bounds.h"
+#include "gpu/exact/eight_columns.h"
 #include "gpu/exact/levels.h"
 #include "gpu/exact/engine_makers.h"
 #include "gpu/exact/hem.h"
@@ -75,7 +77,7 @@ class Engine final : public BlockSimplifier {
   void bound();
   void start(const BlockPlan& plan);
   void reserve_vertices();
-  void keep_network(const Network& net);
+  void keep_network(Network net);
   void take_network(std::span<const Network> nets);
   void run_level(const BlockPlan& plan, std::size_t level);
   enum class Windows { all, awake };
@@ -109,7 +111,7 @@ class Engine final : public BlockSimplifier {
   Array<float> heights_;
   Array<Depth> depths_, tier_depths_;
   Array<std::uint64_t> near_, near_in_row_;  ///< a byte a sample
-  Array<std::uint8_t> stays_;
+  Array<std::uint8_t> stays_, calm_;
   Array<BoundingPlane> planes_;
   Array<CurveRow> curves_;
   Array<std::uint32_t> has_voids_, count_, number_;

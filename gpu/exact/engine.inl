@@ -98,7 +98,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     most_bins = std::max({most_bins, field.columns >> kBinShift, field.rows >> kBinShift});
   }
   for (bin_bits_ = 1; most_bins + 1 + (1 << bin_bits_) / 3 > 1 << bin_bits_;) ++bin_bits_;
-  heights_.reserve(samples_);
+  heights_.reserve(samples_ + kReadBeyond);
   depths_.reserve(samples_);
   planes_.reserve(squares);
   tier_depths_.reserve(squares);
@@ -118,8 +118,7 @@ void Engine<Executor>::load(std::span<const Block> blocks) {
     const std::int32_t* const from =
         samples.height.data() + ((blocks[b].south - samples.south) * samples.columns + (blocks[b].west - samples.west));
     const SampleRows rows = executor_->rows(rows_, from, field.columns, field.rows, samples.columns);
-    executor_->each(static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows),
-                    LoadSample{rows.first, rows.stride, heights_.data() + places_[b].sample, depths_.data() + places_[b].sample,
+    executor_->each_at(field.stride, field.rows, LoadSample{rows.first, rows.stride, heights_.data() + places_[b].sample, depths_.data() + places_[b].sample,
                                has_voids_.data() + b, field.columns, field.rows, field.stride});
   }
   std::vector<std::uint32_t> has_voids(blocks.size());
@@ -162,14 +161,14 @@ void Engine<Executor>::find_depths(int rim_reach) {
     const std::size_t samples = static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows);
     near_.reserve(samples / 8);
     near_in_row_.reserve(samples / 8);
-    auto* const near = reinterpret_cast<std::uint8_t*>(near_.data());
+    const int words = field.stride / 8;
     Depth* const depth = depths_.data() + places_[b].sample;
-    executor_->each(samples, MarkKinds{depth, near});
+    executor_->each(samples, MarkKinds{depth, reinterpret_cast<std::uint8_t*>(near_.data())});
     for (int r = 0; r <= rim_reach; ++r) {
       const int reach = r == 0 ? 1 : 1 << (r - 1);
-      executor_->each(samples / 8, NearInRow{field, reach, false, near_.data(), near_in_row_.data()});
-      executor_->each(samples / 8, NearInRow{field, reach, true, near_in_row_.data(), near_.data()});
-      executor_->each(samples, LowerDepth{near, r, depth});
+      executor_->each_at(words, field.rows, NearInRow{field, reach, false, near_.data(), near_in_row_.data()});
+      executor_->each_at(words, field.rows, NearInRow{field, reach, true, near_in_row_.data(), near_.data()});
+      executor_->each(samples / 8, LowerDepth{near_.data(), r, depth});
     }
   }
 }
@@ -200,6 +199,7 @@ void Engine<Executor>::start(const BlockPlan& plan) {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const auto tolerance = static_cast<float>(plan.levels[0].tolerance_m / proto::kHeightStep_m);
     nets.push_back({blocks_[b].field,
+                    nullptr,
                     stays_.data() + places_[b].sample,
                     largest_square_[b],
                     {kStartShare * tolerance, plan.levels[0].rim_reach, blocks_[b].field.curve},
@@ -216,14 +216,17 @@ void Engine<Executor>::start(const BlockPlan& plan) {
 }
 
 template <class Executor>
-void Engine<Executor>::keep_network(const Network& net) {
+void Engine<Executor>::keep_network(Network net) {
   const Field& field = net.field;
-  executor_->each(static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows), MarkSquares{net});
+  const int across = calm_squares(field.columns), up = calm_squares(field.rows);
+  calm_.reserve(static_cast<std::size_t>(across) * static_cast<std::size_t>(up));
+  executor_->each_at(across, up, CalmSquares{net, calm_.data()});
+  net.calm = calm_.data();
+  executor_->each_at(field.stride, field.rows, MarkSquares{net});
   for (int half = 1; half < net.largest; half *= 2) {
-    const std::size_t nodes =
-        static_cast<std::size_t>((field.columns - 1) / half + 1) * static_cast<std::size_t>((field.rows - 1) / half + 1);
-    executor_->each(nodes, KeepMiddles{net, half});
-    executor_->each(nodes, KeepCentres{net, half});
+    const int columns = (field.columns - 1) / half + 1, rows = (field.rows - 1) / half + 1;
+    executor_->each_at(columns, rows, KeepMiddles{net, half});
+    executor_->each_at(columns, rows, KeepCentres{net, half});
   }
 }
 
@@ -231,8 +234,7 @@ template <class Executor>
 void Engine<Executor>::take_network(std::span<const Network> nets) {
   number_.reserve(samples_ + 1);
   for (std::size_t b = 0; b < nets.size(); ++b) {
-    executor_->each(static_cast<std::size_t>(nets[b].field.stride) * static_cast<std::size_t>(nets[b].field.rows),
-                    CountStays{nets[b], number_.data() + places_[b].sample});
+    executor_->each_at(nets[b].field.stride, nets[b].field.rows, CountStays{nets[b], number_.data() + places_[b].sample});
   }
   executor_->zero(number_.data() + samples_, 1);
   executor_->exclusive_sum(number_.data(), number_.data(), samples_ + 1);
@@ -243,13 +245,12 @@ void Engine<Executor>::take_network(std::span<const Network> nets) {
   vertices_ = first_vertex_.back();
   mesh_.reserve(vertices_);
   for (std::size_t b = 0; b < nets.size(); ++b) {
-    executor_->each(static_cast<std::size_t>(nets[b].field.stride) * static_cast<std::size_t>(nets[b].field.rows),
-                    TakeVertex{nets[b], number_.data() + places_[b].sample, mesh_.view()});
+    executor_->each_at(nets[b].field.stride, nets[b].field.rows, TakeVertex{nets[b], number_.data() + places_[b].sample, mesh_.view()});
   }
   first_array_.reserve(nets.size() + 1);
   executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
   for (auto* array : {&near_, &near_in_row_}) executor_->give_back(*array);
-  executor_->give_back(stays_);
+  for (auto* array : {&stays_, &calm_}) executor_->give_back(*array);
   executor_->give_back(number_);
   reserve_vertices();
 }

@@ -45,6 +45,14 @@ __global__ void __launch_bounds__(kStepThreads) run_kernel(std::size_t n, F f) {
   if (i < n) f(i, WarpLanes{});
 }
 
+/// A place of so many columns a thread.
+template <class F>
+struct AtPlace {
+  F f;
+  std::uint32_t columns;
+  __device__ void operator()(std::size_t i) const { f(static_cast<int>(i % columns), static_cast<int>(i / columns)); }
+};
+
 template <bool kShared>
 __global__ void __launch_bounds__(kThreads, kWindowsAtOnce)
     windows_kernel(PassView pass, std::uint32_t count, unsigned char* scratch, std::size_t scratch_bytes) {
@@ -87,6 +95,10 @@ class CudaExecutor : public CudaSteps {
     CORDILLERA_CUDA(cudaMemcpy2DAsync(room.data(), width * 4, from, static_cast<std::size_t>(stride) * 4, width * 4, height,
                                       cudaMemcpyHostToDevice, stream_));
     return {room.data(), columns};
+  }
+  template <class F>
+  void each_at(int columns, int rows, const F& f) {
+    each(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), AtPlace<F>{f, static_cast<std::uint32_t>(columns)});
   }
   template <class F>
   void each_run(std::size_t n, const F& f) {

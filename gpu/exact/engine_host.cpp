@@ -54,6 +54,12 @@ class HostExecutor : public HostSteps {
     in_pieces(n, 8192, [&f](std::size_t i) { f(i); });
   }
   template <class F>
+  void each_at(int columns, int rows, const F& f) {
+    parallel_(static_cast<std::size_t>(rows), [&f, columns](std::size_t y) {
+      for (int x = 0; x < columns; ++x) f(x, static_cast<int>(y));
+    });
+  }
+  template <class F>
   void each_run(std::size_t n, const F& f) {
     in_pieces(n, 64, [&f](std::size_t i) { f(i, HostLane{}); });
   }

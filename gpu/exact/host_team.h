@@ -1,61 +1,44 @@
 #pragma once
 // The team of a host: one thread, plain loops; samples eight at a time. See window_pass.h.
-#include <cstring>
-
 #include "gpu/exact/collapse.h"
+#include "gpu/exact/eight_columns.h"
 #include "gpu/exact/heights.h"
 #include "gpu/exact/squares.h"
 
 namespace cordillera::gpu::exact {
 
-/// A row of a square of 8, at once.
-class RowOfEight {
- public:
-  using Floats = float __attribute__((vector_size(32)));
-  using Ints = std::int32_t __attribute__((vector_size(32)));
+inline constexpr int kRowsSoonSeen = 16;  ///< of eight samples
 
-  RowOfEight(const Triangle& t, int x) : t_(t) {
-    const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7};
-    for (int k = 0; k < 3; ++k) edge_[k] = t.across[k] * lane + t.across[k] * (x - t.ex[k]);
-    const Ints column = lane + (x - t.ex[0]);
-    const Floats u = __builtin_convertvector(column, Floats);
-    rise_ = t.dx * u + t.bend_x * (u * u);
+/// Voids are few: squares of 8 that have none are looked at as if there were none at all.
+inline bool has_void(const Field& field, const SquareRange& range) {
+  if (!field.depth) return false;
+  for (int y = range.south; y <= range.north; ++y) {
+    for (int x = range.west; x <= range.east; ++x) {
+      if (has_deep_void(field.tier_depth[0][y * field.tier_stride[0] + x], -1)) return true;
+    }
   }
-  /// Are the samples under the triangle within its tolerance?
-  bool fits(const float* sample, int y) const {
-    Ints inside = {};
-    for (int k = 0; k < 3; ++k) inside |= edge_[k] + t_.along[k] * (y - t_.ey[k]);
-    Floats height;
-    std::memcpy(&height, sample, sizeof height);
-    const Floats off = (t_.height - height) + (rise_ + t_.rise_up(static_cast<float>(y - t_.ey[0])));
-    const Ints bad = ((off > t_.tolerance) | (off < -t_.tolerance)) & (inside >= 0);
-    std::uint64_t any[4];
-    std::memcpy(any, &bad, sizeof any);
-    return (any[0] | any[1] | any[2] | any[3]) == 0;
-  }
+  return false;
+}
 
- private:
-  const Triangle& t_;
-  Ints edge_[3];
-  Floats rise_;
-};
+/// So few samples that asking what is known of their squares would take longer than looking at them.
+inline bool is_soon_seen(const Triangle& t) { return ((t.east - t.west) / 8 + 1) * (t.north - t.south + 1) <= kRowsSoonSeen; }
 
 struct EightAtOnce {
   bool operator()(const Triangle& t, const Field& field, int sx, int sy) const {
-    if (!t.published || (field.depth && has_deep_void(field.tier_depth[0][sy * field.tier_stride[0] + sx], -1)))
-      return samples_fit(t, field, sx, sy);
-    const RowOfEight row(t, 8 * sx);
-    const int north = least(8 * sy + 7, t.north);
-    for (int y = greatest(8 * sy, t.south); y <= north; ++y) {
-      if (!row.fits(field.height + field.index(8 * sx, y), y)) return false;
-    }
-    return true;
+    if (!t.published || has_void(field, {sx, sx, sy, sy})) return samples_fit(t, field, sx, sy);
+    return eight_columns_fit(t, field, 8 * sx, greatest(8 * sy, t.south), least(8 * sy + 7, t.north));
   }
 };
 
 /// All samples under a triangle.
 inline bool fits(const Triangle& t, const Field& field) {
   if (!can_fit(t)) return false;
+  if (t.published && is_soon_seen(t) && !has_void(field, squares_under(t, 0))) {
+    for (int west = t.west; west <= t.east; west += 8) {
+      if (!eight_columns_fit(t, field, west, t.south, t.north)) return false;
+    }
+    return true;
+  }
   const int tier = is_small(t) ? 0 : first_tier(t);
   return squares_fit(t, field, tier, squares_under(t, tier), EightAtOnce{});
 }
@@ -87,7 +70,10 @@ struct HostTeam {
       Pull pull;
       for (int k = 0; k < work.count(i); ++k) {
         const PullBox box = work.box(i, k);
-        for (int q = 0; q < box.count; ++q) box.add(field, q % box.columns, q / box.columns, pull);
+        const int rows = box.count / box.columns;
+        for (int row = 0; row < rows; ++row) {
+          for (int column = 0; column < box.columns; ++column) box.add(field, column, row, pull);
+        }
       }
       w.pull(work.vertex(i)) = pull.sum;
       w.pull_weight(work.vertex(i)) = pull.weight;

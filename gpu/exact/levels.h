@@ -9,7 +9,7 @@ namespace cordillera::gpu::exact {
 struct CountStays {
   Network net;
   std::uint32_t* count;
-  CORDILLERA_HD void operator()(std::size_t i) const { count[i] = net.takes(i) ? 1 : 0; }
+  CORDILLERA_HD void operator()(int x, int y) const { count[net.field.index(x, y)] = net.takes(x, y) ? 1 : 0; }
 };
 
 /// The vertices of a block's network.
@@ -17,10 +17,9 @@ struct TakeVertex {
   Network net;
   const std::uint32_t* number;  ///< indexed by sample of the block: vertices before it
   MeshView mesh;
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    if (!net.takes(i)) return;
-    const auto stride = static_cast<std::size_t>(net.field.stride);
-    const int x = static_cast<int>(i % stride), y = static_cast<int>(i / stride);
+  CORDILLERA_HD void operator()(int x, int y) const {
+    if (!net.takes(x, y)) return;
+    const std::uint32_t i = net.field.index(x, y);
     const std::uint32_t v = number[i];
     std::uint32_t ring[8];
     const int valence = network_ring(net, x, y, ring);

@@ -65,9 +65,18 @@ CORDILLERA_HD inline bool right_triangle_fits(const Triangle& t, const Field& fi
 /// What is certain of a triangle before it is made.
 enum class Verdict : std::uint8_t { unknown, fits, fails };
 
+struct GridPlace {
+  int x, y;
+};
+
+/// Squares of so many cells a way are asked whether their ground is calm.
+inline constexpr int kCalmShift = 2, kCalmCells = 1 << kCalmShift;
+CORDILLERA_HD constexpr int calm_squares(int samples) { return (samples - 1 + kCalmCells - 1) >> kCalmShift; }
+
 /// A block's network: which samples stay, indexed like Field::height.
 struct Network {
   Field field;
+  const std::uint8_t* calm = nullptr;  ///< indexed by square, calm_squares(columns) a row; 1: see CalmSquares
   std::uint8_t* stays = nullptr;
   int largest = 1;      ///< side of the largest square
   Demand demand{0, 0, {}};  ///< with the start's share of the tolerance
@@ -77,11 +86,8 @@ struct Network {
 
   CORDILLERA_HD bool is_inside(int x, int y) const { return x >= 0 && y >= 0 && x < field.columns && y < field.rows; }
   CORDILLERA_HD bool is_own(int x, int y) const { return x >= west && y >= south && x <= east && y <= north; }
-  /// Is sample i, of the block's, a vertex of the mesh?
-  CORDILLERA_HD bool takes(std::size_t i) const {
-    const auto across = static_cast<std::size_t>(field.stride);
-    return stays[i] != 0 && is_own(static_cast<int>(i % across), static_cast<int>(i / across));
-  }
+  /// Is this sample, a pad maybe, a vertex of the mesh?
+  CORDILLERA_HD bool takes(int x, int y) const { return stays[field.index(x, y)] != 0 && is_own(x, y); }
   CORDILLERA_HD bool is_at_hem(int x, int y) const {
     return ((hems & 1) && (y == south || y == south + 1)) || ((hems & 2) && (x == east || x == east - 1)) ||
            ((hems & 4) && (y == north || y == north - 1)) || ((hems & 8) && (x == west || x == west + 1));
@@ -98,12 +104,16 @@ struct Network {
     const auto depth = [this](int sx, int sy) { return field.tier_depth[0][sy * field.tier_stride[0] + sx]; };
     return !has_deep_void(deeper(deeper(depth(west, south), depth(east, south)), deeper(depth(west, north), depth(east, north))), -1);
   }
-  /// The triangle of a, b and (x, y). middles: of a smallest one that is clear of voids, whose samples are its corners and the middles of its
-  /// first `middles` edges; else 0.
-  CORDILLERA_HD bool triangle_fits(const Corner& a, const Corner& b, int x, int y, int middles) const {
-    if (!is_inside(x, y)) return true;
-    const Corner corners[3] = {a, b, corner(x, y)};
-    if (middles != 0) {
+  /// Is it known of the square of 2 * half cells from there on that its triangles fit?
+  CORDILLERA_HD bool is_calm(const GridPlace& square, int half) const {
+    return 2 * half <= kCalmCells && calm[(square.y >> kCalmShift) * calm_squares(field.columns) + (square.x >> kCalmShift)] != 0;
+  }
+  /// The triangle of samples a, b and c, which lies in the square of 2 * half cells from `square` on; c may lie outside of the block, and
+  /// then there is none. middles: of a smallest one, the samples that are not its corners are the middles of its first `middles` edges.
+  CORDILLERA_HD bool triangle_fits(const GridPlace& a, const GridPlace& b, const GridPlace& c, const GridPlace& square, int half, int middles) const {
+    if (!is_inside(c.x, c.y) || is_calm(square, half)) return true;
+    const Corner corners[3] = {corner(a.x, a.y), corner(b.x, b.y), corner(c.x, c.y)};
+    if (half == 1 && is_clear(square.x + 1, square.y + 1)) {
       const Verdict verdict = smallest_fits(corners, middles);
       if (verdict != Verdict::unknown) return verdict == Verdict::fits;
     }
@@ -128,24 +138,87 @@ struct Network {
   }
 };
 
-struct MarkSquares {
+/// Is it certain of a square's triangles, whatever samples their corners are, that they fit? Then none needs to be measured. Yes, where
+/// all samples are void; and where all are valid and so near to a plane that no such triangle can be too far from any of them: its
+/// corners are within `off` of the plane and half a height step of their samples, so it is, but for what it bends; and so is a sample.
+struct CalmSquares {
   Network net;
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto stride = static_cast<std::uint32_t>(net.field.stride), sample = static_cast<std::uint32_t>(i);
-    const auto x = static_cast<int>(sample % stride), y = static_cast<int>(sample / stride);
-    const bool corner = x % net.largest == 0 && y % net.largest == 0;
-    net.stays[i] = net.is_inside(x, y) && (corner || net.is_at_hem(x, y)) ? 1 : 0;
+  std::uint8_t* calm;
+
+  CORDILLERA_HD void operator()(int sx, int sy) const {
+    const Field& field = net.field;
+    const int west = sx << kCalmShift, south = sy << kCalmShift;
+    const int columns = least(kCalmCells + 1, field.columns - west), rows = least(kCalmCells + 1, field.rows - south);
+    int valid = 1, none = 1;
+    if (field.depth) {
+      int low = 0, high = 0;
+      for (int y = 0; y < rows; ++y) {
+        for (int x = 0; x < columns; ++x) {
+          const int depth = field.depth[field.index(west + x, south + y)];
+          low |= depth & 15, high |= depth >> 4;
+        }
+      }
+      valid = high == 0, none = low == 0;
+    } else {
+      none = 0;
+    }
+    calm[sy * calm_squares(field.columns) + sx] = none || (valid && is_near_plane(west, south, columns, rows)) ? 1 : 0;
+  }
+
+ private:
+  CORDILLERA_HD bool is_near_plane(int west, int south, int columns, int rows) const {
+    const Field& field = net.field;
+    const float* const first = field.height + field.index(west, south);
+    const auto last = static_cast<std::uint32_t>(rows - 1) * static_cast<std::uint32_t>(field.stride);
+    const float dx = (first[columns - 1] - first[0] + first[last + static_cast<std::uint32_t>(columns - 1)] - first[last]) /
+                     static_cast<float>(2 * (columns - 1)),
+                dy = (first[last] - first[0] + first[last + static_cast<std::uint32_t>(columns - 1)] - first[columns - 1]) /
+                     static_cast<float>(2 * (rows - 1));
+    float low = 0, high = 0;
+    for (int y = 0; y < rows; ++y) {
+      const float* const row = first + static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(field.stride);
+      const float up = dy * static_cast<float>(y);
+      for (int x = 0; x < columns; ++x) {
+        const float off = (row[x] - first[0]) - (dx * static_cast<float>(x) + up);
+        low = off < low ? off : low;
+        high = off > high ? off : high;
+      }
+    }
+    return apart(high - low, magnitude(dx) + magnitude(dy), south) <= net.demand.tolerance;
+  }
+  /// How far a triangle may be from a sample, rounding included, where samples are within `spread` / 2 of a plane of that slope. A
+  /// square of w cells bends a triangle by no more than w * w / 4 of its bends, and its slopes by no more than w of them.
+  CORDILLERA_HD float apart(float spread, float slope, int south) const {
+    constexpr float kWide = kCalmCells, kBox = kCalmCells + 8;  // as make_triangle takes it
+    const Curve& curve = net.demand.curve;
+    float bend = 0, sway = 0;
+    for (int y = south; y <= least(south + kCalmCells, net.field.rows - 1); ++y) {
+      const CurveRow row = curve.at(y);
+      bend = row.along > bend ? row.along : bend;
+      sway = row.sway > sway ? row.sway : sway;
+    }
+    bend += curve.up;
+    const float steepest = slope + 2 * (spread + net.height_step + kWide * bend);
+    const float rise = steepest * kBox + bend * (kBox * kBox);
+    return spread + net.height_step + bend * (kWide * kWide) + 8 * rise * kRoundingShare + 2 * sway * steepest * (kBox * kBox);
   }
 };
 
-/// Vertices in the middle of a horizontal or vertical edge of length 2 * half; a thread each node of the grid of `half`.
+struct MarkSquares {
+  Network net;
+  CORDILLERA_HD void operator()(int x, int y) const {
+    const bool corner = ((x | y) & (net.largest - 1)) == 0;
+    net.stays[net.field.index(x, y)] = net.is_inside(x, y) && (corner || net.is_at_hem(x, y)) ? 1 : 0;
+  }
+};
+
+/// Vertices in the middle of a horizontal or vertical edge of length 2 * half; a thread each node (column, row) of the grid of `half`.
 struct KeepMiddles {
   Network net;
   int half;
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto across = static_cast<std::uint32_t>((net.field.columns - 1) / half + 1), node = static_cast<std::uint32_t>(i);
-    const int x = static_cast<int>(node % across) * half, y = static_cast<int>(node / across) * half, h = half;
+  CORDILLERA_HD void operator()(int column, int row) const {
+    const int x = column * half, y = row * half, h = half;
     const bool upright = (y & h) != 0;
     if (((x & h) != 0) == upright) return;
     std::uint8_t& stays = net.stays[net.field.index(x, y)];
@@ -154,11 +227,10 @@ struct KeepMiddles {
       stays = 1;
       return;
     }
-    const Corner a = upright ? net.corner(x, y - h) : net.corner(x - h, y),
-                 b = upright ? net.corner(x, y + h) : net.corner(x + h, y);
-    const int middles = h == 1 && net.is_clear(x, y) ? 1 : 0;
-    const bool fits = upright ? net.triangle_fits(b, a, x + h, y, middles) && net.triangle_fits(a, b, x - h, y, middles)
-                              : net.triangle_fits(a, b, x, y + h, middles) && net.triangle_fits(b, a, x, y - h, middles);
+    const GridPlace a = upright ? GridPlace{x, y - h} : GridPlace{x - h, y}, b = upright ? GridPlace{x, y + h} : GridPlace{x + h, y};
+    const bool fits =
+        upright ? net.triangle_fits(b, a, {x + h, y}, {x, y - h}, h, 1) && net.triangle_fits(a, b, {x - h, y}, {x - 2 * h, y - h}, h, 1)
+                : net.triangle_fits(a, b, {x, y + h}, {x - h, y}, h, 1) && net.triangle_fits(b, a, {x, y - h}, {x - h, y - 2 * h}, h, 1);
     if (!fits) stays = 1;
   }
 };
@@ -168,9 +240,8 @@ struct KeepCentres {
   Network net;
   int half;
 
-  CORDILLERA_HD void operator()(std::size_t i) const {
-    const auto across = static_cast<std::uint32_t>((net.field.columns - 1) / half + 1), node = static_cast<std::uint32_t>(i);
-    const int x = static_cast<int>(node % across) * half, y = static_cast<int>(node / across) * half, h = half;
+  CORDILLERA_HD void operator()(int column, int row) const {
+    const int x = column * half, y = row * half, h = half;
     if ((x & y & h) == 0) return;
     std::uint8_t& stays = net.stays[net.field.index(x, y)];
     if (net.has(x - h, y) || net.has(x + h, y) || net.has(x, y - h) || net.has(x, y + h)) {
@@ -178,11 +249,10 @@ struct KeepCentres {
       return;
     }
     const int rise = ((x ^ y) & (2 * h)) == 0 ? h : -h;  // which of the two diagonals
-    const Corner west = net.corner(x - h, y - rise), east = net.corner(x + h, y + rise);
-    const Corner& a = rise > 0 ? west : east;
-    const Corner& b = rise > 0 ? east : west;
-    const int middles = h == 1 && net.is_clear(x, y) ? 3 : 0;
-    if (!net.triangle_fits(a, b, x - h, y + rise, middles) || !net.triangle_fits(b, a, x + h, y - rise, middles)) stays = 1;
+    const GridPlace west{x - h, y - rise}, east{x + h, y + rise}, square{x - h, y - h};
+    const GridPlace& a = rise > 0 ? west : east;
+    const GridPlace& b = rise > 0 ? east : west;
+    if (!net.triangle_fits(a, b, {x - h, y + rise}, square, h, 3) || !net.triangle_fits(b, a, {x + h, y - rise}, square, h, 3)) stays = 1;
   }
 };
 

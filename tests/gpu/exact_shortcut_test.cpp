@@ -1,0 +1,189 @@
+// What gpu/exact leaves out, or looks at eight at a time, changes nothing: held against plain loops over samples.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "gpu/exact/bounds.h"
+#include "gpu/exact/eight_columns.h"
+#include "gpu/exact/start.h"
+#include "tests/gpu/exact_terrain.h"
+
+namespace cordillera::gpu::exact {
+namespace {
+
+/// A block's samples as the engine has them.
+class MadeField {
+ public:
+  MadeField(const std::string& terrain, const Window& window, double scale = 1) {
+    const proto::Samples samples = made_samples(terrain, window);
+    field.columns = window.columns, field.rows = window.rows, field.stride = (window.columns + 7) / 8 * 8;
+    heights_.resize(static_cast<std::size_t>(field.stride * field.rows) + kReadBeyond);
+    depths_.resize(heights_.size());
+    std::vector<std::int32_t> from = samples.height;
+    for (std::int32_t& height : from) height = height == proto::kNoHeight ? height : static_cast<std::int32_t>(height * scale);
+    std::uint32_t voids = 0;
+    const LoadSample load{from.data(), window.columns, heights_.data(), depths_.data(), &voids, field.columns, field.rows, field.stride};
+    for (int y = 0; y < field.rows; ++y) {
+      for (int x = 0; x < field.stride; ++x) load(x, y);
+    }
+    field.height = heights_.data();
+    if (voids) {
+      field.depth = depths_.data();
+      bound();
+    }
+  }
+  void find_depths(int rim_reach) {
+    const std::size_t words = heights_.size() / 8;
+    std::vector<std::uint64_t> near(words), in_row(words);
+    const int across = field.stride / 8;
+    const auto spread = [&](bool upright, int reach, const std::uint64_t* from, std::uint64_t* to) {
+      for (int y = 0; y < field.rows; ++y) {
+        for (int x = 0; x < across; ++x) NearInRow{field, reach, upright, from, to}(x, y);
+      }
+    };
+    for (std::size_t i = 0; i < 8 * words; ++i) MarkKinds{depths_.data(), reinterpret_cast<std::uint8_t*>(near.data())}(i);
+    for (int r = 0; r <= rim_reach; ++r) {
+      const int reach = r == 0 ? 1 : 1 << (r - 1);
+      spread(false, reach, near.data(), in_row.data());
+      spread(true, reach, in_row.data(), near.data());
+      for (std::size_t i = 0; i < words; ++i) LowerDepth{near.data(), r, depths_.data()}(i);
+    }
+  }
+  Depth depth(int x, int y) const { return depths_[field.index(x, y)]; }
+
+  Field field;
+
+ private:
+  /// Of the two tiers that right triangles are asked of.
+  void bound() {
+    for (int tier = 0; tier < 2; ++tier) {
+      field.tier_stride[tier] = ((field.columns - 1) >> tier_shift(tier)) + 1;
+      const auto squares = static_cast<std::size_t>(field.tier_stride[tier] * field.squares_down(tier));
+      planes_[tier].resize(squares), tier_depths_[tier].resize(squares);
+      field.plane[tier] = planes_[tier].data(), field.tier_depth[tier] = tier_depths_[tier].data();
+      for (std::size_t i = 0; i < squares; ++i) {
+        if (tier == 0) BoundSamples{field, planes_[tier].data(), tier_depths_[tier].data()}(i);
+        else BoundSquares{field, tier, planes_[tier].data(), tier_depths_[tier].data()}(i);
+      }
+    }
+  }
+
+  std::vector<BoundingPlane> planes_[2];
+  std::vector<Depth> tier_depths_[2];
+  std::vector<float> heights_;
+  std::vector<Depth> depths_;
+};
+
+class ExactDepths : public testing::TestWithParam<std::string> {};
+TEST_P(ExactDepths, AreThoseOfEverySampleLookedAt) {
+  constexpr int kReach = 5;
+  MadeField made(GetParam(), {0, 0, 107, 93});
+  const Field& field = made.field;
+  ASSERT_NE(field.depth, nullptr);
+  made.find_depths(kReach);
+  for (int y = 0; y < field.rows; ++y) {
+    for (int x = 0; x < field.columns; ++x) {
+      const bool here = is_void(made.depth(x, y));
+      int least_r = kFarthest;
+      for (int r = kReach; r >= 0; --r) {
+        bool other = false;
+        for (int v = std::max(y - (1 << r), 0); v <= std::min(y + (1 << r), field.rows - 1); ++v) {
+          for (int u = std::max(x - (1 << r), 0); u <= std::min(x + (1 << r), field.columns - 1); ++u)
+            other = other || is_void(made.depth(u, v)) != here;
+        }
+        if (other) least_r = r;
+      }
+      ASSERT_EQ(made.depth(x, y), here ? void_depth(least_r) : valid_depth(least_r)) << x << " " << y;
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Made, ExactDepths, testing::Values("islands", "sparse"), [](const auto& test) { return test.param; });
+
+/// All right triangles of a square of the start.
+template <class F>
+void each_right_triangle(int x, int y, int side, const F& f) {
+  const GridPlace corner[4] = {{x, y}, {x + side, y}, {x + side, y + side}, {x, y + side}};
+  const GridPlace centre{x + side / 2, y + side / 2};
+  for (int k = 0; k < 4; ++k) {
+    f(corner[k], corner[(k + 1) % 4], corner[(k + 2) % 4]);
+    if (side > 1) f(corner[k], corner[(k + 1) % 4], centre);
+  }
+}
+
+struct CalmCase {
+  const char* terrain;
+  double scale, tolerance_m;
+  float bend, sway;
+};
+void PrintTo(const CalmCase& c, std::ostream* out) { *out << c.terrain << " times " << c.scale; }
+
+class ExactCalm : public testing::TestWithParam<CalmCase> {};
+TEST_P(ExactCalm, AllTrianglesOfACalmSquareFit) {
+  const CalmCase& c = GetParam();
+  const MadeField made(c.terrain, {0, 0, 129, 129}, c.scale);
+  Network net;
+  net.field = made.field;
+  const std::vector<CurveRow> rows(129, {c.bend, c.sway});
+  net.demand = {static_cast<float>(c.tolerance_m * 1024), -1, {rows.data(), c.bend}};
+  net.height_step = 64, net.per_height_step = 1.0f / 64;
+  const int across = calm_squares(net.field.columns);
+  std::vector<std::uint8_t> calm(static_cast<std::size_t>(across * calm_squares(net.field.rows)));
+  std::size_t calm_ones = 0;
+  for (int sy = 0; sy < calm_squares(net.field.rows); ++sy) {
+    for (int sx = 0; sx < across; ++sx) {
+      CalmSquares{net, calm.data()}(sx, sy);
+      if (calm[static_cast<std::size_t>(sy * across + sx)] == 0) continue;
+      ++calm_ones;
+      for (int side = 1; side <= kCalmCells; side *= 2) {
+        for (int k = 0; k < kCalmCells / side * (kCalmCells / side); ++k) {
+          const int x = kCalmCells * sx + k % (kCalmCells / side) * side, y = kCalmCells * sy + k / (kCalmCells / side) * side;
+          each_right_triangle(x, y, side, [&](const GridPlace& a, const GridPlace& b, const GridPlace& d) {
+            EXPECT_TRUE(right_triangle_fits(make_triangle(net.corner(a.x, a.y), net.corner(b.x, b.y), net.corner(d.x, d.y), net.demand), net.field))
+                << x << " " << y << " side " << side;
+          });
+        }
+      }
+    }
+  }
+  EXPECT_GT(calm_ones, 20u);
+  EXPECT_LT(calm_ones, calm.size());
+}
+INSTANTIATE_TEST_SUITE_P(Made, ExactCalm,
+                         testing::Values(CalmCase{"alpine", 1, 3, 0, 0}, CalmCase{"alpine", 1, 2, 20, 1e-4f}, CalmCase{"cliff", 1, 2, 0, 0},
+                                         CalmCase{"islands", 1, 1.5, 1, 0}, CalmCase{"rolling", 1, 0.3, 3, 0}),
+                         [](const auto& test) { return std::string(test.param.terrain) + std::to_string(test.index); });
+
+// Triangles of any shape, tolerances around what they need.
+TEST(ExactEightColumns, SayWhatEverySampleSays) {
+  const MadeField made("alpine", {0, 0, 61, 50});
+  const Field& field = made.field;
+  std::mt19937 random(17);
+  const auto any = [&random](int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); };
+  const std::vector<CurveRow> rows(50, {3, 0});
+  int fitting = 0, others = 0;
+  for (int k = 0; k < 20000; ++k) {
+    Corner corner[3];
+    const int west = any(field.columns), south = any(field.rows), wide = 2 + any(20);
+    for (Corner& c : corner) {
+      c.x = std::min(west + any(wide), field.columns - 1), c.y = std::min(south + any(wide), field.rows - 1);
+      c.height = field.height[field.index(c.x, c.y)], c.is_void = false;
+    }
+    const int twice_area = (corner[1].x - corner[0].x) * (corner[2].y - corner[0].y) - (corner[1].y - corner[0].y) * (corner[2].x - corner[0].x);
+    if (twice_area == 0) continue;
+    if (twice_area < 0) std::swap(corner[1], corner[2]);
+    const Triangle t = make_triangle(corner[0], corner[1], corner[2], {static_cast<float>(1 << any(16)), -1, {rows.data(), 2}});
+    bool slowly = true, at_once = true;
+    for (int y = t.south; y <= t.north; ++y) {
+      for (int x = t.west; x <= t.east; ++x) slowly = slowly && sample_fits(t, field, x, y);
+    }
+    for (int x = t.west; x <= t.east; x += 8) at_once = at_once && eight_columns_fit(t, field, x, t.south, t.north);
+    ASSERT_EQ(at_once, slowly) << k;
+    ++(slowly ? fitting : others);
+  }
+  EXPECT_GT(fitting, 2000);
+  EXPECT_GT(others, 2000);
+}
+
+}  // namespace
+}  // namespace cordillera::gpu::exact
