@@ -99,10 +99,10 @@ struct Network {
   /// No voids in the squares of 8 that touch (x, y) and the samples around it?
   CORDILLERA_HD bool is_clear(int x, int y) const {
     if (!field.depth) return true;
-    const int west = greatest(x - 1, 0) >> 3, east = least(x + 1, field.columns - 1) >> 3, south = greatest(y - 1, 0) >> 3,
-              north = least(y + 1, field.rows - 1) >> 3;
+    const int first_x = greatest(x - 1, 0) >> 3, last_x = least(x + 1, field.columns - 1) >> 3, first_y = greatest(y - 1, 0) >> 3,
+              last_y = least(y + 1, field.rows - 1) >> 3;
     const auto depth = [this](int sx, int sy) { return field.tier_depth[0][sy * field.tier_stride[0] + sx]; };
-    return !has_deep_void(deeper(deeper(depth(west, south), depth(east, south)), deeper(depth(west, north), depth(east, north))), -1);
+    return !has_deep_void(deeper(deeper(depth(first_x, first_y), depth(last_x, first_y)), deeper(depth(first_x, last_y), depth(last_x, last_y))), -1);
   }
   /// Is it known of the square of 2 * half cells from there on that its triangles fit?
   CORDILLERA_HD bool is_calm(const GridPlace& square, int half) const {
