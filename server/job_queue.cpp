@@ -186,19 +186,21 @@ void JobQueue::stop() {
 }
 
 std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id) {
-  const std::lock_guard lock(mutex_);
-  if (stopping_ || running_.contains(id)) return nullptr;
+  auto flag = std::make_unique<std::atomic<bool>>(false);
   // However this ends: a delete waits for it.
-  const std::shared_ptr<std::atomic<bool>> flag(new std::atomic<bool>(false), [this, id](const std::atomic<bool>* ended) {
+  auto over = [this, id](const std::atomic<bool>* ended) {
     {
       const std::lock_guard inner(mutex_);
       running_.erase(id);
     }
     delete ended;
     ended_.notify_all();
-  });
-  running_[id] = flag.get();
-  return flag;
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_ || !running_.emplace(id, flag.get()).second) return nullptr;
+  }
+  return {flag.release(), std::move(over)};
 }
 
 /// A first look at a raster whose build waits for others.

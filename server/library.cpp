@@ -69,6 +69,8 @@ proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open(con
 }
 
 std::shared_ptr<const pipeline::faces::Terrain> Library::provisional(const std::string& id) {
+  std::error_code error;
+  if (!std::filesystem::exists(layout_.provisional(id), error)) return nullptr;
   auto terrain = open_file(provisional_key(id), layout_.provisional(id));
   return terrain ? *terrain : nullptr;
 }
