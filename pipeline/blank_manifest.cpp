@@ -7,6 +7,7 @@
 #include "proto/ellipsoid.h"
 #include "proto/mesh.h"
 #include "proto/utf8.h"
+#include "raster/filled_source.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -17,7 +18,9 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
   if (plan.promise()) options.set_error(plan.levels(0).target());
   options.set_scheme(plan.scheme());
   options.set_vertical_datum(source.vertical_datum());
-  if (options.nodata().empty()) options.set_nodata("hole");
+  if (options.voids().empty()) options.set_voids("fill");
+  if (options.voids() == "fill") options.set_fill_limit(raster::fill_limit_cells(options));
+  options.clear_warnings();
   if (options.strategy().empty()) options.set_strategy("waves");
   if (options.quality().empty()) options.set_quality("default");
   options.set_device(machine.device.substr(0, machine.device.find(' ')));
@@ -41,6 +44,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   manifest.set_program(plan.program());
   *manifest.mutable_source() = source;
   for (const raster::MosaicMember& member : request.members) *manifest.add_sources() = member.description;
+  *manifest.mutable_notes() = request.options.warnings();
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());
   manifest.mutable_options()->set_title(manifest.title());

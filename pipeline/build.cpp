@@ -19,6 +19,7 @@
 #include "proto/mesh.h"
 #include "proto/version.h"
 #include "raster/decimation.h"
+#include "raster/filled_source.h"
 #include "raster/storage.h"
 
 namespace cordillera::pipeline {
@@ -128,9 +129,11 @@ proto::Result<void> merge_upwards(const Site& site) {
 }  // namespace
 
 proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request) {
-  if (!request.members.empty()) return raster::make_mosaic(request.members, request.options.feather());
-  if (request.decimation) return raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation);
-  return raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  const std::uint32_t limit_cells = raster::fill_limit_cells(request.options);
+  if (!request.members.empty()) return raster::fill_enclosed_voids(raster::make_mosaic(request.members, request.options.feather()), limit_cells);
+  auto source = request.decimation ? raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation)
+                                   : raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  return source.ok() ? raster::fill_enclosed_voids(std::move(*source), limit_cells) : std::move(source);
 }
 
 proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source) {
@@ -153,7 +156,7 @@ std::string state_of(const BuildRequest& request) {
 proto::Problem without_data(const BuildRequest& request) {
   const bool boxed = request.options.bbox_size() > 0;
   return {"raster-all-nodata", request.raster_name + " has no data" + (boxed ? " inside the bbox" : "") + ": nowhere do three neighbouring samples have heights",
-          "a raster with some data, or nodata= with a height to put there", boxed ? "bbox" : ""};
+          "a raster with some data, or voids= with a height to put there", boxed ? "bbox" : ""};
 }
 
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {

@@ -187,6 +187,7 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();
   plan.mutable_options()->clear_memory();
+  plan.mutable_options()->clear_warnings();
   if (options.quality() == "default") plan.mutable_options()->clear_quality();
   const double error = options.has_error() ? options.error() : default_error_m(plan, source);
   for (int z = range->first; z >= range->second; --z) {

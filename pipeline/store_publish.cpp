@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <vector>
 
@@ -53,6 +54,7 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
     sum.set_composed(sum.composed() || tile.composed());
     sum.set_valid_samples(sum.valid_samples() + tile.valid_samples());
     sum.set_flat_samples(sum.flat_samples() + tile.flat_samples());
+    sum.set_filled_samples(sum.filled_samples() + tile.filled_samples());
     sum.set_border_vertices(sum.border_vertices() + tile.border_vertices());
     sum.set_put_back(sum.put_back() + tile.put_back());
     squares += tile.sum_squared_error();
@@ -108,10 +110,25 @@ void add_bounds(Database& database, int level, proto::Manifest& manifest) {
 // What the source turned out to hold, from the finest level's sums.
 void describe_source(const proto::LevelSummary& finest, const SampleRange& range, proto::Source& source) {
   if (source.lattice_samples() > 0) source.set_nodata_share(std::max(0.0, 1 - finest.valid_samples() / source.lattice_samples()));
-  if (finest.valid_samples() > 0) source.set_flat_water_share(finest.flat_samples() / finest.valid_samples());
+  if (finest.valid_samples() > 0) {
+    source.set_flat_water_share(finest.flat_samples() / finest.valid_samples());
+    source.set_filled_share(finest.filled_samples() / finest.valid_samples());
+  }
   if (range.lowest_m > range.highest_m) return;
   source.set_min_height(range.lowest_m);
   source.set_max_height(range.highest_m);
+}
+
+/// How much of the data nobody measured.
+void note_filled(double share, proto::Manifest& manifest) {
+  if (share <= 0) return;
+  char text[160];
+  const double percent = 100 * share;
+  const char* format = percent < 0.01 ? "Less than 0.01 %% of the data were voids and are filled; voids=hole keeps them"
+                       : percent < 10 ? "%.2g %% of the data were voids and are filled; voids=hole keeps them"
+                                      : "%.0f %% of the data were voids and are filled; voids=hole keeps them";
+  std::snprintf(text, sizeof text, format, percent);
+  manifest.add_notes(text);
 }
 
 }  // namespace
@@ -142,6 +159,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   }
   if (finest == nullptr) throw NothingToPublish();
   describe_source(*finest, range, *manifest.mutable_source());
+  note_filled(manifest.source().filled_share(), manifest);
   add_bounds(database, static_cast<int>(finest->level()), manifest);
   manifest.add_bounds(finest->min_height());
   manifest.add_bounds(finest->max_height());

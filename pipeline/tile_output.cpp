@@ -26,18 +26,23 @@ void count_samples(const LevelContext& context, const proto::TileAddress& tile, 
   const auto own = static_cast<std::size_t>(std::max<std::int64_t>(std::min(last, west + units) - first, 0));
   const auto all = static_cast<std::size_t>(std::max<std::int64_t>(last - first, 0));
   gpu::RowHeights counted, beside;
-  std::uint32_t flat = 0;
+  std::uint32_t flat = 0, filled = 0;
   for (std::int64_t j = std::max(south, samples.south); all > 0 && j < std::min(south + units + 1, samples.south + samples.rows); ++j) {
     const auto at = static_cast<std::size_t>((j - samples.south) * samples.columns + (first - samples.west));
     const std::int32_t* const height = samples.height.data() + at;
     const std::size_t mine = j < north ? own : 0;
     gpu::see_heights(height, mine, counted);
     gpu::see_heights(height + mine, all - mine, beside);
-    for (std::size_t k = 0; k < mine && !samples.flat_water.empty(); ++k) flat += height[k] == proto::kNoHeight ? 0 : samples.flat_water[at + k];
+    for (std::size_t k = 0; k < mine && !samples.flat_water.empty(); ++k) {
+      const unsigned mark = height[k] == proto::kNoHeight ? 0 : samples.flat_water[at + k];
+      flat += mark & proto::kFlatWater ? 1 : 0;
+      filled += mark & proto::kFilledVoid ? 1 : 0;
+    }
   }
   const auto valid = static_cast<std::uint32_t>(counted.valid);
   record.set_valid_samples(valid);
   record.set_flat_samples(flat);
+  record.set_filled_samples(filled);
   record.set_flat_water(valid > 0 && flat == valid);
   const std::int32_t lowest = std::min(counted.lowest, beside.lowest), highest = std::max(counted.highest, beside.highest);
   if (lowest > highest) return;

@@ -15,6 +15,12 @@ inline constexpr double kMaxHeight_m = 16384;
 /// The height of an invalid sample in Samples::height.
 inline constexpr std::int32_t kNoHeight = INT32_MIN;
 
+/// What is known of a sample beside its height.
+enum SampleMark : std::uint8_t {
+  kFlatWater = 1,
+  kFilledVoid = 2,  ///< the source has no data here
+};
+
 /// A window of lattice samples. Row-major, rows from the SOUTH, columns from the WEST; sample (c, r) is lattice vertex
 /// (west + c, south + r). Invalid (no data) samples are kNoHeight.
 struct Samples {
@@ -23,7 +29,7 @@ struct Samples {
   std::int32_t columns = 0;
   std::int32_t rows = 0;
   std::vector<std::int32_t> height;     ///< columns*rows, kHeightStep_m above the WGS 84 ellipsoid
-  std::vector<std::uint8_t> flat_water;  ///< columns*rows, 1 where the source is a flat water surface (found before the datum shift)
+  std::vector<std::uint8_t> flat_water;  ///< columns*rows, SampleMark: 1 where the source is a flat water surface (found before the datum shift)
 
   std::int32_t at(std::int64_t i, std::int64_t j) const {
     return height[static_cast<std::size_t>((j - south) * columns + (i - west))];

@@ -137,7 +137,7 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   SourceParts parts;
   parts.options = *checked;
   parts.dataset = std::move(*dataset);
-  parts.dataset.asked_nodata = checked->source_nodata;
+  parts.dataset.asked_nodata = checked->nodata;
   // A raster that lies nowhere is told so first: a CRS would not help it.
   if (auto placed = check_placed(parts.dataset); !placed.ok()) return placed.problem();
   auto crs = resolve_crs(parts.dataset, options.crs());

@@ -5,32 +5,39 @@
 #include <cmath>
 
 #include "proto/mesh.h"
+#include "raster/filled_source.h"
 
 namespace cordillera::raster {
 namespace {
 
 using proto::Problem;
 
-proto::Result<void> read_nodata(const std::string& text, SourceOptions& out) {
-  if (text.empty() || text == "hole") return {};
-  if (text == "fill") {
-    out.voids = VoidRule::fill;
-    return {};
-  }
-  const auto [end, error] = std::from_chars(text.data() + (text[0] == '+' ? 1 : 0), text.data() + text.size(), out.void_height_m);
-  if (error != std::errc{} || end != text.data() + text.size() || !(std::abs(out.void_height_m) <= proto::kMaxHeight_m))
-    return Problem{"option-invalid", "nodata=" + text + " is no height", "hole, fill, or a height in metres from -16384 to 16384", "nodata"};
+/// The whole text as a number.
+bool read_number(const std::string& text, double& out) {
+  const auto [end, error] = std::from_chars(text.data() + (text[0] == '+' ? 1 : 0), text.data() + text.size(), out);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+/// What is filled is void to the raster itself, see filled_source.h.
+proto::Result<void> read_voids(const std::string& text, SourceOptions& out) {
+  if (text.empty() || text == "fill" || text == "hole") return {};
+  const std::string accepted = "fill, hole, or a height in metres from " + std::to_string(kLeastVoidHeight_m) + " to 16384";
+  if (!read_number(text, out.void_height_m) || !(std::abs(out.void_height_m) <= proto::kMaxHeight_m))
+    return Problem{"option-invalid", "voids=" + text + " is no height", accepted, "voids"};
+  if (out.void_height_m < kLeastVoidHeight_m)
+    return Problem{"option-invalid", "voids=" + text + " would put pits deeper than any land; nodata=" + text + " says that this value means no data",
+                   accepted, "voids"};
   out.voids = VoidRule::value;
   return {};
 }
 
-proto::Result<void> read_source_nodata(const std::string& text, SourceOptions& out) {
-  if (text.empty()) return {};
+/// Stores of earlier versions say here what becomes of voids.
+proto::Result<void> read_nodata(const std::string& text, SourceOptions& out) {
+  if (text.empty() || text == "hole" || text == "fill") return {};
   double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || std::isinf(value))
-    return Problem{"option-invalid", "source_nodata=" + text + " is no value of a pixel", "a number as it stands in the file, or nan", "source_nodata"};
-  out.source_nodata = value;
+  if (!read_number(text, value) || std::isinf(value))
+    return Problem{"option-invalid", "nodata=" + text + " is no value of a pixel", "a number as it stands in the file, or nan", "nodata"};
+  out.nodata = value;
   return {};
 }
 
@@ -61,8 +68,11 @@ proto::Result<SourceOptions> check_options(const proto::BuildOptions& options) {
   if (options.has_z_offset()) out.z_offset_m = options.z_offset();
   if (!std::isfinite(out.z_scale) || out.z_scale == 0) return Problem{"option-invalid", "z_scale is no factor", "a number other than 0", "z_scale"};
   if (!std::isfinite(out.z_offset_m)) return Problem{"option-invalid", "z_offset is no number", "a height in metres", "z_offset"};
+  if (auto done = read_voids(options.voids(), out); !done.ok()) return done.problem();
   if (auto done = read_nodata(options.nodata(), out); !done.ok()) return done.problem();
-  if (auto done = read_source_nodata(options.source_nodata(), out); !done.ok()) return done.problem();
+  if (options.has_fill_limit() && options.fill_limit() > kGreatestFillLimit_cells)
+    return Problem{"option-invalid", "fill_limit=" + std::to_string(options.fill_limit()) + " is too much",
+                   "0 to " + std::to_string(kGreatestFillLimit_cells) + " cells", "fill_limit"};
   if (auto done = read_bbox(options, out); !done.ok()) return done.problem();
   return out;
 }

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "proto/mesh.h"
-#include "raster/fill.h"
 #include "raster/gdal_scope.h"
 
 namespace cordillera::raster {
@@ -21,28 +20,6 @@ Pixels::Pixels(const Dataset& dataset, const HeightRule& rule, int period)
     : dataset_(dataset), rule_(rule), period_(period), validity_(dataset) {}
 
 proto::Result<void> Pixels::read(const PixelWindow& window, std::vector<double>& heights) {
-  if (rule_.voids != VoidRule::fill) {
-    if (auto done = read_wrapped(window, heights); !done.ok()) return done;
-    return {};
-  }
-  // A void's fill looks kFillReach_px around it, whatever the window.
-  const int reach = kFillReach_px;
-  const PixelWindow wide{window.x - reach, window.y - reach, window.columns + 2 * reach, window.rows + 2 * reach};
-  std::vector<double> around;
-  if (auto done = read_wrapped(wide, around); !done.ok()) return done;
-  fill_voids(around, wide.columns, wide.rows);
-  heights.assign(static_cast<std::size_t>(window.columns) * window.rows, kVoid);
-  for (int r = 0; r < window.rows; ++r) {
-    if (window.y + r < 0 || window.y + r >= dataset_.rows) continue;  // beyond the raster nothing is filled
-    const double* from = around.data() + static_cast<std::size_t>(r + reach) * wide.columns + reach;
-    double* to = heights.data() + static_cast<std::size_t>(r) * window.columns;
-    for (int c = 0; c < window.columns; ++c)
-      if (period_ != 0 || (window.x + c >= 0 && window.x + c < dataset_.columns)) to[c] = from[c];
-  }
-  return {};
-}
-
-proto::Result<void> Pixels::read_wrapped(const PixelWindow& window, std::vector<double>& heights) {
   heights.assign(static_cast<std::size_t>(window.columns) * window.rows, kVoid);
   if (period_ == 0) return read_inside(window, window, 0, heights);
   // Columns 0 .. period-1 repeat around the earth; a duplicated last column of a grid-registered raster is never read.

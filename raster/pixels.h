@@ -10,7 +10,7 @@
 namespace cordillera::raster {
 
 /// What becomes of pixels without data.
-enum class VoidRule : std::uint8_t { hole, value, fill };
+enum class VoidRule : std::uint8_t { hole, value };
 
 /// From raw value to metres, and what to do with voids.
 struct HeightRule {
@@ -38,7 +38,6 @@ class Pixels {
   const Validity& validity() const { return validity_; }
 
  private:
-  proto::Result<void> read_wrapped(const PixelWindow& window, std::vector<double>& heights);
   proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift, std::vector<double>& heights);
   proto::Result<void> read_stored(const PixelWindow& part, double* out, std::size_t stride);
   proto::Result<void> pass_lines(int end);

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "raster/fill.h"
 #include "raster/gdal_scope.h"
 #include "raster/raster_source.h"
 
@@ -117,8 +116,7 @@ double RasterSource::resampling_error_m(const proto::Lattice& lattice) {
   const KernelFrame& frame = frame_for(lattice);
   const PixelWindow area = pixels_in_area();
   const PixelWindow window = Kernel(frame).around({0, 0}, {frame.ratio_x, frame.ratio_y});
-  const int reach = parts_.height_rule.voids == VoidRule::fill ? 2 * kFillReach_px : 0;
-  NetFrame net_frame{area.x, area.y, area.columns, area.rows, window.columns + reach, window.rows + reach, 1, 1};
+  NetFrame net_frame{area.x, area.y, area.columns, area.rows, window.columns, window.rows, 1, 1};
   int block_columns = 1, block_rows = 1;
   parts_.dataset.band->GetBlockSize(&block_columns, &block_rows);
   net_frame.block_columns = std::clamp(block_columns, 1, parts_.dataset.columns);

@@ -156,11 +156,14 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
   json["provisional"] = provisional;
   json["links"] = links_json(prefix, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
   if (changes.is_object()) json["updates"] = changes;
+  json["notes"] = std::vector<std::string>(dataset.options.warnings().begin(), dataset.options.warnings().end());
   json["manifest"] = nullptr;
   if (dataset.state != State::ready) return json;
   const auto summary = service.library().summary(dataset.id);
   if (summary) {
-    json["manifest"] = summary_json((*summary)->manifest);
+    const proto::Manifest& manifest = (*summary)->manifest;
+    json["manifest"] = summary_json(manifest);
+    json["notes"] = std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
     json["version"] = (*summary)->version;
     json["links"]["version"] = prefix + "/versions/" + (*summary)->version;
   } else {

@@ -133,6 +133,7 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
 }  // namespace
 
 int build_command(const Settings& settings, const BuildLine& line) {
+  for (const std::string& warning : settings.build.warnings()) std::cerr << "cordillera: warning: " << warning << "\n";
   auto asked = request_for(settings, line);
   if (!asked) return fail(asked.problem());
   pipeline::BuildRequest request = std::move(*asked);

@@ -51,6 +51,7 @@ std::string manifest_table(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
   std::string out = source_lines(source);
   out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
+  for (const std::string& note : manifest.notes()) out += text("note      %.300s\n", note.c_str());
   out += text("range     %.2f to %.2f m above the ellipsoid; resampling error %.3f m\n", source.min_height(),
               source.max_height(), source.resampling_error());
   out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(),

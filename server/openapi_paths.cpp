@@ -143,10 +143,8 @@ Json sent_raster() { return {{"required", false}, {"content", content_of("applic
 /// What one raster of several may have of its own.
 Json source_parameters() {
   Json parameters = Json::array();
-  for (const OptionSpec& option : build_options()) {
-    for (const char* own : {"name", "crs", "vertical-datum", "nodata", "source-nodata", "z-scale", "z-offset"}) {
-      if (option.name == own) parameters.push_back(query(spelt(option, Spelling::query), option.help + "; accepted: " + option.accepted));
-    }
+  for (const OptionSpec& option : raster_options()) {
+    parameters.push_back(query(spelt(option, Spelling::query), option.help + "; accepted: " + option.accepted));
   }
   parameters.push_back(query("position", "where it stands in the list; 0, the default of a new one, wins"));
   parameters.push_back(query("upload", "id of an upload that is complete; then there is no body"));

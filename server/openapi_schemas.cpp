@@ -49,6 +49,8 @@ Json dataset() {
   properties["error"] = or_null("problem");
   properties["links"] = {
       {"type", "object"}, {"additionalProperties", {{"type", "string"}}}, {"description", "relative to this document"}};
+  properties["notes"] = {{"type", "array"}, {"items", {{"type", "string"}}},
+                         {"description", "sentences for people: voids that were filled, options of an older spelling"}};
   properties["manifest"] = {{"type", Json::array_t{"object", "null"}},
                             {"description", "once it is ready: title, attribution, levels, bounds, counts"}};
   properties["updates"] = {{"type", "object"}, {"description", "of a dataset whose rasters can be changed: number of its version, pending changes, the last one"}};

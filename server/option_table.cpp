@@ -6,6 +6,7 @@
 #include "gpu/simplify.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
+#include "raster/filled_source.h"
 #include "server/access/client_address.h"
 #include "server/options.h"
 #include "server/routes.h"
@@ -48,27 +49,37 @@ Complaint apply_datum(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
-Complaint apply_nodata(std::string_view text, Settings& settings) {
+Complaint apply_voids(std::string_view text, Settings& settings) {
   std::string value;
-  if (!read_choice(text, {"hole", "fill"}, &value)) {
-    settings.build.set_nodata(value);
+  if (!read_choice(text, {"fill", "hole"}, &value)) {
+    settings.build.set_voids(value);
     return std::nullopt;
   }
-  double height = 0;
-  if (auto complaint = read_number(text, {-proto::kMaxHeight_m, proto::kMaxHeight_m}, &height)) return *complaint + ", and neither hole nor fill";
-  settings.build.set_nodata(std::string(text));
+  double height_m = 0;
+  if (auto complaint = read_number(text, {-kGreatest, proto::kMaxHeight_m}, &height_m)) return *complaint + ", and neither fill nor hole";
+  if (height_m < raster::kLeastVoidHeight_m) {
+    return "pits deeper than any land; nodata=" + std::string(text) + " says that this value means no data";
+  }
+  settings.build.set_voids(std::string(text));
   return std::nullopt;
 }
 
-Complaint apply_source_nodata(std::string_view text, Settings& settings) {
+Complaint apply_nodata(std::string_view text, Settings& settings) {
   double value = 0;
   std::string nan;
   if (!read_choice(text, {"nan"}, &nan)) {
-    settings.build.set_source_nodata(nan);
+    settings.build.set_nodata(nan);
     return std::nullopt;
   }
   if (auto complaint = read_number(text, {-kGreatest, kGreatest}, &value)) return "neither a number nor nan";
-  settings.build.set_source_nodata(shown(value));
+  settings.build.set_nodata(shown(value));
+  return std::nullopt;
+}
+
+Complaint apply_fill_limit(std::string_view text, Settings& settings) {
+  std::uint32_t cells = 0;
+  if (auto complaint = read_whole(text, {0, raster::kGreatestFillLimit_cells}, &cells)) return complaint;
+  settings.build.set_fill_limit(cells);
   return std::nullopt;
 }
 
@@ -212,12 +223,22 @@ Complaint apply_limit(std::string_view text, Settings& settings) {
   return read_whole(text, {least, greatest}, &(settings.serve.limits.*field));
 }
 
+OptionSpec of_raster(OptionSpec option) {
+  option.of_raster = true;
+  return option;
+}
+
+OptionSpec with_alias(const char* older_name, OptionSpec option) {
+  option.alias = older_name;
+  return option;
+}
+
 std::vector<OptionSpec> make_build_options() {
   constexpr std::uint32_t kLevel = proto::kMaxLevel;
   const std::string level = "a level from 0 to " + std::to_string(kLevel);
   return {
-      {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
-       apply_text<&BuildOptions::mutable_name>},
+      of_raster({"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
+       apply_text<&BuildOptions::mutable_name>}),
       {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards",
        "metres, 0.01 to 1000000", apply_error},
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
@@ -226,16 +247,18 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"geodetic"}, settings.build.mutable_scheme());
        }},
-      {"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
-       apply_text<&BuildOptions::mutable_crs>},
-      {"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
+      of_raster({"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
+       apply_text<&BuildOptions::mutable_crs>}),
+      of_raster({"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
        "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code such as NAVD88 or EPSG:5703, or a geoid grid file (over HTTP: "
        "the bare name of one in the operator's geoid folders)",
-       apply_datum},
-      {"nodata", "WHAT", "what becomes of pixels without data", "hole, fill, or a height in metres, -16384 to 16384, that is put there",
-       apply_nodata},
-      {"source-nodata", "VALUE", "a value of the raster that means no data, beside the one that the file declares; before scale and offset",
-       "a number as it stands in the file, such as -9999, or nan", apply_source_nodata},
+       apply_datum}),
+      with_alias("source-nodata", of_raster({"nodata", "VALUE", "a value of the raster that means no data, beside the one that the file declares; before scale and offset",
+                 "a number as it stands in the file, such as -9999, or nan", apply_nodata})),
+      of_raster({"voids", "WHAT", "what becomes of places without data: fill closes those that data encloses with a smooth surface",
+                 "fill, hole, or a height in metres, -500 to 16384, that is put there (of one raster among several: a height)", apply_voids}),
+      {"fill-limit", "CELLS", "voids that are wider or higher than this, in cells of the finest level, are not filled", "0 to 1024",
+       apply_fill_limit},
       {"water", "HEIGHT", "pixels of exactly this height, in metres above the vertical datum, are water: quantized-mesh then has water masks",
        "a height in metres, -16384 to 16384", apply_water},
       {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
@@ -261,11 +284,11 @@ std::vector<OptionSpec> make_build_options() {
       {"min-level", "LEVEL", "coarsest level to publish", level, apply_whole<&BuildOptions::set_min_level, kLevel>},
       {"max-level", "LEVEL", "finest level; default: the first that is as fine as the raster", level,
        apply_whole<&BuildOptions::set_max_level, kLevel>},
-      {"z-scale", "FACTOR", "height = z-scale * value + z-offset, after the source's own scale and unit", "a number, not 0",
-       apply_z_scale},
+      of_raster({"z-scale", "FACTOR", "height = z-scale * value + z-offset, after the source's own scale and unit", "a number, not 0",
+       apply_z_scale}),
       {"feather", "METRES", "width over which one of several rasters gives way to the next, at its rims and voids", "0 to 100000",
        apply_feather},
-      {"z-offset", "METRES", "see z-scale", "metres", apply_z_offset},
+      of_raster({"z-offset", "METRES", "see z-scale", "metres", apply_z_offset}),
       {"title", "TEXT", "title carried into manifest, tileset, status and every .glb", "text", apply_text<&BuildOptions::mutable_title>},
       {"attribution", "TEXT", "attribution carried into manifest, tileset, status and every .glb", "text",
        apply_text<&BuildOptions::mutable_attribution>},

@@ -3,8 +3,12 @@
 namespace cordillera::server {
 namespace {
 
-/// Other tools call it so.
-std::string with_habits(const std::string& name) { return name == "--max-level" ? "-z,--max-level,--max-zoom" : name; }
+/// Other tools, or earlier versions, call it so.
+std::string with_habits(const OptionSpec& option) {
+  const std::string name = spelt(option, Spelling::command_line), older = alias_spelt(option, Spelling::command_line);
+  if (name == "--max-level") return "-z,--max-level,--max-zoom";
+  return older.empty() ? name : name + "," + older;
+}
 
 }  // namespace
 
@@ -15,7 +19,7 @@ void add_table(CLI::App& command, const std::vector<OptionSpec>& table, Given& g
       for (const std::string& value : values) given.emplace_back(name, value);
       return true;
     };
-    auto* added = command.add_option(with_habits(name), take, option.help + " [" + option.accepted + "]");
+    auto* added = command.add_option(with_habits(option), take, option.help + " [" + option.accepted + "]");
     added->type_name(option.value)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     if (option.value.empty()) {
       added->expected(0, 1);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <iterator>
 #include <set>
 
 namespace cordillera::server {
@@ -16,6 +17,8 @@ std::string underscored(std::string name) {
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
 }
+
+using Row = std::vector<OptionSpec>::const_iterator;
 
 /// The combinations that no single option can refuse.
 proto::Result<void> check_together(const Settings& settings, Spelling spelling) {
@@ -51,6 +54,22 @@ proto::Problem unknown_option(const std::string& name, const std::vector<OptionS
           shown};
 }
 
+/// Earlier versions took nodata=hole and nodata=fill for what voids= says now.
+std::optional<Row> meant_for_voids(const OptionSpec& option, const std::string& value, const std::vector<OptionSpec>& table) {
+  std::string word;
+  if (option.name != "nodata" || read_choice(value, {"hole", "fill"}, &word)) return std::nullopt;
+  const Row voids = std::find_if(table.begin(), table.end(), [](const OptionSpec& candidate) { return candidate.name == "voids"; });
+  return voids == table.end() ? std::nullopt : std::optional(voids);
+}
+
+void note_old_nodata(const std::string& value, Spelling spelling, Settings& settings) {
+  const auto name = [spelling](const char* plain) { return spelt({plain, "", "", "", nullptr}, spelling); };
+  const std::string sentence = name("nodata") + "=" + value + " is understood as " + name("voids") + "=" + value + "; " + name("nodata") +
+                               "= takes a value that means no data";
+  auto& warnings = *settings.build.mutable_warnings();
+  if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end()) warnings.Add()->assign(sentence);
+}
+
 }  // namespace
 
 std::string spelt(const OptionSpec& option, Spelling spelling) {
@@ -71,14 +90,22 @@ std::string spelt(const OptionSpec& option, Spelling spelling) {
   return name;
 }
 
+std::string alias_spelt(const OptionSpec& option, Spelling spelling) {
+  return option.alias.empty() ? "" : spelt({option.alias, "", "", "", nullptr}, spelling);
+}
+
 proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given,
                                    Spelling spelling) {
   std::set<std::string> seen;
   for (const auto& [name, value] : given) {
-    const auto option = std::find_if(table.begin(), table.end(), [&, &wanted = name](const OptionSpec& candidate) {
-      return spelt(candidate, spelling) == wanted;
+    Row option = std::find_if(table.begin(), table.end(), [&, &wanted = name](const OptionSpec& candidate) {
+      return spelt(candidate, spelling) == wanted || (!wanted.empty() && alias_spelt(candidate, spelling) == wanted);
     });
     if (option == table.end()) return unknown_option(name, table, spelling);
+    if (const auto voids = meant_for_voids(*option, value, table)) {
+      option = *voids;
+      note_old_nodata(value, spelling, settings);
+    }
     if (!seen.insert(option->name).second) {
       return proto::Problem{"option-repeated", name + " is given twice", "each option once; lists are separated by commas",
                             name};
@@ -96,11 +123,27 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
   return settings;
 }
 
+bool is_of_all_rasters(const std::string& name, const std::string& value) {
+  std::string word;
+  return (name == "voids" || name == "nodata") && !read_choice(value, {"hole", "fill"}, &word);
+}
+
+proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given) {
+  for (const auto& [name, value] : given) {
+    if (!is_of_all_rasters(name, value)) continue;
+    return proto::Problem{"option-invalid", name + "=" + value + " is said of all rasters together, not of one of them",
+                          "voids= with a height in metres, -500 to 16384, or voids= with the whole build", name};
+  }
+  return with_layer(std::move(settings), table, given, Spelling::query);
+}
+
 Given environment_layer(const std::vector<OptionSpec>& table) {
   Given given;
   for (const OptionSpec& option : table) {
-    const std::string name = spelt(option, Spelling::environment);
-    if (const char* value = std::getenv(name.c_str())) given.emplace_back(name, value);
+    for (const std::string& name : {spelt(option, Spelling::environment), alias_spelt(option, Spelling::environment)}) {
+      if (name.empty()) continue;
+      if (const char* value = std::getenv(name.c_str())) given.emplace_back(name, value);
+    }
   }
   return given;
 }
@@ -108,7 +151,10 @@ Given environment_layer(const std::vector<OptionSpec>& table) {
 std::vector<std::string> unread_variables() {
   // What raster, the client's commands, deploy/ and the tests read, and every option: a server's variables may be set where something is built.
   std::vector<std::string> known = {"CACHE", "BUILD", "CMAKE_ARGS", "JOB_ENVIRONMENT", "TEST_DATA", "SERVER", "TOKEN", "TOKEN_FILE"};
-  for (const OptionSpec& option : all_options()) known.push_back(spelt(option, Spelling::environment).substr(kVariable.size()));
+  for (const OptionSpec& option : all_options()) {
+    known.push_back(spelt(option, Spelling::environment).substr(kVariable.size()));
+    if (!option.alias.empty()) known.push_back(alias_spelt(option, Spelling::environment).substr(kVariable.size()));
+  }
   std::vector<std::string> sentences;
   for (char** variable = environ; variable != nullptr && *variable != nullptr; ++variable) {
     const std::string text = *variable, name = text.substr(0, text.find('='));
@@ -142,6 +188,12 @@ proto::Result<Given> config_file_layer(const std::string& path) {
     given.emplace_back(trimmed(line.substr(0, equals)), value);
   }
   return given;
+}
+
+std::vector<OptionSpec> raster_options() {
+  std::vector<OptionSpec> own;
+  std::copy_if(build_options().begin(), build_options().end(), std::back_inserter(own), [](const OptionSpec& option) { return option.of_raster; });
+  return own;
 }
 
 std::vector<OptionSpec> post_options() {

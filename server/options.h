@@ -80,10 +80,14 @@ struct OptionSpec {
   Complaint (*apply)(std::string_view text, Settings& settings);
   std::uint32_t Limits::*limit = nullptr;  ///< of one that GET /v1/limits shows
   std::string unit = {};                   ///< of a limit
+  bool of_raster = false;                  ///< one raster of several may have its own
+  std::string alias = {};                  ///< an older name that still works
 };
 
 /// What a build takes, over HTTP and on the command line alike.
 const std::vector<OptionSpec>& build_options();
+/// Of these, what each of several rasters may have of its own.
+std::vector<OptionSpec> raster_options();
 /// What only a POST takes, and `serve` as its default.
 const std::vector<OptionSpec>& posting_options();
 /// What a POST takes: options of the build, and those of posting.
@@ -96,6 +100,8 @@ std::vector<OptionSpec> all_options();
 /// How the user spelt a name: vertical_datum, --vertical-datum, vertical-datum or CORDILLERA_VERTICAL_DATUM.
 enum class Spelling { query, command_line, config_file, environment };
 std::string spelt(const OptionSpec& option, Spelling spelling);
+/// The same of its older name; empty: it has none.
+std::string alias_spelt(const OptionSpec& option, Spelling spelling);
 
 /// One layer of options, in the order given: names as the user spelt them.
 using Given = std::vector<std::pair<std::string, std::string>>;
@@ -104,6 +110,11 @@ using Given = std::vector<std::pair<std::string, std::string>>;
 /// An unknown name, a repeated one or a bad value is a Problem that names it and what is accepted.
 proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given,
                                    Spelling spelling);
+
+/// A raster's voids are filled with those of all, or not at all: voids=fill and voids=hole cannot be said of one. As a query has it.
+bool is_of_all_rasters(const std::string& name, const std::string& value);
+/// The same layer for one raster of several, whose options stand over those of all; voids= is a height here.
+proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given);
 
 /// The variables of the table that are set in this process's environment.
 Given environment_layer(const std::vector<OptionSpec>& table);

@@ -25,13 +25,9 @@ using raster::Source;
 
 /// The build's options with those of one raster over them.
 proto::Result<proto::BuildOptions> options_of(const raster::ListedSource& source, const Settings& settings) {
-  std::vector<OptionSpec> table;
-  for (const OptionSpec& option : build_options()) {
-    for (const char* own : {"crs", "vertical-datum", "nodata", "source-nodata", "z-scale", "z-offset"}) {
-      if (option.name == own) table.push_back(option);
-    }
-  }
-  const auto layered = with_layer(settings, table, source.options, Spelling::query);
+  std::vector<OptionSpec> table = raster_options();
+  std::erase_if(table, [](const OptionSpec& option) { return option.name == "name"; });
+  const auto layered = with_raster_layer(settings, table, source.options);
   if (!layered) {
     Problem problem = layered.problem();
     problem.detail = source.path + ": " + problem.detail;

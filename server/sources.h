@@ -18,7 +18,7 @@ struct Sources {
 };
 
 /// words: rasters, folders, lists; see raster/source_list.h. Options that a list gives to a raster go over those of settings; they may be
-/// crs, vertical_datum, nodata, source_nodata, z_scale, z_offset. A raster beside the bbox is passed over. Rasters that overlap
+/// crs, vertical_datum, nodata, voids, z_scale, z_offset. A raster beside the bbox is passed over. Rasters that overlap
 /// and count their heights from different surfaces are warned of, with the difference where they meet.
 proto::Result<Sources> examine_sources(const std::vector<std::string>& words, const Settings& settings, BadSource bad);
 

@@ -181,6 +181,7 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   auto plan = work::plan_work(request, g_stop, given);
   if (!plan) return fail(plan.problem());
   for (const std::string& skipped : sources->skipped) plan->add_skipped(proto::as_utf8(skipped));
+  for (const std::string& warning : settings.build.warnings()) plan->add_warnings(warning);
   for (const std::string& warning : sources->warnings) plan->add_warnings(proto::as_utf8(warning));
   if (const auto written = work::write_plan(*plan, line.folder); !written) return fail(written.problem());
   for (const std::string& skipped : plan->skipped()) std::cerr << "cordillera: left out: " << skipped << "\n";

@@ -6,6 +6,7 @@
 #include "gpu/surface_error.h"
 #include "pipeline/plan.h"
 #include "proto/mesh.h"
+#include "raster/filled_source.h"
 
 namespace cordillera::pipeline::check {
 namespace {
@@ -34,6 +35,7 @@ std::string metres(double value) {
 proto::Result<std::unique_ptr<ErrorLaws>> ErrorLaws::open(const std::string& raster, const proto::Manifest& manifest, const proto::Plan& plan) {
   auto source = raster::open_source(raster, manifest.name(), raster::Trust::operator_file, manifest.options());
   if (!source) return source.problem();
+  *source = raster::fill_enclosed_voids(std::move(*source), raster::fill_limit_cells(manifest.options()));
   proto::Plan known = plan;
   const raster::Source::Window window = (*source)->window(lattice_of(plan));
   known.clear_window();

@@ -8,6 +8,7 @@
 #include "pipeline/builder.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
+#include "raster/filled_source.h"
 #include "raster/storage.h"
 
 namespace cordillera::pipeline::work {
@@ -45,7 +46,8 @@ class Worker {
     const double feather_m = plan_.options().feather();
     // A merge reads no raster. One raster alone is a mosaic of one.
     const auto open = [&]() -> proto::Result<std::unique_ptr<raster::Source>> {
-      return block ? raster::make_mosaic(members, feather_m) : std::unique_ptr<raster::Source>();
+      if (!block) return std::unique_ptr<raster::Source>();
+      return raster::fill_enclosed_voids(raster::make_mosaic(members, feather_m), raster::fill_limit_cells(plan_.options()));
     };
     Builder builder(plan_.plan(), workers_, open, device_, stop_);
     if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();

@@ -11,6 +11,7 @@
 #include "pipeline/plan.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
+#include "raster/filled_source.h"
 #include "raster/storage.h"
 #include "raster/window_index.h"
 
@@ -102,7 +103,9 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const proto::Plan& plan = work.plan();
   const proto::Lattice lattice = lattice_of(plan);
   const int level = static_cast<int>(plan.block_level());
-  const std::int64_t beside = lattice.cell_units(level) + (work.sources_size() > 1 ? raster::feather_vertices(work.options().feather(), lattice) : 0);
+  // One raster alone has no seam, and a block of it no other source.
+  const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) + raster::fill_reach(raster::fill_limit_cells(work.options()));
+  const std::int64_t beside = lattice.cell_units(level) + (work.sources_size() > 1 ? seam : 0);
   std::vector<raster::Source::Window> windows;
   for (const proto::PlannedSource& source : work.sources()) windows.push_back(raster::coarser(member_of(source).window, lattice));
   const raster::WindowIndex rasters(std::move(windows), lattice);
@@ -209,7 +212,7 @@ proto::BuildOptions reading(const proto::BuildOptions& options) {
   out.set_crs(options.crs());
   out.set_vertical_datum(options.vertical_datum());
   out.set_nodata(options.nodata());
-  out.set_source_nodata(options.source_nodata());
+  out.set_voids(options.voids());
   if (options.has_z_scale()) out.set_z_scale(options.z_scale());
   if (options.has_z_offset()) out.set_z_offset(options.z_offset());
   *out.mutable_bbox() = options.bbox();

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 
@@ -14,10 +15,8 @@ using proto::Problem;
 
 /// Of the options, those that belong to a raster and not to the dataset.
 bool is_of_raster(const std::string& name) {
-  for (const char* own : {"crs", "vertical_datum", "nodata", "source_nodata", "z_scale", "z_offset"}) {
-    if (name == own) return true;
-  }
-  return false;
+  const std::vector<OptionSpec> own = raster_options();
+  return std::any_of(own.begin(), own.end(), [&](const OptionSpec& option) { return option.name != "name" && spelt(option, Spelling::query) == name; });
 }
 
 /// As a query spells them: "--vertical-datum" is vertical_datum.
@@ -85,7 +84,7 @@ class Post {
     const std::string name = name_of(line_.rasters[position]);
     Given query = {{"name", name}, {"position", std::to_string(position)}};
     for (const auto& option : as_query(line_.options)) {
-      if (is_of_raster(option.first)) query.push_back(option);
+      if (is_of_raster(option.first) && !is_of_all_rasters(option.first, option.second)) query.push_back(option);
     }
     return {"/v1/datasets/" + id + "/sources", query_text(query), name};
   }

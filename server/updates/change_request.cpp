@@ -17,17 +17,6 @@ using proto::Problem;
 
 constexpr std::uint32_t kLastPosition = 1u << 20;
 
-/// What one raster may have of its own.
-std::vector<OptionSpec> source_options() {
-  std::vector<OptionSpec> table;
-  for (const OptionSpec& option : build_options()) {
-    for (const char* own : {"name", "crs", "vertical-datum", "nodata", "source-nodata", "z-scale", "z-offset"}) {
-      if (option.name == own) table.push_back(option);
-    }
-  }
-  return table;
-}
-
 std::optional<Problem> take_position(Given& options, proto::SourceChange& change) {
   const auto found = std::find_if(options.begin(), options.end(), [](const auto& option) { return option.first == "position"; });
   if (found == options.end()) return std::nullopt;
@@ -46,7 +35,7 @@ std::optional<Problem> take_options(Service& service, const Given& given, const 
                                     const Delivery& delivery, proto::SourceSpec& spec) {
   Settings settings;
   if (old != nullptr) settings.build = old->spec().options();
-  auto layered = with_layer(settings, source_options(), given, Spelling::query);
+  auto layered = with_raster_layer(settings, raster_options(), given);
   if (!layered) return layered.problem();
   proto::BuildOptions& options = layered->build;
   spec.set_name(options.name());

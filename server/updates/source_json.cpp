@@ -11,7 +11,7 @@ Json options_json(const proto::BuildOptions& options) {
   for (const auto& [name, value] : {std::pair{"crs", options.crs()},
                                     {"vertical_datum", options.vertical_datum()},
                                     {"nodata", options.nodata()},
-                                    {"source_nodata", options.source_nodata()}}) {
+                                    {"voids", options.voids()}}) {
     if (!value.empty()) json[name] = value;
   }
   if (options.has_z_scale()) json["z_scale"] = options.z_scale();

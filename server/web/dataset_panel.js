@@ -62,7 +62,7 @@ export function show_manifest(manifest) {
   element("title").textContent = label_of(manifest);
   element("facts").textContent = [
     `${source.columns} × ${source.rows} pixels`, source.crs, heights_text(source),
-    `${manifest.triangles.toLocaleString("en")} triangles in ${manifest.tiles.toLocaleString("en")} tiles`].filter(Boolean).join(" · ");
+    `${manifest.triangles.toLocaleString("en")} triangles in ${manifest.tiles.toLocaleString("en")} tiles`, ...(manifest.notes || [])].filter(Boolean).join(" · ");
   element("levels").replaceChildren(...manifest.levels.map(level_row));
   element("attribution").textContent = manifest.attribution || "";
   element("details").hidden = false;

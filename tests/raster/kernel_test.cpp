@@ -73,14 +73,14 @@ TEST_F(Kernel, EveryWindowGivesTheSameBits) {
   Spec spec = point_spec(6, 9000, 12000, 90, 70);
   spec.nodata = -1;
   spec.value = [](int c, int r) { return (c * 7 + r * 13) % 31 == 0 ? -1.0 : bumpy(c, r); };
-  const std::string tables[] = {"", "fill", "12.5"};
+  const std::string tables[] = {"", "12.5"};
   std::mt19937 random(1);
   for (const std::string crs : {"EPSG:4326", "EPSG:4269", "EPSG:4267"}) {
     spec.crs = crs;
     const std::string file = write(spec);
-    for (const std::string& nodata : tables) {
+    for (const std::string& voids : tables) {
       proto::BuildOptions options = plain_options();
-      options.set_nodata(nodata);
+      options.set_voids(voids);
       const auto source = must_open(file, options);
       ASSERT_TRUE(source);
       for (const int level : {4, 6, 7}) {
@@ -93,7 +93,7 @@ TEST_F(Kernel, EveryWindowGivesTheSameBits) {
           ASSERT_TRUE(part.ok());
           for (std::int32_t y = 0; y < rows; ++y)
             for (std::int32_t x = 0; x < columns; ++x)
-              ASSERT_EQ(part->at(part->west + x, part->south + y), all.at(part->west + x, part->south + y)) << crs << nodata;
+              ASSERT_EQ(part->at(part->west + x, part->south + y), all.at(part->west + x, part->south + y)) << crs << voids;
         }
       }
     }

@@ -83,7 +83,7 @@ TEST_F(ResamplingError, OnlyWhatTheTilesShow) {
   torn.value = [](int c, int r) { return c == 8 && r == 8 ? 100.0 : c >= 6 && c <= 9 && r >= 6 && r <= 10 ? -1 : 0; };
   EXPECT_NEAR(error_m(write(torn)), 0, 0.001);  // alone among voids the spike is exact
   options = plain_options();
-  options.set_nodata("0");
+  options.set_voids("0");
   torn.value = [](int c, int r) { return c == 8 && r == 8 ? 100.0 : -1; };
   EXPECT_NEAR(error_m(write(torn), options), 75, 0.002);  // a number put into voids is a height
 }

@@ -2,6 +2,8 @@
 #include <cmath>
 #include <limits>
 
+#include <gmock/gmock.h>
+
 #include "fixture.h"
 
 namespace cordillera::raster_test {
@@ -106,32 +108,41 @@ TEST_F(Value, MaskAndAlphaBands) {
 TEST_F(Value, NodataOption) {
   Spec spec = aligned("Float32");
   spec.columns = spec.rows = 20, spec.nodata = -1;
-  spec.value = [](int c, int r) { return c >= 5 && c <= 9 && r >= 5 && r <= 9 ? -1.0 : 2.0 * c + r; };
+  spec.value = [](int c, int r) { return c == 3 && r == 3 ? -8888.0 : c >= 5 && c <= 9 && r >= 5 && r <= 9 ? -1.0 : 2.0 * c + r; };
   const std::string file = write(spec);
   proto::BuildOptions options = plain_options();
-  options.set_nodata("fill");
-  EXPECT_NEAR(pixel_m(*must_open(file, options), 7, 7), 21, 0.01);  // the middle of a plane, by symmetry
-  options.set_nodata("33.5");
-  options.set_z_scale(2);  // bears on the source's values, not on the height put into voids
-  EXPECT_EQ(pixel_m(*must_open(file, options), 7, 7), 33.5);
-  EXPECT_EQ(pixel_m(*must_open(file, options), 1, 1), 6);
-  options.set_nodata("hole");
-  EXPECT_TRUE(std::isnan(pixel_m(*must_open(file, options), 7, 7)));
-  for (const char* wrong : {"holes", "1e9", "nan", "7m"}) {
+  EXPECT_EQ(pixel_m(*must_open(file, options), 3, 3), -8888);
+  options.set_nodata("-8888");
+  EXPECT_TRUE(std::isnan(pixel_m(*must_open(file, options), 3, 3)));
+  EXPECT_TRUE(std::isnan(pixel_m(*must_open(file, options), 7, 7))) << "beside the one that the file declares";
+  for (const char* wrong : {"holes", "inf", "7m"}) {
     options.set_nodata(wrong);
     EXPECT_EQ(problem_type(file, options), "option-invalid") << wrong;
   }
 }
 
-TEST_F(Value, FillReachesOnlySoFar) {
+TEST_F(Value, VoidsOption) {
   Spec spec = aligned("Float32");
-  spec.columns = 400, spec.rows = 8, spec.nodata = -1;
-  spec.value = [](int c, int) { return c == 0 ? 50.0 : -1.0; };
+  spec.columns = spec.rows = 20, spec.nodata = -1;
+  spec.value = [](int c, int r) { return c >= 5 && c <= 9 && r >= 5 && r <= 9 ? -1.0 : 2.0 * c + r; };
+  const std::string file = write(spec);
   proto::BuildOptions options = plain_options();
-  options.set_nodata("fill");
-  const auto source = must_open(write(spec), options);
-  EXPECT_EQ(pixel_m(*source, 100, 4), 50);
-  EXPECT_TRUE(std::isnan(pixel_m(*source, 101, 4)));
+  options.set_voids("33.5");
+  options.set_z_scale(2);  // bears on the source's values, not on the height put into voids
+  EXPECT_EQ(pixel_m(*must_open(file, options), 7, 7), 33.5);
+  EXPECT_EQ(pixel_m(*must_open(file, options), 1, 1), 6);
+  for (const char* left : {"hole", "fill", ""}) {  // what is filled is seen to on the lattice
+    options.set_voids(left);
+    EXPECT_TRUE(std::isnan(pixel_m(*must_open(file, options), 7, 7))) << left;
+  }
+  for (const char* wrong : {"holes", "1e9", "nan", "7m", "-501", "-9999"}) {
+    options.set_voids(wrong);
+    EXPECT_EQ(problem_type(file, options), "option-invalid") << wrong;
+  }
+  EXPECT_THAT(open(file, options).problem().detail, ::testing::HasSubstr("nodata=-9999"));
+  options.set_voids("hole");
+  options.set_fill_limit(1025);
+  EXPECT_EQ(problem_type(file, options), "option-invalid");
 }
 
 TEST_F(Value, UnstoredBlocksOfASparseFileAreVoid) {

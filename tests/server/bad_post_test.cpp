@@ -230,7 +230,8 @@ TEST_F(BadPosts, QueriesAndBodies) {
       {"dem.tif", good, "&strategy=magic", 400, "option-invalid", "strategy='magic'"},
       {"dem.tif", good, "&strategy=sequential&device=cuda", 400, "options-conflict", "sequential collapses one edge after the other"},
       {"dem.tif", good, "&error=-1", 400, "option-invalid", "error='-1': outside 0.01 to 1000000"},
-      {"dem.tif", good, "&nodata=99999", 400, "option-invalid", "nodata='99999'"},
+      {"dem.tif", good, "&voids=99999", 400, "option-invalid", "voids='99999'"},
+      {"dem.tif", good, "&voids=-9999", 400, "option-invalid", "nodata=-9999 says that this value means no data"},
       {"dem.tif", good, "&device=abacus", 400, "option-invalid", "device='abacus'"},
       {"dem.tif", good, "&vertical_datum=/etc/passwd", 403, "option-forbidden", "names a path"},
       {"dem.tif", good, "&crs=/etc/passwd", 403, "option-forbidden", "files or addresses"},
@@ -293,7 +294,7 @@ TEST_F(BadPosts, AHugeSparseRaster) {
   post({"sparse.tif", sparse, "&memory=768&vertical_datum=ellipsoid", 201, "", ""});
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(400)) << "all 40 GB would take hours";
   // Zeros everywhere, as the request wants it, take hours; but a DELETE ends them.
-  const auto posted = client_->Post("/v1/datasets?name=sea.tif&nodata=0&memory=768", httplib::Headers{}, sparse, "image/tiff");
+  const auto posted = client_->Post("/v1/datasets?name=sea.tif&voids=0&memory=768", httplib::Headers{}, sparse, "image/tiff");
   ASSERT_TRUE(posted);
   ASSERT_EQ(posted->status, 202) << posted->body;
   const std::string address = "/v1/datasets/" + std::string(Json::parse(posted->body)["id"]);

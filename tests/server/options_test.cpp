@@ -24,7 +24,7 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
   for (const OptionSpec& option : build_options()) EXPECT_TRUE(names.insert(option.name).second) << option.name;
   for (const char* name :
        {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory", "bbox",
-        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name", "quality", "source-nodata", "water",
+        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name", "quality", "voids", "fill-limit", "water",
         "water-mask"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
@@ -59,7 +59,8 @@ TEST(Options, EveryValueArrivesInItsField) {
                                {"z_offset", "-7.5"},
                                {"title", "Höhe"},
                                {"attribution", "me"},
-                               {"source_nodata", " -32767"},
+                               {"voids", "FILL"},
+                               {"fill_limit", "300"},
                                {"quality", "Best"},
                                {"water", "-0.5"},
                                {"water_mask", "sea.tif"},
@@ -81,7 +82,8 @@ TEST(Options, EveryValueArrivesInItsField) {
   EXPECT_EQ(build.z_scale(), -0.1);
   EXPECT_EQ(build.z_offset(), -7.5);
   EXPECT_EQ(build.title(), "Höhe");
-  EXPECT_EQ(build.source_nodata(), "-32767");
+  EXPECT_EQ(build.voids(), "fill");
+  EXPECT_EQ(build.fill_limit(), 300u);
   EXPECT_EQ(build.quality(), "best");
   EXPECT_EQ(build.water(), -0.5);
   EXPECT_EQ(build.water_mask(), "sea.tif");
@@ -91,10 +93,10 @@ TEST(Options, EveryValueArrivesInItsField) {
 
 /// One value for every option of a build; error and keep exclude each other.
 const Given kOneOfEach = {{"name", "a.tif"}, {"error", "2.5"}, {"scheme", "geodetic"}, {"crs", "EPSG:32632"},
-                          {"vertical-datum", "EGM2008"}, {"nodata", "fill"}, {"strategy", "waves"}, {"device", "cpu"},
+                          {"vertical-datum", "EGM2008"}, {"nodata", "-9999"}, {"voids", "12.5"}, {"fill-limit", "40"}, {"strategy", "waves"}, {"device", "cpu"},
                           {"threads", "3"}, {"memory", "512"}, {"bbox", "10,46,11,47"}, {"min-level", "3"},
                           {"max-level", "12"}, {"z-scale", "0.5"}, {"z-offset", "-7"}, {"title", "two words"},
-                          {"attribution", "me = mine"}, {"source-nodata", "nan"}, {"quality", "fast"}, {"water", "0"}, {"water-mask", "sea.tif"},
+                          {"attribution", "me = mine"}, {"quality", "fast"}, {"water", "0"}, {"water-mask", "sea.tif"},
                           {"feather", "30"}, {"dry-run", "1"}};
 
 Given through_config_file(const Given& given) {
@@ -140,6 +142,52 @@ TEST(Options, EveryOptionMeansTheSameThroughEveryDoor) {
     }
   }
   EXPECT_EQ(kOneOfEach.size() + 1, build_options().size()) << "an option has no value here";
+}
+
+TEST(Options, OldSpellingsOfNodataStillWork) {
+  for (const char* word : {"fill", "HOLE"}) {
+    const auto settings = query({{"nodata", word}, {"source_nodata", "-9999"}});
+    ASSERT_TRUE(settings) << settings.problem().line();
+    EXPECT_EQ(settings->build.voids(), word == std::string("fill") ? "fill" : "hole");
+    EXPECT_EQ(settings->build.nodata(), "-9999");
+    ASSERT_EQ(settings->build.warnings_size(), 1);
+    EXPECT_THAT(settings->build.warnings(0), HasSubstr(std::string("nodata=") + word + " is understood as voids=" + word));
+  }
+  EXPECT_EQ(query({{"source_nodata", "-1"}})->build.warnings_size(), 0) << "an older name is no trouble";
+  const auto line = with_layer({}, build_options(), {{"--nodata", "hole"}}, Spelling::command_line);
+  EXPECT_THAT(line->build.warnings(0), HasSubstr("--voids=hole"));
+  for (const Given& twice : {Given{{"nodata", "1"}, {"source_nodata", "2"}}, Given{{"nodata", "fill"}, {"voids", "hole"}}}) {
+    const auto refused = query(twice);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.problem().type, "option-repeated");
+  }
+  setenv("CORDILLERA_SOURCE_NODATA", "-7", 1);
+  const auto set = with_layer({}, build_options(), environment_layer(build_options()), Spelling::environment);
+  const auto unread = unread_variables();
+  unsetenv("CORDILLERA_SOURCE_NODATA");
+  ASSERT_TRUE(set);
+  EXPECT_EQ(set->build.nodata(), "-7");
+  EXPECT_TRUE(unread.empty());
+}
+
+TEST(Options, AHeightThatIsNoLandIsNoHeightForVoids) {
+  const auto refused = query({{"voids", "-9999"}});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.problem().detail, HasSubstr("pits deeper than any land"));
+  EXPECT_THAT(refused.problem().detail, HasSubstr("nodata=-9999"));
+  EXPECT_TRUE(query({{"voids", "-500"}}));
+}
+
+TEST(Options, OneRasterOfSeveralHasAHeightForItsVoidsAndNoOtherSay) {
+  EXPECT_TRUE(with_raster_layer({}, raster_options(), {{"voids", "12"}, {"nodata", "-1"}, {"z_scale", "2"}}));
+  for (const Given& given : {Given{{"voids", "fill"}}, Given{{"voids", "Hole"}}, Given{{"nodata", "fill"}}}) {
+    const auto refused = with_raster_layer({}, raster_options(), given);
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.problem().detail, HasSubstr("of all rasters together"));
+  }
+  const auto others = with_raster_layer({}, raster_options(), {{"fill_limit", "12"}});
+  ASSERT_FALSE(others);
+  EXPECT_EQ(others.problem().type, "option-unknown");
 }
 
 TEST(Options, TheRangeThatIsNamedIsTheOneThatIsAccepted) {
@@ -191,11 +239,14 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
                                                                 {"error", "1000001"},
                                                                 {"error", "0.0099"},
                                                                 {"source_nodata", "none"},
-                                                                {"source_nodata", "inf"},
-                                                                {"source_nodata", ""},
+                                                                {"nodata", "inf"},
+                                                                {"nodata", ""},
+                                                                {"voids", "holes!"},
+                                                                {"voids", "99999"},
+                                                                {"voids", "-500.5"},
+                                                                {"fill_limit", "1025"},
                                                                 {"quality", "minimax"},
                                                                 {"nodata", "holes!"},
-                                                                {"nodata", "99999"},
                                                                 {"strategy", "magic"},
                                                                 {"device", "gpu"},
                                                                 {"device", "cuda:"},

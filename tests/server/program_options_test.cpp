@@ -14,14 +14,14 @@ using testing::HasSubstr;
 
 /// Options of a whole build, and what the manifest then says of all.
 const std::vector<std::pair<std::string, std::string>> kChosen = {
-    {"name", "mount.asc"}, {"error", "20"}, {"scheme", "geodetic"}, {"crs", "EPSG:4326"}, {"vertical-datum", "EGM96"}, {"nodata", "fill"},
+    {"name", "mount.asc"}, {"error", "20"}, {"scheme", "geodetic"}, {"crs", "EPSG:4326"}, {"vertical-datum", "EGM96"}, {"nodata", "-32767"}, {"voids", "fill"}, {"fill-limit", "300"},
     {"strategy", "waves"}, {"device", "cpu"}, {"threads", "1"}, {"memory", "512"}, {"bbox", "10.1,46.1,10.4,46.4"}, {"min-level", "2"},
-    {"max-level", "9"}, {"z-scale", "2"}, {"z-offset", "100"}, {"title", "Mount"}, {"attribution", "me"}, {"source-nodata", "-32767"}, {"quality", "best"},
+    {"max-level", "9"}, {"z-scale", "2"}, {"z-offset", "100"}, {"title", "Mount"}, {"attribution", "me"}, {"quality", "best"},
     {"water", "-5"}};
 constexpr const char* kEffective =
-    R"({"name":"mount.asc","error":20,"feather":0,"keep":[],"scheme":"geodetic","crs":"EPSG:4326","vertical_datum":"EGM96","nodata":"fill",)"
+    R"({"name":"mount.asc","error":20,"feather":0,"keep":[],"scheme":"geodetic","crs":"EPSG:4326","vertical_datum":"EGM96","voids":"fill",)"
     R"("strategy":"waves","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,"z_scale":2,)"
-    R"("z_offset":100,"title":"Mount","attribution":"me","source_nodata":"-32767","quality":"best","water":-5,"water_mask":""})";
+    R"("z_offset":100,"title":"Mount","attribution":"me","nodata":"-32767","quality":"best","water":-5,"water_mask":"","fill_limit":300,"warnings":[]})";
 
 TEST_F(Program, EveryOptionWorksFromTheLineTheEnvironmentTheFileAndTheQuery) {
   std::string words, variables, query, lines;
@@ -63,7 +63,8 @@ TEST_F(Program, TheManifestSaysWhatWasAssumed) {
   EXPECT_GE(options["error"], double(manifest["cell_m"]) / 64);
   EXPECT_EQ(options["error"], manifest["levels"][0]["target"]);
   EXPECT_EQ(options["vertical_datum"], "EGM96");
-  EXPECT_EQ(options["nodata"], "hole");
+  EXPECT_EQ(options["voids"], "fill");
+  EXPECT_EQ(options["fill_limit"], 512);
   EXPECT_EQ(options["strategy"], "waves");
   EXPECT_EQ(options["scheme"], "geodetic");
   EXPECT_EQ(options["device"], "cpu");
@@ -72,7 +73,7 @@ TEST_F(Program, TheManifestSaysWhatWasAssumed) {
   EXPECT_EQ(options["max_level"], 8);
   EXPECT_EQ(options["z_scale"], 1);
   EXPECT_EQ(options["z_offset"], 0);
-  EXPECT_EQ(options["source_nodata"], "");
+  EXPECT_EQ(options["nodata"], "");
   EXPECT_EQ(options["quality"], "default");
 }
 
@@ -95,7 +96,7 @@ TEST_F(Program, AValueMayBeDeclaredToBeNoData) {
   EXPECT_GT(declared["min_height"], 1000);
   EXPECT_GT(declared["nodata_share"], as_it_is["nodata_share"]);
   EXPECT_THAT(std::string(declared["nodata"]), HasSubstr("value -8888 (request)"));
-  EXPECT_GT(source_of("--source-nodata -8888 --nodata 1200")["min_height"], 1100) << "it is a hole like any other";
+  EXPECT_GT(source_of("--nodata -8888 --voids 1200")["min_height"], 1100) << "it is a hole like any other";
   EXPECT_LT(source_of("--source-nodata nan")["min_height"], -7000);
 }
 

@@ -87,6 +87,7 @@ proto::BuildOptions plain_options() {
   options.set_vertical_datum("ellipsoid");
   options.set_threads(2);
   options.set_device("cpu");
+  options.set_voids("hole");  // most of what is tested here is holes
   return options;
 }
 
@@ -107,7 +108,7 @@ Built build_file(const std::string& path, const proto::BuildOptions& options) {
   const std::atomic<bool> stop = false;
   Built built;
   built.manifest = must(pipeline::build(request, nullptr, stop));
-  const auto source = must(raster::open_source(path, request.raster_name, request.trust, options));
+  const auto source = must(pipeline::open_source(request));
   plan_again(built, *source, options);
   const auto& w = built.plan.window();
   built.samples = must(source->sample(built.lattice, w[0], w[1], w[2] - w[0] + 1, w[3] - w[1] + 1));

@@ -122,11 +122,11 @@ TEST(hole, a_one_pixel_island_is_there_at_the_finest_level) {
 TEST(hole, filled_or_given_a_height) {
   const auto height = [](int c, int r) { return std::hypot(c - 50, r - 50) < 10 ? kNoData : 100.0; };
   proto::BuildOptions options = with_error(1);
-  options.set_nodata("fill");
+  options.set_voids("fill");
   const Built filled = build_dem(points_of(kCorner, 101, 101, height), options);
   EXPECT_THAT(judge(filled, {70000, 0}), IsEmpty());
   EXPECT_THAT(error_at(filled, 13, kCorner.west + 50, kCorner.north - 50, 100), Optional(Le(1.0)));
-  options.set_nodata("7");
+  options.set_voids("7");
   const Built given = build_dem(points_of(kCorner, 101, 101, height), options);
   EXPECT_THAT(judge(given, {70000, 0}), IsEmpty());
   EXPECT_THAT(error_at(given, 13, kCorner.west + 50, kCorner.north - 50, 7), Optional(Le(1.0)));

@@ -1,0 +1,65 @@
+#pragma once
+// The voids of a source on one lattice: which vertices belong to which, and what fills them. Read piece by piece, as they are asked for.
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "raster/source.h"
+
+namespace cordillera::raster {
+
+class VoidMap {
+ public:
+  /// source outlives the map. limit_cells: see fill_enclosed_voids.
+  VoidMap(Source& source, const proto::Lattice& lattice, std::uint32_t limit_cells);
+
+  const proto::Lattice& lattice() const { return lattice_; }
+  std::int64_t limit_cells() const { return limit_; }
+
+  /// Of a void vertex inside the source's window: its height in steps, kNoHeight where it stays void. Columns in any turn.
+  proto::Result<std::int32_t> height(std::int64_t column, std::int64_t row);
+
+ private:
+  enum State : std::uint8_t {
+    data,
+    unknown,  ///< void, and not looked at yet
+    seen,     ///< by the search that is under way
+    open,     ///< of a void that stays
+    filled,
+  };
+  /// A square of vertices.
+  struct Chunk {
+    std::vector<std::int32_t> height;
+    std::vector<State> state;
+    std::uint64_t used = 0;  ///< when it was last asked for
+  };
+  struct Vertex {
+    std::int64_t column = 0, row = 0;  ///< column on the turn of where the search began
+  };
+  /// One void, or as much of it as shows that it stays.
+  struct Void {
+    std::vector<Vertex> vertices;
+    std::int64_t west = 0, south = 0, east = 0, north = 0;
+    bool stays = false;
+    void add(const Vertex& vertex);
+  };
+
+  proto::Result<Chunk*> chunk_of(const Vertex& vertex);
+  static std::size_t index_in_chunk(const Vertex& vertex);
+  bool inside(const Vertex& vertex) const;
+  proto::Result<Void> search(const Vertex& from);
+  proto::Result<void> see(const Vertex& vertex, Void& found, std::vector<Vertex>& ahead);
+  proto::Result<void> fill(const Void& found);
+  void mark(const Void& found, State state);
+  void forget_oldest();
+
+  Source& source_;
+  proto::Lattice lattice_;
+  std::int64_t limit_;
+  Source::Window window_;
+  std::map<std::pair<std::int64_t, std::int64_t>, Chunk> chunks_;  ///< by row and column of chunks
+  std::uint64_t clock_ = 0;
+};
+
+}  // namespace cordillera::raster
