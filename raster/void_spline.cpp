@@ -259,23 +259,54 @@ void solve(Level& level) {
   relax(level, kMostSteps);
 }
 
+/// What rises evenly is no bend: taken off before and put on again, so that no step is spent on it. Through the known cells, by least squares.
+class Slope {
+ public:
+  explicit Slope(const VoidGrid& grid) {
+    double count = 0, sum_x = 0, sum_y = 0, sum_z = 0;
+    each_known(grid, [&](double x, double y, double z) { count += 1, sum_x += x, sum_y += y, sum_z += z; });
+    if (count == 0) return;
+    x_ = sum_x / count, y_ = sum_y / count, z_ = sum_z / count;
+    double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
+    each_known(grid, [&](double x, double y, double z) {
+      xx += (x - x_) * (x - x_), xy += (x - x_) * (y - y_), yy += (y - y_) * (y - y_);
+      xz += (x - x_) * (z - z_), yz += (y - y_) * (z - z_);
+    });
+    const double area = xx * yy - xy * xy;
+    if (!(area > 0)) return;
+    by_x_ = (xz * yy - yz * xy) / area;
+    by_y_ = (yz * xx - xz * xy) / area;
+  }
+  double height_m(int x, int y) const { return z_ + by_x_ * (x - x_) + by_y_ * (y - y_); }
+
+ private:
+  template <typename Visit>
+  static void each_known(const VoidGrid& grid, const Visit& visit) {
+    for (int y = 0; y < grid.rows; ++y)
+      for (int x = 0; x < grid.columns; ++x)
+        if (grid.cell[grid.at(x, y)] == VoidGrid::known) visit(x, y, grid.height_m[grid.at(x, y)]);
+  }
+  double x_ = 0, y_ = 0, z_ = 0, by_x_ = 0, by_y_ = 0;
+};
+
 }  // namespace
 
 void fill_spline(VoidGrid& grid) {
+  const Slope slope(grid);
   Level level(grid.columns, grid.rows);
   level.x2 = grid.stretch * grid.stretch;
   level.tension = kTension;
   for (int y = 0; y < grid.rows; ++y) {
     for (int x = 0; x < grid.columns; ++x) {
       level.cell[level.at(x, y)] = grid.cell[grid.at(x, y)];
-      level.height_m[level.at(x, y)] = grid.height_m[grid.at(x, y)];
+      level.height_m[level.at(x, y)] = grid.height_m[grid.at(x, y)] - slope.height_m(x, y);
     }
   }
   level.list_wanted();
   solve(level);
   for (int y = 0; y < grid.rows; ++y)
     for (int x = 0; x < grid.columns; ++x)
-      if (grid.cell[grid.at(x, y)] == VoidGrid::wanted) grid.height_m[grid.at(x, y)] = level.height_m[level.at(x, y)];
+      if (grid.cell[grid.at(x, y)] == VoidGrid::wanted) grid.height_m[grid.at(x, y)] = level.height_m[level.at(x, y)] + slope.height_m(x, y);
 }
 
 }  // namespace cordillera::raster

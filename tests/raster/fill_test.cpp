@@ -52,7 +52,7 @@ TEST_F(Fill, APlaneGoesOnThroughAVoid) {
   const auto plane = [](int c, int r) { return 100 + 2.5 * c - 1.25 * r; };
   const auto source = filled(points(120, 120, holed(plane, 60, 60, 25)));
   for (int r = 30; r <= 90; ++r)
-    for (int c = 30; c <= 90; ++c) ASSERT_NEAR(at(*source, c, r), plane(c, r), 0.25) << c << " " << r;
+    for (int c = 30; c <= 90; ++c) ASSERT_NEAR(at(*source, c, r), plane(c, r), 0.01) << c << " " << r;
 }
 
 TEST_F(Fill, ARoundHillKeepsItsTop) {
