@@ -14,7 +14,6 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr double kDrcOverhead = 200;        // bytes of a tile without any triangle
-constexpr double kGlbOverhead = 1500;
 constexpr double kLeastGrowth = 0.25, kMostGrowth = 0.75;  // of a level's triangles, from one level to the one above
 constexpr double kPilotSteps = 5;           // what the search for a share costs, in times that its tiles are built once
 constexpr double kPilotTiles = 64;
@@ -42,7 +41,7 @@ std::vector<LevelSum> extrapolate(const proto::Plan& plan, const Sampled& sample
     LevelSum sum;
     if (up < static_cast<int>(sampled.levels.size())) {
       sum = sampled.levels[static_cast<std::size_t>(up)];
-      for (double* part : {&sum.tiles, &sum.triangles, &sum.drc, &sum.glb, &sum.valid}) *part *= sampled.scale();
+      for (double* part : {&sum.tiles, &sum.triangles, &sum.drc, &sum.valid}) *part *= sampled.scale();
       if (up > 0 && sums.back().triangles > 0) growth = std::clamp(sum.triangles / sums.back().triangles, kLeastGrowth, kMostGrowth);
     } else {
       const LevelSum& below = sums.back();
@@ -50,12 +49,8 @@ std::vector<LevelSum> extrapolate(const proto::Plan& plan, const Sampled& sample
       const double empty_share = std::pow(1 - with_data, std::pow(4.0, above));
       sum.tiles = static_cast<double>(count_at(nodes, static_cast<int>(plan.finest_level()) - up)) * (1 - empty_share);
       sum.triangles = std::max(2 * sum.tiles, growth * below.triangles);
-      const auto bytes = [&](double below_bytes, double overhead) {
-        const double a_triangle = below.triangles > 0 ? std::max(0.0, below_bytes - overhead * below.tiles) / below.triangles : 0;
-        return overhead * sum.tiles + a_triangle * sum.triangles;
-      };
-      sum.drc = bytes(below.drc, kDrcOverhead);
-      sum.glb = bytes(below.glb, kGlbOverhead);
+      const double a_triangle = below.triangles > 0 ? std::max(0.0, below.drc - kDrcOverhead * below.tiles) / below.triangles : 0;
+      sum.drc = kDrcOverhead * sum.tiles + a_triangle * sum.triangles;
     }
     sums.push_back(sum);
   }
@@ -70,7 +65,6 @@ void take_shares(const proto::BuildOptions& options, std::vector<LevelSum>& sums
     const double factor = sums[up].triangles > 0 ? wanted / sums[up].triangles : 1;
     sums[up].triangles = wanted;
     sums[up].drc *= factor;
-    sums[up].glb *= factor;
   }
 }
 
@@ -87,10 +81,9 @@ void fill_in(const proto::Plan& plan, const std::vector<LevelSum>& sums, proto::
     summary->set_tiles(whole(sums[up].tiles));
     summary->set_triangles(whole(sums[up].triangles));
     summary->set_drc_bytes(std::round(sums[up].drc));
-    summary->set_glb_bytes(std::round(sums[up].glb));
     all.tiles += summary->tiles();
     all.triangles += summary->triangles();
-    all.drc += summary->drc_bytes() + summary->glb_bytes();
+    all.drc += summary->drc_bytes();
   }
   manifest.set_tiles(whole(all.tiles));
   manifest.set_triangles(whole(all.triangles));

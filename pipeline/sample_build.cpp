@@ -37,7 +37,6 @@ void add(const FinishedTask& task, int finest, std::vector<LevelSum>& levels) {
     ++sum.tiles;
     sum.triangles += tile.record.triangles();
     sum.drc += static_cast<double>(tile.drc.size());
-    sum.glb += static_cast<double>(tile.glb.size());
     sum.valid += tile.record.valid_samples();
   }
 }
@@ -133,7 +132,6 @@ proto::Result<void> Sampler::build_parents(const proto::Plan& plan, Sampled& sam
   above.tiles = here.tiles * share;
   above.triangles = grown(&LevelSum::triangles);
   above.drc = grown(&LevelSum::drc);
-  above.glb = grown(&LevelSum::glb);
   sampled.levels.push_back(above);
   return {};
 }

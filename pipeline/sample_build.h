@@ -7,7 +7,7 @@
 namespace cordillera::pipeline {
 
 struct LevelSum {
-  double tiles = 0, triangles = 0, drc = 0, glb = 0, valid = 0;
+  double tiles = 0, triangles = 0, drc = 0, valid = 0;
 };
 
 /// What was built at the sample places, indexed by levels above the finest.

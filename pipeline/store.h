@@ -21,7 +21,7 @@ enum class Encoding : std::uint8_t { drc, glb };
 struct EncodedTile {
   proto::TileRecord record;
   std::string drc;
-  std::string glb;
+  std::string glb;  ///< empty, unless a build of store format 1 made it: see tile_glb.h
 };
 
 /// What a block or a merge hands to the store in one transaction.

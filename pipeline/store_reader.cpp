@@ -12,6 +12,7 @@
 #include "pipeline/store_object.h"
 #include "pipeline/store_schema.h"
 #include "pipeline/store_sums.h"
+#include "pipeline/tile_glb.h"
 #include "raster/storage.h"
 
 namespace cordillera::pipeline {
@@ -133,30 +134,29 @@ class SqliteReader final : public StoreReader {
   }
 
  public:
-  SqliteReader(Place place, proto::Manifest manifest) : place_(std::move(place)), manifest_(std::move(manifest)) {
+  /// plan: none where it cannot be read; then no .glb can be made.
+  SqliteReader(Place place, proto::Manifest manifest, std::optional<proto::Plan> plan)
+      : place_(std::move(place)), manifest_(std::move(manifest)), plan_(std::move(plan)) {
     for (auto& c : connections_) c = std::make_unique<Connection>(place_);
   }
 
   const proto::Manifest& manifest() const override { return manifest_; }
 
   std::optional<Blob> tile(const TileAddress& tile, Encoding encoding) const override {
-    return with_connection([&](Connection& c) -> std::optional<Blob> {
-      Statement& get = encoding == Encoding::drc ? c.drc : c.glb;
-      if (!get.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
-      require_sound(get, tile);
-      const std::string_view bytes = get.blob(1), hash = get.blob(2);
-      pipeline::require_sound(bytes, hash);
-      if (!c.summed) require_own(record_of(get, 3), tile, encoding, bytes.size());
-      return Blob{std::string(bytes), hex(hash)};
-    });
+    const auto found = with_connection([&](Connection& c) { return read(c, encoding == Encoding::drc ? c.drc : c.glb, tile, encoding); });
+    if (!found || !found->blob.etag.empty()) return found ? std::optional(found->blob) : std::nullopt;
+    return made(tile);  // the connection is free meanwhile
   }
 
   std::optional<std::string> tag(const TileAddress& tile, Encoding encoding) const override {
-    return with_connection([&](Connection& c) -> std::optional<std::string> {
+    const auto found = with_connection([&](Connection& c) -> std::optional<std::string> {
       if (!c.tags.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
       require_sound(c.tags, tile);
       return hex(c.tags.blob(encoding == Encoding::drc ? 1 : 2));
     });
+    if (!found || !found->empty()) return found;
+    const auto blob = made(tile);
+    return blob ? std::optional(blob->etag) : std::nullopt;
   }
 
   std::size_t cache_bytes() const override {
@@ -206,15 +206,43 @@ class SqliteReader final : public StoreReader {
   }
 
  private:
+  struct Found {
+    Blob blob;  ///< its etag is empty where the encoding is not stored
+    proto::TileRecord record;
+  };
+  static std::optional<Found> read(const Connection& c, Statement& get, const TileAddress& tile, Encoding encoding) {
+    if (!get.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
+    require_sound(get, tile);
+    const std::string_view bytes = get.blob(1), hash = get.blob(2);
+    Found found{{}, record_of(get, 3)};
+    if (encoding == Encoding::glb && hash.empty()) return found;
+    pipeline::require_sound(bytes, hash);
+    if (!c.summed) require_own(found.record, tile, encoding, bytes.size());
+    found.blob = {std::string(bytes), hex(hash)};
+    return found;
+  }
+
+  std::optional<Blob> made(const TileAddress& tile) const {
+    const auto found = with_connection([&](Connection& c) { return read(c, c.drc, tile, Encoding::drc); });
+    if (!found) return std::nullopt;
+    if (!plan_) throw StoreError("the plan is not as it was written");
+    auto glb = tile_glb(*plan_, found->record, found->blob.bytes);
+    if (!glb) throw StoreError("the .glb of " + name_of(tile) + " cannot be made: " + glb.problem().detail);
+    std::string etag = hex(content_hash(*glb));
+    return Blob{std::move(*glb), std::move(etag)};
+  }
+
   Place place_;  ///< outlives the connections
   proto::Manifest manifest_;
+  std::optional<proto::Plan> plan_;
   std::array<std::unique_ptr<Connection>, kConnections> connections_;
   mutable std::atomic<std::size_t> turn_{0};
 };
 
 proto::Result<proto::Manifest> published_manifest(Database& database, const std::string& path) {
   if (database.integer("PRAGMA application_id") != kApplicationId) return refused("store-unknown", path, "is no store of Cordillera");
-  if (database.integer("PRAGMA user_version") != kSchemaVersion) {
+  const std::int64_t version = database.integer("PRAGMA user_version");
+  if (version < kOldestSchema || version > kSchemaVersion) {
     return refused("store-version", path, "was written by another version of Cordillera");
   }
   const std::string sound = has_sums(database) ? kSoundMeta : "1";
@@ -224,6 +252,13 @@ proto::Result<proto::Manifest> published_manifest(Database& database, const std:
   const std::string_view bytes = row.blob(1);
   if (row.integer(0) == 0 || !manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return refused("store-damaged", path, "has a damaged manifest");
   return manifest;
+}
+
+std::optional<proto::Plan> sound_plan(Database& database) {
+  Statement row(database, "SELECT " + std::string(has_sums(database) ? kSoundMeta : "1") + ", value FROM meta WHERE key = 'plan'");
+  proto::Plan plan;
+  if (!row.step() || row.integer(0) == 0 || !plan.ParseFromArray(row.blob(1).data(), static_cast<int>(row.blob(1).size()))) return std::nullopt;
+  return plan;
 }
 
 // The size the header promises; a copy that was cut short has less.
@@ -238,7 +273,7 @@ proto::Result<std::unique_ptr<StoreReader>> open_at(const Place& place, std::uin
   auto manifest = published_manifest(*database, place.path);
   if (!manifest) return manifest.problem();
   if (!whole(*database, size)) return refused("store-damaged", place.path, "is cut short");
-  return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(place, std::move(manifest).value()));
+  return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(place, std::move(manifest).value(), sound_plan(*database)));
 }
 
 /// The size of a file of this machine that nobody is writing.

@@ -89,6 +89,7 @@ void revise(Database& database, const proto::Plan& plan, const Revision& revisio
   database.execute("DROP TABLE nodes; DROP TABLE IF EXISTS water; DELETE FROM meta WHERE key = 'manifest'");
   database.execute("CREATE TABLE tasks(level INT, y INT, x INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID");
   add_sums(database);
+  database.execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));
   const std::string key = "plan", bytes = plan.SerializeAsString();
   Statement(database, kPutMeta).bind(key, bytes).run();
   {

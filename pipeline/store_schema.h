@@ -2,7 +2,7 @@
 // The tables of a dataset's file.
 //
 //   meta    'plan' while it is written and after, 'manifest' once it is published: nothing else says that it is; notes (store_revise.h)
-//   tiles   a row a tile that has triangles; drc and glb name rows of blobs
+//   tiles   a row a tile that has triangles; drc names a row of blobs. glb is empty: tile_glb makes it. In rows of format 1 it names one too
 //   blobs   bytes by content hash
 //   tasks   committed blocks and merges                               } only while it is written
 //   meshes  meshes that wait for their parent's weld                   }   kept in a store that will be built on
@@ -17,7 +17,8 @@
 namespace cordillera::pipeline {
 
 inline constexpr int kApplicationId = 0x43446C72;  ///< "CDlr"
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;  ///< of stores that are written
+inline constexpr int kOldestSchema = 1;   ///< still read, continued and updated; both encodings are stored there
 
 inline constexpr const char* kCreateTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value BLOB NOT NULL, sum INT) WITHOUT ROWID;

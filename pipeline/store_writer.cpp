@@ -57,7 +57,7 @@ class SqliteWriter final : public StoreWriter {
     // A commit is one sync of the log; it is on the disk when commit() returns.
     database_->execute("PRAGMA journal_mode=WAL");
     if (fresh) create();
-    else add_sums(*database_);
+    else bring_up_to_date();
     work_ = std::make_unique<WorkStatements>(*database_);
     return Found::ours;
   }
@@ -136,7 +136,8 @@ class SqliteWriter final : public StoreWriter {
  private:
   bool same_plan() {
     if (database_->integer("PRAGMA application_id") != kApplicationId) throw StoreError("it is no store of Cordillera");
-    if (database_->integer("PRAGMA user_version") != kSchemaVersion) return false;
+    const std::int64_t version = database_->integer("PRAGMA user_version");
+    if (version < kOldestSchema || version > kSchemaVersion) return false;
     Statement plan(*database_, "SELECT value FROM meta WHERE key = 'plan'");
     return plan.step() && plan.blob(0) == plan_.SerializeAsString();
   }
@@ -169,6 +170,12 @@ class SqliteWriter final : public StoreWriter {
     transaction.commit();
   }
 
+  /// An unfinished store of an earlier version: rows that are added need not be what that version knows.
+  void bring_up_to_date() {
+    add_sums(*database_);
+    database_->execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));
+  }
+
   bool has_note(const std::string& key) {
     Statement row(*database_, "SELECT 1 FROM meta WHERE key = CAST(? AS TEXT)");
     return row.bind(key).step();
@@ -190,9 +197,9 @@ class SqliteWriter final : public StoreWriter {
     record.set_drc_bytes(static_cast<std::uint32_t>(tile.drc.size()));
     record.set_glb_bytes(static_cast<std::uint32_t>(tile.glb.size()));
     if (record.region_size() != 6) throw StoreError("a tile without a region of six numbers");
-    const std::string drc = content_hash(tile.drc), glb = content_hash(tile.glb), bytes = record.SerializeAsString();
+    const std::string drc = content_hash(tile.drc), glb = tile.glb.empty() ? "" : content_hash(tile.glb), bytes = record.SerializeAsString();
     work_->put_blob.bind(drc, tile.drc).run();
-    work_->put_blob.bind(glb, tile.glb).run();
+    if (!glb.empty()) work_->put_blob.bind(glb, tile.glb).run();
     const auto& r = record.region();
     work_->put_tile.bind(record.level(), record.y(), record.x(), bytes, drc, glb, record.max_error(), r[0], r[1], r[2], r[3], r[4], r[5])
         .run();

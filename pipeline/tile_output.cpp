@@ -1,12 +1,16 @@
 #include "pipeline/tile_output.h"
 
 #include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 #include "gpu/surface_error_row.h"
+#include "pipeline/draco_mesh.h"
 #include "pipeline/encode.h"
 #include "pipeline/plan.h"
 #include "pipeline/published_mesh.h"
 #include "pipeline/skirt_depth.h"
+#include "pipeline/tile_glb.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -81,14 +85,9 @@ proto::TileRecord record_of(const BuiltTile& built) {
   return record;
 }
 
-}  // namespace
-
-std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options) {
-  const PublishedMesh published = published_mesh(built.mesh);
-  if (published.empty()) return std::nullopt;
-  EncodedTile encoded{record_of(built), {}, {}};
-  proto::TileRecord& record = encoded.record;
-  count_mesh(built, published, record);
+/// What the .drc, the .glb and the region are made of.
+EncodeInput encode_input(const LevelContext& context, const BuiltTile& built, const PublishedMesh& published,
+                         const proto::BuildOptions& options) {
   EncodeInput input;
   input.lattice = context.lattice;
   input.tile = built.tile;
@@ -99,13 +98,72 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
   input.geometric_error_m = built.max_error_m;
   input.title = options.title();
   input.attribution = options.attribution();
+  return input;
+}
+
+proto::Problem damaged(const std::string& why) {
+  return {"tile-damaged", "no .glb can be made of the tile: " + why, "a tile of a sound store", ""};
+}
+
+const proto::LevelPlan* level_of(const proto::Plan& plan, std::uint32_t z) {
+  const auto& levels = plan.levels();
+  const auto found = std::find_if(levels.begin(), levels.end(), [&](const proto::LevelPlan& level) { return level.level() == z; });
+  return found == levels.end() ? nullptr : &*found;
+}
+
+/// Draco's order of vertices and triangles is kept: nothing else is stored.
+proto::TileMesh tile_mesh_of(LatticeMesh decoded) {
+  decoded = in_mesh_steps(std::move(decoded));
+  proto::TileMesh out;
+  out.side = decoded.side;
+  for (const auto& [x, y, height] : decoded.points) {
+    out.x.push_back(x);
+    out.y.push_back(y);
+    out.height.push_back(height);
+  }
+  out.mark.assign(decoded.points.size(), 0);
+  out.triangles = std::move(decoded.triangles);
+  return out;
+}
+
+}  // namespace
+
+std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options) {
+  const PublishedMesh published = published_mesh(built.mesh);
+  if (published.empty()) return std::nullopt;
+  EncodedTile encoded{record_of(built), {}, {}};
+  proto::TileRecord& record = encoded.record;
+  count_mesh(built, published, record);
+  const EncodeInput input = encode_input(context, built, published, options);
   encoded.drc = encode_drc(input);
-  encoded.glb = encode_glb(input);
   record.set_drc_bytes(static_cast<std::uint32_t>(encoded.drc.size()));
-  record.set_glb_bytes(static_cast<std::uint32_t>(encoded.glb.size()));
   for (const double bound : tile_region(input)) record.add_region(bound);
   if (context.samples) count_samples(context, built.tile, record);
   return encoded;
+}
+
+proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRecord& record, std::string_view drc) {
+  const proto::LevelPlan* const level = level_of(plan, record.level());
+  if (level == nullptr) return damaged("the plan has no level " + std::to_string(record.level()));
+  auto decoded = draco_decode_lattice(drc);
+  if (!decoded) return decoded.problem();
+  const proto::Lattice lattice{proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
+  BuiltTile built;
+  built.tile = {static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+  if (proto::TileAddress{decoded->z, decoded->x, decoded->y} != built.tile || decoded->side != lattice.tile_units(built.tile.z))
+    return damaged("its .drc is another tile's");
+  built.mesh = tile_mesh_of(std::move(*decoded));
+  built.max_error_m = record.max_error();
+  LevelContext context;
+  context.lattice = &lattice;
+  context.level = level;
+  const PublishedMesh published = published_mesh(built.mesh);
+  if (published.empty()) return damaged("its .drc has no triangle");
+  try {
+    return encode_glb(encode_input(context, built, published, plan.options()));
+  } catch (const std::invalid_argument& failed) {
+    return damaged(failed.what());
+  }
 }
 
 }  // namespace cordillera::pipeline

@@ -231,7 +231,8 @@ bool Api::is_quick(const Request& request) const {
   if (request.method != "GET" && request.method != "HEAD") return false;
   const Route route = parse_route(request.path);
   const bool here = !service_.mounts().has(route.id);  // who waits for a storage is not quick
-  const bool stored = route.resource == Resource::face && route.found.resource->path.starts_with("tiles/") && here;
+  // A .glb is made when it is asked for; those asked for lately are kept and given before anybody asks here.
+  const bool stored = route.resource == Resource::face && route.found.resource->path == "tiles/{z}/{x}/{y}.drc" && here;
   return stored || route.resource == Resource::health || route.resource == Resource::readiness || route.resource == Resource::events;
 }
 

@@ -20,7 +20,7 @@ Json estimate_json(const proto::Manifest& estimated, double seconds) {
   Json manifest = to_json(estimated);
   Json levels = Json::array();
   for (const Json& level : manifest["levels"]) {
-    levels.push_back(only(level, {"level", "tiles", "triangles", "drc_bytes", "glb_bytes", "target"}));
+    levels.push_back(only(level, {"level", "tiles", "triangles", "drc_bytes", "target"}));
     if (shares) levels.back().erase("target");
   }
   manifest["levels"] = levels;

@@ -38,8 +38,8 @@ std::string source_lines(const proto::Source& source) {
 std::string metres_text(double metres, bool known) { return known ? text("%.3f", metres) : "-"; }
 
 std::string level_line(const proto::LevelSummary& level) {
-  return text("%5u %7u %10u %11s %11s %10.3f %11.3f%s %10s\n", level.level(), level.tiles(), level.triangles(),
-              bytes_text(level.drc_bytes()).c_str(), bytes_text(level.glb_bytes()).c_str(), level.target(), level.stated_max_error(),
+  return text("%5u %7u %10u %11s %10.3f %11.3f%s %10s\n", level.level(), level.tiles(), level.triangles(),
+              bytes_text(level.drc_bytes()).c_str(), level.target(), level.stated_max_error(),
               level.composed() ? "*" : " ", metres_text(level.rmse(), level.has_rmse()).c_str());
 }
 
@@ -59,7 +59,7 @@ std::string manifest_table(const proto::Manifest& manifest) {
               manifest.cell_m());
   if (!manifest.device().empty()) out += text("; built on %.200s", manifest.device().c_str());
   out += "\n";
-  out += "\nlevel   tiles  triangles        .drc        .glb   target m  max error m     rmse m\n";
+  out += "\nlevel   tiles  triangles        .drc   target m  max error m     rmse m\n";
   bool composed = false;
   for (const proto::LevelSummary& level : manifest.levels()) {
     out += level_line(level);
@@ -74,10 +74,10 @@ std::string estimate_table(const proto::Manifest& manifest, double seconds) {
   out += text("nodata    %.100s\n", manifest.source().nodata().c_str());
   out += text("tiles     about %u in levels %u to %u, %u triangles, %s; cell %.2f m\n", manifest.tiles(), manifest.min_level(),
               manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m());
-  out += "\nlevel  ~tiles ~triangles       ~.drc       ~.glb   target m\n";
+  out += "\nlevel  ~tiles ~triangles       ~.drc   target m\n";
   for (const proto::LevelSummary& level : manifest.levels()) {
-    out += text("%5u %7u %10u %11s %11s %10s\n", level.level(), level.tiles(), level.triangles(), bytes_text(level.drc_bytes()).c_str(),
-                bytes_text(level.glb_bytes()).c_str(), metres_text(level.target(), !shares).c_str());
+    out += text("%5u %7u %10u %11s %10s\n", level.level(), level.tiles(), level.triangles(), bytes_text(level.drc_bytes()).c_str(),
+                metres_text(level.target(), !shares).c_str());
   }
   out += "dry run: nothing was built. Levels" + std::string(shares ? "" : " and targets") + " are those of the build.\n";
   out += "What has a ~ is a guess from a few tiles that were built and thrown away, and so is the time: about " + duration_text(seconds) +

@@ -11,6 +11,7 @@
 #include "pipeline/store_publish.h"
 #include "pipeline/store_schema.h"
 #include "pipeline/store_sums.h"
+#include "pipeline/tile_glb.h"
 
 namespace cordillera::pipeline::check {
 namespace {
@@ -69,7 +70,7 @@ class StoreCheck {
     for (const proto::LevelPlan& level : plan_.levels()) {
       BorderLaws borders(static_cast<int>(level.level()), report_);
       Statement rows(database_,
-                     "SELECT t.y, t.x, t.record, d.bytes, g.bytes, t.error, t.west, t.south, t.east, t.north, t.low, t.high FROM tiles t "
+                     "SELECT t.y, t.x, t.record, d.bytes, g.bytes, t.error, t.west, t.south, t.east, t.north, t.low, t.high, t.glb FROM tiles t "
                      "LEFT JOIN blobs d ON d.hash = t.drc LEFT JOIN blobs g ON g.hash = t.glb WHERE t.level = ? ORDER BY t.y, t.x");
       rows.bind(level.level());
       while (rows.step()) {
@@ -132,13 +133,19 @@ class StoreCheck {
       report_.findings.add(name_of(at), "its record cannot be read");
       return std::nullopt;
     }
-    if (row.blob(3).empty() || row.blob(4).empty()) {
+    const bool made = row.blob(12).empty();  // on request, and here
+    if (row.blob(3).empty() || (row.blob(4).empty() && !made)) {
       report_.findings.add(name_of(at), "its bytes are missing");
       return std::nullopt;
     }
     check_columns(row, record, at);
     ++report_.tiles;
-    return check_tile({at, static_cast<int>(plan_.finest_level()), row.blob(3), row.blob(4), &record, level.ecef_step(), height_step(level) * proto::kHeightStep_m}, report_.findings);
+    const auto glb = made ? tile_glb(plan_, record, row.blob(3)) : proto::Result<std::string>(std::string(row.blob(4)));
+    if (!glb) {
+      report_.findings.add(name_of(at), glb.problem().detail);
+      return std::nullopt;
+    }
+    return check_tile({at, static_cast<int>(plan_.finest_level()), row.blob(3), *glb, &record, level.ecef_step(), height_step(level) * proto::kHeightStep_m}, report_.findings);
   }
 
   void check_columns(const Statement& row, const proto::TileRecord& record, const proto::TileAddress& at) {

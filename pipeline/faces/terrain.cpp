@@ -54,8 +54,12 @@ std::optional<Document> Terrain::tile(const proto::TileAddress& tile, Encoding e
 }
 
 std::optional<std::string> Terrain::tile_tag(const proto::TileAddress& tile, Encoding encoding) const {
-  const auto kept = tiles_.find({tile, encoding});
-  return kept ? std::optional(kept->etag) : store_->tag(tile, encoding);
+  if (encoding == Encoding::drc) {
+    const auto kept = tiles_.find({tile, encoding});
+    return kept ? std::optional(kept->etag) : store_->tag(tile, encoding);
+  }
+  const auto made = this->tile(tile, encoding);  // its tag is that of its bytes: once they are made, they are worth keeping
+  return made ? std::optional(made->etag) : std::nullopt;
 }
 
 std::optional<double> Terrain::height_m(int level, double longitude_deg, double latitude_deg) const {

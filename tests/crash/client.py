@@ -108,14 +108,13 @@ class Server:
 
 
 def tiles(store):
-    """One hash over every tile of a store: address, .drc and .glb."""
+    """One hash over every tile of a store: address, .drc and record, of which the .glb is made."""
     database = sqlite3.connect("file:%s?mode=ro&immutable=1" % store, uri=True)
     digest = hashlib.sha256()
-    rows = database.execute("SELECT t.level, t.y, t.x, d.bytes, g.bytes FROM tiles t JOIN blobs d ON d.hash = t.drc "
-                            "JOIN blobs g ON g.hash = t.glb ORDER BY 1, 2, 3")
-    for level, y, x, drc, glb in rows:
+    rows = database.execute("SELECT t.level, t.y, t.x, d.bytes, t.record FROM tiles t JOIN blobs d ON d.hash = t.drc ORDER BY 1, 2, 3")
+    for level, y, x, drc, record in rows:
         digest.update(b"%d/%d/%d " % (level, y, x))
         digest.update(drc)
-        digest.update(glb)
+        digest.update(record)
     database.close()
     return digest.hexdigest()

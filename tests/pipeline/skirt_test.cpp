@@ -5,6 +5,7 @@
 
 #include "pipeline/decode.h"
 #include "pipeline/region.h"
+#include "pipeline/tile_glb.h"
 #include "pipeline/tile_output.h"
 #include "tests/pipeline/encode_synthetic.h"
 
@@ -32,7 +33,13 @@ std::optional<double> depth_m(const Heights& heights, double chain_tolerance_m, 
   options.set_min_level(coarsest_level);
   const auto encoded = encode_tile(context, built, options);
   EXPECT_TRUE(encoded);
-  const auto glb = decode_glb(encoded->glb);
+  proto::Plan plan;
+  plan.set_finest_level(static_cast<std::uint32_t>(kLattice.finest_level));
+  *plan.add_levels() = level;
+  *plan.mutable_options() = options;
+  const auto made = tile_glb(plan, encoded->record, encoded->drc);
+  EXPECT_TRUE(made.ok());
+  const auto glb = decode_glb(*made);
   EXPECT_TRUE(glb.ok());
   double top = INFINITY, bottom = INFINITY;
   for (const proto::Vec3& p : glb->points) top = std::min(top, geodetic(p).height_m);

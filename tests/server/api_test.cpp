@@ -84,6 +84,19 @@ TEST(Api, UnchangedTilesCostA304) {
   EXPECT_EQ(test.get(tile, {{"if-none-match", "\"other\""}}).status, 200);
 }
 
+TEST(Api, AGlbIsMadeByAWorker) {
+  TestService test;
+  const auto quick = [&](const std::string& tile) {
+    Request request;
+    request.method = "GET";
+    request.path = "/v1/datasets/alps/tiles/" + tile;
+    return test.api().is_quick(request);
+  };
+  EXPECT_TRUE(quick("1/1/1.drc"));
+  EXPECT_FALSE(quick("1/1/1.glb"));
+  EXPECT_FALSE(quick("W/1/1/1.glb"));
+}
+
 TEST(Api, WhatMayBeCompressedVariesAndHasAWeakTag) {
   TestService test;
   const std::string base = "/v1/datasets/" + posted_id(test.post("GOOD", {}, kWait));

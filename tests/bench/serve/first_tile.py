@@ -62,18 +62,24 @@ def tiles_of(server, tileset):
     return found
 
 
-def measure(server, path, error):
-    size = os.path.getsize(path)
+def dataset_of(server, path, error):
+    """Posts a raster and waits for its tiles. The dataset's address, when the POST began, and the seconds until it was answered."""
     start = time.monotonic()
     with open(path, "rb") as body:
         status, answer = server.ask("POST", f"/v1/datasets?name={os.path.basename(path)}{f'&error={error}' if error else ''}", body,
-                                    {"Content-Length": str(size), "Content-Type": "application/octet-stream"})
+                                    {"Content-Length": str(os.path.getsize(path)), "Content-Type": "application/octet-stream"})
     sent = time.monotonic() - start
     if status != 202:
         sys.exit(f"{path}: {status} {answer.decode()}")
     base = f"/v1/datasets/{json.loads(answer)['id']}"
     while json.loads(server.ask("GET", base)[1])["state"] in ("queued", "running"):
         time.sleep(0.05)
+    return base, start, sent
+
+
+def measure(server, path, error):
+    size = os.path.getsize(path)
+    base, start, sent = dataset_of(server, path, error)
     tiles = tiles_of(server, base + "/tileset-explicit.json")
     status, _ = server.ask("GET", tiles[0])
     first = time.monotonic() - start
@@ -103,4 +109,5 @@ def main():
     print(f"\n{time.strftime('%Y-%m-%d')}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.0f}")
 
 
-main()
+if __name__ == "__main__":
+    main()
