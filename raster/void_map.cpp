@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "proto/integers.h"
 #include "proto/mesh.h"
 #include "raster/void_spline.h"
 
@@ -15,7 +16,7 @@ constexpr std::size_t kMostChunks = 112;  // kept between searches
 constexpr std::int64_t kRim = 2;          // vertices around a void that its fill looks at
 constexpr double kMostStretch = 16;       // of a cell: beyond 86 degrees
 
-std::int64_t modulo(std::int64_t i, std::int64_t n) { return ((i % n) + n) % n; }
+using proto::modulo;
 
 /// Height of a cell over its width, in steps that no library's last bit can turn.
 double stretch_at(double latitude_deg) {
