@@ -1,6 +1,7 @@
 // The entries of the option table. Help and accepted values are written once, here.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "gpu/simplify.h"
@@ -223,22 +224,23 @@ Complaint apply_limit(std::string_view text, Settings& settings) {
   return read_whole(text, {least, greatest}, &(settings.serve.limits.*field));
 }
 
-OptionSpec of_raster(OptionSpec option) {
-  option.of_raster = true;
-  return option;
-}
+/// What each of several rasters may have of its own.
+constexpr std::string_view kOfRaster[] = {"name", "crs", "vertical-datum", "nodata", "voids", "z-scale", "z-offset"};
 
-OptionSpec with_alias(const char* older_name, OptionSpec option) {
-  option.alias = older_name;
-  return option;
+std::vector<OptionSpec> with_marks(std::vector<OptionSpec> options) {
+  for (OptionSpec& option : options) {
+    option.of_raster = std::find(std::begin(kOfRaster), std::end(kOfRaster), option.name) != std::end(kOfRaster);
+    if (option.name == "nodata") option.alias = "source-nodata";
+  }
+  return options;
 }
 
 std::vector<OptionSpec> make_build_options() {
   constexpr std::uint32_t kLevel = proto::kMaxLevel;
   const std::string level = "a level from 0 to " + std::to_string(kLevel);
-  return {
-      of_raster({"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
-       apply_text<&BuildOptions::mutable_name>}),
+  return with_marks({
+      {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
+       apply_text<&BuildOptions::mutable_name>},
       {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards",
        "metres, 0.01 to 1000000", apply_error},
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
@@ -247,16 +249,17 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"geodetic"}, settings.build.mutable_scheme());
        }},
-      of_raster({"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
-       apply_text<&BuildOptions::mutable_crs>}),
-      of_raster({"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
+      {"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
+       apply_text<&BuildOptions::mutable_crs>},
+      {"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
        "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code such as NAVD88 or EPSG:5703, or a geoid grid file (over HTTP: "
        "the bare name of one in the operator's geoid folders)",
-       apply_datum}),
-      with_alias("source-nodata", of_raster({"nodata", "VALUE", "a value of the raster that means no data, beside the one that the file declares; before scale and offset",
-                 "a number as it stands in the file, such as -9999, or nan", apply_nodata})),
-      of_raster({"voids", "WHAT", "what becomes of places without data: fill closes those that data encloses with a smooth surface",
-                 "fill, hole, or a height in metres, -500 to 16384, that is put there (of one raster among several: a height)", apply_voids}),
+       apply_datum},
+      {"nodata", "VALUE",
+       "a value of the raster that means no data, beside the one that the file declares; before scale and offset",
+       "a number as it stands in the file, such as -9999, or nan", apply_nodata},
+      {"voids", "WHAT", "what becomes of places without data: fill closes those that data encloses with a smooth surface",
+       "fill, hole, or a height in metres, -500 to 16384, that is put there (of one raster among several: a height)", apply_voids},
       {"fill-limit", "CELLS", "voids that are wider or higher than this, in cells of the finest level, are not filled", "0 to 1024",
        apply_fill_limit},
       {"water", "HEIGHT", "pixels of exactly this height, in metres above the vertical datum, are water: quantized-mesh then has water masks",
@@ -284,17 +287,17 @@ std::vector<OptionSpec> make_build_options() {
       {"min-level", "LEVEL", "coarsest level to publish", level, apply_whole<&BuildOptions::set_min_level, kLevel>},
       {"max-level", "LEVEL", "finest level; default: the first that is as fine as the raster", level,
        apply_whole<&BuildOptions::set_max_level, kLevel>},
-      of_raster({"z-scale", "FACTOR", "height = z-scale * value + z-offset, after the source's own scale and unit", "a number, not 0",
-       apply_z_scale}),
+      {"z-scale", "FACTOR", "height = z-scale * value + z-offset, after the source's own scale and unit", "a number, not 0",
+       apply_z_scale},
       {"feather", "METRES", "width over which one of several rasters gives way to the next, at its rims and voids", "0 to 100000",
        apply_feather},
-      of_raster({"z-offset", "METRES", "see z-scale", "metres", apply_z_offset}),
+      {"z-offset", "METRES", "see z-scale", "metres", apply_z_offset},
       {"title", "TEXT", "title carried into manifest, tileset, status and every .glb", "text", apply_text<&BuildOptions::mutable_title>},
       {"attribution", "TEXT", "attribution carried into manifest, tileset, status and every .glb", "text",
        apply_text<&BuildOptions::mutable_attribution>},
       {"dry-run", "", "say levels, tiles, bytes and time expected; build nothing", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.dry_run); }},
-  };
+  });
 }
 
 std::vector<OptionSpec> make_serve_options() {
