@@ -21,7 +21,7 @@ python3 - "$work/words" <<'PY'
 import re, sys
 rows = [line.split() for line in open(sys.argv[1], encoding="utf-8") if re.match(r"^ +\d+ +\d+ +\d+ +\d+ [kMG]?B ", line)]
 finest = max(rows, key=lambda row: int(row[0]))
-error = float(finest[8].rstrip("*"))  # level, tiles, triangles, two sizes with their units, target
+error = float(finest[6].rstrip("*"))  # after level, tiles, triangles, a size with its unit, target
 if not 0 < error <= 4:
     sys.exit(f"--error 4, but the finest level states {error}")
 PY

@@ -50,14 +50,14 @@ make() {
   "$program" publish "/vsis3/terrain/plan-$1" -o /vsis3/terrain/dem.sqlite -q "${@:2}"
 }
 # Parts of a large object are sent one after the other; so small, these few megabytes have some.
-VSIS3_CHUNK_SIZE=1 make 2
+VSIS3_CHUNK_SIZE=1 make 0.5
 grep -q '^POST 200 /terrain/dem.sqlite' "$storage_log" || fail 'dem.sqlite was not sent in parts'
-all=$(find "$work/here-2" -name '*.drc' -o -name '*.glb' | wc -l)
+all=$(find "$work/here-0.5" -name '*.drc' -o -name '*.glb' | wc -l)
 ((all >= 50)) || fail "only $all tiles"
 
 echo '== served from the bucket'
 start_server "$build" --mount bucket=/vsis3/terrain/dem.sqlite --cache-size 1
-expect "$(fetch_all "$work/here-2")" "$all 0 0" 'tiles'
+expect "$(fetch_all "$work/here-0.5")" "$all 0 0" 'tiles'
 [[ $(curl -fsS "$url/v1/datasets") == *'"id": "bucket"'* ]] || fail 'the list lacks it'
 expect "$(curl -s -o /dev/null -w '%{http_code}' -X DELETE "$url/v1/datasets/bucket")" 405 'DELETE'
 grep -q '^GET 206 /terrain/dem.sqlite' "$storage_log" || fail 'nothing was read by ranges'
@@ -72,18 +72,18 @@ post s3://terrain/none.tif >"$work/status"
 grep -q source-unreachable "$work/said" || fail "an object that is not there: $(cat "$work/status" "$work/said")"
 
 echo '== what publish refuses'
-expect "$(code_of "$program" publish /vsis3/terrain/plan-2 -o /vsis3/terrain/dem.sqlite)" 1 'publish over another'
+expect "$(code_of "$program" publish /vsis3/terrain/plan-0.5 -o /vsis3/terrain/dem.sqlite)" 1 'publish over another'
 grep -q 'is there already' "$work/said" || fail 'no word about the other'
-expect "$(code_of "$program" publish /vsis3/terrain/plan-2 -o /vsis3/terrain/folder)" 2 'publish as a folder'
+expect "$(code_of "$program" publish /vsis3/terrain/plan-0.5 -o /vsis3/terrain/folder)" 2 'publish as a folder'
 
 echo '== the storage is killed, and comes back'
 kill_storage
-read -r same unreachable other < <(fetch_all "$work/here-2")
+read -r same unreachable other < <(fetch_all "$work/here-0.5")
 ((other == 0 && unreachable > 0)) || fail "without the storage: $same right, $unreachable unreachable, $other others"
 curl -fsS -o /dev/null "$url/healthz" || fail 'the server is gone'
-expect "$(code_of "$program" publish /vsis3/terrain/plan-2 -o /vsis3/terrain/other.sqlite)" 75 'publish without the storage'
+expect "$(code_of "$program" publish /vsis3/terrain/plan-0.5 -o /vsis3/terrain/other.sqlite)" 75 'publish without the storage'
 start_storage "$work/storage"
-come_to "$work/here-2" "$all 0 0" 'tiles after the storage came back'  # what was tried in vain is tried again after some seconds
+come_to "$work/here-0.5" "$all 0 0" 'tiles after the storage came back'  # what was tried in vain is tried again after some seconds
 
 echo '== another dataset takes its place'
 make 60 --overwrite
@@ -95,6 +95,6 @@ stop "$server_pid" || true
 curl -fsS -X DELETE "$storage_url/dem.sqlite"
 start_server "$build" --mount bucket=/vsis3/terrain/dem.sqlite
 expect "$(curl -s -o /dev/null -w '%{http_code}' "$url/v1/datasets/bucket/manifest.json")" 503 'a dataset that is not there'
-"$program" publish /vsis3/terrain/plan-2 -o /vsis3/terrain/dem.sqlite -q
-come_to "$work/here-2" "$all 0 0" 'tiles, published after the start'
+"$program" publish /vsis3/terrain/plan-0.5 -o /vsis3/terrain/dem.sqlite -q
+come_to "$work/here-0.5" "$all 0 0" 'tiles, published after the start'
 echo "object storage: $all tiles, $(grep -c ^GET "$storage_log") reads"
