@@ -88,7 +88,7 @@ def check_finds_damage(program, store, raster):
             ("a region of the tree", "UPDATE nodes SET high = high - 50", "nodes"),
             ("a tile", "DELETE FROM tiles WHERE level = (SELECT max(level) FROM tiles) AND x = (SELECT min(x) FROM tiles WHERE level = (SELECT max(level) FROM tiles))", "manifest"),
             ("bytes of a tile", "UPDATE tiles SET drc = x'00' WHERE level = (SELECT max(level) FROM tiles)", "bytes are missing"),
-            ("its neighbour's bytes", "UPDATE tiles SET drc = (SELECT drc FROM tiles t WHERE t.drc <> tiles.drc LIMIT 1)", "its .drc is of")]:
+            ("its neighbour's bytes", "UPDATE tiles SET drc = (SELECT drc FROM tiles t WHERE t.drc <> tiles.drc LIMIT 1)", "its .drc is another tile's")]:
         shutil.copy(store, broken)
         damage(broken, sql)
         code, said = run(program, "check", broken)
