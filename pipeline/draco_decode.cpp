@@ -69,6 +69,19 @@ LatticeMesh in_mesh_steps(LatticeMesh mesh) {
   return mesh;
 }
 
+proto::TileMesh tile_mesh_of(const LatticeMesh& mesh) {
+  proto::TileMesh out;
+  out.side = mesh.side;
+  for (const auto& [u, v, h] : mesh.points) {
+    out.x.push_back(u);
+    out.y.push_back(v);
+    out.height.push_back(h);
+  }
+  out.mark.assign(mesh.points.size(), 0);
+  out.triangles = mesh.triangles;
+  return out;
+}
+
 proto::Result<LitSurface> draco_decode_lit(std::string_view bytes) {
   const auto mesh = decode(bytes);
   if (!mesh) return mesh.problem();

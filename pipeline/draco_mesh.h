@@ -54,6 +54,8 @@ std::string draco_encode(const LitSurface& surface, const FloatGrid& grid);
 proto::Result<LatticeMesh> draco_decode_lattice(std::string_view bytes);
 /// The same surface with heights in kHeightStep_m, as meshes have them. The mesh's own step must be a multiple of it.
 LatticeMesh in_mesh_steps(LatticeMesh mesh);
+/// As a mesh, in the order of the .drc, no vertex marked. Heights must be in kHeightStep_m.
+proto::TileMesh tile_mesh_of(const LatticeMesh& mesh);
 proto::Result<LitSurface> draco_decode_lit(std::string_view bytes);
 
 }  // namespace cordillera::pipeline

@@ -4,7 +4,9 @@
 
 #include <cctype>
 #include <cstring>
+#include <filesystem>
 #include <new>
+#include <system_error>
 
 #include "pipeline/content_hash.h"
 #include "pipeline/sqlite_object.h"
@@ -70,6 +72,11 @@ bool wants_memory(sqlite3* handle) {
 }
 
 }  // namespace
+
+void remove_database(const std::string& path) {
+  std::error_code ignored;
+  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);
+}
 
 Database::Database(const std::string& path, Mode mode) {
   const bool writes = mode == Mode::create || mode == Mode::scratch;

@@ -20,6 +20,9 @@ class StoreError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Removes the database and what SQLite keeps beside it; says nothing where one cannot be removed.
+void remove_database(const std::string& path);
+
 /// A connection. Its SQL knows row_sum(…): eight bytes of the content hash of its arguments, their types and lengths.
 class Database {
  public:

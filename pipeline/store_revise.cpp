@@ -23,11 +23,6 @@ proto::Problem write_problem(const std::string& path, const std::string& why) {
           "a writable file on a disk with free space, used by one job at a time", ""};
 }
 
-void remove_store(const std::string& path) {
-  std::error_code ignored;
-  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) fs::remove(path + suffix, ignored);
-}
-
 /// By reference where the file system can (Btrfs, XFS), else byte by byte.
 void copy_file(const std::string& from, const std::string& to) {
   const int in = open(from.c_str(), O_RDONLY | O_CLOEXEC), out = open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
@@ -131,8 +126,8 @@ proto::Result<void> revise_store(const std::string& from, const std::string& to,
                                  const Revision& revision) {
   const std::string copy = to + ".copy";
   try {
-    remove_store(copy);
-    remove_store(to);
+    remove_database(copy);
+    remove_database(to);
     copy_file(from, copy);
     {
       Database database(copy, Database::Mode::create);
@@ -144,7 +139,7 @@ proto::Result<void> revise_store(const std::string& from, const std::string& to,
     fs::rename(copy, to);
     return {};
   } catch (const std::exception& failed) {
-    remove_store(copy);
+    remove_database(copy);
     return write_problem(to, failed.what());
   }
 }

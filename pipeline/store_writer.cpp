@@ -239,8 +239,7 @@ proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string&
       if (other == Existing::refuse)
         return output_exists(path + (damaged ? " holds a damaged build" : " holds a build of another raster or with other options"));
       writer = std::make_unique<SqliteWriter>(path, plan);
-      std::error_code ignored;
-      for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);
+      remove_database(path);
       if (writer->start() != SqliteWriter::Found::ours) return write_problem(path, "the old file could not be removed");
     }
     return std::unique_ptr<StoreWriter>(std::move(writer));

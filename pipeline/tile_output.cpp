@@ -105,25 +105,11 @@ proto::Problem damaged(const std::string& why) {
   return {"tile-damaged", "no .glb can be made of the tile: " + why, "a tile of a sound store", ""};
 }
 
+/// By its number, as level_plan() cannot: the plan may be of a damaged store.
 const proto::LevelPlan* level_of(const proto::Plan& plan, std::uint32_t z) {
   const auto& levels = plan.levels();
   const auto found = std::find_if(levels.begin(), levels.end(), [&](const proto::LevelPlan& level) { return level.level() == z; });
   return found == levels.end() ? nullptr : &*found;
-}
-
-/// Draco's order of vertices and triangles is kept: nothing else is stored.
-proto::TileMesh tile_mesh_of(LatticeMesh decoded) {
-  decoded = in_mesh_steps(std::move(decoded));
-  proto::TileMesh out;
-  out.side = decoded.side;
-  for (const auto& [x, y, height] : decoded.points) {
-    out.x.push_back(x);
-    out.y.push_back(y);
-    out.height.push_back(height);
-  }
-  out.mark.assign(decoded.points.size(), 0);
-  out.triangles = std::move(decoded.triangles);
-  return out;
 }
 
 }  // namespace
@@ -152,7 +138,7 @@ proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRe
   built.tile = {static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
   if (proto::TileAddress{decoded->z, decoded->x, decoded->y} != built.tile || decoded->side != lattice.tile_units(built.tile.z))
     return damaged("its .drc is another tile's");
-  built.mesh = tile_mesh_of(std::move(*decoded));
+  built.mesh = tile_mesh_of(in_mesh_steps(std::move(*decoded)));
   built.max_error_m = record.max_error();
   LevelContext context;
   context.lattice = &lattice;

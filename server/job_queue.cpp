@@ -5,6 +5,7 @@
 #include <chrono>
 #include <fstream>
 
+#include "pipeline/sqlite.h"
 #include "server/dataset_folder.h"
 #include "server/json.h"
 #include "server/log.h"
@@ -291,10 +292,7 @@ JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::
   return runner_(folder, progress, stop);
 }
 
-void JobQueue::forget_store(const std::string& id) {
-  std::error_code ignored;
-  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(layout_.store(id).string() + suffix, ignored);
-}
+void JobQueue::forget_store(const std::string& id) { pipeline::remove_database(layout_.store(id).string()); }
 
 void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome) {
   if (outcome) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "pipeline/provisional.h"
+#include "pipeline/sqlite.h"
 #include "pipeline/store.h"
 #include "server/child.h"
 
@@ -26,12 +27,6 @@ proto::Progress provisional(double done) {
   return progress;
 }
 
-/// What an attempt that was ended left.
-void remove_half_made(const fs::path& store) {
-  std::error_code ignored;
-  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) fs::remove(store.string() + suffix, ignored);
-}
-
 /// Whether the tiles of a step stand.
 proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder, std::int64_t samples,
                               const std::atomic<bool>& stop) {
@@ -39,11 +34,11 @@ proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Sou
   if (!small.ok()) return small.problem();
   if (!*small) return false;
   const fs::path next = folder / kNextProvisional;
-  remove_half_made(next);
+  pipeline::remove_database(next.string());  // what an attempt that was ended left
   (*small)->store_path = next.string();
   const auto built = pipeline::build(**small, nullptr, stop);
   if (!built.ok()) {
-    remove_half_made(next);
+    pipeline::remove_database(next.string());
     return built.problem();
   }
   std::error_code error;

@@ -26,14 +26,15 @@ CORDILLERA_HD inline int pull_stride(const Triangle& t) {
 /// The samples of one triangle around a vertex, its first corner.
 struct PullBox {
   Triangle t;
-  int stride, west, south, columns, count;
+  int stride, west, south, columns, rows, count;
   float per_area, per_tolerance;
 
   CORDILLERA_HD PullBox(const Triangle& triangle, float tolerance) : t(triangle), stride(pull_stride(triangle)) {
     west = (t.west + stride - 1) / stride;
     south = (t.south + stride - 1) / stride;
     columns = t.east / stride - west + 1;
-    count = t.published ? columns * (t.north / stride - south + 1) : 0;
+    rows = t.published ? t.north / stride - south + 1 : 0;
+    count = columns * rows;
     per_area = static_cast<float>(kPullWeight) / static_cast<float>(t.twice_area());
     per_tolerance = kPullUnits / tolerance;
   }

@@ -70,9 +70,7 @@ struct HostTeam {
       Pull pull;
       for (int k = 0; k < work.count(i); ++k) {
         const PullBox box = work.box(i, k);
-        if (box.count == 0) continue;  // a thin triangle may have none of the columns that are looked at
-        const int rows = box.count / box.columns;
-        for (int row = 0; row < rows; ++row) {
+        for (int row = 0; row < box.rows; ++row) {
           for (int column = 0; column < box.columns; ++column) box.add(field, column, row, pull);
         }
       }

@@ -4,25 +4,13 @@
 #include <cstdio>
 
 #include "gpu/surface_error.h"
+#include "pipeline/draco_mesh.h"
 #include "pipeline/plan.h"
 #include "proto/mesh.h"
 #include "raster/filled_source.h"
 
 namespace cordillera::pipeline::check {
 namespace {
-
-proto::TileMesh published(const DecodedDrc& drc) {
-  proto::TileMesh mesh;
-  mesh.side = drc.side;
-  for (const auto& [u, v, h] : drc.points) {
-    mesh.x.push_back(u);
-    mesh.y.push_back(v);
-    mesh.height.push_back(h);
-    mesh.mark.push_back(0);
-  }
-  mesh.triangles = drc.triangles;
-  return mesh;
-}
 
 std::string metres(double value) {
   char text[32];
@@ -54,7 +42,7 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
   }
   const auto samples = source_->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
   if (!samples) return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
-  const proto::TileMesh mesh = published(tile.drc);
+  const proto::TileMesh mesh = tile_mesh_of(tile.drc);
   gpu::SurfaceErrorInput input;
   input.lattice = &lattice;
   input.tile = tile.tile;

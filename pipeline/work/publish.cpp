@@ -4,6 +4,7 @@
 #include <set>
 
 #include "pipeline/blank_manifest.h"
+#include "pipeline/sqlite.h"
 #include "pipeline/water_build.h"
 #include "pipeline/workers.h"
 #include "pipeline/work/shard.h"
@@ -94,16 +95,14 @@ proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::s
                                        const std::function<void(Progress)>& told) {
   if (const auto there = all_there(plan, folder); !there.ok()) return there.problem();
   const std::string part = store_path + ".publishing";
-  std::error_code error;
-  const auto clean = [&] {
-    for (const char* suffix : {"", "-journal", "-wal", "-shm"}) fs::remove(part + suffix, error);
-  };
+  const auto clean = [&] { remove_database(part); };
   clean();
   auto manifest = collect(plan, folder, part, told);
   if (!manifest.ok()) {
     clean();
     return manifest;
   }
+  std::error_code error;
   fs::rename(part, store_path, error);
   if (error) return proto::Problem{"storage-write", store_path + " cannot be written: " + error.message(), "a folder that can be written", ""};
   return manifest;

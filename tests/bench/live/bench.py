@@ -17,26 +17,17 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-import processes  # noqa: E402
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from own_server import OwnServer  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MARK = "<!-- table of bench.py -->"
 PAUSE_S = 0.003
 
 
-class Server:
+class Server(OwnServer):
     def __init__(self, program, folder):
-        self.log = open(os.path.join(folder, "log"), "w+")
-        self.process = processes.start([program, "serve", "--listen", "127.0.0.1:0", "--data", os.path.join(folder, "data")], stderr=self.log,
-                                       stdin=subprocess.DEVNULL)
-        self.port = None
-        while self.port is None and self.process.poll() is None:
-            time.sleep(0.02)
-            said = open(self.log.name).read()
-            mark = said.find("http://127.0.0.1:")
-            if mark >= 0 and said.find("/", mark + 7) > 0:
-                self.port = int(said[mark + 17:said.index("/", mark + 17)])
+        super().__init__(program, folder)
         self.connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=3600)
 
     def get(self, path):
