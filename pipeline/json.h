@@ -7,10 +7,12 @@ namespace cordillera::pipeline {
 
 using Json = nlohmann::ordered_json;
 
-/// The last item of an array, or the value of the last member of an object; null: there is none.
+/// The last item of an array, or the value of the last member of an object; null: there is none. An array or object that was to be begun
+/// when no memory was left is one without a container.
 inline Json* last_child(Json& json) {
-  if (!json.is_structured() || json.empty()) return nullptr;
-  return json.is_array() ? &json.get_ref<Json::array_t&>().back() : &json.get_ref<Json::object_t&>().back().second;
+  if (auto* const items = json.get_ptr<Json::array_t*>()) return items->empty() ? nullptr : &items->back();
+  if (auto* const members = json.get_ptr<Json::object_t*>()) return members->empty() ? nullptr : &members->back().second;
+  return nullptr;
 }
 
 inline void drop_last_child(Json& json) {
@@ -38,13 +40,14 @@ inline void empty_json(Json& json) noexcept {
 
 }  // namespace cordillera::pipeline
 
-/// What destroys every value. The library's own lists the children in a std::vector first: a destructor that finds no memory ends the program.
+/// What destroys every value. The library's own lists the children in a std::vector first: a destructor that finds no memory for it ends
+/// the program. Nor does it expect what operator[] leaves where it finds none: the type of an object, and no object.
 template <>
 inline void nlohmann::ordered_json::json_value::destroy(value_t type) {
-  if (type == value_t::array) {
+  if (type == value_t::array && array != nullptr) {
     for (ordered_json& item : *array) cordillera::pipeline::empty_json(item);
     delete array;
-  } else if (type == value_t::object) {
+  } else if (type == value_t::object && object != nullptr) {
     for (auto& [name, value] : *object) cordillera::pipeline::empty_json(value);
     delete object;
   } else if (type == value_t::string) {

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <fstream>
@@ -18,6 +19,7 @@ constexpr int kMapFrom_bytes = 1 << 20;
 constexpr int kTrimFrom_bytes = 4 << 20;
 constexpr std::size_t kMuch_bytes = std::size_t{16} << 20;
 constexpr std::size_t kReserve_bytes = std::size_t{512} << 10;  // below kMapFrom_bytes: what is freed is the heap's own at once
+constexpr std::size_t kLeft = 2;                                // so many of it beside the reserve, for work
 
 std::atomic<void*> reserve{nullptr};
 
@@ -46,8 +48,12 @@ void set_up_heap() {
 
 void keep_reserve() {
   if (reserve.load() != nullptr) return;
+  // Not of the last that there is: whatever needs more than is left then fails, frees the reserve, and so does the next.
+  std::array<void*, kLeft> left{};
+  for (void*& block : left) block = std::malloc(kReserve_bytes);
+  void* const fresh = left.back() != nullptr ? std::malloc(kReserve_bytes) : nullptr;
+  for (void* const block : left) std::free(block);
   void* none = nullptr;
-  void* const fresh = std::malloc(kReserve_bytes);
   if (!reserve.compare_exchange_strong(none, fresh)) std::free(fresh);
 }
 

@@ -9,7 +9,7 @@ namespace cordillera::server {
 void set_up_heap();
 
 /// Whoever first finds no memory gets std::bad_alloc, and the reserve becomes free for what has to be done on the way out: destructors that
-/// allocate, as JSON's do, end the program where they cannot. Lays it aside again where it is gone and there is memory.
+/// allocate end the program where they cannot. Lays it aside again where it is gone and there is more memory than that.
 void keep_reserve();
 
 /// Gives free memory back to the system where there is much of it. Cheap where there is not.

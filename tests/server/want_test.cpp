@@ -125,6 +125,18 @@ int documents_go_without_memory() {
       }
     }
   }
+  int unbegun = 0;
+  for (int given = 0; given < 12; ++given) {  // one that is built goes too, wherever it stops
+    Json begun;
+    try {
+      for (int k = 0; k < given; ++k) begun.push_back(k);
+      begun = nullptr;
+      begun["member"]["of it"].push_back({{"a text that is not kept in place", given}});
+    } catch (const std::bad_alloc&) {
+      ++unbegun;
+    }
+  }
+  if (unbegun == 0) return 2;
   tree = nullptr;
   flat = nullptr;
   deep = nullptr;
