@@ -169,7 +169,7 @@ void JobQueue::cancel(const std::string& id) {
   posted_.erase(id);
   const auto found = running_.find(id);
   if (found == running_.end()) return;
-  *found->second = true;
+  *found->second.stop = true;
   ended_.wait(lock, [&] { return running_.count(id) == 0; });
 }
 
@@ -177,7 +177,7 @@ void JobQueue::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
-    for (auto& [id, flag] : running_) *flag = true;
+    for (auto& [id, job] : running_) *job.stop = true;
   }
   ended_.notify_all();
   for (boost::asio::thread_pool* pool : {&looks_, &pool_}) {
@@ -186,7 +186,7 @@ void JobQueue::stop() {
   }
 }
 
-std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id) {
+std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id, Work work) {
   auto flag = std::make_unique<std::atomic<bool>>(false);
   // However this ends: a delete waits for it.
   auto over = [this, id](const std::atomic<bool>* ended) {
@@ -199,14 +199,26 @@ std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id) {
   };
   {
     const std::lock_guard lock(mutex_);
-    if (stopping_ || !running_.emplace(id, flag.get()).second) return nullptr;
+    if (stopping_ || !running_.emplace(id, Running{flag.get(), work}).second) return nullptr;
   }
   return {flag.release(), std::move(over)};
 }
 
+/// Ends a first look at this dataset's raster, if there is one: its build would lose its turn to it, and looks for itself.
+void JobQueue::end_look(const std::string& id) {
+  std::unique_lock lock(mutex_);
+  const auto looks = [&] {
+    const auto found = running_.find(id);
+    return found != running_.end() && found->second.work == Work::look;
+  };
+  if (!looks()) return;
+  *running_.at(id).stop = true;
+  ended_.wait(lock, [&] { return !looks(); });
+}
+
 /// A first look at a raster whose build waits for others.
 void JobQueue::look_at(const std::string& id) {
-  const auto flag = begin(id);
+  const auto flag = begin(id, Work::look);
   const Row dataset = flag ? registry_.find(id) : nullptr;
   if (!dataset || dataset->state != State::queued) return;
   proto::Job job = job_of(*dataset);
@@ -230,8 +242,9 @@ void JobQueue::show_provisional(const std::string& id) {
 
 JobQueue::Next JobQueue::run(const Turn& turn) {
   const auto& [id, client, attempt] = turn;
-  const auto flag = begin(id);
-  // Another change of the same dataset, or a first look at it, is being done, and that thread may be about to end: look again soon.
+  end_look(id);
+  const auto flag = begin(id, Work::build);
+  // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
   if (!flag) return later(kLookAgain, turn), Next::done;
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
   if (const auto dataset = registry_.find(id)) {

@@ -69,8 +69,14 @@ class JobQueue {
  private:
   using Turn = BuildTurns::Entry;
   using Clock = std::chrono::steady_clock;
+  enum class Work { build, look };
+  struct Running {
+    std::atomic<bool>* stop = nullptr;
+    Work work = Work::build;
+  };
   /// The stop flag of a job of this dataset, which runs until the last copy goes; null: another runs, or all are to end.
-  std::shared_ptr<std::atomic<bool>> begin(const std::string& id);
+  std::shared_ptr<std::atomic<bool>> begin(const std::string& id, Work work);
+  void end_look(const std::string& id);
   void look_at(const std::string& id);
   void show_provisional(const std::string& id);
   void first_tiles(const std::string& id, const char* kind);
@@ -104,7 +110,7 @@ class JobQueue {
   std::function<void(const std::string& id)> published_;
   std::mutex mutex_;
   std::condition_variable ended_;
-  std::map<std::string, std::atomic<bool>*> running_;  ///< id -> its stop flag, as long as begin()'s lives
+  std::map<std::string, Running> running_;  ///< by id, as long as begin()'s flag lives
   std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
   std::atomic<bool> stopping_{false};
   const unsigned concurrency_;
