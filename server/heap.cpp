@@ -1,10 +1,10 @@
 #include "server/heap.h"
 
 #include <malloc.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstdlib>
 #include <fstream>
@@ -19,9 +19,18 @@ constexpr int kMapFrom_bytes = 1 << 20;
 constexpr int kTrimFrom_bytes = 4 << 20;
 constexpr std::size_t kMuch_bytes = std::size_t{16} << 20;
 constexpr std::size_t kReserve_bytes = std::size_t{512} << 10;  // below kMapFrom_bytes: what is freed is the heap's own at once
-constexpr std::size_t kLeft = 2;                                // so many of it beside the reserve, for work
 
 std::atomic<void*> reserve{nullptr};
+bool bounded = true;
+
+/// Whether the system ever refuses memory: for a limit of addresses, or since it gives no more than there is.
+bool refuses_memory() {
+  rlimit addresses{};
+  if (getrlimit(RLIMIT_AS, &addresses) != 0 || addresses.rlim_cur != RLIM_INFINITY) return true;
+  int overcommit = 2;
+  std::ifstream("/proc/sys/vm/overcommit_memory") >> overcommit;
+  return overcommit == 2;
+}
 
 void no_memory() {
   std::free(reserve.exchange(nullptr));
@@ -43,18 +52,22 @@ void set_up_heap() {
   // By default eight a core, each of which keeps what its threads freed.
   mallopt(M_ARENA_MAX, std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 2, 8));
   std::set_new_handler(no_memory);
+  bounded = refuses_memory();
   keep_reserve();
 }
 
 void keep_reserve() {
   if (reserve.load() != nullptr) return;
-  // Not of the last that there is: whatever needs more than is left then fails, frees the reserve, and so does the next.
-  std::array<void*, kLeft> left{};
-  for (void*& block : left) block = std::malloc(kReserve_bytes);
-  void* const fresh = left.back() != nullptr ? std::malloc(kReserve_bytes) : nullptr;
-  for (void* const block : left) std::free(block);
   void* none = nullptr;
+  void* const fresh = std::malloc(kReserve_bytes);
   if (!reserve.compare_exchange_strong(none, fresh)) std::free(fresh);
+}
+
+bool has_memory(std::size_t bytes) {
+  if (!bounded) return true;
+  void* volatile probe = std::malloc(bytes);  // volatile: a compiler may leave out a block that nobody uses
+  std::free(probe);
+  return probe != nullptr;
 }
 
 void trim_heap() {

@@ -101,6 +101,11 @@ int serve_command(const Settings& given, const std::string& program) {
     return kFailed;
   }
 
+  if (!has_memory(kToListen_bytes)) {
+    complain({"memory-limit", "less than " + std::to_string(kToListen_bytes >> 20) + " MiB of memory are left to answer with", "a higher limit of memory (ulimit -v)", ""});
+    return kFailed;
+  }
+
   (*service)->watch_front([&http] { return FrontCounts{(*http)->connections(), (*http)->unsent_bytes()}; });
 
   boost::asio::io_context io;

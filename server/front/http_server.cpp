@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/front/loop.h"
+#include "server/heap.h"
 #include "server/log.h"
 
 namespace cordillera::server::front {
@@ -60,6 +61,7 @@ class AsioServer final : public HttpServer {
     std::vector<std::thread> threads;
     try {
       for (std::size_t k = 1; k < loops_.size(); ++k) {
+        if (!has_memory(kForAThread_bytes + kForARequest_bytes)) throw std::bad_alloc();
         threads.emplace_back([this, k] { loops_[k]->run(); });
         running_ = k + 1;
       }

@@ -53,6 +53,9 @@ Response refusal(const proto::Problem& problem) {
 
 Response answer_of(Shared& shared, const Request& request) {
   keep_reserve();  // of the answer before, which may have found no memory
+  if (!has_memory(kForARequest_bytes)) {
+    return refusal({"service-busy", "the service has hardly any memory left", "asking again later, or starting it with more", ""});
+  }
   if (const auto range = request.header("range"); range && !is_range(*range)) {
     return refusal({"range-invalid", "the Range header cannot be read", "no Range header: ranges are not served", "Range"});
   }

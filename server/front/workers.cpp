@@ -3,6 +3,8 @@
 #include <system_error>
 #include <utility>
 
+#include "server/heap.h"
+
 namespace cordillera::server::front {
 
 Workers::Workers(std::size_t threads, std::size_t most, std::size_t most_per_client)
@@ -16,7 +18,7 @@ Workers::Taken Workers::run(const std::string& client, std::function<void()> wor
   const auto place = clients_.try_emplace(client).first;
   Client& its = place->second;
   if (its.works >= most_per_client_) return Taken::client_has_many;
-  if (idle_ <= waiting_ && threads_.size() < threads_most_) {
+  if (idle_ <= waiting_ && threads_.size() < threads_most_ && has_memory(kForAThread_bytes + kForARequest_bytes)) {
     try {
       threads_.emplace_back([this] { serve(); });
     } catch (const std::system_error&) {

@@ -2,6 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <fstream>
 #include <thread>
 
 #include "front_fixture.h"
@@ -10,6 +14,8 @@
 #include "server/front/answer_budget.h"
 #include "server/front/content_coding.h"
 #include "server/front/pace.h"
+#include "server/front/shared.h"
+#include "server/heap.h"
 #include "server/limits/descriptors.h"
 
 namespace cordillera::server {
@@ -94,6 +100,36 @@ TEST(Descriptors, EverythingFitsIntoFewOfThem) {
   ServeSettings settings;
   EXPECT_EQ(limits::fit_to_descriptors(settings, 1 << 20), "");
   EXPECT_EQ(settings.limits.connections, most.connections);
+}
+
+/// 0: what is asked for when hardly any memory is left is refused before it is begun, and answered when there is some again.
+int refused_before_it_is_begun() {
+  TestService test;
+  front::Shared shared(test.api(), front::Limits{}, [](const front::Served&) {});
+  const Request request = asking("/healthz");
+  rlimit before{};
+  getrlimit(RLIMIT_AS, &before);
+  std::ifstream statm("/proc/self/statm");
+  rlim_t pages = 0;
+  statm >> pages;
+  // A hard limit cannot be raised again.
+  const rlimit little{pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + (rlim_t{2} << 20), before.rlim_max};
+  setrlimit(RLIMIT_AS, &little);
+  set_up_heap();
+  std::vector<void*> taken;  // a thread's heap may have had much more
+  while (void* const block = std::malloc(std::size_t{1} << 20)) taken.push_back(block);
+  const Response refused = front::answer_of(shared, request);
+  for (void* const block : taken) std::free(block);
+  setrlimit(RLIMIT_AS, &before);
+  const Response answered = front::answer_of(shared, request);
+  if (refused.status != 503 || refused.body.find("service-busy") == std::string::npos) return 1;
+  return answered.status == 200 ? 0 : 2;
+}
+
+TEST(Answers, NothingIsBegunWithHardlyAnyMemory) {
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's addresses cannot be counted";
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(_exit(refused_before_it_is_begun()), testing::ExitedWithCode(0), "");
 }
 
 TEST(Answers, TilesAndFilesOfTheViewerAreSharedByAllWhoReadThem) {
