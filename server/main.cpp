@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <iostream>
+#include <locale>
 
 #include "server/child.h"
 #include "server/client/client_line.h"
@@ -187,9 +188,20 @@ std::string own_path() {
   return std::filesystem::read_symlink("/proc/self/exe", error).string();
 }
 
+/// std::regex, which the HTTP library uses too, asks for these tables, and libstdc++ fills them at their first use without a lock (its bug
+/// 77704): to be called before the first thread.
+void fill_tables_of_letters() {
+  const auto& letters = std::use_facet<std::ctype<char>>(std::locale());
+  const char from = 'a';
+  char to = 0;
+  letters.narrow(&from, &from + 1, ' ', &to);
+  letters.widen(&from, &from + 1, &to);
+}
+
 }  // namespace
 
 int main(int count, char** words) {
+  fill_tables_of_letters();
   CLI::App app{"Cordillera: terrain level-of-detail tiles from digital elevation models", "cordillera"};
   app.set_version_flag("--version", std::string("cordillera ") + CORDILLERA_VERSION);
   app.require_subcommand(1);
