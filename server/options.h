@@ -1,8 +1,10 @@
 #pragma once
 // The one table of options. Query strings, the command line, the config file and environment variables are all read through it,
 // so that a name, a range or a sentence of help cannot differ between them.
+#include <algorithm>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -27,6 +29,8 @@ struct Limits {
   std::uint32_t free_percent = 5;         ///< of the disk, that posting leaves
   std::uint32_t connections = 4096;       ///< at the same time; beyond them the longest idle one makes room
   std::uint32_t client_connections = 512;  ///< of one address
+  /// Threads that read and write connections; no option, but few descriptors lower it.
+  std::uint32_t loops = std::clamp(std::thread::hardware_concurrency(), 1u, 16u);
   std::uint32_t open_datasets = 64;       ///< at the same time; no option, but few descriptors lower it
   std::uint32_t client_streams = 64;      ///< event streams and waiting posts of one address
   std::uint32_t unsent_mib = 512;         ///< of large answers that clients have yet to read; what several share counts once

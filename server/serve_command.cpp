@@ -25,6 +25,7 @@ namespace {
 front::Limits front_limits(const ServeSettings& settings) {
   const Limits& from = settings.limits;
   front::Limits limits;
+  limits.loops = from.loops;
   limits.connections = from.connections;
   limits.connections_per_client = from.client_connections;
   limits.uploads = from.uploads + from.client_uploads;  // those that the service refuses take a place for a moment too

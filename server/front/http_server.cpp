@@ -21,12 +21,10 @@ using Error = boost::system::error_code;
 constexpr int kBacklog = 1024;  // a map that zooms opens many connections at once
 constexpr auto kNoDescriptors = std::chrono::milliseconds(100);
 
-std::size_t loop_count() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 16); }
-
 class AsioServer final : public HttpServer {
  public:
   AsioServer(Api& api, const Limits& limits, OnServed on_served) : shared_(api, limits, std::move(on_served)) {
-    for (std::size_t k = 0; k < loop_count(); ++k) loops_.push_back(std::make_unique<Loop>(shared_));
+    for (std::size_t k = 0; k < limits.loops; ++k) loops_.push_back(std::make_unique<Loop>(shared_));
     acceptor_ = std::make_unique<tcp::acceptor>(loops_[0]->io());
     retry_ = std::make_unique<boost::asio::steady_timer>(loops_[0]->io());
     api.on_change([this] {

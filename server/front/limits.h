@@ -1,14 +1,17 @@
 #pragma once
 // What a client may take of the server: time, connections, bytes. Every one an option of `serve` or a constant with its reason.
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace cordillera::server::front {
 
 struct Limits {
+  std::uint32_t loops = std::clamp(std::thread::hardware_concurrency(), 1u, 16u);  ///< threads that read and write connections
   std::uint32_t connections = 4096;             ///< at a time; beyond them the longest idle one makes room
   std::uint32_t connections_per_client = 512;   ///< of one address: an office behind one, with six a browser
   std::uint32_t uploads = 64;                   ///< requests with a body at a time; each has a thread

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <thread>
 
 namespace cordillera::server::limits {
 namespace {
 
 constexpr std::size_t kOwn = 32;         // logs, the registry, the lock, and what libraries open for a moment
 constexpr std::size_t kOfALoop = 4;      // epoll, its timer, its event, and a socket that is refused
+constexpr std::size_t kForALoop = 32;    // with fewer a loop would take more than it serves
 constexpr std::size_t kOfAJob = 4;       // its pipes and its folder
 constexpr std::size_t kOfADataset = 5;   // four connections to its store, and a share of earlier versions
 
@@ -27,11 +27,12 @@ std::size_t raise_descriptor_limit() {
 
 std::string fit_to_descriptors(ServeSettings& settings, std::size_t descriptors) {
   Limits& limits = settings.limits;
-  const std::size_t own = kOwn + kOfALoop * std::max(1u, std::thread::hardware_concurrency()) + kOfAJob * settings.jobs;
+  const auto lower = [](std::uint32_t& limit, std::size_t most) { limit = static_cast<std::uint32_t>(std::clamp<std::size_t>(most, 1, limit)); };
+  lower(limits.loops, descriptors / kForALoop);
+  const std::size_t own = kOwn + kOfALoop * limits.loops + kOfAJob * settings.jobs;
   const auto for_datasets = [&] { return kOfADataset * limits.open_datasets; };
   if (descriptors >= own + limits.connections + limits.uploads + for_datasets()) return "";
   const std::size_t rest = descriptors - std::min(descriptors, own);
-  const auto lower = [](std::uint32_t& limit, std::size_t most) { limit = static_cast<std::uint32_t>(std::clamp<std::size_t>(most, 1, limit)); };
   lower(limits.open_datasets, rest / 16);
   lower(limits.uploads, rest / 8);
   lower(limits.connections, rest - std::min(rest, limits.uploads + for_datasets()));
