@@ -51,10 +51,13 @@ export async function open_dataset(browser, url, id, how = {}) {
   return opened;
 }
 
-// Nothing of what a tileset puts off while a camera moves, and no samples beyond one a pixel, which software draws one by one.
+// Nothing of what a tileset puts off while a camera moves. Nor what software draws for long and no test looks at: more samples than one a
+// pixel, and the scattered light of the sky, which takes three quarters of a frame.
 function no_deferring() {
   const { scene, tileset } = window.cordillera;
   scene.msaaSamples = 1;
+  scene.skyAtmosphere.show = false;
+  scene.globe.showGroundAtmosphere = false;
   if (tileset) Object.assign(tileset, { cullRequestsWhileMoving: false, foveatedScreenSpaceError: false });
 }
 
@@ -67,6 +70,8 @@ export const some_frames = (page) => page.evaluate(async (count) => {
 // Loaded, and still so some frames later: a tileset learns what it lacks, and shows what it got, only as frames and
 // moments go by. Fails with the page's own words.
 export async function tiles_loaded(page) {
+  await page.waitForFunction(() => window.cordillera?.scene);
+  await page.evaluate(no_deferring);
   await page.waitForFunction(() => window.cordillera?.tileset || window.cordillera?.error);
   await page.evaluate(no_deferring);
   const end = Date.now() + kPatience_ms;

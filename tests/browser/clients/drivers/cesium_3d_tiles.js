@@ -1,5 +1,5 @@
 import { Cartesian3, Cartographic, Ellipsoid, Ray } from "cesium";
-import { look_down, set_background } from "./cesium_camera.js";
+import { look_down, set_background, without_air } from "./cesium_camera.js";
 
 // The tileset's own getHeight looks towards the earth's centre, metres to the side on a mountain: this is the ellipsoid's normal.
 function height_at({ scene }, tileset, { lon, lat }) {
@@ -10,6 +10,7 @@ function height_at({ scene }, tileset, { lon, lat }) {
 }
 
 export function drive({ widget, tileset }) {
+  without_air(widget.scene);
   return {
     settled: () => tileset.tilesLoaded && tileset.statistics.selected > 0,
     tiles: () => tileset.statistics.selected,

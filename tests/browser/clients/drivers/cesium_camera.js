@@ -1,6 +1,12 @@
 // What both CesiumJS drivers do with a scene.
 import { Cartesian3, Color, Math as CesiumMath } from "cesium";
 
+// The scattered light of the sky takes three quarters of a frame that software draws, and no test looks at it.
+export function without_air(scene) {
+  if (scene.skyAtmosphere) scene.skyAtmosphere.show = false;
+  if (scene.globe) scene.globe.showGroundAtmosphere = false;
+}
+
 // Nothing but terrain in front of one colour.
 export function set_background(scene, css) {
   scene.backgroundColor = Color.fromCssColorString(css);

@@ -1,5 +1,5 @@
 import { Cartographic, sampleTerrainMostDetailed } from "cesium";
-import { look_down, set_background } from "./cesium_camera.js";
+import { look_down, set_background, without_air } from "./cesium_camera.js";
 
 // A globe cuts tiles into smaller ones where the data ends, as long as it is asked for less error: what is enough for a picture.
 const kLeastError_px = 1;
@@ -7,13 +7,13 @@ const kLeastError_px = 1;
 // Of both terrain providers. heights() asks the provider, as a program would that clamps things to the ground.
 export function drive({ widget, terrainProvider }) {
   const { globe } = widget.scene;
+  without_air(widget.scene);
   const drawn = () => globe._surface.tileProvider._tilesToRenderByTextureCount.flat().filter(Boolean).length;
   return {
     settled: () => globe.tilesLoaded && drawn() > 0,
     tiles: drawn,
     look_down(view) {
       set_background(widget.scene, "#ff00ff");
-      globe.showGroundAtmosphere = false;
       globe.maximumScreenSpaceError = Math.max(view.error_px, kLeastError_px);
       look_down(widget.camera, view);
     },
