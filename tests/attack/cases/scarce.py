@@ -1,4 +1,5 @@
 """Finding 10: few descriptors, files that may not grow, clients that leave while they wait."""
+import atexit
 import json
 import os
 import resource
@@ -66,7 +67,16 @@ def stopped_job(server):
             jobs += [int(pid) for pid in children.read().split()]
     for job in jobs:
         os.kill(job, signal.SIGSTOP)
+        # One that is stopped before it has said that it ends with its server would stay for ever.
+        atexit.register(kill_if_there, job)
     return jobs
+
+
+def kill_if_there(process):
+    try:
+        os.kill(process, signal.SIGKILL)
+    except ProcessLookupError:
+        pass
 
 
 @case("10 waiting posts of clients who left", expect="429, then 202")
