@@ -21,7 +21,7 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
   if (options.voids().empty()) options.set_voids("fill");
   if (options.voids() == "fill") options.set_fill_limit(raster::fill_limit_cells(options));
   options.clear_warnings();
-  if (options.strategy().empty()) options.set_strategy("waves");
+  options.set_strategy(strategy_of(plan));
   if (options.quality().empty()) options.set_quality("default");
   options.set_device(machine.device.substr(0, machine.device.find(' ')));
   options.set_threads(machine.threads);
@@ -45,6 +45,7 @@ proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& p
   *manifest.mutable_source() = source;
   for (const raster::MosaicMember& member : request.members) *manifest.add_sources() = member.description;
   *manifest.mutable_notes() = request.options.warnings();
+  if (std::string why = why_waves(plan); !why.empty()) manifest.add_notes(std::move(why));
   *manifest.mutable_options() = effective(request, plan, source, machine);
   manifest.mutable_options()->set_name(manifest.name());
   manifest.mutable_options()->set_title(manifest.title());

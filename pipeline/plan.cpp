@@ -51,6 +51,8 @@ int finest_level(const proto::Source& source) {
   return proto::kMaxLevel;
 }
 
+bool is_automatic(const proto::BuildOptions& options) { return options.strategy() == kAutoStrategy; }
+
 proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (options.has_error() && options.keep_size() > 0) {
     return proto::Problem{"options-conflict", "error and keep are both given", "one of them", "keep"};
@@ -68,7 +70,7 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (!options.scheme().empty() && options.scheme() != "geodetic") {
     return proto::Problem{"option-invalid", "scheme \"" + options.scheme() + "\" is not known", "geodetic", "scheme"};
   }
-  if (!options.strategy().empty()) {
+  if (!options.strategy().empty() && !is_automatic(options)) {
     if (auto problem = gpu::check_strategy(options.strategy(), options.device())) return *problem;
   }
   const std::string& quality = options.quality();
@@ -96,14 +98,25 @@ proto::Result<std::pair<int, int>> level_range(const proto::Source& source, cons
 
 namespace {
 
-/// Coarsest level at which every node holds at most kBlockSamples of the window.
-int block_level(const proto::Lattice& lattice, const raster::Source::Window& window, int coarsest) {
-  for (int z = coarsest; z < lattice.finest_level; ++z) {
+std::int64_t columns_of(const proto::Plan& plan) { return plan.window(2) - std::int64_t{plan.window(0)} + 1; }
+std::int64_t rows_of(const proto::Plan& plan) { return plan.window(3) - std::int64_t{plan.window(1)} + 1; }
+
+/// Of waves: the coarsest level at which every node holds at most kBlockSamples of the window.
+int block_level(const proto::Plan& plan) {
+  const proto::Lattice lattice = lattice_of(plan);
+  for (int z = static_cast<int>(plan.min_level()); z < lattice.finest_level; ++z) {
     const std::int64_t across = lattice.tile_units(z) + 1;
-    const std::int64_t columns = std::min(window.east - window.west + 1, across), rows = std::min(window.north - window.south + 1, across);
-    if (columns * rows <= kBlockSamples) return z;
+    if (std::min(columns_of(plan), across) * std::min(rows_of(plan), across) <= kBlockSamples) return z;
   }
   return lattice.finest_level;
+}
+
+/// What strategy=auto has against exact; empty: nothing.
+std::string why_not_exact(const proto::Plan& plan) {
+  if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem().detail;
+  if (columns_of(plan) * rows_of(plan) <= kAutoExactSamples) return "";
+  return "strategy exact may take more memory than a build has by default for " + std::to_string(columns_of(plan)) + " x " +
+         std::to_string(rows_of(plan)) + " samples of the finest level";
 }
 
 std::int64_t extent_of(const proto::Plan& plan) { return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
@@ -120,7 +133,11 @@ proto::Lattice lattice_of(const proto::Plan& plan) {
   return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
 }
 
-std::string strategy_of(const proto::Plan& plan) { return plan.options().strategy().empty() ? gpu::kStrategies.front() : plan.options().strategy(); }
+std::string strategy_of(const proto::Plan& plan) {
+  if (plan.exact()) return gpu::kExact;
+  const std::string& asked = plan.options().strategy();
+  return asked.empty() || asked == kAutoStrategy ? gpu::kStrategies.front() : asked;
+}
 
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) { return plan.levels(static_cast<int>(plan.finest_level()) - level); }
 
@@ -176,13 +193,13 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
     return proto::Problem{"no-data", "no vertex of the tile lattice lies inside the raster (or bbox)", "a larger bbox or a finer max_level", "bbox"};
   }
   for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
-  plan.set_exact(options.strategy() == gpu::kExact);
-  plan.set_block_level(static_cast<std::uint32_t>(plan.exact() ? range->second : block_level(lattice, window, range->second)));
   plan.set_promise(options.keep_size() == 0);
   *plan.mutable_options() = options;
-  if (plan.exact()) {
+  if (options.strategy() == gpu::kExact) {
     if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem();
   }
+  plan.set_exact(options.strategy() == gpu::kExact || (is_automatic(options) && why_not_exact(plan).empty()));
+  plan.set_block_level(static_cast<std::uint32_t>(plan.exact() ? range->second : block_level(plan)));
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();
@@ -200,6 +217,10 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
 }
 
 proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
+  if (plan.exact() && is_automatic(plan.options())) {
+    plan.set_exact(false);
+    plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));
+  }
   if (plan.exact()) {
     return proto::Problem{"options-conflict", "strategy exact makes a raster in one piece: there are no smaller blocks to plan or to update",
                           std::string(kWithoutExact) + ", or no size of blocks and no updates=1", "strategy"};
@@ -211,6 +232,12 @@ proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
   plan.set_block_level(static_cast<std::uint32_t>(level));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
   return {};
+}
+
+std::string why_waves(const proto::Plan& plan) {
+  if (plan.exact() || !is_automatic(plan.options())) return "";
+  const std::string why = why_not_exact(plan);
+  return "strategy=auto is waves here: " + (why.empty() ? "strategy exact has no small blocks, for updates=1 or plan --block" : why);
 }
 
 proto::Result<void> check_exact(const proto::Plan& plan) {

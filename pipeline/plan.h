@@ -11,8 +11,12 @@ namespace cordillera::pipeline {
 
 /// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
-/// The same with strategy=exact, where a block is all of a node of the coarsest level: up to 30 bytes each.
+/// The same with strategy=exact, where a block is all of a node of the coarsest level: some 30 bytes each, 200 where nearly all of them are vertices.
 inline constexpr std::int64_t kExactSamples = std::int64_t{9217} * 9217;
+/// strategy=auto: exact for a raster of up to so many samples that exact can build, waves elsewhere. A function of raster and
+/// options alone: the same tiles on every machine. So many fit into the memory that a posted build has by default, whatever the ground.
+inline constexpr const char* kAutoStrategy = "auto";
+inline constexpr std::int64_t kAutoExactSamples = kBlockSamples;
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options);
@@ -23,8 +27,10 @@ proto::Result<std::pair<int, int>> level_range(const proto::Source& source, cons
 /// No error of a tile of the level is greater, nor need a target be: all that the tile spans, and all relief.
 double greatest_target_m(const proto::Plan& plan, int level);
 
-/// Blocks of up to so many finest samples; an exact plan cannot have smaller ones.
+/// Blocks of up to so many finest samples. An exact plan cannot have smaller ones: it becomes waves where exact was not asked for by name.
 proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most);
+/// Why strategy=auto is waves, a sentence; empty where it is exact, or a strategy was asked for by name. It has a window.
+std::string why_waves(const proto::Plan& plan);
 /// Why an exact plan cannot be: too much data, a pole. It has a window.
 proto::Result<void> check_exact(const proto::Plan& plan);
 
@@ -32,7 +38,7 @@ proto::Result<void> check_exact(const proto::Plan& plan);
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
 
 proto::Lattice lattice_of(const proto::Plan& plan);
-/// Of gpu::kStrategies.
+/// Of gpu::kStrategies: what builds.
 std::string strategy_of(const proto::Plan& plan);
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level);
 /// What heights of the level's meshes are multiples of, in kHeightStep_m; 1 where the level does not say.

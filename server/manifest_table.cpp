@@ -34,6 +34,14 @@ std::string source_lines(const proto::Source& source) {
   return out;
 }
 
+/// With the notes, one of which may say why.
+std::string strategy_lines(const proto::Manifest& manifest) {
+  std::string out;
+  if (const std::string& strategy = manifest.options().strategy(); !strategy.empty()) out += text("strategy  %.20s\n", strategy.c_str());
+  for (const std::string& note : manifest.notes()) out += text("note      %.300s\n", note.c_str());
+  return out;
+}
+
 /// A figure in metres, or a dash where there is none.
 std::string metres_text(double metres, bool known) { return known ? text("%.3f", metres) : "-"; }
 
@@ -51,7 +59,7 @@ std::string manifest_table(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
   std::string out = source_lines(source);
   out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
-  for (const std::string& note : manifest.notes()) out += text("note      %.300s\n", note.c_str());
+  out += strategy_lines(manifest);
   out += text("range     %.2f to %.2f m above the ellipsoid; resampling error %.3f m\n", source.min_height(),
               source.max_height(), source.resampling_error());
   out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(),
@@ -72,6 +80,7 @@ std::string estimate_table(const proto::Manifest& manifest, double seconds) {
   const bool shares = manifest.options().keep_size() > 0;
   std::string out = source_lines(manifest.source());
   out += text("nodata    %.100s\n", manifest.source().nodata().c_str());
+  out += strategy_lines(manifest);
   out += text("tiles     about %u in levels %u to %u, %u triangles, %s; cell %.2f m\n", manifest.tiles(), manifest.min_level(),
               manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m());
   out += "\nlevel  ~tiles ~triangles       ~.drc   target m\n";

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "gpu/simplify.h"
+#include "pipeline/plan.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
 #include "raster/filled_source.h"
@@ -266,10 +267,13 @@ std::vector<OptionSpec> make_build_options() {
        "a height in metres, -16384 to 16384", apply_water},
       {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
        "a single-band raster that GDAL can read", apply_text<&BuildOptions::mutable_water_mask>},
-      {"strategy", "NAME", "how meshes are simplified; exact: a raster in one piece; cleap and sequential: the published algorithm, to be compared with",
-       "waves, exact, cleap or sequential",
+      {"strategy", "NAME", "how meshes are simplified; exact: a raster in one piece; auto: exact where it can be, else waves; cleap and sequential: the published "
+       "algorithm, to be compared with",
+       "auto, waves, exact, cleap or sequential",
        [](std::string_view text, Settings& settings) {
-         return read_choice(text, {gpu::kStrategies.begin(), gpu::kStrategies.end()}, settings.build.mutable_strategy());
+         std::vector<std::string> names{pipeline::kAutoStrategy};
+         names.insert(names.end(), gpu::kStrategies.begin(), gpu::kStrategies.end());
+         return read_choice(text, names, settings.build.mutable_strategy());
        }},
       {"quality", "QUALITY", "with error: fast leaves out what makes the triangles fewer, best takes more time for it",
        "fast, default or best",

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "gpu/simplify.h"
+#include "pipeline/plan.h"
 
 namespace cordillera::server {
 namespace {
@@ -48,7 +49,8 @@ std::uint32_t within(std::uint32_t wanted, std::uint32_t most) {
 }  // namespace
 
 std::optional<proto::Problem> apply_policy(const Settings& server, proto::BuildOptions& options) {
-  if (auto refused = gpu::check_strategy(options.strategy().empty() ? gpu::kStrategies.front() : options.strategy(), options.device())) return refused;
+  const bool named = !options.strategy().empty() && options.strategy() != pipeline::kAutoStrategy;
+  if (auto refused = gpu::check_strategy(named ? options.strategy() : gpu::kStrategies.front(), options.device())) return refused;
   if (auto refused = check_crs(options)) return refused;
   if (auto refused = check_water_mask(server, options)) return refused;
   options.set_threads(within(options.threads(), server.build.threads()));

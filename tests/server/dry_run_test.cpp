@@ -3,10 +3,12 @@
 
 #include <cmath>
 #include <ctime>
+#include <filesystem>
 
 #include "../raster/fixture.h"
 #include "pipeline/build.h"
 #include "pipeline/estimate.h"
+#include "pipeline/plan.h"
 
 namespace cordillera::server {
 namespace {
@@ -77,6 +79,36 @@ TEST_F(DryRun, IsNearWhatIsBuiltForSmallAndLargeErrors) {
     triangles.push_back(expect_near().triangles());
   }
   EXPECT_GT(triangles[0], 2 * triangles[1]) << "a finer error costs triangles";
+}
+
+TEST_F(DryRun, SaysWhatAutoChoosesAndIsNearIt) {
+  write_landscape();
+  request_.options.set_strategy("auto");
+  for (const double error : {5.0, 50.0}) {
+    SCOPED_TRACE(error);
+    request_.options.set_error(error);
+    const proto::Manifest told = expect_near();
+    EXPECT_EQ(told.options().strategy(), "exact");
+    EXPECT_EQ(told.notes_size(), 0);
+    std::filesystem::remove(request_.store_path);
+  }
+}
+
+TEST_F(DryRun, SaysWhyAutoIsWavesForMuchData) {
+  Spec spec = raster_test::huge_sparse(512);
+  spec.columns = spec.rows = 4000;
+  request_.raster_path = write(spec);
+  request_.raster_name = "sparse.tif";
+  request_.options = raster_test::plain_options();
+  request_.options.set_strategy("auto");
+  const proto::Manifest told = guess();
+  EXPECT_GT(told.source().lattice_samples(), pipeline::kAutoExactSamples);
+  EXPECT_EQ(told.options().strategy(), "waves");
+  ASSERT_EQ(told.notes_size(), 1);
+  EXPECT_THAT(told.notes(0), testing::HasSubstr("more memory than a build has by default"));
+  request_.options.set_strategy("exact");
+  EXPECT_LT(told.source().lattice_samples(), pipeline::kExactSamples);
+  EXPECT_TRUE(pipeline::make_plan(*raster_test::must_open(request_.raster_path), request_.options).ok()) << "by name it is taken";
 }
 
 TEST_F(DryRun, IsNearWhatIsBuiltForShares) {

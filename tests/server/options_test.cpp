@@ -10,6 +10,7 @@
 #include <set>
 
 #include "fixture.h"
+#include "server/request_policy.h"
 
 namespace cordillera::server {
 namespace {
@@ -32,6 +33,16 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
     EXPECT_FALSE(option.help.empty()) << option.name;
     EXPECT_FALSE(option.accepted.empty()) << option.name;
   }
+}
+
+TEST(Options, AutoTakesTheStrategyOfAServiceBack) {
+  Settings server;
+  server.build.set_strategy("waves");
+  const auto settings = with_layer(server, build_options(), {{"strategy", "auto"}}, Spelling::query);
+  ASSERT_TRUE(settings);
+  EXPECT_EQ(settings->build.strategy(), "auto");
+  proto::BuildOptions options = settings->build;
+  EXPECT_FALSE(apply_policy(server, options)) << "auto is no name that a simplifier has";
 }
 
 TEST(Options, OneOptionHasFourSpellings) {

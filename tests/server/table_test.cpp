@@ -74,6 +74,15 @@ TEST(Tables, ABoundHasNoRmse) {
   EXPECT_THAT(table, HasSubstr("built on cpu"));
 }
 
+TEST(Tables, AStrategyIsNamedAndItsReasonBelowIt) {
+  proto::Manifest chosen = manifest();
+  chosen.mutable_options()->set_strategy("waves");
+  chosen.add_notes("strategy=auto is waves here");
+  const std::string lines = "strategy  waves\nnote      strategy=auto is waves here\n";
+  EXPECT_THAT(manifest_table(chosen), HasSubstr(lines));
+  EXPECT_THAT(estimate_table(chosen, 90), HasSubstr(lines));
+}
+
 TEST(Tables, AnEstimateStatesNoErrors) {
   proto::Manifest estimate = manifest();
   for (proto::LevelSummary& level : *estimate.mutable_levels()) level.clear_stated_max_error();

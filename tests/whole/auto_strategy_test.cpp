@@ -1,0 +1,121 @@
+// strategy=auto is exact where that can be and waves elsewhere; which of the two, and why, is a matter of raster and options alone.
+#include <gmock/gmock.h>
+
+#include "pipeline/build.h"
+#include "pipeline/plan.h"
+#include "pipeline/work/work_plan.h"
+#include "tests/whole/bytes.h"
+#include "tests/whole/built.h"
+
+namespace cordillera::whole {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr std::int64_t kTile = proto::kTileCells;
+constexpr Corner kCorner{13, 9000 * kTile + 30, 6000 * kTile + 150};
+
+class AutoStrategy : public testing::Test {
+ protected:
+  AutoStrategy() {
+    request_.raster_name = "dem.tif";
+    request_.raster_path = folder_.path("dem.tif");
+    request_.id = "test";
+    request_.options = with_error(10);
+    put(points_of(kCorner, 300, 200, rough(8)));
+  }
+  void put(const Dem& dem) {
+    write(dem, request_.raster_path);
+    request_.options.set_max_level(static_cast<std::uint32_t>(*dem.level));
+  }
+  proto::Manifest build(const std::string& strategy) {
+    request_.options.set_strategy(strategy);
+    request_.store_path = folder_.path(strategy);
+    const auto built = pipeline::build(request_, nullptr, never_);
+    EXPECT_TRUE(built.ok()) << built.problem().line();
+    return built.ok() ? *built : proto::Manifest();
+  }
+  Bytes bytes(const std::string& strategy) { return published(folder_.path(strategy)); }
+  /// auto builds what waves does, and says why.
+  void expect_waves(const std::string& why) {
+    const proto::Manifest chosen = build("auto"), waves = build("waves");
+    EXPECT_EQ(chosen.options().strategy(), "waves");
+    EXPECT_THAT(chosen.notes(), ElementsAre(HasSubstr("strategy=auto is waves here: strategy exact " + why)));
+    EXPECT_THAT(waves.notes(), IsEmpty()) << "asked for by name: nothing to explain";
+    EXPECT_EQ(bytes("auto"), bytes("waves"));
+  }
+  proto::Plan planned(std::int64_t block_samples) {
+    auto plan = pipeline::work::plan_work(request_, never_, {nullptr, block_samples, 0});
+    EXPECT_TRUE(plan.ok()) << plan.problem().line();
+    return plan.ok() ? plan->plan() : proto::Plan();
+  }
+
+  Folder folder_;
+  pipeline::BuildRequest request_;
+  const std::atomic<bool> never_ = false;
+};
+
+TEST_F(AutoStrategy, is_exact_where_that_can_be) {
+  const proto::Manifest chosen = build("auto");
+  EXPECT_EQ(chosen.options().strategy(), "exact");
+  EXPECT_THAT(chosen.notes(), IsEmpty());
+  build("exact");
+  EXPECT_GT(bytes("auto").size(), 5u);
+  EXPECT_EQ(bytes("auto"), bytes("exact"));
+}
+
+TEST_F(AutoStrategy, does_not_depend_on_memory_threads_or_device) {
+  const auto source = pipeline::open_source(request_);
+  ASSERT_TRUE(source.ok());
+  request_.options.set_strategy("auto");
+  const auto plan = pipeline::make_plan(**source, request_.options);
+  ASSERT_TRUE(plan.ok());
+  EXPECT_TRUE(plan->exact());
+  request_.options.set_memory(64);
+  request_.options.set_threads(7);
+  request_.options.set_device("cpu");
+  const auto elsewhere = pipeline::make_plan(**source, request_.options);
+  ASSERT_TRUE(elsewhere.ok());
+  EXPECT_EQ(plan->SerializeAsString(), elsewhere->SerializeAsString());
+}
+
+TEST_F(AutoStrategy, is_waves_for_shares) {
+  put(points_of(kCorner, 60, 50, rough(8)));
+  request_.options.clear_error();
+  request_.options.add_keep(0.2);
+  request_.options.set_min_level(11);
+  expect_waves("keeps an error, not a share");
+}
+
+TEST_F(AutoStrategy, is_waves_at_a_pole) {
+  put(points_of({6, 500, 64 * kTile - 50}, 40, 40, [](int c, int r) { return 10.0 * ((c * 7 + r * 3) % 11); }));
+  request_.options.set_error(100);
+  expect_waves("does not go up to a pole");
+}
+
+TEST_F(AutoStrategy, is_waves_where_coarser_levels_are_missing) {
+  request_.options.set_min_level(12);
+  expect_waves("needs two coarser levels");
+}
+
+TEST_F(AutoStrategy, is_waves_in_small_blocks_and_exact_without) {
+  request_.options.set_strategy("auto");
+  auto member = raster::examine(request_.raster_path, "dem.tif", raster::Trust::operator_file, request_.options);
+  ASSERT_TRUE(member.ok()) << member.problem().line();
+  request_.members.push_back(*member);
+  EXPECT_TRUE(planned(0).exact());
+  const proto::Plan chosen = planned(513 * 513);
+  EXPECT_FALSE(chosen.exact());
+  EXPECT_THAT(pipeline::why_waves(chosen), HasSubstr("no small blocks, for updates=1 or plan --block"));
+  request_.options.set_strategy("waves");
+  const proto::Plan waves = planned(513 * 513);
+  EXPECT_EQ(chosen.block_level(), waves.block_level());
+  for (int k = 0; k < waves.levels_size(); ++k) EXPECT_EQ(chosen.levels(k).SerializeAsString(), waves.levels(k).SerializeAsString());
+  request_.options.set_strategy("exact");
+  EXPECT_FALSE(pipeline::work::plan_work(request_, never_, {nullptr, 513 * 513, 0}).ok()) << "asked for by name: refused";
+}
+
+}  // namespace
+}  // namespace cordillera::whole
