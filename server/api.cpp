@@ -111,10 +111,6 @@ bool forget_row(Service& service, const std::string& id) {
 
 }  // namespace
 
-proto::Problem unknown_dataset(const std::string& id) {
-  return {"dataset-unknown", "there is no dataset '" + id + "'", "an id that GET /v1/datasets lists", ""};
-}
-
 proto::Problem unknown_to(const Request& request, const std::string& id) {
   proto::Problem problem = unknown_dataset(id);
   if (request.who.role >= access::Role::read) return problem;

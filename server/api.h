@@ -112,8 +112,7 @@ Response if_changed(const Request& request, Response response);
 /// What the socket may compress has Vary, and a weak tag: compressed and plain, it is the same document in different bytes.
 void mark_variants(Response& response);
 
-proto::Problem unknown_dataset(const std::string& id);
-/// The same for one who may know of some datasets only.
+/// unknown_dataset for one who may know of some datasets only.
 proto::Problem unknown_to(const Request& request, const std::string& id);
 
 }  // namespace cordillera::server

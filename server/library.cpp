@@ -27,7 +27,12 @@ std::string version_of(const proto::Manifest& manifest) { return digest(manifest
 
 proto::Problem Library::unreadable(const std::string& id, const proto::Problem& why) { return damaged(id, why.detail); }
 
+proto::Problem unknown_dataset(const std::string& id) {
+  return {"dataset-unknown", "there is no dataset '" + id + "'", "an id that GET /v1/datasets lists", ""};
+}
+
 proto::Problem Library::damaged(const std::string& id, const std::string& why) {
+  if (is_there_ && !is_there_(id)) return unknown_dataset(id);
   log_warning("dataset " + id + ": " + why);  // with its place on this machine, which is nobody else's business
   metrics_.store_damaged.add(1);
   const std::lock_guard lock(mutex_);

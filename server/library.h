@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -21,6 +22,9 @@ namespace cordillera::server {
 /// Names the build: what stands below …/versions/{it}/ never changes. Another program may make other bytes of the same build.
 std::string version_of(const proto::Manifest& manifest);
 
+/// What is answered where there is no such dataset.
+proto::Problem unknown_dataset(const std::string& id);
+
 /// What a list shows of a dataset.
 struct Summary {
   proto::Manifest manifest;  ///< without what grows with the dataset: levels, sources, options
@@ -36,6 +40,7 @@ struct LibraryBounds {
 /// Thread-safe. A reader that was handed out outlives forget().
 class Library {
  public:
+  using IsThere = std::function<bool(const std::string& id)>;
   Library(Layout layout, metrics::ServiceMetrics& metrics, Mounts& mounts, LibraryBounds bounds = {})
       : layout_(std::move(layout)), metrics_(metrics), mounts_(mounts), bounds_(bounds) {}
   proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open(const std::string& id);
@@ -43,7 +48,10 @@ class Library {
   std::shared_ptr<const pipeline::faces::Terrain> provisional(const std::string& id);
   /// Remembered: a list of thousands must not open thousands of files.
   proto::Result<std::shared_ptr<const Summary>> summary(const std::string& id);
-  /// What was read of a dataset is not what was written: the answer to whoever asked, told to the operator too.
+  /// Whether a dataset has not been deleted: one that is deleted loses its files while others read it, and is not damaged. Before the first use.
+  void know(IsThere is_there) { is_there_ = std::move(is_there); }
+  /// What was read of a dataset is not what was written: the answer to whoever asked, told to the operator too. Of one that was deleted
+  /// meanwhile: that there is none.
   proto::Problem damaged(const std::string& id, const std::string& why);
   /// Datasets of which something damaged was read since they were published or the service started.
   std::size_t damaged_count();
@@ -63,6 +71,7 @@ class Library {
   metrics::ServiceMetrics& metrics_;
   Mounts& mounts_;
   const LibraryBounds bounds_;
+  IsThere is_there_;
   std::mutex mutex_;
   Open open_;  ///< the last used first; provisional ones under names that are no ids
   std::unordered_map<std::string, std::shared_ptr<const Summary>> summaries_;

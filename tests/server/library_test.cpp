@@ -57,6 +57,22 @@ TEST(Library, AListOpensNoDataset) {
   EXPECT_EQ(opens(), before);
 }
 
+TEST(Library, WhatIsDeletedWhileItIsAskedForIsNotDamaged) {
+  Shelf shelf(1 << 20, 2);
+  shelf.library.know([](const std::string& id) { return id == "d0"; });
+  for (const char* id : {"d0", "d1"}) std::filesystem::remove(shelf.layout.store(id));
+  EXPECT_EQ(shelf.library.open("d1").problem().type, "dataset-unknown");
+  EXPECT_EQ(shelf.library.summary("d1").problem().type, "dataset-unknown");
+  EXPECT_EQ(shelf.library.damaged_count(), 0u);
+  EXPECT_EQ(shelf.library.open("d0").problem().type, "store-damaged") << "nobody deleted it";
+  EXPECT_EQ(shelf.library.damaged_count(), 1u);
+
+  TestService test;
+  const std::string id = body_of(test.post("GOOD", {}, {{"prefer", "wait=60"}}))["id"];
+  ASSERT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
+  EXPECT_EQ(test.service().library().open(id).problem().type, "dataset-unknown") << "as a request does that found the dataset a moment before";
+}
+
 TEST(Library, WhatIsDeletedIsForgotten) {
   Shelf shelf(1 << 20, 1);
   ASSERT_TRUE(shelf.library.open("d0"));
