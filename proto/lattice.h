@@ -6,6 +6,7 @@
 // every tile that touches it, and a coarser tile keeps exact positions of the finest lattice. Nothing is ever rounded on the way up,
 // so neighbours and parents agree by integer equality. A tile of level z spans kTileCells << (Z - z) units; that is below 2^31 for
 // every level because Z <= kMaxLevel.
+#include <compare>
 #include <cstdint>
 
 namespace cordillera::proto {
