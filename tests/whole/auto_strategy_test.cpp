@@ -107,6 +107,7 @@ TEST_F(AutoStrategy, is_waves_in_small_blocks_and_exact_without) {
   request_.members.push_back(*member);
   EXPECT_TRUE(planned(0).exact());
   const proto::Plan chosen = planned(513 * 513);
+  ASSERT_EQ(chosen.window_size(), 4) << "no plan";
   EXPECT_FALSE(chosen.exact());
   EXPECT_THAT(pipeline::why_waves(chosen), HasSubstr("no small blocks, for updates=1 or plan --block"));
   request_.options.set_strategy("waves");
