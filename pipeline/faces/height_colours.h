@@ -15,7 +15,7 @@
 namespace cordillera::pipeline::faces {
 
 /// Neither encoding can say that there is no data, and a transparent pixel loses its colour in browsers, which makes -10000 m of
-/// it: clients are used to the sea's level there.
+/// it. Far outside the data it is the geoid, to which what lies between goes down.
 inline constexpr double kNoDataHeight_m = 0;
 
 /// height = count * step_m - base_m; red is the highest byte of count.

@@ -5,7 +5,8 @@
 #include <limits>
 #include <utility>
 
-#include "pipeline/faces/mesh_pixels.h"
+#include "pipeline/faces/outline_fill.h"
+#include "pipeline/faces/pixel_window.h"
 #include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::faces {
@@ -13,84 +14,26 @@ namespace {
 
 constexpr std::int32_t kSide = kTilePixels + 2 * kMargin;
 
-/// Columns of a tile, margins included, as runs of growing longitude: at the antimeridian a run ends.
-struct Columns {
-  std::vector<double> longitude_deg;
-  std::vector<proto::ColumnFrame> frame;
-  std::vector<std::size_t> run_end;
-};
-
-Columns columns_of(const Place& place) {
-  Columns columns;
-  for (std::int32_t c = -kMargin; c < kTilePixels + kMargin; ++c) {
-    const double longitude = pixel_longitude_deg(place.z, double{kTilePixels} * place.x + c + 0.5);
-    const bool wraps = !columns.longitude_deg.empty() && longitude < columns.longitude_deg.back();
-    if (wraps) columns.run_end.push_back(columns.longitude_deg.size());
-    columns.longitude_deg.push_back(longitude);
-    columns.frame.push_back(column_frame_at(longitude));
-  }
-  columns.run_end.push_back(columns.longitude_deg.size());
-  return columns;
+PixelWindow window_of(const Place& place, int level) {
+  return {place.z, level, std::int64_t{kTilePixels} * place.x - kMargin, std::int64_t{kTilePixels} * place.y - kMargin, kSide, kSide, {}};
 }
 
-PixelRows rows_of(const Place& place) {
-  PixelRows rows;
-  for (std::int32_t r = -kMargin; r < kTilePixels + kMargin; ++r) {
-    rows.latitude_deg.push_back(pixel_latitude_deg(place.z, double{kTilePixels} * place.y + r + 0.5));
-    rows.frame.push_back(row_frame_at(rows.latitude_deg.back()));
-  }
-  return rows;
-}
-
-/// Tiles between two places on an axis. A place on a common side may have data in either of its tiles.
-struct Span {
-  std::int32_t first = 0, last = 0;
-};
-Span span_of(double from_deg, double to_deg, int level, std::int32_t count) {
-  const double tiles_a_degree = std::ldexp(1, level) / 180;
-  const auto first = static_cast<std::int32_t>(std::ceil(from_deg * tiles_a_degree)) - 1;
-  const auto last = static_cast<std::int32_t>(std::floor(to_deg * tiles_a_degree));
-  return {std::clamp(first, 0, count - 1), std::clamp(last, 0, count - 1)};
-}
-
-void draw_run(const Terrain& terrain, const PixelRows& rows, const PixelColumns& columns, HeightGrid& grid, double* out) {
-  const auto& [west, east] = std::pair(columns.longitude_deg.front(), columns.longitude_deg.back());
-  const auto& [north, south] = std::pair(rows.latitude_deg.front(), rows.latitude_deg.back());
-  const Span x = span_of(west + 180, east + 180, grid.level, proto::tiles_across(grid.level));
-  const Span y = span_of(south + 90, north + 90, grid.level, proto::tiles_up(grid.level));
-  for (std::int32_t row = y.first; row <= y.last; ++row) {
-    for (std::int32_t column = x.first; column <= x.last; ++column) {
-      if (const auto mesh = terrain.mesh({grid.level, column, row})) draw_mesh(mesh->mesh(), rows, columns, out, grid.side);
-    }
-  }
-}
-
-/// Takes the geoid's height off wherever there is data: a grid of undulations is only near where data is.
-proto::Result<void> to_geoid(const Terrain& terrain, const PixelRows& rows, std::span<const double> longitude_deg, HeightGrid& grid) {
-  std::vector<double> undulation_m(grid.side);
-  for (std::size_t r = 0; r < grid.side; ++r) {
-    double* row = &grid.height_m[r * grid.side];
-    for (std::size_t first = 0; first < grid.side; ++first) {
-      std::size_t end = first;
-      while (end < grid.side && !std::isnan(row[end])) ++end;
-      if (end == first) continue;
-      const auto with_data = longitude_deg.subspan(first, end - first);
-      const auto found = terrain.undulations_m(rows.latitude_deg[r], with_data, undulation_m.data());
-      if (!found) return found.problem();
-      for (std::size_t c = first; c < end; ++c) row[c] -= undulation_m[c - first];
-      first = end;
-    }
-  }
-  return {};
-}
-
-bool has_data(const HeightGrid& grid) {
+template <class Shows>
+bool any_pixel(const HeightGrid& grid, const Shows& shows) {
   for (std::int32_t r = 0; r < kTilePixels; ++r) {
     for (std::int32_t c = 0; c < kTilePixels; ++c) {
-      if (!std::isnan(grid.at(r, c))) return true;
+      if (shows(grid.at(r, c))) return true;
     }
   }
   return false;
+}
+
+void clear_outside(const OutlineFill& outline, const std::vector<double>& data_m, PixelWindow& window) {
+  for (std::size_t k = 0; k < data_m.size(); ++k) {
+    const auto row = static_cast<std::int64_t>(k) / window.columns, column = static_cast<std::int64_t>(k) % window.columns;
+    if (std::isnan(data_m[k]) && !outline.inside(window.zoom, window.west + column, window.north + row))
+      window.height_m[k] = std::numeric_limits<double>::quiet_NaN();
+  }
 }
 
 }  // namespace
@@ -103,19 +46,28 @@ proto::Result<std::optional<HeightGrid>> height_grid(const Terrain& terrain, con
   HeightGrid grid;
   grid.level = level_of(terrain.manifest(), zooms, place.z, row_latitude_deg(*extent, place.z, place.y));
   grid.side = kSide;
-  grid.height_m.assign(grid.side * grid.side, std::numeric_limits<double>::quiet_NaN());
-  const Columns columns = columns_of(place);
-  const PixelRows rows = rows_of(place);
-  std::size_t from = 0;
-  for (const std::size_t end : columns.run_end) {
-    const std::size_t count = end - from;
-    const PixelColumns run{std::span(columns.longitude_deg).subspan(from, count), std::span(columns.frame).subspan(from, count)};
-    draw_run(terrain, rows, run, grid, grid.height_m.data() + from);
-    from = end;
-  }
-  grid.data = has_data(grid);
-  if (const auto done = to_geoid(terrain, rows, columns.longitude_deg, grid); !done) return done.problem();
+  PixelWindow window = window_of(place, grid.level);
+  if (const auto done = draw_heights(terrain, window); !done) return done.problem();
+  grid.height_m = std::move(window.height_m);
+  grid.data = any_pixel(grid, [](double height_m) { return !std::isnan(height_m); });
   return std::optional(std::move(grid));
+}
+
+proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, const Place& place, Beyond beyond) {
+  auto grid = height_grid(terrain, place);
+  if (!grid || !*grid) return grid;
+  HeightGrid& heights = **grid;
+  if (std::none_of(heights.height_m.begin(), heights.height_m.end(), [](double h) { return std::isnan(h); })) return grid;
+  const auto outline = terrain.outline();
+  if (!outline) return outline.problem();
+  PixelWindow window = window_of(place, heights.level);
+  window.height_m = heights.height_m;
+  if (beyond == Beyond::clear && !(*outline)->holes_in(window)) return grid;
+  if (const auto done = (*outline)->fill(terrain, window); !done) return done.problem();
+  if (beyond == Beyond::clear) clear_outside(**outline, heights.height_m, window);
+  heights.height_m = std::move(window.height_m);
+  heights.data = heights.data || any_pixel(heights, [](double height_m) { return !std::isnan(height_m) && height_m != 0; });
+  return grid;
 }
 
 }  // namespace cordillera::pipeline::faces

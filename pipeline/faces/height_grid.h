@@ -15,8 +15,8 @@ inline constexpr std::int32_t kMargin = 1;
 struct HeightGrid {
   int level = 0;          ///< of the meshes
   std::size_t side = 0;   ///< pixels, margins included
-  std::vector<double> height_m;  ///< by row from the north, then column; above the geoid, not a number where there is no data
-  bool data = false;             ///< any pixel of the tile itself has a height
+  std::vector<double> height_m;  ///< by row from the north, then column; above the geoid, not a number where there is none
+  bool data = false;             ///< any pixel of the tile itself has something to show
 
   /// The pixel of the tile's row and column; -1 and 256 are margins.
   double at(std::int32_t row, std::int32_t column) const {
@@ -24,8 +24,16 @@ struct HeightGrid {
   }
 };
 
-/// Heights at pixel centres. Nothing where the tile is beyond the dataset's zooms or does not touch its extent. A problem without
-/// a geoid.
+/// Heights at pixel centres, as the meshes have them. Nothing where the tile is beyond the dataset's zooms or does not touch its
+/// extent. A problem without a geoid.
 proto::Result<std::optional<HeightGrid>> height_grid(const Terrain& terrain, const Place& place);
+
+/// What a picture can do where there is no data.
+enum class Beyond : std::uint8_t {
+  clear,  ///< transparent outside the outline
+  faded,  ///< a height everywhere, which goes down to the geoid outside
+};
+/// The same without holes: `outline_fill.h` has how. data: any pixel of the tile has a height other than that of the geoid, or data.
+proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, const Place& place, Beyond beyond);
 
 }  // namespace cordillera::pipeline::faces

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "pipeline/faces/outline_fill.h"
 #include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::faces {
@@ -22,10 +23,10 @@ std::string kept_name(std::string path, const Place& place) {
   return place.ramp.empty() ? path : path.append("?").append(place.ramp);
 }
 
-/// A tile that has data; it is kept, so that whoever lists paths and then fetches them draws once.
+/// A tile that shows something; it is kept, so that whoever lists paths and then fetches them draws once.
 proto::Result<std::optional<Document>> drawn(const Terrain& terrain, const Place& place, const RasterStyle& style) {
   return terrain.kept(kept_name(path_at(style, place), place), [&]() -> proto::Result<std::optional<Document>> {
-    const auto grid = height_grid(terrain, place);
+    const auto grid = filled_grid(terrain, place, style.beyond);
     if (!grid) return grid.problem();
     if (!*grid || !(*grid)->data) return nothing();
     return std::optional(document(style.encode(style.pixels(terrain, **grid, place))));
@@ -59,8 +60,13 @@ struct Walk {
     const std::int32_t last = std::min(index(east), proto::tiles_across(level) - 1);
     return !terrain.store().extents(level, index(west), index(south), last, index(north)).empty();
   }
+  /// Whether heights that no mesh has can lie in it.
+  bool filled(const Place& p) const {
+    const auto outline = terrain.outline();
+    return outline.ok() && (*outline)->reaches(p.z, p.x, p.y, style.beyond == Beyond::faded);
+  }
   void visit(const Place& p) const {
-    if (!touches(extent, p.z, p.x, p.y) || !meshes_under(p)) return;
+    if (!touches(extent, p.z, p.x, p.y) || (!meshes_under(p) && !filled(p))) return;
     if (zooms.holds(p.z)) {
       const auto tile = drawn(terrain, p, style);
       if (!tile || *tile) sink(path_at(style, p));  // a problem is told to whoever fetches it

@@ -15,13 +15,14 @@ struct RasterStyle {
   /// By row from the north, then column.
   std::vector<std::uint8_t> (*pixels)(const Terrain& terrain, const HeightGrid& grid, const Place& place) = nullptr;
   std::string (*encode)(const std::vector<std::uint8_t>& pixels) = nullptr;
+  Beyond beyond = Beyond::clear;
 };
 
-/// A tile. Where it touches the dataset's bounds but has no data, the picture of a grid without heights: clients ask for what a
+/// A tile. Where it touches the dataset's bounds but has nothing to show, the picture of a grid without heights: clients ask for what a
 /// TileJSON's bounds cover, and many of them complain about a refusal. Beyond the bounds and the zooms nothing exists.
 proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style);
 
-/// Paths of the tiles that have data.
+/// Paths of the tiles that have something to show.
 void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink);
 
 }  // namespace cordillera::pipeline::faces

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "pipeline/faces/outline_fill.h"
 #include "pipeline/sqlite.h"
 #include "raster/geoid.h"
 #include "raster/vertical.h"
@@ -120,6 +121,21 @@ proto::Result<void> Terrain::undulations_m(double latitude_deg, std::span<const 
   for (std::size_t k = 0; k < longitude_deg.size(); ++k)
     if (std::isnan(out[k])) out[k] = u.beyond ? u.beyond->undulation_m(latitude_deg, longitude_deg[k]) : 0;
   return {};
+}
+
+proto::Result<std::shared_ptr<const OutlineFill>> Terrain::outline() const {
+  const std::lock_guard lock(outline_mutex_);
+  if (!outline_) {
+    auto made = OutlineFill::of(*this);
+    if (!made) return made.problem();
+    outline_ = std::make_shared<const OutlineFill>(std::move(*made));
+  }
+  return outline_;
+}
+
+std::size_t Terrain::kept_bytes() const {
+  const std::lock_guard lock(outline_mutex_);
+  return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes() + (outline_ ? outline_->bytes() : 0);
 }
 
 }  // namespace cordillera::pipeline::faces

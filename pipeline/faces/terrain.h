@@ -19,6 +19,8 @@ class Geoid;
 
 namespace cordillera::pipeline::faces {
 
+class OutlineFill;
+
 /// Thread-safe. What was decoded or made lately is kept, within bounds; it goes with the object.
 class Terrain {
  public:
@@ -50,6 +52,9 @@ class Terrain {
   /// The same for a row of places on one parallel.
   proto::Result<void> undulations_m(double latitude_deg, std::span<const double> longitude_deg, double* out) const;
 
+  /// What pictures show where there is no data; made once. A problem beyond Web Mercator's ends and without a geoid.
+  proto::Result<std::shared_ptr<const OutlineFill>> outline() const;
+
   /// What make gives, kept under a name. make: () -> Result<optional<Document>>.
   template <class Make>
   proto::Result<std::optional<Document>> kept(const std::string& name, const Make& make) const {
@@ -60,7 +65,7 @@ class Terrain {
   }
 
   /// Memory that what is kept takes at the moment.
-  std::size_t kept_bytes() const { return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes(); }
+  std::size_t kept_bytes() const;
 
  private:
   struct Undulation;
@@ -72,6 +77,8 @@ class Terrain {
   mutable Lru<std::pair<proto::TileAddress, Encoding>, Document> tiles_;
   mutable std::mutex geoid_mutex_;
   mutable std::unique_ptr<Undulation> undulation_;
+  mutable std::mutex outline_mutex_;
+  mutable std::shared_ptr<const OutlineFill> outline_;
 };
 
 }  // namespace cordillera::pipeline::faces

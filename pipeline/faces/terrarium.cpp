@@ -16,8 +16,8 @@ constexpr std::string_view kFormula = "R * 256 + G + B / 256 - 32768";
 
 std::vector<std::uint8_t> pixels(const Terrain&, const HeightGrid& grid, const Place&) { return coloured(grid, kColour); }
 
-constexpr RasterStyle kPng{"terrarium/{z}/{x}/{y}.png", pixels, rgb_png};
-constexpr RasterStyle kWebp{"terrarium/{z}/{x}/{y}.webp", pixels, rgb_webp};
+constexpr RasterStyle kPng{"terrarium/{z}/{x}/{y}.png", pixels, rgb_png, Beyond::faded};
+constexpr RasterStyle kWebp{"terrarium/{z}/{x}/{y}.webp", pixels, rgb_webp, Beyond::faded};
 
 Made png_tile(const Terrain& terrain, const Place& place) { return raster_tile(terrain, place, kPng); }
 Made webp_tile(const Terrain& terrain, const Place& place) { return raster_tile(terrain, place, kWebp); }

@@ -11,6 +11,7 @@
 #include "pipeline/build.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/height_grid.h"
+#include "pipeline/faces/outline_fill.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/json.h"
 #include "tests/pipeline/store_synthetic.h"
@@ -282,24 +283,72 @@ TEST(TerrainRgb, NeighboursSeeTheSameSurroundings) {
   EXPECT_FALSE(fetch(terrain, tile_path("terrain-rgb", zoom, greenwich.x, greenwich.y, ".png")));
 }
 
-TEST(TerrainRgb, WhereThereIsNoDataItIsTheSea) {
+TEST(TerrainRgb, HolesInTheDataAreFilled) {
   const Made made({{{7, 126, 80}, {7, 131, 85}}}, hills_with_voids());
   const Terrain& terrain = made.terrain();
   const int zoom = tilejson_of(terrain, "terrain-rgb.json")["maxzoom"];
-  const Place in = tile_at(zoom, -1.4, 26);
-  const Picture picture = read_png(*fetch(terrain, tile_path("terrain-rgb", zoom, in.x, in.y, ".png")), PNG_FORMAT_RGB);
-  const Picture relief = read_png(*fetch(terrain, tile_path("hillshade", zoom, in.x, in.y, ".png")), PNG_FORMAT_GA);
-  const auto grid = height_grid(terrain, in).value();
-  ASSERT_TRUE(grid);
-  std::size_t voids = 0;
-  for (std::int32_t k = 0; k < 65536; ++k) {
-    const double height = grid->at(k / 256, k % 256);
-    EXPECT_NEAR(mapbox_m(picture, static_cast<std::size_t>(k)), std::isnan(height) ? 0 : height, 0.05001);
-    EXPECT_EQ(relief.bytes[2 * static_cast<std::size_t>(k) + 1], std::isnan(height) ? 0 : 255);
-    voids += std::isnan(height) ? 1 : 0;
+  for (const int z : {zoom, zoom - 1}) {
+    const Place in = tile_at(z, -1.4, 26);
+    const Picture picture = read_png(*fetch(terrain, tile_path("terrain-rgb", z, in.x, in.y, ".png")), PNG_FORMAT_RGB);
+    const Picture shades = read_png(*fetch(terrain, tile_path("hillshade", z, in.x, in.y, ".png")), PNG_FORMAT_GA);
+    const auto grid = height_grid(terrain, in).value();
+    const auto outline = terrain.outline().value();
+    ASSERT_TRUE(grid);
+    std::size_t holes = 0;
+    for (std::int32_t k = 0; k < 65536; ++k) {
+      const double height = grid->at(k / 256, k % 256), shown = mapbox_m(picture, static_cast<std::size_t>(k));
+      const std::uint8_t alpha = shades.bytes[2 * static_cast<std::size_t>(k) + 1];
+      if (!std::isnan(height)) {
+        EXPECT_NEAR(shown, height, 0.05001);
+        EXPECT_EQ(alpha, 255);
+      } else if (outline->inside(z, 256 * in.x + k % 256, 256 * in.y + k / 256)) {
+        EXPECT_GT(shown, 100) << "the hills are 130 m high at least";
+        EXPECT_LT(shown, 1700);
+        EXPECT_EQ(alpha, 255);
+        ++holes;
+      } else {
+        EXPECT_EQ(alpha, 0);
+      }
+    }
+    EXPECT_GT(holes, z == zoom ? 100u : 10u);
+    EXPECT_LT(holes, 60000u);
   }
-  EXPECT_GT(voids, 100u);
-  EXPECT_LT(voids, 60000u);
+}
+
+TEST(TerrainRgb, OutsideTheOutlineTheGroundGoesDownToTheGeoidWithoutACliff) {
+  const Made made({{{7, 126, 80}, {7, 131, 85}}}, hills_with_voids());
+  const Terrain& terrain = made.terrain();
+  const int zoom = tilejson_of(terrain, "terrain-rgb.json")["maxzoom"];
+  const Place first = tile_at(zoom, -2.81, 31.0), last = tile_at(zoom, 5.62, 22.51);
+  double steepest_m = 0, least_m = 1e9;
+  std::size_t outside = 0;
+  for (std::int32_t x = first.x; x <= last.x; ++x) {
+    for (std::int32_t y = first.y; y <= last.y; ++y) {
+      const Place at{0, zoom, x, y};
+      const auto data = height_grid(terrain, at).value(), shown = filled_grid(terrain, at, Beyond::faded).value();
+      ASSERT_TRUE(data && shown);
+      for (std::int32_t r = 0; r < 256; ++r) {
+        for (std::int32_t c = 0; c < 256; ++c) {
+          for (const auto& [down, right] : {std::pair(0, 1), std::pair(1, 0)}) {
+            const double step = std::abs(shown->at(r + down, c + right) - shown->at(r, c));
+            ASSERT_FALSE(std::isnan(step));
+            const double of_data = std::abs(data->at(r + down, c + right) - data->at(r, c));
+            if (std::isnan(of_data)) steepest_m = std::max(steepest_m, step);
+          }
+          outside += std::isnan(data->at(r, c)) ? 1 : 0;
+          least_m = std::min(least_m, shown->at(r, c));
+        }
+      }
+      const auto east = filled_grid(terrain, {0, zoom, x + 1, y}, Beyond::faded).value();
+      for (std::int32_t k = 0; east && k < 256; ++k) {
+        EXPECT_NEAR(shown->at(k, 256), east->at(k, 0), 1e-8) << k;
+        EXPECT_NEAR(shown->at(k, 255), east->at(k, -1), 1e-8) << k;
+      }
+    }
+  }
+  EXPECT_GT(outside, 10000u);
+  EXPECT_GE(least_m, 0);
+  EXPECT_LT(steepest_m, 200) << "between pixels of 600 m; the hills stand up to 1670 m above the geoid";
 }
 
 TEST(TerrainRgb, InsideTheBoundsEveryTileExistsAndOutsideNone) {
@@ -320,7 +369,7 @@ TEST(TerrainRgb, InsideTheBoundsEveryTileExistsAndOutsideNone) {
   EXPECT_TRUE(fetch(terrain, "terrarium/0/0/0.png"));
 }
 
-TEST(TerrainRgb, AListOfPathsIsEveryTileThatHasData) {
+TEST(TerrainRgb, AListOfPathsIsEveryTileThatShowsSomething) {
   const Made made({{{7, 126, 80}, {7, 126, 80}}, {{7, 140, 92}, {7, 141, 92}}}, hills_with_voids());
   const Terrain& terrain = made.terrain();
   std::set<std::string> listed, wanted = {"terrain-rgb.json"};
@@ -330,7 +379,7 @@ TEST(TerrainRgb, AListOfPathsIsEveryTileThatHasData) {
   for (int z = zooms.first; z <= zooms.last; ++z) {
     for (std::int32_t x = 0; x < 1 << z; ++x) {
       for (std::int32_t y = 0; y < 1 << z; ++y) {
-        const auto grid = height_grid(terrain, {0, z, x, y}).value();
+        const auto grid = filled_grid(terrain, {0, z, x, y}, Beyond::faded).value();
         if (grid && grid->data) wanted.insert(tile_path("terrain-rgb", z, x, y, ".png"));
       }
     }
