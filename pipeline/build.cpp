@@ -155,8 +155,8 @@ std::string state_of(const BuildRequest& request) {
 
 proto::Problem without_data(const BuildRequest& request) {
   const bool boxed = request.options.bbox_size() > 0;
-  return {"raster-all-nodata", request.raster_name + " has no data" + (boxed ? " inside the bbox" : "") + ": nowhere do three neighbouring samples have heights",
-          "a raster with some data, or voids= with a height to put there", boxed ? "bbox" : ""};
+  return {"raster-all-nodata", request.raster_name + " has no data" + (boxed ? " inside the bbox" : "") + ": nowhere do three neighbouring samples have heights within 16384 m of zero",
+          "a raster with some data, z-scale= for heights in another unit than metres, or voids= with a height to put where there are none", boxed ? "bbox" : ""};
 }
 
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {

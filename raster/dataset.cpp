@@ -77,6 +77,9 @@ proto::Result<void> check_bands(Dataset& dataset) {
   if (type == GDT_Unknown || GDALDataTypeIsComplex(type))
     return Problem{"raster-type", dataset.name + " holds " + GDALGetDataTypeName(type) + " pixels, which are no heights",
                    "pixels of type Byte, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32 or Float64", ""};
+  if (dataset.band->GetColorTable() != nullptr)
+    return Problem{"raster-type", dataset.name + " has a colour table: its pixels are numbers of colours, which are no heights",
+                   "heights, such as the elevation model that the picture was made from", ""};
   const char* pixel_type = dataset.band->GetMetadataItem("PIXELTYPE", "IMAGE_STRUCTURE");
   dataset.signed_byte = pixel_type != nullptr && EQUAL(pixel_type, "SIGNEDBYTE");
   const int flags = dataset.band->GetMaskFlags();

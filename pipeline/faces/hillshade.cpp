@@ -51,7 +51,7 @@ proto::Result<std::optional<Document>> json(const Terrain& terrain, const Place&
 
 constexpr std::array<Resource, 2> kResources = {{
     {"hillshade.json", Grid::none, "application/json", "TileJSON 3.0 of the shaded relief", json, Links::tile_templates},
-    {kPng.path, Grid::web_mercator, "image/png", "Shaded relief, transparent without data", tile, Links::relative, Absent::no_content},
+    {kPng.path, Grid::web_mercator, "image/png", "Shaded relief, transparent outside the data", tile, Links::relative, Absent::no_content},
 }};
 
 void each_path(const Terrain& terrain, const PathSink& sink) {

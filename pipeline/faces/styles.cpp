@@ -136,11 +136,11 @@ constexpr std::array<Resource, 2> resources(std::string_view json_about, std::st
            {style.path, Grid::web_mercator, "image/png", style.about, Styled<style>::tile, Links::relative, Absent::no_content, Compression::none, nullptr, ramps}}};
 }
 
-constexpr Style kRelief{"relief/{z}/{x}/{y}.png", "relief.json", "Height as colour under shades of four lights, transparent without data",
+constexpr Style kRelief{"relief/{z}/{x}/{y}.png", "relief.json", "Height as colour under shades of four lights, transparent outside the data",
                         "metres above the geoid", height_colours, paint_relief};
-constexpr Style kColour{"color-relief/{z}/{x}/{y}.png", "color-relief.json", "Height as colour without shades, transparent without data",
+constexpr Style kColour{"color-relief/{z}/{x}/{y}.png", "color-relief.json", "Height as colour without shades, transparent outside the data",
                         "metres above the geoid", height_colours, paint_height};
-constexpr Style kSlope{"slope/{z}/{x}/{y}.png", "slope.json", "Slope as colour, transparent without data", "degrees", slope_colours, paint_slope};
+constexpr Style kSlope{"slope/{z}/{x}/{y}.png", "slope.json", "Slope as colour, transparent outside the data", "degrees", slope_colours, paint_slope};
 constexpr Style kAspect{"aspect/{z}/{x}/{y}.png", "aspect.json", "The direction that the ground faces as colour, transparent where it is flat and without data",
                         "degrees from north over east", aspect_colours, paint_aspect};
 

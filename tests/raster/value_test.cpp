@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include <gdal_priv.h>
 #include <gmock/gmock.h>
 
 #include "fixture.h"
@@ -37,6 +38,19 @@ TEST_F(Value, EveryTypeIsRead) {
   bytes.value = [](int, int) { return 251; };
   EXPECT_EQ(pixel_m(*must_open(write(bytes)), 2, 2), -5);
   EXPECT_EQ(problem_type(write(aligned("CFloat32"))), "raster-type");
+}
+
+TEST_F(Value, AColourTableIsNoHeights) {
+  const std::string file = write(aligned("Byte"));
+  ASSERT_EQ(problem_type(file), "");
+  {
+    const GDALDatasetUniquePtr picture(GDALDataset::Open(file.c_str(), GDAL_OF_RASTER | GDAL_OF_UPDATE));
+    GDALColorTable colours;
+    const GDALColorEntry green{0, 128, 0, 255};
+    colours.SetColorEntry(100, &green);
+    ASSERT_EQ(picture->GetRasterBand(1)->SetColorTable(&colours), CE_None);
+  }
+  EXPECT_EQ(problem_type(file), "raster-type");
 }
 
 TEST_F(Value, ScaleOffsetAndUnit) {

@@ -200,6 +200,7 @@ TEST_F(BadPosts, RastersThatAreNoHeightsOnEarth) {
       {"flat.tif", bytes(with([](Spec& s) { s.scale = 0; })), "", 422, "raster-scale", ""},
       {"furlong.tif", bytes(with([](Spec& s) { s.unit = "furlong"; })), "", 422, "unit-unknown", "furlong.tif are in \"furlong\""},
       {"void.tif", bytes(with([](Spec& s) { s.value = [](int, int) { return -9999; }; })), "", 422, "raster-all-nodata", "void.tif has no data"},
+      {"far.tif", bytes(with([](Spec& s) { s.value = [](int, int) { return 30000; }; })), "", 422, "raster-all-nodata", "within 16384 m of zero"},
       {"nan.tif", bytes(with([](Spec& s) { s.type = "Float32"; s.value = [](int, int) { return NAN; }; })), "", 422, "raster-all-nodata", ""},
       {"damaged.tif", damaged, "", 422, "raster-unreadable", ""},
       {"dem.tif", bytes(with([](Spec& s) { s.crs = ""; })), "", 422, "raster-without-crs", "dem.tif names no coordinate"},
