@@ -62,10 +62,6 @@ void* openssl_malloc(std::size_t size, const char*, int) { return is_denied() ? 
 void* openssl_realloc(void* old, std::size_t size, const char*, int) { return is_denied() ? nullptr : std::realloc(old, size); }
 void openssl_free(void* block, const char*, int) { std::free(block); }
 
-bool taken = false;
-/// Before the constants of all other files, some of which are digests: once OpenSSL has been used it keeps its own functions.
-[[gnu::constructor(101)]] void take_memory_of_openssl() { taken = CRYPTO_set_mem_functions(openssl_malloc, openssl_realloc, openssl_free) == 1; }
-
 /// bad_alloc, or the right answer, whichever piece of memory is denied first.
 template <class Make>
 bool right_or_told(const Make& make) {
@@ -84,7 +80,7 @@ bool right_or_told(const Make& make) {
 
 /// 0: no digest is wrong, and nothing ends, though OpenSSL finds no memory.
 int digests_without_memory() {
-  if (!taken) return 3;
+  if (CRYPTO_set_mem_functions(openssl_malloc, openssl_realloc, openssl_free) != 1) return 3;
   if (!right_or_told(digest) || !right_or_told(pipeline::content_hash)) return 1;
   return denied >= 4 ? 0 : 2;
 }
