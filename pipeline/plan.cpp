@@ -70,9 +70,7 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (!options.scheme().empty() && options.scheme() != "geodetic") {
     return proto::Problem{"option-invalid", "scheme \"" + options.scheme() + "\" is not known", "geodetic", "scheme"};
   }
-  if (!options.strategy().empty() && !is_automatic(options)) {
-    if (auto problem = gpu::check_strategy(options.strategy(), options.device())) return *problem;
-  }
+  if (auto problem = gpu::check_strategy(named_strategy(options), options.device())) return *problem;
   const std::string& quality = options.quality();
   if (!quality.empty() && quality != "fast" && quality != "default" && quality != "best") {
     return proto::Problem{"option-invalid", "quality \"" + quality + "\" is not known", "fast, default or best", "quality"};
@@ -133,11 +131,11 @@ proto::Lattice lattice_of(const proto::Plan& plan) {
   return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
 }
 
-std::string strategy_of(const proto::Plan& plan) {
-  if (plan.exact()) return gpu::kExact;
-  const std::string& asked = plan.options().strategy();
-  return asked.empty() || asked == kAutoStrategy ? gpu::kStrategies.front() : asked;
+std::string named_strategy(const proto::BuildOptions& options) {
+  return options.strategy().empty() || is_automatic(options) ? gpu::kStrategies.front() : options.strategy();
 }
+
+std::string strategy_of(const proto::Plan& plan) { return plan.exact() ? gpu::kExact : named_strategy(plan.options()); }
 
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) { return plan.levels(static_cast<int>(plan.finest_level()) - level); }
 

@@ -38,6 +38,8 @@ proto::Result<void> check_exact(const proto::Plan& plan);
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
 
 proto::Lattice lattice_of(const proto::Plan& plan);
+/// What builds where exact was not chosen: the strategy that is named, else the default one.
+std::string named_strategy(const proto::BuildOptions& options);
 /// Of gpu::kStrategies: what builds.
 std::string strategy_of(const proto::Plan& plan);
 const proto::LevelPlan& level_plan(const proto::Plan& plan, int level);

@@ -23,6 +23,8 @@ inline constexpr std::size_t kToListen_bytes = 2 * kForAThread_bytes + 4 * kForA
 
 /// Whether so much would be given now. Always true, and cheap, where the system refuses no memory.
 bool has_memory(std::size_t bytes);
+/// Whether a thread more leaves enough for a request.
+inline bool has_memory_for_a_thread() { return has_memory(kForAThread_bytes + kForARequest_bytes); }
 
 /// Gives free memory back to the system where there is much of it. Cheap where there is not.
 void trim_heap();

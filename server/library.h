@@ -49,7 +49,7 @@ class Library {
   /// Remembered: a list of thousands must not open thousands of files.
   proto::Result<std::shared_ptr<const Summary>> summary(const std::string& id);
   /// Whether a dataset has not been deleted: one that is deleted loses its files while others read it, and is not damaged. Before the first use.
-  void know(IsThere is_there) { is_there_ = std::move(is_there); }
+  void set_existence_check(IsThere is_there) { is_there_ = std::move(is_there); }
   /// What was read of a dataset is not what was written: the answer to whoever asked, told to the operator too. Of one that was deleted
   /// meanwhile: that there is none.
   proto::Problem damaged(const std::string& id, const std::string& why);

@@ -49,8 +49,7 @@ std::uint32_t within(std::uint32_t wanted, std::uint32_t most) {
 }  // namespace
 
 std::optional<proto::Problem> apply_policy(const Settings& server, proto::BuildOptions& options) {
-  const bool named = !options.strategy().empty() && options.strategy() != pipeline::kAutoStrategy;
-  if (auto refused = gpu::check_strategy(named ? options.strategy() : gpu::kStrategies.front(), options.device())) return refused;
+  if (auto refused = gpu::check_strategy(pipeline::named_strategy(options), options.device())) return refused;
   if (auto refused = check_crs(options)) return refused;
   if (auto refused = check_water_mask(server, options)) return refused;
   options.set_threads(within(options.threads(), server.build.threads()));

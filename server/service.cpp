@@ -97,7 +97,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   auto registry = Registry::open(layout.registry().string());
   if (!registry) return registry.problem();
   service->registry_ = std::move(registry.value());
-  service->library_.know([&registry = *service->registry_, &mounts = service->mounts_](const std::string& id) { return mounts.has(id) || registry.find(id); });
+  service->library_.set_existence_check([&registry = *service->registry_, &mounts = service->mounts_](const std::string& id) { return mounts.has(id) || registry.find(id); });
   try {
     adopt_folders(layout, *service->registry_);
     put_in_order(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);

@@ -128,14 +128,10 @@ proto::Result<std::shared_ptr<const OutlineFill>> Terrain::outline() const {
   if (!outline_) {
     auto made = OutlineFill::of(*this);
     if (!made) return made.problem();
+    outline_bytes_ = made->bytes();
     outline_ = std::make_shared<const OutlineFill>(std::move(*made));
   }
   return outline_;
-}
-
-std::size_t Terrain::kept_bytes() const {
-  const std::lock_guard lock(outline_mutex_);
-  return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes() + (outline_ ? outline_->bytes() : 0);
 }
 
 }  // namespace cordillera::pipeline::faces

@@ -1,5 +1,6 @@
 #pragma once
 // A published dataset as its faces see it: the store, its meshes decoded, heights between vertices, and the geoid.
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -64,8 +65,8 @@ class Terrain {
     return fresh;
   }
 
-  /// Memory that what is kept takes at the moment.
-  std::size_t kept_bytes() const;
+  /// Memory that what is kept takes at the moment. Waits for nothing that is being made.
+  std::size_t kept_bytes() const { return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes() + outline_bytes_; }
 
  private:
   struct Undulation;
@@ -79,6 +80,7 @@ class Terrain {
   mutable std::unique_ptr<Undulation> undulation_;
   mutable std::mutex outline_mutex_;
   mutable std::shared_ptr<const OutlineFill> outline_;
+  mutable std::atomic<std::size_t> outline_bytes_{0};  // beside the mutex, which whoever makes the outline holds for long
 };
 
 }  // namespace cordillera::pipeline::faces

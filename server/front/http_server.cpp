@@ -59,7 +59,7 @@ class AsioServer final : public HttpServer {
     std::vector<std::thread> threads;
     try {
       for (std::size_t k = 1; k < loops_.size(); ++k) {
-        if (!has_memory(kForAThread_bytes + kForARequest_bytes)) throw std::bad_alloc();
+        if (!has_memory_for_a_thread()) throw std::bad_alloc();
         threads.emplace_back([this, k] { loops_[k]->run(); });
         running_ = k + 1;
       }

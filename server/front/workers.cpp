@@ -18,7 +18,7 @@ Workers::Taken Workers::run(const std::string& client, std::function<void()> wor
   const auto place = clients_.try_emplace(client).first;
   Client& its = place->second;
   if (its.works >= most_per_client_) return Taken::client_has_many;
-  if (idle_ <= waiting_ && threads_.size() < threads_most_ && has_memory(kForAThread_bytes + kForARequest_bytes)) {
+  if (idle_ <= waiting_ && threads_.size() < threads_most_ && has_memory_for_a_thread()) {
     try {
       threads_.emplace_back([this] { serve(); });
     } catch (const std::system_error&) {

@@ -59,7 +59,7 @@ TEST(Library, AListOpensNoDataset) {
 
 TEST(Library, WhatIsDeletedWhileItIsAskedForIsNotDamaged) {
   Shelf shelf(1 << 20, 2);
-  shelf.library.know([](const std::string& id) { return id == "d0"; });
+  shelf.library.set_existence_check([](const std::string& id) { return id == "d0"; });
   for (const char* id : {"d0", "d1"}) std::filesystem::remove(shelf.layout.store(id));
   EXPECT_EQ(shelf.library.open("d1").problem().type, "dataset-unknown");
   EXPECT_EQ(shelf.library.summary("d1").problem().type, "dataset-unknown");
