@@ -1,9 +1,9 @@
 #include <algorithm>
 
 #include "gpu/cleap/tile_simplifier.h"
-#include "gpu/device_choice.h"
+#include "gpu/device/device_choice.h"
 #include "gpu/simplify.h"
-#include "gpu/waves.h"
+#include "gpu/collapse/waves.h"
 
 namespace cordillera::gpu {
 

@@ -6,18 +6,18 @@
 #include <iostream>
 #include <locale>
 
-#include "server/child.h"
+#include "server/jobs/child.h"
 #include "server/client/client_line.h"
-#include "server/commands.h"
+#include "server/cli/commands.h"
 #include "server/doctor/doctor.h"
-#include "server/export_command.h"
-#include "server/mesh_options.h"
-#include "server/option_words.h"
-#include "server/shell_words.h"
-#include "server/simplify_command.h"
-#include "server/spoken_words.h"
-#include "server/token_command.h"
-#include "server/work_line.h"
+#include "server/cli/export_command.h"
+#include "server/options/mesh_options.h"
+#include "server/options/option_words.h"
+#include "server/options/shell_words.h"
+#include "server/cli/simplify_command.h"
+#include "server/options/spoken_words.h"
+#include "server/cli/token_command.h"
+#include "server/cli/work_line.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 #pragma once
 // The arrays of a mesh, made from its vertices and triangles (section 4.2). Every step gathers: numbers do not depend on who is
 // first.
-#include "gpu/atomic.h"
+#include "gpu/device/atomic.h"
 #include "gpu/cleap/structure.h"
 
 namespace cordillera::gpu::cleap {

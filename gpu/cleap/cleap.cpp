@@ -2,8 +2,8 @@
 
 #include "gpu/cleap/engine.h"
 #include "gpu/cleap/metrics.h"
-#include "gpu/device_choice.h"
-#include "gpu/device_lost.h"
+#include "gpu/device/device_choice.h"
+#include "gpu/device/device_lost.h"
 #include "gpu/fit/check.h"
 
 namespace cordillera::gpu::cleap {

@@ -5,7 +5,7 @@
 //
 // Ordered (ours, the default): each flag ends with the least number that asked for it; who finds another's number in its vicinity
 // has lost. Raced (as published): compare-and-swap, first come first served, released on failure; depends on timing.
-#include "gpu/atomic.h"
+#include "gpu/device/atomic.h"
 #include "gpu/cleap/candidate.h"
 
 namespace cordillera::gpu::cleap {

@@ -3,7 +3,7 @@
 // or any.
 #include <bit>
 
-#include "gpu/atomic.h"
+#include "gpu/device/atomic.h"
 #include "gpu/cleap/metrics.h"
 
 namespace cordillera::gpu::cleap {

@@ -5,9 +5,9 @@
 #include <stdexcept>
 
 #include "gpu/cleap/engine.h"
-#include "gpu/device_choice.h"
-#include "gpu/empty_border.h"
-#include "gpu/waves.h"
+#include "gpu/device/device_choice.h"
+#include "gpu/border/empty_border.h"
+#include "gpu/collapse/waves.h"
 
 namespace cordillera::gpu::cleap {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 // What is known of squares of samples: a plane and how far they are from it, and how far from a rim they reach. Made once a
 // block.
-#include "gpu/atomic.h"
+#include "gpu/device/atomic.h"
 #include "gpu/exact/field.h"
 
 namespace cordillera::gpu::exact {

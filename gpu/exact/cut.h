@@ -2,7 +2,7 @@
 // Cuts the blocks of a call into windows: squares of a quadtree over each block, as large as a window has room for. Vertices are
 // sorted into bins along a curve that runs through the quadtree, so that every square is a run of bins and its vertices are
 // counted by two look-ups.
-#include "gpu/atomic.h"
+#include "gpu/device/atomic.h"
 #include "gpu/exact/window_pass.h"
 
 namespace cordillera::gpu::exact {

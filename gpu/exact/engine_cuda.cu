@@ -2,8 +2,8 @@
 // have too little of it).
 #include <algorithm>
 
-#include "gpu/cuda_device.cuh"
-#include "gpu/cuda_steps.cuh"
+#include "gpu/device/cuda_device.cuh"
+#include "gpu/device/cuda_steps.cuh"
 #include "gpu/exact/block_team.cuh"
 #include "gpu/exact/engine.inl"
 

@@ -4,7 +4,7 @@
 
 #include "gpu/exact/engine.inl"
 #include "gpu/exact/host_team.h"
-#include "gpu/host_steps.h"
+#include "gpu/device/host_steps.h"
 
 namespace cordillera::gpu::exact {
 namespace {

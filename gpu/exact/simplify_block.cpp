@@ -3,7 +3,7 @@
 #include <bit>
 #include <optional>
 
-#include "gpu/device_choice.h"
+#include "gpu/device/device_choice.h"
 #include "gpu/exact/engine_makers.h"
 #include "gpu/exact/side_chain.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "gpu/cuda_device.cuh"
-#include "gpu/cuda_steps.cuh"
+#include "gpu/device/cuda_device.cuh"
+#include "gpu/device/cuda_steps.cuh"
 #include "gpu/fit/lanes.h"
 #include "gpu/fit/shared_lanes.h"
 #include "gpu/fit/steps.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gpu/device_choice.h"
+#include "gpu/device/device_choice.h"
 
 namespace cordillera::gpu::fit {
 

@@ -8,11 +8,11 @@
 #include <tuple>
 #include <vector>
 
-#include "gpu/atomic.h"
+#include "gpu/device/atomic.h"
 #include "gpu/fit/crew.h"
 #include "gpu/fit/lanes.h"
 #include "gpu/fit/steps.h"
-#include "gpu/host_steps.h"
+#include "gpu/device/host_steps.h"
 
 namespace cordillera::gpu::fit {
 

@@ -2,7 +2,7 @@
 // What is done to every vertex when a mesh is taken in, closed up and given back.
 #include "gpu/fit/lanes.h"
 #include "gpu/fit/wave_view.h"
-#include "gpu/wedges.h"
+#include "gpu/mesh/wedges.h"
 
 namespace cordillera::gpu::fit {
 

@@ -34,7 +34,7 @@ class GridSimplifier {
   /// device and threads of the options do not count here. report.stages: "load", "drops", "waves", ... on the device's own clock,
   /// then "pack" (the result as arrays, still there) and "fetch" (copied to the host); report.seconds is the sum without "fetch".
   /// Refused: a grid without cells or with too many ("grid-broken"), NaN or infinity ("grid-not-finite"), a target out of range.
-  /// A GPU that fails throws DeviceLost (gpu/device_lost.h).
+  /// A GPU that fails throws DeviceLost (gpu/device/device_lost.h).
   proto::Result<SimplifiedMesh> simplify(const HeightGrid& grid, const MeshTarget& target, const MeshOptions& options = {});
 
  private:

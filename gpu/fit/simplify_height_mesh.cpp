@@ -3,7 +3,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "gpu/device_lost.h"
+#include "gpu/device/device_lost.h"
 #include "gpu/fit/check.h"
 #include "gpu/fit/engine.h"
 

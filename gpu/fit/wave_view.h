@@ -1,6 +1,6 @@
 #pragma once
 // What the waves keep for every vertex, and the order of costs.
-#include "gpu/atomic.h"
+#include "gpu/device/atomic.h"
 #include "gpu/fit/edge_quadric.h"
 
 namespace cordillera::gpu::fit {

@@ -9,8 +9,8 @@
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
-#include "pipeline/implicit_tile.h"
-#include "pipeline/manifest_json.h"
+#include "pipeline/tileset/implicit_tile.h"
+#include "pipeline/tileset/manifest_json.h"
 
 namespace cordillera::pipeline::check {
 namespace {

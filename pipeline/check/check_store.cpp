@@ -4,14 +4,14 @@
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
-#include "pipeline/content_hash.h"
-#include "pipeline/plan.h"
-#include "pipeline/sqlite.h"
-#include "pipeline/store.h"
-#include "pipeline/store_publish.h"
-#include "pipeline/store_schema.h"
-#include "pipeline/store_sums.h"
-#include "pipeline/tile_glb.h"
+#include "pipeline/store/content_hash.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store.h"
+#include "pipeline/store/store_publish.h"
+#include "pipeline/store/store_schema.h"
+#include "pipeline/store/store_sums.h"
+#include "pipeline/encode/tile_glb.h"
 
 namespace cordillera::pipeline::check {
 namespace {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "gpu/surface_error.h"
-#include "pipeline/draco_mesh.h"
-#include "pipeline/plan.h"
+#include "gpu/measure/surface_error.h"
+#include "pipeline/encode/draco_mesh.h"
+#include "pipeline/plan/plan.h"
 #include "proto/mesh.h"
 #include "raster/filled_source.h"
 

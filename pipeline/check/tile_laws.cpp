@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/region.h"
+#include "pipeline/encode/region.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline::check {

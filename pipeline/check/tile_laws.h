@@ -8,7 +8,7 @@
 
 #include "cordillera.pb.h"
 #include "pipeline/check/report.h"
-#include "pipeline/decode.h"
+#include "pipeline/encode/decode.h"
 #include "proto/ellipsoid.h"
 #include "proto/lattice.h"
 

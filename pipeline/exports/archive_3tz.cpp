@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "pipeline/content_hash.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/exports/zip_writer.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

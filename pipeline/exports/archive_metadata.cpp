@@ -5,8 +5,8 @@
 
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/json.h"
-#include "pipeline/manifest_json.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/tileset/manifest_json.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "pipeline/content_hash.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/json.h"
-#include "pipeline/sqlite.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/store/sqlite.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

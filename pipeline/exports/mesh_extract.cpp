@@ -6,7 +6,7 @@
 #include <string>
 
 #include "pipeline/exports/mesh_weld.h"
-#include "pipeline/published_mesh.h"
+#include "pipeline/encode/published_mesh.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

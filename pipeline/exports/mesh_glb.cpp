@@ -7,9 +7,9 @@
 #include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/mesh_output.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/glb.h"
-#include "pipeline/json.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/glb.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "pipeline/exports/archive_metadata.h"
-#include "pipeline/json.h"
+#include "pipeline/encode/json.h"
 #include "proto/mesh_file/mesh_file.h"
 
 namespace cordillera::pipeline::exports {

@@ -4,7 +4,7 @@
 #include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/mesh_output.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

@@ -3,7 +3,7 @@
 #include <array>
 #include <unordered_map>
 
-#include "pipeline/draco_mesh.h"
+#include "pipeline/encode/draco_mesh.h"
 #include "pipeline/exports/mesh_clip.h"
 #include "proto/ellipsoid.h"
 #include "proto/mesh_file/triangle_mesh.h"

@@ -6,13 +6,13 @@
 #include <fstream>
 #include <unordered_map>
 
-#include "pipeline/content_hash.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "pipeline/implicit_tile.h"
+#include "pipeline/tileset/implicit_tile.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

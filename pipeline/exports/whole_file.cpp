@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-#include "pipeline/sqlite.h"
+#include "pipeline/store/sqlite.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "pipeline/faces/face.h"
-#include "pipeline/store.h"
+#include "pipeline/store/store.h"
 #include "proto/result.h"
 
 namespace cordillera::pipeline::exports {

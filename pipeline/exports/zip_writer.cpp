@@ -6,7 +6,7 @@
 
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

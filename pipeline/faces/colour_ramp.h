@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "pipeline/json.h"
+#include "pipeline/encode/json.h"
 #include "proto/result.h"
 
 namespace cordillera::pipeline::faces {

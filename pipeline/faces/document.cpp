@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "pipeline/content_hash.h"
+#include "pipeline/store/content_hash.h"
 
 namespace cordillera::pipeline::faces {
 

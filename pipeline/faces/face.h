@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "pipeline/faces/terrain.h"
-#include "pipeline/store.h"
+#include "pipeline/store/store.h"
 #include "proto/result.h"
 
 namespace cordillera::pipeline::faces {

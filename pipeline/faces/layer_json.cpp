@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "pipeline/faces/quantized_mesh_grid.h"
-#include "pipeline/html_text.h"
-#include "pipeline/json.h"
-#include "pipeline/provisional.h"
-#include "pipeline/water_mask.h"
+#include "pipeline/tileset/html_text.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/build/provisional.h"
+#include "pipeline/store/water_mask.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -6,8 +6,8 @@
 #include "pipeline/faces/layer_json.h"
 #include "pipeline/faces/mercator_grid.h"
 #include "pipeline/faces/tilejson.h"
-#include "pipeline/json.h"
-#include "pipeline/provisional.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/build/provisional.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "pipeline/faces/quantized_mesh_grid.h"
 #include "pipeline/faces/terrain.h"
-#include "pipeline/water_mask.h"
+#include "pipeline/store/water_mask.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline::faces {

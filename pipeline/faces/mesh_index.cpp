@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "gpu/surface_error_plane.h"
+#include "gpu/measure/surface_error_plane.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "pipeline/draco_mesh.h"
+#include "pipeline/encode/draco_mesh.h"
 #include "proto/ellipsoid.h"
 #include "proto/lattice.h"
 

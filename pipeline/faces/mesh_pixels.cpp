@@ -7,7 +7,7 @@
 #include <functional>
 #include <numbers>
 
-#include "gpu/surface_error_plane.h"
+#include "gpu/measure/surface_error_plane.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

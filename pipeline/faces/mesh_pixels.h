@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "pipeline/draco_mesh.h"
+#include "pipeline/encode/draco_mesh.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline::faces {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "pipeline/published_mesh.h"
+#include "pipeline/encode/published_mesh.h"
 
 namespace cordillera::pipeline::faces {
 

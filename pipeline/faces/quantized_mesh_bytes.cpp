@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "pipeline/faces/quantized_mesh_bounds.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/little_endian.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline::faces {

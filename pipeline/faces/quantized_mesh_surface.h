@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "pipeline/faces/quantized_mesh_sides.h"
-#include "pipeline/published_mesh.h"
+#include "pipeline/encode/published_mesh.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline::faces {

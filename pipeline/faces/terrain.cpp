@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "pipeline/faces/outline_fill.h"
-#include "pipeline/sqlite.h"
+#include "pipeline/store/sqlite.h"
 #include "raster/geoid.h"
 #include "raster/vertical.h"
 

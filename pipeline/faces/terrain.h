@@ -12,7 +12,7 @@
 #include "pipeline/faces/document.h"
 #include "pipeline/faces/lru.h"
 #include "pipeline/faces/mesh_index.h"
-#include "pipeline/store.h"
+#include "pipeline/store/store.h"
 
 namespace cordillera::raster {
 class Geoid;

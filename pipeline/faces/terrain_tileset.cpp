@@ -6,9 +6,9 @@
 #include "pipeline/faces/layer_json.h"
 #include "pipeline/faces/terrain_tileset_glb.h"
 #include "pipeline/faces/terrain_tileset_subtree.h"
-#include "pipeline/implicit_tile.h"
-#include "pipeline/json.h"
-#include "pipeline/tileset.h"
+#include "pipeline/tileset/implicit_tile.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/tileset/tileset.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline::faces {

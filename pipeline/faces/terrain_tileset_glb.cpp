@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "pipeline/faces/quantized_mesh_bounds.h"
-#include "pipeline/glb.h"
-#include "pipeline/json.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/glb.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "pipeline/faces/quantized_mesh_bounds.h"
-#include "pipeline/little_endian.h"
-#include "pipeline/subtree_file.h"
+#include "pipeline/encode/little_endian.h"
+#include "pipeline/tileset/subtree_file.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "pipeline/faces/web_mercator.h"
-#include "pipeline/html_text.h"
-#include "pipeline/json.h"
-#include "pipeline/provisional.h"
+#include "pipeline/tileset/html_text.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/build/provisional.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

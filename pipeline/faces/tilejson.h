@@ -4,7 +4,7 @@
 
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/web_mercator.h"
-#include "pipeline/json.h"
+#include "pipeline/encode/json.h"
 
 namespace cordillera::pipeline::faces {
 

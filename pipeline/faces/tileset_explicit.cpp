@@ -3,9 +3,9 @@
 #include <array>
 
 #include "pipeline/faces/walk.h"
-#include "pipeline/implicit_tile.h"
-#include "pipeline/json.h"
-#include "pipeline/tileset.h"
+#include "pipeline/tileset/implicit_tile.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/tileset/tileset.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -2,7 +2,7 @@
 // Every tile of a dataset, depth first: memory does not grow with the dataset.
 #include <functional>
 
-#include "pipeline/store.h"
+#include "pipeline/store/store.h"
 
 namespace cordillera::pipeline::faces {
 

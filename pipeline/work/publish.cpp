@@ -3,10 +3,10 @@
 #include <filesystem>
 #include <set>
 
-#include "pipeline/blank_manifest.h"
-#include "pipeline/sqlite.h"
-#include "pipeline/water_build.h"
-#include "pipeline/workers.h"
+#include "pipeline/build/blank_manifest.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/build/water_build.h"
+#include "pipeline/build/workers.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
 #include "raster/storage.h"

@@ -3,8 +3,8 @@
 #include <functional>
 #include <string>
 
-#include "pipeline/build.h"
-#include "pipeline/store.h"
+#include "pipeline/build/build.h"
+#include "pipeline/store/store.h"
 #include "work.pb.h"
 
 namespace cordillera::pipeline::work {

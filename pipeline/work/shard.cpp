@@ -1,7 +1,7 @@
 #include "pipeline/work/shard.h"
 
-#include "pipeline/content_hash.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/store/content_hash.h"
+#include "pipeline/encode/little_endian.h"
 #include "pipeline/work/work_plan.h"
 #include "raster/storage.h"
 

@@ -2,10 +2,10 @@
 
 #include <map>
 
-#include "pipeline/builder.h"
-#include "pipeline/in_flight.h"
-#include "pipeline/teller.h"
-#include "pipeline/water_build.h"
+#include "pipeline/build/builder.h"
+#include "pipeline/build/in_flight.h"
+#include "pipeline/build/teller.h"
+#include "pipeline/build/water_build.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"

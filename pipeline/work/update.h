@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/build.h"
-#include "pipeline/store_revise.h"
+#include "pipeline/build/build.h"
+#include "pipeline/store/store_revise.h"
 #include "work.pb.h"
 
 namespace cordillera::pipeline::work {

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <thread>
 
-#include "pipeline/builder.h"
+#include "pipeline/build/builder.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
 #include "raster/filled_source.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/build.h"
+#include "pipeline/build/build.h"
 #include "work.pb.h"
 
 namespace cordillera::pipeline::work {

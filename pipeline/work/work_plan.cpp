@@ -4,11 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "pipeline/builder.h"
-#include "pipeline/content_hash.h"
-#include "pipeline/manifest_json.h"
-#include "pipeline/pilot.h"
-#include "pipeline/plan.h"
+#include "pipeline/build/builder.h"
+#include "pipeline/store/content_hash.h"
+#include "pipeline/tileset/manifest_json.h"
+#include "pipeline/build/pilot.h"
+#include "pipeline/plan/plan.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
 #include "raster/filled_source.h"

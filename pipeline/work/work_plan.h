@@ -5,7 +5,7 @@
 #include <atomic>
 #include <string>
 
-#include "pipeline/build.h"
+#include "pipeline/build/build.h"
 #include "work.pb.h"
 
 namespace cordillera::pipeline::work {

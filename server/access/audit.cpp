@@ -5,8 +5,8 @@
 
 #include <cstring>
 
-#include "server/json.h"
-#include "server/log.h"
+#include "server/codec/json.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::access {
 

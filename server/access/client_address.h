@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::access {
 

@@ -9,7 +9,7 @@
 #include "proto/result.h"
 #include "server/access/role.h"
 #include "server/access/token_file.h"
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::access {
 

@@ -1,6 +1,6 @@
 #pragma once
 // What browsers are told about an answer, so that it is taken for nothing else than it is.
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::access {
 

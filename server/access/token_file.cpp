@@ -3,7 +3,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "server/log.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::access {
 

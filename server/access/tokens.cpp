@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "server/digest.h"
+#include "server/codec/digest.h"
 
 namespace cordillera::server::access {
 namespace {

@@ -1,6 +1,6 @@
 #include "server/client/client_line.h"
 
-#include "server/option_words.h"
+#include "server/options/option_words.h"
 
 namespace cordillera::server::client {
 namespace {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "server/client/place.h"
-#include "server/commands.h"
-#include "server/options.h"
+#include "server/cli/commands.h"
+#include "server/options/options.h"
 
 namespace cordillera::server::client {
 

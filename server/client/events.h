@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "server/client/talk.h"
-#include "server/progress_bar.h"
+#include "server/cli/progress_bar.h"
 
 namespace cordillera::server::client {
 

@@ -10,8 +10,8 @@
 #include "server/client/shelf.h"
 #include "server/client/talk.h"
 #include "server/client/tiles.h"
-#include "server/option_values.h"
-#include "server/routes.h"
+#include "server/options/option_values.h"
+#include "server/api/routes.h"
 
 namespace cordillera::server::client {
 namespace {

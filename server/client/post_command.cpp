@@ -5,7 +5,7 @@
 #include "server/client/commands.h"
 #include "server/client/events.h"
 #include "server/client/sender.h"
-#include "server/option_values.h"
+#include "server/options/option_values.h"
 
 namespace cordillera::server::client {
 namespace {

@@ -1,6 +1,6 @@
 #include "server/client/sender.h"
 
-#include "server/digest.h"
+#include "server/codec/digest.h"
 
 namespace cordillera::server::client {
 namespace {

@@ -7,7 +7,7 @@
 #include "server/client/local_file.h"
 #include "server/client/talk.h"
 #include "server/client/upload_note.h"
-#include "server/progress_bar.h"
+#include "server/cli/progress_bar.h"
 
 namespace cordillera::server::client {
 

@@ -8,8 +8,8 @@
 
 #include <fstream>
 
-#include "server/json.h"
-#include "server/write_all.h"
+#include "server/codec/json.h"
+#include "server/files/write_all.h"
 
 namespace cordillera::server::client {
 namespace {

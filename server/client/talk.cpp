@@ -4,7 +4,7 @@
 #include <iostream>
 #include <thread>
 
-#include "server/problems.h"
+#include "server/http/problems.h"
 
 namespace cordillera::server::client {
 namespace {

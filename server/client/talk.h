@@ -4,8 +4,8 @@
 #include <string>
 
 #include "server/client/connection.h"
-#include "server/commands.h"
-#include "server/json.h"
+#include "server/cli/commands.h"
+#include "server/codec/json.h"
 
 namespace cordillera::server::client {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "server/options.h"
+#include "server/options/options.h"
 
 namespace cordillera::server::client {
 namespace {

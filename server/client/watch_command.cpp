@@ -2,7 +2,7 @@
 
 #include "server/client/commands.h"
 #include "server/client/events.h"
-#include "server/routes.h"
+#include "server/api/routes.h"
 
 namespace cordillera::server::client {
 

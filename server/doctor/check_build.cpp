@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <fstream>
 
-#include "pipeline/decode.h"
-#include "pipeline/store.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/store/store.h"
 #include "proto/lattice.h"
-#include "server/child.h"
-#include "server/digest.h"
+#include "server/jobs/child.h"
+#include "server/codec/digest.h"
 #include "server/doctor/doctor.h"
-#include "server/json.h"
+#include "server/codec/json.h"
 #include "server/sandbox/sandbox.h"
 
 namespace cordillera::server::doctor {

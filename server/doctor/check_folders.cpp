@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "server/doctor/doctor.h"
-#include "server/layout.h"
+#include "server/datasets/layout.h"
 #include "server/limits/disk.h"
-#include "server/web.h"
+#include "server/api/web.h"
 
 namespace cordillera::server::doctor {
 namespace {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "server/options.h"
+#include "server/options/options.h"
 
 namespace cordillera::server::doctor {
 

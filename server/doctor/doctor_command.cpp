@@ -2,10 +2,10 @@
 #include <cstdlib>
 #include <iostream>
 
-#include "server/commands.h"
+#include "server/cli/commands.h"
 #include "server/doctor/doctor.h"
-#include "server/json.h"
-#include "server/log.h"
+#include "server/codec/json.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::doctor {
 namespace {

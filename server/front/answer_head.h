@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::front {
 

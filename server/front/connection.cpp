@@ -4,7 +4,7 @@
 
 #include "server/access/client_address.h"
 #include "server/front/loop.h"
-#include "server/log.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::front {
 namespace {

@@ -8,7 +8,7 @@
 #include "server/front/answer_head.h"
 #include "server/front/connection.h"
 #include "server/front/loop.h"
-#include "server/log.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::front {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "pipeline/faces/lru.h"
 #include "proto/result.h"
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::front {
 

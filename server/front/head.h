@@ -9,7 +9,7 @@
 
 #include "proto/result.h"
 #include "server/front/limits.h"
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::front {
 

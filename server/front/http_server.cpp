@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "server/front/loop.h"
-#include "server/heap.h"
-#include "server/log.h"
+#include "server/memory/heap.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::front {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "proto/result.h"
-#include "server/api.h"
+#include "server/api/api.h"
 #include "server/front/limits.h"
 #include "server/front/served.h"
 

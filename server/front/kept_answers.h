@@ -8,7 +8,7 @@
 #include <string>
 
 #include "pipeline/faces/lru.h"
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::front {
 

@@ -5,7 +5,7 @@
 
 #include "server/front/answer_head.h"
 #include "server/front/connection.h"
-#include "server/log.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::front {
 namespace {

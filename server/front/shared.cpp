@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <regex>
 
-#include "server/heap.h"
-#include "server/log.h"
+#include "server/memory/heap.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::front {
 namespace {

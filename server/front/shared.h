@@ -2,7 +2,7 @@
 // What all connections of a server share.
 #include <atomic>
 
-#include "server/api.h"
+#include "server/api/api.h"
 #include "server/front/answer_budget.h"
 #include "server/front/client_counts.h"
 #include "server/front/content_coding.h"

@@ -3,7 +3,7 @@
 #include <system_error>
 #include <utility>
 
-#include "server/heap.h"
+#include "server/memory/heap.h"
 
 namespace cordillera::server::front {
 

@@ -1,7 +1,7 @@
 #include "server/limits/admission.h"
 
 #include "server/limits/disk.h"
-#include "server/registry.h"
+#include "server/datasets/registry.h"
 
 namespace cordillera::server::limits {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "proto/result.h"
 #include "server/limits/space.h"
-#include "server/options.h"
+#include "server/options/options.h"
 
 namespace cordillera::server {
 class Registry;

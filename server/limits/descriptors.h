@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <string>
 
-#include "server/options.h"
+#include "server/options/options.h"
 
 namespace cordillera::server::limits {
 

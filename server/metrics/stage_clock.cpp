@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/log.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::metrics {
 namespace {

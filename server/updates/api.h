@@ -1,10 +1,10 @@
 #pragma once
 // The API of datasets whose rasters can be changed: …/sources, …/versions, …/rollback.
-#include "server/delivery.h"
-#include "server/json.h"
-#include "server/message.h"
-#include "server/registry.h"
-#include "server/routes.h"
+#include "server/api/delivery.h"
+#include "server/codec/json.h"
+#include "server/http/message.h"
+#include "server/datasets/registry.h"
+#include "server/api/routes.h"
 
 namespace cordillera::server::updates {
 

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "pipeline/work/update.h"
-#include "server/api.h"
-#include "server/log.h"
+#include "server/api/api.h"
+#include "server/log/log.h"
 #include "server/updates/api.h"
 #include "server/updates/change_request.h"
 #include "server/updates/ledger.h"

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "server/api.h"
-#include "server/log.h"
-#include "server/option_values.h"
+#include "server/api/api.h"
+#include "server/log/log.h"
+#include "server/options/option_values.h"
 #include "server/updates/api.h"
 #include "server/updates/change_request.h"
 #include "server/updates/ledger.h"

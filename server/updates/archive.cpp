@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/library.h"
+#include "server/datasets/library.h"
 #include "server/updates/ledger.h"
 
 namespace cordillera::server::updates {

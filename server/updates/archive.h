@@ -7,7 +7,7 @@
 #include <string>
 
 #include "pipeline/faces/terrain.h"
-#include "server/layout.h"
+#include "server/datasets/layout.h"
 
 namespace cordillera::server::updates {
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "server/digest.h"
-#include "server/json.h"
-#include "server/log.h"
-#include "server/option_values.h"
-#include "server/request_policy.h"
+#include "server/codec/digest.h"
+#include "server/codec/json.h"
+#include "server/log/log.h"
+#include "server/options/option_values.h"
+#include "server/options/request_policy.h"
 #include "server/updates/api.h"
 #include "server/updates/ledger.h"
 

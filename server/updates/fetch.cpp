@@ -12,8 +12,8 @@
 
 #include "raster/storage.h"
 #include "server/limits/space.h"
-#include "server/option_values.h"
-#include "server/upload.h"
+#include "server/options/option_values.h"
+#include "server/datasets/upload.h"
 
 namespace cordillera::server::updates {
 namespace {

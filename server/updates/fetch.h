@@ -7,7 +7,7 @@
 
 #include "proto/result.h"
 #include "server/limits/space.h"
-#include "server/options.h"
+#include "server/options/options.h"
 
 namespace cordillera::server::updates {
 

@@ -6,10 +6,10 @@
 #include <set>
 #include <sstream>
 
-#include "pipeline/store_revise.h"
+#include "pipeline/store/store_revise.h"
 #include "raster/storage.h"
-#include "server/dataset_folder.h"
-#include "server/json.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/codec/json.h"
 
 namespace cordillera::server::updates {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "proto/result.h"
-#include "server/layout.h"
+#include "server/datasets/layout.h"
 #include "work.pb.h"
 
 namespace cordillera::server::updates {

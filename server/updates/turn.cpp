@@ -6,9 +6,9 @@
 #include <cstring>
 
 #include "raster/storage.h"
-#include "server/json.h"
-#include "server/log.h"
-#include "server/upload.h"
+#include "server/codec/json.h"
+#include "server/log/log.h"
+#include "server/datasets/upload.h"
 
 namespace cordillera::server::updates {
 namespace {

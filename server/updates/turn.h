@@ -1,6 +1,6 @@
 #pragma once
 // A change whose turn it is: from the list of rasters to the version that is served.
-#include "server/registry.h"
+#include "server/datasets/registry.h"
 #include "server/updates/ledger.h"
 
 namespace cordillera::server::updates {

@@ -5,8 +5,8 @@
 
 #include "pipeline/work/update.h"
 #include "pipeline/work/work_plan.h"
-#include "server/json.h"
-#include "server/provisional_job.h"
+#include "server/codec/json.h"
+#include "server/jobs/provisional_job.h"
 #include "server/updates/ledger.h"
 
 namespace cordillera::server::updates {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "pipeline/build.h"
+#include "pipeline/build/build.h"
 
 namespace cordillera::server::updates {
 

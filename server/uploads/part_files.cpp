@@ -9,10 +9,10 @@
 #include <memory>
 #include <sstream>
 
-#include "server/json.h"
-#include "server/log.h"
-#include "server/upload.h"
-#include "server/write_all.h"
+#include "server/codec/json.h"
+#include "server/log/log.h"
+#include "server/datasets/upload.h"
+#include "server/files/write_all.h"
 
 namespace cordillera::server::uploads {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "proto/result.h"
-#include "server/message.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::uploads {
 

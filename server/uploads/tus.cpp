@@ -3,8 +3,8 @@
 #include <array>
 #include <charconv>
 
-#include "server/json.h"
-#include "server/option_values.h"
+#include "server/codec/json.h"
+#include "server/options/option_values.h"
 
 namespace cordillera::server::uploads {
 namespace {

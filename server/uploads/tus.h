@@ -1,6 +1,6 @@
 #pragma once
 // tus 1.0 (tus.io): core, creation and termination. What arrives becomes a dataset with POST /v1/datasets?upload=ID.
-#include "server/message.h"
+#include "server/http/message.h"
 #include "server/uploads/part_files.h"
 
 namespace cordillera::server::uploads {

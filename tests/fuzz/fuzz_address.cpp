@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <string_view>
 
-#include "server/elevation_query.h"
+#include "server/api/elevation_query.h"
 #include "server/front/target.h"
-#include "server/mesh_options.h"
-#include "server/options.h"
-#include "server/problems.h"
-#include "server/routes.h"
+#include "server/options/mesh_options.h"
+#include "server/options/options.h"
+#include "server/http/problems.h"
+#include "server/api/routes.h"
 
 using namespace cordillera;
 using namespace cordillera::server;

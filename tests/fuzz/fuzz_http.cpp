@@ -10,8 +10,8 @@
 #include "server/front/content_coding.h"
 #include "server/front/head.h"
 #include "server/front/target.h"
-#include "server/public_address.h"
-#include "server/request_id.h"
+#include "server/api/public_address.h"
+#include "server/http/request_id.h"
 
 using namespace cordillera::server;
 using namespace cordillera::server::front;

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <string>
 
-#include "pipeline/decode.h"
-#include "pipeline/manifest_json.h"
-#include "pipeline/mesh_record.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/tileset/manifest_json.h"
+#include "pipeline/tile/mesh_record.h"
 
 using namespace cordillera;
 

@@ -1,4 +1,4 @@
-// The fit of height meshes: laws, counts, bounds, refusals. Errors are judged by gpu/vertical_error, which shares no code with
+// The fit of height meshes: laws, counts, bounds, refusals. Errors are judged by gpu/fit/vertical_error, which shares no code with
 // it.
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 
 #include "gpu/fit/simplify_height_grid.h"
-#include "gpu/vertical_error.h"
+#include "gpu/fit/vertical_error.h"
 #include "tests/bench/pyramid/terrain.h"
 
 namespace cordillera::gpu::fit {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gpu/rings.h"
-#include "gpu/sample_meter.h"
+#include "gpu/mesh/rings.h"
+#include "gpu/measure/sample_meter.h"
 #include "gpu/simplify.h"
-#include "gpu/surface_error.h"
+#include "gpu/measure/surface_error.h"
 
 namespace cordillera::gpu {
 

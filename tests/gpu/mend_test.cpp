@@ -1,4 +1,4 @@
-#include "gpu/mend.h"
+#include "gpu/border/mend.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "gpu/refine.h"
+#include "gpu/refine/refine.h"
 
 namespace cordillera::gpu {
 

@@ -1,12 +1,12 @@
 // Refinement keeps promises and the laws of a tile, from a crude mesh.
-#include "gpu/refine.h"
+#include "gpu/refine/refine.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "gpu/height_step.h"
+#include "gpu/refine/height_step.h"
 #include "tests/gpu/measured_tile.h"
 
 namespace cordillera::gpu {

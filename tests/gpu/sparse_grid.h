@@ -1,5 +1,5 @@
 #pragma once
-// The start of a promised tile (gpu/sparse_start.h) as a mesh, by another way: triangles cut in two from the largest down. What the simplifier's
+// The start of a promised tile (gpu/collapse/sparse_start.h) as a mesh, by another way: triangles cut in two from the largest down. What the simplifier's
 // own, which makes rings without triangles, is held against.
 #include <span>
 #include <vector>

@@ -1,5 +1,5 @@
 // The two decodings of a triangle are nowhere farther apart than their bound, and the bound is worth having.
-#include "gpu/surface_error_apart.h"
+#include "gpu/measure/surface_error_apart.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "gpu/surface_meter.h"
+#include "gpu/measure/surface_meter.h"
 #include "tests/gpu/measured_tile.h"
 
 namespace cordillera::gpu {

@@ -1,5 +1,5 @@
 // Many samples at once give the numbers that each gives alone.
-#include "gpu/surface_error_row.h"
+#include "gpu/measure/surface_error_row.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The error of a tile against rays cast, sample by sample, at every triangle near it.
-#include "gpu/surface_error.h"
+#include "gpu/measure/surface_error.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "gpu/sample_frames.h"
+#include "gpu/measure/sample_frames.h"
 #include "gpu/simplify.h"
 
 namespace cordillera::gpu {

@@ -1,5 +1,5 @@
 // Thinning takes out what the promise does not need, and nothing else.
-#include "gpu/thin.h"
+#include "gpu/refine/thin.h"
 
 #include <gtest/gtest.h>
 

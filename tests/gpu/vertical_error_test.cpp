@@ -1,5 +1,5 @@
 // The judge of simplified meshes, held against surfaces whose error is known.
-#include "gpu/vertical_error.h"
+#include "gpu/fit/vertical_error.h"
 
 #include <gtest/gtest.h>
 

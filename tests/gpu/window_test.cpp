@@ -5,10 +5,10 @@
 #include <numeric>
 #include <set>
 
-#include "gpu/grid_rings.h"
-#include "gpu/host_team.h"
+#include "gpu/mesh/grid_rings.h"
+#include "gpu/collapse/host_team.h"
 #include "gpu/simplify.h"
-#include "gpu/window_cut.h"
+#include "gpu/collapse/window_cut.h"
 #include "tests/bench/pyramid/terrain.h"
 
 namespace cordillera::gpu {

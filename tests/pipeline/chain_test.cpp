@@ -1,4 +1,4 @@
-#include "pipeline/chain.h"
+#include "pipeline/tile/chain.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "pipeline/composed_error.h"
+#include "pipeline/bound/composed_error.h"
 
 #include <gtest/gtest.h>
 
@@ -7,12 +7,12 @@
 #include <functional>
 #include <random>
 
-#include "gpu/mend.h"
-#include "gpu/rings.h"
+#include "gpu/border/mend.h"
+#include "gpu/mesh/rings.h"
 #include "gpu/simplify.h"
-#include "pipeline/loose.h"
-#include "pipeline/mesh_record.h"
-#include "pipeline/overlay.h"
+#include "pipeline/bound/loose.h"
+#include "pipeline/tile/mesh_record.h"
+#include "pipeline/bound/overlay.h"
 #include "proto/ellipsoid.h"
 #include "tests/gpu/meter_glance.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gpu/simplify.h"
-#include "pipeline/encode.h"
+#include "pipeline/encode/encode.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline::testing {

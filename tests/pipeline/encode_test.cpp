@@ -7,11 +7,11 @@
 #include <numbers>
 #include <set>
 
-#include "pipeline/decode.h"
-#include "pipeline/encode.h"
-#include "pipeline/glb.h"
-#include "pipeline/json.h"
-#include "pipeline/region.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/encode/encode.h"
+#include "pipeline/encode/glb.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/encode/region.h"
 #include "tests/pipeline/encode_synthetic.h"
 
 namespace cordillera::pipeline {

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <set>
 
-#include "pipeline/content_hash.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/exports/archive_3tz.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/mbtiles.h"
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/tile_places.h"
-#include "pipeline/json.h"
+#include "pipeline/encode/json.h"
 #include "tests/pipeline/archive_readers.h"
 #include "tests/pipeline/exports_dataset.h"
 

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <set>
 
-#include "pipeline/decode.h"
-#include "pipeline/json.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/encode/json.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 
 namespace cordillera::pipeline {

@@ -6,11 +6,11 @@
 #include <set>
 #include <sstream>
 
-#include "pipeline/decode.h"
+#include "pipeline/encode/decode.h"
 #include "pipeline/exports/mesh_extract.h"
 #include "pipeline/exports/mesh_output.h"
-#include "pipeline/glb.h"
-#include "pipeline/json.h"
+#include "pipeline/encode/glb.h"
+#include "pipeline/encode/json.h"
 #include "proto/mesh_file/mesh_file.h"
 #include "tests/pipeline/archive_readers.h"
 #include "tests/pipeline/exports_dataset.h"

@@ -1,5 +1,5 @@
 // A border vertex that stepped inside stands where it has no height of its own.
-#include "pipeline/moved.h"
+#include "pipeline/tile/moved.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Which tiles a plan's window touches.
-#include "pipeline/plan.h"
+#include "pipeline/plan/plan.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/little_endian.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline::testing {

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "pipeline/faces/layer_json.h"
-#include "pipeline/json.h"
+#include "pipeline/encode/json.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"
 

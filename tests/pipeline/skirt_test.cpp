@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "pipeline/decode.h"
-#include "pipeline/region.h"
-#include "pipeline/tile_glb.h"
-#include "pipeline/tile_output.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/encode/region.h"
+#include "pipeline/encode/tile_glb.h"
+#include "pipeline/build/tile_output.h"
 #include "tests/pipeline/encode_synthetic.h"
 
 namespace cordillera::pipeline {

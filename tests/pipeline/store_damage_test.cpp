@@ -9,9 +9,9 @@
 #include <random>
 
 #include "pipeline/check/check.h"
-#include "pipeline/sqlite.h"
-#include "pipeline/store.h"
-#include "pipeline/store_revise.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store.h"
+#include "pipeline/store/store_revise.h"
 #include "tests/pipeline/store_synthetic.h"
 
 namespace cordillera::pipeline {

@@ -7,7 +7,7 @@
 #include <set>
 #include <string>
 
-#include "pipeline/store.h"
+#include "pipeline/store/store.h"
 #include "tests/pipeline/encode_synthetic.h"
 
 namespace cordillera::pipeline::testing {

@@ -6,10 +6,10 @@
 #include <random>
 #include <thread>
 
-#include "pipeline/decode.h"
-#include "pipeline/manifest_json.h"
-#include "pipeline/sqlite.h"
-#include "pipeline/store.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/tileset/manifest_json.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store.h"
 #include "tests/pipeline/store_synthetic.h"
 
 namespace cordillera::pipeline {

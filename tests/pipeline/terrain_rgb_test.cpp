@@ -8,12 +8,12 @@
 #include <numbers>
 #include <set>
 
-#include "pipeline/build.h"
+#include "pipeline/build/build.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/height_grid.h"
 #include "pipeline/faces/outline_fill.h"
 #include "pipeline/faces/web_mercator.h"
-#include "pipeline/json.h"
+#include "pipeline/encode/json.h"
 #include "tests/pipeline/store_synthetic.h"
 
 namespace cordillera::pipeline::faces {

@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <set>
 
-#include "pipeline/decode.h"
-#include "pipeline/glb.h"
-#include "pipeline/json.h"
-#include "pipeline/little_endian.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/encode/glb.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/encode/little_endian.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 
 namespace cordillera::pipeline {

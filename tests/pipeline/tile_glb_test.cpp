@@ -3,12 +3,12 @@
 
 #include <algorithm>
 
-#include "pipeline/content_hash.h"
-#include "pipeline/decode.h"
+#include "pipeline/store/content_hash.h"
+#include "pipeline/encode/decode.h"
 #include "pipeline/faces/terrain.h"
-#include "pipeline/sqlite.h"
-#include "pipeline/store.h"
-#include "pipeline/tile_glb.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store.h"
+#include "pipeline/encode/tile_glb.h"
 #include "tests/pipeline/store_synthetic.h"
 
 namespace cordillera::pipeline {

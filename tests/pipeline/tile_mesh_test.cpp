@@ -1,5 +1,5 @@
 // Tiles above the blocks, bounded by composition: what they state is within the target, and they thin out as levels should.
-#include "pipeline/tile_mesh.h"
+#include "pipeline/tile/tile_mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <map>
 
-#include "pipeline/mesh_record.h"
+#include "pipeline/tile/mesh_record.h"
 
 namespace cordillera::pipeline {
 namespace {

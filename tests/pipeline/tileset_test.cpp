@@ -7,15 +7,15 @@
 #include <map>
 #include <numbers>
 
-#include "pipeline/decode.h"
-#include "pipeline/export.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/exports/export.h"
 #include "pipeline/faces/face.h"
-#include "pipeline/json.h"
-#include "pipeline/little_endian.h"
-#include "pipeline/manifest_json.h"
-#include "pipeline/implicit_tile.h"
-#include "pipeline/subtree.h"
-#include "pipeline/tileset.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/encode/little_endian.h"
+#include "pipeline/tileset/manifest_json.h"
+#include "pipeline/tileset/implicit_tile.h"
+#include "pipeline/tileset/subtree.h"
+#include "pipeline/tileset/tileset.h"
 #include "tests/pipeline/store_synthetic.h"
 
 namespace cordillera::pipeline {

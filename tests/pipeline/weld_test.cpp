@@ -1,13 +1,13 @@
-#include "pipeline/weld.h"
+#include "pipeline/tile/weld.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "gpu/rings.h"
+#include "gpu/mesh/rings.h"
 #include "gpu/simplify.h"
-#include "pipeline/border.h"
-#include "pipeline/void_tile.h"
+#include "pipeline/tile/border.h"
+#include "pipeline/tile/void_tile.h"
 #include "tests/pipeline/mesh_laws.h"
 
 namespace cordillera::pipeline {

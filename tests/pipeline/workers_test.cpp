@@ -1,4 +1,4 @@
-#include "pipeline/workers.h"
+#include "pipeline/build/workers.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "pipeline/in_flight.h"
+#include "pipeline/build/in_flight.h"
 
 namespace cordillera::pipeline {
 namespace {

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "gpu/simplify.h"
-#include "pipeline/plan.h"
-#include "pipeline/tile_mesh.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/tile/tile_mesh.h"
 #include "tests/bench/pyramid/terrain.h"
 
 using namespace cordillera;

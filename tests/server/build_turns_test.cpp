@@ -1,9 +1,9 @@
 // Whose build is next, and how long it may take.
-#include "server/build_turns.h"
+#include "server/jobs/build_turns.h"
 
 #include <gtest/gtest.h>
 
-#include "server/job_queue.h"
+#include "server/jobs/job_queue.h"
 #include "tests/server/fixture.h"
 
 namespace cordillera::server {

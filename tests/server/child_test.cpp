@@ -1,5 +1,5 @@
 // Child processes of every temper, played by shell scripts.
-#include "server/child.h"
+#include "server/jobs/child.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -1,7 +1,7 @@
 // What a damaged disk makes of answers.
 #include <gtest/gtest.h>
 
-#include "pipeline/sqlite.h"
+#include "pipeline/store/sqlite.h"
 #include "tests/server/fixture.h"
 
 namespace cordillera::server {

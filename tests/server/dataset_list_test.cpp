@@ -1,5 +1,5 @@
 // Pages of the list, and that nobody waits for the registry.
-#include "server/dataset_list.h"
+#include "server/datasets/dataset_list.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <set>
 
 #include "fixture.h"
-#include "pipeline/sqlite.h"
+#include "pipeline/store/sqlite.h"
 #include "server/access/tokens.h"
-#include "server/web.h"
+#include "server/api/web.h"
 
 namespace cordillera::server {
 namespace {

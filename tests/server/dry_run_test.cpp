@@ -6,9 +6,9 @@
 #include <filesystem>
 
 #include "../raster/fixture.h"
-#include "pipeline/build.h"
-#include "pipeline/estimate.h"
-#include "pipeline/plan.h"
+#include "pipeline/build/build.h"
+#include "pipeline/estimate/estimate.h"
+#include "pipeline/plan/plan.h"
 
 namespace cordillera::server {
 namespace {

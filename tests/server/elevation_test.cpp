@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "fixture.h"
-#include "pipeline/build.h"
+#include "pipeline/build/build.h"
 #include "raster/geodesic.h"
-#include "server/elevation_query.h"
+#include "server/api/elevation_query.h"
 
 namespace cordillera::server {
 namespace {

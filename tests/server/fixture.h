@@ -16,9 +16,9 @@
 #include <thread>
 #include <vector>
 
-#include "pipeline/store.h"
-#include "server/api.h"
-#include "server/json.h"
+#include "pipeline/store/store.h"
+#include "server/api/api.h"
+#include "server/codec/json.h"
 #include "tests/sanitized.h"
 
 namespace cordillera::server {

@@ -1,4 +1,4 @@
-#include "server/gzip.h"
+#include "server/codec/gzip.h"
 
 #include <gtest/gtest.h>
 

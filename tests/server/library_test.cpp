@@ -1,5 +1,5 @@
 // Which datasets are held open, and what is remembered of the others.
-#include "server/library.h"
+#include "server/datasets/library.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

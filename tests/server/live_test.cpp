@@ -4,7 +4,7 @@
 #include <signal.h>
 
 #include "program_fixture.h"
-#include "server/provisional.h"
+#include "server/jobs/provisional.h"
 
 namespace cordillera::server {
 namespace {

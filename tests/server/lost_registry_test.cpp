@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "fixture.h"
-#include "pipeline/sqlite.h"
+#include "pipeline/store/sqlite.h"
 #include "server/access/tokens.h"
-#include "server/adoption.h"
-#include "server/data_folder.h"
-#include "server/dataset_folder.h"
+#include "server/datasets/adoption.h"
+#include "server/datasets/data_folder.h"
+#include "server/datasets/dataset_folder.h"
 
 namespace cordillera::server {
 namespace {

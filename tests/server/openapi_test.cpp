@@ -7,9 +7,9 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
-#include "server/mesh_options.h"
-#include "server/problems.h"
-#include "server/routes.h"
+#include "server/options/mesh_options.h"
+#include "server/http/problems.h"
+#include "server/api/routes.h"
 
 namespace cordillera::server {
 namespace {

@@ -1,5 +1,5 @@
 // The one table of options, through every door that leads to it.
-#include "server/options.h"
+#include "server/options/options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <set>
 
 #include "fixture.h"
-#include "server/request_policy.h"
+#include "server/options/request_policy.h"
 
 namespace cordillera::server {
 namespace {

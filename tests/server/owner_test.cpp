@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "fixture.h"
-#include "pipeline/sqlite.h"
-#include "pipeline/store_schema.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store_schema.h"
 #include "server/access/tokens.h"
 #include "server/updates/ledger.h"
 

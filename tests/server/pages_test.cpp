@@ -8,8 +8,8 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
-#include "server/options.h"
-#include "server/problems.h"
+#include "server/options/options.h"
+#include "server/http/problems.h"
 
 namespace cordillera::server {
 namespace {

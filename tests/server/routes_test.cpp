@@ -1,10 +1,10 @@
-#include "server/routes.h"
+#include "server/api/routes.h"
 
 #include <gtest/gtest.h>
 
-#include "server/json.h"
-#include "server/problems.h"
-#include "server/upload.h"
+#include "server/codec/json.h"
+#include "server/http/problems.h"
+#include "server/datasets/upload.h"
 
 namespace cordillera::server {
 namespace {

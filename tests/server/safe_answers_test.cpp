@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "fixture.h"
-#include "server/log.h"
+#include "server/log/log.h"
 
 namespace cordillera::server {
 namespace {

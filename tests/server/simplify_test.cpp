@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "gpu/vertical_error.h"
+#include "gpu/fit/vertical_error.h"
 #include "proto/mesh_file/mesh_file.h"
 #include "real_server.h"
-#include "server/simplify_command.h"
+#include "server/cli/simplify_command.h"
 
 namespace cordillera::server {
 namespace {

@@ -1,10 +1,10 @@
 // What people type from habit: understood, or answered with the right word.
-#include "server/spoken_words.h"
+#include "server/options/spoken_words.h"
 
 #include <gmock/gmock.h>
 
 #include "program_fixture.h"
-#include "server/options.h"
+#include "server/options/options.h"
 
 namespace cordillera::server {
 namespace {

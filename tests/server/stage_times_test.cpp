@@ -1,4 +1,4 @@
-#include "server/stage_times.h"
+#include "server/cli/stage_times.h"
 
 #include <gmock/gmock.h>
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "server/commands.h"
-#include "server/progress_bar.h"
+#include "server/cli/commands.h"
+#include "server/cli/progress_bar.h"
 
 namespace cordillera::server {
 namespace {

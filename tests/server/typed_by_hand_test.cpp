@@ -1,10 +1,10 @@
 // HTTP as hands type it: PUT on the collection, slashes too many, JSON, forms; and what browsers ask for by themselves.
-#include "server/typed_by_hand.h"
+#include "server/api/typed_by_hand.h"
 
 #include <gmock/gmock.h>
 
 #include "fixture.h"
-#include "server/form_body.h"
+#include "server/http/form_body.h"
 
 namespace cordillera::server {
 namespace {

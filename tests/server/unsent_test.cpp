@@ -9,13 +9,13 @@
 #include <thread>
 
 #include "front_fixture.h"
-#include "pipeline/content_hash.h"
-#include "pipeline/sqlite.h"
+#include "pipeline/store/content_hash.h"
+#include "pipeline/store/sqlite.h"
 #include "server/front/answer_budget.h"
 #include "server/front/content_coding.h"
 #include "server/front/pace.h"
 #include "server/front/shared.h"
-#include "server/heap.h"
+#include "server/memory/heap.h"
 #include "server/limits/descriptors.h"
 
 namespace cordillera::server {

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <httplib.h>
 
-#include "pipeline/store_revise.h"
+#include "pipeline/store/store_revise.h"
 #include "program_fixture.h"
 #include "tests/whole/bytes.h"
 #include "tests/whole/dem.h"

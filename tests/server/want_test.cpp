@@ -14,11 +14,11 @@
 #include <thread>
 #include <vector>
 
-#include "pipeline/content_hash.h"
-#include "pipeline/json.h"
-#include "server/digest.h"
+#include "pipeline/store/content_hash.h"
+#include "pipeline/encode/json.h"
+#include "server/codec/digest.h"
 #include "server/front/workers.h"
-#include "server/heap.h"
+#include "server/memory/heap.h"
 #include "tests/sanitized.h"
 
 namespace cordillera::server {

@@ -11,13 +11,13 @@ GOOD = {
     "proto/mesh.h": "#pragma once\n#include <cstdint>\n",
     "raster/source.h": '#include "cordillera.pb.h"\n#include "proto/mesh.h"\n',
     "raster/dataset.cpp": '#include <gdal_priv.h>\n#include <cpl_string.h>\n#include "raster/source.h"\n',
-    "gpu/waves.h": '#include "proto/mesh.h"\n',
-    "gpu/waves.cu": '#include <cuda_runtime.h>\n#include <cub/cub.cuh>\n#include "gpu/waves.h"\n',
-    "pipeline/build.h": '#include "gpu/waves.h"\n#include "raster/source.h"\n',
-    "pipeline/draco_encode.cpp": '#include <draco/compression/encode.h>\n',
-    "pipeline/sqlite.cpp": "#include <sqlite3.h>\n",
-    "pipeline/workers.cpp": "#include <boost/asio/post.hpp>\n",
-    "server/updates/fetch.cpp": '#include <httplib.h>\n#include <sys/socket.h>\n#include "pipeline/build.h"\n',
+    "gpu/collapse/waves.h": '#include "proto/mesh.h"\n',
+    "gpu/waves.cu": '#include <cuda_runtime.h>\n#include <cub/cub.cuh>\n#include "gpu/collapse/waves.h"\n',
+    "pipeline/build/build.h": '#include "gpu/collapse/waves.h"\n#include "raster/source.h"\n',
+    "pipeline/encode/draco_encode.cpp": '#include <draco/compression/encode.h>\n',
+    "pipeline/store/sqlite.cpp": "#include <sqlite3.h>\n",
+    "pipeline/build/workers.cpp": "#include <boost/asio/post.hpp>\n",
+    "server/updates/fetch.cpp": '#include <httplib.h>\n#include <sys/socket.h>\n#include "pipeline/build/build.h"\n',
     "server/web/node_modules/addon/addon.cpp": '#include "anything.h"\n',
     "tests/raster/fixture.cpp": '#include <gdal_priv.h>\n#include "server/http.h"\n',
 }
@@ -58,10 +58,10 @@ class Includes(unittest.TestCase):
 
     def test_includes_only_go_down(self):
         for path, header in [
-            ("proto/mesh.h", "raster/source.h"), ("proto/mesh.h", "gpu/waves.h"), ("proto/mesh.h", "pipeline/build.h"),
-            ("raster/source.h", "gpu/waves.h"), ("raster/source.h", "pipeline/build.h"), ("raster/source.h", "server/http.cpp"),
-            ("gpu/waves.h", "raster/source.h"), ("gpu/waves.cu", "pipeline/build.h"), ("gpu/inner/deep.inl", "raster/source.h"),
-            ("pipeline/build.h", "server/http.cpp"),
+            ("proto/mesh.h", "raster/source.h"), ("proto/mesh.h", "gpu/collapse/waves.h"), ("proto/mesh.h", "pipeline/build/build.h"),
+            ("raster/source.h", "gpu/collapse/waves.h"), ("raster/source.h", "pipeline/build/build.h"), ("raster/source.h", "server/http.cpp"),
+            ("gpu/collapse/waves.h", "raster/source.h"), ("gpu/waves.cu", "pipeline/build/build.h"), ("gpu/inner/deep.inl", "raster/source.h"),
+            ("pipeline/build/build.h", "server/http.cpp"),
         ]:
             self.found(path, f'#include "{header}"', "includes only go down")
             self.found(path, f"#  include <{header}>", "includes only go down")
@@ -75,26 +75,26 @@ class Includes(unittest.TestCase):
         self.found("gpu/waves.cu", '#include "gpu/gone.h"', "no such file")
 
     def test_gpu_builds_without_protobuf(self):
-        self.found("gpu/waves.h", '#include "cordillera.pb.h"', "without protobuf")
+        self.found("gpu/collapse/waves.h", '#include "cordillera.pb.h"', "without protobuf")
         self.found("proto/mesh.h", '#include "cordillera.pb.h"', "without protobuf")
 
     def test_packages_stay_at_home(self):
         for header, paths in [
-            ("httplib.h", ["server/api.cpp", "server/http.h", "pipeline/build.h"]),
-            ("gdal.h", ["pipeline/build.h", "server/http.cpp", "gpu/waves.h"]),
-            ("gdal_priv.h", ["pipeline/build.h"]),
+            ("httplib.h", ["server/api/api.cpp", "server/http.h", "pipeline/build/build.h"]),
+            ("gdal.h", ["pipeline/build/build.h", "server/http.cpp", "gpu/collapse/waves.h"]),
+            ("gdal_priv.h", ["pipeline/build/build.h"]),
             ("ogr_spatialref.h", ["server/http.cpp"]),
             ("cpl_conv.h", ["proto/mesh.h"]),
-            ("GeographicLib/Geoid.hpp", ["pipeline/build.h"]),
-            ("draco/mesh/mesh.h", ["pipeline/build.h", "server/draco_x.cpp"]),
-            ("cuda_runtime.h", ["gpu/waves.h", "gpu/waves.cpp", "pipeline/build.h"]),
-            ("cub/device/device_scan.cuh", ["gpu/waves.h"]),
-            ("sqlite3.h", ["pipeline/build.h", "server/http.cpp"]),
-            ("boost/asio.hpp", ["pipeline/build.h", "server/http.cpp"]),
-            ("boost/asio/post.hpp", ["gpu/waves.h"]),
+            ("GeographicLib/Geoid.hpp", ["pipeline/build/build.h"]),
+            ("draco/mesh/mesh.h", ["pipeline/build/build.h", "server/draco_x.cpp"]),
+            ("cuda_runtime.h", ["gpu/collapse/waves.h", "gpu/collapse/waves.cpp", "pipeline/build/build.h"]),
+            ("cub/device/device_scan.cuh", ["gpu/collapse/waves.h"]),
+            ("sqlite3.h", ["pipeline/build/build.h", "server/http.cpp"]),
+            ("boost/asio.hpp", ["pipeline/build/build.h", "server/http.cpp"]),
+            ("boost/asio/post.hpp", ["gpu/collapse/waves.h"]),
             ("openssl/sha.h", ["server/http.cpp"]),
-            ("google/protobuf/message.h", ["gpu/waves.h", "server/http.cpp"]),
-            ("nlohmann/json.hpp", ["server/api.cpp"]),
+            ("google/protobuf/message.h", ["gpu/collapse/waves.h", "server/http.cpp"]),
+            ("nlohmann/json.hpp", ["server/api/api.cpp"]),
             ("spdlog/spdlog.h", ["server/http.cpp"]),
             ("CLI/CLI.hpp", ["server/http.cpp"]),
         ]:
@@ -104,7 +104,7 @@ class Includes(unittest.TestCase):
 
     def test_a_new_package_needs_a_home(self):
         for header in ["Eigen/Dense", "bzlib.h", "tbb/parallel_for.h", "boost/container/flat_map.hpp"]:
-            self.found("pipeline/build.h", f"#include <{header}>", "has no home")
+            self.found("pipeline/build/build.h", f"#include <{header}>", "has no home")
 
     def test_comments_are_not_includes(self):
         for line in ["// #include <gdal.h>", "/*\n#include <gdal.h>\n*/"]:

@@ -1,8 +1,8 @@
 // strategy=auto is exact where that can be and waves elsewhere; which of the two, and why, is a matter of raster and options alone.
 #include <gmock/gmock.h>
 
-#include "pipeline/build.h"
-#include "pipeline/plan.h"
+#include "pipeline/build/build.h"
+#include "pipeline/plan/plan.h"
 #include "pipeline/work/work_plan.h"
 #include "tests/whole/bytes.h"
 #include "tests/whole/built.h"

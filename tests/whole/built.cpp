@@ -4,9 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "pipeline/build.h"
-#include "pipeline/decode.h"
-#include "pipeline/plan.h"
+#include "pipeline/build/build.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/plan/plan.h"
 
 namespace cordillera::whole {
 namespace {

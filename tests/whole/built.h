@@ -6,7 +6,7 @@
 #include <string>
 
 #include "cordillera.pb.h"
-#include "pipeline/store.h"
+#include "pipeline/store/store.h"
 #include "proto/mesh.h"
 #include "tests/whole/dem.h"
 #include "tests/whole/evaluator.h"

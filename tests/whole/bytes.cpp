@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "pipeline/store.h"
+#include "pipeline/store/store.h"
 
 namespace cordillera::whole {
 

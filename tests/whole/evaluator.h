@@ -1,7 +1,7 @@
 #pragma once
 // The independent judge of stated errors: what a client decoded, ray by ray, in plain double precision.
 //
-// Nothing here is shared with gpu/surface_error: textbook geodesy with the library's sines, Möller and Trumbore's ray-triangle
+// Nothing here is shared with gpu/measure/surface_error: textbook geodesy with the library's sines, Möller and Trumbore's ray-triangle
 // test (doi:10.1080/10867651.1997.10487468), candidates from a grid of bins over longitude and latitude.
 #include <array>
 #include <cstdint>

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "gpu/simplify.h"
-#include "gpu/surface_error.h"
+#include "gpu/measure/surface_error.h"
 
 namespace cordillera::whole {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "pipeline/build.h"
+#include "pipeline/build/build.h"
 #include "tests/whole/bytes.h"
 #include "tests/whole/judge.h"
 

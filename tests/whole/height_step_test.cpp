@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "pipeline/draco_mesh.h"
+#include "pipeline/encode/draco_mesh.h"
 #include "tests/whole/judge.h"
 
 namespace cordillera::whole {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/plan.h"
+#include "pipeline/plan/plan.h"
 #include "tests/whole/judge.h"
 
 namespace cordillera::whole {

@@ -3,8 +3,8 @@
 
 #include <atomic>
 
-#include "pipeline/build.h"
-#include "pipeline/plan.h"
+#include "pipeline/build/build.h"
+#include "pipeline/plan/plan.h"
 #include "tests/whole/built.h"
 #include "tests/whole/bytes.h"
 

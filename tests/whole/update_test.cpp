@@ -4,8 +4,8 @@
 #include <atomic>
 #include <filesystem>
 
-#include "pipeline/sqlite.h"
-#include "pipeline/store_revise.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store_revise.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/update.h"
 #include "pipeline/work/work.h"

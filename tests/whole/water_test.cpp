@@ -4,10 +4,10 @@
 #include <atomic>
 #include <cmath>
 
-#include "pipeline/build.h"
+#include "pipeline/build/build.h"
 #include "pipeline/faces/face.h"
-#include "pipeline/json.h"
-#include "pipeline/water_mask.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/store/water_mask.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"
 #include "tests/whole/dem.h"
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "pipeline/build.h"
+#include "pipeline/build/build.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work.h"

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <thread>
 
-#include "gpu/vertical_error.h"
+#include "gpu/fit/vertical_error.h"
 #include "proto/mesh_file/mesh_file.h"
 
 namespace {

@@ -14,10 +14,10 @@
 #include <stdexcept>
 #include <thread>
 
-#include "pipeline/decode.h"
-#include "pipeline/manifest_json.h"
+#include "pipeline/encode/decode.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/faces/face.h"
-#include "pipeline/implicit_tile.h"
+#include "pipeline/tileset/implicit_tile.h"
 #include "raster/source.h"
 #include "tests/whole/evaluator.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/draco_mesh.h"
+#include "pipeline/encode/draco_mesh.h"
 
 namespace {
 

@@ -53,7 +53,7 @@ def make_datasets(data, model, count):
 
 
 def row_sum(*values):
-    """As pipeline/sqlite.cpp has it: rows that are not as they were written are refused."""
+    """As pipeline/store/sqlite.cpp has it: rows that are not as they were written are refused."""
     row = b""
     for value in values:
         if value is None:

@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "pipeline/border.h"
-#include "pipeline/chain.h"
-#include "pipeline/weld.h"
+#include "pipeline/tile/border.h"
+#include "pipeline/tile/chain.h"
+#include "pipeline/tile/weld.h"
 
 namespace cordillera::bench {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "gpu/simplify.h"
-#include "gpu/surface_error_batch.h"
+#include "gpu/measure/batch/surface_error_batch.h"
 #include "tests/bench/pyramid/terrain.h"
 
 namespace cordillera::bench {

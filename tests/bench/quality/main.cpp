@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "gpu/fit/simplify_height_grid.h"
-#include "gpu/vertical_error.h"
+#include "gpu/fit/vertical_error.h"
 #include "tests/bench/mesh_hash.h"
 #include "tests/bench/quality/dems.h"
 

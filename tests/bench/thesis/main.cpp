@@ -14,7 +14,7 @@
 #include <optional>
 #include <vector>
 
-#include "gpu/vertical_error.h"
+#include "gpu/fit/vertical_error.h"
 #include "proto/mesh_file/mesh_file.h"
 #include "tests/bench/mesh_hash.h"
 #include "tests/bench/pyramid/terrain.h"

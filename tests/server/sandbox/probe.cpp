@@ -13,7 +13,7 @@
 #include <cstring>
 
 #include "probe.h"
-#include "server/child.h"
+#include "server/jobs/child.h"
 
 namespace cordillera::probe {
 namespace {

@@ -14,7 +14,7 @@
 #include "../fixture.h"
 #include "probe.h"
 #include "raster/geoid.h"
-#include "server/child.h"
+#include "server/jobs/child.h"
 
 namespace cordillera::server {
 namespace {

@@ -1,0 +1,56 @@
+#include "gpu/measure/sample_meter.h"
+
+namespace cordillera::gpu {
+namespace {
+
+// Of all that may become a corner: the mesh's vertices and the tile's samples, rounded.
+std::pair<double, double> height_range_m(const SurfaceErrorInput& in, std::int32_t step) {
+  RowHeights seen;
+  see_heights(in.mesh->height.data(), in.mesh->height.size(), seen);
+  const SampleWindow window(in, in.mesh->side);
+  for (std::int64_t y = window.rows().first; y <= window.rows().last; ++y)
+    for (const auto& s : window.stretches()) see_heights(window.row(y) + s.columns.first + s.shift, length(s.columns), seen);
+  if (seen.valid == 0) seen.lowest = seen.highest = 0;
+  return {(seen.lowest - step) * proto::kHeightStep_m, (seen.highest + step) * proto::kHeightStep_m};
+}
+
+}  // namespace
+
+SampleMeter::SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step)
+    : meter_(input, height_range_m(input, height_step)), side_(input.mesh->side) {}
+
+MeasuredTriangle SampleMeter::triangle(const std::array<MeshPoint, 3>& corners) const {
+  const auto corner = [&](std::size_t k) { return meter_.corner(corners[k].x, corners[k].y, corners[k].height); };
+  const Corner three[3] = {corner(0), corner(1), corner(2)};
+  return meter_.triangle(three, 0);
+}
+
+double SampleMeter::error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const {
+  return std::max(meter_.greatest_m(triangle(corners), asked), 0.0);
+}
+
+TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, double limit_m) const {
+  const MeasuredTriangle triangle = this->triangle(corners);
+  NoTally tally;
+  TriangleWorst worst = meter_.worst(triangle, limit_m, tally);
+  TriangleError error;
+  error.error_m = std::max(worst.any.error_m, 0.0);
+  if (error.error_m <= limit_m) return error;
+  const auto offer = [&](std::int64_t x, std::int64_t y) {
+    const std::int32_t height = meter_.window().at(x, y);
+    const bool inside = x > 0 && y > 0 && x < side_ && y < side_;
+    if (inside && height != proto::kNoHeight) error.offer({static_cast<std::int32_t>(x), static_cast<std::int32_t>(y), height});
+  };
+  // Where only samples beyond its edges are too far, any corner more makes the triangle smaller.
+  const WorstSample any = worst.any;
+  if (worst.inside.error_m < 0) worst = meter_.worst(triangle, -1, tally);
+  if (worst.inside.error_m >= 0) {
+    offer(worst.inside.x, worst.inside.y);
+    return error;
+  }
+  // A needle between samples: vertices beside its worst corner part it from what lies around.
+  for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) offer(any.x + dx, any.y + dy);
+  return error;
+}
+
+}  // namespace cordillera::gpu

@@ -1,0 +1,23 @@
+#pragma once
+// The error of a triangle against the finest samples, for refinement.
+#include "gpu/refine/refine.h"
+#include "gpu/measure/surface_meter.h"
+
+namespace cordillera::gpu {
+
+/// As surface_error measures it, both decodings; the point that helps is the worst sample inside or, of a needle without any, one
+/// beside its worst corner. Borrows what input points to.
+class SampleMeter final : public ErrorMeter {
+ public:
+  /// height_step: no corner is farther than that beyond the samples and the mesh, in kHeightStep_m.
+  explicit SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step = 1);
+  TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const override;
+  double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override;
+
+ private:
+  MeasuredTriangle triangle(const std::array<MeshPoint, 3>& corners) const;
+  SurfaceMeter meter_;
+  std::int64_t side_;
+};
+
+}  // namespace cordillera::gpu

@@ -1,0 +1,99 @@
+#include "pipeline/bound/overlay.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cordillera::pipeline {
+namespace {
+
+// Positive where p is to the left of a -> b.
+double left_of(PlanPoint a, PlanPoint b, PlanPoint p) { return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x); }
+
+// Sutherland and Hodgman's step: what of the polygon is to the left of a -> b.
+Common cut(const Common& polygon, PlanPoint a, PlanPoint b) {
+  Common rest;
+  for (int k = 0; k < polygon.count; ++k) {
+    const PlanPoint p = polygon.corner[k], q = polygon.corner[k + 1 == polygon.count ? 0 : k + 1];
+    const double at_p = left_of(a, b, p), at_q = left_of(a, b, q);
+    if (at_p >= 0) rest.corner[rest.count++] = p;
+    if ((at_p > 0 && at_q < 0) || (at_p < 0 && at_q > 0)) {
+      const double r = at_p / (at_p - at_q);
+      rest.corner[rest.count++] = {p.x + r * (q.x - p.x), p.y + r * (q.y - p.y)};
+    }
+  }
+  return rest;
+}
+
+}  // namespace
+
+Common common_part(const std::array<PlanPoint, 3>& a, const std::array<PlanPoint, 3>& b) {
+  Common part{3, {a[0], a[1], a[2]}};
+  for (std::size_t k = 0; k < 3 && part.count > 0; ++k) part = cut(part, b[k], b[(k + 1) % 3]);
+  return part;
+}
+
+bool is_published(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  return ((mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]]) & proto::kVoid) == 0;
+}
+
+std::array<PlanPoint, 3> plan_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  std::array<PlanPoint, 3> corners;
+  for (std::size_t k = 0; k < 3; ++k) corners[k] = {static_cast<double>(mesh.x[t[k]]), static_cast<double>(mesh.y[t[k]])};
+  return corners;
+}
+
+TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
+  double east = 0, north = 0;
+  std::size_t count = 0;
+  west_ = south_ = mesh.side;
+  for (const auto& t : mesh.triangles) {
+    if (!wanted(mesh, t)) continue;
+    ++count;
+    for (const PlanPoint& p : plan_of(mesh, t)) {
+      west_ = std::min(west_, p.x), east = std::max(east, p.x);
+      south_ = std::min(south_, p.y), north = std::max(north, p.y);
+    }
+  }
+  across_ = std::max(1, static_cast<std::int32_t>(std::sqrt(static_cast<double>(count) / 2)));
+  cells_per_unit_ = across_ / std::max({east - west_, north - south_, 1.0});
+  start_.assign(static_cast<std::size_t>(across_) * across_ + 2, 0);
+  box_.resize(mesh.triangles.size());
+  const auto each = [&](auto&& visit) {
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      if (!wanted(mesh, mesh.triangles[t])) continue;
+      box_[t] = box_of(plan_of(mesh, mesh.triangles[t]));
+      const Cells c = cells_of(box_[t]);
+      for (std::int32_t y = c.y0; y <= c.y1; ++y)
+        for (std::int32_t x = c.x0; x <= c.x1; ++x) visit(static_cast<std::size_t>(y) * across_ + x, t);
+    }
+  };
+  each([&](std::size_t cell, std::uint32_t) { ++start_[cell + 2]; });
+  for (std::size_t cell = 2; cell < start_.size(); ++cell) start_[cell] += start_[cell - 1];
+  triangle_.resize(start_.back());
+  each([&](std::size_t cell, std::uint32_t t) { triangle_[start_[cell + 1]++] = t; });
+}
+
+TriangleIndex::Box TriangleIndex::box_of(const std::array<PlanPoint, 3>& t) {
+  return {std::min({t[0].x, t[1].x, t[2].x}), std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].x, t[1].x, t[2].x}), std::max({t[0].y, t[1].y, t[2].y})};
+}
+
+TriangleIndex::Cells TriangleIndex::cells_of(const Box& box) const {
+  const auto cell = [&](double units) { return std::clamp(static_cast<std::int32_t>(units * cells_per_unit_), 0, across_ - 1); };
+  return {cell(box.west - west_), cell(box.south - south_), cell(box.east - west_), cell(box.north - south_)};
+}
+
+void TriangleIndex::meeting(const std::array<PlanPoint, 3>& triangle, std::vector<std::uint32_t>& found) const {
+  found.clear();
+  const Box box = box_of(triangle);
+  const Cells c = cells_of(box);
+  for (std::int32_t y = c.y0; y <= c.y1; ++y)
+    for (std::int32_t x = c.x0; x <= c.x1; ++x) {
+      const std::size_t cell = static_cast<std::size_t>(y) * across_ + x;
+      for (std::uint32_t k = start_[cell]; k < start_[cell + 1]; ++k)
+        if (box_[triangle_[k]].meets(box)) found.push_back(triangle_[k]);
+    }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,64 @@
+#include "pipeline/build/blank_manifest.h"
+
+#include <filesystem>
+
+#include "pipeline/encode/encode.h"
+#include "pipeline/plan/plan.h"
+#include "proto/ellipsoid.h"
+#include "proto/mesh.h"
+#include "proto/utf8.h"
+#include "raster/filled_source.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+/// crs and bbox stay as they were asked for: without them the source's own are in effect, and those are in the manifest's source.
+proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine) {
+  proto::BuildOptions options = request.options;
+  if (plan.promise()) options.set_error(plan.levels(0).target());
+  options.set_scheme(plan.scheme());
+  options.set_vertical_datum(source.vertical_datum());
+  if (options.voids().empty()) options.set_voids("fill");
+  if (options.voids() == "fill") options.set_fill_limit(raster::fill_limit_cells(options));
+  options.clear_warnings();
+  options.set_strategy(strategy_of(plan));
+  if (options.quality().empty()) options.set_quality("default");
+  options.set_device(machine.device.substr(0, machine.device.find(' ')));
+  options.set_threads(machine.threads);
+  options.set_min_level(plan.min_level());
+  options.set_max_level(plan.finest_level());
+  options.set_water_mask(std::filesystem::path(options.water_mask()).filename().string());
+  if (!options.has_z_scale()) options.set_z_scale(1);
+  if (!options.has_z_offset()) options.set_z_offset(0);
+  return options;
+}
+
+}  // namespace
+
+proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine) {
+  proto::Manifest manifest;
+  manifest.set_id(proto::as_utf8(request.id));
+  manifest.set_name(proto::as_utf8(request.options.name().empty() ? request.raster_name : request.options.name()));
+  manifest.set_title(request.options.title().empty() ? manifest.name() : request.options.title());
+  manifest.set_attribution(request.options.attribution());
+  manifest.set_program(plan.program());
+  *manifest.mutable_source() = source;
+  for (const raster::MosaicMember& member : request.members) *manifest.add_sources() = member.description;
+  *manifest.mutable_notes() = request.options.warnings();
+  if (std::string why = why_waves(plan); !why.empty()) manifest.add_notes(std::move(why));
+  *manifest.mutable_options() = effective(request, plan, source, machine);
+  manifest.mutable_options()->set_name(manifest.name());
+  manifest.mutable_options()->set_title(manifest.title());
+  manifest.set_scheme(plan.scheme());
+  manifest.set_min_level(plan.min_level());
+  manifest.set_max_level(plan.finest_level());
+  const proto::Lattice lattice = lattice_of(plan);
+  manifest.set_cell_m(proto::cell_height_m(lattice, (plan.window(1) + plan.window(3)) / 2));
+  manifest.set_height_datum("WGS 84 ellipsoid");
+  manifest.set_drc_formula(kDrcFormula);
+  manifest.mutable_source()->set_lattice_samples(static_cast<double>(plan.window(2) - plan.window(0) + 1.0) *
+                                                 static_cast<double>(plan.window(3) - plan.window(1) + 1.0));
+  return manifest;
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,17 @@
+#pragma once
+// What a manifest says before any tile is built.
+#include "cordillera.pb.h"
+#include "pipeline/build/build.h"
+
+namespace cordillera::pipeline {
+
+/// What a build runs on, as far as it is no part of the plan.
+struct Machine {
+  unsigned threads = 0;
+  std::string device;  ///< as gpu::Simplifier says it: "cpu" or "cuda:0 (NVIDIA …)"
+};
+
+/// All that request, plan and source tell; options with the values that are in effect, defaults included. What is measured is left out.
+proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine);
+
+}  // namespace cordillera::pipeline

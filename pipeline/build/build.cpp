@@ -1,0 +1,196 @@
+#include "pipeline/build/build.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <mutex>
+
+#include "gpu/simplify.h"
+#include "pipeline/build/blank_manifest.h"
+#include "pipeline/build/builder.h"
+#include "pipeline/store/content_hash.h"
+#include "pipeline/build/in_flight.h"
+#include "pipeline/build/pilot.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/store/store.h"
+#include "pipeline/build/teller.h"
+#include "pipeline/build/water_build.h"
+#include "proto/mesh.h"
+#include "proto/version.h"
+#include "raster/decimation.h"
+#include "raster/filled_source.h"
+#include "raster/storage.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
+  const raster::Source::Window w = node_window(plan, node);
+  return w.west > w.east || w.south > w.north ? 0 : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
+}
+
+const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
+
+/// What of a stage is done, told by tasks side by side. A task's share never falls.
+class Done {
+ public:
+  explicit Done(Teller& teller) : teller_(teller) {}
+  void add(double part) {
+    const std::lock_guard lock(mutex_);
+    teller_.tell(sum_ += part);
+  }
+  /// For a task of so much: tells what its share has grown by.
+  std::function<void(double)> of(double all) {
+    return [this, all, told = std::make_shared<double>(0)](double share) {
+      const std::lock_guard lock(mutex_);
+      if (share <= *told) return;
+      sum_ += all * (share - *told);
+      *told = share;
+      teller_.tell(sum_);
+    };
+  }
+
+ private:
+  Teller& teller_;
+  std::mutex mutex_;
+  double sum_ = 0;
+};
+
+struct Site {
+  Builder& builder;
+  const proto::Plan& plan;
+  StoreWriter& store;
+  Teller& teller;
+  const std::atomic<bool>& stop;
+  unsigned threads;
+  std::uint32_t memory_mib;
+};
+
+/// Those that a build before this one has not committed.
+std::vector<proto::TileAddress> unfinished(const Site& site, int level) {
+  std::vector<proto::TileAddress> nodes = touched_tiles(site.plan, level);
+  std::erase_if(nodes, [&](const proto::TileAddress& node) { return site.store.finished(node); });
+  return nodes;
+}
+
+proto::Result<void> build_blocks(const Site& site) {
+  const auto level = static_cast<int>(site.plan.block_level());
+  std::vector<proto::TileAddress> blocks = unfinished(site, level);
+  // The largest first: a large one at the end would leave most threads without work.
+  std::stable_sort(blocks.begin(), blocks.end(), [&](const auto& a, const auto& b) { return samples_of(site.plan, a) > samples_of(site.plan, b); });
+  double total = 0, left = 0;
+  for (const proto::TileAddress& node : touched_tiles(site.plan, level)) total += samples_of(site.plan, node);
+  for (const proto::TileAddress& node : blocks) left += samples_of(site.plan, node);
+  site.teller.stage("build", total);
+  Done done(site.teller);
+  done.add(total - left);
+  const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
+    if (site.stop) return kCancelled;
+    const auto tell = done.of(samples_of(site.plan, blocks[k]));
+    auto task = site.builder.block(blocks[k], tell);
+    if (task.ok()) tell(1);
+    return task;
+  };
+  const auto take = [&](std::size_t, FinishedTask&& task) {
+    auto committed = site.store.commit(task);
+    if (committed.ok()) site.teller.committed_block();
+    return committed;
+  };
+  auto built = in_flight(blocks.size(), tasks_at_once(site.plan, site.threads, site.memory_mib), make, take);
+  if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
+  return built;
+}
+
+proto::Result<void> merge_upwards(const Site& site) {
+  const int top = static_cast<int>(site.plan.block_level()) - 1, min_level = static_cast<int>(site.plan.min_level());
+  double total = 0;
+  for (int z = top; z >= min_level; --z) total += static_cast<double>(touched_tiles(site.plan, z).size());
+  if (total == 0) return {};
+  site.teller.stage("merge", total);
+  Done done(site.teller);
+  for (int z = top; z >= min_level; --z) {
+    const std::vector<proto::TileAddress> nodes = unfinished(site, z);
+    done.add(static_cast<double>(touched_tiles(site.plan, z).size() - nodes.size()));
+    const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
+      if (site.stop) return kCancelled;
+      return site.builder.merge(nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); });
+    };
+    // A merge is one tile: as many side by side as there are threads.
+    const auto merged = in_flight(nodes.size(), site.threads, make, [&](std::size_t, FinishedTask&& task) {
+      done.add(1);
+      return site.store.commit(task);
+    });
+    if (!merged.ok()) return merged.problem();
+  }
+  return {};
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request) {
+  const std::uint32_t limit_cells = raster::fill_limit_cells(request.options);
+  if (!request.members.empty()) return raster::fill_enclosed_voids(raster::make_mosaic(request.members, request.options.feather()), limit_cells);
+  auto source = request.decimation ? raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation)
+                                   : raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  return source.ok() ? raster::fill_enclosed_voids(std::move(*source), limit_cells) : std::move(source);
+}
+
+proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source) {
+  if (const auto checked = check_water(request.options); !checked.ok()) return checked.problem();
+  auto plan = make_plan(source, request.options);
+  if (!plan.ok()) return plan;
+  plan->set_program(proto::kProgram);
+  plan->set_source_state(state_of(request));
+  return plan;
+}
+
+std::string state_of(const BuildRequest& request) {
+  std::string state = request.members.empty() ? raster::state_of(request.raster_path) : "";
+  for (const raster::MosaicMember& member : request.members) state += member.path + "\n" + member.state + "\n" + member.options.SerializeAsString();
+  if (!request.members.empty()) state = hex(content_hash(state));
+  const std::string& mask = request.options.water_mask();
+  return mask.empty() ? state : state + "; water mask " + raster::state_of(mask);
+}
+
+proto::Problem without_data(const BuildRequest& request) {
+  const bool boxed = request.options.bbox_size() > 0;
+  return {"raster-all-nodata", request.raster_name + " has no data" + (boxed ? " inside the bbox" : "") + ": nowhere do three neighbouring samples have heights within 16384 m of zero",
+          "a raster with some data, z-scale= for heights in another unit than metres, or voids= with a height to put where there are none", boxed ? "bbox" : ""};
+}
+
+proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {
+  Teller teller(progress);
+  teller.stage("open", 1);
+  const auto source = open_source(request);
+  if (!source.ok()) return source.problem();
+  auto plan = plan_of(request, **source);
+  if (!plan.ok()) return plan.problem();
+  Workers workers(request.options.threads());
+  Builder builder(*plan, workers, [&] { return open_source(request); }, request.options.device(), stop);
+  if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
+  if (request.options.keep_size() > 0) {
+    teller.stage("plan", 1);
+    if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
+    builder.use(*plan);
+  }
+  auto store = StoreWriter::open(request.store_path, *plan, request.other);
+  if (!store.ok()) return store.problem();
+  const Site site{builder, *plan, **store, teller, stop, workers.threads(), request.options.memory()};
+  if (const auto built = build_blocks(site); !built.ok()) return built.problem();
+  if (const auto merged = merge_upwards(site); !merged.ok()) return merged.problem();
+  teller.stage("publish", 1);
+  if (const auto masked = build_water(*plan, workers, [&] { return open_source(request); }, **store, stop); !masked.ok()) return masked.problem();
+  const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
+  proto::Manifest manifest = blank_manifest(request, *plan, described, {workers.threads(), builder.device()});
+  manifest.set_provisional(request.decimation != nullptr);
+  const double resampled_m = request.decimation ? 0 : (*source)->resampling_error_m(lattice_of(*plan));
+  manifest.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);
+  manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
+  auto published = (*store)->publish(std::move(manifest));
+  if (!published.ok() && published.problem().type == "no-data") return without_data(request);
+  teller.tell(1);
+  return published;
+}
+
+}  // namespace cordillera::pipeline

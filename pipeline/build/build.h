@@ -1,0 +1,48 @@
+#pragma once
+// The whole way: source -> plan -> blocks -> merges -> published store.
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cordillera.pb.h"
+#include "pipeline/store/store.h"
+#include "proto/result.h"
+#include "raster/mosaic.h"
+#include "raster/source.h"
+
+namespace cordillera::pipeline {
+
+struct BuildRequest {
+  std::string raster_path;   ///< the one raster, unless there are members
+  std::string raster_name;   ///< what the user called it
+  raster::Trust trust = raster::Trust::operator_file;
+  std::string id;            ///< dataset id, goes into the manifest
+  std::string store_path;    ///< an unfinished store of the same plan is continued
+  Existing other = Existing::replace;  ///< a store of another plan at store_path
+  proto::BuildOptions options;
+  std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first
+  std::shared_ptr<const raster::Decimation> decimation{};  ///< read in place of the one raster's pixels: what is built is provisional
+};
+
+/// Called from one thread at a time, at most a few times a second.
+using ProgressCallback = std::function<void(const proto::Progress&)>;
+
+/// Builds and publishes. Same request, same bytes, whatever threads, device, order or restarts. stop: set to leave early
+/// (type "cancelled"); everything committed so far is kept for the next call.
+proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop);
+
+/// The request's raster, or the mosaic of its members.
+proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request);
+
+/// All numbers of a build, those of keep= too: what make_plan gives, with the program and the state of what is read.
+proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source);
+
+/// Size, time of last change and options of all that is read, or a hash of them.
+std::string state_of(const BuildRequest& request);
+
+/// A raster, or the part of it inside bbox, all of whose samples are void.
+proto::Problem without_data(const BuildRequest& request);
+
+}  // namespace cordillera::pipeline

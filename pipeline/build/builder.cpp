@@ -1,0 +1,296 @@
+#include "pipeline/build/builder.h"
+
+#include <malloc.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+
+#include "gpu/device/device_lost.h"
+#include "gpu/measure/sample_frames.h"
+#include "pipeline/build/exact_block.h"
+#include "pipeline/tile/mesh_record.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/build/tile_output.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr std::int64_t kStripRows = 128;  // of a block's samples, read by one worker at a time
+
+constexpr double kReadShare = 0.2, kFinestShare = 0.75;  // of a block's time, until its samples are read and its finest level is built
+constexpr std::size_t kBatchTiles = 64;   // on a GPU; 0.4 GB of host memory while they are prepared
+
+const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
+
+/// What a quality is to gpu::thin.
+int height_rounds(const proto::BuildOptions& options) { return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0; }
+
+}  // namespace
+
+std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& below) {
+  std::array<const BuiltTile*, 4> children{};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const auto found = below.find(tile.child(static_cast<int>(c)));
+    if (found != below.end()) children[c] = &found->second;
+  }
+  return children;
+}
+
+Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop)
+    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), wanted_device_(std::move(device)), stop_(stop), exact_(workers, stop) {}
+
+proto::Result<void> Builder::prepare() {
+  // Tile meshes come and go by the megabyte: given back to the system each time, half of the build would be page faults.
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  for (unsigned k = 0; k < workers_.threads(); ++k) {
+    auto source = open_();
+    if (!source.ok()) return source.problem();
+    sources_.push_back(std::move(*source));
+  }
+  if (plan_.exact()) return exact_.open(wanted_device_);
+  const auto on_all_threads = [this](std::size_t count, const std::function<void(std::size_t)>& work) {
+    workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
+  };
+  auto simplifier = gpu::make_simplifier(wanted_device_, on_all_threads, strategy_of(plan_));
+  if (!simplifier.ok()) return simplifier.problem();
+  if ((*simplifier)->device() != "cpu") on_device_ = std::move(*simplifier);
+  has_device_ = on_device_ != nullptr;
+  for (unsigned k = 0; k < workers_.threads(); ++k) {
+    on_cpu_.push_back(gpu::make_simplifier("cpu", gpu::one_after_the_other, strategy_of(plan_)).value());
+  }
+  return {};
+}
+
+std::string Builder::device() const {
+  if (plan_.exact()) return exact_.device();
+  const std::lock_guard lock(device_mutex_);
+  return on_device_ ? on_device_->device() : "cpu" + lost_;
+}
+
+std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs) {
+  const std::lock_guard lock(device_mutex_);
+  if (!on_device_) throw gpu::DeviceLost("another task has lost it");
+  try {
+    return on_device_->simplify(jobs);
+  } catch (const gpu::DeviceLost& lost) {
+    lost_ = ", after " + on_device_->device() + " was lost: " + lost.what();
+    has_device_ = false;
+    on_device_.reset();
+    throw;
+  }
+}
+
+proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
+  // Border chains look one cell of the level to either side.
+  const raster::Source::Window window = node_window(plan_, node, lattice_.cell_units(node.z));
+  proto::Samples samples;
+  if (window.west > window.east || window.south > window.north) return samples;
+  bool empty = false;
+  workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
+    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1);
+  });
+  if (empty) return samples;
+  samples.west = window.west;
+  samples.south = window.south;
+  samples.columns = static_cast<std::int32_t>(window.east - window.west + 1);
+  samples.rows = static_cast<std::int32_t>(window.north - window.south + 1);
+  const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
+  samples.height.resize(count);
+  samples.flat_water.resize(count);
+  if (const auto into = read_into(window, samples); !into.ok()) return into.problem();
+  return samples;
+}
+
+proto::Result<void> Builder::read_into(const raster::Source::Window& window, proto::Samples& samples) {
+  const std::int64_t columns = window.east - window.west + 1, rows = window.north - window.south + 1;
+  std::mutex mutex;
+  std::optional<proto::Problem> problem;
+  std::atomic<bool> failed{false};  // a damaged file may take long to say so: once is enough
+  const auto strips = static_cast<std::size_t>((rows + kStripRows - 1) / kStripRows);
+  workers_.each(strips, [&](std::size_t strip, unsigned worker) {
+    if (stop_ || failed) return;
+    const std::int64_t from = static_cast<std::int64_t>(strip) * kStripRows;
+    const auto high = static_cast<std::int32_t>(std::min<std::int64_t>(kStripRows, rows - from));
+    const auto part = sources_[worker]->sample(lattice_, window.west, window.south + from, static_cast<std::int32_t>(columns), high);
+    if (!part.ok()) {
+      const std::lock_guard lock(mutex);
+      if (!problem) problem = part.problem();
+      failed = true;
+      return;
+    }
+    for (std::int64_t r = 0; r < high; ++r) {
+      const auto to = static_cast<std::ptrdiff_t>((window.south + from + r - samples.south) * samples.columns + (window.west - samples.west));
+      const auto of = static_cast<std::ptrdiff_t>(r * columns), end = of + static_cast<std::ptrdiff_t>(columns);
+      std::copy(part->height.begin() + of, part->height.begin() + end, samples.height.begin() + to);
+      std::copy(part->flat_water.begin() + of, part->flat_water.begin() + end, samples.flat_water.begin() + to);
+    }
+  });
+  if (problem) return *problem;
+  return {};
+}
+
+proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node, const std::function<void(double)>& share) {
+  FinishedTask task;
+  task.node = node;
+  const BlockPlace place = place_of_block(plan_, node);
+  if (place.west > place.east) return task;
+  proto::Samples samples = place.empty_samples();
+  raster::Source::Window window = node_window(plan_, node, 3);
+  window.west = std::max(window.west, samples.west), window.east = std::min(window.east, samples.west + samples.columns - 1);
+  window.south = std::max(window.south, samples.south), window.north = std::min(window.north, samples.south + samples.rows - 1);
+  bool empty = false;
+  workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
+    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1);
+  });
+  if (empty) return task;
+  if (const auto read = read_into(window, samples); !read.ok()) return read.problem();
+  if (stop_) return kCancelled;
+  if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) return task;
+  share(kReadShare);
+  auto built = build_exact_block(plan_, node, samples, exact_, workers_, [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
+  if (stop_) return kCancelled;
+  return built;
+}
+
+std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done) {
+  std::vector<std::optional<BuiltTile>> tiles(count);
+  if (!has_device_) {
+    simplify_on_cpu(context, prepare, tiles, done);
+  } else {
+    try {
+      simplify_batched(context, prepare, tiles);
+    } catch (const gpu::DeviceLost&) {  // the CPU gives the same bytes
+      simplify_on_cpu(context, prepare, tiles, done);
+    }
+  }
+  std::vector<BuiltTile> built;
+  for (std::optional<BuiltTile>& tile : tiles) {
+    if (tile) built.push_back(std::move(*tile));
+  }
+  return built;
+}
+
+void Builder::simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles,
+                              const TileDone& done) {
+  workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
+    if (stop_) return;
+    std::optional<PreparedTile> prepared = prepare(k);
+    if (prepared) tiles[k] = complete(context, *prepared, *on_cpu_[worker]);
+    done();
+  });
+}
+
+void Builder::simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles) {
+  for (std::size_t from = 0; from < tiles.size() && !stop_; from += kBatchTiles) {
+    const std::size_t count = std::min(kBatchTiles, tiles.size() - from);
+    std::vector<std::optional<PreparedTile>> maybe(count);
+    workers_.each(count, [&](std::size_t k, unsigned) { maybe[k] = prepare(from + k); });
+    std::vector<PreparedTile> prepared;
+    std::vector<std::size_t> place;
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!maybe[k]) continue;
+      prepared.push_back(std::move(*maybe[k]));
+      place.push_back(from + k);
+    }
+    std::vector<std::optional<BuiltTile>> built(prepared.size());
+    simplify_batch(context, prepared, built);
+    for (std::size_t k = 0; k < place.size(); ++k) tiles[place[k]] = std::move(built[k]);
+  }
+}
+
+void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built) {
+  std::vector<std::size_t> open(prepared.size());
+  for (std::size_t k = 0; k < open.size(); ++k) open[k] = k;
+  for (int attempt = 0; !open.empty() && !stop_; ++attempt) {
+    std::vector<gpu::SimplifyJob> jobs;
+    jobs.reserve(open.size());
+    for (const std::size_t k : open) jobs.push_back(prepared[k].job(context));
+    std::vector<proto::TileMesh> meshes = simplify_on_device(jobs);
+    workers_.each(open.size(), [&](std::size_t n, unsigned) {
+      built[open[n]] = finish(context, prepared[open[n]], std::move(meshes[n]), attempt);
+    });
+    std::erase_if(open, [&](std::size_t k) { return built[k].has_value(); });
+  }
+}
+
+void Builder::encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task) {
+  std::vector<std::optional<EncodedTile>> encoded(tiles.size());
+  workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
+    if (!stop_) encoded[k] = encode_tile(context, tiles[k], plan_.options());
+  });
+  for (std::optional<EncodedTile>& tile : encoded) {
+    if (tile) task.tiles.push_back(std::move(*tile));
+  }
+}
+
+proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const std::function<void(double)>& share) {
+  if (plan_.exact()) return exact_block(node, share);
+  FinishedTask task;
+  task.node = node;
+  const proto::Result<proto::Samples> samples = read(node);
+  if (!samples.ok()) return samples.problem();
+  const bool any = std::any_of(samples->height.begin(), samples->height.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
+  if (!any) return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
+  share(kReadShare);
+  const gpu::SampleFrames frames(lattice_, *samples);
+  Tiles below;
+  for (int z = lattice_.finest_level; z >= node.z; --z) {
+    LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &*samples};
+    context.frames = &frames;
+    context.merges_above = z == node.z && z > static_cast<int>(plan_.min_level());
+    context.height_rounds = height_rounds(plan_.options());
+    context.sparse_start = strategy_of(plan_) == gpu::kStrategies.front();
+    const std::vector<proto::TileAddress> addresses = touched_tiles(plan_, z, node);
+    const bool finest = z == lattice_.finest_level;
+    std::atomic<std::size_t> finished{0};
+    const auto one_more = [&] {
+      const double part = static_cast<double>(++finished) / static_cast<double>(addresses.size());
+      if (finest) share(kReadShare + (kFinestShare - kReadShare) * part);
+    };
+    std::vector<BuiltTile> built = simplify(
+        context, addresses.size(),
+        [&](std::size_t k) {
+          return finest ? prepare_finest(context, addresses[k]) : prepare_parent(context, addresses[k], children_of(addresses[k], below));
+        },
+        one_more);
+    if (stop_) return kCancelled;
+    encode(context, built, task);
+    below.clear();
+    for (BuiltTile& tile : built) below.emplace(tile.tile, std::move(tile));
+    // Each level above costs about a third of the one below.
+    share(1 - (1 - kFinestShare) * std::pow(1.0 / 3, lattice_.finest_level - z));
+  }
+  if (stop_) return kCancelled;
+  if (node.z > static_cast<int>(plan_.min_level()) && !below.empty()) task.mesh = {node, to_bytes(below.begin()->second)};
+  return task;
+}
+
+proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const ChildMesh& mesh_of) {
+  FinishedTask task;
+  task.node = node;
+  std::array<BuiltTile, 4> tiles;
+  std::array<const BuiltTile*, 4> children{};
+  for (std::size_t c = 0; c < 4; ++c) {
+    const proto::TileAddress child = node.child(static_cast<int>(c));
+    const std::optional<std::string> bytes = mesh_of(child);
+    if (!bytes) continue;
+    proto::Result<BuiltTile> tile = tile_from_bytes(child, *bytes);
+    if (!tile.ok()) return tile.problem();
+    tiles[c] = std::move(*tile);
+    children[c] = &tiles[c];
+    task.consumed.push_back(child);
+  }
+  LevelContext context{&lattice_, &level_plan(plan_, node.z), plan_.promise(), nullptr};
+  context.merges_above = node.z > static_cast<int>(plan_.min_level());
+  context.height_rounds = height_rounds(plan_.options());
+  const std::vector<BuiltTile> built = simplify(context, 1, [&](std::size_t) { return prepare_parent(context, node, children); });
+  if (stop_) return kCancelled;
+  encode(context, built, task);
+  if (node.z > static_cast<int>(plan_.min_level()) && !built.empty()) task.mesh = {node, to_bytes(built.front())};
+  return task;
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,81 @@
+#pragma once
+// Blocks and merges: the tasks of a build. A task needs nothing but the plan, its node and the source (a merge: its children's stored
+// meshes), so it can run in any order, anywhere, twice, with the same bytes.
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gpu/simplify.h"
+#include "pipeline/build/exact_build.h"
+#include "pipeline/store/store.h"
+#include "pipeline/tile/tile_mesh.h"
+#include "pipeline/build/workers.h"
+#include "raster/source.h"
+
+namespace cordillera::pipeline {
+
+/// Tiles of one level, by address.
+using Tiles = std::map<proto::TileAddress, BuiltTile>;
+/// Index bit 0 east, bit 1 north; nullptr where a child has no data.
+std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& below);
+
+class Builder {
+ public:
+  /// Opens one more handle on the source; called once a worker.
+  using OpenSource = std::function<proto::Result<std::unique_ptr<raster::Source>>()>;
+
+  Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop);
+  proto::Result<void> prepare();  ///< opens sources and simplifiers
+  std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
+  /// The targets are in the plan's copy that the caller changed: take them over.
+  void use(const proto::Plan& plan) { plan_ = plan; }
+
+  // Tasks may be made side by side, each in a thread of its own; they share the workers.
+
+  /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any thread.
+  proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
+  /// The mesh that a finished task left for its parent; nullopt where it has none.
+  using ChildMesh = std::function<std::optional<std::string>(const proto::TileAddress& child)>;
+  /// One parent above the blocks.
+  proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of);
+
+  /// The finest samples of a node, and one cell of its level around it. Empty where the source knows that it has no data there.
+  proto::Result<proto::Samples> read(const proto::TileAddress& node);
+  /// Makes tile k of a level ready; nullopt: it has no data. Called by any thread.
+  using Prepare = std::function<std::optional<PreparedTile>(std::size_t k)>;
+  /// Called after every tile, by any thread.
+  using TileDone = std::function<void()>;
+  /// Tiles 0 .. count - 1 of a level, those without data left out. Some are missing when the build was stopped.
+  std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done = [] {});
+
+ private:
+  proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share);
+  /// Reads what of the window its samples hold; those lie within the window or are void already.
+  proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples);
+  void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles, const TileDone& done);
+  void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
+  void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
+  std::vector<proto::TileMesh> simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs);
+  void encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task);
+
+  proto::Plan plan_;
+  proto::Lattice lattice_;
+  Workers& workers_;
+  OpenSource open_;
+  std::string wanted_device_;
+  const std::atomic<bool>& stop_;
+  std::vector<std::unique_ptr<raster::Source>> sources_;  ///< one a worker
+  std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< likewise
+  mutable std::mutex device_mutex_;
+  std::atomic<bool> has_device_{false};  ///< asked while another task's batch holds the mutex
+  std::unique_ptr<gpu::Simplifier> on_device_;  ///< one task's batch at a time; none: there is no GPU, or it was lost
+  std::string lost_;                            ///< how
+  ExactSimplifiers exact_;
+};
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,170 @@
+#include "pipeline/build/exact_build.h"
+
+#include <algorithm>
+#include <future>
+#include <optional>
+
+#include "gpu/device/device_lost.h"
+#include "gpu/measure/sample_frames.h"
+#include "pipeline/build/exact_block.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/build/tile_output.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using gpu::exact::BlockMesh;
+
+/// A level above its target is made again with less: where steep walls meet rounded points.
+constexpr int kMostRuns = 3;
+constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above; of its tolerance
+
+/// Tiles of a level, encoded, and how far the worst is above its target.
+struct EncodedLevel {
+  std::vector<EncodedTile> tiles;
+  double above_m = 0;
+};
+
+class BlockBuild {
+ public:
+  BlockBuild(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples, Workers& workers)
+      : plan_(plan),
+        node_(node),
+        lattice_(lattice_of(plan)),
+        samples_(samples),
+        workers_(workers),
+        place_(place_of_block(plan, node)),
+        curve_(curve_of(plan, place_)),
+        frames_(lattice_, samples),
+        asked_(levels_of_block(plan, node)) {}
+
+  proto::Result<FinishedTask> run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share) {
+    for (int run = 1;; ++run) {
+      std::vector<EncodedLevel> levels;
+      if (const auto made = one_run(simplifiers, share, levels); !made.ok()) return made.problem();
+      if (plan_.promise() && run < kMostRuns && ask_for_more(levels)) continue;
+      FinishedTask task;
+      task.node = node_;
+      for (EncodedLevel& level : levels) std::move(level.tiles.begin(), level.tiles.end(), std::back_inserter(task.tiles));
+      return task;
+    }
+  }
+
+ private:
+  proto::Result<void> one_run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share, std::vector<EncodedLevel>& levels) {
+    gpu::exact::Block block;
+    block.samples = &samples_;
+    block.west = place_.west, block.south = place_.south;
+    block.columns = static_cast<std::int32_t>(place_.east - place_.west + 1);
+    block.rows = static_cast<std::int32_t>(place_.north - place_.south + 1);
+    block.sides = place_.sides;
+    block.curve = curve_.rows;
+    block.curve_up = curve_.up;
+    std::vector<std::future<EncodedLevel>> under_way;
+    const auto take = [&](std::size_t l, BlockMesh&& mesh) {
+      if (l == 0) under_way.clear();  // a lost device's
+      const int z = lattice_.finest_level - static_cast<int>(l);
+      under_way.push_back(std::async(std::launch::async, [this, z, kept = std::move(mesh)] { return encoded(z, kept); }));
+      share(1 - 0.5 / static_cast<double>(std::size_t{1} << std::min<std::size_t>(l, 20)));
+    };
+    const auto made = simplifiers.simplify(block, asked_, take);
+    for (auto& level : under_way) levels.push_back(level.get());
+    return made;
+  }
+
+  EncodedLevel encoded(int z, const BlockMesh& mesh) {
+    LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &samples_};
+    context.frames = &frames_;
+    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh);
+    std::vector<double> above(tiles.size());
+    std::vector<std::optional<EncodedTile>> made(tiles.size());
+    workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
+      above[k] = measure_exact(context, tiles[k]);
+      made[k] = encode_tile(context, tiles[k], plan_.options());
+      tiles[k] = {};
+    });
+    EncodedLevel level;
+    for (const double a : above) level.above_m = std::max(level.above_m, a);
+    for (std::optional<EncodedTile>& tile : made) {
+      if (tile) level.tiles.push_back(std::move(*tile));
+    }
+    return level;
+  }
+
+  /// Is a level above its target? Then less is asked of it the next time, but on sides that other blocks share.
+  bool ask_for_more(const std::vector<EncodedLevel>& levels) {
+    bool above = false;
+    for (std::size_t l = 0; l < levels.size(); ++l) {
+      if (levels[l].above_m == 0) continue;
+      gpu::exact::BlockLevel& level = asked_.levels[l];
+      const double floor_m = std::max({0.5 * level.tolerance_m, 4 * level.height_step * proto::kHeightStep_m, l > 0 ? least_above(l) : 0.0});
+      const double less_m = std::max(level.tolerance_m * kMoreCareful - kTakenOff * levels[l].above_m, floor_m);
+      if (level.side_tolerance_m == 0) level.side_tolerance_m = level.tolerance_m;
+      above = above || less_m < level.tolerance_m;
+      level.tolerance_m = std::min(level.tolerance_m, less_m);
+    }
+    return above;
+  }
+  /// See gpu::exact::BlockLevel.
+  double least_above(std::size_t l) const {
+    const gpu::exact::BlockLevel &level = asked_.levels[l], &finer = asked_.levels[l - 1];
+    return finer.tolerance_m + (level.height_step > finer.height_step ? 0.5 * level.height_step * proto::kHeightStep_m : 0);
+  }
+
+  const proto::Plan& plan_;
+  const proto::TileAddress node_;
+  const proto::Lattice lattice_;
+  const proto::Samples& samples_;
+  Workers& workers_;
+  const BlockPlace place_;
+  const BlockCurve curve_;
+  const gpu::SampleFrames frames_;
+  gpu::exact::BlockPlan asked_;
+};
+
+}  // namespace
+
+gpu::ParallelFor ExactSimplifiers::on_all_threads() {
+  return [this](std::size_t count, const std::function<void(std::size_t)>& work) {
+    workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
+  };
+}
+
+proto::Result<void> ExactSimplifiers::open(const std::string& device) {
+  auto simplifier = gpu::exact::make_block_simplifier(device, on_all_threads());
+  if (!simplifier.ok()) return simplifier.problem();
+  ((*simplifier)->device() == "cpu" ? on_cpu_ : on_device_) = std::move(*simplifier);
+  return {};
+}
+
+std::string ExactSimplifiers::device() const {
+  const std::lock_guard lock(mutex_);
+  return on_device_ ? on_device_->device() : "cpu" + lost_;
+}
+
+proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take) {
+  const std::lock_guard one(calls_);
+  gpu::exact::Watch watch;
+  watch.stop = &stop_;
+  watch.level = [&take](std::size_t level, std::vector<BlockMesh>& meshes) { take(level, std::move(meshes.front())); };
+  if (on_device_) {
+    try {
+      const auto made = on_device_->simplify({&block, 1}, plan, watch);
+      return made.ok() ? proto::Result<void>() : made.problem();
+    } catch (const gpu::DeviceLost& lost) {
+      const std::lock_guard lock(mutex_);
+      lost_ = ", after " + on_device_->device() + " was lost: " + lost.what();
+      on_device_.reset();
+    }
+  }
+  if (!on_cpu_) on_cpu_ = gpu::exact::make_block_simplifier("cpu", on_all_threads()).value();
+  const auto made = on_cpu_->simplify({&block, 1}, plan, watch);
+  return made.ok() ? proto::Result<void>() : made.problem();
+}
+
+proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples,
+                                              ExactSimplifiers& simplifiers, Workers& workers, const std::function<void(double)>& share) {
+  return BlockBuild(plan, node, samples, workers).run(simplifiers, share);
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,43 @@
+#pragma once
+// The task of an exact plan: a block simplified by gpu/exact, all its levels, each tile measured and encoded while the next level is made.
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "gpu/exact/simplify_block.h"
+#include "pipeline/store/store.h"
+#include "pipeline/tile/tile_mesh.h"
+#include "pipeline/build/workers.h"
+
+namespace cordillera::pipeline {
+
+/// Simplifiers of blocks: a device's, and the CPU's, which steps in when the device is lost. One block at a time, on all threads.
+class ExactSimplifiers {
+ public:
+  ExactSimplifiers(Workers& workers, const std::atomic<bool>& stop) : workers_(workers), stop_(stop) {}
+  proto::Result<void> open(const std::string& device);
+  std::string device() const;  ///< where blocks are made now, and what became of a device that was lost
+
+  using TakeLevel = std::function<void(std::size_t level, gpu::exact::BlockMesh&& mesh)>;
+  /// May be called by several threads; levels come in order, by the caller's thread. If a device is lost, all come again.
+  proto::Result<void> simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take);
+
+ private:
+  gpu::ParallelFor on_all_threads();
+
+  Workers& workers_;
+  const std::atomic<bool>& stop_;
+  std::mutex calls_;           ///< one block at a time
+  mutable std::mutex mutex_;   ///< of what follows
+  std::unique_ptr<gpu::exact::BlockSimplifier> on_device_, on_cpu_;
+  std::string lost_;
+};
+
+/// All tiles of a node, from samples that hold its block (see BlockPlace::empty_samples). share: as in Builder::block, from where the samples
+/// are there to 1.
+proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples,
+                                              ExactSimplifiers& simplifiers, Workers& workers, const std::function<void(double)>& share);
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,58 @@
+#include "pipeline/build/provisional.h"
+
+#include <cmath>
+
+#include "pipeline/plan/plan.h"
+#include "raster/decimation.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+std::int64_t samples_at(const raster::Source& source, int level) {
+  const raster::Source::Window w = source.window({proto::Scheme::geodetic, level});
+  return w.west > w.east || w.south > w.north ? 0 : (w.east - w.west + 1) * (w.north - w.south + 1);
+}
+
+/// What takes the time of a build is left out; the error asked for doubles a level upwards, as it does in the final tiles.
+proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int level) {
+  proto::BuildOptions options = asked;
+  options.set_strategy("waves");
+  options.set_quality("fast");
+  options.set_device("cpu");  // a GPU would still be starting
+  options.clear_keep();
+  options.clear_water_mask();
+  options.set_max_level(static_cast<std::uint32_t>(level));
+  if (asked.has_error()) options.set_error(std::ldexp(asked.error(), finest - level));
+  return options;
+}
+
+}  // namespace
+
+proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source, std::int64_t most_samples) {
+  const std::optional<BuildRequest> none;
+  if (!request.members.empty() || request.options.bbox_size() > 0) return none;
+  const auto range = level_range(source.description(), request.options);
+  if (!range.ok()) return range.problem();
+  const auto [finest, coarsest] = *range;
+  if (samples_at(source, finest) <= kWorthwhile * most_samples) return none;
+  int level = finest;
+  while (level >= coarsest && samples_at(source, level) > most_samples) --level;
+  if (level < coarsest || samples_at(source, level) == 0) return none;
+  auto pixels = source.decimate(samples_at(source, level));
+  if (!pixels.ok()) return pixels.problem();
+  if (*pixels == nullptr) return none;
+  BuildRequest small = request;
+  small.decimation = std::move(*pixels);
+  small.options = quick(request.options, finest, level);
+  return std::optional(std::move(small));
+}
+
+std::optional<double> stated_error_m(const proto::Manifest& manifest, int level) {
+  if (manifest.provisional()) return std::nullopt;
+  for (const proto::LevelSummary& summary : manifest.levels()) {
+    if (static_cast<int>(summary.level()) == level) return summary.stated_max_error();
+  }
+  return std::nullopt;
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,22 @@
+#pragma once
+// Provisional tiles: the coarse levels of a dataset, made of few of its pixels while its build is still to come. They have the addresses of
+// the final ones; how far they are off nobody has measured.
+#include <cstdint>
+#include <optional>
+
+#include "pipeline/build/build.h"
+
+namespace cordillera::pipeline {
+
+/// A build, in the ordinary way, of the finest level at which the raster has at most `most_samples` on the lattice and of all above it.
+/// Its store is another than the request's, for the caller to name. Nothing: the request is for several rasters, for a part (bbox) of one,
+/// for no such level, or is itself no more than kWorthwhile times as much work. Problems: those of plan_of, and of reading the pixels.
+proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source, std::int64_t most_samples);
+
+/// How many times the work of its provisional tiles a build must be.
+inline constexpr std::int64_t kWorthwhile = 8;
+
+/// What a manifest states of a level, metres; nothing: no such level, or provisional tiles, whose errors nobody has measured.
+std::optional<double> stated_error_m(const proto::Manifest& manifest, int level);
+
+}  // namespace cordillera::pipeline

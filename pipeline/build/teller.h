@@ -1,0 +1,51 @@
+#pragma once
+// Progress of a build on its way to whoever asked for it.
+#include <chrono>
+#include <mutex>
+#include <string>
+
+#include "pipeline/build/build.h"
+
+namespace cordillera::pipeline {
+
+/// Tells the beginning and the end of every stage, and what lies between no more often than a few times a second, with the time left
+/// as the rate so far suggests.
+class Teller {
+ public:
+  explicit Teller(const ProgressCallback& callback) : callback_(callback) {}
+  void stage(const std::string& name, double total) {
+    progress_.set_stage(name);
+    progress_.set_total(total);
+    started_ = Clock::now();
+    first_ = -1;
+    last_ = {};
+    tell(0);
+  }
+  /// One more block is on disk for good.
+  void committed_block() {
+    const std::lock_guard lock(mutex_);
+    progress_.set_blocks(progress_.blocks() + 1);
+  }
+  void tell(double done) {
+    const std::lock_guard lock(mutex_);  // workers tell too
+    const auto now = Clock::now();
+    if (done < progress_.total() && now - last_ < std::chrono::milliseconds(200)) return;
+    last_ = now;
+    if (first_ < 0) first_ = done;
+    const double seconds = std::chrono::duration<double>(now - started_).count();
+    progress_.set_done(done);
+    const double moved = done - first_;
+    progress_.set_seconds_left(moved > 0 && seconds > 1 ? seconds * (progress_.total() - done) / moved : -1);
+    if (callback_) callback_(progress_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const ProgressCallback& callback_;
+  proto::Progress progress_;
+  std::mutex mutex_;
+  Clock::time_point started_, last_;
+  double first_ = -1;
+};
+
+}  // namespace cordillera::pipeline

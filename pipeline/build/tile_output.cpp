@@ -1,0 +1,155 @@
+#include "pipeline/build/tile_output.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "gpu/measure/surface_error_row.h"
+#include "pipeline/encode/draco_mesh.h"
+#include "pipeline/encode/encode.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/encode/published_mesh.h"
+#include "pipeline/build/skirt_depth.h"
+#include "pipeline/encode/tile_glb.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+/// Finest samples with data, and the flat ones among them; western and southern border only, so that tiles add up. Their least and
+/// greatest height: of all of them, for the samples of a border may be all that a neighbour has, which then publishes nothing.
+void count_samples(const LevelContext& context, const proto::TileAddress& tile, proto::TileRecord& record) {
+  const proto::Lattice& lattice = *context.lattice;
+  const proto::Samples& samples = *context.samples;
+  const std::int64_t units = lattice.tile_units(tile.z), south = lattice.south(tile);
+  std::int64_t west = lattice.west(tile);
+  while (west + units <= samples.west) west += lattice.columns();
+  while (west >= samples.west + samples.columns) west -= lattice.columns();
+  // The last row and column of the lattice's rectangle belong to the tile that ends there.
+  const std::int64_t north = south + units + (south + units == lattice.rows() ? 1 : 0);
+  const std::int64_t first = std::max(west, samples.west), last = std::min(west + units + 1, samples.west + samples.columns);
+  const auto own = static_cast<std::size_t>(std::max<std::int64_t>(std::min(last, west + units) - first, 0));
+  const auto all = static_cast<std::size_t>(std::max<std::int64_t>(last - first, 0));
+  gpu::RowHeights counted, beside;
+  std::uint32_t flat = 0, filled = 0;
+  for (std::int64_t j = std::max(south, samples.south); all > 0 && j < std::min(south + units + 1, samples.south + samples.rows); ++j) {
+    const auto at = static_cast<std::size_t>((j - samples.south) * samples.columns + (first - samples.west));
+    const std::int32_t* const height = samples.height.data() + at;
+    const std::size_t mine = j < north ? own : 0;
+    gpu::see_heights(height, mine, counted);
+    gpu::see_heights(height + mine, all - mine, beside);
+    for (std::size_t k = 0; k < mine && !samples.flat_water.empty(); ++k) {
+      const unsigned mark = height[k] == proto::kNoHeight ? 0 : samples.flat_water[at + k];
+      flat += mark & proto::kFlatWater ? 1 : 0;
+      filled += mark & proto::kFilledVoid ? 1 : 0;
+    }
+  }
+  const auto valid = static_cast<std::uint32_t>(counted.valid);
+  record.set_valid_samples(valid);
+  record.set_flat_samples(flat);
+  record.set_filled_samples(filled);
+  record.set_flat_water(valid > 0 && flat == valid);
+  const std::int32_t lowest = std::min(counted.lowest, beside.lowest), highest = std::max(counted.highest, beside.highest);
+  if (lowest > highest) return;
+  record.set_lowest_sample(lowest * proto::kHeightStep_m);
+  record.set_highest_sample(highest * proto::kHeightStep_m);
+}
+
+void count_mesh(const BuiltTile& built, const PublishedMesh& published, proto::TileRecord& record) {
+  const proto::TileMesh& mesh = built.mesh;
+  std::int32_t lowest = INT32_MAX, highest = INT32_MIN;
+  std::uint32_t on_border = 0;
+  for (const std::uint32_t v : published.source) {
+    lowest = std::min(lowest, mesh.height[v]);
+    highest = std::max(highest, mesh.height[v]);
+    on_border += mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == mesh.side || mesh.y[v] == mesh.side ? 1 : 0;
+  }
+  record.set_vertices(static_cast<std::uint32_t>(published.source.size()));
+  record.set_triangles(static_cast<std::uint32_t>(published.triangles.size()));
+  record.set_min_height(lowest * proto::kHeightStep_m);
+  record.set_max_height(highest * proto::kHeightStep_m);
+  record.set_border_vertices(on_border);
+}
+
+proto::TileRecord record_of(const BuiltTile& built) {
+  proto::TileRecord record;
+  record.set_level(static_cast<std::uint32_t>(built.tile.z));
+  record.set_x(static_cast<std::uint32_t>(built.tile.x));
+  record.set_y(static_cast<std::uint32_t>(built.tile.y));
+  record.set_max_error(built.max_error_m);
+  record.set_sum_squared_error(built.measured.sum_squared_m2);
+  record.set_samples(built.measured.samples);
+  record.set_composed(built.composed);
+  record.set_uncovered(built.measured.uncovered);
+  record.set_overcovered(built.measured.overcovered);
+  record.set_put_back(built.put_back);
+  return record;
+}
+
+/// What the .drc, the .glb and the region are made of.
+EncodeInput encode_input(const LevelContext& context, const BuiltTile& built, const PublishedMesh& published,
+                         const proto::BuildOptions& options) {
+  EncodeInput input;
+  input.lattice = context.lattice;
+  input.tile = built.tile;
+  input.mesh = &built.mesh;
+  input.ecef_step_m = context.level->ecef_step();
+  input.height_step = height_step(*context.level);
+  input.skirts = skirts_of(context, built, published, static_cast<int>(options.min_level()));
+  input.geometric_error_m = built.max_error_m;
+  input.title = options.title();
+  input.attribution = options.attribution();
+  return input;
+}
+
+proto::Problem damaged(const std::string& why) {
+  return {"tile-damaged", "no .glb can be made of the tile: " + why, "a tile of a sound store", ""};
+}
+
+/// By its number, as level_plan() cannot: the plan may be of a damaged store.
+const proto::LevelPlan* level_of(const proto::Plan& plan, std::uint32_t z) {
+  const auto& levels = plan.levels();
+  const auto found = std::find_if(levels.begin(), levels.end(), [&](const proto::LevelPlan& level) { return level.level() == z; });
+  return found == levels.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltTile& built, const proto::BuildOptions& options) {
+  const PublishedMesh published = published_mesh(built.mesh);
+  if (published.empty()) return std::nullopt;
+  EncodedTile encoded{record_of(built), {}, {}};
+  proto::TileRecord& record = encoded.record;
+  count_mesh(built, published, record);
+  const EncodeInput input = encode_input(context, built, published, options);
+  encoded.drc = encode_drc(input);
+  record.set_drc_bytes(static_cast<std::uint32_t>(encoded.drc.size()));
+  for (const double bound : tile_region(input)) record.add_region(bound);
+  if (context.samples) count_samples(context, built.tile, record);
+  return encoded;
+}
+
+proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRecord& record, std::string_view drc) {
+  const proto::LevelPlan* const level = level_of(plan, record.level());
+  if (level == nullptr) return damaged("the plan has no level " + std::to_string(record.level()));
+  auto decoded = draco_decode_lattice(drc);
+  if (!decoded) return decoded.problem();
+  const proto::Lattice lattice{proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
+  BuiltTile built;
+  built.tile = {static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+  if (proto::TileAddress{decoded->z, decoded->x, decoded->y} != built.tile || decoded->side != lattice.tile_units(built.tile.z))
+    return damaged("its .drc is another tile's");
+  built.mesh = tile_mesh_of(in_mesh_steps(std::move(*decoded)));
+  built.max_error_m = record.max_error();
+  LevelContext context;
+  context.lattice = &lattice;
+  context.level = level;
+  const PublishedMesh published = published_mesh(built.mesh);
+  if (published.empty()) return damaged("its .drc has no triangle");
+  try {
+    return encode_glb(encode_input(context, built, published, plan.options()));
+  } catch (const std::invalid_argument& failed) {
+    return damaged(failed.what());
+  }
+}
+
+}  // namespace cordillera::pipeline

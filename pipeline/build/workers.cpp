@@ -1,0 +1,87 @@
+#include "pipeline/build/workers.h"
+
+#include <algorithm>
+#include <exception>
+
+namespace cordillera::pipeline {
+
+struct Workers::Loop {
+  const std::function<void(std::size_t, unsigned)>& work;
+  std::size_t count;
+  std::size_t next = 0, running = 0;
+  std::exception_ptr first = nullptr;
+  std::condition_variable ended = {};
+
+  std::size_t left() const { return count - next; }
+};
+
+Workers::Workers(unsigned threads) {
+  const unsigned count = threads ? threads : std::max(1u, std::thread::hardware_concurrency());
+  try {
+    for (unsigned worker = 0; worker < count; ++worker) threads_.emplace_back([this, worker] { run(worker); });
+  } catch (...) {  // the system has no thread more
+    end();
+    throw;
+  }
+}
+
+Workers::~Workers() { end(); }
+
+void Workers::end() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void Workers::each(std::size_t count, const std::function<void(std::size_t, unsigned)>& work) {
+  if (count == 0) return;
+  Loop loop{work, count};
+  std::unique_lock lock(mutex_);
+  loops_.push_back(&loop);
+  changed_.notify_all();
+  loop.ended.wait(lock, [&] { return loop.left() == 0 && loop.running == 0; });
+  std::erase(loops_, &loop);
+  if (loop.first) std::rethrow_exception(loop.first);
+}
+
+void Workers::run(unsigned worker) {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    Loop* loop = nullptr;
+    changed_.wait(lock, [&] { return (loop = shortest()) != nullptr || ending_; });
+    if (loop == nullptr) return;
+    do_one(*loop, worker, lock);
+  }
+}
+
+Workers::Loop* Workers::shortest() {
+  Loop* found = nullptr;
+  for (Loop* loop : loops_) {
+    if (loop->left() > 0 && (found == nullptr || loop->left() < found->left())) found = loop;
+  }
+  return found;
+}
+
+void Workers::do_one(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& lock) {
+  const std::size_t item = loop.next++;
+  ++loop.running;
+  lock.unlock();
+  std::exception_ptr thrown;
+  try {
+    loop.work(item, worker);
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  lock.lock();
+  --loop.running;
+  if (thrown) {
+    loop.next = loop.count;  // no new work after a failure
+    if (!loop.first) loop.first = thrown;
+  }
+  if (loop.left() == 0 && loop.running == 0) loop.ended.notify_one();
+}
+
+}  // namespace cordillera::pipeline

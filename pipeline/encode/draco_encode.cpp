@@ -1,0 +1,84 @@
+#include <draco/compression/encode.h>
+
+#include <memory>
+#include <stdexcept>
+
+#include "pipeline/encode/draco_mesh.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr int kNormalBits = 10;
+// Draco's entropy coder counts symbols in a table as long as the greatest one. Tiles a dozen levels above the finest would need
+// gigabytes of it; there are a handful of them in a dataset, so their integers go in as they are.
+constexpr std::int32_t kMaxCodedSide = 1 << 20;
+
+template <class Scalar>
+constexpr draco::DataType draco_type() {
+  return std::is_same_v<Scalar, float> ? draco::DT_FLOAT32 : draco::DT_INT32;
+}
+
+// Values are not merged: two fans that touch in one position stay two vertices.
+template <class Scalar>
+int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, const std::vector<std::array<Scalar, 3>>& values) {
+  draco::GeometryAttribute shape;
+  shape.Init(type, nullptr, 3, draco_type<Scalar>(), false, sizeof(values[0]), 0);
+  const int id = mesh.AddAttribute(shape, true, static_cast<std::uint32_t>(values.size()));
+  mesh.attribute(id)->buffer()->Write(0, values.data(), values.size() * sizeof(values[0]));
+  return id;
+}
+
+void add_faces(draco::Mesh& mesh, const std::vector<Triangle>& triangles) {
+  mesh.SetNumFaces(triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    const Triangle& c = triangles[t];
+    mesh.SetFace(draco::FaceIndex(t), {draco::PointIndex(c[0]), draco::PointIndex(c[1]), draco::PointIndex(c[2])});
+  }
+}
+
+std::string encode(draco::Encoder& encoder, const draco::Mesh& mesh, int speed) {
+  encoder.SetSpeedOptions(speed, speed);
+  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+  draco::EncoderBuffer buffer;
+  const draco::Status status = encoder.EncodeMeshToBuffer(mesh, &buffer);
+  if (!status.ok()) throw std::logic_error("Draco refused a tile: " + status.error_msg_string());
+  return {buffer.data(), buffer.size()};
+}
+
+}  // namespace
+
+std::string draco_encode(const LatticeMesh& mesh, int speed) {
+  draco::Mesh out;
+  out.set_num_points(static_cast<std::uint32_t>(mesh.points.size()));
+  add_attribute(out, draco::GeometryAttribute::POSITION, mesh.points);
+  add_faces(out, mesh.triangles);
+  auto metadata = std::make_unique<draco::GeometryMetadata>();
+  metadata->AddEntryInt("z", mesh.z);
+  metadata->AddEntryInt("x", mesh.x);
+  metadata->AddEntryInt("y", mesh.y);
+  metadata->AddEntryInt("side", mesh.side);
+  metadata->AddEntryDouble("height_step", mesh.height_step);
+  if (mesh.web_mercator) metadata->AddEntryString("tile_matrix_set", kWebMercator);
+  out.AddMetadata(std::move(metadata));
+  draco::Encoder encoder;
+  if (mesh.side > kMaxCodedSide) encoder.options().SetGlobalBool("use_built_in_attribute_compression", false);
+  return encode(encoder, out, speed);
+}
+
+std::string draco_encode(const LitSurface& surface, const FloatGrid& grid) {
+  draco::Mesh out;
+  out.set_num_points(static_cast<std::uint32_t>(surface.positions.size()));
+  add_attribute(out, draco::GeometryAttribute::POSITION, surface.positions);
+  add_attribute(out, draco::GeometryAttribute::NORMAL, surface.normals);
+  add_faces(out, surface.triangles);
+  draco::Encoder encoder;
+  // One origin and one range for the three axes. Both are exact in float32, and so is range / (2^bits - 1) = step.
+  const float low = -grid.step * static_cast<float>(1 << (grid.bits - 1));
+  const float origin[3] = {low, low, low};
+  const float range = grid.step * static_cast<float>((1 << grid.bits) - 1);
+  encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::POSITION, grid.bits, 3, origin, range);
+  encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, kNormalBits);
+  return encode(encoder, out, kDracoSpeed);
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,172 @@
+#include "pipeline/encode/lit_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "pipeline/encode/draco_mesh.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using proto::Vec3;
+
+constexpr std::uint32_t kNone = UINT32_MAX;
+
+Vec3 rounded(Vec3 p, double step) {
+  return {std::nearbyint(p.x / step) * step, std::nearbyint(p.y / step) * step, std::nearbyint(p.z / step) * step};
+}
+
+Vec3 unit(Vec3 v, Vec3 fallback) {
+  const double length = std::sqrt(dot(v, v));
+  return length > 0 ? (1 / length) * v : fallback;
+}
+
+std::vector<std::int32_t> distinct(std::vector<std::int32_t> values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return values;
+}
+
+// The ellipsoid at the rows and columns that a mesh uses: a coarse tile spans up to 2^30 of them and touches a few thousand.
+class Ground {
+ public:
+  explicit Ground(const EncodeInput& input) : mesh_(*input.mesh), ys_(distinct(mesh_.y)), xs_(distinct(mesh_.x)) {
+    const proto::Lattice& lattice = *input.lattice;
+    for (const std::int32_t y : ys_) rows_.push_back(proto::row_frame(lattice, lattice.south(input.tile) + y));
+    for (const std::int32_t x : xs_) columns_.push_back(proto::column_frame(lattice, lattice.west(input.tile) + x));
+  }
+  Vec3 point(std::uint32_t v, double lift_m) const {
+    return proto::ecef(row(v), column(v), mesh_.height[v] * proto::kHeightStep_m + lift_m);
+  }
+  Vec3 up(std::uint32_t v) const { return proto::normal(row(v), column(v)); }
+
+ private:
+  static std::size_t place(const std::vector<std::int32_t>& values, std::int32_t value) {
+    return static_cast<std::size_t>(std::lower_bound(values.begin(), values.end(), value) - values.begin());
+  }
+  const proto::RowFrame& row(std::uint32_t v) const { return rows_[place(ys_, mesh_.y[v])]; }
+  const proto::ColumnFrame& column(std::uint32_t v) const { return columns_[place(xs_, mesh_.x[v])]; }
+
+  const proto::TileMesh& mesh_;
+  std::vector<std::int32_t> ys_, xs_;
+  std::vector<proto::RowFrame> rows_;
+  std::vector<proto::ColumnFrame> columns_;
+};
+
+// Weights of N. Max, "Weights for computing vertex normals from facet normals", 1999: exact on spheres, and slivers do not tilt them.
+std::vector<Vec3> corner_sums(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles) {
+  std::vector<Vec3> sums(points.size());
+  for (const Triangle& t : triangles) {
+    for (int c = 0; c < 3; ++c) {
+      const Vec3 a = points[t[(c + 1) % 3]] - points[t[c]], b = points[t[(c + 2) % 3]] - points[t[c]];
+      const double weight = dot(a, a) * dot(b, b);
+      if (weight > 0) sums[t[c]] = sums[t[c]] + (1 / weight) * cross(a, b);
+    }
+  }
+  return sums;
+}
+
+bool on_one_side(const proto::TileMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  const auto all_at = [](const std::vector<std::int32_t>& w, std::uint32_t p, std::uint32_t q, std::uint32_t r, std::int32_t at) {
+    return w[p] == at && w[q] == at && w[r] == at;
+  };
+  return all_at(mesh.x, a, b, c, 0) || all_at(mesh.x, a, b, c, mesh.side) || all_at(mesh.y, a, b, c, 0) ||
+         all_at(mesh.y, a, b, c, mesh.side);
+}
+
+// Neighbouring tiles share the vertices of their common side and nothing else. A normal there is made perpendicular to the side's own
+// direction, which both know exactly; only the slope across the side is left to what each tile sees.
+void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, const std::vector<Vec3>& points, std::vector<Vec3>& sums) {
+  std::vector<std::uint32_t> before(points.size(), kNone), after(points.size(), kNone);
+  for (const auto& [from, to] : mesh.boundary) {
+    after[from] = to;
+    before[to] = from;
+  }
+  for (std::uint32_t v = 0; v < points.size(); ++v) {
+    if (before[v] == kNone || after[v] == kNone) continue;
+    if (!on_one_side(*input.mesh, mesh.source[before[v]], mesh.source[v], mesh.source[after[v]])) continue;
+    const Vec3 along = points[after[v]] - points[before[v]];
+    const double length2 = dot(along, along);
+    if (length2 > 0) sums[v] = sums[v] - (dot(sums[v], along) / length2) * along;
+  }
+}
+
+// A strip hung from every boundary edge on a side of the tile, facing outward. Rims have no neighbour whose other level could leave a crack.
+LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, const Ground& ground, const LitMesh::Surface& terrain) {
+  LitMesh::Surface out;
+  std::vector<std::uint32_t> top(terrain.points.size(), kNone);
+  const auto hang = [&](std::uint32_t v) {
+    if (top[v] != kNone) return top[v];
+    top[v] = static_cast<std::uint32_t>(out.points.size());
+    out.points.push_back(terrain.points[v]);
+    const double height_m = input.mesh->height[mesh.source[v]] * proto::kHeightStep_m;
+    const double depth_m = std::min(input.skirts.depth_m, height_m - input.skirts.floor_m);
+    out.points.push_back(rounded(ground.point(mesh.source[v], -depth_m), input.ecef_step_m));
+    out.normals.insert(out.normals.end(), 2, terrain.normals[v]);
+    return top[v];
+  };
+  for (const auto& [from, to] : mesh.boundary) {
+    if (!on_one_side(*input.mesh, mesh.source[from], mesh.source[to], mesh.source[to])) continue;
+    const Vec3 along = terrain.points[to] - terrain.points[from];
+    if (dot(along, along) == 0) continue;  // on a pole row
+    const std::uint32_t a = hang(from), b = hang(to);
+    out.triangles.push_back({a, a + 1, b});
+    out.triangles.push_back({b, a + 1, b + 1});
+  }
+  return out;
+}
+
+struct Range {
+  double low = 0, high = 0;
+};
+
+void centre(LitMesh& mesh) {
+  const auto axis_range = [&](double Vec3::*axis) {
+    Range r{mesh.terrain.points[0].*axis, mesh.terrain.points[0].*axis};
+    for (const LitMesh::Surface* s : {&mesh.terrain, &mesh.skirts}) {
+      for (const Vec3& p : s->points) r = {std::min(r.low, p.*axis), std::max(r.high, p.*axis)};
+    }
+    return r;
+  };
+  const std::array<Range, 3> box = {axis_range(&Vec3::x), axis_range(&Vec3::y), axis_range(&Vec3::z)};
+  const auto middle = [](Range r) { return r.low + (r.high - r.low) / 2; };
+  mesh.translation = rounded({middle(box[0]), middle(box[1]), middle(box[2])}, mesh.step_m);
+  double steps = 1;
+  const std::array<double, 3> origin = {mesh.translation.x, mesh.translation.y, mesh.translation.z};
+  for (std::size_t k = 0; k < 3; ++k) {
+    steps = std::max({steps, (origin[k] - box[k].low) / mesh.step_m, (box[k].high - origin[k]) / mesh.step_m});
+  }
+  mesh.bits = 2;
+  while (mesh.bits <= kMaxGridBits && steps > std::ldexp(1, mesh.bits - 1) - 1) ++mesh.bits;
+  if (mesh.bits > kMaxGridBits) throw std::invalid_argument("ecef_step_m is too fine for a tile of this size");
+}
+
+}  // namespace
+
+double smallest_ecef_step_m(int level) {
+  // Half of a tile's diagonal on the equator plus heights, halved again; at levels 0 and 1 the earth itself bounds the box.
+  const double half_m = std::min(6.42e6, 0.7072 * 20037508.4 / std::ldexp(1, level) + proto::kMaxHeight_m * 2);
+  double step = std::ldexp(1, -20);
+  while (half_m / step > std::ldexp(1, kMaxGridBits - 1) - 2) step *= 2;
+  return step;
+}
+
+LitMesh lit_mesh(const EncodeInput& input) {
+  LitMesh out;
+  out.step_m = input.ecef_step_m;
+  PublishedMesh mesh = published_mesh(*input.mesh);
+  if (mesh.empty()) return out;
+  const Ground ground(input);
+  for (const std::uint32_t v : mesh.source) out.terrain.points.push_back(rounded(ground.point(v, 0), out.step_m));
+  std::vector<Vec3> sums = corner_sums(out.terrain.points, mesh.triangles);
+  agree_along_sides(input, mesh, out.terrain.points, sums);
+  for (std::size_t v = 0; v < sums.size(); ++v) out.terrain.normals.push_back(unit(sums[v], ground.up(mesh.source[v])));
+  if (input.skirts.depth_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain);
+  out.terrain.triangles = std::move(mesh.triangles);
+  centre(out);
+  return out;
+}
+
+}  // namespace cordillera::pipeline

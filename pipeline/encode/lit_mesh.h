@@ -1,0 +1,28 @@
+#pragma once
+// The tile as a 3-D engine sees it: earth-centred points, normals, skirts. Everything that encode_glb writes and regions must contain.
+#include <vector>
+
+#include "pipeline/encode/encode.h"
+#include "pipeline/encode/published_mesh.h"
+#include "proto/ellipsoid.h"
+
+namespace cordillera::pipeline {
+
+struct LitMesh {
+  struct Surface {
+    std::vector<proto::Vec3> points;   ///< ECEF metres, exact multiples of step_m: what a client decodes
+    std::vector<proto::Vec3> normals;  ///< unit, indexed by point
+    std::vector<Triangle> triangles;
+  };
+  Surface terrain;
+  Surface skirts;            ///< empty when the depth is 0 or no data reaches a side; its upper points repeat the terrain's
+  double step_m = 0;
+  proto::Vec3 translation;  ///< multiple of step_m, in the middle of all points
+  int bits = 0;              ///< of the quantisation that holds every point exactly
+};
+
+/// terrain is empty when nothing of the tile is published. Throws std::invalid_argument when the tile spans more than 2^23 steps
+/// (smallest_ecef_step_m() never does).
+LitMesh lit_mesh(const EncodeInput& input);
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,140 @@
+#include "pipeline/exports/export.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include "pipeline/tileset/manifest_json.h"
+#include "pipeline/store/sqlite.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+constexpr const char* kAccepted = "a folder that is missing, empty or an earlier export, on a disk with free space";
+
+Problem write_problem(const std::string& folder, const std::string& why) {
+  return {"export-write", "the folder " + folder + " cannot be written: " + why, kAccepted, "output"};
+}
+
+// A face that cannot be made ends the walk.
+struct Refused {
+  Problem problem;
+};
+
+// The temporary sibling; removed unless it was moved into place.
+class Workplace {
+ public:
+  explicit Workplace(fs::path path) : path_(std::move(path)) {
+    fs::remove_all(path_);
+    fs::create_directories(path_);
+  }
+  ~Workplace() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Workplace(const Workplace&) = delete;
+  Workplace& operator=(const Workplace&) = delete;
+  const fs::path& path() const { return path_; }
+
+  void write(const std::string& name, const std::string& bytes) {
+    const fs::path file = path_ / name;
+    if (file.parent_path() != last_folder_) {
+      fs::create_directories(file.parent_path());
+      last_folder_ = file.parent_path();
+    }
+    std::ofstream out(file, std::ios::binary);
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    out.close();
+    if (!out) throw fs::filesystem_error("write failed", file, std::make_error_code(std::errc::no_space_on_device));
+  }
+
+ private:
+  fs::path path_, last_folder_;
+};
+
+void write_faces(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, Workplace& to) {
+  for (const faces::Face* face : chosen) {
+    face->each_path(terrain, [&](const std::string& path) {
+      const auto found = faces::find(path);
+      if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
+      const auto made = found->resource->make(terrain, found->place);
+      if (!made.ok()) throw Refused{made.problem()};
+      if (!*made) throw StoreError("the bytes of " + path + " are missing");
+      to.write(path, (*made)->bytes);
+    });
+  }
+}
+
+void move_into_place(const Workplace& from, const fs::path& folder) {
+  if (!fs::exists(folder) || fs::is_empty(folder)) {
+    fs::rename(from.path(), folder);
+    return;
+  }
+  const fs::path old = from.path().string() + ".old";
+  fs::rename(folder, old);
+  fs::rename(from.path(), folder);
+  fs::remove_all(old);
+}
+
+/// What a folder of any faces may hold at its top.
+std::set<std::string, std::less<>> names_of_exports() {
+  std::set<std::string, std::less<>> names = {"manifest.json"};
+  for (const faces::Face* face : faces::all_faces()) {
+    for (const faces::Resource& resource : face->resources) names.emplace(resource.path.substr(0, resource.path.find('/')));
+  }
+  return names;
+}
+
+bool is_export(const fs::path& folder) {
+  static const std::set<std::string, std::less<>> kNames = names_of_exports();
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (!kNames.contains(entry.path().filename().string())) return false;
+  }
+  std::ifstream in(folder / "manifest.json", std::ios::binary);
+  const std::string json((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const auto manifest = parse_manifest_json(json);
+  return manifest && manifest->levels_size() > 0;
+}
+
+}  // namespace
+
+proto::Result<void> check_export_folder(const std::string& folder, Existing other) {
+  try {
+    const fs::path path(folder);
+    if (!fs::exists(path)) return {};
+    if (fs::is_directory(path) && fs::is_empty(path)) return {};
+    if (fs::is_directory(path) && is_export(path)) {
+      if (other == Existing::refuse) return output_exists(folder + " holds an earlier build");
+      return {};
+    }
+    return Problem{"export-folder-in-use", folder + " exists and holds something else", kAccepted, "output"};
+  } catch (const fs::filesystem_error& e) {
+    return write_problem(folder, e.code().message());
+  }
+}
+
+proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, const std::string& folder,
+                                  Existing other) {
+  if (const auto usable = check_export_folder(folder, other); !usable) return usable;
+  try {
+    const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
+    Workplace work(target.string() + ".partial-" + std::to_string(getpid()));
+    write_faces(terrain, chosen, work);
+    work.write("manifest.json", manifest_json(terrain.manifest()));
+    move_into_place(work, target);
+    return {};
+  } catch (const Refused& refused) {
+    return refused.problem;
+  } catch (const fs::filesystem_error& e) {
+    return write_problem(folder, e.code().message());
+  } catch (const StoreError& e) {
+    return write_problem(folder, std::string("its store failed: ") + e.what());
+  }
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,317 @@
+#include "pipeline/plan/plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gpu/exact/simplify_block.h"
+#include "pipeline/plan/relief.h"
+#include "proto/ellipsoid.h"
+#include "proto/integers.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr double kLeastError_m = 0.01;       // heights are steps of a millimetre
+// error= when nothing is asked: a quarter of the finest cell, or what shows the relief if that is less; no less than a flat sea, cut into
+// triangles of a decent size, is off for the earth's curvature.
+constexpr double kDefaultErrorCells = 1.0 / 4, kDefaultErrorRelief = 1.0 / 50;
+constexpr double kLeastDefaultCells = 1.0 / 64, kLeastDefault_m = 100;
+constexpr double kChainShare = 0.8;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
+constexpr double kStepsPerTile = 262144;      // .glb quantisation: 18 bits a tile side, so that walls and spikes stay where they are
+constexpr double kStepShare = 1.0 / 64;       // of the target: quantisation must not spend the promise
+constexpr double kExactStepShare = 1.0 / 512;  // an exact block has only what this leaves of its target
+constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
+// Of the target. Heights are most of a .drc: at 2 m a step of 1/4 m instead of a millimetre leaves less than half of its bytes, and adds 1/8 m at the most.
+constexpr double kHeightStepShare = 1.0 / 8;
+constexpr double kGreatestHeightStep_m = 4;   // seen from afar, mountains should not be terraces
+constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
+constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
+// Blocks that share sides spend triangles there.
+constexpr std::int64_t kLeastExactSide = 1024;
+constexpr const char* kWithoutExact = "strategy=waves";
+constexpr double kExactLatitude_deg = 85;      // towards a pole a row of the lattice is no line any more
+constexpr double kRelief_m = 8192;             // within a tile, and its skirts, quantisation must have room for
+
+double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }
+
+using proto::floor_divide;
+
+/// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it where the
+/// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
+int finest_level(const proto::Source& source) {
+  const double share = std::min(source.columns(), source.rows()) <= 2 ? 0.5 : 1;
+  const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
+  const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
+  for (int z = 0; z < proto::kMaxLevel; ++z) {
+    const proto::Lattice lattice{proto::Scheme::geodetic, z};
+    const double row = (latitude + 90) / 180 * static_cast<double>(lattice.rows());
+    // A source of exactly one lattice spacing must not fall to the next level by the last bit of its pixel size.
+    if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6)) return z;
+  }
+  return proto::kMaxLevel;
+}
+
+bool is_automatic(const proto::BuildOptions& options) { return options.strategy() == kAutoStrategy; }
+
+proto::Result<void> check_options(const proto::BuildOptions& options) {
+  if (options.has_error() && options.keep_size() > 0) {
+    return proto::Problem{"options-conflict", "error and keep are both given", "one of them", "keep"};
+  }
+  if (options.has_error() && !(options.error() >= kLeastError_m && options.error() <= 1e6)) {
+    return proto::Problem{"option-invalid", "error is not a positive number of metres", "0.01 to 1000000", "error"};
+  }
+  double before = 1;
+  for (const double share : options.keep()) {
+    if (!(share > 0 && share <= before)) {
+      return proto::Problem{"option-invalid", "keep is not a falling list of shares", "numbers in (0, 1], finest level first", "keep"};
+    }
+    before = share;
+  }
+  if (!options.scheme().empty() && options.scheme() != "geodetic") {
+    return proto::Problem{"option-invalid", "scheme \"" + options.scheme() + "\" is not known", "geodetic", "scheme"};
+  }
+  if (auto problem = gpu::check_strategy(named_strategy(options), options.device())) return *problem;
+  const std::string& quality = options.quality();
+  if (!quality.empty() && quality != "fast" && quality != "default" && quality != "best") {
+    return proto::Problem{"option-invalid", "quality \"" + quality + "\" is not known", "fast, default or best", "quality"};
+  }
+  return {};
+}
+
+}  // namespace
+
+proto::Result<std::pair<int, int>> level_range(const proto::Source& source, const proto::BuildOptions& options) {
+  const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source);
+  const int coarsest = static_cast<int>(options.min_level());
+  if (finest > proto::kMaxLevel) {
+    return proto::Problem{"option-invalid", "max_level " + std::to_string(finest) + " is too fine",
+                          "0 to " + std::to_string(proto::kMaxLevel), "max_level"};
+  }
+  if (coarsest > finest) {
+    return proto::Problem{"option-invalid", "min_level " + std::to_string(coarsest) + " is above the finest level " + std::to_string(finest),
+                          "0 to " + std::to_string(finest), "min_level"};
+  }
+  return std::pair{finest, coarsest};
+}
+
+namespace {
+
+std::int64_t columns_of(const proto::Plan& plan) { return plan.window(2) - std::int64_t{plan.window(0)} + 1; }
+std::int64_t rows_of(const proto::Plan& plan) { return plan.window(3) - std::int64_t{plan.window(1)} + 1; }
+
+/// Of waves: the coarsest level at which every node holds at most kBlockSamples of the window.
+int block_level(const proto::Plan& plan) {
+  const proto::Lattice lattice = lattice_of(plan);
+  for (int z = static_cast<int>(plan.min_level()); z < lattice.finest_level; ++z) {
+    const std::int64_t across = lattice.tile_units(z) + 1;
+    if (std::min(columns_of(plan), across) * std::min(rows_of(plan), across) <= kBlockSamples) return z;
+  }
+  return lattice.finest_level;
+}
+
+/// What strategy=auto has against exact; empty: nothing.
+std::string why_not_exact(const proto::Plan& plan) {
+  if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem().detail;
+  if (columns_of(plan) * rows_of(plan) <= kAutoExactSamples) return "";
+  return "strategy exact may take more memory than a build has by default for " + std::to_string(columns_of(plan)) + " x " +
+         std::to_string(rows_of(plan)) + " samples of the finest level";
+}
+
+std::int64_t extent_of(const proto::Plan& plan) { return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
+
+/// How far a tile of the level reaches over data.
+double reach_m(const proto::Plan& plan, int level) {
+  const proto::Lattice lattice = lattice_of(plan);
+  return static_cast<double>(std::min(extent_of(plan), lattice.tile_units(level))) * proto::cell_height_m(lattice, lattice.rows() / 2);
+}
+
+}  // namespace
+
+proto::Lattice lattice_of(const proto::Plan& plan) {
+  return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
+}
+
+std::string named_strategy(const proto::BuildOptions& options) {
+  return options.strategy().empty() || is_automatic(options) ? gpu::kStrategies.front() : options.strategy();
+}
+
+std::string strategy_of(const proto::Plan& plan) { return plan.exact() ? gpu::kExact : named_strategy(plan.options()); }
+
+const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) { return plan.levels(static_cast<int>(plan.finest_level()) - level); }
+
+std::int32_t height_step(const proto::LevelPlan& level) {
+  return std::max(static_cast<std::int32_t>(std::lround(level.height_step() / proto::kHeightStep_m)), 1);
+}
+
+double greatest_target_m(const proto::Plan& plan, int level) { return reach_m(plan, level) + kRelief_m; }
+
+void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const int z = static_cast<int>(level.level());
+  // A target beyond anything that can happen must not spoil the quantisation.
+  const double target_m = std::min(level.target(), greatest_target_m(plan, z));
+  // Around a pole columns are closer than any step: there, as fine as float32 allows.
+  const std::int64_t polar = lattice.rows() / 128;
+  const bool at_pole = plan.window(1) < polar || plan.window(3) > lattice.rows() - polar;
+  const double step = at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * (plan.exact() ? kExactStepShare : kStepShare));
+  const double room_m = greatest_target_m(plan, z) + 2 * target_m;
+  level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
+  // There, too, two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the normal.
+  const double height_step = at_pole ? 0 : std::min(target_m * kHeightStepShare, kGreatestHeightStep_m);
+  level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
+  // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where somebody
+  // asks for less than a float32 can tell.
+  const double left = target_m * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step() - level.height_step() / 2;
+  level.set_chain_tolerance((plan.exact() ? 1 : kChainShare) * std::max(left, 0.0));
+  const double cell = static_cast<double>(lattice.cell_units(z));
+  level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
+}
+
+namespace {
+
+double default_error_m(const proto::Plan& plan, raster::Source& source) {
+  const double cell_m = proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2);
+  const double least_m = std::min(kLeastDefaultCells * cell_m, kLeastDefault_m);
+  return std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(plan, source), least_m));
+}
+
+}  // namespace
+
+proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options) {
+  if (const auto checked = check_options(options); !checked.ok()) return checked.problem();
+  const auto range = level_range(source.description(), options);
+  if (!range.ok()) return range.problem();
+  proto::Plan plan;
+  plan.set_scheme("geodetic");
+  plan.set_finest_level(static_cast<std::uint32_t>(range->first));
+  plan.set_min_level(static_cast<std::uint32_t>(range->second));
+  const proto::Lattice lattice = lattice_of(plan);
+  const raster::Source::Window window = source.window(lattice);
+  if (window.west > window.east || window.south > window.north) {
+    return proto::Problem{"no-data", "no vertex of the tile lattice lies inside the raster (or bbox)", "a larger bbox or a finer max_level", "bbox"};
+  }
+  for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
+  plan.set_promise(options.keep_size() == 0);
+  *plan.mutable_options() = options;
+  if (options.strategy() == gpu::kExact) {
+    if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem();
+  }
+  plan.set_exact(options.strategy() == gpu::kExact || (is_automatic(options) && why_not_exact(plan).empty()));
+  plan.set_block_level(static_cast<std::uint32_t>(plan.exact() ? range->second : block_level(plan)));
+  // How and where it is built changes no byte, so it is no part of the plan.
+  plan.mutable_options()->clear_device();
+  plan.mutable_options()->clear_threads();
+  plan.mutable_options()->clear_memory();
+  plan.mutable_options()->clear_warnings();
+  if (options.quality() == "default") plan.mutable_options()->clear_quality();
+  const double error = options.has_error() ? options.error() : default_error_m(plan, source);
+  for (int z = range->first; z >= range->second; --z) {
+    proto::LevelPlan* level = plan.add_levels();
+    level->set_level(static_cast<std::uint32_t>(z));
+    level->set_target(std::ldexp(error, range->first - z));
+    derive_level(plan, *level);
+  }
+  return plan;
+}
+
+proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
+  if (plan.exact() && is_automatic(plan.options())) {
+    plan.set_exact(false);
+    plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));
+  }
+  if (plan.exact()) {
+    return proto::Problem{"options-conflict", "strategy exact makes a raster in one piece: there are no smaller blocks to plan or to update",
+                          std::string(kWithoutExact) + ", or no size of blocks and no updates=1", "strategy"};
+  }
+  const proto::Lattice lattice = lattice_of(plan);
+  int level = static_cast<int>(plan.block_level());
+  const auto samples = [&](int z) { return (lattice.tile_units(z) + 1) * (lattice.tile_units(z) + 1); };
+  while (level < lattice.finest_level && samples(level) > most) ++level;
+  plan.set_block_level(static_cast<std::uint32_t>(level));
+  for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
+  return {};
+}
+
+std::string why_waves(const proto::Plan& plan) {
+  if (plan.exact() || !is_automatic(plan.options())) return "";
+  const std::string why = why_not_exact(plan);
+  return "strategy=auto is waves here: " + (why.empty() ? "strategy exact has no small blocks, for updates=1 or plan --block" : why);
+}
+
+proto::Result<void> check_exact(const proto::Plan& plan) {
+  const auto refused = [](std::string detail, const std::string& accepted) {
+    return proto::Problem{"options-conflict", "strategy exact " + std::move(detail), accepted + ", or " + kWithoutExact, "strategy"};
+  };
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t side = lattice.tile_units(static_cast<int>(plan.min_level()));
+  const std::int64_t columns = std::min<std::int64_t>(plan.window(2) - std::int64_t{plan.window(0)}, side) + 1,
+                     rows = std::min<std::int64_t>(plan.window(3) - std::int64_t{plan.window(1)}, side) + 1;
+  if (columns * rows > kExactSamples || std::max(columns, rows) + 2 * proto::kTileCells > gpu::exact::kMostSamples) {
+    return refused("holds a raster at once, and this one has " + std::to_string(columns) + " x " + std::to_string(rows) + " samples of the finest level",
+                   "up to " + std::to_string(kExactSamples) + " samples, 15,872 a way (a coarser max_level, a smaller bbox)");
+  }
+  if (lattice.latitude_deg(plan.window(1)) < -kExactLatitude_deg || lattice.latitude_deg(plan.window(3)) > kExactLatitude_deg)
+    return refused("does not go up to a pole", "data between 85 degrees south and north");
+  if (side < kLeastExactSide)
+    return refused("needs two coarser levels", "min_level " + std::to_string(std::max(0, lattice.finest_level - 2)) + " or less");
+  if (plan.options().keep_size() > 0) return refused("keeps an error, not a share", "error=");
+  return {};
+}
+
+namespace {
+
+/// Rows and columns of tiles, both ends included.
+struct TileRange {
+  std::int64_t west = 0, south = 0, east = 0, north = 0;
+};
+
+/// What the plan's window touches of a range of a level's tiles. Closed rectangles: data that only touches a tile's border gives that tile a
+/// border to share.
+std::vector<proto::TileAddress> touched_within(const proto::Plan& plan, int level, const TileRange& range) {
+  const std::int64_t units = lattice_of(plan).tile_units(level), across = proto::tiles_across(level);
+  const std::int64_t from = floor_divide(plan.window(0) - 1, units), more = std::min(floor_divide(plan.window(2), units) - from, across - 1);
+  const std::int64_t west = from - across * floor_divide(from, across);
+  std::vector<std::int64_t> columns;  // the window may go on beyond the antimeridian: then it begins again at column 0
+  for (const std::int64_t turn : {-across, std::int64_t{0}}) {
+    for (std::int64_t x = std::max(range.west, west + turn); x <= std::min(range.east, west + turn + more); ++x) columns.push_back(x);
+  }
+  const std::int64_t south = std::max(range.south, floor_divide(plan.window(1) - 1, units));
+  const std::int64_t north = std::min(range.north, floor_divide(plan.window(3), units));
+  std::vector<proto::TileAddress> tiles;
+  for (std::int64_t y = south; y <= north; ++y) {
+    for (const std::int64_t x : columns) tiles.push_back({level, static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)});
+  }
+  return tiles;
+}
+
+}  // namespace
+
+std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level, const proto::TileAddress& node) {
+  const std::int64_t size = std::int64_t{1} << (level - node.z);
+  return touched_within(plan, level, {node.x * size, node.y * size, (node.x + 1) * size - 1, (node.y + 1) * size - 1});
+}
+
+std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level) {
+  return touched_within(plan, level, {0, 0, proto::tiles_across(level) - 1, proto::tiles_up(level) - 1});
+}
+
+raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node, std::int64_t around) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t circle = lattice.columns();
+  const std::int64_t units = std::min(lattice.tile_units(node.z) + 2 * around, circle);
+  const std::int64_t node_west = lattice.west(node) - around, node_south = lattice.south(node) - around;
+  raster::Source::Window result{INT64_MAX, std::max<std::int64_t>(node_south, plan.window(1)), INT64_MIN,
+                                std::min<std::int64_t>(lattice.south(node) + lattice.tile_units(node.z) + around, plan.window(3))};
+  for (int turn = -2; turn <= 2; ++turn) {
+    const std::int64_t west = std::max<std::int64_t>(node_west + turn * circle, plan.window(0));
+    const std::int64_t east = std::min<std::int64_t>(node_west + turn * circle + units, plan.window(2));
+    if (west > east) continue;
+    // Data on both ends of the circle: the whole node, once.
+    if (result.west <= result.east && west - result.west > units) return {node_west, result.south, node_west + units, result.north};
+    result.west = std::min(result.west, west);
+    result.east = std::max(result.east, east);
+  }
+  return result;
+}
+
+}  // namespace cordillera::pipeline

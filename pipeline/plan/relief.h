@@ -1,0 +1,13 @@
+#pragma once
+// How high the terrain rises within a dataset, from a few places: enough to choose a default by.
+#include "pipeline/plan/plan.h"
+
+namespace cordillera::pipeline {
+
+/// Greatest less least height of the finest samples in up to kReliefPlaces tiles spread evenly, in metres; 0 where they hold no data. Needs
+/// levels and window of the plan only. The same places every time; what cannot be read is left out, for the build to tell.
+double relief_m(const proto::Plan& plan, raster::Source& source);
+
+inline constexpr std::size_t kReliefPlaces = 16;
+
+}  // namespace cordillera::pipeline

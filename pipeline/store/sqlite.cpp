@@ -1,0 +1,191 @@
+#include "pipeline/store/sqlite.h"
+
+#include <sqlite3.h>
+
+#include <cctype>
+#include <cstring>
+#include <filesystem>
+#include <new>
+#include <system_error>
+
+#include "pipeline/store/content_hash.h"
+#include "pipeline/store/sqlite_object.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr int kPatience_ms = 10000;  // for whoever holds a file that is shared
+
+// A file name as SQLite's URIs want it: %, ? and # would mean something else.
+std::string uri(const std::string& path) {
+  static constexpr char kHex[] = "0123456789ABCDEF";
+  std::string out = "file:";
+  for (const char ch : path) {
+    const auto byte = static_cast<unsigned char>(ch);
+    if (std::isalnum(byte) || ch == '/' || ch == '.' || ch == '-' || ch == '_') {
+      out += ch;
+    } else {
+      out += {'%', kHex[byte >> 4], kHex[byte & 15]};
+    }
+  }
+  return out;
+}
+
+template <class Number>
+void append(std::string& out, Number number) {
+  char bytes[sizeof number];
+  std::memcpy(bytes, &number, sizeof number);
+  out.append(bytes, sizeof number);
+}
+
+void append(std::string& out, sqlite3_value* value) {
+  const int type = sqlite3_value_type(value);
+  out += static_cast<char>(type);
+  if (type == SQLITE_INTEGER) return append(out, sqlite3_value_int64(value));
+  // Columns of REAL do not keep the sign of a zero.
+  if (type == SQLITE_FLOAT) return append(out, sqlite3_value_double(value) + 0.0);
+  const void* const bytes = sqlite3_value_blob(value);
+  const auto size = static_cast<std::size_t>(sqlite3_value_bytes(value));
+  append(out, std::uint64_t{size});
+  if (size > 0) out.append(static_cast<const char*>(bytes), size);
+}
+
+/// SQLite calls it, whose C code no exception may pass.
+void row_sum(sqlite3_context* context, int count, sqlite3_value** values) {
+  try {
+    std::string row;
+    for (int k = 0; k < count; ++k) append(row, values[k]);
+    std::int64_t sum = 0;
+    std::memcpy(&sum, content_hash(row).data(), sizeof sum);
+    sqlite3_result_int64(context, sum);
+  } catch (const std::bad_alloc&) {
+    sqlite3_result_error_nomem(context);
+  } catch (const std::exception& error) {
+    sqlite3_result_error(context, error.what(), -1);
+  }
+}
+
+/// Want of memory is no fault of the store: as everywhere else it is std::bad_alloc.
+bool wants_memory(sqlite3* handle) {
+  const int code = handle == nullptr ? SQLITE_NOMEM : sqlite3_extended_errcode(handle);
+  return code == SQLITE_NOMEM || code == SQLITE_IOERR_NOMEM;
+}
+
+}  // namespace
+
+void remove_database(const std::string& path) {
+  std::error_code ignored;
+  for (const char* suffix : {"", "-journal", "-wal", "-shm"}) std::filesystem::remove(path + suffix, ignored);
+}
+
+Database::Database(const std::string& path, Mode mode) {
+  const bool writes = mode == Mode::create || mode == Mode::scratch;
+  const int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (writes ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
+  const std::string name = mode == Mode::scratch ? ":memory:" : uri(path) + (mode == Mode::published ? "?immutable=1" : "");
+  open(name, flags);
+  if (mode == Mode::shared) sqlite3_busy_timeout(handle_, kPatience_ms);
+}
+
+Database::Database(const SqliteObject& object) {
+  open("file:/object?immutable=1&vfs=" + object.name(), SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | SQLITE_OPEN_READONLY);
+  try {
+    execute("PRAGMA temp_store = MEMORY");
+  } catch (...) {
+    sqlite3_close(handle_);
+    throw;
+  }
+}
+
+void Database::open(const std::string& address, int flags) {
+  if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK) {
+    if (sqlite3_create_function(handle_, "row_sum", -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr, row_sum, nullptr, nullptr) == SQLITE_OK) return;
+  }
+  const bool starved = wants_memory(handle_);
+  const std::string why = starved ? "" : sqlite3_errmsg(handle_);
+  sqlite3_close(handle_);
+  if (starved) throw std::bad_alloc();
+  throw StoreError(why);
+}
+
+Database::~Database() { sqlite3_close(handle_); }
+
+void Database::fail() const {
+  if (wants_memory(handle_)) throw std::bad_alloc();
+  throw StoreError(sqlite3_errmsg(handle_));
+}
+
+void Database::execute(const std::string& sql) {
+  if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
+}
+
+std::int64_t Database::integer(const std::string& sql) {
+  Statement statement(*this, sql);
+  return statement.step() ? statement.integer(0) : 0;
+}
+
+void Database::copy_to(const std::string& path) {
+  const Database to(path, Mode::create);
+  sqlite3_backup* backup = sqlite3_backup_init(to.handle_, "main", handle_, "main");
+  if (backup == nullptr) to.fail();
+  const int stepped = sqlite3_backup_step(backup, -1);
+  if (sqlite3_backup_finish(backup) != SQLITE_OK || stepped != SQLITE_DONE) to.fail();
+}
+
+std::size_t Database::cache_bytes() const {
+  int now = 0, most = 0;
+  return sqlite3_db_status(handle_, SQLITE_DBSTATUS_CACHE_USED, &now, &most, 0) == SQLITE_OK ? static_cast<std::size_t>(now) : 0;
+}
+
+Statement::Statement(Database& database, const std::string& sql) : database_(database) {
+  if (sqlite3_prepare_v2(database.handle(), sql.c_str(), -1, &handle_, nullptr) != SQLITE_OK) database.fail();
+}
+
+Statement::~Statement() { sqlite3_finalize(handle_); }
+
+bool Statement::step() {
+  switch (sqlite3_step(handle_)) {
+    case SQLITE_ROW: return true;
+    case SQLITE_DONE: return false;
+    default: {
+      const bool starved = wants_memory(database_.handle());
+      const std::string why = sqlite3_errmsg(database_.handle());
+      rewind();
+      if (starved) throw std::bad_alloc();
+      throw StoreError(why);
+    }
+  }
+}
+
+void Statement::rewind() { sqlite3_reset(handle_); }
+
+void Statement::put(int place, std::int64_t value) {
+  if (sqlite3_bind_int64(handle_, place, value) != SQLITE_OK) database_.fail();
+}
+void Statement::put(int place, double value) {
+  if (sqlite3_bind_double(handle_, place, value) != SQLITE_OK) database_.fail();
+}
+void Statement::put(int place, std::string_view blob) {
+  const char* data = blob.empty() ? "" : blob.data();  // a null pointer would bind NULL
+  if (sqlite3_bind_blob64(handle_, place, data, blob.size(), SQLITE_STATIC) != SQLITE_OK) database_.fail();
+}
+
+std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(handle_, column); }
+double Statement::real(int column) const { return sqlite3_column_double(handle_, column); }
+std::string_view Statement::blob(int column) const {
+  const void* data = sqlite3_column_blob(handle_, column);
+  return data ? std::string_view(static_cast<const char*>(data), static_cast<std::size_t>(sqlite3_column_bytes(handle_, column)))
+              : std::string_view();
+}
+
+Transaction::Transaction(Database& database) : database_(database) { database_.execute("BEGIN IMMEDIATE"); }
+
+Transaction::~Transaction() {
+  if (open_) sqlite3_exec(database_.handle(), "ROLLBACK", nullptr, nullptr, nullptr);
+}
+
+void Transaction::commit() {
+  database_.execute("COMMIT");
+  open_ = false;
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,176 @@
+#include "pipeline/store/store_publish.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <vector>
+
+#include "pipeline/encode/encode.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/store/store_schema.h"
+#include "proto/mesh.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+double blob_bytes(Database& database, const std::string& which) {
+  Statement sum(database, "SELECT total(length(bytes)) FROM blobs WHERE hash IN (" + which + ")");
+  return sum.step() ? sum.real(0) : 0;
+}
+
+/// Least and greatest of the samples that a level's tiles cover.
+struct SampleRange {
+  double lowest_m = INFINITY, highest_m = -INFINITY;
+  void add(const proto::TileRecord& tile) {
+    if (!tile.has_lowest_sample()) return;
+    lowest_m = std::min(lowest_m, tile.lowest_sample());
+    highest_m = std::max(highest_m, tile.highest_sample());
+  }
+};
+
+// Records come ordered by place, so that sums of doubles are the same in every build.
+proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& plan, SampleRange& range) {
+  proto::LevelSummary sum;
+  double squares = 0, samples = 0;
+  Statement rows(database, "SELECT record FROM tiles WHERE level = ? ORDER BY y, x");
+  rows.bind(plan.level());
+  while (rows.step()) {
+    proto::TileRecord tile;
+    const std::string_view bytes = rows.blob(0);
+    if (!tile.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("a tile record is damaged");
+    const bool first = sum.tiles() == 0;
+    sum.set_min_height(first ? tile.min_height() : std::min(sum.min_height(), tile.min_height()));
+    sum.set_max_height(first ? tile.max_height() : std::max(sum.max_height(), tile.max_height()));
+    range.add(tile);
+    sum.set_tiles(sum.tiles() + 1);
+    sum.set_triangles(sum.triangles() + tile.triangles());
+    sum.set_vertices(sum.vertices() + tile.vertices());
+    sum.set_stated_max_error(std::max(sum.stated_max_error(), tile.max_error()));
+    sum.set_uncovered_samples(sum.uncovered_samples() + tile.uncovered());
+    sum.set_overcovered_samples(sum.overcovered_samples() + tile.overcovered());
+    sum.set_composed(sum.composed() || tile.composed());
+    sum.set_valid_samples(sum.valid_samples() + tile.valid_samples());
+    sum.set_flat_samples(sum.flat_samples() + tile.flat_samples());
+    sum.set_filled_samples(sum.filled_samples() + tile.filled_samples());
+    sum.set_border_vertices(sum.border_vertices() + tile.border_vertices());
+    sum.set_put_back(sum.put_back() + tile.put_back());
+    squares += tile.sum_squared_error();
+    samples += tile.samples();
+  }
+  const std::string level = std::to_string(plan.level());
+  sum.set_level(plan.level());
+  sum.set_tolerance(plan.target());
+  if (samples > 0 && !sum.composed()) sum.set_rmse(std::sqrt(squares / samples));
+  sum.set_drc_bytes(blob_bytes(database, "SELECT drc FROM tiles WHERE level = " + level));
+  sum.set_glb_bytes(blob_bytes(database, "SELECT glb FROM tiles WHERE level = " + level));
+  return sum;
+}
+
+struct Longitudes {
+  double west_deg = -180, east_deg = 180;
+};
+
+// The shortest stretch of longitudes that holds all tiles of a level: what is left of the circle without its widest empty stretch of
+// tile columns. west > east where it crosses the antimeridian.
+Longitudes longitudes(Database& database, int level) {
+  struct Column {
+    std::int64_t x;
+    double west, east;
+  };
+  std::vector<Column> columns;
+  Statement rows(database, "SELECT x, min(west), max(east) FROM tiles WHERE level = ? GROUP BY x ORDER BY x");
+  rows.bind(level);
+  while (rows.step()) columns.push_back({rows.integer(0), rows.real(1) * kDegrees, rows.real(2) * kDegrees});
+  std::int64_t widest = 1;  // columns from one with tiles to the next with tiles
+  Longitudes out;
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const bool last = k + 1 == columns.size();
+    const Column& after = columns[last ? 0 : k + 1];
+    const std::int64_t gap = after.x + (last ? proto::tiles_across(level) : 0) - columns[k].x;
+    if (gap < widest || (gap == widest && !last)) continue;
+    if (gap == 1) continue;
+    widest = gap;
+    out = {after.west, columns[k].east};
+  }
+  return out;
+}
+
+void add_bounds(Database& database, int level, proto::Manifest& manifest) {
+  Statement box(database, "SELECT min(south), max(north) FROM tiles WHERE level = ?");
+  box.bind(level);
+  box.step();
+  const Longitudes lon = longitudes(database, level);
+  manifest.clear_bounds();
+  for (const double degrees : {lon.west_deg, box.real(0) * kDegrees, lon.east_deg, box.real(1) * kDegrees}) manifest.add_bounds(degrees);
+}
+
+// What the source turned out to hold, from the finest level's sums.
+void describe_source(const proto::LevelSummary& finest, const SampleRange& range, proto::Source& source) {
+  if (source.lattice_samples() > 0) source.set_nodata_share(std::max(0.0, 1 - finest.valid_samples() / source.lattice_samples()));
+  if (finest.valid_samples() > 0) {
+    source.set_flat_water_share(finest.flat_samples() / finest.valid_samples());
+    source.set_filled_share(finest.filled_samples() / finest.valid_samples());
+  }
+  if (range.lowest_m > range.highest_m) return;
+  source.set_min_height(range.lowest_m);
+  source.set_max_height(range.highest_m);
+}
+
+/// How much of the data nobody measured.
+void note_filled(double share, proto::Manifest& manifest) {
+  if (share <= 0) return;
+  char text[160];
+  const double percent = 100 * share;
+  const char* format = percent < 0.01 ? "Less than 0.01 %% of the data were voids and are filled; voids=hole keeps them"
+                       : percent < 10 ? "%.2g %% of the data were voids and are filled; voids=hole keeps them"
+                                      : "%.0f %% of the data were voids and are filled; voids=hole keeps them";
+  std::snprintf(text, sizeof text, format, percent);
+  manifest.add_notes(text);
+}
+
+}  // namespace
+
+void make_nodes(Database& database, int finest_level) {
+  database.execute(kCreateNodes);
+  Statement fill(database, kFillNodes);
+  for (int level = finest_level; level >= 0; --level) fill.bind(level).run();
+}
+
+void summarise(Database& database, const proto::Plan& plan, proto::Manifest& manifest) {
+  manifest.clear_levels();
+  double geometric_error = 0, triangles = 0, tiles = 0;
+  const proto::LevelSummary* finest = nullptr;
+  SampleRange range;  // of all levels: those that saw samples saw the same
+  for (const proto::LevelPlan& level : plan.levels()) {
+    proto::LevelSummary& sum = *manifest.add_levels();
+    sum = level_summary(database, level, range);
+    sum.set_target(plan.promise() ? level.target() : sum.stated_max_error());  // a share promises no error: none but what came out
+    geometric_error = std::max(geometric_error, sum.stated_max_error());
+    sum.set_geometric_error(geometric_error);
+    sum.set_height_step(height_step(level) * proto::kHeightStep_m);
+    tiles += sum.tiles();
+    triangles += sum.triangles();
+  }
+  for (const proto::LevelSummary& sum : manifest.levels()) {
+    if (sum.tiles() > 0 && finest == nullptr) finest = &sum;
+  }
+  if (finest == nullptr) throw NothingToPublish();
+  describe_source(*finest, range, *manifest.mutable_source());
+  note_filled(manifest.source().filled_share(), manifest);
+  add_bounds(database, static_cast<int>(finest->level()), manifest);
+  manifest.add_bounds(finest->min_height());
+  manifest.add_bounds(finest->max_height());
+  manifest.set_tiles(static_cast<std::uint32_t>(tiles));
+  manifest.set_triangles(static_cast<std::uint32_t>(std::min(triangles, 4294967295.0)));
+  manifest.set_bytes(blob_bytes(database, "SELECT drc FROM tiles UNION SELECT glb FROM tiles"));
+  manifest.set_scheme(plan.scheme());
+  manifest.set_min_level(plan.min_level());
+  manifest.set_max_level(plan.finest_level());
+  manifest.set_height_datum("WGS 84 ellipsoid");
+  manifest.set_drc_formula(kDrcFormula);
+}
+
+}  // namespace cordillera::pipeline

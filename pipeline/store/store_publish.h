@@ -1,0 +1,20 @@
+#pragma once
+// The last step of a store: nodes, sums and bounds of all tiles. Runs inside the caller's transaction.
+#include "cordillera.pb.h"
+#include "pipeline/store/sqlite.h"
+
+namespace cordillera::pipeline {
+
+/// Fills the nodes table. Levels finest .. 0.
+void make_nodes(Database& database, int finest_level);
+
+/// Thrown by summarise when no tile has a triangle.
+class NothingToPublish : public StoreError {
+ public:
+  NothingToPublish() : StoreError("no tile has a triangle") {}
+};
+
+/// Fills levels, tiles, triangles, bytes, bounds, and what the store's format itself says (scheme, levels, height step, formula).
+void summarise(Database& database, const proto::Plan& plan, proto::Manifest& manifest);
+
+}  // namespace cordillera::pipeline

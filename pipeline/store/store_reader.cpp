@@ -1,0 +1,346 @@
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <mutex>
+
+#include "pipeline/store/content_hash.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/sqlite_object.h"
+#include "pipeline/store/store.h"
+#include "pipeline/store/store_object.h"
+#include "pipeline/store/store_schema.h"
+#include "pipeline/store/store_sums.h"
+#include "pipeline/encode/tile_glb.h"
+#include "raster/storage.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using proto::Problem;
+using proto::TileAddress;
+
+constexpr std::size_t kConnections = 4;
+// Of one connection, KiB: what is above the leaves of a large dataset's trees. Tiles are kept by who asks for them.
+constexpr const char* kPageCache = "PRAGMA cache_size = -512";
+constexpr std::uint64_t kOwnCache_bytes = std::uint64_t{64} << 20;
+// A window of few rows is asked row by row: the key finds each run of columns at once. A tall one is one scan.
+constexpr std::int32_t kFewRows = 256;
+
+std::string name_of(const TileAddress& tile) {
+  return "tile " + std::to_string(tile.z) + "/" + std::to_string(tile.x) + "/" + std::to_string(tile.y);
+}
+
+Problem refused(const std::string& type, const std::string& path, const std::string& why) {
+  return {type, path + " " + why, "the store of a dataset whose build has finished", ""};
+}
+
+/// Where a store lies: a path of this machine, or an object.
+struct Place {
+  std::string path;
+  std::shared_ptr<const SqliteObject> object;  ///< null: the path
+  std::unique_ptr<Database> open() const {
+    return object ? std::make_unique<Database>(*object) : std::make_unique<Database>(path, Database::Mode::published);
+  }
+  /// For a connection that stays.
+  std::unique_ptr<Database> open_small() const {
+    auto database = open();
+    database->execute(kPageCache);
+    return database;
+  }
+};
+
+/// Every row that these give has the answer to `sound` in its first column.
+struct Connection {
+  explicit Connection(const Place& place)
+      : opened(place.open_small()),
+        summed(has_sums(database)),
+        drc(database, blob_of("drc")),
+        glb(database, blob_of("glb")),
+        tags(database, "SELECT " + sound(kSoundTile) + ", drc, glb FROM tiles WHERE level = ? AND y = ? AND x = ?"),
+        records(database, "SELECT " + sound(kSoundTile) + ", record, y, x FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
+        nodes(database,
+              "SELECT " + sound(kSoundNode) + ", y, x, error, west, south, east, north, low, high, "
+              "EXISTS(SELECT 1 FROM tiles t WHERE t.level = nodes.level AND t.y = nodes.y AND t.x = nodes.x) "
+              "FROM nodes WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x") {
+    if (database.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'water'") == 0) return;
+    water.emplace(database, "SELECT " + sound(kSoundWater) + ", mask FROM water WHERE level = ? AND y = ? AND x = ?");
+  }
+  std::string sound(const char* condition) const { return summed ? condition : "1"; }
+  std::string blob_of(const std::string& column) const {
+    return "SELECT " + sound(kSoundTile) + ", bytes, " + column + ", record FROM tiles LEFT JOIN blobs ON hash = " + column +
+           " WHERE level = ? AND y = ? AND x = ?";
+  }
+  std::mutex mutex;
+  std::unique_ptr<Database> opened;
+  Database& database = *opened;
+  const bool summed;
+  Statement drc, glb, tags, records, nodes;
+  std::optional<Statement> water;
+  std::atomic<std::size_t> cache_bytes{0};  ///< as of its last use
+};
+
+/// The row that a statement stands on is to be used.
+void require_sound(const Statement& row, const TileAddress& tile) {
+  if (row.integer(0) == 0) throw StoreError("the row of " + name_of(tile) + " is not as it was written");
+}
+
+proto::TileRecord record_of(const Statement& row, int column) {
+  proto::TileRecord record;
+  const std::string_view bytes = row.blob(column);
+  if (!record.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) throw StoreError("a tile record is damaged");
+  return record;
+}
+
+/// In a store without sums, whether the bytes are this tile's, as far as its record tells.
+void require_own(const proto::TileRecord& record, const TileAddress& tile, Encoding encoding, std::size_t bytes) {
+  const bool here = record.level() == static_cast<std::uint32_t>(tile.z) && record.x() == static_cast<std::uint32_t>(tile.x) &&
+                    record.y() == static_cast<std::uint32_t>(tile.y);
+  const std::size_t stated = encoding == Encoding::drc ? record.drc_bytes() : record.glb_bytes();
+  if (!here || stated != bytes) throw StoreError("the bytes of " + name_of(tile) + " are not those that its record tells of");
+}
+
+template <class Row>
+void for_each_row(Statement& statement, std::array<std::int32_t, 5> window, const Row& row) {
+  const auto [level, x0, y0, x1, y1] = window;
+  const std::int32_t tall = y1 - y0 >= kFewRows ? y1 - y0 : 0;
+  for (std::int32_t y = y0; y <= y1; y += tall + 1) {
+    statement.bind(level, y, y + tall, x0, x1);
+    while (statement.step()) row();
+  }
+}
+
+class SqliteReader final : public StoreReader {
+ private:
+  // A few connections, one thread each: tiles are small and mostly in the page cache, so nobody waits long.
+  // (Stands first: a deduced return type must be known before it is used.)
+  template <class Use>
+  static auto counted(Connection& c, const Use& use) {
+    auto out = use(c);
+    c.cache_bytes = c.database.cache_bytes();
+    return out;
+  }
+  template <class Use>
+  auto with_connection(const Use& use) const {
+    const std::size_t first = turn_.fetch_add(1, std::memory_order_relaxed);
+    for (std::size_t k = 0; k < kConnections; ++k) {
+      Connection& c = *connections_[(first + k) % kConnections];
+      if (const std::unique_lock lock(c.mutex, std::try_to_lock); lock) return counted(c, use);
+    }
+    Connection& c = *connections_[first % kConnections];
+    const std::lock_guard lock(c.mutex);
+    return counted(c, use);
+  }
+
+ public:
+  /// plan: none where it cannot be read; then no .glb can be made.
+  SqliteReader(Place place, proto::Manifest manifest, std::optional<proto::Plan> plan)
+      : place_(std::move(place)), manifest_(std::move(manifest)), plan_(std::move(plan)) {
+    for (auto& c : connections_) c = std::make_unique<Connection>(place_);
+  }
+
+  const proto::Manifest& manifest() const override { return manifest_; }
+
+  std::optional<Blob> tile(const TileAddress& tile, Encoding encoding) const override {
+    const auto found = with_connection([&](Connection& c) { return read(c, encoding == Encoding::drc ? c.drc : c.glb, tile, encoding); });
+    if (!found || !found->blob.etag.empty()) return found ? std::optional(found->blob) : std::nullopt;
+    return made(tile);  // the connection is free meanwhile
+  }
+
+  std::optional<std::string> tag(const TileAddress& tile, Encoding encoding) const override {
+    const auto found = with_connection([&](Connection& c) -> std::optional<std::string> {
+      if (!c.tags.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
+      require_sound(c.tags, tile);
+      return hex(c.tags.blob(encoding == Encoding::drc ? 1 : 2));
+    });
+    if (!found || !found->empty()) return found;
+    const auto blob = made(tile);
+    return blob ? std::optional(blob->etag) : std::nullopt;
+  }
+
+  std::size_t cache_bytes() const override {
+    std::size_t all = 0;
+    for (const auto& c : connections_) all += c->cache_bytes;
+    return all;
+  }
+
+  std::string water(const TileAddress& tile) const override {
+    return with_connection([&](Connection& c) {
+      if (!c.water || !c.water->bind(tile.z, tile.y, tile.x).step()) return std::string();
+      require_sound(*c.water, tile);
+      return std::string(c.water->blob(1));
+    });
+  }
+
+  std::optional<proto::TileRecord> record(const TileAddress& tile) const override {
+    auto found = records(tile.z, tile.x, tile.y, tile.x, tile.y);
+    if (found.empty()) return std::nullopt;
+    return std::move(found[0]);
+  }
+
+  std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const override {
+    return with_connection([&](Connection& c) {
+      std::vector<proto::TileRecord> out;
+      for_each_row(c.records, {level, x0, y0, x1, y1}, [&] {
+        require_sound(c.records, {level, static_cast<std::int32_t>(c.records.integer(3)), static_cast<std::int32_t>(c.records.integer(2))});
+        out.push_back(record_of(c.records, 1));
+      });
+      return out;
+    });
+  }
+
+  std::vector<TileExtent> extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const override {
+    return with_connection([&](Connection& c) {
+      std::vector<TileExtent> out;
+      for_each_row(c.nodes, {level, x0, y0, x1, y1}, [&] {
+        TileExtent& e = out.emplace_back();
+        e.tile = {level, static_cast<std::int32_t>(c.nodes.integer(2)), static_cast<std::int32_t>(c.nodes.integer(1))};
+        require_sound(c.nodes, e.tile);
+        e.geometric_error_m = c.nodes.real(3);
+        for (int k = 0; k < 6; ++k) e.region[static_cast<std::size_t>(k)] = c.nodes.real(4 + k);
+        e.content = c.nodes.integer(10) != 0;
+      });
+      return out;
+    });
+  }
+
+ private:
+  struct Found {
+    Blob blob;  ///< its etag is empty where the encoding is not stored
+    proto::TileRecord record;
+  };
+  static std::optional<Found> read(const Connection& c, Statement& get, const TileAddress& tile, Encoding encoding) {
+    if (!get.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
+    require_sound(get, tile);
+    const std::string_view bytes = get.blob(1), hash = get.blob(2);
+    Found found{{}, record_of(get, 3)};
+    if (encoding == Encoding::glb && hash.empty()) return found;
+    pipeline::require_sound(bytes, hash);
+    if (!c.summed) require_own(found.record, tile, encoding, bytes.size());
+    found.blob = {std::string(bytes), hex(hash)};
+    return found;
+  }
+
+  std::optional<Blob> made(const TileAddress& tile) const {
+    const auto found = with_connection([&](Connection& c) { return read(c, c.drc, tile, Encoding::drc); });
+    if (!found) return std::nullopt;
+    if (!plan_) throw StoreError("the plan is not as it was written");
+    auto glb = tile_glb(*plan_, found->record, found->blob.bytes);
+    if (!glb) throw StoreError("the .glb of " + name_of(tile) + " cannot be made: " + glb.problem().detail);
+    std::string etag = hex(content_hash(*glb));
+    return Blob{std::move(*glb), std::move(etag)};
+  }
+
+  Place place_;  ///< outlives the connections
+  proto::Manifest manifest_;
+  std::optional<proto::Plan> plan_;
+  std::array<std::unique_ptr<Connection>, kConnections> connections_;
+  mutable std::atomic<std::size_t> turn_{0};
+};
+
+proto::Result<proto::Manifest> published_manifest(Database& database, const std::string& path) {
+  if (database.integer("PRAGMA application_id") != kApplicationId) return refused("store-unknown", path, "is no store of Cordillera");
+  const std::int64_t version = database.integer("PRAGMA user_version");
+  if (version < kOldestSchema || version > kSchemaVersion) {
+    return refused("store-version", path, "was written by another version of Cordillera");
+  }
+  const std::string sound = has_sums(database) ? kSoundMeta : "1";
+  Statement row(database, "SELECT " + sound + ", value FROM meta WHERE key = 'manifest'");
+  if (!row.step()) return refused("store-unpublished", path, "is not finished");
+  proto::Manifest manifest;
+  const std::string_view bytes = row.blob(1);
+  if (row.integer(0) == 0 || !manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return refused("store-damaged", path, "has a damaged manifest");
+  return manifest;
+}
+
+std::optional<proto::Plan> sound_plan(Database& database) {
+  Statement row(database, "SELECT " + std::string(has_sums(database) ? kSoundMeta : "1") + ", value FROM meta WHERE key = 'plan'");
+  proto::Plan plan;
+  if (!row.step() || row.integer(0) == 0 || !plan.ParseFromArray(row.blob(1).data(), static_cast<int>(row.blob(1).size()))) return std::nullopt;
+  return plan;
+}
+
+// The size the header promises; a copy that was cut short has less.
+bool whole(Database& database, std::uint64_t size) {
+  return static_cast<std::uint64_t>(database.integer("PRAGMA page_count") * database.integer("PRAGMA page_size")) <= size &&
+         database.integer("SELECT count(*) FROM sqlite_schema WHERE name IN ('tiles', 'blobs', 'nodes')") == 3;
+}
+
+/// Throws StoreError.
+proto::Result<std::unique_ptr<StoreReader>> open_at(const Place& place, std::uint64_t size) {
+  const auto database = place.open();
+  auto manifest = published_manifest(*database, place.path);
+  if (!manifest) return manifest.problem();
+  if (!whole(*database, size)) return refused("store-damaged", place.path, "is cut short");
+  return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(place, std::move(manifest).value(), sound_plan(*database)));
+}
+
+/// The size of a file of this machine that nobody is writing.
+proto::Result<std::uint64_t> whole_file(const std::string& path) {
+  struct stat file {};
+  if (stat(path.c_str(), &file) != 0) return refused("store-missing", path, "does not exist");
+  if (!S_ISREG(file.st_mode)) return refused("store-unknown", path, "is no file");
+  // Opened as immutable, a file is read without its log. A log with something in it means that the last write was cut short.
+  for (const char* log : {"-wal", "-journal"}) {
+    struct stat beside {};
+    if (stat((path + log).c_str(), &beside) == 0 && beside.st_size > 0) {
+      return refused("store-unpublished", path, "is being written, or was left in the middle of it");
+    }
+  }
+  return static_cast<std::uint64_t>(file.st_size);
+}
+
+Problem damaged(const std::string& path, const StoreError& error) {
+  return refused("store-damaged", path, std::string("cannot be read as a store: ") + error.what());
+}
+
+}  // namespace
+
+std::vector<TileExtent> StoreReader::extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const {
+  std::vector<TileExtent> out;
+  for (const proto::TileRecord& record : records(level, x0, y0, x1, y1)) {
+    TileExtent& e = out.emplace_back();
+    e.tile = {level, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+    e.content = true;
+    e.geometric_error_m = record.max_error();
+    for (int k = 0; k < std::min(6, record.region_size()); ++k) e.region[static_cast<std::size_t>(k)] = record.region(k);
+  }
+  return out;
+}
+
+proto::Result<std::unique_ptr<StoreReader>> StoreReader::open(const std::string& path) {
+  if (raster::is_remote(path)) {
+    auto file = raster::ObjectFile::open(path, std::make_shared<raster::BlockCache>(kOwnCache_bytes));
+    return file ? open_store(std::move(*file)) : file.problem();
+  }
+  const auto size = whole_file(path);
+  if (!size) return size.problem();
+  try {
+    return open_at({path, nullptr}, *size);
+  } catch (const StoreError& e) {
+    return damaged(path, e);
+  }
+}
+
+proto::Result<proto::Manifest> StoreReader::manifest_of(const std::string& path) {
+  const auto size = whole_file(path);
+  if (!size) return size.problem();
+  try {
+    Database database(path, Database::Mode::published);
+    return published_manifest(database, path);
+  } catch (const StoreError& e) {
+    return damaged(path, e);
+  }
+}
+
+proto::Result<std::unique_ptr<StoreReader>> open_store(std::shared_ptr<raster::ObjectFile> file) {
+  try {
+    return open_at({file->path(), std::make_shared<const SqliteObject>(file)}, file->size());
+  } catch (const StoreError& e) {
+    const auto trouble = file->trouble();
+    return trouble ? *trouble : damaged(file->path(), e);
+  }
+}
+
+}  // namespace cordillera::pipeline

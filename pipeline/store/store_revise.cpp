@@ -1,0 +1,160 @@
+#include "pipeline/store/store_revise.h"
+
+#include <fcntl.h>
+#include <linux/fs.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store_schema.h"
+#include "pipeline/store/store_sums.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+proto::Problem write_problem(const std::string& path, const std::string& why) {
+  return {"store-write", "the store " + path + " cannot be written: " + why,
+          "a writable file on a disk with free space, used by one job at a time", ""};
+}
+
+/// By reference where the file system can (Btrfs, XFS), else byte by byte.
+void copy_file(const std::string& from, const std::string& to) {
+  const int in = open(from.c_str(), O_RDONLY | O_CLOEXEC), out = open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  bool copied = in >= 0 && out >= 0 && ioctl(out, FICLONE, in) == 0;
+  for (ssize_t count = 1; in >= 0 && out >= 0 && !copied; copied = count == 0) {
+    count = copy_file_range(in, nullptr, out, nullptr, std::size_t{1} << 30, 0);
+    if (count < 0) break;
+  }
+  const std::string why = std::strerror(errno);
+  if (in >= 0) close(in);
+  if (out >= 0) close(out);
+  if (copied) return;
+  std::error_code error;
+  // A file system that knows neither.
+  if (!fs::copy_file(from, to, fs::copy_options::overwrite_existing, error) || error)
+    throw StoreError(error ? error.message() : why);
+}
+
+void sync(const std::string& path) {
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && fsync(descriptor) == 0;
+  const std::string why = std::strerror(errno);
+  if (descriptor >= 0) close(descriptor);
+  if (!synced) throw StoreError(why);
+}
+
+/// Takes the tiles of a task away. What a block made lies below its node, what a merge made is the node.
+class Remover {
+ public:
+  Remover(Database& database, const Revision& revision)
+      : revision_(revision),
+        note_(database,
+              "INSERT OR IGNORE INTO gone SELECT drc FROM tiles WHERE level = ?1 AND y = ?2 AND x BETWEEN ?3 AND ?4 "
+              "UNION SELECT glb FROM tiles WHERE level = ?1 AND y = ?2 AND x BETWEEN ?3 AND ?4"),
+        tiles_(database, "DELETE FROM tiles WHERE level = ? AND y = ? AND x BETWEEN ? AND ?"),
+        mesh_(database, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?") {}
+
+  void remove(const proto::TileAddress& node) {
+    const int deepest = node.z == revision_.block_level ? revision_.finest_level : node.z;
+    for (int z = node.z; z <= deepest; ++z) {
+      const int down = z - node.z;
+      const std::int32_t x0 = node.x << down, y0 = node.y << down, last = (1 << down) - 1;
+      for (std::int32_t y = y0; y <= y0 + last; ++y) {
+        note_.bind(z, y, x0, x0 + last).run();
+        tiles_.bind(z, y, x0, x0 + last).run();
+      }
+    }
+    mesh_.bind(node.z, node.y, node.x).run();
+  }
+
+ private:
+  const Revision& revision_;
+  Statement note_, tiles_, mesh_;
+};
+
+void revise(Database& database, const proto::Plan& plan, const Revision& revision) {
+  database.execute("CREATE TEMP TABLE gone(hash BLOB PRIMARY KEY) WITHOUT ROWID");
+  Transaction transaction(database);
+  database.execute("DROP TABLE nodes; DROP TABLE IF EXISTS water; DELETE FROM meta WHERE key = 'manifest'");
+  database.execute("CREATE TABLE tasks(level INT, y INT, x INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID");
+  add_sums(database);
+  database.execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));
+  const std::string key = "plan", bytes = plan.SerializeAsString();
+  Statement(database, kPutMeta).bind(key, bytes).run();
+  {
+    Remover remover(database, revision);
+    for (const proto::TileAddress& node : revision.stale) remover.remove(node);
+    Statement put(database, "INSERT INTO tasks(level, y, x) VALUES(?, ?, ?)");
+    for (const proto::TileAddress& node : revision.finished) put.bind(node.z, node.y, node.x).run();
+  }
+  // Equal tiles share their bytes: a tile that stays may have those of one that goes.
+  database.execute("DELETE FROM temp.gone WHERE hash IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM tiles)");
+  database.execute("DELETE FROM blobs WHERE hash IN (SELECT hash FROM temp.gone)");
+  transaction.commit();
+}
+
+void put_notes(const std::string& path, const std::vector<Note>& notes) {
+  Database database(path, Database::Mode::create);
+  Transaction transaction(database);
+  Statement put(database, kPutMeta);
+  for (const Note& note : notes) put.bind(note.key, note.text).run();
+  transaction.commit();
+}
+
+}  // namespace
+
+std::optional<std::string> note_in(const std::string& store_path, const std::string& key) {
+  std::error_code error;
+  if (!fs::exists(store_path, error)) return std::nullopt;
+  try {
+    Database database(store_path, Database::Mode::published);
+    Statement row(database, "SELECT value, " + std::string(has_sums(database) ? kSoundMeta : "1") + " FROM meta WHERE key = CAST(? AS TEXT)");
+    if (!row.bind(key).step() || row.integer(1) == 0) return std::nullopt;  // none at all is better than another
+    return std::string(row.blob(0));
+  } catch (const StoreError&) {
+    return std::nullopt;  // whoever opens it for its tiles says why
+  }
+}
+
+proto::Result<void> revise_store(const std::string& from, const std::string& to, const proto::Plan& plan,
+                                 const Revision& revision) {
+  const std::string copy = to + ".copy";
+  try {
+    remove_database(copy);
+    remove_database(to);
+    copy_file(from, copy);
+    {
+      Database database(copy, Database::Mode::create);
+      // Nothing but this process knows of the copy: it needs no journal that survives.
+      database.execute("PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF");
+      revise(database, plan, revision);
+    }
+    sync(copy);
+    fs::rename(copy, to);
+    return {};
+  } catch (const std::exception& failed) {
+    remove_database(copy);
+    return write_problem(to, failed.what());
+  }
+}
+
+proto::Result<void> begin_store(const std::string& path, const proto::Plan& plan, const std::vector<Note>& notes) {
+  {
+    const auto store = StoreWriter::open(path, plan);
+    if (!store.ok()) return store.problem();
+  }
+  try {
+    put_notes(path, notes);
+    return {};
+  } catch (const StoreError& failed) {
+    return write_problem(path, failed.what());
+  }
+}
+
+}  // namespace cordillera::pipeline

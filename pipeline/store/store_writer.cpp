@@ -1,0 +1,251 @@
+#include <filesystem>
+#include <mutex>
+
+#include "pipeline/store/content_hash.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store.h"
+#include "pipeline/store/store_publish.h"
+#include "pipeline/store/store_revise.h"
+#include "pipeline/store/store_schema.h"
+#include "pipeline/store/store_sums.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using proto::Problem;
+using proto::TileAddress;
+
+Problem write_problem(const std::string& path, const std::string& why) {
+  return {"store-write", "the store " + path + " cannot be written: " + why, "a writable file on a disk with free space, used by one job at a time", ""};
+}
+
+constexpr const char* kPutTile =
+    "INSERT OR REPLACE INTO tiles(level, y, x, record, drc, glb, error, west, south, east, north, low, high, sum) "
+    "VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, row_sum(?1, ?2, ?3, ?4, ?5, ?6))";
+
+// Everything that is asked for while tiles are made. Gone once the tables are.
+struct WorkStatements {
+  explicit WorkStatements(Database& d)
+      : put_tile(d, kPutTile),
+        put_blob(d, "INSERT OR IGNORE INTO blobs(hash, bytes) VALUES(?, ?)"),
+        put_task(d, "INSERT OR REPLACE INTO tasks(level, y, x) VALUES(?, ?, ?)"),
+        has_task(d, "SELECT 1 FROM tasks WHERE level = ? AND y = ? AND x = ?"),
+        put_mesh(d, "INSERT OR REPLACE INTO meshes(level, y, x, bytes) VALUES(?, ?, ?, ?)"),
+        get_mesh(d, "SELECT bytes FROM meshes WHERE level = ? AND y = ? AND x = ?"),
+        drop_mesh(d, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?") {}
+  Statement put_tile, put_blob, put_task, has_task, put_mesh, get_mesh, drop_mesh;
+};
+
+class SqliteWriter final : public StoreWriter {
+ public:
+  SqliteWriter(std::string path, proto::Plan plan) : path_(std::move(path)), plan_(std::move(plan)) {}
+
+  /// What is in the file's place. damaged: a store whose manifest cannot be read, so that nobody can use it.
+  enum class Found { ours, others, damaged };
+
+  /// Ready for work if ours is found, or nothing. Throws StoreError.
+  Found start() {
+    database_ = std::make_unique<Database>(path_, Database::Mode::create);
+    database_->execute("PRAGMA locking_mode=EXCLUSIVE; PRAGMA synchronous=FULL; PRAGMA auto_vacuum=INCREMENTAL");
+    const bool fresh = database_->integer("SELECT count(*) FROM sqlite_schema") == 0;
+    if (!fresh && !same_plan()) return Found::others;
+    if (!fresh && has_note("manifest")) {
+      if (!read_manifest()) return Found::damaged;
+      settle();
+      return Found::ours;
+    }
+    // A commit is one sync of the log; it is on the disk when commit() returns.
+    database_->execute("PRAGMA journal_mode=WAL");
+    if (fresh) create();
+    else bring_up_to_date();
+    work_ = std::make_unique<WorkStatements>(*database_);
+    return Found::ours;
+  }
+
+  bool finished(const TileAddress& node) const override {
+    const std::lock_guard lock(mutex_);
+    if (published_) return true;
+    if (!work_) return false;
+    const bool there = work_->has_task.bind(node.z, node.y, node.x).step();
+    work_->has_task.bind();
+    return there;
+  }
+
+  proto::Result<void> commit(const FinishedTask& task) override {
+    const std::lock_guard lock(mutex_);
+    if (published_) return write_problem(path_, "it is published");
+    if (!work_) return write_problem(path_, "it cannot be read");
+    try {
+      Transaction transaction(*database_);
+      for (const EncodedTile& tile : task.tiles) put(tile);
+      if (task.mesh) {
+        const TileAddress& at = task.mesh->first;
+        work_->put_mesh.bind(at.z, at.y, at.x, task.mesh->second).run();
+      }
+      for (const TileAddress& child : task.consumed) work_->drop_mesh.bind(child.z, child.y, child.x).run();
+      work_->put_task.bind(task.node.z, task.node.y, task.node.x).run();
+      transaction.commit();
+      return {};
+    } catch (const StoreError& e) {
+      return write_problem(path_, e.what());
+    }
+  }
+
+  std::optional<std::string> mesh(const TileAddress& node) const override {
+    const std::lock_guard lock(mutex_);
+    if (published_ || !work_ || !work_->get_mesh.bind(node.z, node.y, node.x).step()) return std::nullopt;
+    std::string bytes(work_->get_mesh.blob(0));
+    work_->get_mesh.bind();
+    return bytes;
+  }
+
+  proto::Result<void> put_water(const std::vector<Water>& masks) override {
+    const std::lock_guard lock(mutex_);
+    if (published_) return {};
+    try {
+      Transaction transaction(*database_);
+      database_->execute(kCreateWater);
+      Statement put(*database_, "INSERT OR REPLACE INTO water(level, y, x, mask, sum) VALUES(?1, ?2, ?3, ?4, row_sum(?1, ?2, ?3, ?4))");
+      for (const auto& [tile, packed] : masks) put.bind(tile.z, tile.y, tile.x, packed).run();
+      transaction.commit();
+      return {};
+    } catch (const StoreError& e) {
+      return write_problem(path_, e.what());
+    }
+  }
+
+  proto::Result<proto::Manifest> publish(proto::Manifest manifest) override {
+    const std::lock_guard lock(mutex_);
+    if (published_) return *published_;
+    if (!work_) return write_problem(path_, "it cannot be read");
+    try {
+      work_.reset();  // their tables are about to go
+      publish_in_one(manifest);
+      settle();
+      published_ = manifest;
+      return manifest;
+    } catch (const NothingToPublish& e) {
+      resume();
+      return Problem{"no-data", path_ + " cannot be published: " + e.what(), "a raster with data", ""};
+    } catch (const StoreError& e) {
+      resume();
+      return write_problem(path_, e.what());
+    }
+  }
+
+ private:
+  bool same_plan() {
+    if (database_->integer("PRAGMA application_id") != kApplicationId) throw StoreError("it is no store of Cordillera");
+    const std::int64_t version = database_->integer("PRAGMA user_version");
+    if (version < kOldestSchema || version > kSchemaVersion) return false;
+    Statement plan(*database_, "SELECT value FROM meta WHERE key = 'plan'");
+    return plan.step() && plan.blob(0) == plan_.SerializeAsString();
+  }
+
+  /// After publishing failed: it is published all the same, where folding the log in was what failed, or work goes on. Neither, if the
+  /// disk cannot even be read any more: then nothing is finished and every commit is refused.
+  void resume() {
+    try {
+      if (!read_manifest()) work_ = std::make_unique<WorkStatements>(*database_);
+    } catch (const StoreError&) {
+      work_.reset();
+    }
+  }
+
+  // Readers take a published file as it is, without a log beside it. Nothing is left to do with it here: it is closed.
+  void settle() {
+    {
+      Statement mode(*database_, "PRAGMA journal_mode=DELETE");
+      if (!mode.step() || mode.blob(0) != "delete") throw StoreError("its log cannot be folded in");
+    }
+    database_.reset();
+  }
+
+  void create() {
+    Transaction transaction(*database_);
+    database_->execute(kCreateTables);
+    database_->execute("PRAGMA application_id=" + std::to_string(kApplicationId));
+    database_->execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));
+    Statement(*database_, kPutMeta).bind(std::string("plan"), plan_.SerializeAsString()).run();
+    transaction.commit();
+  }
+
+  /// An unfinished store of an earlier version: rows that are added need not be what that version knows.
+  void bring_up_to_date() {
+    add_sums(*database_);
+    database_->execute("PRAGMA user_version=" + std::to_string(kSchemaVersion));
+  }
+
+  bool has_note(const std::string& key) {
+    Statement row(*database_, "SELECT 1 FROM meta WHERE key = CAST(? AS TEXT)");
+    return row.bind(key).step();
+  }
+
+  /// False: there is none, or it is damaged.
+  bool read_manifest() {
+    Statement row(*database_, "SELECT value FROM meta WHERE key = 'manifest'");
+    if (!row.step()) return false;
+    const std::string_view bytes = row.blob(0);
+    proto::Manifest manifest;
+    if (!manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return false;
+    published_ = std::move(manifest);
+    return true;
+  }
+
+  void put(const EncodedTile& tile) {
+    proto::TileRecord record = tile.record;
+    record.set_drc_bytes(static_cast<std::uint32_t>(tile.drc.size()));
+    record.set_glb_bytes(static_cast<std::uint32_t>(tile.glb.size()));
+    if (record.region_size() != 6) throw StoreError("a tile without a region of six numbers");
+    const std::string drc = content_hash(tile.drc), glb = tile.glb.empty() ? "" : content_hash(tile.glb), bytes = record.SerializeAsString();
+    work_->put_blob.bind(drc, tile.drc).run();
+    if (!glb.empty()) work_->put_blob.bind(glb, tile.glb).run();
+    const auto& r = record.region();
+    work_->put_tile.bind(record.level(), record.y(), record.x(), bytes, drc, glb, record.max_error(), r[0], r[1], r[2], r[3], r[4], r[5])
+        .run();
+  }
+
+  void publish_in_one(proto::Manifest& manifest) {
+    Transaction transaction(*database_);
+    database_->execute("DROP TABLE tasks");
+    // One that will be built on keeps what its tasks left for those above.
+    if (!has_note(kTasksNote)) database_->execute("DROP TABLE meshes");
+    make_nodes(*database_, static_cast<int>(plan_.finest_level()));
+    summarise(*database_, plan_, manifest);
+    Statement(*database_, kPutMeta).bind(std::string("manifest"), manifest.SerializeAsString()).run();
+    database_->execute("PRAGMA incremental_vacuum");
+    transaction.commit();
+  }
+
+  std::string path_;
+  proto::Plan plan_;
+  mutable std::mutex mutex_;
+  std::unique_ptr<Database> database_;
+  std::unique_ptr<WorkStatements> work_;
+  std::optional<proto::Manifest> published_;
+};
+
+}  // namespace
+
+proto::Problem output_exists(const std::string& what) {
+  return {"output-exists", what, "another place, or --overwrite to replace what is there", "output"};
+}
+
+proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string& path, const proto::Plan& plan, Existing other) {
+  try {
+    auto writer = std::make_unique<SqliteWriter>(path, plan);
+    if (const auto found = writer->start(); found != SqliteWriter::Found::ours) {
+      const bool damaged = found == SqliteWriter::Found::damaged;
+      if (other == Existing::refuse)
+        return output_exists(path + (damaged ? " holds a damaged build" : " holds a build of another raster or with other options"));
+      writer = std::make_unique<SqliteWriter>(path, plan);
+      remove_database(path);
+      if (writer->start() != SqliteWriter::Found::ours) return write_problem(path, "the old file could not be removed");
+    }
+    return std::unique_ptr<StoreWriter>(std::move(writer));
+  } catch (const StoreError& e) {
+    return write_problem(path, e.what());
+  }
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,85 @@
+#include "pipeline/tile/tile_error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "gpu/refine/height_step.h"
+#include "gpu/measure/sample_meter.h"
+#include "gpu/refine/thin.h"
+#include "pipeline/bound/composed_error.h"
+#include "pipeline/bound/loose.h"
+#include "pipeline/plan/plan.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr double kGrace_m = 1.0 / 1024;  // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
+
+}  // namespace
+
+std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m) {
+  gpu::SurfaceErrorInput input;
+  input.lattice = context.lattice;
+  input.tile = built.tile;
+  input.mesh = &built.mesh;
+  input.samples = context.samples;
+  input.ecef_step_m = context.level->ecef_step();
+  input.frames = context.frames;
+  limit_m -= kGrace_m;
+  if (context.promise) {
+    const std::vector<std::uint32_t> over = gpu::triangles_over(input, limit_m);
+    const std::int32_t step = height_step(*context.level);
+    const gpu::SampleMeter samples(input, step);
+    const gpu::SteppedMeter meter(samples, step);
+    if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m, over, SIZE_MAX).inserted;
+    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m, context.height_rounds, step});
+  }
+  built.measured = gpu::surface_error(input, limit_m);
+  std::vector<std::uint32_t> left;
+  for (const auto& worst : built.measured.over_limit) left.push_back(worst.triangle);
+  built.max_error_m = built.measured.max_m + kGrace_m;
+  return left;
+}
+
+std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
+  const double step_m = context.level->ecef_step();
+  const Surface& surface = *prepared.truth;
+  const ComposedMeter truth(*context.lattice, built.tile, surface.mesh, surface.max_error_m, surface.loose, step_m);
+  const ComposedMeter children(*context.lattice, built.tile, prepared.input, prepared.inherited_error_m, prepared.inherited_loose, step_m);
+  const NearerMeter nearer(truth, children);
+  const std::int32_t step = height_step(*context.level);
+  const gpu::SteppedMeter meter(nearer, step);
+  const double left_m = std::max(limit_m, truth.least_m() + kLeastStepShare * limit_m);
+  std::vector<std::uint32_t> over, still_over;
+  double greatest_m = greatest_error_m(meter, built.mesh, left_m, over);
+  if (context.promise) {
+    if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, truth.points()).inserted;
+    if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds, step});
+    greatest_m = greatest_error_m(meter, built.mesh, left_m, still_over);
+  }
+  built.composed = true;
+  built.max_error_m = greatest_m;
+  return still_over;
+}
+
+void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& built) {
+  const proto::Lattice& lattice = *context.lattice;
+  const bool has_children = lattice.finest_level > prepared.tile.z;
+  Loose& loose = built.loose;
+  Loose& below = prepared.inherited_loose;
+  if (context.samples) {
+    loose.samples = uncovered_samples(lattice, built.tile, built.mesh, *context.samples);
+    if (has_children) below.samples = uncovered_samples(lattice, built.tile, prepared.input, *context.samples);
+  } else {
+    LeftOut left = left_out(built.mesh, prepared.input, prepared.inherited_error_m, below);
+    loose = std::move(left.loose);
+    // As many samples as cells of the lattice, about.
+    const double patched = prepared.inherited_uncovered - static_cast<double>(below.samples.size()) + left.more_units2;
+    built.measured.uncovered = static_cast<std::uint32_t>(static_cast<double>(loose.samples.size()) + std::clamp(patched, 0.0, 1e9));
+  }
+  if (!context.merges_above) loose = {};
+  if (context.merges_above && has_children) built.finer = Surface{std::move(prepared.input), prepared.inherited_error_m, std::move(below)};
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,21 @@
+#pragma once
+// The error of a tile's mesh, made to keep the promise, and what levels above need to know of it.
+#include <cstdint>
+#include <vector>
+
+#include "pipeline/tile/tile_mesh.h"
+
+namespace cordillera::pipeline {
+
+inline constexpr double kLeastStepShare = 0.25;  ///< of the target, for the step above the blocks, even where children left less
+
+/// Against every finest sample; what exceeds the limit is refined. Returns the triangles that are still over it.
+std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m);
+
+/// Against finer surfaces, whose own errors are known. Returns the triangles that are still over the limit.
+std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m);
+
+/// Gives a tile that is done what levels above need: what it leaves uncovered, and the surface that it was made of. Takes it from prepared.
+void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& built);
+
+}  // namespace cordillera::pipeline

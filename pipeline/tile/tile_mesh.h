@@ -1,0 +1,77 @@
+#pragma once
+// From samples or four children to a tile's finished mesh: the pure function at the heart of a dataset.
+//
+//   finest level:   mesh = simplify( grid(samples),  border chains, target )
+//   coarser levels: mesh = simplify( weld(children), border chains, target )
+#include <array>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "cordillera.pb.h"
+#include "gpu/simplify.h"
+#include "gpu/measure/surface_error.h"
+#include "pipeline/bound/surface.h"
+#include "proto/lattice.h"
+#include "proto/mesh.h"
+
+namespace cordillera::pipeline {
+
+/// A finished mesh of a tile. Covers the whole rectangle; may be void throughout.
+struct BuiltTile {
+  proto::TileAddress tile;
+  proto::TileMesh mesh;
+  double max_error_m = 0;  ///< stated
+  bool composed = false;   ///< bound by composition instead of measured against finest samples
+  gpu::SurfaceError measured;
+  std::uint32_t put_back = 0;  ///< vertices, for the promise
+  Loose loose{};                   ///< what the mesh leaves uncovered, where a tile above the blocks will be measured against it
+  std::optional<Surface> finer{};  ///< its children's, likewise
+};
+
+/// What every tile of a level shares.
+struct LevelContext {
+  const proto::Lattice* lattice = nullptr;
+  const proto::LevelPlan* level = nullptr;
+  bool promise = false;                     ///< stated errors may not exceed level->target()
+  const proto::Samples* samples = nullptr;  ///< finest samples of the block; nullptr above the blocks
+  bool measured = true;                     ///< false: the mesh alone is wanted, and no error of it
+  bool merges_above = false;                ///< the tile is a block or above: keep what its parent will be measured against
+  bool sparse_start = true;                 ///< a promised tile may start without what it would hardly keep
+  int height_rounds = 0;                    ///< see gpu::Thinning; below 0: nothing is thinned
+  const gpu::SampleFrames* frames = nullptr;  ///< of samples, where more than one tile will be measured
+};
+
+/// A tile ready to be simplified: input mesh with border chains applied. nullopt: no valid sample, nothing to do.
+struct PreparedTile {
+  proto::TileAddress tile;
+  proto::TileMesh input;
+  std::vector<float> elevation;
+  double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
+  std::uint32_t inherited_uncovered = 0;  ///< of the children together
+  Loose inherited_loose{};                ///< likewise, above the blocks
+  std::optional<Surface> truth{};   ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
+  double caution = 1;               ///< tolerances are divided by it
+  double rim_share = 1;             ///< the level's rim tolerance is multiplied by it
+  float start_tolerance_m = 0;      ///< > 0: the simplifier starts without the samples that a promise will hardly need
+  std::optional<BuiltTile> best{};  ///< of the attempts so far, where none kept the promise
+
+  gpu::SimplifyJob job(const LevelContext& context) const;
+};
+std::optional<PreparedTile> prepare_finest(const LevelContext& context, const proto::TileAddress& tile);
+/// children: index bit 0 east, bit 1 north; nullptr where a child has no data.
+std::optional<PreparedTile> prepare_parent(const LevelContext& context, const proto::TileAddress& tile,
+                                           const std::array<const BuiltTile*, 4>& children);
+
+/// Is the border of a simplification's result what its chain wants? If not, more is marked kKeep in prepared: simplify again.
+bool has_its_border(const LevelContext& context, PreparedTile& prepared, const proto::TileMesh& mesh, int attempt);
+
+/// Measures the result of prepared's simplification and, where the promise is broken, puts vertices back. Nullopt when the border is not
+/// as its chain wants it or the promise is broken still: more is marked kKeep in prepared, simplify again.
+std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt);
+
+/// All of it for one tile: prepared -> simplified (and again, while finish asks for it) -> finished.
+BuiltTile complete(const LevelContext& context, PreparedTile& prepared, gpu::Simplifier& simplifier);
+
+}  // namespace cordillera::pipeline

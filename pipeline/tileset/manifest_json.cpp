@@ -1,0 +1,56 @@
+#include "pipeline/tileset/manifest_json.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <stdexcept>
+
+#include "pipeline/encode/json.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+/// Without what nobody has measured of provisional tiles.
+std::string without_errors(const std::string& manifest) {
+  Json json = Json::parse(manifest);
+  for (Json& level : json["levels"]) level["stated_max_error"] = level["rmse"] = nullptr;
+  json["source"]["resampling_error"] = nullptr;
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace
+
+std::string manifest_json(const proto::Manifest& manifest) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  options.add_whitespace = true;
+  std::string out;
+  const auto status = google::protobuf::util::MessageToJsonString(manifest, &out, options);
+  if (!status.ok()) throw std::logic_error("a manifest cannot be printed: " + status.ToString());
+  return manifest.provisional() ? without_errors(out) : out;
+}
+
+proto::Result<proto::Manifest> parse_manifest_json(const std::string& json) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = true;
+  proto::Manifest manifest;
+  const auto status = google::protobuf::util::JsonStringToMessage(json, &manifest, options);
+  if (!status.ok()) return proto::Problem{"manifest-damaged", "not a manifest: " + status.ToString(), "a manifest.json of Cordillera", ""};
+  return manifest;
+}
+
+std::string compact_json(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  std::string out;
+  if (!google::protobuf::util::MessageToJsonString(message, &out, options).ok()) out.clear();
+  return out;
+}
+
+bool parse_json(const std::string& json, google::protobuf::Message* message) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = true;
+  return google::protobuf::util::JsonStringToMessage(json, message, options).ok();
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,118 @@
+#include "pipeline/tileset/tileset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "pipeline/tileset/html_text.h"
+#include "pipeline/encode/json.h"
+#include "proto/ellipsoid.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+// Half of the earth, less what sums of its parts may be off: clients and validators cut regions into quarters by adding, and a last digit
+// beyond the pole is an error to them.
+constexpr double kPole = kPi / 2 - 1e-14, kAntimeridian = kPi - 1e-14;
+
+// What the property tables of the subtrees hold. Implied regions and errors (a quarter and a half of the parent's) would be untrue.
+Json schema() {
+  return {{"id", "cordillera"},
+          {"classes",
+           {{"tile",
+             {{"properties",
+               {{"region",
+                 {{"description", "Contains all triangles of the tile and of those below it"},
+                  {"semantic", "TILE_BOUNDING_REGION"},
+                  {"type", "SCALAR"},
+                  {"componentType", "FLOAT64"},
+                  {"array", true},
+                  {"count", 6},
+                  {"required", true}}},
+                {"geometric_error",
+                 {{"description", "Stated maximum error in metres; for tiles without content the error of showing nothing"},
+                  {"semantic", "TILE_GEOMETRIC_ERROR"},
+                  {"type", "SCALAR"},
+                  {"componentType", "FLOAT64"},
+                  {"required", true}}}}}}}}}};
+}
+
+// The root's region is what clients cut into quarters until they have read a subtree, so it is the whole hemisphere and not the data's
+// own extent: quarters of that would lie elsewhere, and a client would cull subtrees that it should fetch.
+std::array<double, 6> hemisphere(const TileExtent& node) {
+  const double west = node.tile.x == 0 ? -kAntimeridian : 0;
+  return {west, -kPole, west + kAntimeridian, kPole, node.region[4], node.region[5]};
+}
+
+Json implicit_root(const TileExtent& node, const proto::Manifest& manifest) {
+  const std::string side = node.tile.x == 0 ? "W" : "E";
+  Json tile;
+  tile["boundingVolume"] = {{"region", hemisphere(node)}};
+  tile["geometricError"] = node.content ? node.geometric_error_m : empty_error_m(manifest);
+  tile["refine"] = "REPLACE";
+  tile["content"] = {{"uri", "tiles/" + side + "/{level}/{x}/{y}.glb"}};
+  tile["implicitTiling"] = {{"subdivisionScheme", "QUADTREE"},
+                            {"subtreeLevels", kSubtreeLevels},
+                            {"availableLevels", manifest.max_level() + 1},
+                            {"subtrees", {{"uri", "subtrees/" + side + "/{level}/{x}/{y}.subtree"}}}};
+  return tile;
+}
+
+}  // namespace
+
+Json tileset_asset(const proto::Manifest& manifest) {
+  Json out = {{"version", "1.1"}, {"tilesetVersion", manifest.id()}, {"generator", "Cordillera"}};
+  Json extras = {{"title", manifest.title().empty() ? manifest.name() : manifest.title()}};
+  if (!manifest.attribution().empty()) {
+    out["copyright"] = manifest.attribution();
+    extras["attribution"] = manifest.attribution();
+    // Where CesiumJS looks for what it has to show.
+    extras["cesium"] = {{"credits", Json::array({{{"html", html_text(manifest.attribution())}, {"showOnScreen", true}}})}};
+  }
+  if (manifest.provisional()) extras["provisional"] = true;  // its geometric errors say when to refine, not how far it is off
+  out["extras"] = extras;
+  return out;
+}
+
+std::array<double, 6> joined_regions(const std::array<double, 6>& a, const std::array<double, 6>& b) {
+  return {std::min(a[0], b[0]), std::min(a[1], b[1]), std::max(a[2], b[2]),
+          std::max(a[3], b[3]), std::min(a[4], b[4]), std::max(a[5], b[5])};
+}
+
+double empty_error_m(const proto::Manifest& manifest) {
+  // Heights apart, what is missing is as large as the data itself. Twice the greatest stated error keeps it above every tile's.
+  const auto& b = manifest.bounds();
+  double error = 1;
+  if (b.size() >= 4) {
+    const double degrees = std::max(b[3] - b[1], b[2] >= b[0] ? b[2] - b[0] : b[2] - b[0] + 360);
+    error = std::ceil(degrees / 180 * proto::kSemiMajor_m * 3.2);
+  }
+  for (const proto::LevelSummary& level : manifest.levels()) error = std::max(error, 2 * level.geometric_error());
+  return error;
+}
+
+std::string tileset_json(const StoreReader& store) {
+  const proto::Manifest& manifest = store.manifest();
+  const std::vector<TileExtent> roots = store.extents(0, 0, 0, 1, 0);
+  Json root;
+  Json children = Json::array();
+  std::array<double, 6> region = roots.empty() ? std::array<double, 6>{} : roots[0].region;
+  for (const TileExtent& node : roots) {
+    region = joined_regions(region, node.region);
+    children.push_back(implicit_root(node, manifest));
+  }
+  root["boundingVolume"] = {{"region", region}};
+  root["geometricError"] = empty_error_m(manifest);
+  root["refine"] = "REPLACE";
+  root["children"] = std::move(children);
+
+  Json out;
+  out["asset"] = tileset_asset(manifest);
+  out["schema"] = schema();
+  out["geometricError"] = empty_error_m(manifest);
+  out["root"] = std::move(root);
+  return out.dump(1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,28 @@
+#pragma once
+// The dataset as 3D Tiles 1.1: an outer root over two implicit quadtrees, W and E, because a template URI counts levels from its implicit
+// root and the lattice has two tiles at level 0. Implicit and absolute addresses: z = level, x = x + (E ? 2^level : 0), y = y (3D Tiles
+// counts y of regions northward, as the lattice does).
+#include <array>
+#include <string>
+
+#include "pipeline/encode/json.h"
+#include "pipeline/store/store.h"
+
+namespace cordillera::pipeline {
+
+/// Levels a subtree file describes; subtree roots stand at multiples of it.
+inline constexpr int kSubtreeLevels = 5;
+
+/// tileset.json. All URIs are relative to it: tiles/W/{level}/{x}/{y}.glb, subtrees/W/{level}/{x}/{y}.subtree, and E.
+std::string tileset_json(const StoreReader& store);
+
+/// The error of showing nothing where the data is: what content-less tiles and the outer root say, so that viewers look below them.
+double empty_error_m(const proto::Manifest& manifest);
+
+/// What a tileset says of itself: title, attribution, and credits where CesiumJS looks for them.
+Json tileset_asset(const proto::Manifest& manifest);
+
+/// The least region around two.
+std::array<double, 6> joined_regions(const std::array<double, 6>& a, const std::array<double, 6>& b);
+
+}  // namespace cordillera::pipeline

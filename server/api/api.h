@@ -1,0 +1,118 @@
+#pragma once
+// The HTTP API as a function: Request -> Response. Thread-safe. What waits for a build gives a Response that is asked again.
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "server/codec/json.h"
+#include "server/http/message.h"
+#include "server/api/routes.h"
+#include "server/service/service.h"
+
+namespace cordillera::server {
+
+class Api {
+ public:
+  explicit Api(Service& service) : service_(service) {}
+
+  /// client is the peer's address; id and who are found out here.
+  Response handle(Request request);
+  /// Whether handle() only looks something up: microseconds, and never waits.
+  bool is_quick(const Request& request) const;
+  /// Whether handle() may make megabytes for this client alone.
+  bool makes_much(const Request& request) const { return parse_route(request.path).resource == Resource::mesh; }
+  /// Another after every change of what datasets serve.
+  std::uint64_t state() const { return service_.library().changes(); }
+  /// An answer that says same_while is given to this request too, by whoever kept it: names and counts it. State and path were looked at.
+  void given_again(const Request& request, const metrics::KeptCounts& counts, Response& response);
+  /// Called, on any thread, when an answer that is still to come or a stream may have something to say; null: nobody any more.
+  void on_change(std::function<void()> listener) { service_.hub().listen(std::move(listener)); }
+
+ private:
+  /// Who asks, and whether that one may.
+  std::optional<proto::Problem> admit(Request& request, const Route& route);
+  Response answer(Request& request, const Route& route);
+  struct Asked;
+  Response finished(const std::shared_ptr<Asked>& asked, Response response);
+  Response dispatch(const Request& request, const Route& route);
+  Response of_dataset(const Request& request, const Route& route);
+  Response remove(const Request& request, const Dataset& dataset);
+
+  Service& service_;
+};
+
+// The parts, a file each.
+
+/// What stands in every answer, and what is told of it: request id, safe headers, log, audit, metrics.
+struct Exchange {
+  const Request& request;
+  const Route& route;
+  std::uint64_t received = 0;  ///< bytes of the body
+  double seconds = 0;
+};
+void finish(Service& service, const Exchange& exchange, Response& response);
+/// Whether the method only reads this resource.
+bool only_reads(const std::string& method, Resource resource);
+/// Nobody's who must not know of it.
+bool may_see(const Request& request, const Dataset& dataset);
+
+/// GET /v1, /healthz, /readyz, /metrics, /v1/limits.
+Response index();
+Response alive();
+Response readiness(Service& service);
+Response metrics_text(Service& service);
+Response limits_in_effect(Service& service);
+
+/// Who sends, as far as uploads are counted.
+std::string sender(const Request& request);
+/// POST /v1/datasets.
+Response post_dataset(Service& service, const Request& request);
+
+/// What a build of the raster in the folder would make; nothing is kept.
+Response dry_run(Service& service, const proto::Job& job, const std::filesystem::path& folder);
+
+/// GET …/events.
+Response event_stream(Service& service, const Dataset& dataset);
+
+/// A dataset to be read, or the answer that says why it cannot be: unfinished, failed, or of another version than the route's.
+struct Opened {
+  std::shared_ptr<const pipeline::faces::Terrain> terrain;  ///< null: refused
+  Response refusal;
+};
+Opened open_published(Service& service, const Dataset& dataset, const Route& route);
+/// The same, or what is shown of it while it is being built: its manifest says which (provisional).
+Opened open_readable(Service& service, const Dataset& dataset, const Route& route);
+/// Of a document or a tile: for ever below a version; else a client asks each time, and what has not changed costs it a 304.
+const char* cache_control(const Route& route);
+
+/// The manifest and the faces of a dataset that is ready, or provisional ones.
+Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route);
+
+/// …/mesh.glb and others: a part of a dataset as one mesh.
+Response extracted_mesh(Service& service, const Dataset& dataset, const Request& request, const Route& route);
+
+/// …/elevation: heights at places and along lines. GET and POST alike read only.
+Response elevation(Service& service, const Dataset& dataset, const Request& request, const Route& route);
+
+/// Makes the tile templates of a document absolute, for readers that do not resolve them; without a host in the request they stay.
+void make_absolute(const Request& request, Response& response);
+
+/// GET /v1/datasets/{id}.
+Response status_document(Service& service, const Dataset& dataset);
+/// State, progress, error, links and, once it is ready, a summary. prefix: the dataset's address relative to the document's.
+Json status_json(Service& service, const Dataset& dataset, const std::string& prefix);
+
+/// What there is to fetch of a dataset, a face each, with links as OGC API names them. prefix as above.
+Json faces_json(const std::string& prefix);
+
+/// Whether If-None-Match names the tag, which stands in quotes.
+bool names_tag(const std::string& if_none_match, const std::string& tag);
+/// An answer with a validator: 304 if the client has it already.
+Response if_changed(const Request& request, Response response);
+/// What the socket may compress has Vary, and a weak tag: compressed and plain, it is the same document in different bytes.
+void mark_variants(Response& response);
+
+/// unknown_dataset for one who may know of some datasets only.
+proto::Problem unknown_to(const Request& request, const std::string& id);
+
+}  // namespace cordillera::server

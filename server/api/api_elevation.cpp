@@ -1,0 +1,67 @@
+// …/elevation: heights at places and along lines, from the meshes that clients get.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "pipeline/build/provisional.h"
+#include "server/api/api.h"
+#include "server/api/elevation_query.h"
+#include "server/jobs/provisional.h"
+
+namespace cordillera::server {
+namespace {
+
+double to_millimetres(double metres) { return std::round(metres * 1e3) / 1e3; }
+
+/// Places of one tile together: a mesh is decoded once, however the places are strewn.
+std::vector<std::size_t> by_tile(const std::vector<raster::LinePoint>& places, int level) {
+  const double tiles_a_degree = std::ldexp(1, level) / 180;
+  const auto tile = [&](std::size_t k) {
+    const double row = (places[k].latitude_deg + 90) * tiles_a_degree, column = (places[k].longitude_deg + 180) * tiles_a_degree;
+    return std::pair(std::floor(row), std::floor(column));
+  };
+  std::vector<std::size_t> order(places.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tile(a) < tile(b); });
+  return order;
+}
+
+Json place_json(const pipeline::faces::Terrain& terrain, const raster::LinePoint& place, int level, bool line) {
+  Json json = {{"lon", place.longitude_deg}, {"lat", place.latitude_deg}};
+  if (line) json["distance"] = to_millimetres(place.distance_m);
+  const auto height_m = terrain.height_m(level, place.longitude_deg, place.latitude_deg);
+  const auto undulation_m = height_m ? terrain.undulation_m(place.longitude_deg, place.latitude_deg) : proto::Problem{};
+  json["ellipsoidal_height"] = height_m ? Json(to_millimetres(*height_m)) : Json();
+  json["orthometric_height"] = undulation_m.ok() ? Json(to_millimetres(*height_m - *undulation_m)) : Json();
+  return json;
+}
+
+}  // namespace
+
+Response elevation(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
+  Opened opened = open_readable(service, dataset, route);
+  if (!opened.terrain) return std::move(opened.refusal);
+  const pipeline::faces::Terrain& terrain = *opened.terrain;
+  const proto::Manifest& manifest = terrain.manifest();
+  const auto query = elevation_query(request, static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level()));
+  if (!query) return problem_response(query.problem());
+  const int level = query->level.value_or(static_cast<int>(manifest.max_level()));
+  std::vector<Json> points(query->places.size());
+  for (const std::size_t k : by_tile(query->places, level)) points[k] = place_json(terrain, query->places[k], level, query->line);
+  const std::string& geoid = terrain.geoid_name();
+  const auto error_m = pipeline::stated_error_m(manifest, level);
+  Json json = {{"level", level}, {"stated_max_error", error_m ? Json(*error_m) : Json()}};
+  if (manifest.provisional()) json["provisional"] = true;
+  json["ellipsoid"] = "WGS 84";
+  json["geoid"] = geoid.empty() ? Json() : Json(geoid);  // null where no grid is installed; orthometric heights are null then
+  if (!manifest.attribution().empty()) json["attribution"] = manifest.attribution();
+  if (query->line) json["length"] = to_millimetres(query->places.back().distance_m);
+  json["points"] = std::move(points);
+  Response response = json_response(200, json);
+  response.set("Cache-Control", request.method == "POST" ? "no-store" : cache_control(route));
+  if (request.method != "POST") response.set("ETag", quoted(pipeline::faces::document(response.body).etag));
+  if (manifest.provisional()) mark_provisional(response);
+  return response;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,254 @@
+// POST /v1/datasets: check, stream to disk, queue, and wait if the client prefers to.
+#include <algorithm>
+#include <chrono>
+
+#include "server/api/api.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/api/delivery.h"
+#include "server/codec/digest.h"
+#include "server/http/form_body.h"
+#include "server/codec/json.h"
+#include "server/log/log.h"
+#include "server/options/request_policy.h"
+#include "server/options/option_values.h"
+#include "server/api/typed_by_hand.h"
+#include "server/updates/api.h"
+#include "server/datasets/upload.h"
+#include "server/uploads/tus.h"
+
+namespace cordillera::server {
+namespace {
+
+/// A POST whose query and headers are in order.
+struct Posting {
+  Settings settings;
+  std::string name;
+  Delivery delivery;
+  std::string options_hash;
+  bool updates = false;  ///< its rasters can be changed
+  std::string up;        ///< before relative links, see up_from
+};
+
+/// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of updates=1 are.
+std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
+  posting.updates = !posting.delivery.address.empty();
+  for (auto option = options.begin(); option != options.end(); ++option) {
+    if (option->first != "updates") continue;
+    if (const auto wrong = read_switch(option->second, &posting.updates)) {
+      return proto::Problem{"option-invalid", "updates='" + option->second + "': " + *wrong, "1 or 0", "updates"};
+    }
+    options.erase(option);
+    break;
+  }
+  return std::nullopt;
+}
+
+proto::Result<Posting> read_posting(Service& service, const Request& request, RasterIs raster) {
+  Posting posting;
+  posting.up = up_from(request);
+  auto options = other_parameters(request, posting.delivery);
+  if (!options) return options.problem();
+  const bool named = std::any_of(options->begin(), options->end(), [](const auto& option) { return option.first == "name"; });
+  if (const std::string name = name_in_path(request); !named && !name.empty()) options->emplace_back("name", name);
+  if (auto refused = take_updates(*options, posting)) return *refused;
+  auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
+  if (!settings) return settings.problem();
+  posting.settings = std::move(settings.value());
+  if (posting.settings.private_dataset && !service.gate().has_tokens()) {
+    return proto::Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read", "private=0, or cordillera serve --tokens FILE",
+                          "private"};
+  }
+  if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
+  if (auto refused = check_delivery(service, request, raster, posting.delivery)) return *refused;
+  if (!posting.delivery.address.empty() && !posting.updates) {
+    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are", "source= without updates=0", "source"};
+  }
+  if (posting.updates && posting.settings.dry_run) {
+    return proto::Problem{"options-conflict", "a dry run keeps nothing that could be updated", "one of them", "updates"};
+  }
+  const std::string& name = posting.settings.build.name();
+  posting.name = !name.empty() ? name : posting.delivery.address.empty() ? "raster" : updates::name_in(posting.delivery.address);
+  if (!posting.delivery.upload.empty()) {
+    const auto begun = service.uploads().find(posting.delivery.upload);
+    if (name.empty() && begun && !begun->name.empty()) posting.name = begun->name;
+    // A client that was cut off asks again: an upload becomes one dataset.
+    if (posting.delivery.key.empty() && !posting.settings.dry_run) posting.delivery.key = "upload " + posting.delivery.upload;
+  }
+  posting.options_hash = digest(to_json_line(posting.settings.build) + (posting.settings.dry_run ? "dry" : "") +
+                                (posting.settings.private_dataset ? "private" : "") +
+                                (posting.updates ? "updates" + posting.delivery.address : ""));
+  return posting;
+}
+
+proto::Job dry_job(const Posting& posting, const Upload& upload) {
+  proto::Job job;
+  job.set_id("dry-run");
+  job.set_name(posting.name);
+  job.set_raster(upload.raster());
+  job.set_dry_run(true);
+  *job.mutable_options() = posting.settings.build;
+  return job;
+}
+
+bool is_built(Service& service, const std::string& id) {
+  const auto dataset = service.registry().find(id);
+  return !dataset || dataset->state == State::ready || dataset->state == State::failed;
+}
+
+/// The answer to a POST whose dataset exists, as it is now.
+Response answer_now(Service& service, const std::string& id, const Posting& posting, const Token& waiting) {
+  const auto dataset = service.registry().find(id);
+  if (!dataset) return problem_response(unknown_dataset(id));
+  const bool failed = posting.delivery.wait.count() > 0 && dataset->state == State::failed && dataset->problem;
+  Response response =
+      failed ? problem_response(*dataset->problem)
+             : json_response(dataset->state == State::ready ? 201 : 202, status_json(service, *dataset, posting.up + "datasets/" + id));
+  response.set("Location", posting.up + "datasets/" + id);
+  if (waiting) response.set("Preference-Applied", "wait=" + std::to_string(posting.delivery.wait.count()));
+  return response;
+}
+
+/// The same, at once or after the wait that the client prefers.
+Response accepted(Service& service, const std::string& id, const Posting& posting) {
+  const Token waiting = posting.delivery.wait.count() > 0 ? service.wait_token() : nullptr;
+  if (!waiting) return answer_now(service, id, posting, nullptr);
+  Response response;
+  response.later = [&service, id, posting, waiting, end = std::chrono::steady_clock::now() + posting.delivery.wait](Patience patience) -> std::optional<Response> {
+    if (patience == Patience::more && !service.stopping() && std::chrono::steady_clock::now() < end && !is_built(service, id)) return std::nullopt;
+    return answer_now(service, id, posting, waiting);
+  };
+  return response;
+}
+
+/// Adds the row, or removes the raster again: a disk that is full must not stay so for an upload that was refused.
+bool registered(Service& service, const Dataset& dataset) {
+  try {
+    return service.registry().add(dataset);
+  } catch (const RegistryInDoubt&) {
+    throw;  // a row that is there all the same, in a log that could not be synced, keeps its raster
+  } catch (const RegistryError&) {
+    remove_dataset_folder(service.layout(), dataset.id);
+    throw;
+  }
+}
+
+Response create(Service& service, const Posting& posting, Upload& upload, const Request& request, limits::Place slot) {
+  Dataset dataset;
+  dataset.id = make_id(posting.name);
+  dataset.name = posting.name;
+  dataset.options = posting.settings.build;
+  dataset.created = now_text();
+  dataset.raster = upload.raster();
+  dataset.idempotency_key = posting.delivery.key;
+  dataset.options_hash = posting.options_hash;
+  dataset.body_hash = upload.body_hash();
+  dataset.owner = request.who.name;
+  dataset.is_private = posting.settings.private_dataset;
+  dataset.request_id = request.id;
+  const auto place = service.layout().dataset(dataset.id);
+  if (posting.updates) {
+    const auto begun = updates::begin_dataset(dataset, posting.delivery, upload);
+    if (!begun) return problem_response(begun.problem());
+  }
+  if (const auto written = write_record(upload.folder(), dataset); !written) return problem_response(written.problem());
+  if (const auto kept = upload.keep(place); !kept) return problem_response(kept.problem());
+  if (!registered(service, dataset)) {
+    remove_dataset_folder(service.layout(), dataset.id);
+    return problem_response({"internal", "the dataset could not be registered", "trying again", ""});
+  }
+  log_info("dataset " + dataset.id + ": queued", {{"job", dataset.id}});
+  service.queue().enqueue(dataset.id, sender(request));
+  slot.reset();  // the dataset counts for itself now
+  if (!posting.delivery.upload.empty()) service.uploads().remove(posting.delivery.upload);
+  return accepted(service, dataset.id, posting);
+}
+
+/// A raster that came before all of its options were known.
+struct Come {
+  Upload& raster;
+  limits::Place place;
+};
+
+Response post(Service& service, const Request& request, Come* come) {
+  const auto posting = read_posting(service, request, come != nullptr ? RasterIs::optional : RasterIs::needed);
+  if (!posting) return problem_response(posting.problem());
+  if (come != nullptr && posting->delivery.any()) {
+    return problem_response({"options-conflict", "the form has a file, and a field that names another raster", "one of them", "file"});
+  }
+  Token key;
+  Row earlier;
+  if (!posting->delivery.key.empty()) {
+    key = service.key_token(request.who.name, posting->delivery.key);
+    if (!key) {
+      return problem_response({"idempotency-key-in-use", "a request with this Idempotency-Key is under way",
+                               "trying again later", "Idempotency-Key"});
+    }
+    earlier = service.registry().find_by_key(request.who.name, posting->delivery.key);
+    if (earlier && earlier->options_hash != posting->options_hash) return problem_response(key_reused("other options"));
+  }
+  auto place = come != nullptr ? proto::Result<limits::Place>(std::move(come->place))
+                               : service.admission().enter(sender(request), posting->delivery.expected, earlier ? limits::Entry::again : limits::Entry::fresh);
+  if (!place) return problem_response(place.problem());
+  std::optional<Upload> own;
+  Upload& upload = come != nullptr ? come->raster : own.emplace(service.layout(), suffix_of(posting->name));
+  if (earlier && !posting->delivery.upload.empty() && !service.uploads().find(posting->delivery.upload)) {
+    place->reset();
+    key.reset();
+    return accepted(service, earlier->id, *posting);  // made of this very upload
+  }
+  if (const auto taken = take_raster(service, posting->delivery, request, upload); !taken) return problem_response(taken.problem());
+  if (earlier && earlier->body_hash != upload.body_hash()) return problem_response(key_reused("another raster"));
+  if (posting->settings.dry_run) return dry_run(service, dry_job(*posting, upload), upload.folder());
+  if (!earlier) return create(service, *posting, upload, request, std::move(*place));
+  place->reset();
+  key.reset();
+  return accepted(service, earlier->id, *posting);
+}
+
+/// Its file is written down while it comes, with a place as any other; its fields are options as if they stood in the query.
+Response post_form(Service& service, const Request& request, FormReader form) {
+  const std::string announced = request.header("content-length").value_or("");
+  const auto bytes = announced.empty() || announced.size() > 18 ? std::nullopt : std::optional<std::uint64_t>(std::strtoull(announced.c_str(), nullptr, 10));
+  auto place = service.admission().enter(sender(request), bytes, limits::Entry::fresh);
+  if (!place) return problem_response(place.problem());
+  Upload upload(service.layout(), "");
+  Request file = request;
+  file.read_body = [&](const Request::Sink& sink) {
+    const bool whole = request.read_body && request.read_body([&](std::string_view piece) { return form.feed(piece, sink); });
+    return whole && form.ended();
+  };
+  Delivery body;
+  body.body = true;
+  const auto taken = take_raster(service, body, file, upload);
+  if (form.problem()) return problem_response(*form.problem());
+  if (form.ended() && !form.has_file()) {
+    return problem_response({"form-invalid", "the form has no file", "curl -F file=@dem.tif, with the sign before the name", "file"});
+  }
+  if (!taken) return problem_response(taken.problem());
+  Request plain = request;
+  plain.query.insert(plain.query.end(), form.fields().begin(), form.fields().end());
+  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) plain.headers.erase(gone);
+  std::string name = form.file_name();
+  for (const auto& [key, value] : plain.query) {
+    if (key == "name") name = value;
+  }
+  const bool named = std::any_of(plain.query.begin(), plain.query.end(), [](const auto& pair) { return pair.first == "name"; });
+  if (!named && !name.empty()) plain.query.emplace_back("name", name);
+  if (const auto renamed = upload.rename(suffix_of(name)); !renamed) return problem_response(renamed.problem());
+  Come come{upload, std::move(*place)};
+  return post(service, plain, &come);
+}
+
+}  // namespace
+
+std::string sender(const Request& request) { return request.who.name.empty() ? request.client : "token " + request.who.name; }
+
+Response post_dataset(Service& service, const Request& request) {
+  const std::string type = request.header("content-type").value_or("");
+  if (auto form = FormReader::of(type)) return post_form(service, request, std::move(*form));
+  if (!type.starts_with("application/json")) return post(service, request, nullptr);
+  const auto plain = with_json_as_query(request);
+  return plain ? post(service, *plain, nullptr) : problem_response(plain.problem());
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,214 @@
+// How far a dataset is: as a document, and as a stream of events.
+#include <memory>
+
+#include "server/api/api.h"
+#include "server/codec/json.h"
+#include "server/jobs/provisional.h"
+#include "server/updates/api.h"
+
+namespace cordillera::server {
+namespace {
+
+constexpr auto kKeepAlive = std::chrono::seconds(10);  // proxies close connections on which nothing moves
+
+/// What is known of a job that has not said anything yet.
+proto::Progress before_the_first(State state) {
+  proto::Progress progress;
+  progress.set_stage(state == State::running ? "open" : to_string(state));
+  progress.set_seconds_left(-1);
+  return progress;
+}
+
+Json progress_json(const proto::Progress& progress) {
+  Json json;
+  json["stage"] = progress.stage();
+  json["done"] = progress.done();
+  json["total"] = progress.total();
+  json["share"] = progress.total() > 0 ? std::min(1.0, progress.done() / progress.total()) : 0.0;
+  json["seconds_left"] = progress.seconds_left() < 0 ? Json(nullptr) : Json(progress.seconds_left());
+  return json;
+}
+
+/// What can be read of a dataset.
+enum class Readable : std::uint8_t { nothing, provisional, all };
+
+Json links_json(const std::string& prefix, Readable readable) {
+  Json links;
+  links["self"] = prefix;
+  links["events"] = prefix + "/events";
+  if (readable == Readable::nothing) return links;
+  links["manifest"] = prefix + "/manifest.json";
+  if (readable == Readable::all) links["mesh"] = prefix + "/mesh.glb";
+  links["tileset"] = prefix + "/tileset.json";
+  links["drc"] = prefix + "/tiles/{z}/{x}/{y}.drc";
+  links["glb"] = prefix + "/tiles/{z}/{x}/{y}.glb";
+  return links;
+}
+
+const char* grid_name(pipeline::faces::Grid grid) {
+  using pipeline::faces::Grid;
+  if (grid == Grid::web_mercator || grid == Grid::web_mercator_south) return "WebMercatorQuad";
+  return grid == Grid::geodetic ? "WorldCRS84Quad" : nullptr;
+}
+
+/// A link as OGC API - Tiles has it. Geodetic rows count from the south, which the name of the tile matrix set does not say.
+Json link_json(const std::string& prefix, const pipeline::faces::Resource& resource) {
+  const bool templated = resource.grid != pipeline::faces::Grid::none;
+  Json link;
+  link["rel"] = templated ? "item" : "alternate";
+  link["href"] = prefix + "/" + std::string(resource.path);
+  link["type"] = std::string(resource.type);
+  link["title"] = std::string(resource.about);
+  if (!templated) return link;
+  link["templated"] = true;
+  if (const char* set = grid_name(resource.grid)) link["tileMatrixSetId"] = set;
+  link["rows"] = resource.grid == pipeline::faces::Grid::web_mercator ? "north" : "south";
+  return link;
+}
+
+/// The few numbers that a list of datasets shows; manifest.json has all.
+Json summary_json(const proto::Manifest& manifest) {
+  Json json;
+  json["title"] = manifest.title();
+  json["attribution"] = manifest.attribution();
+  json["scheme"] = manifest.scheme();
+  json["min_level"] = manifest.min_level();
+  json["max_level"] = manifest.max_level();
+  json["bounds"] = std::vector<double>(manifest.bounds().begin(), manifest.bounds().end());
+  json["tiles"] = manifest.tiles();
+  json["triangles"] = manifest.triangles();
+  json["bytes"] = manifest.bytes();
+  return json;
+}
+
+std::string event_text(const std::string& name, const Json& data) {
+  return "event: " + name + "\ndata: " + plain_numbers(data).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n\n";
+}
+
+/// One client's stream: what it has seen, and whether it has seen the end.
+class EventStream {
+ public:
+  EventStream(Service& service, std::string id, Token token)
+      : service_(service), id_(std::move(id)), token_(std::move(token)) {}
+
+  /// Empty: nothing new.
+  std::optional<std::string> next() {
+    if (ended_ || service_.stopping()) return std::nullopt;
+    // The version is read before the state: a change in between is then news again, and never lost.
+    const auto now = service_.hub().now(id_);
+    const bool silent = std::chrono::steady_clock::now() - said_ >= kKeepAlive;
+    if (started_ && now.version == seen_ && !silent) return "";
+    said_ = std::chrono::steady_clock::now();
+    if (started_ && now.version == seen_ && service_.find(id_)) return ": waiting\n\n";
+    started_ = true;
+    seen_ = now.version;
+    const auto dataset = service_.find(id_);
+    const std::string tiles = dataset ? new_tiles(*dataset) : "";
+    const bool changing = dataset && dataset->state == State::ready && updates::is_busy(service_, id_);
+    ended_ = !dataset || (dataset->state == State::ready && !changing) || dataset->state == State::failed;
+    if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
+    if (ended_ && dataset->state == State::ready) return tiles + event_text("ready", status_json(service_, *dataset, "../" + id_));
+    if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
+    Json data = progress_json(now.progress.value_or(before_the_first(dataset->state)));
+    data["state"] = to_string(dataset->state);
+    return tiles + event_text("progress", data);
+  }
+
+ private:
+  /// Where there is something else to be read than this client knows of.
+  std::string new_tiles(const Dataset& dataset) {
+    std::shared_ptr<const pipeline::faces::Terrain> terrain;
+    if (dataset.state == State::queued || dataset.state == State::running) terrain = service_.library().provisional(id_);
+    if (dataset.state == State::ready && !told_.empty()) {
+      if (auto ready = service_.library().open(id_)) terrain = *ready;
+    }
+    std::string event = terrain ? event_text("tiles", tiles_json(terrain->manifest())) : told_;
+    return event == told_ ? "" : told_ = std::move(event);
+  }
+
+  Service& service_;
+  std::string id_;
+  Token token_;
+  std::uint64_t seen_ = 0;
+  std::chrono::steady_clock::time_point said_{};  ///< the last piece
+  std::string told_;  ///< the last event of tiles
+  bool started_ = false;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+Json status_json(Service& service, const Dataset& dataset, const std::string& prefix) {
+  Json json;
+  json["id"] = dataset.id;
+  json["name"] = dataset.name;
+  json["state"] = to_string(dataset.state);
+  json["created"] = dataset.created;
+  json["private"] = dataset.is_private;
+  const auto now = service.hub().now(dataset.id);
+  const Json changes = updates::status(service, dataset.id);
+  const bool changing = changes.is_object() && changes["pending"] > 0;
+  const bool unfinished = dataset.state == State::queued || dataset.state == State::running || changing;
+  json["progress"] = unfinished && now.progress ? progress_json(*now.progress) : Json(nullptr);
+  json["error"] = dataset.problem ? problem_json(*dataset.problem) : Json(nullptr);
+  const bool building = dataset.state == State::queued || dataset.state == State::running;
+  const bool provisional = building && service.library().provisional(dataset.id) != nullptr;
+  json["provisional"] = provisional;
+  json["links"] = links_json(prefix, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
+  if (changes.is_object()) json["updates"] = changes;
+  json["notes"] = std::vector<std::string>(dataset.options.warnings().begin(), dataset.options.warnings().end());
+  json["manifest"] = nullptr;
+  if (dataset.state != State::ready) return json;
+  const auto summary = service.library().summary(dataset.id);
+  if (summary) {
+    const proto::Manifest& manifest = (*summary)->manifest;
+    json["manifest"] = summary_json(manifest);
+    json["notes"] = std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
+    json["version"] = (*summary)->version;
+    json["links"]["version"] = prefix + "/versions/" + (*summary)->version;
+  } else {
+    json["error"] = problem_json(summary.problem());
+  }
+  return json;
+}
+
+Json faces_json(const std::string& prefix) {
+  Json faces = Json::array();
+  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
+    const auto entry = pipeline::faces::find(face->entry);
+    Json json;
+    json["name"] = std::string(face->name);
+    json["about"] = std::string(face->about);
+    json["href"] = prefix + "/" + std::string(face->entry);
+    json["type"] = entry ? std::string(entry->resource->type) : "application/json";
+    json["links"] = Json::array();
+    for (const auto& resource : face->resources) json["links"].push_back(link_json(prefix, resource));
+    faces.push_back(std::move(json));
+  }
+  return faces;
+}
+
+Response status_document(Service& service, const Dataset& dataset) {
+  Json json = status_json(service, dataset, dataset.id);
+  if (dataset.state == State::ready || json["provisional"] == true) json["faces"] = faces_json(dataset.id);
+  Response response = json_response(200, json);
+  response.set("Cache-Control", "no-store");
+  return response;
+}
+
+Response event_stream(Service& service, const Dataset& dataset) {
+  Token token = service.wait_token();
+  if (!token) {
+    return problem_response(
+        {"service-busy", "too many clients are waiting for events", "asking GET /v1/datasets/{id} now and then", ""});
+  }
+  Response response;
+  response.set("Content-Type", "text/event-stream");
+  response.set("Cache-Control", "no-store");
+  response.set("X-Accel-Buffering", "no");  // a proxy that collects the stream would defeat it
+  const auto stream = std::make_shared<EventStream>(service, dataset.id, std::move(token));
+  response.next_piece = [stream] { return stream->next(); };
+  return response;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,178 @@
+// What a published dataset serves: its manifest and its faces.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "pipeline/faces/mercator_draco.h"
+#include "pipeline/faces/mercator_mesh.h"
+#include "pipeline/faces/web_mercator.h"
+#include "pipeline/tileset/manifest_json.h"
+#include "server/api/api.h"
+#include "server/codec/gzip.h"
+#include "server/codec/json.h"
+#include "server/jobs/provisional.h"
+
+namespace cordillera::server {
+namespace {
+
+Response answer(const pipeline::faces::Document& document, std::string_view type, const Route& route) {
+  Response response;
+  response.set("Content-Type", std::string(type));
+  response.set("Cache-Control", cache_control(route));
+  response.set("ETag", server::quoted(document.etag));
+  response.shared = document.bytes.held();
+  return response;
+}
+
+/// Columns and rows of a level that the dataset's bounds touch, as text.
+std::string range_text(const proto::Manifest& manifest, int level) {
+  const auto tiles = touched_by_bounds(manifest, level);
+  if (!tiles) return "";
+  const auto span = [](std::int32_t from, std::int32_t to) { return std::to_string(from) + ".." + std::to_string(to); };
+  return "; at level " + std::to_string(level) + " x " + span(tiles->west, tiles->east) + ", y " + span(tiles->south, tiles->north);
+}
+
+/// Of Web Mercator's faces; none of a dataset that it cannot show. Pictures have those that their pixels are worth, meshes a zoom a level.
+pipeline::faces::Zooms zooms(const proto::Manifest& manifest, const pipeline::faces::Resource& tiles) {
+  using namespace pipeline::faces;
+  if (tiles.grid == Grid::web_mercator_south) return {0, finest_mercator_zoom(manifest)};
+  if (!tiles.type.starts_with("image/")) return mercator_draco_zooms(manifest);
+  const auto extent = pipeline::faces::extent_of(manifest);
+  return extent ? zooms_of(manifest, *extent) : pipeline::faces::Zooms{0, -1};
+}
+
+Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& found) {
+  if (found.resource->absent == pipeline::faces::Absent::no_content) {
+    Response nothing;
+    nothing.status = 204;
+    return nothing;
+  }
+  const auto& [root, z, x, y, ramp] = found.place;
+  using pipeline::faces::Grid;
+  const bool north = found.resource->grid == Grid::web_mercator, mercator = north || found.resource->grid == Grid::web_mercator_south;
+  const auto [least, most] = mercator ? zooms(manifest, *found.resource) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
+  const bool inside = z >= least && z <= most;
+  const std::string so_far = manifest.provisional() ? "while the dataset is being built, " : "";
+  std::string accepted = so_far + (mercator ? "zooms " : "levels ") + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
+  for (int i = 0; i < 4 && manifest.bounds_size() >= 4; ++i) accepted += (i == 0 ? " " : ", ") + Json(manifest.bounds(i)).dump();
+  if (found.resource->grid == pipeline::faces::Grid::geodetic) accepted += range_text(manifest, inside ? z : most);
+  accepted += north ? " (y counts from the north)" : " (y counts from the south); a tile without data does not exist";
+  const std::string where = (root == 0 ? "" : " below the root " + std::string(1, root)) + (mercator ? " at zoom " : " at level ") + std::to_string(z);
+  return problem_response({"tile-unknown", "there is no tile" + where + ", x " + std::to_string(x) + ", y " + std::to_string(y), accepted, ""});
+}
+
+/// Milliseconds that a document took to make or find, for a browser's network panel.
+void add_timing(Response& response, std::chrono::steady_clock::time_point start) {
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "make;dur=%.3f", took.count());
+  response.set("Server-Timing", text.data());
+  response.set("Timing-Allow-Origin", "*");
+}
+
+/// What the client has already, as far as its tag tells: the head of the answer, without reading a byte of the document.
+std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
+  const pipeline::faces::Resource& resource = *route.found.resource;
+  if (terrain.manifest().provisional()) return std::nullopt;
+  if (resource.tag == nullptr || !request.headers.contains("if-none-match")) return std::nullopt;
+  auto tag = resource.tag(terrain, route.found.place);
+  if (!tag) return std::nullopt;
+  Response response = answer({{}, std::move(*tag)}, resource.type, route);
+  return if_changed(request, response).status == 304 ? std::optional(std::move(response)) : std::nullopt;
+}
+
+/// ramp= of the query; it lives as long as the request.
+std::string_view ramp_asked(const Request& request) {
+  for (const auto& [name, value] : request.query) {
+    if (name == "ramp") return value;
+  }
+  return {};
+}
+
+Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
+  pipeline::faces::Found found = route.found;
+  if (!found.resource->ramps.empty()) found.place.ramp = ramp_asked(request);
+  const auto start = std::chrono::steady_clock::now();
+  if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
+  if (auto unchanged = unread(terrain, request, route)) return std::move(*unchanged);
+  auto made = found.resource->make(terrain, found.place);
+  if (!made) return problem_response(made.problem());
+  if (!*made) return no_tile(terrain.manifest(), found);
+  const bool varies = found.resource->compression == pipeline::faces::Compression::gzip, compressed = varies && accepts_gzip(request);
+  Response response = answer(compressed ? gzipped(terrain, **made) : **made, found.resource->type, route);
+  if (varies) response.set("Vary", "Accept-Encoding");
+  if (compressed) response.set("Content-Encoding", "gzip");
+  add_timing(response, start);
+  return response;
+}
+
+/// version_of, worked out once.
+std::string version_in(const pipeline::faces::Terrain& terrain) {
+  const auto kept = terrain.kept("version", [&]() -> proto::Result<std::optional<pipeline::faces::Document>> {
+    return std::optional(pipeline::faces::Document{version_of(terrain.manifest()), ""});
+  });
+  return (**kept).bytes;
+}
+
+/// What is made of its documents for some clients is kept with the dataset, and so forgotten with it.
+Response::Keep keep_in(const std::shared_ptr<const pipeline::faces::Terrain>& terrain) {
+  return [terrain](const std::string& name, const std::function<std::string()>& make) {
+    const auto made = terrain->kept(name, [&]() -> proto::Result<std::optional<pipeline::faces::Document>> {
+      return std::optional(pipeline::faces::Document{make(), ""});
+    });
+    return (**made).bytes.held();
+  };
+}
+
+std::optional<Response> not_ready(const Dataset& dataset) {
+  if (dataset.state == State::ready) return std::nullopt;
+  if (dataset.state == State::failed) {
+    const std::string why = dataset.problem ? dataset.problem->detail : "its build failed";
+    return problem_response({"dataset-failed", "dataset " + dataset.id + " has nothing to fetch: " + why,
+                             "posting a raster that can be built", ""});
+  }
+  auto response = problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state),
+                                    "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
+  response.set("Retry-After", "2");
+  return response;
+}
+
+}  // namespace
+
+const char* cache_control(const Route& route) {
+  return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
+}
+
+Opened open_published(Service& service, const Dataset& dataset, const Route& route) {
+  if (auto refusal = not_ready(dataset)) return {nullptr, std::move(*refusal)};
+  const auto terrain = service.library().open(dataset.id);
+  if (!terrain) return {nullptr, problem_response(terrain.problem())};
+  if (!route.version.empty() && route.version != version_in(**terrain)) {
+    if (const auto kept = service.archive().find(dataset.id, route.version)) return {kept, {}};
+    return {nullptr, problem_response({"version-unknown", "dataset " + dataset.id + " has no version " + route.version, version_in(**terrain), ""})};
+  }
+  return {*terrain, {}};
+}
+
+Opened open_readable(Service& service, const Dataset& dataset, const Route& route) {
+  if (dataset.state == State::ready || dataset.state == State::failed || !route.version.empty()) return open_published(service, dataset, route);
+  if (auto terrain = service.library().provisional(dataset.id)) return {std::move(terrain), {}};
+  // It may have become ready since it was looked up, and the provisional tiles have gone for that.
+  const Row now = service.find(dataset.id);
+  return open_published(service, now ? *now : dataset, route);
+}
+
+Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
+  const Opened opened = open_readable(service, dataset, route);
+  if (!opened.terrain) return opened.refusal;
+  Response response = route.resource == Resource::face
+                          ? face(*opened.terrain, request, route)
+                          : answer(pipeline::faces::document(pipeline::manifest_json(opened.terrain->manifest())), "application/json", route);
+  if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(opened.terrain);
+  if (opened.terrain->manifest().provisional()) mark_provisional(response);
+  return response;
+}
+
+}  // namespace cordillera::server

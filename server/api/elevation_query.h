@@ -1,0 +1,29 @@
+#pragma once
+// What an elevation query asks for: places as text of a query, or as JSON of a body.
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "proto/result.h"
+#include "raster/geodesic.h"
+#include "server/http/message.h"
+
+namespace cordillera::server {
+
+/// Points of one query, given or sampled; and bytes of its body.
+inline constexpr std::size_t kMostPlaces = 5000;
+inline constexpr std::size_t kMostQueryBytes = std::size_t{1} << 20;
+/// Levels of a body's JSON. Parsing takes no stack, but what copies or prints JSON takes some for each level, and a megabyte of
+/// brackets would take more than a thread has.
+inline constexpr int kMostNested = 64;
+
+struct ElevationQuery {
+  std::vector<raster::LinePoint> places;
+  bool line = false;         ///< their distances mean something
+  std::optional<int> level;  ///< of the meshes; none: the finest
+};
+
+/// Reads GET's query, or POST's query and body. Levels between the two given ones are accepted.
+proto::Result<ElevationQuery> elevation_query(const Request& request, int least_level, int most_level);
+
+}  // namespace cordillera::server

@@ -1,0 +1,18 @@
+#pragma once
+// The API's description, OpenAPI 3.1: made from the tables that requests are answered by, so that it cannot say something else.
+#include "server/codec/json.h"
+#include "server/http/message.h"
+
+namespace cordillera::server {
+
+/// GET /api. Its server is its own folder, so a path prefix or a proxy changes nothing.
+Response api_description();
+
+// The parts, a file each.
+
+/// Every path with its operations.
+Json openapi_paths();
+/// Schemas, parameters and answers that the paths name.
+Json openapi_components();
+
+}  // namespace cordillera::server

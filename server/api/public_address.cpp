@@ -1,0 +1,52 @@
+#include "server/api/public_address.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "server/api/api.h"
+
+namespace cordillera::server {
+namespace {
+
+constexpr std::size_t kLongest = 255;
+
+bool plain(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'); }
+
+/// The first word of a header, as the proxy next to the client wrote it; empty if it has other characters than these.
+std::string word(const Request& request, const std::string& name, std::string_view others) {
+  std::string text = request.header(name).value_or("");
+  text.resize(std::min(text.find(','), text.size()));
+  text.erase(text.find_last_not_of(' ') + 1);
+  const bool fine = std::all_of(text.begin(), text.end(), [&](char c) { return plain(c) || others.find(c) != others.npos; });
+  return fine && text.size() <= kLongest ? text : "";
+}
+
+}  // namespace
+
+std::string public_folder(const Request& request) {
+  constexpr std::string_view kInHost = ".-_:[]";
+  std::string host = word(request, "x-forwarded-host", kInHost);
+  if (host.empty()) host = word(request, "host", kInHost);
+  if (host.empty()) return "";
+  const std::string scheme = word(request, "x-forwarded-proto", "") == "https" ? "https" : "http";
+  std::string prefix = word(request, "x-forwarded-prefix", "/.-_~");
+  while (!prefix.empty() && prefix.back() == '/') prefix.pop_back();
+  if (!prefix.empty() && prefix.front() != '/') prefix.insert(0, "/");
+  return scheme + "://" + host + prefix + request.path.substr(0, request.path.rfind('/') + 1);
+}
+
+void make_absolute(const Request& request, Response& response) {
+  const std::string folder = public_folder(request);
+  Json json = response.status == 200 ? Json::parse(response.bytes(), nullptr, false) : Json();
+  if (folder.empty() || !json.is_object()) return;
+  for (Json& path : json["tiles"]) path = folder + path.get<std::string>();
+  response.body = json.dump(1, ' ', false, Json::error_handler_t::replace);
+  response.shared = nullptr;
+  const std::string etag = pipeline::faces::document(response.body).etag;
+  for (auto& [name, value] : response.headers) {
+    if (name == "ETag") value = quoted(etag);
+  }
+  response.set("Vary", kAddressHeaders);
+}
+
+}  // namespace cordillera::server

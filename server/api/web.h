@@ -1,0 +1,22 @@
+#pragma once
+// The viewer's files, and a plain page in their place.
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "server/http/message.h"
+#include "server/datasets/registry.h"
+#include "server/http/web_files.h"
+
+namespace cordillera::server {
+
+/// Where the build or the installation puts the viewer: <program's folder>/../share/web or ../share/cordillera/web. May not
+/// exist.
+std::string default_web_folder(const std::string& program);
+
+/// The file of a path like /, /index.html or /assets/viewer.js. Nothing outside the folder is ever read.
+/// Where the build left FILE.br beside a file, clients that accept br get that: a script of megabytes takes seconds to compress.
+/// Without a viewer, / is a page that says what is missing and lists the datasets that datasets() gives; nothing else asks for them.
+Response page(WebFiles& files, const std::string& folder, const Request& request, const std::function<std::vector<Row>()>& datasets);
+
+}  // namespace cordillera::server

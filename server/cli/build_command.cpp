@@ -1,0 +1,146 @@
+// Raster -> store -> static folder, in this process: the operator's own file needs no fence around it.
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <iostream>
+
+#include "pipeline/build/build.h"
+#include "pipeline/estimate/estimate.h"
+#include "pipeline/exports/export.h"
+#include "raster/source_list.h"
+#include "server/jobs/child.h"
+#include "server/cli/commands.h"
+#include "server/api/estimate_json.h"
+#include "server/memory/memory_limit.h"
+#include "server/cli/progress_bar.h"
+#include "server/cli/sources.h"
+#include "server/cli/stage_times.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
+
+int fail(const proto::Problem& problem) {
+  complain(problem);
+  return kFailed;
+}
+
+proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, const BuildLine& line) {
+  pipeline::BuildRequest request;
+  std::string file = fs::path(line.rasters.front()).filename().string();
+  const auto listed = raster::list_sources(line.rasters.front());
+  if (!listed) return listed.problem();
+  if (line.rasters.size() == 1 && listed->size() == 1 && listed->front().options.empty()) {
+    request.raster_path = listed->front().path;
+    file = fs::path(request.raster_path).filename().string();
+  } else {
+    auto sources = examine_sources(line.rasters, settings, BadSource::refuse);
+    if (!sources) return sources.problem();
+    for (const std::string& warning : sources->warnings) std::cerr << "cordillera: warning: " << warning << "\n";
+    request.members = std::move(sources->members);
+    const fs::path place = fs::absolute(line.output).lexically_normal();
+    file = (place.has_filename() ? place : place.parent_path()).filename().string();
+  }
+  request.raster_name = settings.build.name().empty() ? file : settings.build.name();
+  request.id = fs::path(request.raster_name).stem().string();
+  request.options = settings.build;
+  return request;
+}
+
+int dry_run(const pipeline::BuildRequest& request, Show show) {
+  const auto estimate = pipeline::estimate(request);
+  if (!estimate) return fail(estimate.problem());
+  std::cout << (show == Show::json ? dump(estimate_json(estimate->manifest, estimate->seconds)) + "\n" : estimate_table(estimate->manifest, estimate->seconds));
+  return kDone;
+}
+
+proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Words words, StageTimes& times) {
+  on_out_of_memory(STDERR_FILENO, "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
+  signal(SIGINT, [](int) { g_stop = true; });
+  signal(SIGTERM, [](int) { g_stop = true; });
+  ProgressBar bar(words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
+  auto manifest = pipeline::build(
+      request,
+      [&](const proto::Progress& progress) {
+        times.enter(progress.stage());
+        bar.show(progress);
+      },
+      g_stop);
+  bar.finish();
+  return manifest;
+}
+
+using Faces = std::vector<const pipeline::faces::Face*>;
+
+proto::Result<void> export_to(const std::string& store, const Faces& faces, const fs::path& folder, pipeline::Existing other) {
+  auto reader = pipeline::StoreReader::open(store);
+  if (!reader) return reader.problem();
+  const pipeline::faces::Terrain terrain(std::move(reader).value());
+  return pipeline::export_static(terrain, faces, folder.string(), other);
+}
+
+int done(const proto::Manifest& manifest, const std::string& place, Words words, StageTimes& times) {
+  if (words == Words::all) std::cout << manifest_table(manifest) << "took      " << times.text() << "\nwritten to " << place << "\n";
+  return kDone;
+}
+
+int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
+  // "out/" and "out" are one folder.
+  fs::path place = fs::absolute(line.output).lexically_normal();
+  if (!place.has_filename()) place = place.parent_path();
+  if (const auto usable = pipeline::check_export_folder(place.string(), line.other); !usable) return fail(usable.problem());
+  // Kept after a stop: the next run goes on there.
+  const fs::path work = place.parent_path() / (place.filename().string() + ".building");
+  std::error_code error;
+  const bool begun = fs::exists(work / kStoreFile, error);
+  fs::create_directories(work, error);
+  if (error) {
+    return fail({"output-failed", "cannot create " + work.string() + ": " + error.message(), "a folder that can be written",
+                 "--output"});
+  }
+  request.store_path = (work / kStoreFile).string();
+  StageTimes times;
+  const auto manifest = build_store(request, line.words, times);
+  if (!manifest) {
+    // What an earlier run has done is not this one's to throw away: it may belong to another build, or be at work.
+    const bool ours = !begun || line.other == pipeline::Existing::replace;
+    if (manifest.problem().type != "cancelled" && ours) fs::remove_all(work, error);
+    return fail(manifest.problem());
+  }
+  times.enter("export");
+  const auto exported = export_to(request.store_path, line.formats, place, line.other);
+  fs::remove_all(work, error);
+  if (!exported) return fail(exported.problem());
+  return done(*manifest, place.string(), line.words, times);
+}
+
+/// One file. A finished build in its place is refused here, an unfinished one where the plan is known.
+int build_file(pipeline::BuildRequest request, const BuildLine& line) {
+  if (line.other == pipeline::Existing::refuse && pipeline::StoreReader::open(line.output)) {
+    return fail(pipeline::output_exists(line.output + " holds an earlier build"));
+  }
+  request.store_path = line.output;
+  StageTimes times;
+  const auto manifest = build_store(request, line.words, times);
+  return manifest ? done(*manifest, line.output, line.words, times) : fail(manifest.problem());
+}
+
+}  // namespace
+
+int build_command(const Settings& settings, const BuildLine& line) {
+  for (const std::string& warning : settings.build.warnings()) std::cerr << "cordillera: warning: " << warning << "\n";
+  auto asked = request_for(settings, line);
+  if (!asked) return fail(asked.problem());
+  pipeline::BuildRequest request = std::move(*asked);
+  request.other = line.other;
+  limit_memory(request.options);
+  if (settings.dry_run) return dry_run(request, line.show);
+  return line.output.ends_with(".sqlite") ? build_file(request, line) : build_folder(request, line);
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,98 @@
+#include <filesystem>
+#include <iostream>
+
+#include "pipeline/check/check.h"
+#include "server/jobs/child.h"
+#include "server/cli/commands.h"
+#include "server/codec/json.h"
+#include "server/datasets/layout.h"
+#include "server/datasets/registry.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using pipeline::check::Report;
+
+Json json_of(const std::string& path, const Report& report) {
+  Json json = {{"path", path},
+               {"sound", report.sound()},
+               {"checksums", report.checksums},
+               {"tiles", report.tiles},
+               {"borders", report.borders},
+               {"measured_tiles", report.measured},
+               {"unmeasured_tiles", report.unmeasured},
+               {"unreferenced", report.unreferenced},
+               {"findings", report.findings.count()}};
+  json["first_findings"] = Json::array();
+  for (const auto& finding : report.findings.kept()) json["first_findings"].push_back({{"where", finding.where}, {"what", finding.what}});
+  return json;
+}
+
+void print(const std::string& path, const Report& report) {
+  for (const auto& finding : report.findings.kept()) std::cout << path << ": " << finding.where << ": " << finding.what << "\n";
+  std::cout << path << ": " << (report.sound() ? "sound" : std::to_string(report.findings.count()) + " findings") << "; " << report.checksums
+            << " checksums, " << report.tiles << " tiles decoded, " << report.borders << " borders compared";
+  if (report.measured > 0) std::cout << ", " << report.measured << " tiles measured";
+  if (report.unmeasured > 0) std::cout << ", " << report.unmeasured << " tiles too large to measure";
+  if (report.unreferenced > 0) std::cout << "; " << report.unreferenced << " blobs that no tile names";
+  std::cout << "\n";
+}
+
+proto::Result<Report> check_one(const fs::path& path, const std::string& raster) {
+  std::error_code error;
+  if (!fs::is_directory(path, error)) return pipeline::check::check_store(path.string(), raster);
+  if (fs::exists(path / kStoreFile, error)) return pipeline::check::check_store((path / kStoreFile).string(), raster);
+  return pipeline::check::check_folder(path.string(), raster);
+}
+
+/// Datasets of a server's data folder that should be whole; the server may run.
+std::vector<std::string> ready_datasets(const Layout& layout) {
+  std::vector<std::string> ids;
+  for (const Row& row : Registry::read_only(layout.registry().string())->list()) {
+    if (row->state == State::ready) ids.push_back(row->id);
+  }
+  return ids;
+}
+
+/// Says what came out; whether it was sound.
+bool tell(const std::string& path, const proto::Result<Report>& report, Show show, Json& all) {
+  if (show == Show::json) {
+    all.push_back(report ? json_of(path, *report) : Json{{"path", path}, {"sound", false}, {"problem", report.problem().type}, {"detail", report.problem().detail}});
+  } else if (report) {
+    print(path, *report);
+  } else {
+    complain(report.problem());
+  }
+  return report && report->sound();
+}
+
+}  // namespace
+
+int check_command(const CheckLine& line) {
+  const Layout layout{line.path};
+  std::error_code error;
+  bool sound = true;
+  Json all = Json::array();
+  if (fs::exists(layout.registry(), error)) {
+    if (!line.source.empty()) {
+      complain({"usage", "--source goes with one dataset, and " + line.path + " is the data folder of a server", "one of the folders in its datasets/", "--source"});
+      return kUsage;
+    }
+    std::vector<std::string> ids;
+    try {
+      ids = ready_datasets(layout);
+    } catch (const RegistryError& broken) {
+      complain({"data-unusable", broken.what(), "a data folder whose registry.sqlite can be read; a backup, with cordillera restore", "path"});
+      return kFailed;
+    }
+    for (const std::string& id : ids) sound = tell(layout.dataset(id).string(), check_one(layout.store(id), ""), line.show, all) && sound;
+    if (line.show == Show::table) std::cout << line.path << ": " << ids.size() << " datasets that are ready\n";
+  } else {
+    sound = tell(line.path, check_one(line.path, line.source), line.show, all);
+  }
+  if (line.show == Show::json) std::cout << Json{{"sound", sound}, {"datasets", all}}.dump(2) << "\n";
+  return sound ? kDone : kFailed;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,65 @@
+#pragma once
+// What `cordillera` does, a command a function. Each returns the exit code: 0 done, 1 failed or bad input, 2 wrong usage.
+#include <string>
+#include <vector>
+
+#include "pipeline/faces/face.h"
+#include "pipeline/store/store.h"
+#include "server/datasets/data_folder.h"
+#include "server/options/options.h"
+
+namespace cordillera::server {
+
+inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
+
+/// cordillera serve. program: path of this binary; the viewer lies beside it.
+int serve_command(const Settings& settings, const std::string& program);
+
+/// What a command says besides problems.
+enum class Words { all, none };
+
+enum class Show { table, json };
+
+struct BuildLine {
+  std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/source_list.h
+  std::string output;  ///< a static folder, or one .sqlite file if it is called so
+  pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
+  Words words = Words::all;
+  Show show = Show::table;  ///< of a dry run
+  std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
+};
+/// "drc, 3d-tiles, …": every name that formats_of knows.
+std::string face_names();
+/// "drc,3d-tiles" as faces; empty: what a folder holds unless told otherwise.
+proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::string& names);
+/// cordillera build. A dry run says what it found in any case.
+int build_command(const Settings& settings, const BuildLine& line);
+
+/// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file; of a raster, what it is and what a build would make.
+int info_command(const std::string& path, Show show);
+
+/// cordillera decode: what a fetched .drc or .glb tile holds, counted after decoding.
+int decode_command(const std::string& path);
+
+struct CheckLine {
+  std::string path;    ///< a store, a dataset's folder, a static folder or a server's data folder
+  std::string source;  ///< the raster it was built from, or empty
+  Show show = Show::table;
+};
+/// cordillera check: whether datasets are what they say. The exit code says so too.
+int check_command(const CheckLine& line);
+/// cordillera adopt, vacuum, backup, restore: a server's data folder.
+int adopt_command(const std::string& data);
+int vacuum_command(const std::string& data, Orphans orphans);
+int backup_command(const std::string& data, const std::string& output);
+int restore_command(const std::string& from, const std::string& data);
+
+/// One line to stderr.
+void complain(const proto::Problem& problem);
+
+/// The manifest as a table a person reads.
+std::string manifest_table(const proto::Manifest& manifest);
+/// What a dry run found, as a table.
+std::string estimate_table(const proto::Manifest& manifest, double seconds);
+
+}  // namespace cordillera::server

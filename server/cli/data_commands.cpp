@@ -1,0 +1,55 @@
+// cordillera adopt, vacuum, backup and restore.
+#include <iostream>
+
+#include "server/datasets/adoption.h"
+#include "server/cli/commands.h"
+#include "server/datasets/data_folder.h"
+
+namespace cordillera::server {
+namespace {
+
+int failed(const proto::Problem& problem) {
+  complain(problem);
+  return kFailed;
+}
+
+std::string counted(const BackedUp& done) {
+  return std::to_string(done.ready) + " datasets with their tiles, " + std::to_string(done.waiting) + " still to be built";
+}
+
+}  // namespace
+
+int adopt_command(const std::string& data) {
+  const auto done = make_registry(Layout{data});
+  if (!done) return failed(done.problem());
+  std::cout << data << ": " << done->adopted << " datasets in a new registry, " << done->set_aside << " folders set aside\n";
+  return kDone;
+}
+
+int vacuum_command(const std::string& data, Orphans orphans) {
+  const auto done = vacuum(Layout{data}, orphans);
+  if (!done) return failed(done.problem());
+  std::cout << data << ": " << done->files << " files and folders removed, " << done->stores << " stores rewritten, " << done->bytes << " bytes less\n";
+  if (done->orphans > 0) std::cout << data << ": " << done->orphans << " folders in orphans/ are no datasets; vacuum --orphans removes them\n";
+  return kDone;
+}
+
+int backup_command(const std::string& data, const std::string& output) {
+  if (output.empty()) {
+    complain({"usage", "backup needs to know where to write", "-o FOLDER", "--output"});
+    return kUsage;
+  }
+  const auto done = backup(Layout{data}, output);
+  if (!done) return failed(done.problem());
+  std::cout << output << ": " << counted(*done) << "\n";
+  return kDone;
+}
+
+int restore_command(const std::string& from, const std::string& data) {
+  const auto done = restore(from, Layout{data});
+  if (!done) return failed(done.problem());
+  std::cout << data << ": " << counted(*done) << "\n";
+  return kDone;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,55 @@
+// cordillera decode: a tile file read back with Draco's own decoder, so that anyone can check what curl brought.
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <sstream>
+
+#include "pipeline/encode/decode.h"
+#include "server/cli/commands.h"
+
+namespace cordillera::server {
+namespace {
+
+proto::Result<std::string> read_file(const std::string& path) {
+  std::error_code error;
+  std::ifstream file(path, std::ios::binary);
+  if (!file || !std::filesystem::is_regular_file(path, error)) {
+    return proto::Problem{"file-unreadable", "cannot read " + path, "a .drc or .glb tile", "path"};
+  }
+  std::ostringstream bytes;
+  bytes << file.rdbuf();
+  return bytes.str();
+}
+
+int refuse(proto::Problem problem, const std::string& path) {
+  problem.detail = path + ": " + problem.detail;
+  complain(problem);
+  return kFailed;
+}
+
+int print_drc(const std::string& path, const std::string& bytes) {
+  const auto tile = pipeline::decode_drc(bytes);
+  if (!tile) return refuse(tile.problem(), path);
+  std::cout << path << ": tile " << tile->z << '/' << tile->x << '/' << tile->y << ", " << tile->points.size()
+            << " vertices, " << tile->triangles.size() << " triangles\n";
+  return kDone;
+}
+
+int print_glb(const std::string& path, const std::string& bytes) {
+  const auto tile = pipeline::decode_glb(bytes);
+  if (!tile) return refuse(tile.problem(), path);
+  std::cout << path << ": " << tile->points.size() << " vertices, " << tile->triangles.size() << " triangles, "
+            << tile->skirt_triangles.size() << " skirt triangles\n";
+  return kDone;
+}
+
+}  // namespace
+
+int decode_command(const std::string& path) {
+  const auto bytes = read_file(path);
+  if (!bytes) return refuse(bytes.problem(), path);
+  const bool is_glb = bytes->compare(0, 4, "glTF") == 0;
+  return is_glb ? print_glb(path, *bytes) : print_drc(path, *bytes);
+}
+
+}  // namespace cordillera::server

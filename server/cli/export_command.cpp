@@ -1,0 +1,153 @@
+// cordillera export: a finished dataset as one file, or a part of it as one mesh.
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <iostream>
+
+#include "pipeline/exports/archive_3tz.h"
+#include "pipeline/exports/mbtiles.h"
+#include "pipeline/exports/mesh_output.h"
+#include "pipeline/exports/pmtiles.h"
+#include "pipeline/exports/whole_file.h"
+#include "server/jobs/child.h"
+#include "server/cli/export_command.h"
+#include "server/options/mesh_options.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace pipeline::exports;
+using pipeline::faces::Face;
+using pipeline::faces::Terrain;
+using proto::Problem;
+
+constexpr const char* kEndings = ".pmtiles, .mbtiles, .3tz, .glb, .ply, .obj or .stl";
+
+/// A kind of archive: what its files are called, which faces it can hold, and how it is written.
+struct Archive {
+  std::string_view ending;
+  bool (*fits)(const Face&);
+  proto::Result<void> (*write)(const Terrain&, const Face&, const std::string&, pipeline::Existing);
+};
+constexpr Archive kArchives[] = {
+    {"pmtiles", fits_pmtiles, write_pmtiles}, {"mbtiles", fits_mbtiles, write_mbtiles}, {"3tz", fits_3tz, write_3tz}};
+
+std::string ending_of(const std::string& path) {
+  std::string ending = fs::path(path).extension().string();
+  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return ending.empty() ? ending : ending.substr(1);
+}
+
+/// The file itself, or a folder with a dataset's file, as the server keeps it.
+proto::Result<std::unique_ptr<pipeline::StoreReader>> open_source(const std::string& source) {
+  std::error_code error;
+  const std::string accepted = "a file that `cordillera build -o NAME.sqlite` made, or a dataset's folder in a server's data";
+  if (!fs::exists(source, error)) return Problem{"file-unreadable", "there is no " + source, accepted, "source"};
+  if (!fs::is_directory(source, error)) return pipeline::StoreReader::open(source);
+  const fs::path inside = fs::path(source) / kStoreFile;
+  if (!fs::exists(inside, error)) return Problem{"file-unreadable", source + " holds no " + kStoreFile, accepted, "source"};
+  return pipeline::StoreReader::open(inside.string());
+}
+
+std::string names_of(const Archive& archive) {
+  std::string names;
+  for (const Face* face : pipeline::faces::all_faces()) {
+    if (archive.fits(*face)) names.append(names.empty() ? "" : ", ").append(face->name);
+  }
+  return names;
+}
+
+/// The one that was named; else pictures where the archive can hold any, since most programs that open it are maps, or its first.
+proto::Result<const Face*> face_for(const Archive& archive, const std::string& name) {
+  const Face* first = nullptr;
+  for (const Face* face : pipeline::faces::all_faces()) {
+    if (!archive.fits(*face) || (!name.empty() && face->name != name)) continue;
+    if (!name.empty() || fits_mbtiles(*face)) return face;
+    if (first == nullptr) first = face;
+  }
+  if (first != nullptr) return first;
+  const std::string what = name.empty() ? "no format" : "no format '" + name + "'";
+  return Problem{"usage", "a ." + std::string(archive.ending) + " holds " + what, names_of(archive), "--format"};
+}
+
+proto::Result<std::string> export_archive(const Archive& archive, const ExportLine& line, const Terrain& terrain) {
+  if (!line.mesh.empty()) {
+    return Problem{"usage", line.mesh.front().first + " is for meshes: a ." + std::string(archive.ending) + " holds all tiles",
+                   ".glb, .ply, .obj or .stl", line.mesh.front().first};
+  }
+  const auto face = face_for(archive, line.format);
+  if (!face) return face.problem();
+  if (auto written = archive.write(terrain, **face, line.output, line.other); !written) return written.problem();
+  return std::string((*face)->name) + " written to " + line.output;
+}
+
+proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, const Terrain& terrain) {
+  if (!line.format.empty()) {
+    return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
+                   "--format"};
+  }
+  auto request = mesh_request(line.mesh, Spelling::command_line);
+  if (!request) return request.problem();
+  if (!line.most_triangles.empty()) {
+    double most = 0;
+    if (const Complaint complaint = read_number(line.most_triangles, {1, 1e8}, &most)) {
+      return Problem{"option-invalid", "--max-triangles='" + line.most_triangles + "': " + *complaint, "1 to 100000000",
+                     "--max-triangles"};
+    }
+    request->most_triangles = static_cast<std::uint64_t>(most);
+  }
+  if (const auto held = check_frame(kind, request->frame); !held) return held.problem();
+  const auto mesh = extract_mesh(terrain, *request);
+  if (!mesh) return mesh.problem();
+  const auto written = write_whole(line.output, line.other, [&](const fs::path& sibling) {
+    std::ofstream out = opened(sibling);
+    write_mesh(out, *mesh, kind, terrain.manifest());
+  });
+  if (!written) return written.problem();
+  return "level " + std::to_string(mesh->level) + ", " + std::to_string(mesh->mesh.vertices()) + " vertices, " +
+         std::to_string(mesh->mesh.triangles.size()) + " triangles written to " + line.output;
+}
+
+proto::Result<std::string> export_file(const ExportLine& line) {
+  const std::string ending = ending_of(line.output);
+  const auto archive =
+      std::find_if(std::begin(kArchives), std::end(kArchives), [&](const Archive& kind) { return kind.ending == ending; });
+  const auto mesh = mesh_kind(ending);
+  if (line.output.empty()) {
+    return Problem{"usage", "export needs to know where to write", std::string("-o FILE") + kEndings, "--output"};
+  }
+  if (archive == std::end(kArchives) && !mesh) {
+    return Problem{"usage", "the name " + line.output + " does not say what to write", kEndings, "--output"};
+  }
+  if (auto usable = check_output_file(line.output, line.other); !usable) return usable.problem();
+  auto store = open_source(line.source);
+  if (!store) return store.problem();
+  const Terrain terrain(std::move(*store));
+  return mesh ? export_mesh(*mesh, line, terrain) : export_archive(*archive, line, terrain);
+}
+
+/// Bytes of a store that cannot be read are found while they are needed.
+proto::Result<std::string> guarded(const ExportLine& line) {
+  try {
+    return export_file(line);
+  } catch (const std::exception& error) {
+    return Problem{"store-damaged", line.source + " cannot be exported: " + error.what(),
+                   "the store of a dataset whose build has finished", "source"};
+  }
+}
+
+}  // namespace
+
+int export_command(const ExportLine& line) {
+  const auto said = guarded(line);
+  if (said) {
+    if (line.words == Words::all) std::cout << *said << "\n";
+    return kDone;
+  }
+  complain(said.problem());
+  const std::string& type = said.problem().type;
+  return type == "usage" || type.starts_with("option") ? kUsage : kFailed;
+}
+
+}  // namespace cordillera::server

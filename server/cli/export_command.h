@@ -1,0 +1,20 @@
+#pragma once
+// cordillera export.
+#include <string>
+
+#include "server/cli/commands.h"
+
+namespace cordillera::server {
+
+struct ExportLine {
+  std::string source;
+  std::string output;          ///< its ending says what is written
+  std::string format;          ///< of an archive: a face's name; empty: the one most programs read
+  Given mesh;                  ///< options of a mesh, as given
+  std::string most_triangles;  ///< of a mesh; empty: ten million
+  pipeline::Existing other = pipeline::Existing::refuse;
+  Words words = Words::all;
+};
+int export_command(const ExportLine& line);
+
+}  // namespace cordillera::server

@@ -1,0 +1,98 @@
+#include <cstdarg>
+#include <cstdio>
+#include <iostream>
+
+#include "server/cli/commands.h"
+#include "server/cli/progress_bar.h"
+
+namespace cordillera::server {
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string text(const char* format, ...) {
+  char line[512];
+  va_list arguments;
+  va_start(arguments, format);
+  const int length = std::vsnprintf(line, sizeof line, format, arguments);
+  va_end(arguments);
+  return std::string(line, static_cast<std::size_t>(std::min<int>(length, sizeof line - 1)));
+}
+
+std::string bytes_text(double bytes) {
+  if (bytes < 1e4) return text("%.0f B", bytes);
+  if (bytes < 1e7) return text("%.0f kB", bytes / 1e3);
+  return bytes < 1e10 ? text("%.0f MB", bytes / 1e6) : text("%.0f GB", bytes / 1e9);
+}
+
+std::string source_lines(const proto::Source& source) {
+  std::string out = text("source    %.200s: %u x %u %s, %s\n", source.file().c_str(), source.columns(), source.rows(),
+                         source.data_type().c_str(), source.driver().c_str());
+  out += text("crs       %.300s (%s)\n", source.crs().c_str(), source.crs_from().c_str());
+  const bool other = !source.vertical_datum_declared().empty() && source.vertical_datum_declared() != source.vertical_datum();
+  out += text("heights   above %.200s (%s%s%.200s%s%.200s), unit %.50s\n", source.vertical_datum().c_str(), source.vertical_datum_from().c_str(),
+              source.vertical_grid().empty() ? "" : ", by ", source.vertical_grid().c_str(), other ? "; the raster declares " : "",
+              other ? source.vertical_datum_declared().c_str() : "", source.unit().c_str());
+  return out;
+}
+
+/// With the notes, one of which may say why.
+std::string strategy_lines(const proto::Manifest& manifest) {
+  std::string out;
+  if (const std::string& strategy = manifest.options().strategy(); !strategy.empty()) out += text("strategy  %.20s\n", strategy.c_str());
+  for (const std::string& note : manifest.notes()) out += text("note      %.300s\n", note.c_str());
+  return out;
+}
+
+/// A figure in metres, or a dash where there is none.
+std::string metres_text(double metres, bool known) { return known ? text("%.3f", metres) : "-"; }
+
+std::string level_line(const proto::LevelSummary& level) {
+  return text("%5u %7u %10u %11s %10.3f %11.3f%s %10s\n", level.level(), level.tiles(), level.triangles(),
+              bytes_text(level.drc_bytes()).c_str(), level.target(), level.stated_max_error(),
+              level.composed() ? "*" : " ", metres_text(level.rmse(), level.has_rmse()).c_str());
+}
+
+}  // namespace
+
+void complain(const proto::Problem& problem) { std::cerr << "cordillera: " << problem.line() << "\n"; }
+
+std::string manifest_table(const proto::Manifest& manifest) {
+  const proto::Source& source = manifest.source();
+  std::string out = source_lines(source);
+  out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
+  out += strategy_lines(manifest);
+  out += text("range     %.2f to %.2f m above the ellipsoid; resampling error %.3f m\n", source.min_height(),
+              source.max_height(), source.resampling_error());
+  out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(),
+              manifest.min_level(), manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(),
+              manifest.cell_m());
+  if (!manifest.device().empty()) out += text("; built on %.200s", manifest.device().c_str());
+  out += "\n";
+  out += "\nlevel   tiles  triangles        .drc   target m  max error m     rmse m\n";
+  bool composed = false;
+  for (const proto::LevelSummary& level : manifest.levels()) {
+    out += level_line(level);
+    composed = composed || level.composed();
+  }
+  return composed ? out + "* a bound composed from finer levels, without an RMSE; the others are measured\n" : out;
+}
+
+std::string estimate_table(const proto::Manifest& manifest, double seconds) {
+  const bool shares = manifest.options().keep_size() > 0;
+  std::string out = source_lines(manifest.source());
+  out += text("nodata    %.100s\n", manifest.source().nodata().c_str());
+  out += strategy_lines(manifest);
+  out += text("tiles     about %u in levels %u to %u, %u triangles, %s; cell %.2f m\n", manifest.tiles(), manifest.min_level(),
+              manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m());
+  out += "\nlevel  ~tiles ~triangles       ~.drc   target m\n";
+  for (const proto::LevelSummary& level : manifest.levels()) {
+    out += text("%5u %7u %10u %11s %10s\n", level.level(), level.tiles(), level.triangles(), bytes_text(level.drc_bytes()).c_str(),
+                metres_text(level.target(), !shares).c_str());
+  }
+  out += "dry run: nothing was built. Levels" + std::string(shares ? "" : " and targets") + " are those of the build.\n";
+  out += "What has a ~ is a guess from a few tiles that were built and thrown away, and so is the time: about " + duration_text(seconds) +
+         " on " + std::to_string(manifest.options().threads()) + (manifest.options().threads() == 1 ? " thread" : " threads") + ".\n";
+  out += "Errors are measured when tiles are built.\n";
+  return out;
+}
+
+}  // namespace cordillera::server

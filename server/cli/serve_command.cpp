@@ -1,0 +1,135 @@
+#include <execinfo.h>
+#include <signal.h>
+
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "server/cli/commands.h"
+#include "server/front/http_server.h"
+#include "server/memory/heap.h"
+#include "server/limits/descriptors.h"
+#include "server/log/log.h"
+#include "server/options/request_policy.h"
+#include "server/sandbox/sandbox.h"
+#include "server/api/web.h"
+
+namespace cordillera::server {
+
+namespace {
+
+front::Limits front_limits(const ServeSettings& settings) {
+  const Limits& from = settings.limits;
+  front::Limits limits;
+  limits.loops = from.loops;
+  limits.connections = from.connections;
+  limits.connections_per_client = from.client_connections;
+  limits.uploads = from.uploads + from.client_uploads;  // those that the service refuses take a place for a moment too
+  limits.uploads_per_client = 2 * from.client_uploads;
+  limits.streams_per_client = from.client_streams;
+  limits.unsent = std::uint64_t{from.unsent_mib} << 20;
+  limits.unsent_per_client = std::uint64_t{from.client_unsent_mib} << 20;
+  limits.answer = std::chrono::seconds(from.answer_seconds);
+  limits.min_rate = from.min_rate;
+  limits.head = std::chrono::seconds(from.head_seconds);
+  limits.idle = std::chrono::seconds(from.idle_seconds);
+  limits.trusted_proxies = settings.trusted_proxies;
+  return limits;
+}
+
+/// What becomes of requests on the wire. The API tells of those that reach it.
+front::OnServed note_of(Service& service) {
+  return [&service, &sent = service.metrics().sent_bytes.at({})](const front::Served& served) {
+    sent += static_cast<double>(served.bytes);
+    if (served.by_front) service.metrics().problems.add(1, {served.problem});
+    if (!logs_debug() || (!served.by_front && served.whole)) return;
+    log_debug(served.whole ? "refused before it was a request" : "the client went before the end of the answer",
+              {{"client", served.client},
+               {"path", served.path.substr(0, 300)},
+               {"status", std::int64_t{served.status}},
+               {"sent", static_cast<std::int64_t>(served.bytes)},
+               {"seconds", served.seconds},
+               {"problem", served.problem}});
+  };
+}
+
+/// Looks at the heap now and then: what a burst took is given back when it is over, and the reserve is laid aside again.
+void look_after_heap(boost::asio::steady_timer& timer) {
+  timer.expires_after(std::chrono::seconds(10));
+  timer.async_wait([&timer](const boost::system::error_code& error) {
+    if (error) return;
+    trim_heap();
+    keep_reserve();
+    look_after_heap(timer);
+  });
+}
+
+}  // namespace
+
+int serve_command(const Settings& given, const std::string& program) {
+  Settings settings = given;
+  set_up_heap();
+  signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is a write that fails, as on a full disk
+  if (settings.serve.web.empty()) settings.serve.web = default_web_folder(program);
+  start_log(settings.serve.log_level, settings.serve.log_format);
+  // Where raster looks for geoid grids, in the processes that build.
+  if (!settings.serve.geoids.empty()) setenv("CORDILLERA_GEOIDS", settings.serve.geoids.c_str(), 1);
+  // What is a default of every request must be something that a request may ask for.
+  if (auto refused = apply_policy(settings, settings.build)) {
+    complain(*refused);
+    return kUsage;
+  }
+
+  // glibc loads what it ends threads with when it first needs it, and ends the process where there is no memory for that by then.
+  std::array<void*, 1> frame{};
+  backtrace(frame.data(), static_cast<int>(frame.size()));
+  const std::string fewer = limits::fit_to_descriptors(settings.serve, limits::raise_descriptor_limit());
+  if (!fewer.empty()) log_warning(fewer);
+  // Not the path: an upgrade may have put another program there since.
+  auto service = Service::open(settings, child_runner("/proc/self/exe"));
+  if (!service) {
+    complain(service.problem());
+    return kFailed;
+  }
+  Api api(**service);
+  auto http = front::HttpServer::bind(api, settings.serve.listen, front_limits(settings.serve), note_of(**service));
+  if (!http) {
+    complain(http.problem());
+    return kFailed;
+  }
+
+  if (!has_memory(kToListen_bytes)) {
+    complain({"memory-limit", "less than " + std::to_string(kToListen_bytes >> 20) + " MiB of memory are left to answer with", "a higher limit of memory (ulimit -v)", ""});
+    return kFailed;
+  }
+
+  (*service)->watch_front([&http] { return FrontCounts{(*http)->connections(), (*http)->unsent_bytes()}; });
+
+  boost::asio::io_context io;
+  boost::asio::signal_set signals(io, SIGINT, SIGTERM);
+  signals.async_wait([&](const boost::system::error_code& error, int) {
+    if (error) return;
+    log_info("stopping: running builds go on at the next start");
+    (*service)->stop();
+    (*http)->stop();
+  });
+  boost::asio::steady_timer heap(io);
+  look_after_heap(heap);
+  std::thread waiter([&] { io.run(); });
+
+  log_info("jobs are confined by " + sandbox::offered_words());
+  const std::string host = settings.serve.listen.substr(0, settings.serve.listen.rfind(':'));
+  log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " +
+           std::filesystem::absolute(settings.serve.data).string());
+  (*http)->run();
+  io.stop();
+  waiter.join();
+  log_info("stopped");
+  return kDone;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,189 @@
+// Read, simplify, measure, write. What is told of the result is measured here, on the surface as it stands in the file.
+#include "server/cli/simplify_command.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <ctime>
+#include <filesystem>
+#include <iostream>
+#include <utility>
+
+#include "gpu/fit/vertical_error.h"
+#include "pipeline/build/workers.h"
+#include "proto/mesh_file/mesh_file.h"
+#include "server/cli/progress_bar.h"
+#include "server/cli/simplify_report.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::CoordinateType;
+using proto::TriangleMesh;
+
+class Clock {
+ public:
+  /// Since the start or the last call.
+  double seconds() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Asked before the work, which may take minutes.
+proto::Result<void> check_output(const std::string& output) {
+  if (auto named = proto::encoding_for(output, {}); !named) return named.problem();
+  const fs::path folder = fs::path(output).parent_path();
+  std::error_code error;
+  if (folder.empty() || fs::is_directory(folder, error)) return {};
+  return proto::Problem{"output-failed", "there is no folder " + folder.string(), "a file in a folder that can be written",
+                        "--output"};
+}
+
+/// A triangle that rounding turned over or made a line.
+bool turned(const TriangleMesh& mesh) {
+  const auto positive = [&](const std::array<std::uint32_t, 3>& t) {
+    const double ux = mesh.x[t[1]] - mesh.x[t[0]], uy = mesh.y[t[1]] - mesh.y[t[0]];
+    const double vx = mesh.x[t[2]] - mesh.x[t[0]], vy = mesh.y[t[2]] - mesh.y[t[0]];
+    return ux * vy - uy * vx > 0;
+  };
+  return !std::all_of(mesh.triangles.begin(), mesh.triangles.end(), positive);
+}
+
+/// The result as it will stand in the file, how, and how far that is from the input.
+struct Outcome {
+  TriangleMesh mesh;
+  proto::MeshEncoding encoding;
+  gpu::VerticalError error;
+};
+
+class Judge {
+ public:
+  Judge(const gpu::fit::HeightMesh& input, unsigned threads) : points_{input.x, input.y, input.z}, workers_(threads) {}
+
+  Outcome outcome(TriangleMesh mesh, const proto::MeshEncoding& encoding) {
+    Outcome outcome{proto::as_written(std::move(mesh), encoding), encoding, {}};
+    const auto each = [&](std::size_t count, const std::function<void(std::size_t)>& work) {
+      workers_.each(count, [&](std::size_t item, unsigned) { work(item); });
+    };
+    outcome.error = gpu::vertical_error(outcome.mesh, points_, workers_.threads(), each);
+    return outcome;
+  }
+
+ private:
+  gpu::PointsXyz points_;
+  pipeline::Workers workers_;
+};
+
+/// Floats if the source had floats and they will do: they may not turn a triangle, nor lose the error that was asked for.
+Outcome best_outcome(Judge& judge, const TriangleMesh& mesh, proto::MeshEncoding encoding, const gpu::fit::MeshTarget& target) {
+  Outcome outcome = judge.outcome(mesh, encoding);
+  if (encoding.coordinates == CoordinateType::float64) return outcome;
+  const bool bound_lost = target.kind == gpu::fit::MeshTarget::Kind::error_m && outcome.error.max > target.value;
+  if (!bound_lost && !turned(outcome.mesh)) return outcome;
+  encoding.coordinates = CoordinateType::float64;
+  return judge.outcome(mesh, encoding);
+}
+
+/// The published algorithm, as the production one would give it back.
+proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& input, CleapRequest request,
+                                                 ProgressBar::Style style, SimplifyReport& report) {
+  ProgressBar bar(style);
+  request.options.progress = [&](std::uint64_t done, std::uint64_t all) {
+    proto::Progress progress;
+    progress.set_stage("collapse");
+    progress.set_done(static_cast<double>(done));
+    progress.set_total(static_cast<double>(all));
+    progress.set_seconds_left(-1);
+    bar.show(progress);
+  };
+  if (request.keep > 0) {
+    const double kept = request.keep * static_cast<double>(input.triangles.size());
+    request.target.triangles = static_cast<std::uint64_t>(std::llround(kept));
+  }
+  auto made = gpu::cleap::simplify(input, request.target, request.options);
+  bar.finish();
+  if (!made) return made.problem();
+  report.cleap = made->report;
+  gpu::fit::SimplifiedMesh result;
+  result.mesh = std::move(made->mesh);
+  if (request.smooth > 0) {
+    auto smoothed = gpu::cleap::smooth(result.mesh, request.smooth, request.options.device, request.options.threads);
+    if (!smoothed) return smoothed.problem();
+    result.mesh = std::move(*smoothed);
+  }
+  const gpu::cleap::Report& said = *report.cleap;
+  result.report.vertices = said.vertices;
+  result.report.triangles = said.triangles;
+  result.report.seconds = said.seconds();
+  result.report.device = said.device;
+  result.report.stages = {{"copy", said.copy_seconds},         {"build", said.build_seconds},
+                          {"select", said.select_seconds},     {"collapse", said.collapse_seconds},
+                          {"rearrange", said.rearrange_seconds}, {"refine", said.refine_seconds}};
+  return result;
+}
+
+int fail(proto::Problem problem, const std::string& path = "") {
+  if (!path.empty()) problem.detail = path + ": " + problem.detail;
+  complain(problem);
+  return kFailed;
+}
+
+int run(const SimplifyLine& line, const SimplifyRequest& request) {
+  SimplifyReport report;
+  report.input = line.input;
+  report.output = line.output;
+  Clock clock;
+  auto file = proto::read_mesh_file(line.input);
+  if (!file) return fail(file.problem());
+  report.read_seconds = clock.seconds();
+  TriangleMesh& read = file->mesh;
+  report.source = file->encoding;
+  report.input_vertices = read.vertices();
+  report.input_triangles = read.triangles.size();
+
+  const gpu::fit::HeightMesh input{std::move(read.x), std::move(read.y), std::move(read.z), std::move(read.triangles)};
+  const std::clock_t before = std::clock();
+  report.strategy = request.strategy;
+  const auto style = line.show == Show::json ? ProgressBar::Style::none : ProgressBar::where_stderr_goes();
+  auto made = request.cleap ? published(input, *request.cleap, style, report)
+                            : gpu::fit::simplify(input, request.target, request.options);
+  if (!made) return fail(made.problem(), line.input);
+  report.cpu_seconds = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  report.simplified = made->report;
+  gpu::fit::HeightMesh& mesh = made->mesh;
+  const TriangleMesh result{std::move(mesh.x), std::move(mesh.y), std::move(mesh.z), std::move(mesh.triangles)};
+  Judge judge(input, request.threads);
+  const Outcome outcome = best_outcome(judge, result, *proto::encoding_for(line.output, file->encoding), request.target);
+  report.written = outcome.encoding;
+  report.error = outcome.error;
+  clock.seconds();
+  if (auto written = proto::write_mesh_file(line.output, outcome.mesh, outcome.encoding); !written) {
+    return fail(written.problem());
+  }
+  report.write_seconds = clock.seconds();
+  std::cout << (line.show == Show::json ? report_json(report) : report_table(report)) << std::flush;
+  return kDone;
+}
+
+}  // namespace
+
+int simplify_command(const SimplifyLine& line) {
+  const auto request = simplify_request(line);
+  if (!request) {
+    complain(request.problem());
+    return kUsage;
+  }
+  if (auto usable = check_output(line.output); !usable) return fail(usable.problem());
+  try {
+    return run(line, *request);
+  } catch (const std::bad_alloc&) {
+    return fail({"memory-limit", line.input + " needs more memory than there is", "a smaller mesh or a larger machine", "input"});
+  }
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,151 @@
+// What the options of cordillera simplify may say.
+#include <cmath>
+
+#include "server/options/option_values.h"
+#include "server/cli/simplify_command.h"
+
+namespace cordillera::server {
+namespace {
+
+using gpu::fit::MeshTarget;
+using gpu::fit::Quality;
+
+constexpr double kMostTriangles = 4294967295.0, kGreatestError = 1e9;
+
+proto::Problem invalid(const std::string& name, const std::string& value, const std::string& complaint,
+                       const std::string& accepted) {
+  const std::string shown = is_utf8(value) ? value.substr(0, 200) : "(not UTF-8)";
+  return {"option-invalid", name + "='" + shown + "': " + complaint, accepted, name};
+}
+
+proto::Result<MeshTarget> share(const std::string& text) {
+  double value = 0;
+  if (const Complaint complaint = read_number(text, {0, 1}, &value)) {
+    return invalid("--keep", text, *complaint, "a number above 0 up to 1");
+  }
+  if (!(value > 0)) return invalid("--keep", text, "nothing would be left", "a number above 0 up to 1");
+  return MeshTarget::keep(value);
+}
+
+proto::Result<MeshTarget> count(const std::string& text) {
+  double value = 0;
+  const std::string accepted = "a whole number from 1 on";
+  if (const Complaint complaint = read_number(text, {1, kMostTriangles}, &value)) {
+    return invalid("--triangles", text, *complaint, accepted);
+  }
+  if (value != std::floor(value)) return invalid("--triangles", text, "not a whole number", accepted);
+  return MeshTarget::triangles(static_cast<std::uint64_t>(value));
+}
+
+proto::Result<MeshTarget> bound(const std::string& text) {
+  double value = 0;
+  if (const Complaint complaint = read_number(text, {0, kGreatestError}, &value)) {
+    return invalid("--error", text, *complaint, "metres, 0 or more");
+  }
+  return MeshTarget::error_m(value);
+}
+
+proto::Result<MeshTarget> target_of(const SimplifyLine& line) {
+  const std::string accepted = "one of --keep SHARE, --triangles N, --error METRES";
+  if (!line.collapses.empty()) {
+    return proto::Problem{"options-conflict", "waves does not count collapses", "--strategy cleap or sequential; or " + accepted,
+                          "--collapses"};
+  }
+  if (!line.cleap.empty()) {
+    const std::string name = "--" + line.cleap.begin()->first;
+    return proto::Problem{"options-conflict", name + " is no option of waves", "--strategy cleap or sequential", name};
+  }
+  const int given = !line.keep.empty() + !line.triangles.empty() + !line.error.empty();
+  if (given == 0) return proto::Problem{"usage", "simplify needs to know how small the mesh is to be", accepted, "--keep"};
+  if (given > 1) {
+    return proto::Problem{"options-conflict", "there are several wishes how small the mesh is to be", accepted, "--keep"};
+  }
+  if (!line.keep.empty()) return share(line.keep);
+  return line.triangles.empty() ? bound(line.error) : count(line.triangles);
+}
+
+/// The published algorithm knows no error, and no quality but its own options.
+proto::Result<CleapRequest> published_request(const SimplifyLine& line, const std::string& strategy) {
+  const std::string accepted = "one of --collapses N, --keep SHARE, --triangles N";
+  if (!line.error.empty()) {
+    return proto::Problem{"options-conflict", strategy + " measures no error and can promise none",
+                          accepted + "; or --strategy waves", "--error"};
+  }
+  if (line.quality != "default") {
+    return proto::Problem{"options-conflict", "--quality is an option of waves", "--strategy waves", "--quality"};
+  }
+  const int given = !line.keep.empty() + !line.triangles.empty() + !line.collapses.empty();
+  if (given == 0) return proto::Problem{"usage", "simplify needs to know how small the mesh is to be", accepted, "--collapses"};
+  if (given > 1) {
+    return proto::Problem{"options-conflict", "there are several wishes how small the mesh is to be", accepted, "--collapses"};
+  }
+  auto request = cleap_request(strategy, line.cleap);
+  if (!request) return request;
+  if (!line.collapses.empty()) {
+    double value = 0;
+    const std::string whole = "a whole number from 1 on";
+    if (const Complaint complaint = read_number(line.collapses, {1, kMostTriangles}, &value)) {
+      return invalid("--collapses", line.collapses, *complaint, whole);
+    }
+    if (value != std::floor(value)) return invalid("--collapses", line.collapses, "not a whole number", whole);
+    request->target.collapses = static_cast<std::uint64_t>(value);
+    return request;
+  }
+  const auto target = line.keep.empty() ? count(line.triangles) : share(line.keep);
+  if (!target) return target.problem();
+  if (line.keep.empty()) request->target.triangles = static_cast<std::uint64_t>(target->value);
+  else request->keep = target->value;
+  return request;
+}
+
+proto::Result<Quality> quality_of(const std::string& text) {
+  std::string choice;
+  if (const Complaint complaint = read_choice(text, {"fast", "default", "best", "minimax"}, &choice)) {
+    return invalid("--quality", text, *complaint, "fast, default, best or minimax");
+  }
+  if (choice == "fast") return Quality::fast;
+  if (choice == "best") return Quality::best;
+  return choice == "minimax" ? Quality::minimax : Quality::default_;
+}
+
+}  // namespace
+
+proto::Result<SimplifyRequest> simplify_request(const SimplifyLine& line) {
+  SimplifyRequest request;
+  if (line.output.empty()) {
+    return proto::Problem{"usage", "simplify needs to know where to write", "-o FILE.ply, -o FILE.off or -o FILE.obj",
+                          "--output"};
+  }
+  std::string strategy;
+  if (const Complaint complaint = read_choice(line.strategy, {"waves", "cleap", "sequential"}, &strategy)) {
+    return invalid("--strategy", line.strategy, *complaint, "waves, cleap or sequential");
+  }
+  request.strategy = strategy;
+  if (strategy == "waves") {
+    const auto target = target_of(line);
+    if (!target) return target.problem();
+    request.target = *target;
+    const auto quality = quality_of(line.quality);
+    if (!quality) return quality.problem();
+    request.options.quality = *quality;
+  } else {
+    const auto published = published_request(line, strategy);
+    if (!published) return published.problem();
+    request.cleap = *published;
+  }
+  if (const Complaint complaint = read_device(line.device, &request.options.device)) {
+    return invalid("--device", line.device, *complaint, "auto, cpu, cuda or cuda:N");
+  }
+  std::uint32_t threads = 0;
+  if (const Complaint complaint = read_whole(line.threads, {0, 1024}, &threads)) {
+    return invalid("--threads", line.threads, *complaint, "0 to 1024");
+  }
+  request.threads = request.options.threads = threads;
+  if (request.cleap) {
+    request.cleap->options.device = strategy == "sequential" && line.device == "auto" ? "cpu" : request.options.device;
+    request.cleap->options.threads = strategy == "sequential" ? 1 : threads;
+  }
+  return request;
+}
+
+}  // namespace cordillera::server

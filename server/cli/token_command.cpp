@@ -1,0 +1,59 @@
+#include "server/cli/token_command.h"
+
+#include <fcntl.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <iostream>
+
+#include "server/access/tokens.h"
+#include "server/cli/commands.h"
+
+namespace cordillera::server {
+namespace {
+
+/// Nobody but its owner reads a file that this makes; an existing one keeps its rights. The line begins on a line of its own.
+bool append(const std::string& path, const std::string& line) {
+  const int file = ::open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600);
+  if (file < 0) return false;
+  char last = '\n';
+  const off_t size = lseek(file, 0, SEEK_END);
+  const bool looked = size <= 0 || pread(file, &last, 1, size - 1) == 1;
+  const std::string text = (last == '\n' ? "" : "\n") + line + "\n";
+  const bool written = looked && ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && fsync(file) == 0;
+  return ::close(file) == 0 && written;
+}
+
+int usage(const std::string& detail, const std::string& accepted, const std::string& word) {
+  complain({"usage", detail, accepted, word});
+  return kUsage;
+}
+
+}  // namespace
+
+int token_command(const TokenWords& words) {
+  if (words.action != "new")
+    return usage("unknown action '" + words.action + "'", "cordillera token new --name NAME --role ROLE", words.action);
+  const access::Role role = access::role_named(words.role);
+  if (role == access::Role::none)
+    return usage(words.role.empty() ? "a token needs a role" : "no role is called '" + words.role + "'",
+                 "--role read, write or admin", "--role");
+  if (!access::is_token_name(words.name)) {
+    return usage(words.name.empty() ? "a token needs a name" : "'" + words.name + "' is no name for a token",
+                 "--name with 1 to 64 letters, digits, dots, dashes and underscores", "--name");
+  }
+  const access::NewToken made = access::make_token(words.name, role);
+  if (!words.file.empty() && !append(words.file, made.line)) {
+    complain({"output-failed", "cannot write " + words.file + ": " + strerror(errno), "a file that can be written", "--file"});
+    return kFailed;
+  }
+  std::cout << "token: " << made.token << "\n";
+  if (words.file.empty()) std::cout << "line:  " << made.line << "\n";
+  std::cout << std::flush;
+  std::cerr << "The token is shown this once. "
+            << (words.file.empty() ? "The line goes into the file of --tokens.\n"
+                                   : "Its line was added to " + words.file + ".\n");
+  return kDone;
+}
+
+}  // namespace cordillera::server

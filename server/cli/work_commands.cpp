@@ -1,0 +1,278 @@
+#include "server/cli/work_commands.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "gpu/simplify.h"
+#include "pipeline/exports/export.h"
+#include "pipeline/work/publish.h"
+#include "pipeline/work/work.h"
+#include "pipeline/work/work_plan.h"
+#include "proto/utf8.h"
+#include "raster/storage.h"
+#include "server/jobs/child.h"
+#include "server/codec/json.h"
+#include "server/options/option_values.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+namespace work = pipeline::work;
+using proto::Problem;
+
+std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
+
+void stop_on_signals() {
+  signal(SIGINT, [](int) { g_stop = true; });
+  signal(SIGTERM, [](int) { g_stop = true; });
+}
+
+int fail(const Problem& problem) {
+  complain(problem);
+  return work::worth_retrying(problem) ? kTryAgain : kFailed;
+}
+
+int wrong_usage(const std::string& detail, const std::string& accepted, const std::string& parameter) {
+  complain({"usage", detail, accepted, parameter});
+  return kUsage;
+}
+
+/// The number that a scheduler gives to a task of an array; the first and only one where there is no array.
+std::string array_number() {
+  for (const char* variable : {"SLURM_ARRAY_TASK_ID", "JOB_COMPLETION_INDEX", "AWS_BATCH_JOB_ARRAY_INDEX"}) {
+    if (const char* number = std::getenv(variable)) return number;
+  }
+  return "0";
+}
+
+/// The tasks that a line asks for, of one stage.
+proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const proto::WorkStage& stage) {
+  const auto tasks = static_cast<std::uint32_t>(stage.tasks_size());
+  std::uint32_t task = 0, part = 0, parts = 1;
+  if (!line.task.empty()) {
+    if (const auto wrong = read_whole(line.task, {0, tasks - 1}, &task)) {
+      return Problem{"option-invalid", "--task='" + line.task + "': " + *wrong, "0 to " + std::to_string(tasks - 1), "--task"};
+    }
+    return std::vector<std::size_t>{task};
+  }
+  const std::size_t slash = line.part.find('/');
+  if (!line.part.empty()) {
+    const std::string asked = line.part.substr(0, slash), number = asked == "array" ? array_number() : asked;
+    const bool right = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts) &&
+                       !read_whole(number, {0, parts - 1}, &part);
+    if (!right) {
+      return Problem{"option-invalid", "--part='" + line.part + "'" + (number == asked ? "" : ", here " + number + line.part.substr(slash)) + " is no K/N",
+                     "K/N with K from 0 to N - 1, or array/N: the number that Slurm, Kubernetes or AWS Batch gives", "--part"};
+    }
+  }
+  return work::part_of(stage, part, parts);
+}
+
+class Counter {
+ public:
+  Counter(std::size_t all, Words words) : all_(all), words_(words) {}
+  void ended(const proto::WorkTask& task, work::Outcome outcome) {
+    ++done_;
+    if (words_ == Words::none) return;
+    std::cerr << done_ << "/" << all_ << " " << task.level() << "/" << task.x() << "/" << task.y()
+              << (outcome == work::Outcome::done ? "" : " was there") << "\n";
+  }
+
+ private:
+  std::size_t all_, done_ = 0;
+  Words words_;
+};
+
+/// One, or with cuda:all every GPU of the machine.
+proto::Result<std::vector<std::string>> devices_of(const std::string& asked) {
+  if (asked.empty()) return std::vector<std::string>{"auto"};
+  std::vector<std::string> devices;
+  if (asked == "cuda:all") {
+    for (int k = 0; k < gpu::cuda_devices(); ++k) devices.push_back("cuda:" + std::to_string(k));
+    if (devices.empty()) return Problem{"device-unavailable", "--device='cuda:all': there is no GPU that this program may use", "auto, cpu", "--device"};
+    return devices;
+  }
+  if (const auto wrong = read_device(asked, &devices.emplace_back())) {
+    return Problem{"option-invalid", "--device='" + asked + "': " + *wrong, "auto, cpu, cuda, cuda:N or cuda:all", "--device"};
+  }
+  return devices;
+}
+
+proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const WorkLine& line) {
+  const proto::WorkStage& stage = plan.stages(number);
+  const auto tasks = tasks_of(line, stage);
+  if (!tasks) return tasks.problem();
+  const auto devices = devices_of(line.device);
+  if (!devices) return devices.problem();
+  work::WorkOrder order{line.folder, *devices, 0};
+  if (!line.threads.empty()) {
+    if (const auto wrong = read_whole(line.threads, {0, 1024}, &order.threads)) {
+      return Problem{"option-invalid", "--threads='" + line.threads + "': " + *wrong, "0 to 1024", "--threads"};
+    }
+  }
+  Counter counter(tasks->size(), line.words);
+  return work::do_tasks(
+      plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::Outcome outcome) { counter.ended(task, outcome); }, g_stop);
+}
+
+int say(const proto::WorkPlan& plan, const std::string& folder) {
+  const auto stages = work::progress_of(plan, folder);
+  if (!stages) return fail(stages.problem());
+  double samples = 0;
+  for (const proto::WorkTask& task : plan.stages(0).tasks()) samples += task.samples();
+  std::cout << plan.sources_size() << " rasters, levels " << plan.plan().min_level() << " to " << plan.plan().finest_level() << ", "
+            << samples / 1e6 << " million samples\n";
+  for (std::size_t s = 0; s < stages->size(); ++s) {
+    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << (*stages)[s].all << " tasks, " << (*stages)[s].done << " done\n";
+  }
+  return kDone;
+}
+
+/// Where a dataset is put together before it is sent on: a folder below TMPDIR, gone at the end. An object cannot be changed in its middle.
+class RemoteOutput {
+ public:
+  RemoteOutput() {
+    std::string name = (fs::temp_directory_path() / "cordillera-publish-XXXXXX").string();
+    if (mkdtemp(name.data()) != nullptr) folder_ = name;
+  }
+  ~RemoteOutput() {
+    std::error_code ignored;
+    if (!folder_.empty()) fs::remove_all(folder_, ignored);
+  }
+  RemoteOutput(const RemoteOutput&) = delete;
+  RemoteOutput& operator=(const RemoteOutput&) = delete;
+  bool good() const { return !folder_.empty(); }
+  fs::path local() const { return folder_ / "dataset.sqlite"; }
+
+ private:
+  fs::path folder_;
+};
+
+}  // namespace
+
+int plan_command(const Settings& settings, const PlanLine& line) {
+  if (line.folder.empty()) return wrong_usage("plan needs to know where to write", "-o FOLDER", "--output");
+  work::PlanGiven given;
+  if (!line.block.empty()) {
+    std::uint32_t side = 0;
+    if (const auto wrong = read_whole(line.block, {512, 4096}, &side)) return wrong_usage("--block='" + line.block + "': " + *wrong, "512 to 4096", "--block");
+    given.block_samples = (std::int64_t{side} + 1) * (side + 1);
+  }
+  auto sources = examine_sources(line.sources, settings, line.bad);
+  if (!sources) return fail(sources.problem());
+  for (const raster::MosaicMember& member : sources->members) {
+    if (proto::is_utf8(member.path)) continue;
+    return fail({"option-invalid", "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be", "a name in UTF-8", "SOURCES"});
+  }
+  stop_on_signals();  // until here nothing asks whether to stop, and an end in the middle leaves nothing
+  pipeline::BuildRequest request;
+  request.members = std::move(sources->members);
+  request.options = settings.build;
+  fs::path place = fs::path(line.folder).lexically_normal();
+  if (!place.has_filename()) place = place.parent_path();
+  request.raster_name = settings.build.name().empty() ? place.filename().string() : settings.build.name();
+  auto plan = work::plan_work(request, g_stop, given);
+  if (!plan) return fail(plan.problem());
+  for (const std::string& skipped : sources->skipped) plan->add_skipped(proto::as_utf8(skipped));
+  for (const std::string& warning : settings.build.warnings()) plan->add_warnings(warning);
+  for (const std::string& warning : sources->warnings) plan->add_warnings(proto::as_utf8(warning));
+  if (const auto written = work::write_plan(*plan, line.folder); !written) return fail(written.problem());
+  for (const std::string& skipped : plan->skipped()) std::cerr << "cordillera: left out: " << skipped << "\n";
+  for (const std::string& warning : plan->warnings()) std::cerr << "cordillera: warning: " << warning << "\n";
+  if (line.words == Words::all) return say(*plan, line.folder);
+  return kDone;
+}
+
+int work_command(const WorkLine& line) {
+  stop_on_signals();
+  const auto plan = work::read_plan(line.folder);
+  if (!plan) return fail(plan.problem());
+  if (line.stage.empty()) {
+    if (!line.task.empty() || !line.part.empty()) return wrong_usage("a task is one of a stage", "--stage N", "--stage");
+    for (int s = 0; s < plan->stages_size(); ++s) {
+      if (const auto done = do_stage(*plan, s, line); !done) return fail(done.problem());
+    }
+    return kDone;
+  }
+  std::uint32_t stage = 0;
+  const auto last = static_cast<std::uint32_t>(plan->stages_size() - 1);
+  if (const auto wrong = read_whole(line.stage, {0, last}, &stage)) {
+    return wrong_usage("--stage='" + line.stage + "': " + *wrong, "0 to " + std::to_string(last), "--stage");
+  }
+  const auto done = do_stage(*plan, static_cast<int>(stage), line);
+  if (done) return kDone;
+  return done.problem().type == "option-invalid" ? wrong_usage(done.problem().detail, done.problem().accepted, done.problem().parameter)
+                                                 : fail(done.problem());
+}
+
+int tasks_command(const std::string& folder, Show show) {
+  const auto plan = work::read_plan(folder);
+  if (!plan) return fail(plan.problem());
+  if (show == Show::table) {
+    return say(*plan, folder);
+  }
+  const auto stages = work::progress_of(*plan, folder);
+  if (!stages) return fail(stages.problem());
+  Json json = Json::array();
+  for (std::size_t s = 0; s < stages->size(); ++s) {
+    double cost = 0;
+    for (const proto::WorkTask& task : plan->stages(static_cast<int>(s)).tasks()) cost += work::cost_of(task);
+    json.push_back({{"stage", s}, {"tasks", (*stages)[s].all}, {"done", (*stages)[s].done}, {"cost", cost}});
+  }
+  std::cout << dump(plain_numbers(json)) << "\n";
+  return kDone;
+}
+
+int publish_command(const PublishLine& line) {
+  if (line.output.empty()) return wrong_usage("publish needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output");
+  const auto plan = work::read_plan(line.folder);
+  if (!plan) return fail(plan.problem());
+  const bool file = line.output.ends_with(".sqlite"), remote = raster::is_remote(line.output);
+  if (remote && !file) return wrong_usage("in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite", "--output");
+  std::error_code error;
+  const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(line.output, error);
+  if (file && line.other == pipeline::Existing::refuse && there) {
+    return fail(pipeline::output_exists(line.output + " is there already"));
+  }
+  if (!file) {
+    if (const auto usable = pipeline::check_export_folder(line.output, line.other); !usable) return fail(usable.problem());
+  }
+  const std::unique_ptr<RemoteOutput> elsewhere = remote ? std::make_unique<RemoteOutput>() : nullptr;
+  if (remote && !elsewhere->good()) {
+    return fail({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(), "a TMPDIR with room for the dataset", ""});
+  }
+  fs::path place = fs::absolute(remote ? elsewhere->local() : fs::path(line.output)).lexically_normal();
+  if (!place.has_filename()) place = place.parent_path();
+  const std::string store = file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
+  const auto manifest = work::publish(*plan, line.folder, store, [](work::Progress) {});
+  if (!manifest) return fail(manifest.problem());
+  if (!file) {
+    const auto exported = [&]() -> proto::Result<void> {
+      auto reader = pipeline::StoreReader::open(store);
+      if (!reader) return reader.problem();
+      const pipeline::faces::Terrain terrain(std::move(reader).value());
+      return pipeline::export_static(terrain, line.formats, place.string(), line.other);
+    }();
+    fs::remove(store, error);
+    if (!exported) return fail(exported.problem());
+  }
+  if (remote) {
+    if (const auto sent = raster::upload_file(store, line.output); !sent) return fail(sent.problem());
+  }
+  if (line.words == Words::all) std::cout << manifest_table(*manifest) << "written to " << (remote ? line.output : place.string()) << "\n";
+  if (line.prune) {
+    const auto removed = work::prune(*plan, line.folder);
+    if (!removed) return fail(removed.problem());
+    if (line.words == Words::all) std::cout << *removed << " shards of other plans removed\n";
+  }
+  return kDone;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,47 @@
+#pragma once
+// cordillera plan, work, publish: a build that a scheduler spreads over machines.
+#include <string>
+#include <vector>
+
+#include "server/cli/commands.h"
+#include "server/cli/sources.h"
+
+namespace cordillera::server {
+
+/// A task that failed for a reason that may pass: storage, a stage below that is not finished. sysexits.h calls it EX_TEMPFAIL.
+inline constexpr int kTryAgain = 75;
+
+struct PlanLine {
+  std::vector<std::string> sources;
+  std::string folder;
+  std::string block;   ///< samples along the side of a block, at most; empty: as memory allows
+  BadSource bad = BadSource::refuse;
+  Words words = Words::all;
+};
+int plan_command(const Settings& settings, const PlanLine& line);
+
+struct WorkLine {
+  std::string folder;
+  std::string stage;   ///< a number; empty: all of them, one after the other
+  std::string task;    ///< a number, or
+  std::string part;    ///< K/N: the K-th of N parts of about equal cost, from 0; neither: all tasks of the stage
+  std::string device;
+  std::string threads;
+  Words words = Words::all;
+};
+int work_command(const WorkLine& line);
+
+struct PublishLine {
+  std::string folder;
+  std::string output;   ///< a static folder, or one .sqlite file if it is called so
+  pipeline::Existing other = pipeline::Existing::refuse;
+  bool prune = false;   ///< shards that this plan does not name
+  Words words = Words::all;
+  std::vector<const pipeline::faces::Face*> formats;
+};
+int publish_command(const PublishLine& line);
+
+/// How far each stage is; --json for programs.
+int tasks_command(const std::string& folder, Show show);
+
+}  // namespace cordillera::server

@@ -1,0 +1,88 @@
+#include "server/codec/digest.h"
+
+#include <openssl/crypto.h>
+#include <openssl/evp.h>
+#include <openssl/rand.h>
+
+#include <fstream>
+#include <new>
+#include <stdexcept>
+#include <vector>
+
+namespace cordillera::server {
+namespace {
+
+std::vector<unsigned char> random_bytes(std::size_t count) {
+  std::vector<unsigned char> bytes(count);
+  if (RAND_bytes(bytes.data(), static_cast<int>(count)) != 1) throw std::runtime_error("no random numbers can be had");
+  return bytes;
+}
+
+/// Of these functions' reasons to fail there is one here: OpenSSL 3 takes memory for every digest.
+void expect(int done) {
+  if (done != 1) throw std::bad_alloc();
+}
+
+}  // namespace
+
+struct Digest::State {
+  EVP_MD_CTX* context = EVP_MD_CTX_new();
+  State() {
+    if (context == nullptr) throw std::bad_alloc();
+  }
+  ~State() { EVP_MD_CTX_free(context); }
+};
+
+Digest::Digest() : state_(std::make_unique<State>()) { expect(EVP_DigestInit_ex(state_->context, EVP_sha256(), nullptr)); }
+Digest::~Digest() = default;
+
+void Digest::add(std::string_view bytes) { expect(EVP_DigestUpdate(state_->context, bytes.data(), bytes.size())); }
+
+bool same_secret(std::string_view one, std::string_view other) {
+  return one.size() == other.size() && CRYPTO_memcmp(one.data(), other.data(), one.size()) == 0;
+}
+
+std::string random_letters(std::size_t count) {
+  static constexpr char kLetters[] = "abcdefghijkmnpqrstuvwxyz23456789";  // 32, none easily taken for another
+  std::string word;
+  for (const unsigned char byte : random_bytes(count)) word += kLetters[byte % 32];
+  return word;
+}
+
+std::string random_hex(std::size_t bytes) {
+  std::string hex;
+  for (const unsigned char byte : random_bytes(bytes)) {
+    hex += "0123456789abcdef"[byte >> 4];
+    hex += "0123456789abcdef"[byte & 15];
+  }
+  return hex;
+}
+
+std::string Digest::finish() {
+  unsigned char bytes[EVP_MAX_MD_SIZE];
+  unsigned int count = 0;
+  expect(EVP_DigestFinal_ex(state_->context, bytes, &count));
+  std::string hex;
+  for (unsigned int i = 0; i < count; ++i) {
+    hex += "0123456789abcdef"[bytes[i] >> 4];
+    hex += "0123456789abcdef"[bytes[i] & 15];
+  }
+  return hex;
+}
+
+std::string digest_of_file(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  Digest digest;
+  for (std::string piece(1 << 20, '\0'); in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0;) {
+    digest.add(std::string_view(piece).substr(0, static_cast<std::size_t>(in.gcount())));
+  }
+  return in.eof() ? digest.finish() : "";
+}
+
+std::string digest(std::string_view bytes) {
+  Digest digest;
+  digest.add(bytes);
+  return digest.finish();
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,113 @@
+#include "server/codec/json.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include <cmath>
+
+#include "proto/utf8.h"
+#include "server/http/problems.h"
+
+namespace cordillera::server {
+namespace {
+
+// Of a problem that a job reports or that is written down: it stands in every list. Both ways, for a job may have been taken over.
+constexpr std::size_t kMostKept_bytes = 2000, kLongestSlug_bytes = 100;
+
+}  // namespace
+
+std::string to_json_line(const google::protobuf::Message& message) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;
+  std::string text;
+  (void)google::protobuf::util::MessageToJsonString(message, &text, options);
+  return text;
+}
+
+Json to_json(const google::protobuf::Message& message) { return Json::parse(to_json_line(message), nullptr, false); }
+
+bool from_json(const std::string& text, google::protobuf::Message* message) {
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = true;
+  return google::protobuf::util::JsonStringToMessage(text, message, options).ok();
+}
+
+Json problem_json(const proto::Problem& problem) {
+  const ProblemKind kind = problem_kind(problem.type);
+  Json json;
+  json["type"] = "urn:cordillera:problem:" + kind.slug;
+  json["title"] = kind.title;
+  json["status"] = kind.status;
+  json["detail"] = problem.detail;
+  if (!problem.accepted.empty()) json["accepted"] = problem.accepted;
+  if (!problem.parameter.empty()) json["parameter"] = problem.parameter;
+  return json;
+}
+
+proto::Error to_error(const proto::Problem& problem) {
+  proto::Error error;
+  error.set_type(proto::cut_text(problem.type, kLongestSlug_bytes));
+  error.set_detail(proto::cut_text(problem.detail, kMostKept_bytes));
+  error.set_accepted(proto::cut_text(problem.accepted, kMostKept_bytes));
+  error.set_parameter(proto::cut_text(problem.parameter, kMostKept_bytes));
+  return error;
+}
+
+proto::Problem to_problem(const proto::Error& error) {
+  return {proto::cut_text(error.type(), kLongestSlug_bytes), proto::cut_text(error.detail(), kMostKept_bytes), proto::cut_text(error.accepted(), kMostKept_bytes),
+          proto::cut_text(error.parameter(), kMostKept_bytes)};
+}
+
+Json plain_numbers(Json json) {
+  constexpr double kExact = 9007199254740992;  // up to here a double holds every integer
+  if (json.is_structured()) {
+    for (Json& part : json) part = plain_numbers(std::move(part));
+  } else if (json.is_number_float()) {
+    const double value = json.get<double>();
+    if (value == std::floor(value) && std::abs(value) < kExact) return static_cast<std::int64_t>(value);
+  }
+  return json;
+}
+
+std::string dump(Json json) { return plain_numbers(std::move(json)).dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+std::string ListText::item(Json json) {
+  const std::string lines = dump(std::move(json));
+  std::string text;
+  for (std::size_t from = 0, to = 0; to + 1 < lines.size(); from = to + 1) {
+    if (from > 0) text += "\n    ";
+    to = lines.find('\n', from);
+    text.append(lines, from, to - from);
+  }
+  return text;
+}
+
+void ListText::add(const std::string& item) {
+  text_.append(empty_ ? "\n    " : ",\n    ").append(item);
+  empty_ = false;
+}
+
+std::string ListText::end(const std::string& name, const Json& value) {
+  text_.append(empty_ ? "]" : "\n  ]").append(",\n  ").append(Json(name).dump()).append(": ").append(value.dump()).append("\n}\n");
+  return std::move(text_);
+}
+
+Response json_response(int status, Json body) { return json_text_response(status, dump(std::move(body))); }
+
+Response json_text_response(int status, std::string text) {
+  Response response;
+  response.status = status;
+  response.set("Content-Type", "application/json");
+  response.body = std::move(text);
+  return response;
+}
+
+Response problem_response(const proto::Problem& problem) {
+  Response response = json_response(problem_kind(problem.type).status, problem_json(problem));
+  response.headers = {{"Content-Type", "application/problem+json"}, {"Cache-Control", "no-store"}};
+  response.problem = problem.type;
+  if (response.status == 503 || response.status == 429) response.set("Retry-After", problem.type == "queue-full" ? "30" : "5");
+  return response;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,107 @@
+#include "server/datasets/dataset_folder.h"
+
+#include <fstream>
+#include <sstream>
+
+#include "pipeline/store/store.h"
+#include "raster/storage.h"
+#include "server/codec/json.h"
+#include "server/updates/ledger.h"
+#include "server/datasets/upload.h"
+#include "work.pb.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+proto::DatasetRecord record_of(const Dataset& dataset) {
+  proto::DatasetRecord record;
+  record.set_id(dataset.id);
+  record.set_name(dataset.name);
+  record.set_created(dataset.created);
+  record.set_raster(dataset.raster);
+  *record.mutable_options() = dataset.options;
+  record.set_owner(dataset.owner);
+  record.set_hidden(dataset.is_private);
+  record.set_idempotency_key(dataset.idempotency_key);
+  record.set_options_hash(dataset.options_hash);
+  record.set_body_hash(dataset.body_hash);
+  record.set_request_id(dataset.request_id);
+  return record;
+}
+
+Dataset dataset_of(const proto::DatasetRecord& record) {
+  Dataset dataset;
+  dataset.id = record.id();
+  dataset.name = record.name();
+  dataset.created = record.created();
+  dataset.raster = record.raster();
+  dataset.options = record.options();
+  dataset.owner = record.owner();
+  dataset.is_private = record.hidden();
+  dataset.idempotency_key = record.idempotency_key();
+  dataset.options_hash = record.options_hash();
+  dataset.body_hash = record.body_hash();
+  dataset.request_id = record.request_id();
+  return dataset;
+}
+
+}  // namespace
+
+proto::Result<void> write_record(const fs::path& folder, const Dataset& dataset) {
+  if (raster::write_whole((folder / kRecordFile).string(), to_json_line(record_of(dataset)) + "\n")) return {};
+  return proto::Problem{"storage-full", "what was posted cannot be written down: the disk is full or fails", "trying again when there is room", ""};
+}
+
+std::optional<Dataset> read_record(const fs::path& folder) {
+  std::ifstream file(folder / kRecordFile);
+  std::ostringstream text;
+  text << file.rdbuf();
+  proto::DatasetRecord record;
+  if (!from_json(text.str(), &record) || record.id() != folder.filename().string()) return std::nullopt;
+  return dataset_of(record);
+}
+
+bool mark_deleted(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error)) return true;
+  fs::rename(folder / kRecordFile, folder / kDeletedFile, error);  // needs no room: a full disk can be cleaned up
+  if (error && !std::ofstream(folder / kDeletedFile)) return false;
+  return sync_folder(folder);
+}
+
+void unmark_deleted(const fs::path& folder) {
+  std::error_code error;
+  if (fs::file_size(folder / kDeletedFile, error) > 0 && !error) {
+    fs::rename(folder / kDeletedFile, folder / kRecordFile, error);
+  } else {
+    fs::remove(folder / kDeletedFile, error);
+  }
+}
+
+bool is_marked_deleted(const fs::path& folder) {
+  std::error_code error;
+  return fs::exists(folder / kDeletedFile, error);
+}
+
+bool is_built(const Layout& layout, const Dataset& dataset) {
+  std::error_code error;
+  const fs::path folder = layout.dataset(dataset.id);
+  // A raster that is there belongs to a build that did not end; what it committed is its own to judge. Rasters of changes are kept for good.
+  if (!updates::is_changeable(folder) && !dataset.raster.empty() && fs::exists(folder / dataset.raster, error)) return false;
+  return fs::exists(layout.store(dataset.id), error) && pipeline::StoreReader::manifest_of(layout.store(dataset.id).string()).ok();
+}
+
+std::error_code remove_dataset_folder(const Layout& layout, const std::string& id) {
+  std::error_code error;
+  const fs::path away = layout.removed() / id;
+  fs::create_directories(layout.removed(), error);
+  fs::rename(layout.dataset(id), away, error);
+  if (error == std::errc::no_such_file_or_directory) return {};
+  std::error_code removed;
+  fs::remove_all(error ? layout.dataset(id) : away, removed);
+  return removed;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,37 @@
+#pragma once
+// What a dataset's folder says of itself, so that a row that was lost can be made again, and how a folder goes.
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <system_error>
+
+#include "proto/result.h"
+#include "server/datasets/layout.h"
+#include "server/datasets/registry.h"
+
+namespace cordillera::server {
+
+inline constexpr const char* kRecordFile = "dataset.json";   ///< the row but for its state; written before the folder gets its name, never again
+inline constexpr const char* kDeletedFile = "deleted.json";  ///< the same of a dataset that was deleted: without a row it is no lost one
+
+/// Of a file's name: one of these two, which stay as long as the folder does.
+inline bool is_record(const std::filesystem::path& name) { return name == kRecordFile || name == kDeletedFile; }
+
+/// Problems: "storage-full".
+proto::Result<void> write_record(const std::filesystem::path& folder, const Dataset& dataset);
+/// None: there is none, or it is of another dataset than the folder's name says.
+std::optional<Dataset> read_record(const std::filesystem::path& folder);
+
+/// Before the row is taken away. False: it is not on disk.
+bool mark_deleted(const std::filesystem::path& folder);
+/// The row could not be taken away.
+void unmark_deleted(const std::filesystem::path& folder);
+bool is_marked_deleted(const std::filesystem::path& folder);
+
+/// Whether all is done that the first build of the dataset had to do: its store is published, and no raster waits to be built.
+bool is_built(const Layout& layout, const Dataset& dataset);
+
+/// Takes it out of datasets/ in one step, so that no half of it is found there, then removes it. A folder that is not there is gone.
+std::error_code remove_dataset_folder(const Layout& layout, const std::string& id);
+
+}  // namespace cordillera::server

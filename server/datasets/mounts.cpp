@@ -1,0 +1,145 @@
+#include "server/datasets/mounts.h"
+
+#include <ctime>
+
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store_object.h"
+#include "server/codec/json.h"
+#include "server/log/log.h"
+
+namespace cordillera::server {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Opened = proto::Result<std::shared_ptr<const pipeline::faces::Terrain>>;
+
+constexpr auto kLook = std::chrono::seconds(5);   // a request to the storage; how late a new version may be seen
+constexpr auto kPause = std::chrono::seconds(5);  // after a failure, so that waiting for a dead storage does not take all threads
+constexpr const char* kRetryAfter_s = "5";
+
+std::string start_text() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+/// What clients are told: where it lies is nobody else's business.
+proto::Problem unreachable(const std::string& name, const proto::Problem& why) {
+  const bool storage = why.type == "storage-read" || why.type == "storage-changed";
+  return {"storage-unreachable",
+          "dataset " + name + (storage ? " lies in a storage that does not give it at the moment" : " cannot be read where it lies: it is no finished dataset of this version"),
+          "asking again later", ""};
+}
+
+}  // namespace
+
+Mounts::Mounts(const Settings& settings)
+    : cache_(std::make_shared<raster::BlockCache>(std::uint64_t{settings.serve.cache_mib} << 20)) {
+  for (const Mount& mount : settings.serve.mounts) {
+    auto place = std::make_unique<Place>();
+    place->path = mount.path;
+    place->created = start_text();
+    place->is_private = settings.private_dataset;
+    places_[mount.name] = std::move(place);
+  }
+}
+
+Dataset Mounts::dataset_of(const std::string& name, const Place& place) {
+  Dataset dataset;
+  dataset.id = dataset.name = name;
+  dataset.state = State::ready;
+  dataset.created = place.created;
+  dataset.is_private = place.is_private;
+  return dataset;
+}
+
+std::optional<Dataset> Mounts::find(const std::string& name) const {
+  const auto found = places_.find(name);
+  return found == places_.end() ? std::nullopt : std::optional(dataset_of(name, *found->second));
+}
+
+std::vector<Dataset> Mounts::list() const {
+  std::vector<Dataset> all;
+  for (const auto& [name, place] : places_) all.push_back(dataset_of(name, *place));
+  return all;
+}
+
+/// Outside of the lock but for the taking: one request pays for the question, the others go on with what is open.
+void Mounts::look_again(const std::string& name, Place& place) {
+  std::shared_ptr<raster::ObjectFile> file;
+  {
+    const std::lock_guard lock(place.mutex);
+    if (!place.file || Clock::now() - place.looked < kLook) return;
+    place.looked = Clock::now();
+    file = place.file;
+  }
+  const auto same = file->unchanged();
+  if (!same.ok()) {
+    log_warning("dataset " + name + ": " + same.problem().detail + "; what is in the cache is still served");
+    return;
+  }
+  if (*same) return;
+  const std::lock_guard lock(place.mutex);
+  if (place.file != file) return;
+  log_info("dataset " + name + ": another one has been published in its place");
+  place.file.reset();
+  place.terrain.reset();
+}
+
+Opened Mounts::open(const std::string& name) {
+  Place& place = *places_.at(name);
+  look_again(name, place);
+  const std::lock_guard lock(place.mutex);
+  if (place.terrain) return place.terrain;
+  if (place.problem && Clock::now() - place.tried < kPause) return *place.problem;
+  const auto failed = [&](const proto::Problem& why) -> Opened {
+    log_warning("dataset " + name + ": " + why.detail);
+    place.problem = unreachable(name, why);
+    place.tried = Clock::now();
+    return *place.problem;
+  };
+  auto file = raster::ObjectFile::open(place.path, cache_);
+  if (!file) return failed(file.problem());
+  auto reader = pipeline::open_store(*file);
+  if (!reader) return failed(reader.problem());
+  place.problem.reset();
+  place.file = *file;
+  place.looked = Clock::now();
+  place.terrain = std::make_shared<const pipeline::faces::Terrain>(std::move(reader).value());
+  return place.terrain;
+}
+
+std::optional<proto::Problem> Mounts::after_failure(const std::string& name) {
+  Place& place = *places_.at(name);
+  const std::lock_guard lock(place.mutex);
+  const auto trouble = place.file ? place.file->trouble() : std::nullopt;
+  if (!trouble) return std::nullopt;  // another thread has seen it before, or what was read is damaged
+  if (trouble->type == "storage-changed") {
+    place.file.reset();
+    place.terrain.reset();
+    return std::nullopt;
+  }
+  log_warning("dataset " + name + ": " + trouble->detail);
+  return unreachable(name, *trouble);
+}
+
+Response of_mount(Mounts& mounts, const std::string& name, const std::function<Response()>& read) {
+  for (bool again = false;; again = true) {
+    Response response;
+    try {
+      response = read();
+    } catch (const pipeline::StoreError&) {
+      const auto problem = mounts.after_failure(name);
+      if (!problem && again) throw;
+      if (!problem) continue;
+      response = problem_response(*problem);
+    }
+    if (response.status == 503) response.set("Retry-After", kRetryAfter_s);
+    return response;
+  }
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,69 @@
+#include "server/datasets/progress_hub.h"
+
+namespace cordillera::server {
+
+void ProgressHub::tell() {
+  changed_.notify_all();
+  const std::lock_guard lock(listener_mutex_);
+  if (listener_) listener_();
+}
+
+void ProgressHub::listen(std::function<void()> listener) {
+  const std::lock_guard lock(listener_mutex_);
+  listener_ = std::move(listener);
+}
+
+void ProgressHub::publish(const std::string& id, const proto::Progress& progress) {
+  {
+    const std::lock_guard lock(mutex_);
+    last_[id] = {++clock_, progress};
+  }
+  tell();
+}
+
+void ProgressHub::touch(const std::string& id) {
+  {
+    const std::lock_guard lock(mutex_);
+    last_[id].version = ++clock_;
+  }
+  tell();
+}
+
+void ProgressHub::forget(const std::string& id) {
+  {
+    const std::lock_guard lock(mutex_);
+    last_.erase(id);
+  }
+  tell();
+}
+
+ProgressHub::Snapshot ProgressHub::snapshot(const std::string& id) const {
+  const auto found = last_.find(id);
+  return found == last_.end() ? Snapshot{} : found->second;
+}
+
+ProgressHub::Snapshot ProgressHub::now(const std::string& id) const {
+  const std::lock_guard lock(mutex_);
+  return snapshot(id);
+}
+
+ProgressHub::Snapshot ProgressHub::wait(const std::string& id, std::uint64_t seen, std::chrono::milliseconds longest) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, longest, [&] { return closed_ || snapshot(id).version != seen; });
+  return snapshot(id);
+}
+
+void ProgressHub::close() {
+  {
+    const std::lock_guard lock(mutex_);
+    closed_ = true;
+  }
+  tell();
+}
+
+bool ProgressHub::closed() const {
+  const std::lock_guard lock(mutex_);
+  return closed_;
+}
+
+}  // namespace cordillera::server

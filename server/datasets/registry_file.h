@@ -1,0 +1,40 @@
+#pragma once
+// The registry's SQLite file: each call reads or writes it.
+#include <mutex>
+
+#include "server/datasets/registry.h"
+
+struct sqlite3;
+
+namespace cordillera::server {
+
+class RegistryFile : public Registry {
+ public:
+  /// Brings the tables to this version, all of it or nothing.
+  static proto::Result<std::unique_ptr<RegistryFile>> open(const std::string& path);
+  static std::unique_ptr<RegistryFile> read_only(const std::string& path);
+  /// Why a file is no registry, of whatever version; empty: it is one.
+  static std::string why_not_ours(const std::string& path);
+  ~RegistryFile() override;
+
+  bool add(const Dataset& dataset) override { return insert(dataset) != 0; }
+  /// The number that the row got; 0: what must be unique is taken.
+  std::int64_t insert(const Dataset& dataset);
+  Row find(const std::string& id) const override;
+  Row find_by_key(const std::string& owner, const std::string& key) const override;
+  std::vector<Row> below(std::int64_t number, std::size_t most) const override;
+  StateCounts counts() const override;
+  void set_state(const std::string& id, State state, const std::optional<proto::Problem>& problem) override;
+  void remove(const std::string& id) override;
+  void compact() override;
+
+ private:
+  explicit RegistryFile(sqlite3* db) : db_(db) {}
+  Row find_where(const std::string& column, const std::string& value) const;
+  void checkpoint();
+
+  mutable std::mutex mutex_;
+  sqlite3* db_;
+};
+
+}  // namespace cordillera::server

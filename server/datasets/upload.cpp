@@ -1,0 +1,171 @@
+#include "server/datasets/upload.h"
+
+#include <fcntl.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <random>
+
+#include "server/codec/digest.h"
+#include "server/files/write_all.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+class File {
+ public:
+  explicit File(const fs::path& path) : descriptor_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0640)) {}
+  ~File() { close(); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  bool is_open() const { return descriptor_ >= 0; }
+  bool write(std::string_view bytes) { return write_all(descriptor_, bytes); }
+  /// False if not everything is on disk.
+  bool close() {
+    if (descriptor_ < 0) return false;
+    const bool synced = fsync(descriptor_) == 0;
+    const bool closed = ::close(descriptor_) == 0;
+    descriptor_ = -1;
+    return synced && closed;
+  }
+
+ private:
+  int descriptor_;
+};
+
+proto::Problem too_large(std::uint64_t limit) {
+  return {"body-too-large", "the body is larger than this service takes", "at most " + std::to_string(limit >> 20) + " MiB", ""};
+}
+
+proto::Problem cannot_write() {
+  return {"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""};
+}
+
+bool plain(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); }
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+}  // namespace
+
+Upload::Upload(const Layout& layout, const std::string& suffix)
+    : folder_(layout.incoming() / random_word(16)), raster_("source" + suffix) {
+  std::error_code ignored;  // writing the file will fail and say so
+  fs::create_directory(folder_, ignored);
+}
+
+Upload::~Upload() {
+  std::error_code ignored;
+  if (!folder_.empty()) fs::remove_all(folder_, ignored);
+}
+
+proto::Result<void> Upload::receive(const Request& request, std::uint64_t limit, std::optional<std::uint64_t> expected) {
+  if (expected && *expected > limit) return too_large(limit);
+  File file(folder_ / raster_);
+  if (!file.is_open()) return cannot_write();
+  Digest digest;
+  std::uint64_t size = 0;
+  bool written = true;
+  const bool ended = request.read_body && request.read_body([&](std::string_view piece) {
+    size += piece.size();
+    if (size > limit) return false;
+    digest.add(piece);
+    written = file.write(piece);
+    return written;
+  });
+  if (size > limit) return too_large(limit);
+  if (!written) return cannot_write();
+  if (!ended || (expected && *expected != size)) {
+    return proto::Problem{"body-incomplete",
+                          "the upload ended after " + std::to_string(size) + " bytes" +
+                              (expected ? " of " + std::to_string(*expected) : std::string()) + "; nothing was kept",
+                          "the whole raster", ""};
+  }
+  if (size == 0) {
+    return proto::Problem{"body-empty", "the request has no body", "a raster as the body: curl --data-binary @dem.tif …", ""};
+  }
+  if (!file.close()) return cannot_write();
+  hash_ = digest.finish();
+  return {};
+}
+
+proto::Result<void> Upload::adopt(const fs::path& file) {
+  std::error_code error;
+  fs::create_hard_link(file, folder_ / raster_, error);
+  if (error) return proto::Problem{"storage-full", "the upload cannot be taken over: " + error.message(), "", ""};
+  hash_ = digest_of_file(file);
+  if (hash_.empty()) return cannot_write();
+  return {};
+}
+
+proto::Result<void> Upload::rename(const std::string& suffix) {
+  const std::string name = "source" + suffix;
+  std::error_code error;
+  fs::rename(folder_ / raster_, folder_ / name, error);
+  if (error) return proto::Problem{"storage-full", "the raster cannot get its name: " + error.message(), "", ""};
+  raster_ = name;
+  return {};
+}
+
+proto::Result<void> Upload::keep(const fs::path& place) {
+  std::error_code error;
+  const bool named = sync_folder(folder_);
+  if (named) fs::rename(folder_, place, error);
+  if (!named || error) {
+    const std::string why = error ? error.message() : strerror(errno);
+    return proto::Problem{"storage-full", "the raster cannot be put into its place: " + why, "", ""};
+  }
+  folder_ = place;  // goes away again unless the last step succeeds too
+  if (!sync_folder(place.parent_path())) return cannot_write();
+  folder_.clear();
+  return {};
+}
+
+bool sync_folder(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool synced = fsync(descriptor) == 0;
+  const int why = errno;
+  ::close(descriptor);
+  errno = why;
+  return synced;
+}
+
+std::string random_word(std::size_t length) {
+  static constexpr char kLetters[] = "abcdefghijkmnpqrstuvwxyz23456789";  // 32, none easily taken for another
+  std::random_device device;
+  std::string word;
+  while (word.size() < length) word += kLetters[device() % 32];
+  return word;
+}
+
+std::string suffix_of(const std::string& name) {
+  const auto dot = name.rfind('.');
+  if (dot == std::string::npos || name.size() - dot - 1 > 8 || name.size() - dot == 1) return "";
+  std::string suffix = ".";
+  for (const char c : name.substr(dot + 1)) {
+    if (!plain(lower(c))) return "";
+    suffix += lower(c);
+  }
+  return suffix;
+}
+
+std::string make_id(const std::string& name) {
+  const auto slash = name.rfind('/');
+  const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
+  std::string id;
+  for (const char c : file.substr(0, file.size() - suffix_of(file).size())) {
+    if (plain(lower(c))) {
+      id += lower(c);
+    } else if (!id.empty() && id.back() != '-') {
+      id += '-';
+    }
+    if (id.size() >= 40) break;
+  }
+  if (!id.empty() && id.back() != '-') id += '-';
+  return id + random_word(8);
+}
+
+}  // namespace cordillera::server

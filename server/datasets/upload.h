@@ -1,0 +1,51 @@
+#pragma once
+// A request's body on its way to disk, never held in memory.
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "proto/result.h"
+#include "server/datasets/layout.h"
+#include "server/http/message.h"
+
+namespace cordillera::server {
+
+/// A folder in data/incoming with the raster in it. Goes away with this object unless it was kept.
+class Upload {
+ public:
+  /// suffix: of the raster's file name, with the dot, or empty.
+  Upload(const Layout& layout, const std::string& suffix);
+  ~Upload();
+  Upload(const Upload&) = delete;
+  Upload& operator=(const Upload&) = delete;
+
+  /// Writes the body down. expected: Content-Length of an unencoded body.
+  proto::Result<void> receive(const Request& request, std::uint64_t limit, std::optional<std::uint64_t> expected);
+  /// Takes a file that is on disk already, by a second name: the first one stays until its owner removes it.
+  proto::Result<void> adopt(const std::filesystem::path& file);
+  /// Gives the raster, once it is there, the suffix of its name; one that comes in a form is named behind its beginning.
+  proto::Result<void> rename(const std::string& suffix);
+  /// Moves the folder to its place, where it then is whatever happens to the machine.
+  proto::Result<void> keep(const std::filesystem::path& place);
+
+  const std::filesystem::path& folder() const { return folder_; }
+  const std::string& raster() const { return raster_; }  ///< file name in the folder
+  const std::string& body_hash() const { return hash_; }
+
+ private:
+  std::filesystem::path folder_;
+  std::string raster_;
+  std::string hash_;
+};
+
+/// Waits until the names in a folder are on disk.
+bool sync_folder(const std::filesystem::path& folder);
+/// Lower-case letters and digits that nobody can guess.
+std::string random_word(std::size_t length);
+/// ".tif" of "My dem.TIF"; empty if the name has no plain suffix.
+std::string suffix_of(const std::string& name);
+/// A dataset id: the name in lower-case letters, digits and dashes, and a random word.
+std::string make_id(const std::string& name);
+
+}  // namespace cordillera::server

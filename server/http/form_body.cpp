@@ -1,0 +1,137 @@
+#include "server/http/form_body.h"
+
+#include <algorithm>
+
+namespace cordillera::server {
+namespace {
+
+constexpr std::size_t kMostHead = std::size_t{8} << 10;     // of a part
+constexpr std::size_t kMostFields = std::size_t{64} << 10;  // of all together
+constexpr std::size_t kLongestBoundary = 70;                // RFC 2046, 5.1.1
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// The value of a parameter of a header, `; name=value` or `; name="a \"quoted\" one"`; none: it is not there.
+std::optional<std::string> parameter(const std::string& header, const std::string& name) {
+  bool quoted = false;
+  for (std::size_t at = 0; at < header.size(); ++at) {
+    if (header[at] == '\\' && quoted) {
+      ++at;
+      continue;
+    }
+    if (header[at] == '"') quoted = !quoted;
+    if (header[at] != ';' || quoted) continue;
+    std::size_t begin = header.find_first_not_of(" \t", at + 1);
+    if (begin == header.npos || lower(header.substr(begin, name.size() + 1)) != name + "=") continue;
+    begin += name.size() + 1;
+    if (begin >= header.size() || header[begin] != '"') {
+      const std::string value = header.substr(begin, header.find(';', begin) - begin);
+      return value.substr(0, value.find_last_not_of(" \t") + 1);
+    }
+    std::string value;
+    for (++begin; begin < header.size() && header[begin] != '"'; ++begin) {
+      // Only of these two: a path of another system has backslashes that mean themselves.
+      const bool escape = header[begin] == '\\' && begin + 1 < header.size() && (header[begin + 1] == '"' || header[begin + 1] == '\\');
+      if (escape) ++begin;
+      value += header[begin];
+    }
+    return value;
+  }
+  return std::nullopt;
+}
+
+/// Of the part's header lines, the one that names it.
+std::string disposition(const std::string& head) {
+  for (std::size_t at = 0; at < head.size();) {
+    const std::size_t end = std::min(head.find("\r\n", at), head.size());
+    const std::string line = head.substr(at, end - at);
+    if (lower(line).starts_with("content-disposition:")) return line;
+    at = end + 2;
+  }
+  return "";
+}
+
+}  // namespace
+
+std::optional<FormReader> FormReader::of(const std::string& content_type) {
+  if (!lower(content_type).starts_with("multipart/form-data")) return std::nullopt;
+  const auto boundary = parameter(content_type, "boundary");
+  if (!boundary || boundary->empty() || boundary->size() > kLongestBoundary) return std::nullopt;
+  return FormReader(*boundary);
+}
+
+bool FormReader::fail(const std::string& why) {
+  problem_ = proto::Problem{"form-invalid", "the form cannot be read: " + why, "curl -F file=@dem.tif -F error=5 …: one file, and options as fields", ""};
+  return false;
+}
+
+bool FormReader::feed(std::string_view piece, const Sink& file) {
+  if (state_ == State::epilogue) return true;
+  rest_ += piece;
+  while (going_ && !problem_ && step(file)) {
+  }
+  return going_ && !problem_;
+}
+
+bool FormReader::step(const Sink& file) {
+  if (state_ == State::epilogue) {
+    rest_.clear();
+    return false;
+  }
+  if (state_ == State::head) return head();
+  if (state_ != State::boundary) return content(file);
+  const std::size_t blank = std::min(rest_.find_first_not_of(" \t"), rest_.size());  // some senders pad the line
+  if (blank > kLongestBoundary) return fail("a boundary is followed by blanks without end");
+  if (rest_.size() < blank + 2) return false;
+  const std::string after = rest_.substr(blank, 2);
+  if (after != "--" && after != "\r\n") return fail("a boundary is followed by other words");
+  rest_.erase(0, blank + (after == "--" ? 2 : 0));  // a head may be empty: its line break ends it
+  state_ = after == "--" ? State::epilogue : State::head;
+  return true;
+}
+
+/// Up to the next boundary; what could be the beginning of one waits for more.
+bool FormReader::content(const Sink& file) {
+  const std::size_t found = rest_.find(delimiter_);
+  const std::size_t sure = found != rest_.npos ? found : rest_.size() - std::min(rest_.size(), delimiter_.size() - 1);
+  if (!give(std::string_view(rest_).substr(0, sure), file)) return false;
+  rest_.erase(0, sure);
+  if (found == rest_.npos) return false;
+  rest_.erase(0, delimiter_.size());
+  state_ = State::boundary;
+  return true;
+}
+
+bool FormReader::give(std::string_view bytes, const Sink& file) {
+  if (state_ == State::file) return going_ = bytes.empty() || file(bytes);
+  if (state_ != State::field) return true;
+  kept_ += bytes.size();
+  if (kept_ > kMostFields) return fail("its fields have more than 64 KiB");
+  fields_.back().second += bytes;
+  return true;
+}
+
+bool FormReader::head() {
+  const std::size_t end = rest_.find("\r\n\r\n");
+  if (end == rest_.npos) return rest_.size() > kMostHead && fail("a part's head has more than 8 KiB");
+  const std::string line = disposition(rest_.substr(2, end > 2 ? end - 2 : 0));
+  rest_.erase(0, end + 4);
+  const auto name = parameter(line, "name"), file = parameter(line, "filename");
+  if (!name) return fail("a part has no name");
+  if (!file) {
+    kept_ += name->size();
+    fields_.emplace_back(*name, "");
+    state_ = State::field;
+    return true;
+  }
+  if (has_file_) return fail("it holds two files");
+  has_file_ = true;
+  file_name_ = file->substr(file->find_last_of("/\\") + 1);
+  state_ = State::file;
+  return true;
+}
+
+}  // namespace cordillera::server

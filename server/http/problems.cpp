@@ -1,0 +1,107 @@
+#include "server/http/problems.h"
+
+#include <vector>
+
+namespace cordillera::server {
+namespace {
+
+// What the service itself says. Slugs of raster and pipeline need an entry only where 422 is not the right status.
+const std::vector<ProblemKind>& table() {
+  static const std::vector<ProblemKind> kinds = {
+      {"body-empty", 400, "No raster was sent"},
+      {"body-incomplete", 400, "The upload ended before its end"},
+      {"request-invalid", 400, "The request is not valid HTTP"},
+      {"form-invalid", 400, "The form cannot be read"},
+      {"option-unknown", 400, "Unknown option"},
+      {"option-repeated", 400, "Option given twice"},
+      {"option-invalid", 400, "Bad value of an option"},
+      {"upload-invalid", 400, "The upload's headers cannot be read"},
+      {"options-conflict", 400, "Options that exclude each other"},
+      {"json-invalid", 400, "The body is not the JSON that was expected"},
+      {"token-missing", 401, "A token is needed"},
+      {"token-invalid", 401, "The token is not valid"},
+      {"role-too-low", 403, "The token does not allow this"},
+      {"origin-forbidden", 403, "Pages of other sites may not write"},
+      {"option-forbidden", 403, "The operator does not allow this value"},
+      {"not-found", 404, "No such resource"},
+      {"dataset-unknown", 404, "No such dataset"},
+      {"upload-unknown", 404, "No such upload"},
+      {"source-unknown", 404, "The dataset has no such raster"},
+      {"tile-unknown", 404, "No such tile"},
+      {"version-unknown", 404, "No such version of the dataset"},
+      {"method-not-allowed", 405, "Method not allowed here"},
+      {"request-timeout", 408, "The request took too long"},
+      {"dataset-not-ready", 409, "The dataset is not ready"},
+      {"dataset-fixed", 409, "The dataset's raster cannot be changed"},
+      {"dataset-changing", 409, "Changes of the dataset are pending"},
+      {"source-last", 409, "A dataset needs a raster"},
+      {"dataset-failed", 409, "The dataset could not be built"},
+      {"idempotency-key-in-use", 409, "A request with this Idempotency-Key is under way"},
+      {"upload-conflict", 409, "The upload stands elsewhere"},
+      {"tus-version", 412, "Another version of tus"},
+      {"body-too-large", 413, "The body is too large"},
+      {"uri-too-long", 414, "The address is too long"},
+      {"body-form", 415, "A form instead of a raster"},
+      {"coding-unknown", 415, "The body's compression is unknown"},
+      {"upload-type", 415, "A part of an upload has a type of its own"},
+      {"range-invalid", 416, "The Range header cannot be read"},
+      {"idempotency-key-reused", 422, "The Idempotency-Key belongs to another request"},
+      {"build-time-limit", 422, "The build took longer than it may"},
+      {"memory-limit", 422, "The build needs more memory than it may use"},
+      {"too-many-connections", 429, "Too many connections of one client"},
+      {"too-many-streams", 429, "Too many waiting requests of one client"},
+      {"too-many-uploads", 429, "Too many uploads of one client"},
+      {"head-too-large", 431, "The request's headers are too large"},
+      {"source-unreachable", 422, "The raster's address cannot be fetched"},
+      {"job-crashed", 500, "The build's process ended abnormally"},
+      {"internal", 500, "Something went wrong in the service"},
+      {"store-damaged", 500, "What was built cannot be read, or is not what was written"},
+      {"method-unknown", 501, "Unknown method"},
+      {"crs-tables-unreadable", 503, "The tables of coordinate systems cannot be read"},
+      {"service-stopping", 503, "The service is stopping"},
+      {"not-ready", 503, "The service cannot take work"},
+      {"queue-full", 503, "The queue of builds is full"},
+      {"storage-unreachable", 503, "The dataset's storage does not give it"},
+      {"service-busy", 503, "Too many clients are waiting"},
+      {"http-version", 505, "Another version of HTTP"},
+      {"datasets-full", 507, "No more datasets may be kept"},
+      {"storage-full", 507, "No room left to store this"},
+      {"store-write", 507, "The dataset cannot be written"},
+  };
+  return kinds;
+}
+
+// What rasters and their options are refused for: 422, titles made from the words.
+constexpr const char* kOfBuilds[] = {
+    "mesh-too-large",          "device-unavailable", "bbox-outside-raster", "unit-unknown",          "hgt-name",
+    "raster-format-unsupported", "raster-truncated", "raster-unreadable",   "raster-too-large",      "raster-bands",
+    "raster-type",             "raster-scale",       "raster-all-nodata",   "raster-not-georeferenced", "raster-without-crs",
+    "crs-unknown",             "crs-unsupported",    "crs-conflict",        "crs-mismatch",          "crs-not-transformable",
+    "geoid-not-found",         "geoid-invalid",      "geoid-does-not-cover",
+};
+
+std::string title_of(std::string_view slug) {
+  std::string title(slug);
+  for (char& c : title) {
+    if (c == '-') c = ' ';
+  }
+  if (!title.empty() && title[0] >= 'a' && title[0] <= 'z') title[0] = static_cast<char>(title[0] - 'a' + 'A');
+  return title;
+}
+
+}  // namespace
+
+ProblemKind problem_kind(std::string_view slug) {
+  for (const ProblemKind& kind : table()) {
+    if (kind.slug == slug) return kind;
+  }
+  return {std::string(slug), 422, title_of(slug)};
+}
+
+std::vector<ProblemKind> all_problem_kinds() {
+  std::vector<ProblemKind> kinds = table();
+  for (const char* slug : kOfBuilds) kinds.push_back(problem_kind(slug));
+  return kinds;
+}
+
+}  // namespace cordillera::server

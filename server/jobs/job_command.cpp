@@ -1,0 +1,178 @@
+// The child's side of a job: limit this process, build, report.
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <new>
+#include <thread>
+#include <sstream>
+#include <system_error>
+
+#include "gpu/device/device_lost.h"
+#include "pipeline/build/build.h"
+#include "pipeline/estimate/estimate.h"
+#include "pipeline/store/sqlite.h"
+#include "raster/vertical.h"
+#include "server/jobs/child.h"
+#include "server/codec/json.h"
+#include "server/memory/memory_limit.h"
+#include "server/options/option_values.h"
+#include "server/jobs/provisional_job.h"
+#include "server/sandbox/sandbox.h"
+#include "server/updates/update_job.h"
+
+namespace cordillera::server {
+namespace {
+
+std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach nothing else
+
+constexpr rlim_t kMiB = rlim_t{1} << 20;
+constexpr rlim_t kMostFiles = 512;
+
+void limit(__rlimit_resource resource, rlim_t value) {
+  rlimit now{};
+  getrlimit(resource, &now);
+  now.rlim_cur = std::min(now.rlim_max, value);
+  now.rlim_max = now.rlim_cur;
+  setrlimit(resource, &now);
+}
+
+/// What a raster from a stranger may cost, and reach.
+void restrict_process(const proto::Job& job, const std::filesystem::path& folder, proto::BuildOptions& options) {
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_FSIZE, 1024 * 1024 * kMiB);
+  limit(RLIMIT_NOFILE, kMostFiles);
+  if (options.memory() == 0) options.set_memory(default_memory_mib(options));
+  limit_memory(options);
+  if (job.max_seconds() > 0) limit(RLIMIT_CPU, rlim_t{job.max_seconds()} * std::max(1u, options.threads() == 0 ? std::thread::hardware_concurrency() : options.threads()));
+  // If the machine runs out of memory, the kernel should take the build and not the service.
+  std::ofstream("/proc/self/oom_score_adj") << 500;
+  const std::filesystem::path temporary = folder / kTemporaryFolder;
+  std::error_code ignored;
+  std::filesystem::create_directories(temporary, ignored);
+  setenv("TMPDIR", temporary.c_str(), 1);
+  setenv("GDAL_DRIVER_PATH", "disable", 1);  // no plugins: none of the drivers that are asked for is one
+  alarm(job.max_seconds());                  // a confined process cannot ask for another clock
+  const sandbox::Gpu gpu = may_use_cuda(options) ? sandbox::Gpu::allowed : sandbox::Gpu::none;
+  sandbox::confine({folder, temporary, raster::geoid_places(), gpu});
+}
+
+/// False when the parent is dead: the pipe has no reader.
+bool report(const proto::Progress& progress) {
+  const std::string line = to_json_line(progress) + "\n";
+  std::size_t sent = 0;
+  while (sent < line.size()) {
+    const ssize_t count = write(kReportDescriptor, line.data() + sent, line.size() - sent);
+    if (count <= 0 && errno != EINTR) return false;
+    if (count > 0) sent += static_cast<std::size_t>(count);
+  }
+  return true;
+}
+
+proto::Progress failure(const proto::Problem& problem) {
+  proto::Progress progress;
+  *progress.mutable_error() = to_error(problem);
+  return progress;
+}
+
+int fail(const proto::Problem& problem) {
+  report(failure(problem));
+  return 1;
+}
+
+/// What the operator lets a raster have.
+std::optional<proto::Problem> too_large(const proto::Job& job, const std::string& name, const proto::Source& source) {
+  const double columns = source.columns(), rows = source.rows();
+  const std::string claim = name + " has " + std::to_string(source.columns()) + " x " + std::to_string(source.rows()) + " pixels";
+  const double side = job.max_side(), pixels = job.max_pixels();
+  if (side > 0 && std::max(columns, rows) > side)
+    return proto::Problem{"raster-too-large", claim, "at most " + std::to_string(job.max_side()) + " along a side", ""};
+  if (pixels > 0 && columns * rows > pixels)
+    return proto::Problem{"raster-too-large", claim, "at most " + shown(pixels / 1e6) + " million pixels", ""};
+  return std::nullopt;
+}
+
+/// What is to be done before the build: plan and build open the raster again.
+std::optional<proto::Problem> look_at(const proto::Job& job, const pipeline::BuildRequest& request, const std::filesystem::path& folder,
+                                      const pipeline::ProgressCallback& sink) {
+  const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  if (!source) return source.problem();
+  if (auto refused = too_large(job, job.name(), (*source)->description())) return refused;
+  if (job.provisional()) make_provisional(request, **source, folder, sink, g_stop);
+  return std::nullopt;
+}
+
+proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path& folder) {
+  const auto sink = [](const proto::Progress& progress) {
+    if (!report(progress)) g_stop = true;
+  };
+  if (updates::is_update(folder)) {
+    const auto large = [&](const std::string& name, const proto::Source& source) { return too_large(job, name, source); };
+    const auto built = updates::build_target(job, folder, large, sink, g_stop);
+    if (!built) return built.problem();
+    return {};
+  }
+  pipeline::BuildRequest request;
+  request.raster_path = (folder / job.raster()).string();
+  request.raster_name = job.name();
+  request.trust = raster::Trust::posted_file;
+  request.id = job.id();
+  request.store_path = (folder / kStoreFile).string();
+  request.options = job.options();
+  if (const auto refused = look_at(job, request, folder, sink)) return *refused;
+  if (job.dry_run() && job.provisional()) return {};
+  if (job.dry_run()) {
+    const auto found = pipeline::estimate(request);
+    if (!found) return found.problem();
+    proto::Progress progress;
+    *progress.mutable_estimate()->mutable_manifest() = found->manifest;
+    progress.mutable_estimate()->set_seconds(found->seconds);
+    report(progress);  // in vain only where the parent is dead
+    return {};
+  }
+  const auto built = pipeline::build(request, sink, g_stop);
+  if (!built) return built.problem();
+  return {};
+}
+
+}  // namespace
+
+int job_main(const std::string& folder, int parent) {
+  // From here on this process ends with its parent; the parent may have ended before.
+  prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0);
+  if (parent != 0 && getppid() != parent) return 1;
+  if (fcntl(kReportDescriptor, F_GETFD) == -1) return 2;
+  signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);
+  signal(SIGTERM, [](int) { g_stop = true; });
+  std::ifstream file(std::filesystem::path(folder) / kJobFile);
+  std::ostringstream text;
+  text << file.rdbuf();
+  proto::Job job;
+  if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
+  restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
+  const proto::Problem starved = out_of_memory(job.options(), job.name());
+  on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
+  try {
+    const auto built = build_job(job, folder);
+    if (built.ok()) return 0;
+    return fail(memory_is_short() ? starved : built.problem());
+  } catch (const std::bad_alloc&) {
+    return fail(starved);
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again) return fail(starved);  // a thread that cannot be made
+    return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});
+  } catch (const gpu::DeviceLost& lost) {
+    return fail({"device-lost", lost.what(), "auto, cpu", "device"});  // the service tries once more on the CPU
+  } catch (const pipeline::StoreError& error) {  // its disk cannot be read, or not what it wrote there: tried again, and in the end anew
+    return fail({"store-write", std::string("the half-made store cannot be used: ") + error.what(), "", ""});
+  } catch (const std::exception& error) {
+    return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});
+  }
+}
+
+}  // namespace cordillera::server

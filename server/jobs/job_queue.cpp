@@ -1,0 +1,355 @@
+#include "server/jobs/job_queue.h"
+
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <fstream>
+
+#include "pipeline/store/sqlite.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/codec/json.h"
+#include "server/log/log.h"
+#include "server/metrics/stage_clock.h"
+
+namespace cordillera::server {
+namespace {
+
+bool write_job(const std::filesystem::path& folder, const proto::Job& job) {
+  std::ofstream file(folder / kJobFile);
+  file << to_json_line(job) << '\n';
+  file.close();
+  return file.good();
+}
+
+constexpr auto kLookAgain = std::chrono::milliseconds(200);
+constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono::seconds(300);
+constexpr int kTriesWithTables = 12;   // half an hour; an installation without them stays so
+constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
+
+std::chrono::seconds wait_before(int attempt) { return std::min(kLongestWait, kFirstWait * (1 << std::min(attempt, 10))); }
+
+/// Whose turn a build is that a former process left unfinished.
+std::string owner_of(const Dataset& dataset) { return dataset.owner.empty() ? "" : "token " + dataset.owner; }
+
+/// Of all rasters that a job may read.
+std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
+  std::error_code error;
+  std::uint64_t bytes = 0;
+  const auto add = [&](const std::filesystem::path& file) {
+    const auto size = std::filesystem::file_size(file, error);
+    if (!error) bytes += size;
+  };
+  if (!job.raster().empty()) add(folder / job.raster());
+  for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());
+  return bytes;
+}
+
+proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
+
+proto::Problem cannot_write(const std::filesystem::path& folder) {
+  return {"storage-full", "cannot write into the folder of " + folder.filename().string(), "", ""};
+}
+
+}  // namespace
+
+std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {
+  const std::uint64_t mib = (raster_bytes >> 20) + 1;
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(limits.build_seconds, limits.build_base_seconds + mib * limits.build_seconds_per_mib));
+}
+
+proto::Job job_of(const Dataset& dataset) {
+  proto::Job job;
+  job.set_id(dataset.id);
+  job.set_name(dataset.name);
+  job.set_request_id(dataset.request_id);
+  *job.mutable_options() = dataset.options;
+  job.set_provisional(!dataset.options.has_provisional() || dataset.options.provisional());
+  job.mutable_options()->clear_provisional();  // no part of what is built
+  return job;
+}
+
+bool is_passing(const proto::Problem& problem, int attempt) {
+  if (problem.type == "crs-tables-unreadable") return attempt < kTriesWithTables;
+  return problem.type == "store-write" || problem.type == "storage-full";
+}
+
+void keep_store_alone(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    if (entry.path().filename() != kStoreFile && !is_record(entry.path().filename())) std::filesystem::remove_all(entry.path(), ignored);
+  }
+}
+
+JobQueue::JobQueue(Parts parts, unsigned concurrency)
+    : layout_(std::move(parts.layout)), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(std::move(parts.runner)),
+      limits_(parts.limits), ledger_(parts.ledger), fetch_(std::move(parts.fetch)), keep_versions_(parts.keep_versions),
+      published_(std::move(parts.published)), concurrency_(concurrency), dry_runs_free_(concurrency), looks_(1), pool_(concurrency) {}
+
+JobQueue::~JobQueue() { stop(); }
+
+void JobQueue::resume() {
+  const std::vector<Row> all = registry_.list();
+  for (auto row = all.rbegin(); row != all.rend(); ++row) {
+    const Row& dataset = *row;
+    if (dataset->state == State::ready && ledger_.holds(dataset->id) && ledger_.first(dataset->id)) {
+      log_info("dataset " + dataset->id + " has changes that were not done: queued again");
+      enqueue(dataset->id, owner_of(*dataset));
+    }
+    if (dataset->state != State::queued && dataset->state != State::running) continue;
+    log_info("dataset " + dataset->id + " was unfinished: queued again");
+    registry_.set_state(dataset->id, State::queued, std::nullopt);
+    enqueue(dataset->id, owner_of(*dataset));
+  }
+}
+
+void JobQueue::enqueue(const std::string& id, const std::string& client) {
+  const Row dataset = registry_.find(id);
+  const bool fresh = dataset && dataset->state != State::ready;
+  if (fresh) {
+    const std::lock_guard lock(mutex_);
+    posted_.emplace(id, Clock::now());
+  }
+  const bool waits = unfinished_ >= concurrency_;
+  enqueue({id, client, 0});
+  if (!fresh || !waits || !job_of(*dataset).provisional() || ledger_.holds(id)) return;
+  boost::asio::post(looks_, [this, id] {
+    try {
+      look_at(id);
+    } catch (const std::exception& error) {  // as in enqueue(); the build is tried all the same
+      log_warning("dataset " + id + ": " + error.what());
+    }
+  });
+}
+
+/// kind: provisional, or final where these came first.
+void JobQueue::first_tiles(const std::string& id, const char* kind) {
+  const std::lock_guard lock(mutex_);
+  const auto posted = posted_.extract(id);
+  if (posted.empty()) return;
+  const double seconds = std::chrono::duration<double>(Clock::now() - posted.mapped()).count();
+  metrics_.first_tile_seconds.observe(seconds, {kind});
+  log_info("dataset " + id + ": first tiles", {{"kind", std::string(kind)}, {"seconds", seconds}});
+}
+
+void JobQueue::forget_posted(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  posted_.erase(id);
+}
+
+void JobQueue::enqueue(Turn added) {
+  if (!turns_.add(std::move(added))) return;
+  ++unfinished_;
+  boost::asio::post(pool_, [this] {
+    const std::shared_ptr<void> over(nullptr, [this](void*) { --unfinished_; });
+    const auto turn = turns_.next();
+    if (!turn) return;
+    try {
+      if (run(*turn) == Next::again) enqueue({turn->id, turn->client, 0});
+    } catch (const std::exception& error) {  // the registry's, or want of memory
+      log_warning("dataset " + turn->id + ": " + error.what() + "; its build is tried again");
+      retry_later({turn->id, turn->client, turn->attempt + 1});
+    }
+  });
+}
+
+void JobQueue::retry_later(Turn turn) {
+  const auto wait = wait_before(turn.attempt);
+  later(wait, std::move(turn));
+}
+
+void JobQueue::later(std::chrono::milliseconds wait, Turn turn) {
+  auto timer = std::make_shared<boost::asio::steady_timer>(pool_, wait);
+  timer->async_wait([this, timer, turn = std::move(turn)](const boost::system::error_code& error) {
+    if (!error) enqueue(turn);
+  });
+}
+
+void JobQueue::cancel(const std::string& id) {
+  std::unique_lock lock(mutex_);
+  posted_.erase(id);
+  const auto found = running_.find(id);
+  if (found == running_.end()) return;
+  *found->second.stop = true;
+  ended_.wait(lock, [&] { return running_.count(id) == 0; });
+}
+
+void JobQueue::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+    for (auto& [id, job] : running_) *job.stop = true;
+  }
+  ended_.notify_all();
+  for (boost::asio::thread_pool* pool : {&looks_, &pool_}) {
+    pool->stop();
+    pool->join();
+  }
+}
+
+std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id, Work work) {
+  auto flag = std::make_unique<std::atomic<bool>>(false);
+  // However this ends: a delete waits for it.
+  auto over = [this, id](const std::atomic<bool>* ended) {
+    {
+      const std::lock_guard inner(mutex_);
+      running_.erase(id);
+    }
+    delete ended;
+    ended_.notify_all();
+  };
+  {
+    const std::lock_guard lock(mutex_);
+    if (stopping_ || !running_.emplace(id, Running{flag.get(), work}).second) return nullptr;
+  }
+  return {flag.release(), std::move(over)};
+}
+
+/// Ends a first look at this dataset's raster, if there is one: its build would lose its turn to it, and looks for itself.
+void JobQueue::end_look(const std::string& id) {
+  std::unique_lock lock(mutex_);
+  const auto looks = [&] {
+    const auto found = running_.find(id);
+    return found != running_.end() && found->second.work == Work::look;
+  };
+  if (!looks()) return;
+  *running_.at(id).stop = true;
+  ended_.wait(lock, [&] { return !looks(); });
+}
+
+/// A first look at a raster whose build waits for others.
+void JobQueue::look_at(const std::string& id) {
+  const auto flag = begin(id, Work::look);
+  const Row dataset = flag ? registry_.find(id) : nullptr;
+  if (!dataset || dataset->state != State::queued) return;
+  proto::Job job = job_of(*dataset);
+  job.set_raster(dataset->raster);
+  job.set_dry_run(true);
+  const std::filesystem::path folder = layout_.dataset(id);
+  limit(job, folder);
+  if (!write_job(folder, job)) return;
+  const LogScope about("job", id);
+  const auto shown = [&](const proto::Progress& now) {
+    if (now.provisional()) show_provisional(id), hub_.touch(id);
+  };
+  const auto outcome = runner_(folder, shown, *flag);
+  if (!outcome && !*flag) log_info("dataset " + id + ": no first look: " + outcome.problem().line());  // its build will say so to whoever posted it
+}
+
+void JobQueue::show_provisional(const std::string& id) {
+  published_(id);
+  first_tiles(id, "provisional");
+}
+
+JobQueue::Next JobQueue::run(const Turn& turn) {
+  const auto& [id, client, attempt] = turn;
+  end_look(id);
+  const auto flag = begin(id, Work::build);
+  // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
+  if (!flag) return later(kLookAgain, turn), Next::done;
+  // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
+  if (const auto dataset = registry_.find(id)) {
+    const LogScope job("job", id), request("request", dataset->request_id);
+    if (ledger_.holds(id)) return take_change(*dataset, turn, *flag);
+    registry_.set_state(id, State::running, std::nullopt);
+    hub_.touch(id);
+    log_info("dataset " + id + ": build started");
+    metrics::StageClock clock(metrics_);
+    if (attempt > 0 && attempt % kTriesWithOneStore == 0) forget_store(id);
+    const auto outcome = build(*dataset, clock, *flag);
+    clock.end(*flag ? "cancelled" : outcome ? "ready" : "failed");
+    if (*flag) return Next::done;
+    if (outcome || !is_passing(outcome.problem(), attempt)) return finish(*dataset, outcome), Next::done;
+    registry_.set_state(id, State::queued, outcome.problem());
+    hub_.touch(id);
+    log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again in " + std::to_string(wait_before(attempt + 1).count()) + " s");
+    retry_later({id, client, attempt + 1});
+  }
+  return Next::done;
+}
+
+proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,
+                                                             const std::atomic<bool>& stop) {
+  const auto folder = layout_.dataset(dataset.id);
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder / dataset.raster, ignored)) {
+    return proto::Problem{"internal", "the raster of " + dataset.name + " is no longer in the data folder", "posting it again", ""};
+  }
+  proto::Job job = job_of(dataset);
+  job.set_raster(dataset.raster);
+  return run_job(folder, std::move(job), clock, stop);
+}
+
+JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop) {
+  const std::string id = job.id();
+  const auto progress = [&](const proto::Progress& now) {
+    if (now.provisional()) show_provisional(id);
+    clock.report(now);
+    hub_.publish(id, now);
+  };
+  limit(job, folder);
+  if (!write_job(folder, job)) return cannot_write(folder);
+  auto outcome = runner_(folder, progress, stop);
+  if (!outcome && outcome.problem().type == "job-crashed" && !stop) {
+    // Once: the machine may have run out of memory, or somebody ended it. What was committed stays, and the job goes on there.
+    log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more");
+    // Not the provisional tiles, though: they may be what it was ended for.
+    job.set_provisional(false);
+    if (!write_job(folder, job)) return cannot_write(folder);
+    outcome = runner_(folder, progress, stop);
+  }
+  if (outcome || outcome.problem().type != "device-lost" || stop) return outcome;
+  log_warning("dataset " + id + ": " + outcome.problem().detail + "; once more on the CPU");
+  metrics_.device_lost.add(1);
+  job.mutable_options()->set_device("cpu");
+  if (!write_job(folder, job)) return cannot_write(folder);
+  return runner_(folder, progress, stop);
+}
+
+void JobQueue::forget_store(const std::string& id) { pipeline::remove_database(layout_.store(id).string()); }
+
+void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome) {
+  if (outcome) {
+    registry_.set_state(dataset.id, State::ready, std::nullopt);
+    first_tiles(dataset.id, "final");
+    log_info("dataset " + dataset.id + ": ready");
+  } else {
+    registry_.set_state(dataset.id, State::failed, outcome.problem());
+    // A child that was ended leaves more than the store: its log, and what drivers put beside their files.
+    remove_dataset_folder(layout_, dataset.id);
+    log_warning("dataset " + dataset.id + ": failed: " + outcome.problem().line());
+  }
+  if (outcome) keep_store_alone(layout_.dataset(dataset.id));
+  forget_posted(dataset.id);
+  published_(dataset.id);  // after its provisional tiles have gone, which else somebody might open again
+  hub_.touch(dataset.id);
+}
+
+void JobQueue::limit(proto::Job& job, const std::filesystem::path& folder) const {
+  job.set_max_pixels(limits_.megapixels * 1e6);
+  job.set_max_side(limits_.side);
+  job.set_max_seconds(build_seconds(limits_, bytes_of_rasters(folder, job)));
+}
+
+proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const proto::Job& asked) {
+  proto::Job job = asked;
+  limit(job, folder);
+  {
+    std::unique_lock lock(mutex_);
+    ended_.wait(lock, [&] { return stopping_ || dry_runs_free_ > 0; });
+    if (stopping_) return stopped();
+    --dry_runs_free_;
+  }
+  auto outcome = write_job(folder, job) ? runner_(folder, nullptr, stopping_)
+                                        : proto::Result<std::optional<proto::Estimate>>(cannot_write(folder));
+  {
+    const std::lock_guard lock(mutex_);
+    ++dry_runs_free_;
+  }
+  ended_.notify_all();
+  if (!outcome && outcome.problem().type == "cancelled") return stopped();
+  if (!outcome) return outcome.problem();
+  if (!*outcome) return proto::Problem{"internal", "the dry run gave no estimate", "", ""};
+  return **outcome;
+}
+
+}  // namespace cordillera::server

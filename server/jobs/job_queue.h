@@ -1,0 +1,124 @@
+#pragma once
+// Builds, a bounded number at a time; clients take turns. The registry remembers what is unfinished over a restart.
+#include <atomic>
+#include <chrono>
+#include <boost/asio/thread_pool.hpp>
+#include <condition_variable>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "server/jobs/build_turns.h"
+#include "server/jobs/child.h"
+#include "server/datasets/layout.h"
+#include "server/metrics/service_metrics.h"
+#include "server/options/options.h"
+#include "server/datasets/progress_hub.h"
+#include "server/datasets/registry.h"
+#include "server/updates/fetch.h"
+#include "server/updates/ledger.h"
+
+namespace cordillera::server {
+
+namespace metrics {
+class StageClock;
+}
+
+/// And its record, of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed leaves more than that.
+void keep_store_alone(const std::filesystem::path& folder);
+
+/// What is the disk's fault and not the raster's: the upload was accepted, so the build waits for better days. attempt: how many were in vain.
+bool is_passing(const proto::Problem& problem, int attempt);
+
+/// What a build of rasters of so many bytes may take: one that is cheap to send keeps the others waiting for so long at most.
+std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes);
+
+/// What a child is told of a dataset, but for its raster and the operator's limits.
+proto::Job job_of(const Dataset& dataset);
+
+class JobQueue {
+ public:
+  struct Parts {
+    Layout layout;
+    Registry& registry;
+    ProgressHub& hub;
+    metrics::ServiceMetrics& metrics;
+    JobRunner runner;
+    Limits limits;  ///< of each job
+    updates::Ledger& ledger;
+    updates::Fetch fetch;  ///< of rasters that are named by their address
+    std::size_t keep_versions = 1;
+    std::function<void(const std::string& id)> published;  ///< another version is served, or none any more
+  };
+  JobQueue(Parts parts, unsigned concurrency);
+  ~JobQueue();
+
+  /// Queues again whatever a former process left unfinished, oldest first.
+  void resume();
+  /// client: who asked for it.
+  void enqueue(const std::string& id, const std::string& client);
+  /// Ends a running build and returns when it has ended. Remove the dataset from the registry first: then it can't start any
+  /// more.
+  void cancel(const std::string& id);
+  /// What a build of the raster in this folder would make; waits for its turn beside the builds.
+  proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const proto::Job& asked);
+  /// Ends running builds; their datasets stay unfinished in the registry.
+  void stop();
+
+ private:
+  using Turn = BuildTurns::Entry;
+  using Clock = std::chrono::steady_clock;
+  enum class Work { build, look };
+  struct Running {
+    std::atomic<bool>* stop = nullptr;
+    Work work = Work::build;
+  };
+  /// The stop flag of a job of this dataset, which runs until the last copy goes; null: another runs, or all are to end.
+  std::shared_ptr<std::atomic<bool>> begin(const std::string& id, Work work);
+  void end_look(const std::string& id);
+  void look_at(const std::string& id);
+  void show_provisional(const std::string& id);
+  void first_tiles(const std::string& id, const char* kind);
+  void forget_posted(const std::string& id);
+  enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
+  void enqueue(Turn turn);
+  void retry_later(Turn turn);
+  Next run(const Turn& turn);
+  void forget_store(const std::string& id);
+  void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
+  using Outcome = proto::Result<std::optional<proto::Estimate>>;
+  Outcome run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop);
+  void later(std::chrono::milliseconds wait, Turn turn);
+  // Of datasets whose rasters can be changed: one change, then the others' turns.
+  Next take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
+  Outcome take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock, const std::atomic<bool>& stop);
+  void end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome);
+  proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, metrics::StageClock& clock, const std::atomic<bool>& stop);
+
+  void limit(proto::Job& job, const std::filesystem::path& folder) const;
+
+  Layout layout_;
+  Registry& registry_;
+  ProgressHub& hub_;
+  metrics::ServiceMetrics& metrics_;
+  JobRunner runner_;
+  Limits limits_;
+  updates::Ledger& ledger_;
+  updates::Fetch fetch_;
+  std::size_t keep_versions_;
+  std::function<void(const std::string& id)> published_;
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  std::map<std::string, Running> running_;  ///< by id, as long as begin()'s flag lives
+  std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
+  std::atomic<bool> stopping_{false};
+  const unsigned concurrency_;
+  std::atomic<unsigned> unfinished_{0};  ///< turns that wait or run
+  unsigned dry_runs_free_;
+  BuildTurns turns_;
+  boost::asio::thread_pool looks_;  ///< at rasters whose builds wait: one at a time
+  boost::asio::thread_pool pool_;  ///< last: its threads use the rest
+};
+
+}  // namespace cordillera::server

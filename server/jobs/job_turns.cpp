@@ -1,0 +1,94 @@
+// The queue's part that serves datasets whose rasters can be changed: a change a turn, each a version of its own or a problem.
+#include "server/codec/digest.h"
+#include "server/jobs/job_queue.h"
+#include "server/log/log.h"
+#include "server/metrics/stage_clock.h"
+#include "server/updates/turn.h"
+#include "server/updates/update_job.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+proto::Progress fetching() {
+  proto::Progress progress;
+  progress.set_stage("fetch");
+  progress.set_total(1);
+  progress.set_seconds_left(-1);
+  return progress;
+}
+
+}  // namespace
+
+JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
+  const std::string& id = dataset.id;
+  const bool served = dataset.state == State::ready;
+  const auto change = ledger_.first(id);
+  if (!change) return Next::done;
+  if (!served) registry_.set_state(id, State::running, std::nullopt);
+  hub_.touch(id);
+  log_info("dataset " + id + ": version " + std::to_string(change->number()) + " started");
+  metrics::StageClock clock(metrics_);
+  const Outcome outcome = take_turn(dataset, *change, clock, stop);
+  clock.end(stop ? "cancelled" : outcome ? "ready" : "failed");
+  if (stop) return Next::done;
+  if (!outcome && is_passing(outcome.problem(), turn.attempt)) {
+    if (!served) registry_.set_state(id, State::queued, outcome.problem());
+    hub_.touch(id);
+    log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again later");
+    retry_later({id, turn.client, turn.attempt + 1});
+    return Next::done;
+  }
+  if (!served && !outcome) {  // nothing can come of the changes behind it
+    finish(dataset, outcome);
+    return Next::done;
+  }
+  end_turn(dataset, *change, outcome);
+  return ledger_.first(id) ? Next::again : Next::done;
+}
+
+JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock,
+                                      const std::atomic<bool>& stop) {
+  const std::string& id = dataset.id;
+  const fs::path folder = layout_.dataset(id);
+  if (updates::is_done(layout_, id, change)) return std::optional<proto::Estimate>();
+  proto::DatasetSource& source = *change.mutable_source();
+  if (!source.url().empty() && source.hash().empty()) {
+    hub_.publish(id, fetching());
+    const fs::path file = folder / source.spec().path();
+    if (const auto fetched = fetch_(source.url(), file, stop); !fetched) return fetched.problem();
+    source.set_hash(digest_of_file(file));
+    std::error_code error;
+    source.set_bytes(static_cast<double>(fs::file_size(file, error)));
+    if (const auto noted = ledger_.amend(id, change); !noted) return noted.problem();
+  }
+  if (const auto prepared = updates::prepare(layout_, id, change); !prepared) return prepared.problem();
+  proto::Job job = job_of(dataset);
+  job.set_request_id(change.request_id());
+  Outcome outcome = run_job(folder, std::move(job), clock, stop);
+  if (!outcome || stop) return outcome;
+  if (const auto published = updates::publish(layout_, id, keep_versions_); !published) return published.problem();
+  return outcome;
+}
+
+void JobQueue::end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome) {
+  const std::string& id = dataset.id;
+  published_(id);
+  if (outcome) {
+    registry_.set_state(id, State::ready, std::nullopt);
+    first_tiles(id, "final");
+    std::error_code ignored;
+    std::filesystem::remove(layout_.provisional(id), ignored);
+    published_(id);  // again: somebody may have opened it meanwhile
+  }
+  const auto noted = ledger_.end(id, change.id(), outcome ? std::nullopt : std::optional(outcome.problem()));
+  if (!noted) throw RegistryError(noted.problem().detail);  // tried again: what is done is seen to be done
+  ledger_.tidy(id, keep_versions_);
+  metrics_.versions.add(1, {outcome ? "published" : "failed"});
+  log_info("dataset " + id + ": version " + std::to_string(change.number()) +
+           (outcome ? " is served" : " failed: " + outcome.problem().line()));
+  hub_.touch(id);
+}
+
+}  // namespace cordillera::server

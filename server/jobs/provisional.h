@@ -1,0 +1,27 @@
+#pragma once
+// Tiles of a dataset that is still being built: how an answer that holds them is told from a final one.
+#include <optional>
+
+#include "pipeline/faces/terrain.h"
+#include "server/codec/json.h"
+#include "server/http/message.h"
+
+namespace cordillera::server {
+
+inline constexpr const char* kProvisionalHeader = "Cordillera-Provisional";
+
+/// Nobody is to keep the answer, nor to ask whether it has changed: the final one is another document.
+void mark_provisional(Response& response);
+
+/// The data of an event "tiles": {"provisional", "levels": [{"level", "x": [first, last], "y": [first, last]}], "bounds"}: the addresses at
+/// which something else is found than before. Rows count from the south.
+Json tiles_json(const proto::Manifest& manifest);
+
+/// Columns and rows of a level that bounds touch.
+struct TouchedTiles {
+  std::int32_t west = 0, south = 0, east = 0, north = 0;
+};
+/// None: the manifest has no bounds.
+std::optional<TouchedTiles> touched_by_bounds(const proto::Manifest& manifest, int level);
+
+}  // namespace cordillera::server

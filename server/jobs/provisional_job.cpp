@@ -1,0 +1,63 @@
+#include "server/jobs/provisional_job.h"
+
+#include <array>
+#include <cstdio>
+
+#include "pipeline/build/provisional.h"
+#include "pipeline/store/sqlite.h"
+#include "pipeline/store/store.h"
+#include "server/jobs/child.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Samples of the finest provisional level, a step each: what is on the screen within a second on two cores, and what is worth looking at
+/// a few seconds later.
+constexpr std::array<std::int64_t, 2> kSteps = {40'000, 600'000};
+
+proto::Progress provisional(double done) {
+  proto::Progress progress;
+  progress.set_stage("provisional");
+  progress.set_done(done);
+  progress.set_total(static_cast<double>(kSteps.size()));
+  progress.set_seconds_left(-1);
+  progress.set_provisional(done > 0);
+  return progress;
+}
+
+/// Whether the tiles of a step stand.
+proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder, std::int64_t samples,
+                              const std::atomic<bool>& stop) {
+  auto small = pipeline::provisional_request(request, source, samples);
+  if (!small.ok()) return small.problem();
+  if (!*small) return false;
+  const fs::path next = folder / kNextProvisional;
+  pipeline::remove_database(next.string());  // what an attempt that was ended left
+  (*small)->store_path = next.string();
+  const auto built = pipeline::build(**small, nullptr, stop);
+  if (!built.ok()) {
+    pipeline::remove_database(next.string());
+    return built.problem();
+  }
+  std::error_code error;
+  fs::rename(next, folder / kProvisionalStore, error);
+  return !error;
+}
+
+}  // namespace
+
+void make_provisional(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder, const pipeline::ProgressCallback& report,
+                      const std::atomic<bool>& stop) {
+  if (pipeline::StoreReader::manifest_of((folder / kProvisionalStore).string()).ok()) return report(provisional(kSteps.size()));
+  report(provisional(0));
+  for (std::size_t step = 0; step < kSteps.size() && !stop; ++step) {
+    const auto stands = make_step(request, source, folder, kSteps[step], stop);
+    if (!stands.ok() && !stop) std::fprintf(stderr, "no provisional tiles: %s\n", stands.problem().line().c_str());
+    if (!stands.ok() || !*stands) return;
+    report(provisional(static_cast<double>(step + 1)));
+  }
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,101 @@
+#include "server/options/mesh_options.h"
+
+#include <algorithm>
+#include <set>
+
+#include "pipeline/faces/face.h"
+
+namespace cordillera::server {
+namespace {
+
+using pipeline::exports::Frame;
+using pipeline::exports::MeshRequest;
+
+Complaint apply_tile(std::string_view text, MeshRequest& request) {
+  std::uint32_t numbers[3] = {0, 0, 0};
+  std::string_view rest = text;
+  for (int k = 0; k < 3; ++k) {
+    const auto slash = k < 2 ? rest.find('/') : rest.size();
+    if (slash == std::string_view::npos) return "not three numbers with slashes between";
+    if (auto complaint = read_whole(rest.substr(0, slash), {0, 0x7fffffff}, &numbers[k])) return complaint;
+    rest.remove_prefix(std::min(rest.size(), slash + 1));
+  }
+  const pipeline::faces::Place place{0, static_cast<int>(numbers[0]), static_cast<std::int32_t>(numbers[1]),
+                                     static_cast<std::int32_t>(numbers[2])};
+  if (!pipeline::faces::inside(pipeline::faces::Grid::geodetic, place)) return "the grid has no such tile";
+  request.tile = {place.z, place.x, place.y};
+  return std::nullopt;
+}
+
+Complaint apply_level(std::string_view text, MeshRequest& request) {
+  std::uint32_t level = 0;
+  if (auto complaint = read_whole(text, {0, proto::kMaxLevel}, &level)) return complaint;
+  request.level = static_cast<int>(level);
+  return std::nullopt;
+}
+
+/// As the builds' own option reads it.
+Complaint apply_bbox(std::string_view text, MeshRequest& request) {
+  const auto& table = build_options();
+  const auto option = std::find_if(table.begin(), table.end(), [](const OptionSpec& spec) { return spec.name == "bbox"; });
+  Settings settings;
+  if (auto complaint = option->apply(text, settings)) return complaint;
+  const auto& box = settings.build.bbox();
+  request.box = {box[0], box[1], box[2], box[3]};
+  return std::nullopt;
+}
+
+Complaint apply_frame(std::string_view text, MeshRequest& request) {
+  std::string name;
+  if (auto complaint = read_choice(text, {"enu", "ecef", "geodetic"}, &name)) return complaint;
+  request.frame = name == "enu" ? Frame::enu : name == "ecef" ? Frame::ecef : Frame::geodetic;
+  return std::nullopt;
+}
+
+}  // namespace
+
+const std::vector<MeshOption>& mesh_options() {
+  static const std::vector<MeshOption> kOptions = {
+      {"tile", "Z/X/Y", "one tile, by its level, x and y from the south", "z/x/y, such as 10/617/763; not with level or bbox",
+       apply_tile},
+      {"level", "LEVEL", "the level whose tiles are welded; without it the finest that stays within the limit of triangles",
+       "a level of the dataset", apply_level},
+      {"bbox", "W,S,E,N", "only this box, degrees: triangles are cut at its sides; west above east crosses the antimeridian",
+       "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
+      {"frame", "FRAME",
+       "what coordinates are: metres east, north and up of the middle; earth-centred metres; or degrees and metres",
+       "enu, ecef (not stl) or geodetic (ply and obj only)", apply_frame},
+  };
+  return kOptions;
+}
+
+proto::Result<MeshRequest> mesh_request(const Given& given, Spelling spelling) {
+  const std::string dashes = spelling == Spelling::command_line ? "--" : "";
+  MeshRequest request;
+  std::set<std::string> seen;
+  for (const auto& [name, value] : given) {
+    const auto& table = mesh_options();
+    const auto option = std::find_if(table.begin(), table.end(), [&, &wanted = name](const MeshOption& candidate) {
+      return dashes + candidate.name == wanted;
+    });
+    const std::string shown_name = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
+    if (option == table.end()) {
+      return proto::Problem{"option-unknown", "unknown query parameter '" + shown_name + "'", "tile, level, bbox, frame",
+                            shown_name};
+    }
+    if (!seen.insert(name).second) {
+      return proto::Problem{"option-repeated", name + " is given twice", "each parameter once", name};
+    }
+    if (const Complaint complaint = option->apply(value, request)) {
+      const std::string shown_value = is_utf8(value) ? value.substr(0, 200) : "(not UTF-8)";
+      return proto::Problem{"option-invalid", name + "='" + shown_value + "': " + *complaint, option->accepted, name};
+    }
+  }
+  if (request.tile && (request.level || request.box)) {
+    return proto::Problem{"options-conflict", dashes + "tile names a place of its own", "tile, or level and bbox",
+                          dashes + "tile"};
+  }
+  return request;
+}
+
+}  // namespace cordillera::server

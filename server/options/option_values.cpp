@@ -1,0 +1,154 @@
+#include "server/options/option_values.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "proto/utf8.h"
+
+namespace cordillera::server {
+namespace {
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return out;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+template <class T>
+bool parse_all(std::string_view text, T* out) {
+  if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *out);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+/// Letters put in, left out, changed, or two neighbours exchanged, to make one word of the other.
+std::size_t edits_between(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> before, last, row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    before = std::exchange(last, row);
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      row[j] = std::min({last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1), last[j] + 1, row[j - 1] + 1});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) row[j] = std::min(row[j], before[j - 2] + 1);
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+std::string shown(double value) {
+  char buffer[400];  // the greatest double has 309 digits
+  const auto format = std::abs(value) > 1e15 ? std::chars_format::general : std::chars_format::fixed;
+  const auto end = std::to_chars(buffer, buffer + sizeof buffer, value, format).ptr;
+  return std::string(buffer, end);
+}
+
+Complaint read_number(std::string_view text, NumberRange range, double* out) {
+  double value = 0;
+  if (!parse_all(trimmed(text), &value) || !std::isfinite(value)) return "not a number";
+  if (value < range.least || value > range.greatest) {
+    return "outside " + shown(range.least) + " to " + shown(range.greatest);
+  }
+  *out = value;
+  return std::nullopt;
+}
+
+Complaint read_whole(std::string_view text, WholeRange range, std::uint32_t* out) {
+  std::uint32_t value = 0;
+  if (!parse_all(trimmed(text), &value)) return "not a whole number";
+  if (value < range.least || value > range.greatest) {
+    return "outside " + std::to_string(range.least) + " to " + std::to_string(range.greatest);
+  }
+  *out = value;
+  return std::nullopt;
+}
+
+Complaint read_numbers(std::string_view text, NumberRange range, std::vector<double>* out) {
+  std::vector<double> values;
+  while (true) {
+    const auto comma = text.find(',');
+    double value = 0;
+    if (auto complaint = read_number(text.substr(0, comma), range, &value)) {
+      return "number " + std::to_string(values.size() + 1) + ": " + *complaint;
+    }
+    values.push_back(value);
+    if (comma == std::string_view::npos) break;
+    text.remove_prefix(comma + 1);
+  }
+  *out = std::move(values);
+  return std::nullopt;
+}
+
+Complaint read_choice(std::string_view text, const std::vector<std::string>& choices, std::string* out) {
+  for (const std::string& choice : choices) {
+    if (lower(choice) == lower(trimmed(text))) {
+      *out = choice;
+      return std::nullopt;
+    }
+  }
+  const auto nearest = nearest_name(text, choices);
+  return nearest ? "no such choice; did you mean " + *nearest + "?" : Complaint("no such choice");
+}
+
+Complaint read_switch(std::string_view text, bool* out) {
+  const std::string word = lower(trimmed(text));
+  const std::vector<std::string> on = {"", "1", "true", "yes", "on"}, off = {"0", "false", "no", "off"};
+  if (std::find(on.begin(), on.end(), word) != on.end()) {
+    *out = true;
+  } else if (std::find(off.begin(), off.end(), word) != off.end()) {
+    *out = false;
+  } else {
+    return "neither yes nor no";
+  }
+  return std::nullopt;
+}
+
+Complaint read_text(std::string_view text, std::string* out) {
+  if (text.size() > 1000) return "longer than 1000 bytes";
+  if (!is_utf8(text)) return "not UTF-8";
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) return "contains a control character";
+  }
+  *out = std::string(text);
+  return std::nullopt;
+}
+
+Complaint read_device(std::string_view text, std::string* out) {
+  const std::string word = lower(trimmed(text));
+  std::uint32_t index = 0;
+  const bool numbered = word.rfind("cuda:", 0) == 0 && !read_whole(word.substr(5), {0, 255}, &index);
+  if (word != "auto" && word != "cpu" && word != "cuda" && !numbered) return "no such device";
+  *out = numbered ? "cuda:" + std::to_string(index) : word;
+  return std::nullopt;
+}
+
+bool is_utf8(std::string_view text) { return proto::is_utf8(text); }
+
+std::optional<std::string> nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
+  const std::string wanted = lower(name.substr(0, 64));
+  std::optional<std::string> best;
+  std::size_t best_distance = std::max<std::size_t>(1, wanted.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    const std::size_t distance = edits_between(wanted, lower(candidate));
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace cordillera::server

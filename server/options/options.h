@@ -1,0 +1,132 @@
+#pragma once
+// The one table of options. Query strings, the command line, the config file and environment variables are all read through it,
+// so that a name, a range or a sentence of help cannot differ between them.
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "cordillera.pb.h"
+#include "proto/result.h"
+#include "server/options/option_values.h"
+
+namespace cordillera::server {
+
+/// What one service takes on at most. GET /v1/limits shows it.
+struct Limits {
+  std::uint32_t body_mib = 16384;         ///< of a posted raster
+  std::uint32_t megapixels = 20000;       ///< of a posted raster
+  std::uint32_t side = 1000000;           ///< pixels along a side of it
+  std::uint32_t datasets = 10000;         ///< kept at the same time
+  std::uint32_t queue = 100;              ///< builds that wait for their turn
+  std::uint32_t uploads = 64;             ///< at the same time
+  std::uint32_t client_uploads = 8;       ///< of one token or address
+  std::uint32_t build_seconds = 86400;    ///< of one build, whatever its raster
+  std::uint32_t build_base_seconds = 600;   ///< of one build; and beside them
+  std::uint32_t build_seconds_per_mib = 60;  ///< for each MiB of its rasters
+  std::uint32_t free_percent = 5;         ///< of the disk, that posting leaves
+  std::uint32_t connections = 4096;       ///< at the same time; beyond them the longest idle one makes room
+  std::uint32_t client_connections = 512;  ///< of one address
+  /// Threads that read and write connections; no option, but few descriptors lower it.
+  std::uint32_t loops = std::clamp(std::thread::hardware_concurrency(), 1u, 16u);
+  std::uint32_t open_datasets = 64;       ///< at the same time; no option, but few descriptors lower it
+  std::uint32_t client_streams = 64;      ///< event streams and waiting posts of one address
+  std::uint32_t unsent_mib = 512;         ///< of large answers that clients have yet to read; what several share counts once
+  std::uint32_t client_unsent_mib = 128;  ///< of one address
+  std::uint32_t min_rate = 1024;          ///< bytes a second, of bodies and of readers
+  std::uint32_t answer_seconds = 600;     ///< that a reader may keep the server waiting, however large the answer
+  std::uint32_t head_seconds = 10;        ///< for the head of a request
+  std::uint32_t idle_seconds = 60;        ///< of a connection without a request
+};
+
+/// A dataset that was published elsewhere.
+struct Mount {
+  std::string name;  ///< its id
+  std::string path;  ///< a .sqlite file here or in object storage
+};
+
+/// What only the service needs.
+struct ServeSettings {
+  std::string listen = "127.0.0.1:8080";
+  std::string data = "cordillera-data";
+  std::string web;         ///< folder of the viewer; empty: beside the program
+  std::string geoids;      ///< folders, separated by colons, whose grids a request may name as vertical_datum
+  std::uint32_t jobs = 1;  ///< builds that run at the same time
+  std::string log_level = "info";
+  std::string log_format = "text";
+  std::string tokens;                        ///< file of who may write; empty: none
+  std::string token_lines;                   ///< the same without a file
+  std::string audit_log;                     ///< empty: audit.jsonl in the data folder
+  bool insecure_writes = false;              ///< without tokens, beyond loopback
+  std::vector<std::string> trusted_proxies;  ///< whose X-Forwarded-For is believed
+  std::vector<Mount> mounts;
+  std::uint32_t cache_mib = 256;             ///< of what was read of mounts
+  std::uint32_t keep_versions = 1;           ///< earlier ones of a dataset whose rasters change
+  std::vector<std::string> source_allow;     ///< beginnings of addresses that rasters may be fetched from
+  Limits limits;
+};
+
+/// Everything that options can say.
+struct Settings {
+  proto::BuildOptions build;
+  bool dry_run = false;
+  bool private_dataset = false;  ///< read with a token only
+  ServeSettings serve;
+};
+
+struct OptionSpec {
+  std::string name;   ///< as on the command line, without the dashes: "vertical-datum"
+  std::string value;  ///< what stands for the value in help: "METRES"; empty: a switch
+  std::string help;
+  std::string accepted;  ///< for problems and help: what values there are
+  Complaint (*apply)(std::string_view text, Settings& settings);
+  std::uint32_t Limits::*limit = nullptr;  ///< of one that GET /v1/limits shows
+  std::string unit = {};                   ///< of a limit
+  bool of_raster = false;                  ///< one raster of several may have its own
+  std::string alias = {};                  ///< an older name that still works
+};
+
+/// What a build takes, over HTTP and on the command line alike.
+const std::vector<OptionSpec>& build_options();
+/// Of these, what each of several rasters may have of its own.
+std::vector<OptionSpec> raster_options();
+/// What only a POST takes, and `serve` as its default.
+const std::vector<OptionSpec>& posting_options();
+/// What a POST takes: options of the build, and those of posting.
+std::vector<OptionSpec> post_options();
+/// What only `serve` takes.
+const std::vector<OptionSpec>& serve_options();
+/// All: `serve` takes those of a POST as the defaults of its requests.
+std::vector<OptionSpec> all_options();
+
+/// How the user spelt a name: vertical_datum, --vertical-datum, vertical-datum or CORDILLERA_VERTICAL_DATUM.
+enum class Spelling { query, command_line, config_file, environment };
+std::string spelt(const OptionSpec& option, Spelling spelling);
+/// The same of its older name; empty: it has none.
+std::string alias_spelt(const OptionSpec& option, Spelling spelling);
+
+/// One layer of options, in the order given: names as the user spelt them.
+using Given = std::vector<std::pair<std::string, std::string>>;
+
+/// Puts a layer over settings. error and keep replace each other between layers; within one layer they are a contradiction.
+/// An unknown name, a repeated one or a bad value is a Problem that names it and what is accepted.
+proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given,
+                                   Spelling spelling);
+
+/// A raster's voids are filled with those of all, or not at all: voids=fill and voids=hole cannot be said of one. As a query has it.
+bool is_of_all_rasters(const std::string& name, const std::string& value);
+/// The same layer for one raster of several, whose options stand over those of all; voids= is a height here.
+proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given);
+
+/// The variables of the table that are set in this process's environment.
+Given environment_layer(const std::vector<OptionSpec>& table);
+
+/// A sentence for each variable CORDILLERA_... of this process's environment that nobody reads.
+std::vector<std::string> unread_variables();
+
+/// Lines of `name = value`; # starts a comment; a value may stand in double quotes.
+proto::Result<Given> config_file_layer(const std::string& path);
+
+}  // namespace cordillera::server

@@ -1,0 +1,184 @@
+#include "server/service/service.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "server/datasets/adoption.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/log/log.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kReadAhead = 256;  // rows at a time
+
+/// A descriptor that holds the lock, or -1.
+int lock_file(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644);
+  if (descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) == 0) return descriptor;
+  if (descriptor >= 0) close(descriptor);
+  return -1;
+}
+
+/// A folder with somebody else's files must not become ours: what no dataset owns is removed from it.
+bool is_ours(const Layout& layout) {
+  std::error_code error;
+  if (fs::exists(layout.registry(), error)) return true;
+  for (const auto& entry : fs::directory_iterator(layout.root, error)) {
+    const bool started = entry.path() == layout.lock() || entry.path() == layout.incoming() || entry.path() == layout.datasets();
+    if (!started || (entry.is_directory(error) && !fs::is_empty(entry.path(), error))) return false;
+  }
+  return true;
+}
+
+proto::Result<std::unique_ptr<access::Gate>> open_gate(const Settings& settings) {
+  const ServeSettings& serve = settings.serve;
+  auto gate = access::Gate::open({serve.listen, serve.tokens, serve.token_lines, serve.insecure_writes});
+  if (!gate || !settings.private_dataset || (*gate)->has_tokens()) return gate;
+  return proto::Problem{"options-conflict", "--private without tokens would keep nobody out", "--tokens FILE beside it", "--private"};
+}
+
+/// What a process that was killed had no time to do: deletions, states, records; rasters of finished builds and folders of failed ones to be removed.
+void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& ledger, std::size_t keep) {
+  for (const Row& row : registry.list()) {
+    const fs::path folder = layout.dataset(row->id);
+    const bool deleted = is_marked_deleted(folder);
+    if (deleted) registry.remove(row->id);
+    const bool built = row->state == State::ready || (!deleted && is_built(layout, *row));
+    if (built && row->state != State::ready) {
+      log_warning("dataset " + row->id + " is built, though the registry says " + to_string(row->state) + ": it is served");
+      registry.set_state(row->id, State::ready, std::nullopt);
+    }
+    if (deleted || (!built && row->state == State::failed)) {
+      remove_dataset_folder(layout, row->id);
+      continue;
+    }
+    if (ledger.holds(row->id)) ledger.tidy(row->id, keep);
+    else if (built) keep_store_alone(folder);
+    std::error_code error;
+    if (!fs::exists(folder, error) || fs::exists(folder / kRecordFile, error)) continue;
+    if (!write_record(folder, *row)) log_warning("dataset " + row->id + ": " + kRecordFile + " cannot be written");
+  }
+}
+
+}  // namespace
+
+Service::Service(const Settings& settings, int lock)
+    : settings_(settings), layout_{settings.serve.data}, lock_(lock), mounts_(settings), library_(layout_, metrics_, mounts_, {.open = settings.serve.limits.open_datasets}), uploads_(layout_.uploads()), ledger_(layout_),
+      archive_(layout_) {}
+
+proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, JobRunner runner) {
+  const Layout layout{settings.serve.data};
+  const auto unusable = [&](const std::string& why) {
+    return proto::Problem{"data-unusable", "cannot use the data folder " + layout.root.string() + ": " + why,
+                          "a folder of its own that can be written: a new one, an empty one or that of an earlier server", "--data"};
+  };
+  auto gate = open_gate(settings);
+  if (!gate) return gate.problem();
+  std::error_code error;
+  fs::create_directories(layout.root, error);
+  if (error) return unusable(error.message());
+  if (!fs::exists(layout.lock(), error) && !is_ours(layout)) return unusable("it holds other things");
+  const int lock = lock_file(layout.lock());
+  if (lock < 0) return unusable("another server uses it, or it cannot be written");
+  std::unique_ptr<Service> service(new Service(settings, lock));
+  if (auto lost = lost_registry(layout)) return *lost;
+  if (!is_ours(layout)) return unusable("it holds other things");
+
+  fs::remove_all(layout.removed(), error);
+  fs::remove_all(layout.incoming(), error);
+  fs::create_directories(layout.incoming(), error);
+  if (!error) fs::create_directories(layout.datasets(), error);
+  if (error) return unusable(error.message());
+  auto registry = Registry::open(layout.registry().string());
+  if (!registry) return registry.problem();
+  service->registry_ = std::move(registry.value());
+  service->library_.set_existence_check([&registry = *service->registry_, &mounts = service->mounts_](const std::string& id) { return mounts.has(id) || registry.find(id); });
+  try {
+    adopt_folders(layout, *service->registry_);
+    put_in_order(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);
+    service->uploads_.remove_old();
+  } catch (const RegistryError& broken) {
+    return unusable(broken.what());
+  }
+  for (const Dataset& mounted : service->mounts_.list()) {
+    if (!service->registry_->find(mounted.id)) continue;
+    return proto::Problem{"options-conflict", "a dataset that was posted is called " + mounted.id + " already", "another name", "--mount"};
+  }
+  service->gate_ = std::move(*gate);
+  service->audit_ = std::make_unique<access::Audit>(settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log));
+  service->admission_ = std::make_unique<limits::Admission>(settings.serve.limits, layout.root, *service->registry_);
+  const auto published = [self = service.get()](const std::string& id) {
+    self->library_.forget(id);
+    self->archive_.forget(id);
+  };
+  service->queue_ = std::make_unique<JobQueue>(
+      JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits, service->ledger_,
+                      updates::fetcher(settings.serve, service->admission_->space()), settings.serve.keep_versions, published},
+      settings.serve.jobs);
+  service->queue_->resume();
+  service->reading_ahead_ = std::thread([self = service.get()] { self->read_ahead(); });
+  return service;
+}
+
+Service::~Service() {
+  stop();
+  if (reading_ahead_.joinable()) reading_ahead_.join();
+  queue_.reset();
+  close(lock_);
+}
+
+void Service::stop() {
+  hub_.close();
+  if (queue_) queue_->stop();
+}
+
+Row Service::find(const std::string& id) const {
+  const auto mounted = mounts_.find(id);
+  return mounted ? std::make_shared<const Dataset>(*mounted) : registry_->find(id);
+}
+
+/// What lists show of each dataset, so that the first one who searches does not wait for the disk.
+void Service::read_ahead() {
+  setpriority(PRIO_PROCESS, 0, 10);  // of this thread alone: those who ask now go first
+  std::int64_t after = kBeforeAll;
+  for (auto rows = registry_->below(after, kReadAhead); !rows.empty(); rows = registry_->below(after, kReadAhead)) {
+    for (const Row& row : rows) {
+      if (stopping()) return;
+      after = row->number;
+      if (row->state == State::ready) (void)library_.summary(row->id);
+    }
+  }
+}
+
+Token Service::wait_token() {
+  const std::lock_guard lock(mutex_);
+  if (waiting_ >= kMostWaiting) return nullptr;
+  ++waiting_;
+  return Token(this, [](void* service) {
+    auto* self = static_cast<Service*>(service);
+    const std::lock_guard inner(self->mutex_);
+    --self->waiting_;
+  });
+}
+
+int Service::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_;
+}
+
+Token Service::key_token(const std::string& owner, const std::string& idempotency_key) {
+  const std::lock_guard lock(mutex_);
+  if (!keys_.insert({owner, idempotency_key}).second) return nullptr;
+  return Token(this, [key = std::pair(owner, idempotency_key)](void* service) {
+    auto* self = static_cast<Service*>(service);
+    const std::lock_guard inner(self->mutex_);
+    self->keys_.erase(key);
+  });
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,107 @@
+#pragma once
+// Everything the API works on, opened together.
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "server/access/audit.h"
+#include "server/access/gate.h"
+#include "server/datasets/dataset_list.h"
+#include "server/jobs/job_queue.h"
+#include "server/datasets/library.h"
+#include "server/limits/admission.h"
+#include "server/metrics/service_metrics.h"
+#include "server/datasets/mounts.h"
+#include "server/options/options.h"
+#include "server/datasets/progress_hub.h"
+#include "server/datasets/registry.h"
+#include "server/updates/archive.h"
+#include "server/updates/ledger.h"
+#include "server/uploads/part_files.h"
+#include "server/http/web_files.h"
+
+namespace cordillera::server {
+
+/// Holds something until it goes out of scope.
+using Token = std::shared_ptr<void>;
+
+/// What clients hold of the HTTP front.
+struct FrontCounts {
+  std::size_t connections = 0;
+  std::size_t unsent_bytes = 0;  ///< of large answers
+};
+
+class Service {
+ public:
+  /// Creates the data folder, locks it (two servers on one folder would ruin each other's work), removes what a former process
+  /// left half-made and queues its unfinished builds again.
+  static proto::Result<std::unique_ptr<Service>> open(const Settings& settings, JobRunner runner);
+  ~Service();
+
+  const Settings& settings() const { return settings_; }
+  const Layout& layout() const { return layout_; }
+  Registry& registry() { return *registry_; }
+  ProgressHub& hub() { return hub_; }
+  JobQueue& queue() { return *queue_; }
+  Library& library() { return library_; }
+  Mounts& mounts() { return mounts_; }
+  /// Of the registry or mounted.
+  Row find(const std::string& id) const;
+  const access::Gate& gate() const { return *gate_; }
+  access::Audit& audit() { return *audit_; }
+  WebFiles& web_files() { return web_files_; }
+  updates::Ledger& ledger() { return ledger_; }
+  updates::Archive& archive() { return archive_; }
+  uploads::PartFiles& uploads() { return uploads_; }
+  limits::Admission& admission() { return *admission_; }
+  metrics::ServiceMetrics& metrics() { return metrics_; }
+
+  ListTexts& list_texts() { return list_texts_; }
+
+  /// Refuses when too many clients wait already (event streams, Prefer: wait).
+  Token wait_token();
+  int waiting() const;
+  /// Refuses while another request of this owner with the same key is under way.
+  Token key_token(const std::string& owner, const std::string& idempotency_key);
+
+  /// Who knows what the clients hold.
+  void watch_front(std::function<FrontCounts()> front) { front_ = std::move(front); }
+  FrontCounts front() const { return front_ ? front_() : FrontCounts{}; }
+
+  bool stopping() const { return hub_.closed(); }
+  void stop();
+
+ private:
+  Service(const Settings& settings, int lock);
+  void read_ahead();
+
+  Settings settings_;
+  Layout layout_;
+  int lock_;
+  std::unique_ptr<Registry> registry_;
+  metrics::ServiceMetrics metrics_;
+  std::unique_ptr<access::Gate> gate_;
+  std::unique_ptr<access::Audit> audit_;
+  std::unique_ptr<limits::Admission> admission_;
+  ProgressHub hub_;
+  Mounts mounts_;
+  Library library_;
+  WebFiles web_files_;
+  uploads::PartFiles uploads_;
+  updates::Ledger ledger_;
+  updates::Archive archive_;
+  std::unique_ptr<JobQueue> queue_;
+  ListTexts list_texts_;
+  std::thread reading_ahead_;
+  std::function<FrontCounts()> front_;  ///< set before the first request
+  mutable std::mutex mutex_;
+  int waiting_ = 0;
+  std::set<std::pair<std::string, std::string>> keys_;  ///< with their owners
+};
+
+/// Clients that may wait for progress at the same time.
+inline constexpr int kMostWaiting = 512;
+
+}  // namespace cordillera::server
