@@ -2,7 +2,8 @@
 
 #include "gpu/border/mend.h"
 #include "gpu/border/nudge.h"
-#include "gpu/collapse/window.h"
+#include "gpu/mesh/rings.h"
+#include "gpu/mesh/valence_limits.h"
 
 namespace cordillera::gpu {
 namespace {

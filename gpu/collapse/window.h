@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "gpu/mesh/rings.h"
+#include "gpu/mesh/valence_limits.h"
 #include "proto/host_device.h"
 #include "proto/mesh.h"
 
@@ -24,13 +25,6 @@ inline constexpr float kCostPerTolerance = 6, kGuardedCostPerTolerance = 150;
 inline constexpr float kFreeShare = 0.2f;             ///< of the guard: moves by less are never too costly
 inline constexpr int kExactUnits = 4096;              ///< products of two numbers up to this are exact in float
 inline constexpr int kWindowVertices = 1092;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
-
-/// Valence caps of the waves. Four welded tiles must stay within 14: with at most 8 on a side and 4 at a corner they do. The waves stay
-/// one below on the border, so that the mend finds room to take out the last border vertices.
-inline constexpr int kInnerValence = 12;
-inline constexpr int kVoidValence = 9;  ///< inside holes: dense rims would fill up the few void vertices, and nothing could move there
-inline constexpr int kSideValence = 7;
-inline constexpr int kCornerValence = 3;
 
 /// Vertex marks inside a window, beyond proto::VertexMark.
 enum WindowMark : std::uint8_t {

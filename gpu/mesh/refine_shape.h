@@ -3,7 +3,7 @@
 // alike.
 #include <algorithm>
 
-#include "gpu/refine/refine.h"
+#include "gpu/mesh/mesh_point.h"
 
 namespace cordillera::gpu {
 

@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/log/log.h"
 
 namespace cordillera::server::access {

@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "proto/result.h"
-#include "server/access/role.h"
+#include "server/http/role.h"
 #include "server/access/token_file.h"
 #include "server/http/message.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 
 namespace cordillera::server::access {
 namespace {

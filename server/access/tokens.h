@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "proto/result.h"
-#include "server/access/role.h"
+#include "server/http/role.h"
 
 namespace cordillera::server::access {
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/http/message.h"
 #include "server/api/routes.h"
 #include "server/service/service.h"

@@ -1,6 +1,6 @@
 // What the service says of itself.
 #include "server/api/api.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/limits/disk.h"
 #include "server/metrics/gpu_memory.h"
 #include "server/options/options.h"

@@ -2,9 +2,9 @@
 #include <memory>
 
 #include "server/api/api.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/jobs/provisional.h"
-#include "server/updates/api.h"
+#include "server/api/api_updates.h"
 
 namespace cordillera::server {
 namespace {

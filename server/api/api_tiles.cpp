@@ -10,8 +10,8 @@
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "server/api/api.h"
-#include "server/codec/gzip.h"
-#include "server/codec/json.h"
+#include "server/http/gzip.h"
+#include "server/http/json.h"
 #include "server/jobs/provisional.h"
 
 namespace cordillera::server {

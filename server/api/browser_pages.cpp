@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/api/openapi.h"
 
 namespace cordillera::server {

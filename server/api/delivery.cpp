@@ -2,8 +2,8 @@
 
 #include <charconv>
 
-#include "server/codec/json.h"
-#include "server/updates/fetch.h"
+#include "server/http/json.h"
+#include "server/jobs/fetch.h"
 #include "server/uploads/tus.h"
 
 namespace cordillera::server {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/options/option_values.h"
 
 namespace cordillera::server {

@@ -1,7 +1,7 @@
 #pragma once
 // What a dry run found, as a document.
 #include "cordillera.pb.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 namespace cordillera::server {
 

@@ -1,6 +1,6 @@
 #pragma once
 // The API's description, OpenAPI 3.1: made from the tables that requests are answered by, so that it cannot say something else.
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/http/message.h"
 
 namespace cordillera::server {

@@ -3,7 +3,7 @@
 
 #include "pipeline/faces/face.h"
 #include "proto/lattice.h"
-#include "server/datasets/dataset_list.h"
+#include "server/api/dataset_list.h"
 #include "server/options/mesh_options.h"
 #include "server/api/openapi.h"
 #include "server/options/options.h"

@@ -40,14 +40,6 @@ Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
 
 }  // namespace
 
-bool is_id(std::string_view text) {
-  if (text.empty() || text.size() > 80) return false;
-  for (const char c : text) {
-    if (!(c >= 'a' && c <= 'z') && !(c >= '0' && c <= '9') && c != '-') return false;
-  }
-  return true;
-}
-
 Route parse_route(std::string_view path) {
   Route route;
   const auto parts = split(path);

@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "pipeline/faces/face.h"
+#include "server/http/dataset_id.h"
 
 namespace cordillera::server {
 
@@ -42,8 +43,6 @@ struct Route {
 /// A path of the API that is spelt wrongly is Resource::none; everything outside /v1 is a page.
 Route parse_route(std::string_view path);
 
-/// Whether a text may name a dataset in an address.
-bool is_id(std::string_view text);
 
 /// For metrics and logs: one name for all addresses of a resource; a face's own.
 std::string route_name(const Route& route);

@@ -1,6 +1,6 @@
 #include "server/api/typed_by_hand.h"
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 namespace cordillera::server {
 namespace {

@@ -3,8 +3,8 @@
 #include <filesystem>
 
 #include "pipeline/tileset/html_text.h"
-#include "server/codec/gzip.h"
-#include "server/codec/json.h"
+#include "server/http/gzip.h"
+#include "server/http/json.h"
 
 namespace cordillera::server {
 namespace {

@@ -4,7 +4,7 @@
 #include "pipeline/check/check.h"
 #include "server/jobs/child.h"
 #include "server/cli/commands.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/datasets/layout.h"
 #include "server/datasets/registry.h"
 

@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 namespace cordillera::server {
 namespace {

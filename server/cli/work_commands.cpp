@@ -17,7 +17,7 @@
 #include "proto/utf8.h"
 #include "raster/storage.h"
 #include "server/jobs/child.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/options/option_values.h"
 
 namespace cordillera::server {

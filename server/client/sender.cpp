@@ -1,6 +1,6 @@
 #include "server/client/sender.h"
 
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 
 namespace cordillera::server::client {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <fstream>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/files/write_all.h"
 
 namespace cordillera::server::client {

@@ -5,7 +5,7 @@
 
 #include "server/client/connection.h"
 #include "server/cli/commands.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 namespace cordillera::server::client {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "proto/result.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 namespace cordillera::server::client {
 

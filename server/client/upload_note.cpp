@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "server/codec/digest.h"
-#include "server/codec/json.h"
+#include "server/http/digest.h"
+#include "server/http/json.h"
 #include "server/uploads/part_files.h"
 
 namespace cordillera::server::client {

@@ -7,7 +7,7 @@
 #include "server/datasets/dataset_folder.h"
 #include "server/log/log.h"
 #include "server/datasets/registry_file.h"
-#include "server/updates/ledger.h"
+#include "server/datasets/ledger.h"
 #include "server/datasets/upload.h"
 
 namespace cordillera::server {

@@ -5,10 +5,10 @@
 #include <set>
 
 #include "server/datasets/data_folder.h"
-#include "server/codec/digest.h"
-#include "server/codec/json.h"
+#include "server/http/digest.h"
+#include "server/http/json.h"
 #include "server/datasets/registry.h"
-#include "server/updates/ledger.h"
+#include "server/datasets/ledger.h"
 #include "server/datasets/upload.h"
 
 namespace cordillera::server {

@@ -5,8 +5,8 @@
 
 #include "pipeline/store/store.h"
 #include "raster/storage.h"
-#include "server/codec/json.h"
-#include "server/updates/ledger.h"
+#include "server/http/json.h"
+#include "server/datasets/ledger.h"
 #include "server/datasets/upload.h"
 #include "work.pb.h"
 

@@ -3,9 +3,13 @@
 #include <filesystem>
 #include <string>
 
-#include "server/jobs/child.h"
-
 namespace cordillera::server {
+
+/// In a dataset's folder.
+inline constexpr const char* kStoreFile = "dataset.sqlite";
+/// Provisional tiles, a store like the other: whole or not there. Beside it, while it is made, one with another name.
+inline constexpr const char* kProvisionalStore = "provisional.sqlite";
+inline constexpr const char* kNextProvisional = "provisional-next.sqlite";
 
 struct Layout {
   std::filesystem::path root;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {

@@ -4,7 +4,7 @@
 
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_object.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/log/log.h"
 
 namespace cordillera::server {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 namespace cordillera::server {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <random>
 
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 #include "server/files/write_all.h"
 
 namespace cordillera::server {

@@ -7,7 +7,7 @@
 #include "server/datasets/data_folder.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/datasets/registry.h"
-#include "server/updates/ledger.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server {
 namespace {

@@ -9,9 +9,9 @@
 #include "pipeline/store/store.h"
 #include "proto/lattice.h"
 #include "server/jobs/child.h"
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 #include "server/doctor/doctor.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/sandbox/sandbox.h"
 
 namespace cordillera::server::doctor {

@@ -4,7 +4,7 @@
 
 #include "server/cli/commands.h"
 #include "server/doctor/doctor.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/log/log.h"
 
 namespace cordillera::server::doctor {

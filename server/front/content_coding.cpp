@@ -2,7 +2,7 @@
 
 #include "pipeline/exports/gzip.h"
 #include "server/front/codec.h"
-#include "server/codec/gzip.h"
+#include "server/http/gzip.h"
 
 namespace cordillera::server::front {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/access/role.h"
+#include "server/http/role.h"
 
 namespace cordillera::server {
 

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 
 namespace cordillera::server {
 namespace {

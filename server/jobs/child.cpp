@@ -13,7 +13,7 @@
 #include <sstream>
 
 #include "server/jobs/job_words.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/sandbox/environment.h"
 

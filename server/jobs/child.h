@@ -8,6 +8,7 @@
 
 #include "cordillera.pb.h"
 #include "proto/result.h"
+#include "server/datasets/layout.h"
 
 namespace cordillera::server {
 
@@ -15,10 +16,6 @@ namespace cordillera::server {
 inline constexpr int kReportDescriptor = 3;
 /// In a job's folder.
 inline constexpr const char* kJobFile = "job.json";
-inline constexpr const char* kStoreFile = "dataset.sqlite";
-/// Provisional tiles, a store like the other: whole or not there. Beside it, while it is made, one with another name.
-inline constexpr const char* kProvisionalStore = "provisional.sqlite";
-inline constexpr const char* kNextProvisional = "provisional-next.sqlite";
 /// A job's temporary files, removed when it has ended. The only place where it may make symbolic links: the service follows names
 /// in the rest.
 inline constexpr const char* kTemporaryFolder = "tmp";

@@ -18,12 +18,12 @@
 #include "pipeline/store/sqlite.h"
 #include "raster/vertical.h"
 #include "server/jobs/child.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/memory/memory_limit.h"
 #include "server/options/option_values.h"
 #include "server/jobs/provisional_job.h"
 #include "server/sandbox/sandbox.h"
-#include "server/updates/update_job.h"
+#include "server/jobs/update_job.h"
 
 namespace cordillera::server {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "pipeline/store/sqlite.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 

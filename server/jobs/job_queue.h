@@ -16,8 +16,8 @@
 #include "server/options/options.h"
 #include "server/datasets/progress_hub.h"
 #include "server/datasets/registry.h"
-#include "server/updates/fetch.h"
-#include "server/updates/ledger.h"
+#include "server/jobs/fetch.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server {
 

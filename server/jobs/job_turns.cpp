@@ -1,10 +1,10 @@
 // The queue's part that serves datasets whose rasters can be changed: a change a turn, each a version of its own or a problem.
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 #include "server/jobs/job_queue.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
-#include "server/updates/turn.h"
-#include "server/updates/update_job.h"
+#include "server/jobs/turn.h"
+#include "server/jobs/update_job.h"
 
 namespace cordillera::server {
 namespace {

@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "pipeline/faces/terrain.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/http/message.h"
 
 namespace cordillera::server {

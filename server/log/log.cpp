@@ -6,7 +6,7 @@
 #include <chrono>
 #include <ctime>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 namespace cordillera::server {
 namespace {

@@ -11,7 +11,7 @@
 #include "raster/filled_source.h"
 #include "server/access/client_address.h"
 #include "server/options/options.h"
-#include "server/api/routes.h"
+#include "server/http/dataset_id.h"
 
 namespace cordillera::server {
 namespace {

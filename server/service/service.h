@@ -8,7 +8,7 @@
 
 #include "server/access/audit.h"
 #include "server/access/gate.h"
-#include "server/datasets/dataset_list.h"
+#include "server/datasets/list_texts.h"
 #include "server/jobs/job_queue.h"
 #include "server/datasets/library.h"
 #include "server/limits/admission.h"
@@ -17,8 +17,8 @@
 #include "server/options/options.h"
 #include "server/datasets/progress_hub.h"
 #include "server/datasets/registry.h"
-#include "server/updates/archive.h"
-#include "server/updates/ledger.h"
+#include "server/datasets/archive.h"
+#include "server/datasets/ledger.h"
 #include "server/uploads/part_files.h"
 #include "server/http/web_files.h"
 

@@ -9,7 +9,7 @@
 #include <memory>
 #include <sstream>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/datasets/upload.h"
 #include "server/files/write_all.h"

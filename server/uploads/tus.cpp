@@ -3,7 +3,7 @@
 #include <array>
 #include <charconv>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/options/option_values.h"
 
 namespace cordillera::server::uploads {

@@ -5,7 +5,7 @@
 #include "fixture.h"
 #include "server/access/client_address.h"
 #include "server/access/tokens.h"
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 
 namespace cordillera::server {
 namespace {

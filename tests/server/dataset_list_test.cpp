@@ -1,5 +1,5 @@
 // Pages of the list, and that nobody waits for the registry.
-#include "server/datasets/dataset_list.h"
+#include "server/api/dataset_list.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Addresses that rasters are fetched from: which are refused, and where a redirect leads.
-#include "server/updates/fetch.h"
+#include "server/jobs/fetch.h"
 
 #include <gtest/gtest.h>
 

@@ -18,7 +18,7 @@
 
 #include "pipeline/store/store.h"
 #include "server/api/api.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "tests/sanitized.h"
 
 namespace cordillera::server {

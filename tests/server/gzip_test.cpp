@@ -1,4 +1,4 @@
-#include "server/codec/gzip.h"
+#include "server/http/gzip.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_schema.h"
 #include "server/access/tokens.h"
-#include "server/updates/ledger.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server {
 namespace {

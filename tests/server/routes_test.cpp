@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/http/problems.h"
 #include "server/datasets/upload.h"
 

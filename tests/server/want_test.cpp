@@ -16,7 +16,7 @@
 
 #include "pipeline/store/content_hash.h"
 #include "pipeline/encode/json.h"
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 #include "server/front/workers.h"
 #include "server/memory/heap.h"
 #include "tests/sanitized.h"

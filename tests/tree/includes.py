@@ -24,14 +24,14 @@ WITHOUT_PROTOBUF = ("proto", "gpu")
 # Headers of packages, and the only files that may include them: another library should cost a file or two.
 HOMES = [
     ("execinfo.h", ["server/cli/serve_command.cpp"]),
-    ("httplib.h", ["server/client/connection.cpp", "server/updates/fetch.cpp"]),
+    ("httplib.h", ["server/client/connection.cpp", "server/jobs/fetch.cpp"]),
     ("brotli/*", ["server/front/codec.cpp"]),
     ("CLI/*", ["server/main.cpp", "server/options/option_words.*", "server/options/shell_words.*", "server/cli/work_line.*", "server/client/client_line.*"]),
     ("seccomp.h", ["server/sandbox/calls.cpp"]),
     ("spdlog/*", ["server/log/log.cpp"]),
     ("nlohmann/*", ["pipeline/encode/json.h"]),
-    ("google/protobuf/*", ["pipeline/tileset/manifest_json.cpp", "server/codec/json.cpp"]),
-    ("openssl/*", ["pipeline/store/content_hash.cpp", "server/codec/digest.cpp"]),
+    ("google/protobuf/*", ["pipeline/tileset/manifest_json.cpp", "server/http/json.cpp"]),
+    ("openssl/*", ["pipeline/store/content_hash.cpp", "server/http/digest.cpp"]),
     ("zlib.h", ["pipeline/exports/gzip.cpp", "pipeline/store/water_mask.cpp", "server/front/codec.cpp"]),
     ("sqlite3.h", ["pipeline/store/sqlite.*", "pipeline/store/sqlite_object.cpp", "server/datasets/registry_file.cpp"]),
     ("boost/beast*", ["server/front/beast.cpp"]),

@@ -5,11 +5,11 @@
 #include "server/api/api.h"
 #include "server/log/log.h"
 #include "server/options/option_values.h"
-#include "server/updates/api.h"
-#include "server/updates/change_request.h"
-#include "server/updates/ledger.h"
-#include "server/updates/source_json.h"
-#include "server/updates/turn.h"
+#include "server/api/api_updates.h"
+#include "server/api/change_request.h"
+#include "server/datasets/ledger.h"
+#include "server/jobs/source_json.h"
+#include "server/jobs/turn.h"
 
 namespace cordillera::server::updates {
 namespace {

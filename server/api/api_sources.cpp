@@ -5,10 +5,10 @@
 #include "pipeline/work/update.h"
 #include "server/api/api.h"
 #include "server/log/log.h"
-#include "server/updates/api.h"
-#include "server/updates/change_request.h"
-#include "server/updates/ledger.h"
-#include "server/updates/source_json.h"
+#include "server/api/api_updates.h"
+#include "server/api/change_request.h"
+#include "server/datasets/ledger.h"
+#include "server/jobs/source_json.h"
 
 namespace cordillera::server::updates {
 namespace {

@@ -1,14 +1,14 @@
-#include "server/updates/change_request.h"
+#include "server/api/change_request.h"
 
 #include <algorithm>
 
-#include "server/codec/digest.h"
-#include "server/codec/json.h"
+#include "server/http/digest.h"
+#include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/options/option_values.h"
 #include "server/options/request_policy.h"
-#include "server/updates/api.h"
-#include "server/updates/ledger.h"
+#include "server/api/api_updates.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server::updates {
 namespace {

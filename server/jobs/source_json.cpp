@@ -1,6 +1,6 @@
-#include "server/updates/source_json.h"
+#include "server/jobs/source_json.h"
 
-#include "server/updates/fetch.h"
+#include "server/jobs/fetch.h"
 
 namespace cordillera::server::updates {
 namespace {

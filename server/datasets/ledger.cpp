@@ -1,4 +1,4 @@
-#include "server/updates/ledger.h"
+#include "server/datasets/ledger.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -9,7 +9,7 @@
 #include "pipeline/store/store_revise.h"
 #include "raster/storage.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 namespace cordillera::server::updates {
 namespace {

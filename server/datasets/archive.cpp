@@ -1,9 +1,9 @@
-#include "server/updates/archive.h"
+#include "server/datasets/archive.h"
 
 #include <algorithm>
 
 #include "server/datasets/library.h"
-#include "server/updates/ledger.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server::updates {
 namespace {

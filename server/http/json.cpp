@@ -1,4 +1,4 @@
-#include "server/codec/json.h"
+#include "server/http/json.h"
 
 #include <google/protobuf/util/json_util.h>
 

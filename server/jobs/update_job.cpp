@@ -1,13 +1,13 @@
-#include "server/updates/update_job.h"
+#include "server/jobs/update_job.h"
 
 #include <fstream>
 #include <sstream>
 
 #include "pipeline/work/update.h"
 #include "pipeline/work/work_plan.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/jobs/provisional_job.h"
-#include "server/updates/ledger.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server::updates {
 namespace {

@@ -2,7 +2,7 @@
 // Rasters and changes of a dataset as JSON.
 #include <optional>
 
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "work.pb.h"
 
 namespace cordillera::server::updates {

@@ -1,4 +1,4 @@
-#include "server/updates/turn.h"
+#include "server/jobs/turn.h"
 
 #include <unistd.h>
 
@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "raster/storage.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/datasets/upload.h"
 

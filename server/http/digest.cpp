@@ -1,4 +1,4 @@
-#include "server/codec/digest.h"
+#include "server/http/digest.h"
 
 #include <openssl/crypto.h>
 #include <openssl/evp.h>

@@ -1,7 +1,7 @@
 #pragma once
 // The API of datasets whose rasters can be changed: …/sources, …/versions, …/rollback.
 #include "server/api/delivery.h"
-#include "server/codec/json.h"
+#include "server/http/json.h"
 #include "server/http/message.h"
 #include "server/datasets/registry.h"
 #include "server/api/routes.h"

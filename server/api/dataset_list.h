@@ -2,11 +2,8 @@
 // GET /v1/datasets: a page of the datasets that the asker may see. What a page costs does not grow with the number of datasets.
 #include <array>
 #include <cstdint>
-#include <functional>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "server/datasets/library.h"
@@ -41,24 +38,6 @@ struct Page {
   std::optional<std::int64_t> next;  ///< `after` of the next page; nothing: this is the last one
 };
 Page page_of(Service& service, const Request& request, const ListQuery& query);
-
-/// What the list says of datasets that do not change any more, as text, kept. Thread-safe.
-class ListTexts {
- public:
-  using Make = std::function<std::string()>;
-  /// make() unless it is known for this row and this summary.
-  std::string of(const Row& row, const std::shared_ptr<const Summary>& summary, const Make& make);
-  void forget(const std::string& id);
-
- private:
-  struct Known {
-    Row row;
-    std::shared_ptr<const Summary> summary;
-    std::shared_ptr<const std::string> text;
-  };
-  std::mutex mutex_;
-  std::unordered_map<std::string, Known> known_;
-};
 
 /// The whole answer to GET /v1/datasets.
 Response dataset_list(Service& service, const Request& request);

@@ -1,11 +1,11 @@
-#include "server/datasets/dataset_list.h"
+#include "server/api/dataset_list.h"
 
 #include <algorithm>
 #include <cstdlib>
 
 #include "server/api/api.h"
-#include "server/codec/json.h"
-#include "server/updates/ledger.h"
+#include "server/http/json.h"
+#include "server/datasets/ledger.h"
 
 namespace cordillera::server {
 namespace {
@@ -13,7 +13,6 @@ namespace {
 constexpr std::uint32_t kMostRows = 1000;       // of a page
 constexpr std::size_t kMostLooked = 20000;      // rows that one page looks at: a search of millions is many pages, some of them empty
 constexpr std::size_t kPiece = 256;             // rows at a time
-constexpr std::size_t kMostTexts = 100'000;     // a kilobyte each
 constexpr std::int64_t kMounts = kBeforeAll - 1;  // their numbers, from here downwards; no row of a registry comes near
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -188,26 +187,6 @@ Page page_of(Service& service, const Request& request, const ListQuery& query) {
     }
   }
   return page;
-}
-
-std::string ListTexts::of(const Row& row, const std::shared_ptr<const Summary>& summary, const Make& make) {
-  std::shared_ptr<const std::string> text;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto known = known_.find(row->id);
-    if (known != known_.end() && known->second.row == row && known->second.summary == summary) text = known->second.text;
-  }
-  if (text) return *text;
-  text = std::make_shared<const std::string>(make());
-  const std::lock_guard lock(mutex_);
-  if (known_.size() >= kMostTexts) known_.clear();
-  known_[row->id] = {row, summary, text};
-  return *text;
-}
-
-void ListTexts::forget(const std::string& id) {
-  const std::lock_guard lock(mutex_);
-  known_.erase(id);
 }
 
 Response dataset_list(Service& service, const Request& request) {

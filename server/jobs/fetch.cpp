@@ -1,4 +1,4 @@
-#include "server/updates/fetch.h"
+#include "server/jobs/fetch.h"
 
 #include <fcntl.h>
 #include <httplib.h>
