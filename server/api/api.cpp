@@ -6,6 +6,7 @@
 
 #include "pipeline/store/sqlite.h"
 #include "server/api/browser_pages.h"
+#include "server/api/dataset_list.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/api/delivery.h"
 #include "server/http/gzip.h"
