@@ -1,0 +1,93 @@
+"""One dataset of a service."""
+from __future__ import annotations
+
+import json
+import urllib.parse
+from typing import Any, Iterable, Iterator, Mapping, Optional, Sequence
+
+from .connection import Connection
+from .heights import MOST_PLACES, Height, Place, Profile
+from .notebook import View
+from .progress import Progress, follow
+
+
+class Dataset:
+    """Knows its address alone: nothing is asked before a method is called."""
+
+    def __init__(self, connection: Connection, id: str) -> None:
+        self.id = id
+        self._connection = connection
+        self._path = "/v1/datasets/" + urllib.parse.quote(id, safe="")
+
+    @property
+    def url(self) -> str:
+        """What map clients are given: tileset.json, layer.json and tiles are below it."""
+        return self._connection.url + self._path
+
+    @property
+    def viewer_url(self) -> str:
+        return self._connection.url + "/?dataset=" + urllib.parse.quote(self.id, safe="")
+
+    def status(self) -> dict[str, Any]:
+        return self._json("")
+
+    def manifest(self) -> dict[str, Any]:
+        """What was read, what was assumed, and the errors of every level."""
+        return self._json("/manifest.json")
+
+    def watch(self) -> Iterator[Progress]:
+        """The progress of the build until it is ready, however often the connection breaks. Problem: it failed."""
+        return follow(self._connection, self._path)
+
+    def wait(self) -> Dataset:
+        """Until it is ready. Problem: the build failed."""
+        for _ in self.watch():
+            pass
+        return self
+
+    def tile(self, z: int, x: int, y: int, format: str = "drc") -> bytes:
+        """format: drc, glb, terrain and others of docs/formats/formats.md. Problem tile-unknown: there is none."""
+        return self.fetch(f"tiles/{z:d}/{x:d}/{y:d}.{urllib.parse.quote(format)}")
+
+    def fetch(self, path: str) -> bytes:
+        """Any address below the dataset's, such as tileset.json."""
+        return self._connection.ask("GET", self._path + "/" + path.lstrip("/")).body
+
+    def elevation(self, longitude_deg: float, latitude_deg: float, *, level: Optional[int] = None) -> Height:
+        return self.elevations([(longitude_deg, latitude_deg)], level=level)[0]
+
+    def elevations(self, places: Iterable[Place], *, level: Optional[int] = None) -> list[Height]:
+        """In the order of the places, however many."""
+        wanted = list(places)
+        found: list[Height] = []
+        for first in range(0, len(wanted), MOST_PLACES):
+            answer = self._heights({"points": wanted[first:first + MOST_PLACES]}, {"level": level})
+            found += [Height.of(point, answer) for point in answer["points"]]
+        return found
+
+    def profile(self, line: Sequence[Place], *, samples: int = 200, level: Optional[int] = None) -> Profile:
+        """Heights at equal distances along geodesics through the places, both ends included."""
+        answer = self._heights({"line": list(line)}, {"samples": samples, "level": level})
+        return Profile(answer["length"], [Height.of(point, answer) for point in answer["points"]])
+
+    def delete(self) -> None:
+        """Cancels a running build, too."""
+        self._connection.ask("DELETE", self._path)
+
+    def view(self, height_px: int = 480) -> View:
+        """The terrain, to be looked at in a notebook: as the last line of a cell."""
+        return View(self._connection.url, self.url, height_px)
+
+    def _repr_html_(self) -> str:
+        return self.view()._repr_html_()
+
+    def __repr__(self) -> str:
+        return f"Dataset({self.url!r})"
+
+    def _heights(self, body: Mapping[str, Any], query: Mapping[str, Optional[int]]) -> dict[str, Any]:
+        words = urllib.parse.urlencode({name: value for name, value in query.items() if value is not None})
+        answer = self._connection.ask("POST", f"{self._path}/elevation?{words}", {"Content-Type": "application/json"}, json.dumps(body).encode())
+        return dict(answer.json())
+
+    def _json(self, below: str) -> dict[str, Any]:
+        return dict(self._connection.ask("GET", self._path + below).json())
