@@ -74,7 +74,7 @@ TEST(Parts, OfAllAreLimitedButTakeNoPlaceInTheQueue) {
   const std::string one = place_of(begin(test, "192.0.2.1")), two = place_of(begin(test, "192.0.2.2")), third = place_of(begin(test, "192.0.2.3"));
   slow_part(test, one, "192.0.2.1", [&] {
     EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 1);
-    EXPECT_EQ(test.post("GOOD").status, 202);
+    EXPECT_THAT(test.post("GOOD").status, testing::AnyOf(201, 202)) << "its build may be over by then";
     slow_part(test, two, "192.0.2.2", [&] { EXPECT_EQ(slug_of(test.api().handle(part_of(third, "192.0.2.3"))), "service-busy"); });
   });
   EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 0);

@@ -112,7 +112,7 @@ TEST(Problems, StatusesAreThoseOfThePage) {
 }
 
 TEST(Problems, TheTableOfStatusesNamesNoOther) {
-  const std::string text = file_text(kSource / "server" / "problems.cpp");
+  const std::string text = file_text(kSource / "server" / "http" / "problems.cpp");
   const Slugs rows = found_in(text, std::regex(R"re(\n +\{"([a-z-]+)", [0-9]+, ")re"));
   const Slugs said = in_sources();
   EXPECT_GT(rows.size(), 20u);

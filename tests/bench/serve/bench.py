@@ -40,7 +40,7 @@ done = function(summary, latency)
 end
 """
 NGINX = """
-worker_processes auto; worker_rlimit_nofile 8192; daemon off; pid {work}/nginx.pid; error_log {work}/error.log;
+worker_processes {workers}; worker_rlimit_nofile 8192; daemon off; pid {work}/nginx.pid; error_log {work}/error.log;
 events {{ worker_connections 4096; }}
 http {{
   access_log off; sendfile on; tcp_nopush on; keepalive_requests 100000; etag on;
@@ -189,11 +189,13 @@ def main():
         with open(os.path.join(work, "wrk.lua"), "w", encoding="utf-8") as file:
             file.write(LUA)
         ports = {name: free_port() for name in names}
-        with open(os.path.join(work, "nginx.conf"), "w", encoding="utf-8") as file:
-            file.write(NGINX.format(work=work, port=ports["nginx"], folder=folder))
         os.chmod(work, 0o755)  # nginx's workers are another user where it is started by root
         if given.apart:
             os.sched_setaffinity(0, halves()[1])
+        # As many as cordillera has loops: its "auto" counts cores that it may not use.
+        workers = len(os.sched_getaffinity(0))
+        with open(os.path.join(work, "nginx.conf"), "w", encoding="utf-8") as file:
+            file.write(NGINX.format(work=work, port=ports["nginx"], folder=folder, workers=workers))
         running = {"nginx": processes.start(["/usr/sbin/nginx", "-c", os.path.join(work, "nginx.conf")], stderr=subprocess.DEVNULL)}
         running.update((name, start(program, work, name, ports[name])) for name, program in programs.items())
         try:
@@ -221,7 +223,7 @@ def main():
             for process in running.values():
                 process.terminate()
                 process.wait()
-    head = (f"{time.strftime('%Y-%m-%d')}, {os.cpu_count()} cores, {platform.machine()}; {len(tiles)} tiles of {os.path.basename(given.dem)}, "
+    head = (f"{time.strftime('%Y-%m-%d')}, {len(all_cores)} cores, {platform.machine()}; {len(tiles)} tiles of {os.path.basename(given.dem)}, "
             f"medians of {given.rounds} rounds of {given.seconds} s" + (", servers and clients on cores of their own" if given.apart else ""))
     text = head + "\n\n" + table(rows, names) + "\n"
     if sent:
