@@ -49,7 +49,7 @@ TEST_F(Program, EveryOptionWorksFromTheLineTheEnvironmentTheFileAndTheQuery) {
   }
   start_server();
   const std::string address = server_.base() + "/v1/datasets?" + query.substr(1);
-  const Json posted = curl("-H 'Prefer: wait=400' --data-binary @" + raster_ + " '" + address + "'");
+  Json posted = curl("-H 'Prefer: wait=400' --data-binary @" + raster_ + " '" + address + "'");
   ASSERT_EQ(posted["state"], "ready") << posted.dump();
   expect(curl(server_.base() + "/v1/datasets/" + std::string(posted["id"]) + "/manifest.json"), "query");
 }
@@ -57,8 +57,8 @@ TEST_F(Program, EveryOptionWorksFromTheLineTheEnvironmentTheFileAndTheQuery) {
 TEST_F(Program, TheManifestSaysWhatWasAssumed) {
   const std::string out = (folder_.path() / "out").string();
   ASSERT_EQ(shell(kProgram + " build " + raster_ + " --crs EPSG:4326 --max-level 8 --device cpu -o " + out).code, 0);
-  const Json manifest = Json::parse(shell(kProgram + " info --json " + out).output);
-  const Json options = manifest["options"];
+  Json manifest = Json::parse(shell(kProgram + " info --json " + out).output);
+  Json options = manifest["options"];
   EXPECT_LE(options["error"], double(manifest["cell_m"]) / 4);
   EXPECT_GE(options["error"], double(manifest["cell_m"]) / 64);
   EXPECT_EQ(options["error"], manifest["levels"][0]["target"]);
@@ -92,7 +92,7 @@ TEST_F(Program, AValueMayBeDeclaredToBeNoData) {
   std::ofstream(raster_) << text;
   const Json as_it_is = source_of("");
   EXPECT_LT(as_it_is["min_height"], -7000) << "the test has no such value";
-  const Json declared = source_of("--source-nodata -8888");
+  Json declared = source_of("--source-nodata -8888");
   EXPECT_GT(declared["min_height"], 1000);
   EXPECT_GT(declared["nodata_share"], as_it_is["nodata_share"]);
   EXPECT_THAT(std::string(declared["nodata"]), HasSubstr("value -8888 (request)"));
@@ -103,7 +103,7 @@ TEST_F(Program, AValueMayBeDeclaredToBeNoData) {
 TEST_F(Program, TheRangeIsThatOfTheSamplesHoweverCoarseTheMesh) {
   const std::string out = (folder_.path() / "out").string();
   ASSERT_EQ(shell(build("--error 5000 --max-level 9 -o " + out)).code, 0);
-  const Json manifest = Json::parse(shell(kProgram + " info --json " + out).output);
+  Json manifest = Json::parse(shell(kProgram + " info --json " + out).output);
   EXPECT_GT(manifest["source"]["max_height"], 2900);
   EXPECT_LT(manifest["levels"][0]["max_height"], 2800) << "the mesh keeps the summit: the test tests nothing";
 }
@@ -118,7 +118,7 @@ TEST_F(Program, QualityBuysFewerTriangles) {
     EXPECT_EQ(shell(build("-q --error 20 --min-level 6 --quality " + quality + " -o " + out)).code, 0);
     return Json::parse(shell(kProgram + " info --json " + out).output);
   };
-  const Json fast = manifest_of("fast"), usual = manifest_of("default"), best = manifest_of("best");
+  Json fast = manifest_of("fast"), usual = manifest_of("default"), best = manifest_of("best");
   EXPECT_GT(fast["triangles"], usual["triangles"]);
   EXPECT_GT(usual["triangles"], best["triangles"]);
   for (const Json& manifest : {fast, usual, best}) {

@@ -118,7 +118,7 @@ TEST_F(Program, BuildsAFolderThatInfoReads) {
   const Ended built = shell("CORDILLERA_TITLE='from the environment' " + build("-o " + out + "/ --error 20" + conf));
   ASSERT_EQ(built.code, 0) << built.output;
   EXPECT_THAT(built.output, HasSubstr("max error m"));
-  const Json manifest = Json::parse(shell(kProgram + " info --json " + out).output);
+  Json manifest = Json::parse(shell(kProgram + " info --json " + out).output);
   EXPECT_EQ(manifest["title"], "from the environment") << "the environment goes before the file";
   EXPECT_EQ(manifest["options"]["error"], 20.0) << "the command line goes before both";
   EXPECT_EQ(manifest["source"]["vertical_datum"], "ellipsoid");
@@ -172,10 +172,10 @@ TEST_F(Program, ATerminalShowsABarThatIsGoneAtTheEnd) {
 
 TEST_F(Program, ServesARealBuild) {
   start_server();
-  const Json posted = curl("-H 'Prefer: wait=400' " + post_arguments("&error=20"));
+  Json posted = curl("-H 'Prefer: wait=400' " + post_arguments("&error=20"));
   ASSERT_EQ(posted["state"], "ready") << posted.dump() << server_.log();
   const std::string base = server_.base() + "/v1/datasets/" + std::string(posted["id"]);
-  const Json manifest = curl(base + "/manifest.json");
+  Json manifest = curl(base + "/manifest.json");
   EXPECT_EQ(manifest["tiles"], posted["manifest"]["tiles"]);
   EXPECT_NE(manifest["device"], "");
   EXPECT_EQ(curl(base + "/tileset.json")["asset"]["version"], "1.1");
@@ -184,7 +184,7 @@ TEST_F(Program, ServesARealBuild) {
       curl("-H 'Prefer: wait=400' --data-binary @" + (folder_.path() / "bad.tif").string() + " " + server_.base() + "/v1/datasets");
   EXPECT_GE(bad["status"], 400) << bad.dump();
   EXPECT_LT(bad["status"], 500) << bad.dump();
-  const Json dry = curl(post_arguments("&dry_run=1"));
+  Json dry = curl(post_arguments("&dry_run=1"));
   EXPECT_EQ(dry["dry_run"], true) << dry.dump();
   EXPECT_EQ(server_.end(SIGTERM), 0) << "a graceful end";
   EXPECT_THAT(server_.log(), HasSubstr("stopped"));
@@ -193,8 +193,8 @@ TEST_F(Program, ServesARealBuild) {
 TEST_F(Program, EventsTellStageShareAndTimeUntilItIsReady) {
   start_server();
   // It queues behind another build until the stream is open, so that there is something left to be told.
-  const Json before = curl(post_arguments("&error=0.01&max_level=16&threads=1"));
-  const Json posted = curl(post_arguments("&error=1&max_level=11"));
+  Json before = curl(post_arguments("&error=0.01&max_level=16&threads=1"));
+  Json posted = curl(post_arguments("&error=1&max_level=11"));
   ASSERT_TRUE(before.contains("id") && posted.contains("id")) << before.dump() << posted.dump();
   const std::string address = server_.base() + "/v1/datasets/" + std::string(posted["id"]) + "/events";
   const auto heard = folder_.path() / "events";
@@ -209,7 +209,7 @@ TEST_F(Program, EventsTellStageShareAndTimeUntilItIsReady) {
   for (std::string line; std::getline(lines, line);) {
     if (line.rfind("event: ", 0) == 0) event = line.substr(7);
     if (line.rfind("data: ", 0) != 0 || event != "progress") continue;
-    const Json data = Json::parse(line.substr(6));
+    Json data = Json::parse(line.substr(6));
     if (stages.empty() || stages.back() != data["stage"]) stages.push_back(data["stage"]);
     EXPECT_GE(data["done"], 0) << line;
     EXPECT_LE(data["done"], data["total"]) << line;
@@ -224,7 +224,7 @@ TEST_F(Program, EventsTellStageShareAndTimeUntilItIsReady) {
 
 TEST_F(Program, AChildThatIsKilledIsAProblemAndTheServiceGoesOn) {
   start_server();
-  const Json posted = curl(post_arguments("&error=0.01&max_level=16&threads=1"));
+  Json posted = curl(post_arguments("&error=0.01&max_level=16&threads=1"));
   ASSERT_TRUE(posted.contains("id")) << posted.dump();
   const int child = server_.child_process();
   ASSERT_GT(child, 0) << server_.log();
@@ -241,7 +241,7 @@ TEST_F(Program, AChildThatIsKilledIsAProblemAndTheServiceGoesOn) {
 
 TEST_F(Program, AKilledServerTakesItsChildrenAlongAndTheNextOneGoesOn) {
   start_server();
-  const Json posted = curl(post_arguments("&error=1&max_level=11"));
+  Json posted = curl(post_arguments("&error=1&max_level=11"));
   const std::string id = posted["id"];
   const int child = server_.child_process();
   ASSERT_GT(child, 0) << server_.log();

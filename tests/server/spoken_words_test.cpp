@@ -83,7 +83,7 @@ TEST_F(Program, CurlMayPostAsItIsTyped) {
     EXPECT_EQ(bytes(posted), bytes(ways[0])) << "other tiles";
     EXPECT_NE(bytes(posted), shell("true | sha256sum").output) << "no such tile";
   }
-  const Json put = curl("-T " + file + " " + collection + "/");  // the name is curl's doing; without a crs it fails as a build
+  Json put = curl("-T " + file + " " + collection + "/");  // the name is curl's doing; without a crs it fails as a build
   EXPECT_EQ(put["name"], "h\xc3\xb6he.asc") << put.dump();
   EXPECT_EQ(curl("-L " + collection + "/")["datasets"].size(), 4u);
 }
@@ -121,7 +121,7 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
   EXPECT_EQ(table.code, 0) << table.output;
   EXPECT_THAT(table.output, HasSubstr("960 x 540 Int16, GTiff"));
   EXPECT_THAT(table.output, HasSubstr("dry run: nothing was built"));
-  const Json json = Json::parse(shell(kProgram + " info --json " + raster).output, nullptr, false);
+  Json json = Json::parse(shell(kProgram + " info --json " + raster).output, nullptr, false);
   EXPECT_EQ(json["dry_run"], true) << json.dump();
   EXPECT_EQ(json["manifest"]["max_level"], 10);
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
