@@ -79,32 +79,92 @@ std::optional<std::uint32_t> MeshIndex::triangle_at(double u, double v) const {
   return std::nullopt;
 }
 
+namespace {
+
+/// A place on the ellipsoid and which way is up there.
+struct Ground {
+  Vec3 foot, up;
+  Ground(double longitude_deg, double latitude_deg) {
+    const double lon = longitude_deg * std::numbers::pi / 180, lat = latitude_deg * std::numbers::pi / 180;
+    const double e2 = proto::kFlattening * (2 - proto::kFlattening);
+    const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * std::sin(lat) * std::sin(lat));
+    up = {std::cos(lat) * std::cos(lon), std::cos(lat) * std::sin(lon), std::sin(lat)};
+    foot = {n * up.x, n * up.y, n * (1 - e2) * up.z};
+  }
+};
+
+/// A triangle in space.
+struct Facet {
+  Corners corner;
+  std::array<Vec3, 3> at;
+  double low_m = INFINITY, high_m = -INFINITY;
+
+  Facet(const LatticeMesh& mesh, std::uint32_t triangle) : corner(corners_of(mesh, triangle)) {
+    const proto::Lattice lattice = lattice_of(mesh);
+    const proto::TileAddress tile{mesh.z, mesh.x, mesh.y};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double height_m = corner.at[k][2] * mesh.height_step;
+      at[k] = proto::ecef(proto::row_frame(lattice, lattice.south(tile) + corner.at[k][1]), proto::column_frame(lattice, lattice.west(tile) + corner.at[k][0]), height_m);
+      low_m = std::min(low_m, height_m);
+      high_m = std::max(high_m, height_m);
+    }
+  }
+
+  /// Of the normal's point on the plane, held to what the triangle can have.
+  double height_m(const Ground& ground) const {
+    const Vec3 ab = at[1] - at[0], ac = at[2] - at[0], bc = at[2] - at[1], across = cross(ab, ac);
+    const double rise = dot(across, ground.up);
+    if (rise <= 0) return (low_m + high_m) / 2;  // of no width, or on a pole's row, which is one point
+    const double edge2_m2 = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
+    return gpu::height_range(low_m, high_m, edge2_m2, 0).clamp(dot(across, at[0] - ground.foot) / rise);
+  }
+
+  /// The edge, from corner k to the next, that the normal passes by on the outer side, farthest; none where it meets the triangle.
+  std::optional<std::size_t> passed(const Ground& ground) const {
+    std::optional<std::size_t> edge;
+    double farthest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 a = at[k] - ground.foot, b = at[(k + 1) % 3] - ground.foot, ab = b - a;
+      const double beside = dot(ground.up, cross(a, b)) / std::sqrt(dot(ab, ab));
+      if (!(beside < farthest)) continue;
+      farthest = beside;
+      edge = k;
+    }
+    return edge;
+  }
+
+  /// A point in plan just beyond an edge, as near to (u, v) as may be.
+  std::array<double, 2> beyond(std::size_t edge, double u, double v) const {
+    constexpr double kBeyond = 1.0 / 64;
+    const auto &a = corner.at[edge], &b = corner.at[(edge + 1) % 3];
+    const double du = static_cast<double>(b[0]) - a[0], dv = static_cast<double>(b[1]) - a[1], length = std::hypot(du, dv);
+    const double inside = (du * (v - a[1]) - dv * (u - a[0])) / length;  // how far (u, v) is from the edge
+    return {u + dv / length * (inside + kBeyond), v - du / length * (inside + kBeyond)};
+  }
+};
+
+}  // namespace
+
 std::optional<double> MeshIndex::height_m(double longitude_deg, double latitude_deg) const {
   const double units_a_degree = mesh_.side * std::ldexp(1, mesh_.z) / 180;
   const double u = (longitude_deg + 180) * units_a_degree - static_cast<double>(mesh_.x) * mesh_.side;
   const double v = (latitude_deg + 90) * units_a_degree - static_cast<double>(mesh_.y) * mesh_.side;
-  const auto triangle = triangle_at(u, v);
-  if (!triangle) return std::nullopt;
-  const Corners c = corners_of(mesh_, *triangle);
-  const proto::Lattice lattice = lattice_of(mesh_);
-  std::array<Vec3, 3> at;
-  double low_m = INFINITY, high_m = -INFINITY;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double height_m = c.at[k][2] * mesh_.height_step;
-    at[k] = proto::ecef(proto::row_frame(lattice, lattice.south(tile()) + c.at[k][1]), proto::column_frame(lattice, lattice.west(tile()) + c.at[k][0]), height_m);
-    low_m = std::min(low_m, height_m);
-    high_m = std::max(high_m, height_m);
+  const auto below = triangle_at(u, v);
+  if (!below) return std::nullopt;
+  // An edge is straight in space and leaves the straight line in degrees: the normal may meet the triangle beside the one that is there in plan.
+  constexpr int kMostSteps = 8;
+  const Ground ground(longitude_deg, latitude_deg);
+  std::uint32_t triangle = *below;
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Facet facet(mesh_, triangle);
+    const auto edge = facet.passed(ground);
+    if (!edge) return facet.height_m(ground);
+    const auto [beside_u, beside_v] = facet.beyond(*edge, u, v);
+    const auto next = triangle_at(beside_u, beside_v);
+    if (!next || *next == triangle) break;
+    triangle = *next;
   }
-  const double lon = longitude_deg * std::numbers::pi / 180, lat = latitude_deg * std::numbers::pi / 180;
-  const double e2 = proto::kFlattening * (2 - proto::kFlattening);
-  const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * std::sin(lat) * std::sin(lat));
-  const Vec3 up{std::cos(lat) * std::cos(lon), std::cos(lat) * std::sin(lon), std::sin(lat)};
-  const Vec3 foot{n * up.x, n * up.y, n * (1 - e2) * up.z};
-  const Vec3 ab = at[1] - at[0], ac = at[2] - at[0], bc = at[2] - at[1], across = cross(ab, ac);
-  const double rise = dot(across, up);
-  if (rise <= 0) return (low_m + high_m) / 2;  // of no width, or on a pole's row, which is one point
-  const double edge2_m2 = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
-  return gpu::height_range(low_m, high_m, edge2_m2, 0).clamp(dot(across, at[0] - foot) / rise);
+  return Facet(mesh_, *below).height_m(ground);
 }
 
 }  // namespace cordillera::pipeline::faces
