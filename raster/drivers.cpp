@@ -4,6 +4,7 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
+#include "raster/formats.h"
 #include "raster/gdal_scope.h"
 
 namespace cordillera::raster {
@@ -11,11 +12,8 @@ namespace cordillera::raster {
 std::vector<DriverState> drivers() {
   const GdalScope scope(Trust::operator_file);
   GDALAllRegister();
-  std::vector<DriverState> states = {{"GTiff", "GeoTIFF and COG"},
-                                     {"SRTMHGT", ".hgt"},
-                                     {"AAIGrid", "Esri ASCII grid"},
-                                     {"USGSDEM", "USGS DEM"},
-                                     {"VRT", "VRT, on the command line alone"}};
+  std::vector<DriverState> states;
+  for (const Format& format : formats()) states.push_back({format.driver, format.reads});
   for (DriverState& state : states) state.installed = GetGDALDriverManager()->GetDriverByName(state.name.c_str()) != nullptr;
   return states;
 }

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "raster/formats.h"
 #include "raster/gdal_scope.h"
 #include "raster/storage.h"
 
@@ -17,12 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using Sources = std::vector<ListedSource>;
 using Listed = proto::Result<Sources>;
-
-std::string extension_of(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 template <std::size_t N>
 bool is_one_of(const std::string& text, const std::array<const char*, N>& words) {
@@ -46,15 +41,17 @@ std::string resolved(const std::string& path, const std::string& list) {
   return folder.empty() ? path : folder + "/" + path;
 }
 
+/// Archives too: collections are kept as they were fetched.
+bool is_listed(const std::string& extension) { return is_raster_extension(extension) || extension == ".zip" || extension == ".gz"; }
+
 Listed in_folder(const std::string& folder) {
-  constexpr std::array kRasters{".tif", ".tiff", ".hgt", ".asc", ".dem"};
   Sources sources;
   std::error_code error;
   for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    if (at->is_regular_file(error) && is_one_of(extension_of(at->path().string()), kRasters)) sources.push_back({at->path().string(), {}});
+    if (at->is_regular_file(error) && is_listed(extension_of(at->path().string()))) sources.push_back({at->path().string(), {}});
   }
   if (error) return invalid(folder, "cannot be read: " + error.message());
-  if (sources.empty()) return invalid(folder, "has no raster (.tif, .tiff, .hgt, .asc, .dem) in it");
+  if (sources.empty()) return invalid(folder, "has no raster in it (" + raster_extensions() + " .zip .gz)");
   std::sort(sources.begin(), sources.end(), [](const ListedSource& a, const ListedSource& b) { return a.path < b.path; });
   return sources;
 }
@@ -157,6 +154,13 @@ Listed in_json(const std::string& list, const std::string& text) {
   return sources;
 }
 
+/// A GeoPackage may hold both: rasters before outlines of rasters.
+bool holds_raster(const std::string& geopackage) {
+  const GdalScope scope(Trust::operator_file);
+  const char* const only[] = {"GPKG", nullptr};
+  return GDALDatasetUniquePtr(GDALDataset::Open(geopackage.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr)) != nullptr;
+}
+
 Listed in_index(const std::string& list) {
   const GdalScope scope(Trust::operator_file);
   const GDALDatasetUniquePtr index(GDALDataset::Open(list.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
@@ -178,7 +182,8 @@ Listed list_sources(const std::string& word) {
   const std::string extension = extension_of(word);
   constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
   const bool geojson = extension == ".geojson", text = is_one_of(extension, kTexts), json = extension == ".json" || geojson;
-  if (is_one_of(extension, kIndices)) return in_index(word);
+  const bool index = is_one_of(extension, kIndices) && !(extension == ".gpkg" && holds_raster(word));
+  if (index) return in_index(word);
   if (!text && !json) return Sources{{resolved(word, ""), {}}};
   const auto bytes = read_whole(word);
   if (!bytes.ok()) return bytes.problem();

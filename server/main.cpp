@@ -217,7 +217,7 @@ int main(int count, char** words) {
   bool overwrite = false, quiet = false;
   std::string formats;
   auto* build = app.add_subcommand("build", "make a static folder of tiles that any web server can host");
-  build->add_option("raster", line.rasters, "the elevation model: GeoTIFF, COG, .hgt, Esri ASCII or USGS DEM; or several, folders and lists of them, "
+  build->add_option("raster", line.rasters, "the elevation model: GeoTIFF, .hgt, NetCDF, .img, DTED, XYZ or another, also in a .zip or .gz; or several, folders and lists of them, "
                     "the one that wins where they overlap first")->expected(1, -1);
   build->add_option("-o,--output", line.output, "folder to write, or a file called *.sqlite");
   build->add_flag("--overwrite,--force", overwrite, "replace another build that is there; without it, only an unfinished one of the same "

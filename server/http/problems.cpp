@@ -77,7 +77,8 @@ constexpr const char* kOfBuilds[] = {
     "raster-format-unsupported", "raster-truncated", "raster-unreadable",   "raster-too-large",      "raster-bands",
     "raster-type",             "raster-scale",       "raster-all-nodata",   "raster-not-georeferenced", "raster-without-crs",
     "crs-unknown",             "crs-unsupported",    "crs-conflict",        "crs-mismatch",          "crs-not-transformable",
-    "geoid-not-found",         "geoid-invalid",      "geoid-does-not-cover",
+    "geoid-not-found",         "geoid-invalid",      "geoid-does-not-cover", "archive-rasters",      "archive-too-large",
+    "archive-unreadable",
 };
 
 std::string title_of(std::string_view slug) {

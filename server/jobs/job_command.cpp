@@ -56,6 +56,7 @@ void restrict_process(const proto::Job& job, const std::filesystem::path& folder
   std::filesystem::create_directories(temporary, ignored);
   setenv("TMPDIR", temporary.c_str(), 1);
   setenv("GDAL_DRIVER_PATH", "disable", 1);  // no plugins: none of the drivers that are asked for is one
+  setenv("HDF5_USE_FILE_LOCKING", "FALSE", 1);  // NetCDF would give up where flock() is refused; nobody else has the raster
   alarm(job.max_seconds());                  // a confined process cannot ask for another clock
   const sandbox::Gpu gpu = may_use_cuda(options) ? sandbox::Gpu::allowed : sandbox::Gpu::none;
   sandbox::confine({folder, temporary, raster::geoid_places(), gpu});

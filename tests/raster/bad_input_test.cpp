@@ -59,7 +59,7 @@ TEST_F(BadInput, WhatIsNoRasterIsSaidToBeSo) {
   EXPECT_EQ(problem_type(write_text("", "empty.tif")), "raster-empty");
   EXPECT_EQ(problem_type(write_text("\x89PNG\r\n\x1a\n\0\0\0\rIHDR"s, "photo.png")), "raster-format-unsupported");
   EXPECT_EQ(problem_type(write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 5\n", "lfs.tif")), "raster-format-unsupported");
-  EXPECT_EQ(problem_type(write_text("PK\x03\x04 zip", "dem.zip")), "raster-format-unsupported");
+  EXPECT_EQ(problem_type(write_text("PK\x03\x04 zip", "dem.zip")), "archive-unreadable");
   EXPECT_EQ(problem_type(write_text("<!DOCTYPE html><html>404</html>", "dem.tif")), "raster-format-unsupported");
   EXPECT_EQ(problem_type(write_text("II*\0garbage"s, "dem.tif")), "raster-format-unsupported");
   EXPECT_EQ(problem_type(write_text("ncols 100000\nnrows 100000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3", "dem.asc")), "raster-truncated");

@@ -72,6 +72,12 @@ std::vector<BadRow> cut_rows(const Maker& make) {
       {"big-endian", "dem.tif", {"ENDIANNESS=BIG"}, "GTiff", "UInt16"},
       {"packbits", "dem.tif", {"COMPRESS=PACKBITS"}, "GTiff", "Byte"},
       {"ascii grid", "dem.asc", {}, "AAIGrid", "Float32"},
+      {"netcdf", "dem.nc", {}, "netCDF", "Float32"},
+      {"netcdf-4", "dem.nc", {"FORMAT=NC4", "COMPRESS=DEFLATE"}, "netCDF", "Float32"},
+      {"img", "dem.img", {}, "HFA", "Float32"},
+      {"compressed img", "dem.img", {"COMPRESSED=YES"}, "HFA", "Int16"},
+      {"geopackage", "dem.gpkg", {"TILE_FORMAT=TIFF"}, "GPKG", "Float32"},
+      {"jpeg 2000", "dem.jp2", {"REVERSIBLE=YES", "QUALITY=100"}, "JP2OpenJPEG", "Int16"},
   };
   std::vector<BadRow> rows;
   for (const Kind& kind : kinds) {
@@ -86,6 +92,36 @@ std::vector<BadRow> cut_rows(const Maker& make) {
       if (spec.driver == "AAIGrid"s) rows.back().options.set_crs("EPSG:4326");
     }
   }
+  return rows;
+}
+
+std::vector<BadRow> sent_bad_rows() {
+  std::vector<BadRow> rows;
+  const auto points = [&](const std::string& name, const std::string& text) {
+    rows.push_back({"xyz: " + name, "dem.xyz", text, plain_options()});
+    rows.back().options.set_crs("EPSG:32632");
+  };
+  const std::string line = "500000 5300000 1\n500001 5300000 2\n500002 5300000 3\n";
+  points("one line", line.substr(0, 17));
+  points("a column is missing", "500000 5300000\n500001 5300000\n500002 5300000\n");
+  points("words for numbers", "a b c\nd e f\ng h i\n");
+  points("words after numbers", line + "one two three\n");
+  points("points anywhere", "500000 5300000 1\n500017 5300003 2\n500001.37 5299000 3\n499000 5300000.1 4\n");
+  points("two points far apart", "0 0 1\n0.001 0 2\n1000000 0 3\n0 1000 1\n0.001 1000 2\n1000000 1000 3\n");
+  points("nan and inf", "500000 5300000 nan\n500001 5300000 inf\n500000 5300001 1\n500001 5300001 1e999\n");
+  points("a line of a megabyte", line + std::string(1 << 20, '1') + "\n");
+  const std::string header = "BYTEORDER I\nLAYOUT BIL\nNROWS 4\nNCOLS 4\nNBANDS 1\nNBITS 16\nULXMAP 10\nULYMAP 45\nXDIM 0.1\nYDIM 0.1\n";
+  rows.push_back({"bil without its header", "dem.bil", std::string(32, '\1'), plain_options()});
+  rows.push_back({"header without its bil", "dem.hdr", header, plain_options()});
+  rows.push_back({"ers without its data", "dem.ers", "DatasetHeader Begin\nDatasetHeader End\n", plain_options()});
+  rows.push_back({"netcdf: a header of ones", "dem.nc", "CDF\1" + std::string(300, '\xff'), plain_options()});
+  rows.push_back({"netcdf: hdf5 of zeros", "dem.nc", "\x89HDF\r\n\x1a\n" + std::string(500, '\0'), plain_options()});
+  rows.push_back({"sqlite of zeros", "dem.gpkg", "SQLite format 3\0"s + std::string(500, '\0'), plain_options()});
+  rows.push_back({"jpeg 2000 of zeros", "dem.jp2", "\0\0\0\x0cjP  \r\n\x87\n"s + std::string(500, '\0'), plain_options()});
+  rows.push_back({"img of zeros", "dem.img", "EHFA_HEADER_TAG\0"s + std::string(500, '\0'), plain_options()});
+  rows.push_back({"dted of blanks", "dem.dt1", "UHL1" + std::string(4000, ' '), plain_options()});
+  rows.push_back({"zip of zeros", "dem.zip", "PK\x03\x04" + std::string(500, '\0'), plain_options()});
+  rows.push_back({"gz of zeros", "dem.tif.gz", "\x1f\x8b" + std::string(500, '\0'), plain_options()});
   return rows;
 }
 

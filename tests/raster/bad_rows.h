@@ -19,6 +19,8 @@ struct BadRow {
 using Maker = std::function<std::string(const Spec& spec, const std::string& name)>;
 
 std::vector<BadRow> cut_rows(const Maker& make);
+/// Of formats that are sent with side files, in archives or as text.
+std::vector<BadRow> sent_bad_rows();
 std::vector<BadRow> tag_rows(const Maker& make);
 std::vector<BadRow> size_rows(const Maker& make);
 std::vector<BadRow> place_rows(const Maker& make);

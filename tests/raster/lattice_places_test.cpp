@@ -27,7 +27,7 @@ class LatticePlacesTest : public RasterTest {
     spec.rows = 300;
     spec.crs = "";
     spec.geotransform = {at.x, at.pixel_m, 0, at.y, 0, -at.pixel_m};
-    dataset_ = raster::open_dataset(write(spec), "dem.tif", raster::Trust::operator_file).value();
+    dataset_ = raster::open_dataset(write(spec), "dem.tif", raster::Trust::operator_file, "").value();
     return Placement::make(dataset_, raster::resolve_crs(dataset_, at.crs).value()).value();
   }
   /// The lattice vertices around the raster's centre: first column and row.

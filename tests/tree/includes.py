@@ -32,7 +32,7 @@ HOMES = [
     ("nlohmann/*", ["pipeline/encode/json.h"]),
     ("google/protobuf/*", ["pipeline/tileset/manifest_json.cpp", "server/http/json.cpp"]),
     ("openssl/*", ["pipeline/store/content_hash.cpp", "server/http/digest.cpp"]),
-    ("zlib.h", ["pipeline/exports/gzip.cpp", "pipeline/store/water_mask.cpp", "server/front/codec.cpp"]),
+    ("zlib.h", ["raster/archive.cpp", "pipeline/exports/gzip.cpp", "pipeline/store/water_mask.cpp", "server/front/codec.cpp"]),
     ("sqlite3.h", ["pipeline/store/sqlite.*", "pipeline/store/sqlite_object.cpp", "server/datasets/registry_file.cpp"]),
     ("boost/beast*", ["server/front/beast.cpp"]),
     ("boost/asio*", ["pipeline/build/workers.cpp", "server/front/*", "server/jobs/job_queue.*", "server/cli/serve_command.cpp"]),

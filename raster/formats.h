@@ -1,0 +1,45 @@
+#pragma once
+// The formats that we vouch for, and no others: GDAL reads some two hundred, several of which can name other files, URLs or commands.
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "raster/source.h"
+
+namespace cordillera::raster {
+
+/// Who may bring it.
+enum class From {
+  anybody,   ///< as one file, posted too
+  together,  ///< it needs files beside it: posted, all of them come in one zip
+  operators  ///< from the command line alone: it names files of the machine
+};
+
+struct Format {
+  const char* driver;      ///< as GDAL has it
+  const char* reads;       ///< which files, for people
+  const char* extensions;  ///< of its rasters, a blank after each: ".tif .tiff "
+  From from;
+};
+
+std::span<const Format> formats();
+
+/// ".tif" of "DEM.TIF".
+std::string extension_of(const std::string& name);
+/// Whether rasters have this extension; VRTs are none of their own.
+bool is_raster_extension(std::string_view extension);
+/// What a raster's side files have: the header that places it, its CRS, the world file.
+bool is_side_extension(std::string_view extension);
+/// The format whose rasters need files beside them and have this extension; null: there is none.
+const Format* needs_others(std::string_view extension);
+/// All of is_raster_extension, for people.
+std::string raster_extensions();
+
+/// For GDAL's Open, null last. in_archive: what lies beside the raster came with it.
+std::vector<const char*> allowed_drivers(Trust trust, bool in_archive);
+
+/// What is read, and with a name the line that makes a GeoTIFF of such a file, if GDAL can.
+std::string accepted_formats(const std::string& name);
+
+}  // namespace cordillera::raster

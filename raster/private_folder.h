@@ -1,0 +1,25 @@
+#pragma once
+// A folder that nobody else looks into, for what GDAL is to find under a certain name.
+#include <string>
+
+namespace cordillera::raster {
+
+/// Below the temporary folder ($TMPDIR). Removed, with all that is in it, when this goes.
+class PrivateFolder {
+ public:
+  PrivateFolder();
+  ~PrivateFolder();
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+
+  bool made() const { return !path_.empty(); }
+  /// Where a stranger's file lies in it: no folder, no letter that a driver could take for more than a name.
+  std::string place(const std::string& name) const;
+  /// A link to the file under that name; empty where it cannot be made.
+  std::string link(const std::string& target, const std::string& name) const;
+
+ private:
+  std::string path_;
+};
+
+}  // namespace cordillera::raster

@@ -1,0 +1,184 @@
+// Archives of one raster: what is taken out of them, and what never is.
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+
+#include "raster/archive.h"
+#include "sent.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+namespace fs = std::filesystem;
+using raster::Trust;
+
+class Archive : public RasterTest {
+ protected:
+  Archive() : tiff_(bytes_of(write(hills(), "good.tif"))), good_(must_open(path("good.tif"))) {}
+
+  proto::Problem refused(const std::string& archive, const std::string& name) {
+    const auto source = open(archive, plain_options(), Trust::posted_file, name);
+    if (!source.ok()) return source.problem();
+    ADD_FAILURE() << name << " opens";
+    return {};
+  }
+  std::string zipped(const std::vector<std::pair<std::string, std::string>>& files) {
+    const std::string file = path("z" + std::to_string(++count_) + ".zip");
+    zip_bytes(file, files);
+    return file;
+  }
+
+  const std::string tiff_;
+  const std::unique_ptr<raster::Source> good_;
+
+ private:
+  int count_ = 0;
+};
+
+TEST_F(Archive, WhatLiesBesideTheRasterIsLeftOut) {
+  ASSERT_TRUE(good_);
+  // A PAM file, a mask and an overview would change what is read; they could name any file.
+  Spec liar = hills();
+  liar.value = [](int, int) { return 9000; };
+  const std::string lies = bytes_of(write(liar, "liar.tif"));
+  const std::string zip = zipped({{"a/README.txt", "read me"},
+                                  {"__MACOSX/a/._dem.tif", "x"},
+                                  {"a/dem.tif.aux.xml", "<PAMDataset><PAMRasterBand band=\"1\"><Scale>7</Scale></PAMRasterBand></PAMDataset>"},
+                                  {"a/dem.tif.ovr", lies},
+                                  {"a/dem.tif.msk", lies},
+                                  {"a/dem.tif", tiff_}});
+  for (const Trust trust : {Trust::posted_file, Trust::operator_file}) {
+    const auto source = must_open(zip, plain_options(), trust, "dem.zip");
+    ASSERT_TRUE(source);
+    expect_same_heights(*good_, *source);
+  }
+}
+
+TEST_F(Archive, PathsInItLeadNowhere) {
+  ASSERT_TRUE(good_);
+  fs::create_directory(path("tmp"));
+  const char* usual = std::getenv("TMPDIR");
+  const std::string before = usual != nullptr ? usual : "";
+  setenv("TMPDIR", path("tmp").c_str(), 1);
+  for (const std::string name : {"../../../outside.tif", "..\\..\\outside.tif", "/outside.tif", "a b;$(x).tif", "..tif.tif"}) {
+    SCOPED_TRACE(name);
+    const auto source = open(zipped({{name, tiff_}}), plain_options(), Trust::posted_file, "dem.zip");
+    if (source.ok()) expect_same_heights(*good_, **source);
+    if (!source.ok()) {
+      EXPECT_EQ(source.problem().type.rfind("archive-", 0), 0u) << source.problem().line();
+    }
+  }
+  usual != nullptr ? setenv("TMPDIR", before.c_str(), 1) : unsetenv("TMPDIR");
+  for (const auto& entry : fs::recursive_directory_iterator(path(""))) {
+    const bool kept = entry.path().string().find("/tmp/cordillera-") != std::string::npos;  // the last few copies stay a little
+    EXPECT_FALSE(entry.path().filename().string().find("outside") != std::string::npos && !kept) << entry.path();
+  }
+}
+
+TEST_F(Archive, OneRasterAndNoOther) {
+  const proto::Problem two = refused(zipped({{"a.tif", tiff_}, {"b/c.tif", tiff_}}), "two.zip");
+  EXPECT_EQ(two.type, "archive-rasters");
+  EXPECT_EQ(two.detail, "two.zip holds 2 rasters: a.tif, b/c.tif");
+  EXPECT_EQ(refused(zipped({{"a.pdf", "%PDF"}, {"b.txt", "x"}}), "none.zip").type, "archive-rasters");
+  EXPECT_EQ(refused(zipped({{"inner.zip", "PK\x03\x04nothing"}}), "nested.zip").type, "raster-format-unsupported");
+  EXPECT_EQ(refused(write_text("PK\x03\x04 and no list", "cut.zip"), "cut.zip").type, "archive-unreadable");
+}
+
+TEST_F(Archive, DamageIsNamed) {
+  const std::string zip = zipped({{"dem.tif", tiff_}});
+  std::string bytes = bytes_of(zip);
+  for (std::size_t k = 100; k < 140; ++k) bytes[k] = static_cast<char>(bytes[k] ^ 0x55);
+  EXPECT_EQ(refused(write_text(bytes, "bad.zip"), "bad.zip").type, "archive-unreadable");
+  const std::string gz = path("dem.tif.gz");
+  gzip_file(gz, path("good.tif"));
+  const auto source = must_open(gz, plain_options(), Trust::posted_file, "dem.tif.gz");
+  ASSERT_TRUE(source);
+  expect_same_heights(*good_, *source);
+  bytes = bytes_of(gz);
+  EXPECT_EQ(refused(write_text(bytes.substr(0, bytes.size() - 20), "cut.gz"), "dem.tif.gz").type, "archive-unreadable");
+  EXPECT_EQ(refused(write_text(bytes.substr(0, 12), "head.gz"), "dem.tif.gz").type, "archive-unreadable");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 0x55);
+  EXPECT_EQ(refused(write_text(bytes, "flipped.gz"), "dem.tif.gz").type, "archive-unreadable");
+}
+
+/// Eight MiB of zeros where four are too much; a gz does not say how much it holds, a zip may lie.
+TEST_F(Archive, BombsAreBounded) {
+  const raster::UnpackLimit limit{.times = 2, .at_least = std::uint64_t{4} << 20};
+  const std::string zeros = write_text(std::string(std::size_t{8} << 20, '\0'), "zeros.tif"), gz = path("bomb.tif.gz"), zip = path("bomb.zip");
+  gzip_file(gz, zeros);
+  zip_files(zip, {{"dem.tif", zeros}});
+  std::string lies = bytes_of(zip);
+  const std::string true_size("\0\0\x80\0", 4), false_size("\0\4\0\0", 4);  // a kibibyte, in both of its lists
+  for (std::size_t at = 0; (at = lies.find(true_size, at)) != std::string::npos; at += 4) lies.replace(at, 4, false_size);
+  for (const std::string& bomb : {gz, zip}) {
+    const raster::PrivateFolder folder;
+    const auto member = raster::unpack(bomb, "bomb", folder, limit);
+    ASSERT_FALSE(member.ok());
+    EXPECT_EQ(member.problem().type, "archive-too-large");
+    EXPECT_EQ(member.problem().detail, "bomb would unpack to more than 4 MiB");
+  }
+  const raster::PrivateFolder folder;
+  const auto lied = raster::unpack(write_text(lies, "lies.zip"), "lies.zip", folder, limit);
+  ASSERT_FALSE(lied.ok());
+  EXPECT_EQ(lied.problem().type.rfind("archive-", 0), 0u) << lied.problem().line();
+}
+
+/// Unpacked once, however often it is opened; another file under the same name is another.
+TEST_F(Archive, CopiesAreSharedAndLetGo) {
+  ASSERT_TRUE(good_);
+  fs::create_directory(path("tmp"));
+  const char* usual = std::getenv("TMPDIR");
+  const std::string before = usual != nullptr ? usual : "";
+  setenv("TMPDIR", path("tmp").c_str(), 1);
+  const auto folders = [&] { return std::distance(fs::directory_iterator(path("tmp")), {}); };
+  const std::string zip = zipped({{"dem.tif", tiff_}});
+  {
+    const auto one = must_open(zip, plain_options(), Trust::posted_file, "dem.zip"), other = must_open(zip, plain_options(), Trust::posted_file, "dem.zip");
+    EXPECT_EQ(folders(), 1);
+  }
+  Spec flat = hills();
+  flat.value = [](int, int) { return 7; };
+  zip_bytes(zip, {{"dem.tif", bytes_of(write(flat, "flat.tif"))}, {"README", "longer"}});
+  const auto changed = must_open(zip, plain_options(), Trust::posted_file, "dem.zip");
+  ASSERT_TRUE(changed);
+  EXPECT_NEAR(changed->sample(lattice(8), changed->window(lattice(8)).west + 5, changed->window(lattice(8)).south + 5, 1, 1).value().height[0] * proto::kHeightStep_m, 7, 0.01);
+  for (int k = 0; k < 12; ++k) must_open(zipped({{"dem.tif", tiff_}}), plain_options(), Trust::posted_file, "dem.zip");
+  EXPECT_LE(folders(), 6);
+  usual != nullptr ? setenv("TMPDIR", before.c_str(), 1) : unsetenv("TMPDIR");
+}
+
+/// Points are read once: whoever opens them again gets the copy, and another file under the name is another.
+TEST_F(Archive, PointsAreReadOnce) {
+  proto::BuildOptions options = plain_options();
+  options.set_crs("EPSG:4326");
+  std::string points;
+  for (int r = 0; r < 300; ++r)
+    for (int c = 0; c < 300; ++c) points += std::to_string(100 + c) + "e-1 " + std::to_string(450 - r) + "e-1 7\n";
+  const std::string file = write_text(points, "dem.xyz");
+  const auto one = must_open(file, options);
+  const auto time = fs::last_write_time(file);
+  write_text(std::string(points.size(), 'x'), "dem.xyz");
+  fs::last_write_time(file, time);  // as if it had not changed: nobody reads it
+  const auto other = must_open(file, options);
+  ASSERT_TRUE(one && other);
+  EXPECT_EQ(other->description().SerializeAsString(), one->description().SerializeAsString());
+  fs::last_write_time(file, time + std::chrono::seconds(1));
+  EXPECT_EQ(problem_type(file, options), "raster-format-unsupported");
+}
+
+/// Its header can name the file of its heights.
+TEST_F(Archive, AnErsHeaderNamesNoFile) {
+  Spec spec = hills();
+  spec.driver = "ERS";
+  std::string header = bytes_of(write(spec, "dem.ers"));
+  const std::string data = bytes_of(path("dem"));
+  proto::BuildOptions options = plain_options();
+  options.set_crs("EPSG:4326");
+  EXPECT_TRUE(open(zipped({{"dem.ers", header}, {"dem", data}}), options, Trust::posted_file, "dem.zip").ok());
+  header.insert(header.find('\n') + 1, "\tDataFile = \"../" + fs::path(path("dem")).parent_path().filename().string() + "/dem\"\n");
+  EXPECT_TRUE(open(zipped({{"dem.ers", header}, {"dem", data}}), options, Trust::operator_file, "dem.zip").ok()) << "the test tests nothing";
+  EXPECT_EQ(problem_type(zipped({{"dem.ers", header}, {"dem", data}}), options, Trust::posted_file, "dem.zip"), "raster-format-unsupported");
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test

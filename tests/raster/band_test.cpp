@@ -1,0 +1,92 @@
+// Which band of a file, and which of several rasters in one, holds the heights.
+#include <gdal_priv.h>
+
+#include <filesystem>
+
+#include "raster/dataset.h"
+#include "sent.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+using raster::Trust;
+
+class Band : public RasterTest {
+ protected:
+  /// Bands of 101, 102, … m, called as in names.
+  std::string bands(const std::string& driver, const std::string& file, const std::vector<std::string>& names) {
+    GDALAllRegister();
+    GDALDriver* const memory = GetGDALDriverManager()->GetDriverByName("MEM");
+    const GDALDatasetUniquePtr made(memory->Create("", 8, 6, static_cast<int>(names.size()), GDT_Float32, nullptr));
+    double place[6] = {10, 0.01, 0, 45, 0, -0.01};
+    made->SetGeoTransform(place);
+    OGRSpatialReference crs;
+    crs.importFromEPSG(4326);
+    made->SetSpatialRef(&crs);
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      GDALRasterBand& band = *made->GetRasterBand(static_cast<int>(k) + 1);
+      band.Fill(101 + static_cast<double>(k));
+      band.SetDescription(names[k].c_str());
+      band.SetMetadataItem("NETCDF_VARNAME", names[k].c_str());
+    }
+    GDALDriver* const target = GetGDALDriverManager()->GetDriverByName(driver.c_str());
+    EXPECT_TRUE(GDALDatasetUniquePtr(target->CreateCopy(path(file).c_str(), made.get(), FALSE, nullptr, nullptr, nullptr))) << CPLGetLastErrorMsg();
+    return path(file);
+  }
+  /// GDAL numbers the variables that it writes ("z1", "height2"): without their numbers, as everybody else's.
+  std::string without_numbers(const std::string& file, const std::vector<std::string>& names) {
+    std::string bytes = bytes_of(file);
+    for (std::size_t k = 0; k < names.size(); ++k) {
+      const std::string numbered = names[k] + std::to_string(k + 1);
+      const std::size_t at = bytes.find(std::string("\0\0\0", 3) + static_cast<char>(numbered.size()) + numbered);
+      EXPECT_NE(at, std::string::npos) << numbered;
+      if (at == std::string::npos) continue;
+      bytes[at + 3] = static_cast<char>(names[k].size());  // padded to four bytes, the shorter name is as long
+      bytes[at + 4 + names[k].size()] = '\0';
+    }
+    return write_text(bytes, std::filesystem::path(file).filename());
+  }
+  /// The height of every pixel; the slug where there is none.
+  static std::string height(const std::string& file, const std::string& band, Trust trust = Trust::posted_file) {
+    const auto dataset = raster::open_dataset(file, "", trust, band);
+    if (!dataset.ok()) return dataset.problem().type;
+    double value = 0;
+    EXPECT_EQ(dataset->band->RasterIO(GF_Read, 1, 1, 1, 1, &value, 1, 1, GDT_Float64, 0, 0, nullptr), CE_None);
+    return std::to_string(static_cast<int>(value));
+  }
+};
+
+TEST_F(Band, ByNumberOrName) {
+  const std::string file = bands("GTiff", "dem.tif", {"dsm", "dtm", "slope"});
+  EXPECT_EQ(height(file, ""), "raster-bands");
+  for (const auto& [band, value] : {std::pair{"1", "101"}, {"2", "102"}, {"3", "103"}, {"dtm", "102"}, {"4", "raster-bands"}, {"0", "raster-bands"}, {"-1", "raster-bands"}, {"DTM ", "raster-bands"}})
+    EXPECT_EQ(height(file, band), value) << band;
+  const auto several = raster::open_dataset(file, "", Trust::posted_file, "");
+  ASSERT_FALSE(several.ok());
+  EXPECT_EQ(several.problem().detail, "dem.tif has 3 bands (1 dsm, 2 dtm, 3 slope); an elevation model has one");
+  EXPECT_EQ(several.problem().accepted, "a file with one band: gdal_translate -b makes it of the one with the heights");
+}
+
+TEST_F(Band, OfNetcdfTheVariableThatIsCalledAsHeightsAre) {
+  const std::string gebco = without_numbers(bands("netCDF", "gebco.nc", {"tid", "elevation"}), {"tid", "elevation"});
+  EXPECT_EQ(height(gebco, ""), "102");
+  EXPECT_EQ(height(gebco, "", Trust::operator_file), "102");
+  EXPECT_EQ(height(gebco, "tid"), "101");
+  EXPECT_EQ(height(gebco, "elevation"), "102");
+  EXPECT_EQ(height(gebco, "depth"), "raster-bands");
+  const std::string two = without_numbers(bands("netCDF", "two.nc", {"z", "height"}), {"z", "height"});
+  EXPECT_EQ(height(two, ""), "raster-bands");
+  EXPECT_EQ(height(two, "z"), "101");
+  const auto several = raster::open_dataset(two, "", Trust::posted_file, "");
+  ASSERT_FALSE(several.ok());
+  EXPECT_EQ(several.problem().detail, "two.nc holds 2 rasters, z, height, and none alone is called as heights are");
+}
+
+TEST_F(Band, OfAGeoPackageTheTable) {
+  const std::string file = bands("GPKG", "dem.gpkg", {"one"});
+  EXPECT_EQ(height(file, ""), "101");
+  EXPECT_EQ(height(file, "1"), "101");
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test
