@@ -126,7 +126,7 @@ export function on_controls(on) {
   };
   for (const id of ["look", "imagery", "ramp"]) element(id).onchange = () => { show_values(); on.look(id); };
   for (const id of ["wireframe", "borders", "exaggeration", "detail"]) element(id).oninput = () => { show_values(); on.controls(); };
-  for (const id of ["home", "closer", "farther", "north"]) element(id).onclick = on[id];
+  for (const id of ["home", "closer", "farther", "north", "measure"]) element(id).onclick = on[id];
   element("link").onclick = () => copy_link(on.link());
   show_values();
 }
@@ -138,6 +138,11 @@ export function show_snippets(snippets) {
   list.onchange = show;
   element("copy-snippet").onclick = () => copy(element("snippet").textContent, element("copy-snippet"));
   show();
+}
+
+// A button that stays pressed.
+export function press(id, on) {
+  element(id).setAttribute("aria-pressed", String(Boolean(on)));
 }
 
 export function select_dataset(id) {

@@ -7,6 +7,7 @@ import { steer_by_keys } from "./keyboard.js";
 import { hide_legend, legend_of, show_legend, show_scale } from "./legend.js";
 import { camera_named, named, read_link, write_link } from "./link_state.js";
 import { kPictures, Looks } from "./looks.js";
+import { Profile } from "./profile.js";
 import { hide_welcome, show_welcome } from "./sample.js";
 import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
@@ -58,19 +59,27 @@ function apply_controls(on = page) {
   on.tileset.debugShowContentBoundingVolume = borders;
   on.tileset.maximumScreenSpaceError = error_px;
   on.looks.exaggerate(exaggeration);
+  if (page.profile?.points) page.profile.draw_line();
   page.scene.requestRender();
 }
 
+// CesiumJS also calls a tileset loaded that has not begun to ask for tiles.
+const is_loaded = (tileset) => Boolean(tileset && tileset.tilesLoaded && tileset.statistics?.numberOfTilesWithContentReady > 0);
+
 // Resolves when a tileset that is not shown yet has what the present view needs, or when somebody has waited long enough for it.
-const kLongestPreload_ms = 20000;
+const kLongestPreload_ms = 60000;
 function preloaded(tileset) {
   tileset.preloadWhenHidden = true;
   tileset.show = false;
-  const drawing = setInterval(() => page.scene.requestRender(), 50);  // tiles are asked for by frames, and nothing on the page moves
+  const end = Date.now() + kLongestPreload_ms;
   return new Promise((resolve) => {
-    tileset.initialTilesLoaded.addEventListener(resolve);
-    setTimeout(resolve, kLongestPreload_ms);
-  }).finally(() => { clearInterval(drawing); tileset.show = true; });
+    const look = () => {
+      if (is_loaded(tileset) || tileset.isDestroyed() || Date.now() > end) return resolve();
+      page.scene.requestRender();  // tiles are asked for by frames, and nothing on the page moves
+      return setTimeout(look, 50);
+    };
+    look();
+  }).finally(() => { if (!tileset.isDestroyed()) tileset.show = true; });
 }
 
 // Later answers of an earlier call must not take the place of a later one's.
@@ -97,6 +106,7 @@ async function show_dataset(id, camera) {
   page.scene.light = relief_light(data_sphere(manifest.bounds).center);
   page.scene.requestRender();
   panel.show_manifest(manifest);
+  if (!again) page.profile.stop();
   panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
   if (!set_camera(page.scene.camera, camera) && !again) home();
   panel.say(manifest.provisional ? "A first look: finer tiles take its place when the build is done." : "");
@@ -158,7 +168,7 @@ function watch_frames(scene) {
   });
   scene.postRender.addEventListener(() => {
     const { tileset } = page;
-    page.tilesLoaded = Boolean(tileset && tileset.tilesLoaded && tileset.statistics?.numberOfTilesWithContentReady !== 0);
+    page.tilesLoaded = is_loaded(tileset);
     if (tileset) panel.show_drawn(tileset.statistics.numberOfTrianglesSelected, fetched_bytes());
   });
   scene.postRender.addEventListener(() => {
@@ -189,8 +199,16 @@ function point_again() {
 function watch_pointer(widget) {
   const { MOUSE_MOVE, LEFT_CLICK } = Cesium.ScreenSpaceEventType;
   widget.screenSpaceEventHandler.setInputAction(({ endPosition }) => point_at(endPosition), MOUSE_MOVE);
-  widget.screenSpaceEventHandler.setInputAction(({ position }) => point_at(position), LEFT_CLICK);  // a finger does not hover
+  widget.screenSpaceEventHandler.setInputAction(({ position }) => {
+    point_at(position);  // a finger does not hover
+    if (page.profile.on) page.profile.take(pointed);
+  }, LEFT_CLICK);
 }
+
+const make_profile = () => new Profile(page.scene, {
+  base: () => base_of(page.manifest.id), factor: () => page.scene.verticalExaggeration, on_error: report,
+  on_change: (words) => { panel.press("measure", page.profile?.on); panel.say(words); },
+});
 
 const kCloser = 0.6;
 const on_page = {
@@ -204,6 +222,7 @@ const on_page = {
   home, link: () => window.location.href,
   closer: () => zoom(page.widget, page.tileset, kCloser), farther: () => zoom(page.widget, page.tileset, 1 / kCloser),
   north: () => face_north(page.widget, page.tileset),
+  measure: () => (page.profile.on ? page.profile.stop() : page.profile.start()),
 };
 
 async function start() {
@@ -214,6 +233,7 @@ async function start() {
   page.scene = page.widget.scene;
   watch_frames(page.scene);
   draw_after_moves(page.scene);
+  page.profile = make_profile();
   watch_pointer(page.widget);
   steer_by_keys(document.getElementById("globe"), page.scene.camera, home);
   panel.on_controls(on_page);

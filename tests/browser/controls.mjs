@@ -11,7 +11,7 @@ const camera_of = (page) => page.evaluate(() => {
 
 // Drawing in software takes as long as there are pixels.
 export const kSmall = { viewport: { width: 480, height: 320 } };
-const kTiny = { viewport: { width: 240, height: 180 } };
+export const kTiny = { viewport: { width: 240, height: 180 } };
 
 const apart = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
@@ -113,6 +113,35 @@ export async function try_pointer(page) {
     return { undulation: number("ellipsoid-height") - number("sea-height"), wanted: point.ellipsoidal_height - point.orthometric_height };
   });
   assert.ok(Math.abs(undulation - wanted) < 0.3, `the sea's level is ${undulation} m above the ellipsoid, not ${wanted} m`);
+}
+
+// Two clicks: the heights along the line are the service's own, and so is the error that is said.
+export async function try_profile(page) {
+  const { width, height } = page.viewportSize(), at = (share) => [share * width, height / 2];
+  await page.click("#fold");
+  await look_straight_down(page, { share: 0.7, error_px: 2 });
+  await page.click("#measure");
+  await page.mouse.click(...at(0.35));
+  await page.waitForFunction(() => /second place/.test(document.getElementById("message").textContent));
+  await page.mouse.click(...at(0.65));
+  await page.waitForSelector("#profile:not([hidden])");
+  const { ends, drawn, words, error, id } = await page.evaluate(() => ({
+    ends: window.cordillera.profile.ends, drawn: document.getElementById("profile-line").getAttribute("d").split("L").length,
+    words: document.getElementById("profile-words").textContent, error: document.getElementById("profile-error").textContent, id: window.cordillera.manifest.id,
+  }));
+  const { points, length, stated_max_error } = await page.evaluate(async ([line, dataset]) => (await fetch(`v1/datasets/${dataset}/elevation?line=${line}&samples=256`)).json(),
+    [ends.map((place) => place.join(",")).join(";"), id]);
+  const heights = points.map(({ orthometric_height }) => orthometric_height), [low, high] = [Math.min(...heights), Math.max(...heights)];
+  assert.ok(high - low > 50 && length > 1000, "the line has no relief");
+  assert.ok(words.includes(` ${low.toFixed(0)} to ${high.toFixed(0)} m above sea level (EGM96)`), words);
+  assert.ok(Math.abs(parseFloat(/± ([\d.]+) m/.exec(error)[1]) - stated_max_error) < 0.06, error);
+  assert.equal(drawn, points.length, "the picture leaves places out");
+  await page.hover("#profile-chart");
+  await page.waitForFunction(() => /: [\d.]+ m$/.test(document.getElementById("profile-place").textContent));
+  await page.click("#profile-close");
+  assert.equal(await page.isVisible("#profile"), false);
+  assert.equal(await page.getAttribute("#measure", "aria-pressed"), "false");
+  await page.click("#fold");
 }
 
 // The page names its camera in the link when the movement has ended, which software graphics make as late as they like.

@@ -1,11 +1,13 @@
 // Looks at the viewer as a person would: does it load, is there relief, are there cracks, is it in the right place?
-//   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --failed ID,ID --known known.json --pictures FOLDER
+//   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --failed ID,ID --known known.json
+//     --raster FILE --bad FILE --held ID --job PROCESS --pictures FOLDER
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { open_dataset, with_browser } from "./browser.mjs";
-import { kSmall, try_bad_upload, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { kSmall, try_bad_upload, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { try_live } from "./live.mjs";
 import { try_failed_uploads, try_folding } from "./panel.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
 
@@ -14,7 +16,7 @@ const kLeastRelief = 6;
 // Geoid interpolation, float32 positions, and steps of 2^-10 m.
 const kHeightTolerance_m = 0.2;
 
-const names = ["chromium", "url", "empty", "terrain", "flat", "failed", "known", "raster", "bad", "pictures"];
+const names = ["chromium", "url", "empty", "terrain", "flat", "failed", "known", "raster", "bad", "held", "job", "pictures"];
 const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
 
 let last = Date.now();
@@ -108,6 +110,7 @@ async function use_controls(browser) {
   await page.click("#fold");
   await check("controls: looks are different pictures", () => try_looks(page));
   await check("controls: height and stated error under the pointer, however exaggerated", () => try_pointer(page));
+  await check("controls: two clicks give a profile, with its error", () => try_profile(page));
   await check("controls: a link leads to the same view", () => try_link(browser, page));
   await check("controls: a link has the look, its colours and the sliders", () => try_link_of_controls(browser, page));
   await check("controls: keys move the camera", () => try_keys(page));
@@ -122,6 +125,7 @@ async function use_controls(browser) {
 }
 
 await with_browser(given.chromium, async (browser) => {
+  await check("live: final tiles take the place of provisional ones without a flash", () => try_live(browser, given.url, given.held, Number(given.job)));
   await look_at_terrain(browser);
   await look_at_flat(browser);
   await use_controls(browser);

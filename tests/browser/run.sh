@@ -37,7 +37,11 @@ until [[ $(curl -fsS "$url/v1/datasets" | grep -c '"state": "failed"') -eq 2 ]];
   sleep 0.1
 done
 
+# One that is being built, and waits for the test.
+. "$here/held.sh"
+hold "$sample" --error 1
+
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
 node "$modules/look.mjs" --chromium "$chromium" --url "$url" --empty "$empty" --terrain "$terrain" --flat "$flat" --failed "$failed" --known "$work/known.json" \
-  --raster "$work/part.tif" --bad "$work/bad.tif" --pictures "$pictures"
+  --raster "$work/part.tif" --bad "$work/bad.tif" --held "$held" --job "$held_job" --pictures "$pictures"

@@ -1,5 +1,5 @@
 import { Cartesian3, Cartographic, Ellipsoid, Ray } from "cesium";
-import { look_down, set_background, without_air } from "./cesium_camera.js";
+import { look_down, set_background, draw_little } from "./cesium_camera.js";
 
 // The tileset's own getHeight looks towards the earth's centre, metres to the side on a mountain: this is the ellipsoid's normal.
 function height_at({ scene }, tileset, { lon, lat }) {
@@ -10,9 +10,12 @@ function height_at({ scene }, tileset, { lon, lat }) {
 }
 
 export function drive({ widget, tileset }) {
-  without_air(widget.scene);
+  draw_little(widget.scene);
   return {
-    settled: () => tileset.tilesLoaded && tileset.statistics.selected > 0,
+    settled() {
+      widget.scene.requestRender();
+      return tileset.tilesLoaded && tileset.statistics.selected > 0;
+    },
     tiles: () => tileset.statistics.selected,
     look_down(view) {
       set_background(widget.scene, "#ff00ff");
@@ -20,7 +23,10 @@ export function drive({ widget, tileset }) {
       tileset.cullRequestsWhileMoving = false;
       look_down(widget.camera, view);
     },
-    hide: () => { tileset.show = false; },
+    hide() {
+      tileset.show = false;
+      widget.scene.requestRender();
+    },
     heights: (places) => places.map((place) => height_at(widget, tileset, place)),
   };
 }

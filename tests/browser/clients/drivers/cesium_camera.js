@@ -1,9 +1,13 @@
 // What both CesiumJS drivers do with a scene.
 import { Cartesian3, Color, Math as CesiumMath } from "cesium";
 
-// The scattered light of the sky takes three quarters of a frame that software draws, and no test looks at it.
-export function without_air(scene) {
-  if (scene.skyAtmosphere) scene.skyAtmosphere.show = false;
+// What software draws for long and no test looks at: the scattered light of the sky, three quarters of a frame, the sun's glow, several
+// samples a pixel, and frames that nobody asked for: they take the processor from the workers that decode tiles.
+export function draw_little(scene) {
+  scene.msaaSamples = 1;
+  scene.requestRenderMode = true;
+  scene.maximumRenderTimeChange = Infinity;
+  for (const part of ["skyBox", "skyAtmosphere", "sun", "moon"]) if (scene[part]) scene[part].show = false;
   if (scene.globe) scene.globe.showGroundAtmosphere = false;
 }
 
