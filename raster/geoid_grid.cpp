@@ -17,7 +17,7 @@ namespace {
 using proto::Problem;
 
 constexpr double kSlack_px = 1e-6;
-constexpr std::int64_t kMaxCachedPoints = 64'000'000;
+constexpr std::int64_t kMostGridPoints = 64'000'000;
 
 struct GridFrame {
   double west_deg = 0, north_deg = 0, step_lon_deg = 0, step_lat_deg = 0;  ///< centre of the first point; step_lat is negative southward
@@ -124,7 +124,7 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_grid(const std::string& path, c
   auto geoid = std::make_unique<GridGeoid>();
   geoid->frame = *frame;
   if (!place_part(*geoid, area)) return geoid_does_not_cover(name, area);
-  if (std::int64_t{geoid->columns} * geoid->rows > kMaxCachedPoints)
+  if (std::int64_t{geoid->columns} * geoid->rows > kMostGridPoints)
     return Problem{"geoid-invalid", "the geoid grid " + name + " has more than 64 million points under the data", "a coarser grid", "vertical_datum"};
   geoid->height_m.resize(static_cast<std::size_t>(geoid->columns) * geoid->rows);
   GDALRasterBand* band = grid->GetRasterBand(1);
