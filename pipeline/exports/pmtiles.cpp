@@ -54,8 +54,13 @@ std::vector<std::uint64_t> ids_of(const faces::Terrain& terrain, const faces::Fa
   return ids;
 }
 
+void ask(const std::function<std::optional<proto::Problem>(std::uint64_t)>& bound, std::uint64_t count) {
+  auto refused = bound ? bound(count) : std::nullopt;
+  if (refused) throw Refused{std::move(*refused)};
+}
+
 /// Every content once, in the order of ids.
-Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const std::vector<std::uint64_t>& ids,
+Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const std::vector<std::uint64_t>& ids, const ArchiveBounds& bounds,
                      std::ostream& out) {
   Contents all;
   std::unordered_map<std::string, PmtilesEntry, HashOfHash> known;
@@ -66,6 +71,7 @@ Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const
       const std::string bytes = compression_of(tiles) == kGzip ? gzip(document.bytes) : std::string(document.bytes);
       found->second = {id, all.bytes, static_cast<std::uint32_t>(bytes.size()), 1};
       all.bytes += bytes.size();
+      ask(bounds.bytes, bytes.size());
       append(out, bytes);
     }
     append(all.entries, {id, found->second.offset, found->second.length, 1});
@@ -105,12 +111,15 @@ std::string header(const Resource& tiles, const Contents& all, const PmtilesDire
 }
 
 /// The directories stand before the tiles and are known after them: the tiles wait in a file of their own.
-void write(const faces::Terrain& terrain, const faces::Face& face, const fs::path& sibling) {
+void write(const faces::Terrain& terrain, const faces::Face& face, const ArchiveBounds& bounds, const fs::path& sibling) {
   const Resource& tiles = *tiles_of(face);
   const TemporaryFile spool(sibling.string() + ".tiles");
   std::ofstream waiting = opened(spool.path());
-  const Contents all = write_tiles(terrain, tiles, ids_of(terrain, face, tiles), waiting);
+  const auto ids = ids_of(terrain, face, tiles);
+  ask(bounds.tiles, ids.size());
+  const Contents all = write_tiles(terrain, tiles, ids, bounds, waiting);
   waiting.close();
+  ask(bounds.bytes, all.bytes);
   const PmtilesDirectories directories = pmtiles_directories(all.entries);
   const std::string metadata = gzip(archive_metadata(terrain, face));
   std::ofstream out = opened(sibling);
@@ -126,7 +135,11 @@ bool fits_pmtiles(const faces::Face& face) { return tiles_of(face) != nullptr; }
 
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   Existing other) {
-  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, sibling); });
+  return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, {}, sibling); });
+}
+
+proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, const ArchiveBounds& bounds) {
+  return write_whole(path, Existing::replace, [&](const fs::path& sibling) { write(terrain, face, bounds, sibling); });
 }
 
 }  // namespace cordillera::pipeline::exports

@@ -1,5 +1,8 @@
 #pragma once
 // A face's tiles as one PMTiles archive, version 3: any web server with byte ranges, or a bucket, serves it.
+#include <cstdint>
+#include <functional>
+#include <optional>
 #include <string>
 
 #include "pipeline/faces/face.h"
@@ -9,9 +12,18 @@ namespace cordillera::pipeline::exports {
 /// Whether the face has tiles that such an archive can hold.
 bool fits_pmtiles(const faces::Face& face);
 
+/// What whoever has an archive made lets it take.
+struct ArchiveBounds {
+  /// Asked once with the number of its tiles, before the first is made; a problem ends it.
+  std::function<std::optional<proto::Problem>(std::uint64_t tiles)> tiles;
+  /// Asked before so many more bytes go to the disk, which holds it twice for a while; a problem ends it.
+  std::function<std::optional<proto::Problem>(std::uint64_t more)> bytes;
+};
+
 /// Clustered: the bytes lie in the order of the directories; equal tiles are stored once. Some 100 bytes of memory a tile. A face
 /// that does not fit is a programmer's mistake.
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   Existing other = Existing::replace);
+proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, const ArchiveBounds& bounds);
 
 }  // namespace cordillera::pipeline::exports

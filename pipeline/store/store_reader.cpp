@@ -12,6 +12,7 @@
 #include "pipeline/store/store_object.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
+#include "pipeline/store/store_words.h"
 #include "pipeline/encode/tile_glb.h"
 #include "raster/storage.h"
 
@@ -268,12 +269,15 @@ bool whole(Database& database, std::uint64_t size) {
 }
 
 /// Throws StoreError.
-proto::Result<std::unique_ptr<StoreReader>> open_at(const Place& place, std::uint64_t size) {
+proto::Result<std::unique_ptr<StoreReader>> open_at(const Place& place, std::uint64_t size, const Words& words = {}) {
   const auto database = place.open();
   auto manifest = published_manifest(*database, place.path);
   if (!manifest) return manifest.problem();
   if (!whole(*database, size)) return refused("store-damaged", place.path, "is cut short");
-  return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(place, std::move(manifest).value(), sound_plan(*database)));
+  put_words(words, *manifest);
+  auto plan = sound_plan(*database);
+  if (plan && !words.attribution.empty()) plan->mutable_options()->set_attribution(words.attribution);
+  return std::unique_ptr<StoreReader>(std::make_unique<SqliteReader>(place, std::move(manifest).value(), std::move(plan)));
 }
 
 /// The size of a file of this machine that nobody is writing.
@@ -314,10 +318,24 @@ proto::Result<std::unique_ptr<StoreReader>> StoreReader::open(const std::string&
     auto file = raster::ObjectFile::open(path, std::make_shared<raster::BlockCache>(kOwnCache_bytes));
     return file ? open_store(std::move(*file)) : file.problem();
   }
+  return open_store_with(path, {});
+}
+
+void put_words(const Words& words, proto::Manifest& manifest) {
+  if (!words.title.empty()) {
+    manifest.set_title(words.title);
+    manifest.mutable_options()->set_title(words.title);
+  }
+  if (words.attribution.empty()) return;
+  manifest.set_attribution(words.attribution);
+  manifest.mutable_options()->set_attribution(words.attribution);
+}
+
+proto::Result<std::unique_ptr<StoreReader>> open_store_with(const std::string& path, const Words& words) {
   const auto size = whole_file(path);
   if (!size) return size.problem();
   try {
-    return open_at({path, nullptr}, *size);
+    return open_at({path, nullptr}, *size, words);
   } catch (const StoreError& e) {
     return damaged(path, e);
   }

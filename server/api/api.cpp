@@ -14,6 +14,7 @@
 #include "server/api/openapi.h"
 #include "server/http/request_id.h"
 #include "server/api/typed_by_hand.h"
+#include "server/api/api_stac.h"
 #include "server/api/api_updates.h"
 #include "server/uploads/tus.h"
 #include "server/api/web.h"
@@ -21,21 +22,32 @@
 namespace cordillera::server {
 namespace {
 
-/// Reading is open to every origin. Writing is not announced to foreign pages: a browser then asks first, and is not answered
-/// yes.
+constexpr const char* kReadingHeaders = "If-None-Match, If-Range, Range, Cache-Control, Last-Event-ID, Authorization";
+constexpr const char* kWritingHeaders = "Content-Type, Content-Encoding, Prefer, Idempotency-Key, Tus-Resumable, Upload-Length, Upload-Offset, Upload-Metadata";
+constexpr const char* kToldHeaders = "Accept-Ranges, Content-Length, Content-Range, Cordillera-Provisional, ETag, Location, Preference-Applied, Retry-After, Server-Timing, "
+                                     "Tus-Resumable, Upload-Length, Upload-Offset, X-Request-Id";
+
+/// Reading is open to every origin. Without tokens writing is not announced to foreign pages: a browser then asks first, and is not answered
+/// yes. With tokens a page needs one, which no browser sends by itself.
 void add_cors(Response& response) {
   response.set("Access-Control-Allow-Origin", "*");
-  response.set("Access-Control-Expose-Headers", "Cordillera-Provisional, ETag, Location, Content-Length, Retry-After, Server-Timing, X-Request-Id");
+  response.set("Access-Control-Expose-Headers", kToldHeaders);
 }
 
-Response preflight(Resource resource) {
+enum class Foreign : std::uint8_t { reads, writes };
+
+Response preflight(Resource resource, Foreign pages) {
   Response response;
   response.status = 204;
   response.set("Allow", allowed_methods(resource));
   // A POST of places reads as a GET does; only its body is longer than an address may be.
   const bool asked_by_post = resource == Resource::elevation;
-  response.set("Access-Control-Allow-Methods", asked_by_post ? "GET, HEAD, POST, OPTIONS" : "GET, HEAD, OPTIONS");
-  response.set("Access-Control-Allow-Headers", std::string("If-None-Match, Range, Cache-Control, Last-Event-ID, Authorization") + (asked_by_post ? ", Content-Type" : ""));
+  const bool all = pages == Foreign::writes || asked_by_post;
+  response.set("Access-Control-Allow-Methods", all ? allowed_methods(resource) : "GET, HEAD, OPTIONS");
+  std::string headers = kReadingHeaders;
+  if (pages == Foreign::writes) headers.append(", ").append(kWritingHeaders);
+  else if (asked_by_post) headers.append(", Content-Type");
+  response.set("Access-Control-Allow-Headers", headers);
   response.set("Access-Control-Max-Age", "86400");
   return response;
 }
@@ -66,13 +78,6 @@ std::vector<Row> newest(Service& service, const Request& request) { return page_
 /// Of answers that are hardly ever asked for twice. Nothing of a dataset stays in the front when the dataset has gone.
 std::shared_ptr<const std::string> made_anew(const std::string&, const std::function<std::string()>& make) {
   return std::make_shared<const std::string>(make());
-}
-
-/// Caches between here and the client must not hand it on.
-void keep_from_others(Response& response) {
-  for (auto& [name, value] : response.headers) {
-    if (name == "Cache-Control" && value.rfind("public", 0) == 0) value.replace(0, 6, "private");
-  }
 }
 
 /// Room for all of it must be there now: a client that is told "no" after 40 GB has wasted a day.
@@ -118,6 +123,12 @@ proto::Problem unknown_to(const Request& request, const std::string& id) {
   problem.detail += " that may be read without a token";
   problem.accepted += "; for a private one a header Authorization: Bearer TOKEN";
   return problem;
+}
+
+void keep_from_others(Response& response) {
+  for (auto& [name, value] : response.headers) {
+    if (name == "Cache-Control" && value.rfind("public", 0) == 0) value.replace(0, 6, "private");
+  }
 }
 
 bool names_tag(const std::string& if_none_match, const std::string& tag) {
@@ -236,7 +247,7 @@ bool Api::is_quick(const Request& request) const {
 Response Api::dispatch(const Request& request, const Route& route) {
   const uploads::Bounds bounds{std::uint64_t{service_.settings().serve.limits.body_mib} << 20, sender(request)};
   if (request.method == "OPTIONS") {
-    Response response = preflight(route.resource);
+    Response response = preflight(route.resource, service_.gate().has_tokens() ? Foreign::writes : Foreign::reads);
     if (route.resource == Resource::uploads || route.resource == Resource::upload) uploads::announce(response, bounds);
     return response;
   }
@@ -260,6 +271,8 @@ Response Api::dispatch(const Request& request, const Route& route) {
       return limits_in_effect(service_);
     case Resource::description:
       return api_description();
+    case Resource::stac:
+      return stac::answer(service_, request, route);
     case Resource::page:
       if (auto small = browser_page(request.path)) return *small;
       return page(service_.web_files(), service_.settings().serve.web, request, [&] { return newest(service_, request); });
@@ -280,14 +293,16 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   // One answer for both, and one way to it: else anybody could find out which private ids there are.
   if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, route.id));
   if (route.resource == Resource::dataset && request.method == "DELETE") return remove(request, *dataset);
-  if (route.resource == Resource::dataset) return status_document(service_, *dataset);
+  if (route.resource == Resource::dataset && request.method == "PATCH") return describe_dataset(service_, request, *dataset);
+  if (route.resource == Resource::dataset) return status_document(service_, request, *dataset);
   if (route.resource == Resource::rollback) return updates::rollback(service_, request, *dataset);
   const auto read = [&]() -> Response {
-    if (route.resource == Resource::events) return event_stream(service_, *dataset);
+    if (route.resource == Resource::events) return event_stream(service_, request, *dataset);
     if (route.resource == Resource::elevation) return elevation(service_, *dataset, request, route);
     if (route.resource == Resource::sources || route.resource == Resource::source) return updates::sources(service_, request, *dataset, route);
     if (route.resource == Resource::versions) return updates::versions(service_, *dataset);
     if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
+    if (route.resource == Resource::archive) return archive(service_, request, *dataset, route);
     return published(service_, *dataset, request, route);
   };
   Response response;
@@ -323,6 +338,7 @@ Response Api::remove(const Request& request, const Dataset& dataset) {
   service_.library().forget(id);
   const std::error_code error = remove_dataset_folder(service_.layout(), id);
   service_.library().forget(id);  // again, for who opened it meanwhile
+  service_.archive_files().forget(id);
   service_.list_texts().forget(id);
   if (error) log_warning("dataset " + id + ": cannot remove its folder: " + error.message());
   log_info("dataset " + id + ": deleted");

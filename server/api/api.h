@@ -72,7 +72,7 @@ Response post_dataset(Service& service, const Request& request);
 Response dry_run(Service& service, const proto::Job& job, const std::filesystem::path& folder);
 
 /// GET …/events.
-Response event_stream(Service& service, const Dataset& dataset);
+Response event_stream(Service& service, const Request& request, const Dataset& dataset);
 
 /// A dataset to be read, or the answer that says why it cannot be: unfinished, failed, or of another version than the route's.
 struct Opened {
@@ -91,6 +91,11 @@ Response published(Service& service, const Dataset& dataset, const Request& requ
 /// …/mesh.glb and others: a part of a dataset as one mesh.
 Response extracted_mesh(Service& service, const Dataset& dataset, const Request& request, const Route& route);
 
+/// GET /v1/datasets/{id}.pmtiles.
+Response archive(Service& service, const Request& request, const Dataset& dataset, const Route& route);
+/// Of a private dataset: caches between here and the client must not hand it on.
+void keep_from_others(Response& response);
+
 /// …/elevation: heights at places and along lines. GET and POST alike read only.
 Response elevation(Service& service, const Dataset& dataset, const Request& request, const Route& route);
 
@@ -98,12 +103,14 @@ Response elevation(Service& service, const Dataset& dataset, const Request& requ
 void make_absolute(const Request& request, Response& response);
 
 /// GET /v1/datasets/{id}.
-Response status_document(Service& service, const Dataset& dataset);
-/// State, progress, error, links and, once it is ready, a summary. prefix: the dataset's address relative to the document's.
-Json status_json(Service& service, const Dataset& dataset, const std::string& prefix);
+Response status_document(Service& service, const Request& request, const Dataset& dataset);
+/// PATCH /v1/datasets/{id}: title, attribution, private.
+Response describe_dataset(Service& service, const Request& request, const Dataset& dataset);
+/// State, progress, error, links and, once it is ready, a summary. path: the dataset's, as the client sees it (public_path).
+Json status_json(Service& service, const Dataset& dataset, const std::string& path);
 
-/// What there is to fetch of a dataset, a face each, with links as OGC API names them. prefix as above.
-Json faces_json(const std::string& prefix);
+/// What there is to fetch of a dataset, a face each, with links as OGC API names them. path as above.
+Json faces_json(const std::string& path);
 
 /// Whether If-None-Match names the tag, which stands in quotes.
 bool names_tag(const std::string& if_none_match, const std::string& tag);

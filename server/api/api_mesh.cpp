@@ -5,6 +5,7 @@
 #include "pipeline/store/content_hash.h"
 #include "pipeline/exports/mesh_output.h"
 #include "server/api/api.h"
+#include "server/http/byte_range.h"
 #include "server/options/mesh_options.h"
 
 namespace cordillera::server {
@@ -59,7 +60,7 @@ Response extracted_mesh(Service& service, const Dataset& dataset, const Request&
   response.set("Content-Disposition", "inline; filename=\"" + file_name(dataset, *mesh, ending) + "\"");
   response.set("Cache-Control", cache_control(route));
   response.set("ETag", quoted(pipeline::hex(pipeline::content_hash(response.body))));
-  return response;
+  return cut_to_range(request, if_changed(request, std::move(response)));
 }
 
 }  // namespace cordillera::server

@@ -9,6 +9,7 @@
 #include "server/http/form_body.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
+#include "server/api/public_address.h"
 #include "server/options/request_policy.h"
 #include "server/options/option_values.h"
 #include "server/api/typed_by_hand.h"
@@ -26,7 +27,7 @@ struct Posting {
   Delivery delivery;
   std::string options_hash;
   bool updates = false;  ///< its rasters can be changed
-  std::string up;        ///< before relative links, see up_from
+  std::string folder;    ///< where the dataset's path begins, as the client sees it
 };
 
 /// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of updates=1 are.
@@ -45,7 +46,7 @@ std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
 
 proto::Result<Posting> read_posting(Service& service, const Request& request, RasterIs raster) {
   Posting posting;
-  posting.up = up_from(request);
+  posting.folder = public_path(request, "");
   auto options = other_parameters(request, posting.delivery);
   if (!options) return options.problem();
   const bool named = std::any_of(options->begin(), options->end(), [](const auto& option) { return option.first == "name"; });
@@ -102,8 +103,8 @@ Response answer_now(Service& service, const std::string& id, const Posting& post
   const bool failed = posting.delivery.wait.count() > 0 && dataset->state == State::failed && dataset->problem;
   Response response =
       failed ? problem_response(*dataset->problem)
-             : json_response(dataset->state == State::ready ? 201 : 202, status_json(service, *dataset, posting.up + "datasets/" + id));
-  response.set("Location", posting.up + "datasets/" + id);
+             : json_response(dataset->state == State::ready ? 201 : 202, status_json(service, *dataset, posting.folder + id));
+  response.set("Location", posting.folder + id);
   if (waiting) response.set("Preference-Applied", "wait=" + std::to_string(posting.delivery.wait.count()));
   return response;
 }
@@ -132,7 +133,15 @@ bool registered(Service& service, const Dataset& dataset) {
   }
 }
 
-Response create(Service& service, const Posting& posting, Upload& upload, const Request& request, limits::Place slot) {
+/// What a posting is made of, on disk by now.
+struct Rasters {
+  Upload& first;
+  const std::vector<MoreRaster>& more;
+  std::string hash;
+};
+
+Response create(Service& service, const Posting& posting, const Rasters& rasters, const Request& request, limits::Place slot) {
+  Upload& upload = rasters.first;
   Dataset dataset;
   dataset.id = make_id(posting.name);
   dataset.name = posting.name;
@@ -141,13 +150,13 @@ Response create(Service& service, const Posting& posting, Upload& upload, const 
   dataset.raster = upload.raster();
   dataset.idempotency_key = posting.delivery.key;
   dataset.options_hash = posting.options_hash;
-  dataset.body_hash = upload.body_hash();
+  dataset.body_hash = rasters.hash;
   dataset.owner = request.who.name;
   dataset.is_private = posting.settings.private_dataset;
   dataset.request_id = request.id;
   const auto place = service.layout().dataset(dataset.id);
   if (posting.updates) {
-    const auto begun = updates::begin_dataset(dataset, posting.delivery, upload);
+    const auto begun = updates::begin_dataset(dataset, posting.delivery, upload, rasters.more);
     if (!begun) return problem_response(begun.problem());
   }
   if (const auto written = write_record(upload.folder(), dataset); !written) return problem_response(written.problem());
@@ -163,17 +172,32 @@ Response create(Service& service, const Posting& posting, Upload& upload, const 
   return accepted(service, dataset.id, posting);
 }
 
-/// A raster that came before all of its options were known.
+/// Rasters that came before all of their options were known.
 struct Come {
   Upload& raster;
+  std::vector<MoreRaster> more;
   limits::Place place;
+  std::string hash;  ///< of all of them
 };
 
+/// Several rasters are kept, as those of updates=1 are.
+std::optional<proto::Problem> take_several(const Request& request, Posting& posting) {
+  if (posting.settings.dry_run) return proto::Problem{"options-conflict", "a dry run looks at one raster, and the form has several", "one of them", "dry_run"};
+  const bool said = std::any_of(request.query.begin(), request.query.end(), [](const auto& option) { return option.first == "updates"; });
+  if (said && !posting.updates) return proto::Problem{"options-conflict", "several rasters are kept, as those of updates=1 are", "several files without updates=0", "updates"};
+  posting.updates = true;
+  return std::nullopt;
+}
+
 Response post(Service& service, const Request& request, Come* come) {
-  const auto posting = read_posting(service, request, come != nullptr ? RasterIs::optional : RasterIs::needed);
+  auto posting = read_posting(service, request, come != nullptr ? RasterIs::optional : RasterIs::needed);
   if (!posting) return problem_response(posting.problem());
   if (come != nullptr && posting->delivery.any()) {
     return problem_response({"options-conflict", "the form has a file, and a field that names another raster", "one of them", "file"});
+  }
+  const std::vector<MoreRaster> more = come != nullptr ? come->more : std::vector<MoreRaster>();
+  if (!more.empty()) {
+    if (auto refused = take_several(request, *posting)) return problem_response(*refused);
   }
   Token key;
   Row earlier;
@@ -197,45 +221,75 @@ Response post(Service& service, const Request& request, Come* come) {
     return accepted(service, earlier->id, *posting);  // made of this very upload
   }
   if (const auto taken = take_raster(service, posting->delivery, request, upload); !taken) return problem_response(taken.problem());
-  if (earlier && earlier->body_hash != upload.body_hash()) return problem_response(key_reused("another raster"));
+  const std::string hash = come != nullptr ? come->hash : upload.body_hash();
+  if (earlier && earlier->body_hash != hash) return problem_response(key_reused("another raster"));
   if (posting->settings.dry_run) return dry_run(service, dry_job(*posting, upload), upload.folder());
-  if (!earlier) return create(service, *posting, upload, request, std::move(*place));
+  if (!earlier) return create(service, *posting, {upload, more, hash}, request, std::move(*place));
   place->reset();
   key.reset();
   return accepted(service, earlier->id, *posting);
 }
 
-/// Its file is written down while it comes, with a place as any other; its fields are options as if they stood in the query.
+/// The files of a form on their way to disk.
+struct FormFiles {
+  Upload& first;
+  MoreRasters more;
+  std::uint64_t came = 0;  ///< bytes of the body so far
+};
+
+/// Problems: of the form, of the disk, and of a body that is too large.
+proto::Result<void> receive_files(Service& service, const Request& request, FormReader& form, FormFiles& files) {
+  const std::uint64_t most = most_bytes(service);
+  std::string full;
+  const auto claim = service.admission().space().claim(0, &full);
+  if (!claim) return limits::storage_full(full);
+  const Request counted = watched(request, *claim, &full);
+  Request first = request;
+  std::size_t begun = 1;
+  bool written = true;
+  first.read_body = [&](const Request::Sink& sink) {
+    const auto take = [&](std::string_view bytes) {
+      if (form.file_names().size() == 1) return sink(bytes);
+      while (written && begun < form.file_names().size()) written = files.more.begin(form.file_names()[begun++]);
+      return written = written && files.more.add(bytes);
+    };
+    const bool whole = counted.read_body([&](std::string_view piece) { return (files.came += piece.size()) <= most && form.feed(piece, take); });
+    while (written && begun < form.file_names().size()) written = files.more.begin(form.file_names()[begun++]);  // the last ones may be empty
+    return whole && form.ended();
+  };
+  const auto received = files.first.receive(first, most, std::nullopt);
+  if (form.problem()) return *form.problem();
+  if (form.ended() && form.file_names().empty()) return proto::Problem{"form-invalid", "the form has no file", "curl -F file=@dem.tif, with the sign before the name", "file"};
+  if (files.came > most) return proto::Problem{"body-too-large", "the form is larger than this service takes", "at most " + std::to_string(most >> 20) + " MiB", ""};
+  if (!full.empty()) return limits::storage_full(full);
+  if (!written) return files.more.finish().problem();
+  return received;
+}
+
+/// Its files are written down while they come, with a place as any other; its fields are options as if they stood in the query.
 Response post_form(Service& service, const Request& request, FormReader form) {
   const std::string announced = request.header("content-length").value_or("");
   const auto bytes = announced.empty() || announced.size() > 18 ? std::nullopt : std::optional<std::uint64_t>(std::strtoull(announced.c_str(), nullptr, 10));
   auto place = service.admission().enter(sender(request), bytes, limits::Entry::fresh);
   if (!place) return problem_response(place.problem());
   Upload upload(service.layout(), "");
-  Request file = request;
-  file.read_body = [&](const Request::Sink& sink) {
-    const bool whole = request.read_body && request.read_body([&](std::string_view piece) { return form.feed(piece, sink); });
-    return whole && form.ended();
-  };
-  Delivery body;
-  body.body = true;
-  const auto taken = take_raster(service, body, file, upload);
-  if (form.problem()) return problem_response(*form.problem());
-  if (form.ended() && !form.has_file()) {
-    return problem_response({"form-invalid", "the form has no file", "curl -F file=@dem.tif, with the sign before the name", "file"});
-  }
-  if (!taken) return problem_response(taken.problem());
+  FormFiles files{upload, MoreRasters(upload.folder())};
+  if (const auto received = receive_files(service, request, form, files); !received) return problem_response(received.problem());
+  auto more = files.more.finish();
+  if (!more) return problem_response(more.problem());
   Request plain = request;
   plain.query.insert(plain.query.end(), form.fields().begin(), form.fields().end());
   for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) plain.headers.erase(gone);
-  std::string name = form.file_name();
+  std::string name = form.file_names().front();
   for (const auto& [key, value] : plain.query) {
     if (key == "name") name = value;
   }
   const bool named = std::any_of(plain.query.begin(), plain.query.end(), [](const auto& pair) { return pair.first == "name"; });
   if (!named && !name.empty()) plain.query.emplace_back("name", name);
   if (const auto renamed = upload.rename(suffix_of(name)); !renamed) return problem_response(renamed.problem());
-  Come come{upload, std::move(*place)};
+  std::string hash = upload.body_hash();
+  for (const MoreRaster& raster : *more) hash = digest(hash + raster.hash);
+  Come come{upload, std::move(*more), std::move(*place), hash};
   return post(service, plain, &come);
 }
 

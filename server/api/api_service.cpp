@@ -47,7 +47,7 @@ Response index() {
   Json json;
   json["name"] = "Cordillera";
   json["version"] = CORDILLERA_VERSION;
-  json["links"] = {{"datasets", "v1/datasets"}, {"limits", "v1/limits"}, {"health", "healthz"}, {"readiness", "readyz"},
+  json["links"] = {{"datasets", "v1/datasets"}, {"limits", "v1/limits"}, {"stac", "stac"}, {"health", "healthz"}, {"readiness", "readyz"},
                    {"metrics", "metrics"},      {"viewer", "."},         {"description", "api"}};
   for (const OptionSpec& option : post_options()) {
     json["options"][spelt(option, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};

@@ -5,6 +5,7 @@
 #include "pipeline/work/update.h"
 #include "server/api/api.h"
 #include "server/log/log.h"
+#include "server/api/public_address.h"
 #include "server/api/api_updates.h"
 #include "server/api/change_request.h"
 #include "server/datasets/ledger.h"
@@ -104,29 +105,34 @@ Response listed(Service& service, const Request& request, const Dataset& dataset
   return response;
 }
 
-/// The answer to a change that is noted, as it is now. good: of one that is done.
-Response answer_now(Service& service, const Dataset& dataset, const std::string& change_id, int good) {
+/// How a change is answered: the status of one that is done, and the dataset's path as the client sees it.
+struct Reply {
+  int good;
+  std::string path;
+};
+
+/// The answer to a change that is noted, as it is now.
+Response answer_now(Service& service, const Dataset& dataset, const std::string& change_id, const Reply& reply) {
   const proto::SourceChanges changes = service.ledger().read(dataset.id);
   const auto change = change_in(changes, change_id);
   if (!change) return problem_response(unknown_dataset(dataset.id));
   if (change->has_problem()) return problem_response(to_problem(change->problem()));
   const std::string state = state_of(changes, change_id);
-  Response response = json_response(state == "done" ? good : 202, change_json(*change, state.c_str()));
-  // Relative to …/{id}/sources or …/{id}/sources/{source}, as the client asked.
-  if (change->kind() != "remove") response.set("Location", (change->kind() == "add" ? "sources/" : "") + change->source().id());
+  Response response = json_response(state == "done" ? reply.good : 202, change_json(*change, state.c_str()));
+  if (change->kind() != "remove") response.set("Location", reply.path + "/sources/" + change->source().id());
   response.set("Cache-Control", "no-store");
   return response;
 }
 
-Response accepted(Service& service, const Dataset& dataset, const std::string& change, const Delivery& delivery, int good) {
+Response accepted(Service& service, const Dataset& dataset, const std::string& change, const Delivery& delivery, const Reply& reply) {
   const Token waiting = delivery.wait.count() > 0 ? service.wait_token() : nullptr;
-  if (!waiting) return answer_now(service, dataset, change, good);
+  if (!waiting) return answer_now(service, dataset, change, reply);
   Response response;
-  response.later = [&service, dataset, change, waiting, good, wait = delivery.wait,
+  response.later = [&service, dataset, change, waiting, reply, wait = delivery.wait,
                     end = std::chrono::steady_clock::now() + delivery.wait](Patience patience) -> std::optional<Response> {
     const bool over = patience == Patience::none || service.stopping() || std::chrono::steady_clock::now() >= end;
     if (!over && state_of(service.ledger().read(dataset.id), change) == std::string("pending")) return std::nullopt;
-    Response come = answer_now(service, dataset, change, good);
+    Response come = answer_now(service, dataset, change, reply);
     come.set("Preference-Applied", "wait=" + std::to_string(wait.count()));
     return come;
   };
@@ -159,7 +165,7 @@ proto::Result<void> bring(const Upload& upload, const fs::path& place) {
 
 Response changed(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
   if (auto refused = refuse(request, dataset)) return problem_response(*refused);
-  const int good = request.method == "POST" ? 201 : 200;
+  const Reply good{request.method == "POST" ? 201 : 200, public_path(request, dataset.id)};
   auto asked = read_change(service, request, dataset, route, service.ledger().expected(dataset.id));
   if (!asked) return problem_response(asked.problem());
   Token key;

@@ -1,9 +1,11 @@
 // How far a dataset is: as a document, and as a stream of events.
+#include <cmath>
 #include <memory>
 
 #include "server/api/api.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
+#include "server/api/public_address.h"
 #include "server/api/api_updates.h"
 
 namespace cordillera::server {
@@ -19,29 +21,33 @@ proto::Progress before_the_first(State state) {
   return progress;
 }
 
-Json progress_json(const proto::Progress& progress) {
+/// What is said of a dataset that is not finished. place: among those that wait.
+Json progress_json(const Dataset& dataset, const ProgressHub::Snapshot& now, std::optional<std::size_t> place) {
+  const proto::Progress progress = place ? before_the_first(State::queued) : now.progress.value_or(before_the_first(dataset.state));
   Json json;
   json["stage"] = progress.stage();
   json["done"] = progress.done();
   json["total"] = progress.total();
-  json["share"] = progress.total() > 0 ? std::min(1.0, progress.done() / progress.total()) : 0.0;
+  json["share"] = std::round(1e4 * now.share) / 1e4;
   json["seconds_left"] = progress.seconds_left() < 0 ? Json(nullptr) : Json(progress.seconds_left());
+  json["place"] = place ? Json(*place) : Json(nullptr);
   return json;
 }
 
 /// What can be read of a dataset.
 enum class Readable : std::uint8_t { nothing, provisional, all };
 
-Json links_json(const std::string& prefix, Readable readable) {
+Json links_json(const std::string& path, Readable readable) {
   Json links;
-  links["self"] = prefix;
-  links["events"] = prefix + "/events";
+  links["self"] = path;
+  links["events"] = path + "/events";
   if (readable == Readable::nothing) return links;
-  links["manifest"] = prefix + "/manifest.json";
-  if (readable == Readable::all) links["mesh"] = prefix + "/mesh.glb";
-  links["tileset"] = prefix + "/tileset.json";
-  links["drc"] = prefix + "/tiles/{z}/{x}/{y}.drc";
-  links["glb"] = prefix + "/tiles/{z}/{x}/{y}.glb";
+  links["manifest"] = path + "/manifest.json";
+  if (readable == Readable::all) links["mesh"] = path + "/mesh.glb";
+  if (readable == Readable::all) links["pmtiles"] = path + ".pmtiles";
+  links["tileset"] = path + "/tileset.json";
+  links["drc"] = path + "/tiles/{z}/{x}/{y}.drc";
+  links["glb"] = path + "/tiles/{z}/{x}/{y}.glb";
   return links;
 }
 
@@ -52,11 +58,11 @@ const char* grid_name(pipeline::faces::Grid grid) {
 }
 
 /// A link as OGC API - Tiles has it. Geodetic rows count from the south, which the name of the tile matrix set does not say.
-Json link_json(const std::string& prefix, const pipeline::faces::Resource& resource) {
+Json link_json(const std::string& path, const pipeline::faces::Resource& resource) {
   const bool templated = resource.grid != pipeline::faces::Grid::none;
   Json link;
   link["rel"] = templated ? "item" : "alternate";
-  link["href"] = prefix + "/" + std::string(resource.path);
+  link["href"] = path + "/" + std::string(resource.path);
   link["type"] = std::string(resource.type);
   link["title"] = std::string(resource.about);
   if (!templated) return link;
@@ -88,8 +94,8 @@ std::string event_text(const std::string& name, const Json& data) {
 /// One client's stream: what it has seen, and whether it has seen the end.
 class EventStream {
  public:
-  EventStream(Service& service, std::string id, Token token)
-      : service_(service), id_(std::move(id)), token_(std::move(token)) {}
+  EventStream(Service& service, std::string id, std::string path, Token token)
+      : service_(service), id_(std::move(id)), path_(std::move(path)), token_(std::move(token)) {}
 
   /// Empty: nothing new.
   std::optional<std::string> next() {
@@ -97,19 +103,22 @@ class EventStream {
     // The version is read before the state: a change in between is then news again, and never lost.
     const auto now = service_.hub().now(id_);
     const bool silent = std::chrono::steady_clock::now() - said_ >= kKeepAlive;
-    if (started_ && now.version == seen_ && !silent) return "";
+    const auto place = !started_ || place_ ? service_.queue().place(id_) : std::nullopt;
+    const bool same = started_ && now.version == seen_ && place == place_;
+    if (same && !silent) return "";
     said_ = std::chrono::steady_clock::now();
-    if (started_ && now.version == seen_ && service_.find(id_)) return ": waiting\n\n";
+    if (same && service_.find(id_)) return ": waiting\n\n";
     started_ = true;
     seen_ = now.version;
+    place_ = service_.queue().place(id_);
     const auto dataset = service_.find(id_);
     const std::string tiles = dataset ? new_tiles(*dataset) : "";
     const bool changing = dataset && dataset->state == State::ready && updates::is_busy(service_, id_);
     ended_ = !dataset || (dataset->state == State::ready && !changing) || dataset->state == State::failed;
     if (!dataset) return event_text("failed", problem_json(unknown_dataset(id_)));
-    if (ended_ && dataset->state == State::ready) return tiles + event_text("ready", status_json(service_, *dataset, "../" + id_));
+    if (ended_ && dataset->state == State::ready) return tiles + event_text("ready", status_json(service_, *dataset, path_));
     if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
-    Json data = progress_json(now.progress.value_or(before_the_first(dataset->state)));
+    Json data = progress_json(*dataset, now, place_);
     data["state"] = to_string(dataset->state);
     return tiles + event_text("progress", data);
   }
@@ -127,9 +136,10 @@ class EventStream {
   }
 
   Service& service_;
-  std::string id_;
+  std::string id_, path_;
   Token token_;
   std::uint64_t seen_ = 0;
+  std::optional<std::size_t> place_;  ///< that was told
   std::chrono::steady_clock::time_point said_{};  ///< the last piece
   std::string told_;  ///< the last event of tiles
   bool started_ = false;
@@ -138,7 +148,7 @@ class EventStream {
 
 }  // namespace
 
-Json status_json(Service& service, const Dataset& dataset, const std::string& prefix) {
+Json status_json(Service& service, const Dataset& dataset, const std::string& path) {
   Json json;
   json["id"] = dataset.id;
   json["name"] = dataset.name;
@@ -149,12 +159,12 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
   const Json changes = updates::status(service, dataset.id);
   const bool changing = changes.is_object() && changes["pending"] > 0;
   const bool unfinished = dataset.state == State::queued || dataset.state == State::running || changing;
-  json["progress"] = unfinished && now.progress ? progress_json(*now.progress) : Json(nullptr);
+  json["progress"] = unfinished ? progress_json(dataset, now, service.queue().place(dataset.id)) : Json(nullptr);
   json["error"] = dataset.problem ? problem_json(*dataset.problem) : Json(nullptr);
   const bool building = dataset.state == State::queued || dataset.state == State::running;
   const bool provisional = building && service.library().provisional(dataset.id) != nullptr;
   json["provisional"] = provisional;
-  json["links"] = links_json(prefix, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
+  json["links"] = links_json(path, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
   if (changes.is_object()) json["updates"] = changes;
   json["notes"] = std::vector<std::string>(dataset.options.warnings().begin(), dataset.options.warnings().end());
   json["manifest"] = nullptr;
@@ -165,38 +175,39 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pr
     json["manifest"] = summary_json(manifest);
     json["notes"] = std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
     json["version"] = (*summary)->version;
-    json["links"]["version"] = prefix + "/versions/" + (*summary)->version;
+    json["links"]["version"] = path + "/versions/" + (*summary)->version;
   } else {
     json["error"] = problem_json(summary.problem());
   }
   return json;
 }
 
-Json faces_json(const std::string& prefix) {
+Json faces_json(const std::string& path) {
   Json faces = Json::array();
   for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
     const auto entry = pipeline::faces::find(face->entry);
     Json json;
     json["name"] = std::string(face->name);
     json["about"] = std::string(face->about);
-    json["href"] = prefix + "/" + std::string(face->entry);
+    json["href"] = path + "/" + std::string(face->entry);
     json["type"] = entry ? std::string(entry->resource->type) : "application/json";
     json["links"] = Json::array();
-    for (const auto& resource : face->resources) json["links"].push_back(link_json(prefix, resource));
+    for (const auto& resource : face->resources) json["links"].push_back(link_json(path, resource));
     faces.push_back(std::move(json));
   }
   return faces;
 }
 
-Response status_document(Service& service, const Dataset& dataset) {
-  Json json = status_json(service, dataset, dataset.id);
-  if (dataset.state == State::ready || json["provisional"] == true) json["faces"] = faces_json(dataset.id);
+Response status_document(Service& service, const Request& request, const Dataset& dataset) {
+  const std::string path = public_path(request, dataset.id);
+  Json json = status_json(service, dataset, path);
+  if (dataset.state == State::ready || json["provisional"] == true) json["faces"] = faces_json(path);
   Response response = json_response(200, json);
   response.set("Cache-Control", "no-store");
   return response;
 }
 
-Response event_stream(Service& service, const Dataset& dataset) {
+Response event_stream(Service& service, const Request& request, const Dataset& dataset) {
   Token token = service.wait_token();
   if (!token) {
     return problem_response(
@@ -206,7 +217,7 @@ Response event_stream(Service& service, const Dataset& dataset) {
   response.set("Content-Type", "text/event-stream");
   response.set("Cache-Control", "no-store");
   response.set("X-Accel-Buffering", "no");  // a proxy that collects the stream would defeat it
-  const auto stream = std::make_shared<EventStream>(service, dataset.id, std::move(token));
+  const auto stream = std::make_shared<EventStream>(service, dataset.id, public_path(request, dataset.id), std::move(token));
   response.next_piece = [stream] { return stream->next(); };
   return response;
 }

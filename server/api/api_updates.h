@@ -3,6 +3,7 @@
 #include "server/api/delivery.h"
 #include "server/http/json.h"
 #include "server/http/message.h"
+#include "server/datasets/more_rasters.h"
 #include "server/datasets/registry.h"
 #include "server/api/routes.h"
 
@@ -10,7 +11,8 @@ namespace cordillera::server::updates {
 
 /// Makes a dataset that is about to be kept one whose rasters can be changed: its folder gets the first change. dataset.raster:
 /// where it lies then.
-proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload);
+/// more: rasters behind it, in the upload's folder.
+proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload, const std::vector<MoreRaster>& more);
 /// What a raster is called by its address: "dem.tif" of https://example.org/dem.tif?x=1.
 std::string name_in(const std::string& address);
 

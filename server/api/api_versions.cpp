@@ -63,6 +63,19 @@ proto::Result<void> go_back(Service& service, const std::string& id, std::option
   return back;
 }
 
+/// A raster that came behind the first, as the dataset keeps it.
+proto::DatasetSource source_behind(const Dataset& dataset, const MoreRaster& raster) {
+  proto::DatasetSource source;
+  source.set_id(random_word(8));
+  source.set_added(dataset.created);
+  source.set_hash(raster.hash);
+  source.set_bytes(static_cast<double>(raster.bytes));
+  source.mutable_spec()->set_name(raster.name.empty() ? "raster" : raster.name);
+  source.mutable_spec()->set_path(raster_path(source.spec().name()));
+  source.mutable_spec()->mutable_options()->set_crs(dataset.options.crs());
+  return source;
+}
+
 }  // namespace
 
 Response versions(Service& service, const Dataset& dataset) {
@@ -122,7 +135,7 @@ Json status(Service& service, const std::string& id) {
   return json;
 }
 
-proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload) {
+proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload, const std::vector<MoreRaster>& more) {
   proto::SourceChange change;
   change.set_id(random_word(16));
   change.set_kind("add");
@@ -141,6 +154,10 @@ proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Up
   if (!error && delivery.address.empty()) {
     fs::rename(upload.folder() / upload.raster(), upload.folder() / dataset.raster, error);
     if (!error) source.set_bytes(static_cast<double>(fs::file_size(upload.folder() / dataset.raster, error)));
+  }
+  for (const MoreRaster& raster : more) {
+    const proto::DatasetSource& behind = *change.add_more() = source_behind(dataset, raster);
+    if (!error) fs::rename(upload.folder() / raster.file, upload.folder() / behind.spec().path(), error);
   }
   if (error || !sync_folder(upload.folder() / kSources))
     return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};

@@ -5,6 +5,7 @@
 
 #include "server/api/api.h"
 #include "server/http/json.h"
+#include "server/api/public_address.h"
 #include "server/datasets/ledger.h"
 
 namespace cordillera::server {
@@ -105,18 +106,19 @@ std::vector<Row> mounted(Service& service, std::int64_t after) {
   return rows;
 }
 
-std::string item_text(Service& service, const Row& row) {
-  const auto make = [&] { return ListText::item(status_json(service, *row, "datasets/" + row->id)); };
+std::string item_text(Service& service, const Request& request, const Row& row) {
+  const std::string path = public_path(request, row->id);
+  const auto make = [&] { return ListText::item(status_json(service, *row, path)); };
   const bool settled = row->state == State::ready && !service.mounts().has(row->id) && !service.ledger().holds(row->id);
   if (!settled) return make();
   const auto summary = service.library().summary(row->id);
-  return summary ? service.list_texts().of(row, *summary, make) : make();
+  return summary ? service.list_texts().of({row, *summary, path}, make) : make();
 }
 
-/// The same request from there on, relative to this one.
-std::string next_link(const Given& given, std::int64_t after) {
-  std::string link = "datasets?after=" + std::to_string(after);
-  for (const auto& [name, value] : given) {
+/// The same request from there on. folder: the path of the collection.
+std::string next_link(const std::string& folder, const Request& request, std::int64_t after) {
+  std::string link = folder + "?after=" + std::to_string(after);
+  for (const auto& [name, value] : request.query) {
     if (name == "after") continue;
     link.append("&").append(name).append("=");
     for (const char c : value) {
@@ -194,8 +196,8 @@ Response dataset_list(Service& service, const Request& request) {
   if (!query) return problem_response(query.problem());
   const Page page = page_of(service, request, *query);
   ListText list("datasets");
-  for (const Row& row : page.rows) list.add(item_text(service, row));
-  Response response = json_text_response(200, list.end("next", page.next ? Json(next_link(request.query, *page.next)) : Json(nullptr)));
+  for (const Row& row : page.rows) list.add(item_text(service, request, row));
+  Response response = json_text_response(200, list.end("next", page.next ? Json(next_link(public_prefix(request) + request.path, request, *page.next)) : Json(nullptr)));
   response.set("Cache-Control", "no-store");
   return response;
 }

@@ -22,8 +22,6 @@ std::optional<T> digits(std::string_view text) {
   return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
 }
 
-std::uint64_t most_bytes(const Service& service) { return std::uint64_t{service.settings().serve.limits.body_mib} << 20; }
-
 std::optional<proto::Problem> check_body(const Request& request, RasterIs raster, std::uint64_t limit, Delivery& delivery) {
   const bool bodiless = !request.header("transfer-encoding") && request.header("content-length").value_or("0") == "0";
   const char* elsewhere = !delivery.upload.empty() ? "upload" : !delivery.address.empty() ? "source" : "";
@@ -73,6 +71,8 @@ std::optional<proto::Problem> check_headers(const Request& request, Delivery& de
 }
 
 }  // namespace
+
+std::uint64_t most_bytes(const Service& service) { return std::uint64_t{service.settings().serve.limits.body_mib} << 20; }
 
 Request watched(const Request& request, limits::Space::Claim& claim, std::string* full) {
   Request watched = request;

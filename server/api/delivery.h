@@ -27,6 +27,9 @@ enum class RasterIs { needed, optional };
 proto::Result<Given> other_parameters(const Request& request, Delivery& delivery);
 /// Reads the headers, and checks that what was announced may come.
 std::optional<proto::Problem> check_delivery(const Service& service, const Request& request, RasterIs raster, Delivery& delivery);
+/// The largest body that the operator takes.
+std::uint64_t most_bytes(const Service& service);
+
 /// The raster into the upload, from the body or from the parts. Nothing where it is to be fetched.
 proto::Result<void> take_raster(Service& service, const Delivery& delivery, const Request& request, Upload& upload);
 

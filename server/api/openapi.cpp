@@ -28,6 +28,7 @@ std::string made_document() {
                               tag("uploads", "Rasters that arrive in parts and survive a broken connection"), tag("tiles", "What map and globe clients fetch"),
                               tag("versions", "The same, at addresses whose content never changes"),
                               tag("meshes", "Parts of a dataset for other programs"), tag("heights", "Elevation queries"),
+                              tag("stac", "Datasets as a catalog"),
                               tag("service", "The service itself")});
   json["paths"] = openapi_paths();
   json["components"] = openapi_components();

@@ -93,10 +93,10 @@ void add_datasets(Json& paths) {
   good["201"] = answer("The tiles are ready", "application/json", "dataset");
   good["202"] = answer("Queued; Location names the dataset", "application/json", "dataset");
   for (const char* status : {"201", "202"}) {
-    good[status]["headers"]["Location"] = {{"description", "the dataset, relative"}, {"schema", {{"type", "string"}}}};
+    good[status]["headers"]["Location"] = {{"description", "the path of the dataset"}, {"schema", {{"type", "string"}}}};
   }
   all["post"] = operation(Operation{
-      "post_dataset", "datasets", "Build tiles from a raster: the body is the raster itself, a form with it as its file and options as fields, or options as JSON. A PUT does the same", good, post_parameters()});
+      "post_dataset", "datasets", "Build tiles from a raster: the body is the raster itself, a form with rasters as its files and options as fields, or options as JSON. Several files become one dataset, the first wins. A PUT does the same", good, post_parameters()});
   all["post"]["requestBody"] = {{"required", false}, {"content", content_of("application/octet-stream", nullptr)}};
   for (const char* type : {"multipart/form-data", "application/json"}) all["post"]["requestBody"]["content"][type]["schema"] = {{"type", "object"}};
 
@@ -108,6 +108,12 @@ void add_datasets(Json& paths) {
                                    "datasets",
                                    "State, progress, links, and what there is to fetch",
                                    {{"200", answer("The dataset", "application/json", "dataset")}}});
+  one["patch"] = operation(Operation{"describe_dataset",
+                                     "datasets",
+                                     "Change title, attribution or private, as JSON or in the query; for who posted it, or an admin",
+                                     {{"200", answer("The dataset", "application/json", "dataset")}},
+                                     Json::array({query("title", "text"), query("attribution", "text"), query("private", "1: read with a token only; 0: by everybody")})});
+  one["patch"]["requestBody"] = {{"required", false}, {"content", content_of("application/json", "description")}};
   one["delete"] = operation(Operation{"delete_dataset",
                                       "datasets",
                                       "Remove a dataset; a running build is cancelled",
@@ -197,6 +203,27 @@ void add_service(Json& paths) {
   get("/readyz", "readiness", "The service takes work", "application/json", "health");
 }
 
+void add_stac(Json& paths) {
+  const auto get = [&](const char* path, const char* id, const char* summary, const char* type, const Json& parameters = {}) {
+    item(paths, path)["get"] = operation({id, "stac", summary, {{"200", answer(summary, type)}}, parameters});
+  };
+  const char* geo = "application/geo+json";
+  get("/stac", "stac", "Landing page of STAC 1.0 and OGC API - Common", "application/json");
+  get("/stac/conformance", "stac_conformance", "What it conforms to", "application/json");
+  get("/stac/collections", "stac_collections", "The one collection", "application/json");
+  get("/stac/collections/datasets", "stac_collection", "The collection of all datasets", "application/json");
+  get("/stac/collections/datasets/items", "stac_items", "Datasets that are ready as items, newest first, at most 100 a page; the link `next` leads on", geo,
+      Json::array({query("limit", "most items of a page, 1 to 100"), query("after", "where the page before ended; the link `next` has it"),
+                   query("bbox", "only those that touch this box: west,south,east,north in degrees")}));
+  get("/stac/collections/datasets/items/{id}", "stac_item", "A dataset as an item", geo);
+}
+
+/// Answers by ranges of bytes.
+void add_ranges(Json& good) {
+  good["206"] = {{"description", "The part that Range asked for"}};
+  good["416"] = problem_answer();
+}
+
 /// Of documents and tiles. 204: where the resource says that a place without data is no error.
 Json good_answers(const std::string& about, const std::string& type) {
   Json good;
@@ -267,10 +294,19 @@ void add_meshes(Json& paths) {
   for (const char* type : {"model/gltf-binary", "model/obj", "model/stl"}) {
     good["200"]["content"][type] = {{"schema", Json::object()}};
   }
+  add_ranges(good);
   add_reading(paths, "mesh.{mesh_format}",
               {"mesh", "meshes",
                "A tile, a level or a box as one mesh of at most " + std::to_string(kMostTrianglesOverHttp) + " triangles", good,
                parameters});
+}
+
+void add_archive(Json& paths) {
+  Json good = good_answers("The archive", "application/vnd.pmtiles");
+  add_ranges(good);
+  item(paths, "/v1/datasets/{id}.pmtiles")["get"] =
+      operation({"archive", "tiles", "All tiles of a format as a PMTiles archive, whole or by ranges; made when it is first asked for", good,
+                 Json::array({query("format", "a format with tiles; without it Terrain-RGB")})});
 }
 
 }  // namespace
@@ -287,6 +323,8 @@ Json openapi_paths() {
   add_faces(paths);
   add_elevation(paths);
   add_meshes(paths);
+  add_archive(paths);
+  add_stac(paths);
   return paths;
 }
 

@@ -48,7 +48,7 @@ Json dataset() {
   properties["progress"] = or_null("progress");
   properties["error"] = or_null("problem");
   properties["links"] = {
-      {"type", "object"}, {"additionalProperties", {{"type", "string"}}}, {"description", "relative to this document"}};
+      {"type", "object"}, {"additionalProperties", {{"type", "string"}}}, {"description", "paths, below the prefix that a proxy told in X-Forwarded-Prefix"}};
   properties["notes"] = {{"type", "array"}, {"items", {{"type", "string"}}},
                          {"description", "sentences for people: voids that were filled, options of an older spelling"}};
   properties["manifest"] = {{"type", Json::array_t{"object", "null"}},
@@ -61,20 +61,21 @@ Json dataset() {
 
 Json progress() {
   Json properties;
-  properties["stage"] = text("queued, open, provisional, plan, build, merge or publish");
+  properties["stage"] = text("queued, fetch, provisional, open, plan, build, merge or publish");
   properties["done"] = number("of total");
   properties["total"] = number("samples, tiles or steps");
-  properties["share"] = number("0 to 1");
+  properties["share"] = number("of all stages together, 0 to 1; never less than before");
+  properties["place"] = {{"type", Json::array_t{"integer", "null"}}, {"description", "in the queue, 1 for the next; null while it is built"}};
   properties["seconds_left"] = {{"type", Json::array_t{"number", "null"}},
                                 {"description", "of the stage; null while nobody can tell"}};
-  return object(properties, {"stage", "done", "total", "share", "seconds_left"});
+  return object(properties, {"stage", "done", "total", "share", "seconds_left", "place"});
 }
 
 Json face() {
   Json properties;
   properties["name"] = text("as --formats has it");
   properties["about"] = text("which clients read it");
-  properties["href"] = text("what a client is given; relative to this document");
+  properties["href"] = text("path of what a client is given");
   properties["type"] = text("its media type");
   properties["links"] = list_of("link");
   return object(properties, {"name", "about", "href", "type", "links"});
@@ -83,7 +84,7 @@ Json face() {
 Json link() {
   Json properties;
   properties["rel"] = text("item: tiles; alternate: a document");
-  properties["href"] = text("relative to this document; braces where it is templated");
+  properties["href"] = text("a path; braces where it is templated");
   properties["type"] = text("media type");
   properties["title"] = text("what it is");
   properties["templated"] = {{"type", "boolean"}};
@@ -152,9 +153,10 @@ Json schemas() {
   Json all;
   all["problem"] = problem();
   all["dataset"] = dataset();
-  all["datasets"] = object({{"datasets", list_of("dataset")}, {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "the next page, relative to this one; null: this is the last"}}}},
+  all["datasets"] = object({{"datasets", list_of("dataset")}, {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "path of the next page; null: this is the last"}}}},
                             Json::array_t{"datasets", "next"});
   all["progress"] = progress();
+  all["description"] = object({{"title", text("one that is not empty")}, {"attribution", text("one that is not empty")}, {"private", {{"type", "boolean"}}}}, Json::array_t{});
   all["face"] = face();
   all["link"] = link();
   all["elevations"] = elevations();

@@ -29,11 +29,17 @@ std::string public_folder(const Request& request) {
   if (host.empty()) host = word(request, "host", kInHost);
   if (host.empty()) return "";
   const std::string scheme = word(request, "x-forwarded-proto", "") == "https" ? "https" : "http";
+  return scheme + "://" + host + public_prefix(request) + request.path.substr(0, request.path.rfind('/') + 1);
+}
+
+std::string public_prefix(const Request& request) {
   std::string prefix = word(request, "x-forwarded-prefix", "/.-_~");
   while (!prefix.empty() && prefix.back() == '/') prefix.pop_back();
-  if (!prefix.empty() && prefix.front() != '/') prefix.insert(0, "/");
-  return scheme + "://" + host + prefix + request.path.substr(0, request.path.rfind('/') + 1);
+  const std::size_t begin = std::min(prefix.find_first_not_of('/'), prefix.size());  // two at the start would begin a host
+  return prefix.empty() ? "" : "/" + prefix.substr(begin);
 }
+
+std::string public_path(const Request& request, const std::string& id) { return public_prefix(request) + "/v1/datasets/" + id; }
 
 void make_absolute(const Request& request, Response& response) {
   const std::string folder = public_folder(request);

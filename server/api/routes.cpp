@@ -1,5 +1,6 @@
 #include "server/api/routes.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "pipeline/exports/mesh_output.h"
@@ -15,6 +16,21 @@ std::vector<std::string_view> split(std::string_view path) {
     if (slash == std::string_view::npos) return parts;
     path.remove_prefix(slash + 1);
   }
+}
+
+constexpr std::string_view kArchive = ".pmtiles";
+
+/// Below /stac: nothing, conformance, collections, collections/datasets, …/items and …/items/{id}.
+Route stac_route(std::string_view rest) {
+  constexpr std::string_view kItems = "collections/datasets/items/";
+  Route route;
+  const bool known = rest.empty() || rest == "conformance" || rest == "collections" || rest == "collections/datasets" || rest == "collections/datasets/items";
+  const bool item = rest.starts_with(kItems) && is_id(rest.substr(kItems.size()));
+  if (!known && !item) return route;
+  route.resource = Resource::stac;
+  route.path = std::string(rest);
+  if (item) route.id = std::string(rest.substr(kItems.size()));
+  return route;
 }
 
 /// What a dataset has and a version of it has not.
@@ -52,6 +68,7 @@ Route parse_route(std::string_view path) {
   if (path == "/v1/uploads") route.resource = Resource::uploads;
   if (path == "/v1/datasets") route.resource = Resource::datasets;
   if (route.resource != Resource::none) return route;
+  if (path == "/stac" || path.starts_with("/stac/")) return stac_route(path.substr(std::min<std::size_t>(6, path.size())));
   if (path.empty() || path[0] != '/') return {};
   if (parts.size() < 2 || parts[1] != "v1") {
     route.resource = Resource::page;
@@ -60,6 +77,11 @@ Route parse_route(std::string_view path) {
   if (parts.size() == 4 && parts[2] == "uploads" && is_id(parts[3])) {
     route.resource = Resource::upload;
     route.id = std::string(parts[3]);
+    return route;
+  }
+  if (parts.size() == 4 && parts[2] == "datasets" && parts[3].ends_with(kArchive) && is_id(parts[3].substr(0, parts[3].size() - kArchive.size()))) {
+    route.resource = Resource::archive;
+    route.id = std::string(parts[3].substr(0, parts[3].size() - kArchive.size()));
     return route;
   }
   if (parts.size() < 4 || parts[2] != "datasets" || !is_id(parts[3])) return {};
@@ -99,6 +121,8 @@ std::string route_name(const Route& route) {
     case Resource::rollback: return "rollback";
     case Resource::elevation: return "elevation";
     case Resource::mesh: return "mesh";
+    case Resource::archive: return "archive";
+    case Resource::stac: return "stac";
     case Resource::page: return "viewer";
     case Resource::face: break;
   }
@@ -115,7 +139,7 @@ std::string allowed_methods(Resource resource) {
     case Resource::datasets: return "GET, HEAD, POST, PUT, OPTIONS";
     case Resource::sources:
     case Resource::elevation: return "GET, HEAD, POST, OPTIONS";
-    case Resource::dataset: return "GET, HEAD, DELETE, OPTIONS";
+    case Resource::dataset: return "GET, HEAD, PATCH, DELETE, OPTIONS";
     case Resource::source: return "GET, HEAD, PUT, DELETE, OPTIONS";
     case Resource::rollback:
     case Resource::uploads: return "POST, OPTIONS";

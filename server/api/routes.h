@@ -28,6 +28,8 @@ enum class Resource {
   rollback,     ///< …/rollback
   elevation,    ///< …/elevation
   mesh,         ///< …/mesh.glb and others
+  archive,      ///< /v1/datasets/{id}.pmtiles
+  stac,         ///< /stac and what is below it
   face,         ///< whatever a face has below …/{id}
   page,         ///< the viewer and its files
 };
@@ -36,7 +38,7 @@ struct Route {
   Resource resource = Resource::none;
   std::string id;
   std::string version;           ///< of …/{id}/versions/{version}/…; empty without one
-  std::string path;              ///< what follows …/{id}/ or the version
+  std::string path;              ///< what follows …/{id}/ or the version; of stac, what follows /stac/
   pipeline::faces::Found found;  ///< of a face
 };
 

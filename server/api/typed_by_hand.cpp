@@ -51,8 +51,6 @@ std::string name_in_path(const Request& request) {
   return name.find('/') == name.npos ? name : "";
 }
 
-std::string up_from(const Request& request) { return request.path == kCollection ? "" : "../"; }
-
 std::optional<Response> without_slash(const Request& request) {
   if (!reads(request) || !has_slash(request.path)) return std::nullopt;
   const std::string path = stripped(request.path);

@@ -16,8 +16,6 @@ Route route_meant(const Request& request);
 
 /// Of a request on the collection: the name that curl added to its path, or empty.
 std::string name_in_path(const Request& request);
-/// From the path that was asked for to the one that relative links in the answer begin at: "../" where a slash or a name is too many.
-std::string up_from(const Request& request);
 
 /// To a GET below /v1 with a slash too many: 308, for relative links in the answer would lead elsewhere. None: there is nothing at the path without it.
 std::optional<Response> without_slash(const Request& request);

@@ -1,5 +1,7 @@
 #include "server/client/events.h"
 
+#include <cmath>
+
 namespace cordillera::server::client {
 namespace {
 
@@ -9,9 +11,11 @@ proto::Progress progress_in(const Json& json) {
     const auto found = json.find(name);
     return found != json.end() && found->is_number() ? found->get<double>() : missing;
   };
-  progress.set_stage(json.value("stage", "queued"));
-  progress.set_done(number("done", 0));
-  progress.set_total(number("total", 0));
+  const double place = number("place", 0), share = number("share", 0);
+  progress.set_stage(json.value("stage", "queued") + (place > 0 ? ", place " + std::to_string(std::lround(place)) : ""));
+  // The share of all stages: one bar that never goes back.
+  progress.set_done(100 * share);
+  progress.set_total(place > 0 || number("total", 0) == 0 ? 0 : 100);
   progress.set_seconds_left(number("seconds_left", -1));
   return progress;
 }

@@ -21,6 +21,7 @@ struct Layout {
   std::filesystem::path incoming() const { return root / "incoming"; }  ///< uploads under way; emptied at every start
   std::filesystem::path orphans() const { return root / "orphans"; }  ///< folders that no dataset could be made of; `vacuum --orphans` empties it
   std::filesystem::path removed() const { return root / "removed"; }  ///< on their way out; emptied at every start
+  std::filesystem::path archives() const { return root / "archives"; }  ///< that were asked for; emptied at every start
   std::filesystem::path datasets() const { return root / "datasets"; }
   std::filesystem::path dataset(const std::string& id) const { return datasets() / id; }
   std::filesystem::path store(const std::string& id) const { return dataset(id) / kStoreFile; }

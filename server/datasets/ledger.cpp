@@ -88,6 +88,7 @@ proto::Result<std::vector<proto::DatasetSource>> applied(std::vector<proto::Data
                                                          const proto::SourceChange& change) {
   if (change.kind() == "add") {
     insert(sources, change.position(), change.source());
+    for (int k = 0; k < change.more_size(); ++k) insert(sources, std::size_t{change.position()} + static_cast<std::size_t>(k) + 1, change.more(k));
     return sources;
   }
   const auto place = place_of(sources, change.source().id());
@@ -198,7 +199,10 @@ void Ledger::tidy(const std::string& id, std::size_t keep) {
     if (const auto version = version_in(kept_store(folder, number))) name_sources(version->sources());
   }
   const proto::SourceChanges changes = read_file(folder);
-  for (const proto::SourceChange& change : changes.pending()) named.insert(folder / change.source().spec().path());
+  for (const proto::SourceChange& change : changes.pending()) {
+    named.insert(folder / change.source().spec().path());
+    name_sources(change.more());
+  }
   // What is being built goes on there.
   if (changes.pending_size() > 0)
     named.insert({folder / kTargetFile, folder / "job.json", folder / kNextStore, folder / (std::string(kNextStore) + "-wal")});

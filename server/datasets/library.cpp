@@ -68,7 +68,7 @@ Library::Open Library::too_much() {
 
 proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open(const std::string& id) {
   if (mounts_.has(id)) return mounts_.open(id);
-  auto terrain = open_file(id, layout_.store(id));
+  auto terrain = open_file(id, layout_.store(id), id);
   if (!terrain) return unreadable(id, terrain.problem());
   return terrain;
 }
@@ -76,11 +76,12 @@ proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open(con
 std::shared_ptr<const pipeline::faces::Terrain> Library::provisional(const std::string& id) {
   std::error_code error;
   if (!std::filesystem::exists(layout_.provisional(id), error)) return nullptr;
-  auto terrain = open_file(provisional_key(id), layout_.provisional(id));
+  auto terrain = open_file(provisional_key(id), layout_.provisional(id), id);
   return terrain ? *terrain : nullptr;
 }
 
-proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open_file(const std::string& key, const std::filesystem::path& file) {
+proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open_file(const std::string& key, const std::filesystem::path& file,
+                                                                                  const std::string& id) {
   std::uint64_t before = 0;
   Open closed;  // stands before the lock: what is freed is freed without it
   {
@@ -92,7 +93,7 @@ proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open_fil
     if (terrain) return terrain;
   }
   // Without the lock: who reads another dataset does not wait for this one's disk.
-  auto reader = pipeline::StoreReader::open(file.string());
+  auto reader = pipeline::open_store_with(file.string(), words(id));
   if (!reader) return reader.problem();
   auto terrain = std::make_shared<const pipeline::faces::Terrain>(std::move(reader).value());
   const std::lock_guard lock(mutex_);
@@ -115,8 +116,9 @@ proto::Result<std::shared_ptr<const Summary>> Library::summary(const std::string
     before = forgotten_;
     if (const auto known = summaries_.find(id); known != summaries_.end()) return known->second;
   }
-  const auto manifest = pipeline::StoreReader::manifest_of(layout_.store(id).string());
+  auto manifest = pipeline::StoreReader::manifest_of(layout_.store(id).string());
   if (!manifest) return unreadable(id, manifest.problem());
+  pipeline::put_words(words(id), *manifest);
   auto summary = summary_of(*manifest);
   const std::lock_guard lock(mutex_);
   if (forgotten_ == before) summaries_.insert_or_assign(id, summary);

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "pipeline/faces/terrain.h"
+#include "pipeline/store/store_words.h"
 #include "server/datasets/layout.h"
 #include "server/metrics/service_metrics.h"
 #include "server/datasets/mounts.h"
@@ -50,6 +51,9 @@ class Library {
   proto::Result<std::shared_ptr<const Summary>> summary(const std::string& id);
   /// Whether a dataset has not been deleted: one that is deleted loses its files while others read it, and is not damaged. Before the first use.
   void set_existence_check(IsThere is_there) { is_there_ = std::move(is_there); }
+  /// What title and attribution a dataset has now. Before the first use; forget() after every change.
+  using WordsOf = std::function<pipeline::Words(const std::string& id)>;
+  void set_words(WordsOf words_of) { words_of_ = std::move(words_of); }
   /// What was read of a dataset is not what was written: the answer to whoever asked, told to the operator too. Of one that was deleted
   /// meanwhile: that there is none.
   proto::Problem damaged(const std::string& id, const std::string& why);
@@ -64,7 +68,8 @@ class Library {
   proto::Problem unreadable(const std::string& id, const proto::Problem& why);
   using Open = std::list<std::pair<std::string, std::shared_ptr<const pipeline::faces::Terrain>>>;
   std::shared_ptr<const pipeline::faces::Terrain> find(const std::string& key);
-  proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open_file(const std::string& key, const std::filesystem::path& file);
+  proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open_file(const std::string& key, const std::filesystem::path& file, const std::string& id);
+  pipeline::Words words(const std::string& id) const { return words_of_ ? words_of_(id) : pipeline::Words(); }
   Open too_much();
 
   Layout layout_;
@@ -72,6 +77,7 @@ class Library {
   Mounts& mounts_;
   const LibraryBounds bounds_;
   IsThere is_there_;
+  WordsOf words_of_;
   std::mutex mutex_;
   Open open_;  ///< the last used first; provisional ones under names that are no ids
   std::unordered_map<std::string, std::shared_ptr<const Summary>> summaries_;

@@ -7,18 +7,19 @@ constexpr std::size_t kMostTexts = 100'000;     // a kilobyte each
 
 }  // namespace
 
-std::string ListTexts::of(const Row& row, const std::shared_ptr<const Summary>& summary, const Make& make) {
+std::string ListTexts::of(const Subject& subject, const Make& make) {
+  const auto& [row, summary, path] = subject;
   std::shared_ptr<const std::string> text;
   {
     const std::lock_guard lock(mutex_);
     const auto known = known_.find(row->id);
-    if (known != known_.end() && known->second.row == row && known->second.summary == summary) text = known->second.text;
+    if (known != known_.end() && known->second.row == row && known->second.summary == summary && known->second.path == path) text = known->second.text;
   }
   if (text) return *text;
   text = std::make_shared<const std::string>(make());
   const std::lock_guard lock(mutex_);
   if (known_.size() >= kMostTexts) known_.clear();
-  known_[row->id] = {row, summary, text};
+  known_[row->id] = {row, summary, path, text};
   return *text;
 }
 

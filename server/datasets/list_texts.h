@@ -15,14 +15,21 @@ namespace cordillera::server {
 class ListTexts {
  public:
   using Make = std::function<std::string()>;
-  /// make() unless it is known for this row and this summary.
-  std::string of(const Row& row, const std::shared_ptr<const Summary>& summary, const Make& make);
+  /// Of what an item says.
+  struct Subject {
+    const Row& row;
+    const std::shared_ptr<const Summary>& summary;
+    const std::string& path;  ///< as the client sees it
+  };
+  /// make() unless it is known of just this.
+  std::string of(const Subject& subject, const Make& make);
   void forget(const std::string& id);
 
  private:
   struct Known {
     Row row;
     std::shared_ptr<const Summary> summary;
+    std::string path;
     std::shared_ptr<const std::string> text;
   };
   std::mutex mutex_;

@@ -1,5 +1,9 @@
 #include "server/datasets/progress_hub.h"
 
+#include <algorithm>
+
+#include "server/datasets/whole_share.h"
+
 namespace cordillera::server {
 
 void ProgressHub::tell() {
@@ -16,7 +20,8 @@ void ProgressHub::listen(std::function<void()> listener) {
 void ProgressHub::publish(const std::string& id, const proto::Progress& progress) {
   {
     const std::lock_guard lock(mutex_);
-    last_[id] = {++clock_, progress};
+    const double before = last_[id].share;
+    last_[id] = {++clock_, progress, std::max(before, whole_share(progress))};
   }
   tell();
 }
@@ -25,6 +30,14 @@ void ProgressHub::touch(const std::string& id) {
   {
     const std::lock_guard lock(mutex_);
     last_[id].version = ++clock_;
+  }
+  tell();
+}
+
+void ProgressHub::ended(const std::string& id) {
+  {
+    const std::lock_guard lock(mutex_);
+    last_[id] = {++clock_, std::nullopt, 0};
   }
   tell();
 }

@@ -19,9 +19,12 @@ class ProgressHub {
   struct Snapshot {
     std::uint64_t version = 0;  ///< grows with every change of this dataset; 0: nothing was ever said
     std::optional<proto::Progress> progress;
+    double share = 0;  ///< of all stages together, 0 to 1; never less than before, also where a stage is done again
   };
 
   void publish(const std::string& id, const proto::Progress& progress);
+  /// The job is over: the next one of this dataset begins at 0. Tells as touch() does.
+  void ended(const std::string& id);
   /// The dataset's state changed: wakes whoever waits for it.
   void touch(const std::string& id);
   void forget(const std::string& id);

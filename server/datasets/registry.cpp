@@ -62,6 +62,15 @@ class KeptRegistry : public Registry {
       return changed;
     });
   }
+  void describe(const std::string& id, const proto::BuildOptions& options, bool is_private) override {
+    write(id, [&] { file_->describe(id, options, is_private); }, [&](Row row) -> Row {
+      if (!row) return nullptr;
+      auto changed = std::make_shared<Dataset>(*row);
+      changed->options = options;
+      changed->is_private = is_private;
+      return changed;
+    });
+  }
   void remove(const std::string& id) override {
     write(id, [&] { file_->remove(id); }, [](const Row&) { return nullptr; });
   }

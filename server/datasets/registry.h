@@ -79,6 +79,8 @@ class Registry {
   std::vector<Row> list() const { return below(kBeforeAll, std::numeric_limits<std::int64_t>::max()); }
   virtual StateCounts counts() const = 0;
   virtual void set_state(const std::string& id, State state, const std::optional<proto::Problem>& problem) = 0;
+  /// What may change of a dataset that is there: title and attribution in its options, and who may read it.
+  virtual void describe(const std::string& id, const proto::BuildOptions& options, bool is_private) = 0;
   virtual void remove(const std::string& id) = 0;
   /// Folds the log in and gives free pages back.
   virtual void compact() = 0;

@@ -247,6 +247,11 @@ void RegistryFile::set_state(const std::string& id, State state, const std::opti
   Statement(db_, "UPDATE datasets SET state = ?, problem = ? WHERE id = ?").bind(to_string(state)).bind(text).bind(id).run();
 }
 
+void RegistryFile::describe(const std::string& id, const proto::BuildOptions& options, bool is_private) {
+  const std::lock_guard lock(mutex_);
+  Statement(db_, "UPDATE datasets SET options = ?, private = ? WHERE id = ?").bind(to_json_line(options)).bind(is_private ? "1" : "").bind(id).run();
+}
+
 void RegistryFile::remove(const std::string& id) {
   const std::lock_guard lock(mutex_);
   Statement(db_, "DELETE FROM datasets WHERE id = ?").bind(id).run();

@@ -25,6 +25,7 @@ class RegistryFile : public Registry {
   std::vector<Row> below(std::int64_t number, std::size_t most) const override;
   StateCounts counts() const override;
   void set_state(const std::string& id, State state, const std::optional<proto::Problem>& problem) override;
+  void describe(const std::string& id, const proto::BuildOptions& options, bool is_private) override;
   void remove(const std::string& id) override;
   void compact() override;
 

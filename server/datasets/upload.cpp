@@ -7,34 +7,12 @@
 #include <random>
 
 #include "server/http/digest.h"
-#include "server/files/write_all.h"
+#include "server/files/new_file.h"
 
 namespace cordillera::server {
 namespace {
 
 namespace fs = std::filesystem;
-
-class File {
- public:
-  explicit File(const fs::path& path) : descriptor_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0640)) {}
-  ~File() { close(); }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-
-  bool is_open() const { return descriptor_ >= 0; }
-  bool write(std::string_view bytes) { return write_all(descriptor_, bytes); }
-  /// False if not everything is on disk.
-  bool close() {
-    if (descriptor_ < 0) return false;
-    const bool synced = fsync(descriptor_) == 0;
-    const bool closed = ::close(descriptor_) == 0;
-    descriptor_ = -1;
-    return synced && closed;
-  }
-
- private:
-  int descriptor_;
-};
 
 proto::Problem too_large(std::uint64_t limit) {
   return {"body-too-large", "the body is larger than this service takes", "at most " + std::to_string(limit >> 20) + " MiB", ""};
@@ -63,7 +41,7 @@ Upload::~Upload() {
 
 proto::Result<void> Upload::receive(const Request& request, std::uint64_t limit, std::optional<std::uint64_t> expected) {
   if (expected && *expected > limit) return too_large(limit);
-  File file(folder_ / raster_);
+  NewFile file(folder_ / raster_);
   if (!file.is_open()) return cannot_write();
   Digest digest;
   std::uint64_t size = 0;

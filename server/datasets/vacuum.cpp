@@ -69,7 +69,7 @@ proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
   Vacuumed done;
   try {
     adopt_folders(layout, **registry);
-    for (const fs::path& folder : {layout.incoming(), layout.removed(), orphans == Orphans::remove ? layout.orphans() : fs::path()}) {
+    for (const fs::path& folder : {layout.incoming(), layout.removed(), layout.archives(), orphans == Orphans::remove ? layout.orphans() : fs::path()}) {
       for (const auto& entry : fs::directory_iterator(folder, error)) remove(entry.path(), done);
     }
     for (const auto& entry : fs::directory_iterator(layout.orphans(), error)) done.orphans += entry.exists() ? 1 : 0;

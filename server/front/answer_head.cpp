@@ -26,16 +26,17 @@ std::string answer_head(const Response& response, const AnswerForm& form) {
   out.append("HTTP/1.1 ").append(std::to_string(response.status)).append(" ").append(reason_of(response.status)).append("\r\n");
   if (!form.date.empty()) add_header(out, "Date", form.date);
   add_header(out, "Server", "Cordillera");
-  add_header(out, "Accept-Ranges", "none");
+  if (response.header("Accept-Ranges").empty()) add_header(out, "Accept-Ranges", "none");
   bool typed = response.lines != nullptr;
   if (response.lines) out.append(*response.lines);
   for (const auto& [name, value] : response.headers) {
     typed = typed || name == "Content-Type";
     add_header(out, name, value);
   }
+  const std::uint64_t length = response.length.value_or(response.bytes().size());
   if (!is_bodiless(response.status)) {
-    if (!typed && (form.ending != Ending::length || !response.bytes().empty())) add_header(out, "Content-Type", "application/octet-stream");
-    if (form.ending == Ending::length) add_header(out, "Content-Length", std::to_string(response.bytes().size()));
+    if (!typed && (form.ending != Ending::length || length > 0)) add_header(out, "Content-Type", "application/octet-stream");
+    if (form.ending == Ending::length) add_header(out, "Content-Length", std::to_string(length));
     if (form.ending == Ending::chunks) add_header(out, "Transfer-Encoding", "chunked");
   }
   if (!form.keep_alive) add_header(out, "Connection", "close");

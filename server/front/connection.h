@@ -123,6 +123,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Response::Later awaited_;
   std::function<std::optional<std::string>()> pieces_;
   bool chunks_ = false;
+  std::uint64_t pieces_left_ = 0;  ///< bytes that pieces still have, where their length was said
   std::string out_head_;
   std::shared_ptr<const std::string> out_body_;  ///< null: none
   AnswerBudget::Share unsent_;                   ///< of a large body

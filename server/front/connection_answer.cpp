@@ -1,6 +1,7 @@
 // The answer to a request: at once, later, or piece by piece.
 #include <poll.h>
 
+#include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
 #include <charconv>
@@ -55,7 +56,7 @@ void Connection::respond(Response response) {
   if (shared_.stopping) keep_ = false;
   const bool head_only = request_.method == "HEAD" || is_bodiless(response.status);
   if (!head_only && !take_out(response)) return respond_with(too_much_unsent());
-  const Ending ending = !response.next_piece ? Ending::length : old_ ? Ending::connection : Ending::chunks;
+  const Ending ending = !response.next_piece || response.length ? Ending::length : old_ ? Ending::connection : Ending::chunks;
   if (ending == Ending::connection) keep_ = false;
   status_ = response.status;
   problem_ = response.problem;
@@ -63,7 +64,8 @@ void Connection::respond(Response response) {
   out_at_ = out_bytes_ = 0;
   chunks_ = ending == Ending::chunks;
   pieces_ = head_only ? nullptr : std::move(response.next_piece);
-  answer_pace_.start(out_body_ ? out_body_->size() : 0);
+  pieces_left_ = pieces_ ? response.length.value_or(0) : 0;
+  answer_pace_.start(std::max<std::uint64_t>(out_body_ ? out_body_->size() : 0, pieces_left_));
   write();
 }
 
@@ -115,6 +117,11 @@ void Connection::pump() {
   const auto piece = pieces_();
   state_ = State::streaming;
   if (piece && piece->empty()) return;
+  if (pieces_left_ > 0) {
+    if (!piece || piece->size() > pieces_left_) return close();  // what was promised is not there: the client must not take it for the whole
+    pieces_left_ -= piece->size();
+    if (pieces_left_ == 0) pieces_ = nullptr;
+  }
   out_head_.clear();
   out_at_ = 0;
   if (piece) {
@@ -150,7 +157,11 @@ void Connection::write() {
     out_at_ += count;
     out_bytes_ += count;
   }
-  pieces_ ? pump() : answered();
+  if (!pieces_) return answered();
+  if (pieces_left_ == 0) return pump();
+  later([self = shared_from_this()] {  // other connections first
+    if (self->state_ == State::writing && self->pieces_) self->pump();
+  });
 }
 
 void Connection::answered() {

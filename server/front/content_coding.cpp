@@ -32,7 +32,7 @@ std::shared_ptr<const std::string> ContentCoder::kept(const std::string& name, c
 void ContentCoder::encode(const Request& request, Response& response) {
   const bool reads = request.method == "GET" || request.method == "HEAD";
   if (!reads || response.bytes().size() < kWorthIt || !is_compressible(response.header("Content-Type"))) return;
-  if (!response.header("Content-Encoding").empty()) return;
+  if (!response.header("Content-Encoding").empty() || response.status == 206) return;  // a part is one of the bytes as they are
   const std::string tag = response.header("ETag");
   const bool keep = response.status == 200 && !tag.empty();
   const char* coding = accepts(request, "br") ? "br" : accepts(request, "gzip") ? "gzip" : nullptr;

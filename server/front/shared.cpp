@@ -11,8 +11,9 @@ namespace {
 
 std::size_t cores() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 64); }
 
-/// Ranges are answered with the whole, as any server may: tiles are small. One that is none is a mistake that the client should see.
+/// One of bytes that is none is a mistake that the client should see; of another unit it is to be ignored (RFC 9110, 14.2).
 bool is_range(const std::string& header) {
+  if (!header.starts_with("bytes")) return true;
   static const std::regex kRanges(R"(bytes=(\d+-\d*|-\d+)(\s*,\s*(\d+-\d*|-\d+))*)");
   return header.size() < 256 && std::regex_match(header, kRanges);
 }
@@ -57,7 +58,7 @@ Response answer_of(Shared& shared, const Request& request) {
     return refusal({"service-busy", "the service has hardly any memory left", "asking again later, or starting it with more", ""});
   }
   if (const auto range = request.header("range"); range && !is_range(*range)) {
-    return refusal({"range-invalid", "the Range header cannot be read", "no Range header: ranges are not served", "Range"});
+    return refusal({"range-invalid", "the Range header cannot be read", "bytes=FIRST-LAST, bytes=FIRST- or bytes=-LAST_SO_MANY; meshes and archives have ranges", "Range"});
   }
   try {
     Response response = shared.api.handle(request);

@@ -64,7 +64,7 @@ std::optional<FormReader> FormReader::of(const std::string& content_type) {
 }
 
 bool FormReader::fail(const std::string& why) {
-  problem_ = proto::Problem{"form-invalid", "the form cannot be read: " + why, "curl -F file=@dem.tif -F error=5 …: one file, and options as fields", ""};
+  problem_ = proto::Problem{"form-invalid", "the form cannot be read: " + why, "curl -F file=@dem.tif -F error=5 …: rasters as files, and options as fields", ""};
   return false;
 }
 
@@ -127,9 +127,8 @@ bool FormReader::head() {
     state_ = State::field;
     return true;
   }
-  if (has_file_) return fail("it holds two files");
-  has_file_ = true;
-  file_name_ = file->substr(file->find_last_of("/\\") + 1);
+  if (file_names_.size() == kMostFiles) return fail("it holds more than " + std::to_string(kMostFiles) + " files");
+  file_names_.push_back(file->substr(file->find_last_of("/\\") + 1));
   state_ = State::file;
   return true;
 }

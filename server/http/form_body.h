@@ -1,5 +1,5 @@
 #pragma once
-// multipart/form-data (RFC 7578) as it comes, from curl -F or a page's form: its one file goes on in pieces, its fields are kept.
+// multipart/form-data (RFC 7578) as it comes, from curl -F or a page's form: its files go on in pieces, its fields are kept.
 #include <functional>
 #include <optional>
 #include <string>
@@ -16,6 +16,8 @@ class FormReader {
   /// Of the Content-Type of a request; none: another type, or one without a boundary.
   static std::optional<FormReader> of(const std::string& content_type);
 
+  static constexpr std::size_t kMostFiles = 256;
+  /// A piece of the file that file_names() ends with.
   using Sink = std::function<bool(std::string_view piece)>;
   /// False: no more of it. Either the sink said so, or problem() does.
   bool feed(std::string_view piece, const Sink& file);
@@ -23,9 +25,8 @@ class FormReader {
   bool ended() const { return state_ == State::epilogue; }
   const std::optional<proto::Problem>& problem() const { return problem_; }
 
-  bool has_file() const { return has_file_; }
-  /// Without folders; may be empty.
-  const std::string& file_name() const { return file_name_; }
+  /// Of the files so far, the one that is coming last; without folders, may be empty.
+  const std::vector<std::string>& file_names() const { return file_names_; }
   /// In the order sent.
   const std::vector<std::pair<std::string, std::string>>& fields() const { return fields_; }
 
@@ -41,10 +42,9 @@ class FormReader {
 
   std::string delimiter_, rest_;
   State state_ = State::preamble;
-  bool has_file_ = false;
   bool going_ = true;
   std::size_t kept_ = 0;  ///< bytes of fields
-  std::string file_name_;
+  std::vector<std::string> file_names_;
   std::vector<std::pair<std::string, std::string>> fields_;
   std::optional<proto::Problem> problem_;
 };

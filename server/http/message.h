@@ -55,6 +55,7 @@ struct Response {
   /// Instead of a body: the next piece, or nothing at the end. An empty piece: none yet, to be asked again when something has changed
   /// (Api::on_change) or a second later. Never waits.
   std::function<std::optional<std::string>()> next_piece;
+  std::optional<std::uint64_t> length;  ///< bytes of all pieces; then none of them is empty
   /// Instead of all else: an answer that is still to come, asked for in the same way.
   using Later = std::function<std::optional<Response>(Patience patience)>;
   Later later;

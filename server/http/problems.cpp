@@ -45,6 +45,7 @@ const std::vector<ProblemKind>& table() {
       {"coding-unknown", 415, "The body's compression is unknown"},
       {"upload-type", 415, "A part of an upload has a type of its own"},
       {"range-invalid", 416, "The Range header cannot be read"},
+      {"range-beyond", 416, "The Range begins behind the end"},
       {"idempotency-key-reused", 422, "The Idempotency-Key belongs to another request"},
       {"build-time-limit", 422, "The build took longer than it may"},
       {"memory-limit", 422, "The build needs more memory than it may use"},
@@ -62,6 +63,7 @@ const std::vector<ProblemKind>& table() {
       {"not-ready", 503, "The service cannot take work"},
       {"queue-full", 503, "The queue of builds is full"},
       {"storage-unreachable", 503, "The dataset's storage does not give it"},
+      {"archive-not-ready", 503, "The archive is being made"},
       {"service-busy", 503, "Too many clients are waiting"},
       {"http-version", 505, "Another version of HTTP"},
       {"datasets-full", 507, "No more datasets may be kept"},
@@ -73,7 +75,7 @@ const std::vector<ProblemKind>& table() {
 
 // What rasters and their options are refused for: 422, titles made from the words.
 constexpr const char* kOfBuilds[] = {
-    "mesh-too-large",          "device-unavailable", "bbox-outside-raster", "unit-unknown",          "hgt-name",
+    "mesh-too-large",          "archive-too-large",  "device-unavailable", "bbox-outside-raster", "unit-unknown",          "hgt-name",
     "raster-format-unsupported", "raster-truncated", "raster-unreadable",   "raster-too-large",      "raster-bands",
     "raster-type",             "raster-scale",       "raster-all-nodata",   "raster-not-georeferenced", "raster-without-crs",
     "crs-unknown",             "crs-unsupported",    "crs-conflict",        "crs-mismatch",          "crs-not-transformable",

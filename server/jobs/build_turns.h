@@ -5,7 +5,6 @@
 #include <map>
 #include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 
 namespace cordillera::server {
@@ -22,12 +21,14 @@ class BuildTurns {
   bool add(Entry entry);
   /// The first of the client whose turn it is.
   std::optional<Entry> next();
+  /// 1 for the one that is next; nullopt: it does not wait.
+  std::optional<std::size_t> place(const std::string& id) const;
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::map<std::string, std::deque<Entry>> waiting_;  ///< by client; none is empty
   std::list<std::string> turns_;                      ///< the clients in it, each once
-  std::set<std::string> ids_;
+  std::map<std::string, std::string> clients_;        ///< by dataset
 };
 
 }  // namespace cordillera::server

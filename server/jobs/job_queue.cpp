@@ -321,7 +321,7 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
   if (outcome) keep_store_alone(layout_.dataset(dataset.id));
   forget_posted(dataset.id);
   published_(dataset.id);  // after its provisional tiles have gone, which else somebody might open again
-  hub_.touch(dataset.id);
+  hub_.ended(dataset.id);
 }
 
 void JobQueue::limit(proto::Job& job, const std::filesystem::path& folder) const {

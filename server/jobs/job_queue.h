@@ -61,6 +61,8 @@ class JobQueue {
   /// Ends a running build and returns when it has ended. Remove the dataset from the registry first: then it can't start any
   /// more.
   void cancel(const std::string& id);
+  /// Which of those that wait it is, 1 for the next; nullopt: it does not wait.
+  std::optional<std::size_t> place(const std::string& id) const { return turns_.place(id); }
   /// What a build of the raster in this folder would make; waits for its turn beside the builds.
   proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const proto::Job& asked);
   /// Ends running builds; their datasets stay unfinished in the registry.

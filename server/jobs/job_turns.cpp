@@ -88,7 +88,7 @@ void JobQueue::end_turn(const Dataset& dataset, const proto::SourceChange& chang
   metrics_.versions.add(1, {outcome ? "published" : "failed"});
   log_info("dataset " + id + ": version " + std::to_string(change.number()) +
            (outcome ? " is served" : " failed: " + outcome.problem().line()));
-  hub_.touch(id);
+  hub_.ended(id);
 }
 
 }  // namespace cordillera::server

@@ -21,7 +21,8 @@ proto::Problem cannot(const std::string& what) {
 
 std::string about(const proto::SourceChange& change) {
   const std::string& name = change.source().spec().name().empty() ? change.source().id() : change.source().spec().name();
-  return (change.kind() == "add" ? "added " : change.kind() == "remove" ? "removed " : "changed ") + name;
+  return (change.kind() == "add" ? "added " : change.kind() == "remove" ? "removed " : "changed ") + name +
+         (change.more_size() > 0 ? " and " + std::to_string(change.more_size()) + " more" : "");
 }
 
 /// `from` takes the place of `to`, on disk for good.

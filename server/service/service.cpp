@@ -98,6 +98,10 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   if (!registry) return registry.problem();
   service->registry_ = std::move(registry.value());
   service->library_.set_existence_check([&registry = *service->registry_, &mounts = service->mounts_](const std::string& id) { return mounts.has(id) || registry.find(id); });
+  service->library_.set_words([&registry = *service->registry_](const std::string& id) {
+    const Row row = registry.find(id);
+    return row ? pipeline::Words{row->options.title(), row->options.attribution()} : pipeline::Words();
+  });
   try {
     adopt_folders(layout, *service->registry_);
     put_in_order(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);
@@ -115,7 +119,9 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   const auto published = [self = service.get()](const std::string& id) {
     self->library_.forget(id);
     self->archive_.forget(id);
+    self->archive_files_->forget(id);
   };
+  service->archive_files_ = std::make_unique<ArchiveFiles>(layout.archives(), service->admission_->space(), [self = service.get()](const std::string& id) { self->hub_.touch(id); });
   service->queue_ = std::make_unique<JobQueue>(
       JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits, service->ledger_,
                       updates::fetcher(settings.serve, service->admission_->space()), settings.serve.keep_versions, published},
@@ -129,6 +135,7 @@ Service::~Service() {
   stop();
   if (reading_ahead_.joinable()) reading_ahead_.join();
   queue_.reset();
+  archive_files_.reset();
   close(lock_);
 }
 

@@ -8,6 +8,7 @@
 
 #include "server/access/audit.h"
 #include "server/access/gate.h"
+#include "server/jobs/archive_files.h"
 #include "server/datasets/list_texts.h"
 #include "server/jobs/job_queue.h"
 #include "server/datasets/library.h"
@@ -59,6 +60,7 @@ class Service {
   metrics::ServiceMetrics& metrics() { return metrics_; }
 
   ListTexts& list_texts() { return list_texts_; }
+  ArchiveFiles& archive_files() { return *archive_files_; }
 
   /// Refuses when too many clients wait already (event streams, Prefer: wait).
   Token wait_token();
@@ -92,6 +94,7 @@ class Service {
   uploads::PartFiles uploads_;
   updates::Ledger ledger_;
   updates::Archive archive_;
+  std::unique_ptr<ArchiveFiles> archive_files_;
   std::unique_ptr<JobQueue> queue_;
   ListTexts list_texts_;
   std::thread reading_ahead_;

@@ -29,8 +29,8 @@ export function post_raster(file, on) {
 export function watch_build(id, on) {
   const stop = listen(`v1/datasets/${encodeURIComponent(id)}/events`, {
     progress: (data) => {
-      const { stage, share, seconds_left } = parsed(data);
-      on.progress(share ?? null, stage + (share > 0 ? `, ${Math.floor(100 * share)} %` : "") + (seconds_left > 1 ? `, ${Math.round(seconds_left)} s left` : ""));
+      const { stage, share, seconds_left, place } = parsed(data);
+      on.progress(share ?? null, stage + (place ? `, place ${place}` : "") + (share > 0 ? `, ${Math.floor(100 * share)} %` : "") + (seconds_left > 1 ? `, ${Math.round(seconds_left)} s left` : ""));
     },
     tiles: (data) => { if (parsed(data).provisional) on.provisional(id); },
     ready: () => { stop(); on.ready(id); },

@@ -35,6 +35,22 @@ TEST(BuildTurns, HaveADatasetOnceAndLetItComeBackAtTheEnd) {
   EXPECT_EQ(order(turns), "other changed");
 }
 
+TEST(BuildTurns, SayWhichPlaceSomebodyHas) {
+  BuildTurns turns;
+  for (const char* id : {"a1", "a2", "a3"}) turns.add({id, "alice", 0});
+  turns.add({"b1", "bob", 0});
+  turns.add({"c1", "carol", 0});
+  turns.add({"b2", "bob", 0});
+  const std::vector<std::string> ids = {"a1", "b1", "c1", "a2", "b2", "a3"};
+  for (std::size_t gone = 0; gone < ids.size(); ++gone) {
+    for (std::size_t k = 0; k < ids.size(); ++k) {
+      if (k < gone) EXPECT_FALSE(turns.place(ids[k])) << ids[k];
+      else EXPECT_EQ(turns.place(ids[k]), k - gone + 1) << ids[k] << " after " << gone;
+    }
+    turns.next();
+  }
+}
+
 TEST(BuildTime, GrowsWithWhatWasSent) {
   const Limits limits;
   EXPECT_EQ(build_seconds(limits, 1100), 660U) << "1,100 bytes may be 144 million pixels";

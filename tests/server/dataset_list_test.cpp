@@ -74,7 +74,7 @@ Given next_of(const Response& response) {
   const Json next = body_of(response)["next"];
   Given query;
   if (next.is_null()) return query;
-  std::istringstream words(next.get<std::string>().substr(std::string("datasets?").size()));
+  std::istringstream words(next.get<std::string>().substr(std::string("/v1/datasets?").size()));
   for (std::string word; std::getline(words, word, '&');) query.emplace_back(word.substr(0, word.find('=')), word.substr(word.find('=') + 1));
   return query;
 }

@@ -74,7 +74,7 @@ TEST_F(Http, CurlPostsAFileAndGetsTiles) {
       curl("-D - -H 'Prefer: wait=200' --data-binary @dem.tif \"$U/v1/datasets?name=My%20dem.tif&error=2.5\"");
   EXPECT_THAT(posted, HasSubstr("HTTP/1.1 100 Continue"));
   EXPECT_THAT(posted, HasSubstr("HTTP/1.1 201 Created"));
-  EXPECT_THAT(posted, HasSubstr("Location: datasets/my-dem-"));
+  EXPECT_THAT(posted, HasSubstr("Location: /v1/datasets/my-dem-"));
   const Json list = Json::parse(curl("$U/v1/datasets"))["datasets"];
   ASSERT_EQ(list.size(), 1u);
   const std::string base = "$U/v1/datasets/" + std::string(list[0]["id"]);

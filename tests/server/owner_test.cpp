@@ -169,5 +169,70 @@ TEST_F(Owners, AChangeOfADatasetThatIsGoneMakesNothing) {
   EXPECT_EQ(test_.leftovers(), 0u) << "its folder came back";
 }
 
+TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
+  const std::string id = posted(of(alice()), {{"title", "Hils"}}), path = "/v1/datasets/" + id;
+  const auto patch = [&](const Headers& headers, const Given& query) {
+    Request request;
+    request.method = "PATCH";
+    request.path = path;
+    request.query = query;
+    request.headers = headers;
+    return test_.api().handle(request);
+  };
+  const std::string version = body_of(ask("GET", path))["version"];
+  EXPECT_EQ(patch({}, {{"title", "Hills"}}).status, 401);
+  EXPECT_EQ(slug_of(patch(of(bob()), {{"title", "Hills"}})), "role-too-low");
+  EXPECT_EQ(slug_of(patch(of(alice()), {{"error", "5"}})), "option-unknown");
+  EXPECT_EQ(slug_of(patch(of(alice()), {{"title", ""}})), "option-invalid");
+  EXPECT_EQ(slug_of(patch(of(alice()), {})), "option-invalid");
+  EXPECT_EQ(slug_of(patch(of(alice()), {{"title", "a"}, {"title", "b"}})), "option-repeated");
+  const Response done = patch(of(alice()), {{"title", "Hills"}, {"attribution", "Somebody else"}});
+  ASSERT_EQ(done.status, 200) << done.body;
+  EXPECT_EQ(body_of(done)["manifest"]["title"], "Hills");
+  const Json manifest = body_of(TestService::plain(ask("GET", path + "/manifest.json")));
+  EXPECT_EQ(manifest["title"], "Hills");
+  EXPECT_EQ(manifest["attribution"], "Somebody else");
+  EXPECT_NE(body_of(done)["version"], version);
+  EXPECT_EQ(ask("GET", path + "/versions/" + version + "/manifest.json").status, 404) << "what a version names never changes";
+  EXPECT_EQ(patch(of(admin()), {{"private", "1"}}).status, 200);
+  EXPECT_EQ(ask("GET", path).status, 404);
+  EXPECT_EQ(ask("GET", path, of(bob())).status, 200);
+  test_.stop();
+  test_.start();
+  EXPECT_EQ(ask("GET", path).status, 404) << "after a restart";
+  EXPECT_EQ(body_of(ask("GET", path, of(alice())))["manifest"]["title"], "Hills");
+}
+
+TEST_F(Owners, AreAskedForTheirTokenOnPagesOfOtherOriginsToo) {
+  const auto preflight = [&](const std::string& path) { return ask("OPTIONS", path, {{"origin", "https://example.org"}}); };
+  EXPECT_THAT(preflight("/v1/datasets").header("Access-Control-Allow-Methods"), HasSubstr("POST, PUT"));
+  EXPECT_THAT(preflight("/v1/datasets/a").header("Access-Control-Allow-Methods"), HasSubstr("PATCH, DELETE"));
+  for (const char* name : {"Authorization", "Content-Type", "Prefer", "Idempotency-Key", "Upload-Offset", "Tus-Resumable"}) {
+    EXPECT_THAT(preflight("/v1/uploads").header("Access-Control-Allow-Headers"), HasSubstr(name));
+  }
+  EXPECT_EQ(test_.post("GOOD", {}, of(alice(), {{"origin", "https://example.org"}})).status, 202);
+  EXPECT_EQ(test_.post("GOOD", {}, {{"origin", "https://example.org"}}).status, 401);
+  TestService open;
+  Request request;
+  request.method = "OPTIONS";
+  request.path = "/v1/datasets";
+  const Response none = open.api().handle(request);
+  EXPECT_EQ(none.header("Access-Control-Allow-Methods"), "GET, HEAD, OPTIONS") << "without tokens any page could write";
+  EXPECT_THAT(none.header("Access-Control-Allow-Headers"), Not(HasSubstr("Content-Type")));
+}
+
+TEST_F(Owners, HaveNoItemOfAPrivateDatasetForStrangers) {
+  const std::string open = posted(of(alice())), hidden = posted(of(alice()), {{"private", "1"}});
+  const std::string items = "/stac/collections/datasets/items";
+  EXPECT_EQ(ask("GET", items + "/" + open).status, 200);
+  const Response stranger = ask("GET", items + "/" + hidden);
+  EXPECT_EQ(stranger.status, 404);
+  EXPECT_EQ(slug_of(stranger), slug_of(ask("GET", items + "/nobody")));
+  EXPECT_EQ(ask("GET", "/v1/datasets/" + hidden + ".pmtiles").status, 404);
+  EXPECT_EQ(body_of(ask("GET", items))["numberReturned"], 1);
+  EXPECT_EQ(body_of(ask("GET", items, of(bob())))["numberReturned"], 2);
+  for (const char* path : {"/stac/other", "/stac/collections/datasets/items/A"}) EXPECT_EQ(ask("GET", path).status, 404) << path;
+}
+
 }  // namespace
 }  // namespace cordillera::server

@@ -40,7 +40,7 @@ Read read(const std::string& form, std::size_t size) {
   read.whole = reader->ended();
   if (reader->problem()) read.problem = reader->problem()->detail;
   read.fields = reader->fields();
-  read.name = reader->file_name();
+  for (const std::string& name : reader->file_names()) read.name += (read.name.empty() ? "" : "|") + name;
   return read;
 }
 
@@ -56,8 +56,20 @@ TEST(Form, IsReadWhereverItIsCut) {
   }
 }
 
+TEST(Form, MayHoldSeveralFiles) {
+  const std::string form = file("one", "a.tif") + part("name=error", "5") + file("two", "b/c.tif") + file("", "d.tif") + kEnd;
+  for (const std::size_t size : {1, 7, 1000}) {
+    const Read got = read(form, size);
+    EXPECT_TRUE(got.whole);
+    EXPECT_EQ(got.file, "onetwo");
+    EXPECT_EQ(got.name, "a.tif|c.tif|d.tif");
+  }
+}
+
 TEST(Form, ThatCannotBeReadIsToldWhy) {
-  EXPECT_THAT(read(file("a") + file("b") + kEnd, 9).problem, HasSubstr("two files"));
+  std::string many;
+  for (int k = 0; k < 257; ++k) many += file("a");
+  EXPECT_THAT(read(many + kEnd, 999).problem, HasSubstr("more than 256 files"));
   EXPECT_THAT(read(part("filename=x", "a") + kEnd, 9).problem, HasSubstr("no name"));
   EXPECT_THAT(read("--b oX\r\n", 9).problem, HasSubstr("other words"));
   EXPECT_THAT(read(part("name=a", std::string(70000, 'x')), 999).problem, HasSubstr("64 KiB"));
@@ -80,6 +92,31 @@ TEST(TypedByHand, AFormBecomesADataset) {
   EXPECT_EQ(body_of(test.post(part("name=name", "other.hgt") + file("GOOD") + kEnd, {}, {{"content-type", kForm}}))["name"], "other.hgt");
 }
 
+TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
+  TestService test;
+  const std::string form = part("name=crs", "EPSG:4326") + file("SLOW one", "west.tif") + file("two", "east.hgt") + file("three", "") + kEnd;
+  const Response posted = test.post(form, {}, {{"content-type", kForm}, {"idempotency-key", "k"}});
+  ASSERT_EQ(posted.status, 202) << posted.body;
+  const std::string id = body_of(posted)["id"];
+  EXPECT_EQ(body_of(posted)["name"], "west.tif");
+  const auto sources = test.service().ledger().expected(id);
+  ASSERT_EQ(sources.size(), 3u);
+  const char* names[] = {"west.tif", "east.hgt", "raster"};
+  const char* bytes[] = {"SLOW one", "two", "three"};
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(sources[k].spec().name(), names[k]) << "the first wins";
+    EXPECT_EQ(file_text(test.service().layout().dataset(id) / sources[k].spec().path()), bytes[k]);
+    EXPECT_EQ(sources[k].bytes(), std::string(bytes[k]).size());
+    EXPECT_EQ(sources[k].spec().options().crs(), "EPSG:4326");
+  }
+  EXPECT_NE(sources[0].id(), sources[1].id());
+  const Response again = test.post(form, {}, {{"content-type", kForm}, {"idempotency-key", "k"}});
+  EXPECT_EQ(body_of(again)["id"], id) << again.body;
+  const std::string other = part("name=crs", "EPSG:4326") + file("SLOW one", "west.tif") + file("TWO", "east.hgt") + file("three", "") + kEnd;
+  EXPECT_EQ(slug_of(test.post(other, {}, {{"content-type", kForm}, {"idempotency-key", "k"}})), "idempotency-key-reused");
+  EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
+}
+
 TEST(TypedByHand, ABadFormLeavesNothing) {
   TestService test;
   const auto slug = [&](const std::string& form, const std::map<std::string, std::string>& more = {}) {
@@ -89,7 +126,10 @@ TEST(TypedByHand, ABadFormLeavesNothing) {
   };
   EXPECT_EQ(slug(part("name=error", "5") + kEnd), "form-invalid");
   EXPECT_EQ(slug(part("name=file", "dem.tif") + kEnd), "form-invalid");
-  EXPECT_EQ(slug(file("GOOD") + file("GOOD") + kEnd), "form-invalid");
+  EXPECT_EQ(slug(file("GOOD") + file("", "b.tif") + kEnd), "body-empty");
+  EXPECT_EQ(slug(file("GOOD") + file("GOOD") + part("name=dry_run", "1") + kEnd), "options-conflict");
+  EXPECT_EQ(slug(file("GOOD") + file("GOOD") + part("name=updates", "0") + kEnd), "options-conflict");
+  EXPECT_EQ(slug(file("GOOD") + file("GOOD")), "body-incomplete");
   EXPECT_EQ(slug(file("GOOD")), "body-incomplete");
   EXPECT_EQ(slug(file("") + kEnd), "body-empty");
   EXPECT_EQ(slug(file("GOOD") + part("name=eror", "5") + kEnd), "option-unknown");
@@ -112,11 +152,11 @@ TEST(TypedByHand, APutOnTheCollectionIsAPost) {
   TestService test;
   const Response plain = put(test, "/v1/datasets", "GOOD", {{"name", "a.tif"}});
   EXPECT_EQ(plain.status, 202) << plain.body;
-  EXPECT_THAT(plain.header("Location"), testing::StartsWith("datasets/a-"));
+  EXPECT_THAT(plain.header("Location"), testing::StartsWith("/v1/datasets/a-"));
   const Response named = put(test, "/v1/datasets/H\xc3\xb6he.tif", "GOOD");  // what curl makes of …/v1/datasets/
   EXPECT_EQ(body_of(named)["name"], "H\xc3\xb6he.tif") << named.body;
-  EXPECT_THAT(named.header("Location"), testing::StartsWith("../datasets/h-he-"));
-  EXPECT_THAT(std::string(body_of(named)["links"]["self"]), testing::StartsWith("../datasets/h-he-"));
+  EXPECT_THAT(named.header("Location"), testing::StartsWith("/v1/datasets/h-he-"));
+  EXPECT_THAT(std::string(body_of(named)["links"]["self"]), testing::StartsWith("/v1/datasets/h-he-"));
   EXPECT_EQ(put(test, "/v1/datasets/" + std::string(body_of(plain)["id"]), "GOOD").status, 405) << "a dataset is not replaced";
   EXPECT_EQ(put(test, "/v1/datasets/a/b.tif", "GOOD").status, 404);
   EXPECT_EQ(put(test, "/v1/datasetsx.tif", "GOOD").status, 404);

@@ -23,7 +23,7 @@ class Versions : public testing::Test {
 
 TEST_F(Versions, TheSameBytesForEver) {
   ASSERT_EQ(version_.size(), 16u);
-  EXPECT_EQ(body_of(test_.get(base_))["links"]["version"], id_ + "/versions/" + version_);
+  EXPECT_EQ(body_of(test_.get(base_))["links"]["version"], base_ + "/versions/" + version_);
   for (const std::string& path : {std::string("/tiles/1/1/1.drc"), std::string("/tiles/W/1/1/1.glb"),
                                   std::string("/tileset.json"), std::string("/manifest.json")}) {
     const Response plain = test_.get(base_ + path), kept = test_.get(base_ + "/versions/" + version_ + path);
@@ -55,15 +55,15 @@ TEST_F(Versions, FacesAreListedWithLinksThatAreRoutes) {
     const pipeline::faces::Face& face = *pipeline::faces::all_faces()[k];
     EXPECT_EQ(faces[k]["name"], face.name);
     EXPECT_EQ(faces[k]["about"], face.about);
-    EXPECT_EQ(faces[k]["href"], id_ + "/" + std::string(face.entry));
-    const Response entry = test_.get("/v1/datasets/" + faces[k]["href"].get<std::string>());
+    EXPECT_EQ(faces[k]["href"], base_ + "/" + std::string(face.entry));
+    const Response entry = test_.get(faces[k]["href"].get<std::string>());
     EXPECT_NE(entry.status, 404) << face.entry;
     if (entry.status == 200) {
       EXPECT_EQ(faces[k]["type"], entry.header("Content-Type"));
     }
     ASSERT_EQ(faces[k]["links"].size(), face.resources.size());
     for (const Json& link : faces[k]["links"]) {
-      EXPECT_EQ(link["href"].get<std::string>().rfind(id_ + "/", 0), 0u);
+      EXPECT_EQ(link["href"].get<std::string>().rfind(base_ + "/", 0), 0u);
       EXPECT_EQ(link.contains("templated"), link["href"].get<std::string>().find('{') != std::string::npos);
     }
   }

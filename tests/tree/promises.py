@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""Tests that SECURITY.md names for its promises: promises.py REPOSITORY. Each one is there: a test of C++, a test of ctest, a case of
-tests/attack or a file."""
+"""Tests that SECURITY.md and tests/README.md name for their promises: promises.py REPOSITORY. Each one is there: a test of C++, a test of
+ctest, a case of tests/attack or a file."""
 import os
 import re
 import sys
 
 HEADING = "## Which test shows it"
+TABLES = [("SECURITY.md", HEADING), ("tests/README.md", "## Right by default")]
 
 
-def named(text):
+def named(text, heading=HEADING):
     """What stands in code in the table below the heading, of its second column."""
-    section = text.partition(HEADING)[2].partition("\n## ")[0]
+    section = text.partition(heading)[2].partition("\n## ")[0]
     rows = [line.split("|")[2] for line in section.splitlines() if line.startswith("|") and line.count("|") >= 3]
     return [name for row in rows for name in re.findall(r"`([^`]+)`", row)]
 
@@ -29,17 +30,20 @@ def tests_of(root):
     return found
 
 
-def judge(text, tests, exists):
-    names = named(text)
-    wrong = ["SECURITY.md: no test, case or file `%s`" % name for name in names if name not in tests and not exists(name)]
-    return wrong or ([] if names else ["SECURITY.md: no table under '%s'" % HEADING])
+def judge(text, tests, exists, page="SECURITY.md", heading=HEADING):
+    names = named(text, heading)
+    wrong = ["%s: no test, case or file `%s`" % (page, name) for name in names if name not in tests and not exists(name)]
+    return wrong or ([] if names else ["%s: no table under '%s'" % (page, heading)])
 
 
 def main(root):
-    with open(os.path.join(root, "SECURITY.md"), encoding="utf-8") as file:
-        text = file.read()
-    found = judge(text, tests_of(root), lambda name: "/" in name and os.path.exists(os.path.join(root, name)))
-    print("\n".join(found) if found else "every promise names tests that are there: %d" % len(named(text)))
+    tests, found, count = tests_of(root), [], 0
+    for page, heading in TABLES:
+        with open(os.path.join(root, page), encoding="utf-8") as file:
+            text = file.read()
+        found += judge(text, tests, lambda name: "/" in name and os.path.exists(os.path.join(root, name)), page, heading)
+        count += len(named(text, heading))
+    print("\n".join(found) if found else "every promise names tests that are there: %d" % count)
     return 1 if found else 0
 
 

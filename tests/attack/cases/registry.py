@@ -107,9 +107,9 @@ def pages(attack):
     database.close()
     server = attack.start(folder="pages")
     first = len(json.loads(server.ask("GET", "/v1/datasets")[2])["datasets"])
-    seen, path = set(), "datasets?limit=1000"
+    seen, path = set(), "/v1/datasets?limit=1000"
     while path:
-        page = json.loads(server.ask("GET", "/v1/" + path)[2])
+        page = json.loads(server.ask("GET", path)[2])
         seen.update(one["id"] for one in page["datasets"])
         path = page["next"]
     return "%d at once, %d in all" % (first, len(seen))

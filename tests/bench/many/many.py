@@ -163,7 +163,7 @@ def follow(asking, path):
     """All pages of a list: how many, how many datasets, milliseconds."""
     pages, datasets, spent = 0, 0, 0.0
     while path:
-        took, body = asking.ask("/v1/" + path)
+        took, body = asking.ask(path)
         page = json.loads(body)
         pages, datasets, spent = pages + 1, datasets + len(page["datasets"]), spent + took
         path = page["next"]

@@ -1,0 +1,113 @@
+// GET /v1/datasets/{id}.pmtiles: all tiles of a format as one archive, whole or by ranges.
+#include <algorithm>
+#include <chrono>
+
+#include "pipeline/exports/mbtiles.h"
+#include "pipeline/exports/pmtiles.h"
+#include "server/api/api.h"
+#include "server/http/byte_range.h"
+
+namespace cordillera::server {
+namespace {
+
+using pipeline::faces::Face;
+using proto::Problem;
+
+constexpr std::size_t kAtOnce_bytes = std::size_t{1} << 20;   // of a part that is read into memory
+constexpr std::size_t kPiece_bytes = std::size_t{64} << 10;   // of what is larger
+constexpr auto kLongestMaking = std::chrono::seconds(60);     // that a client waits for
+
+/// format= of the query, or pictures of heights: most programs that open such archives are maps.
+proto::Result<const Face*> face_asked(const Request& request) {
+  std::string wanted, names;
+  for (const auto& [name, value] : request.query) {
+    if (name != "format") return Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "' of an archive", "format", name.substr(0, 100)};
+    wanted = value;
+  }
+  for (const Face* face : pipeline::faces::all_faces()) {
+    if (!pipeline::exports::fits_pmtiles(*face)) continue;
+    if (wanted.empty() ? pipeline::exports::fits_mbtiles(*face) : face->name == wanted) return face;
+    names.append(names.empty() ? "" : ", ").append(face->name);
+  }
+  return Problem{"option-invalid", "format='" + wanted.substr(0, 100) + "': an archive holds no such format", names, "format"};
+}
+
+/// Piece after piece of a file that is too large for the memory.
+class Pieces {
+ public:
+  Pieces(std::shared_ptr<const ArchiveFile> file, ByteRange part) : file_(std::move(file)), part_(part) {}
+  std::optional<std::string> next() {
+    const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(part_.size, kPiece_bytes));
+    if (count == 0) return std::nullopt;
+    std::string piece = file_->read(part_.first, count);
+    part_.first += count, part_.size -= count;
+    return piece;
+  }
+
+ private:
+  std::shared_ptr<const ArchiveFile> file_;
+  ByteRange part_;
+};
+
+Response answer_file(const Request& request, const std::shared_ptr<const ArchiveFile>& file, const Route& route) {
+  Response response;
+  response.set("Content-Type", "application/vnd.pmtiles");
+  response.set("Content-Disposition", "inline; filename=\"" + route.id + ".pmtiles\"");
+  response.set("Cache-Control", cache_control(route));
+  response.set("ETag", file->etag());
+  if (auto unchanged = if_changed(request, response); unchanged.status == 304) return unchanged;
+  response.set("Accept-Ranges", "bytes");
+  const Wanted wanted = wanted_part(request, file->size(), file->etag());
+  if (wanted.what == Wanted::What::nothing) return no_such_part(file->size());
+  const bool whole = wanted.what == Wanted::What::whole;
+  const ByteRange part = whole ? ByteRange{0, file->size()} : wanted.part;
+  if (!whole) {
+    response.status = 206;
+    response.set("Content-Range", content_range(part, file->size()));
+  }
+  if (request.method == "HEAD" || part.size > kAtOnce_bytes) response.length = part.size;
+  if (request.method == "HEAD") return response;
+  if (part.size <= kAtOnce_bytes) {
+    response.body = file->read(part.first, static_cast<std::size_t>(part.size));
+    return response;
+  }
+  response.next_piece = [pieces = std::make_shared<Pieces>(file, part)] { return pieces->next(); };
+  return response;
+}
+
+Response still_made() {
+  Response response = problem_response({"archive-not-ready", "the archive is being made", "asking again in a minute", ""});
+  response.set("Retry-After", "60");
+  return response;
+}
+
+}  // namespace
+
+Response archive(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
+  const auto face = face_asked(request);
+  if (!face) return problem_response(face.problem());
+  const Opened opened = open_published(service, dataset, route);
+  if (!opened.terrain) return opened.refusal;
+  const ArchiveOrder order{dataset.id, version_of(opened.terrain->manifest()), *face, opened.terrain};
+  const auto file = service.archive_files().find(order);
+  if (!file) return problem_response(file.problem());
+  if (*file) return answer_file(request, *file, route);
+  const Token waiting = service.wait_token();
+  if (!waiting) return still_made();
+  Request asked = request;
+  asked.read_body = nullptr;  // what it reads may be gone when the answer comes
+  Response response;
+  response.later = [&service, asked, route, order, waiting, end = std::chrono::steady_clock::now() + kLongestMaking,
+                    hidden = dataset.is_private](Patience patience) -> std::optional<Response> {
+    if (!service.find(order.id)) return problem_response(unknown_to(asked, order.id));
+    const auto made = service.archive_files().find(order);
+    const bool over = patience == Patience::none || service.stopping() || std::chrono::steady_clock::now() >= end;
+    if (made && !*made && !over) return std::nullopt;
+    Response come = !made ? problem_response(made.problem()) : *made ? answer_file(asked, *made, route) : still_made();
+    if (hidden) keep_from_others(come);
+    return come;
+  };
+  return response;
+}
+
+}  // namespace cordillera::server

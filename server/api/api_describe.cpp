@@ -1,0 +1,76 @@
+// PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, and who may read it.
+#include <algorithm>
+
+#include "server/api/api.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/log/log.h"
+#include "server/options/option_values.h"
+#include "server/api/public_address.h"
+#include "server/api/typed_by_hand.h"
+#include "server/api/api_updates.h"
+
+namespace cordillera::server {
+namespace {
+
+using proto::Problem;
+
+constexpr const char* kDescribable = "title, attribution and private, as JSON or in the query";
+
+std::optional<Problem> take_words(const std::string& name, const std::string& value, std::string* into) {
+  if (auto wrong = read_text(value, into)) return Problem{"option-invalid", name + ": " + *wrong, "text", name};
+  if (value.empty()) return Problem{"option-invalid", name + " is empty", "text of at least a character", name};
+  return std::nullopt;
+}
+
+/// The parameters into the dataset. Problems: those of options.
+std::optional<Problem> take(const Given& given, Dataset& dataset) {
+  if (given.empty()) return Problem{"option-invalid", "nothing is to change", kDescribable, ""};
+  for (auto at = given.begin(); at != given.end(); ++at) {
+    const auto& [name, value] = *at;
+    if (std::any_of(given.begin(), at, [&wanted = name](const auto& earlier) { return earlier.first == wanted; })) {
+      return Problem{"option-repeated", name.substr(0, 100) + " is given more than once", "one value", name.substr(0, 100)};
+    }
+    std::optional<Problem> wrong;
+    if (name == "title") {
+      wrong = take_words(name, value, dataset.options.mutable_title());
+    } else if (name == "attribution") {
+      wrong = take_words(name, value, dataset.options.mutable_attribution());
+    } else if (name == "private") {
+      if (auto complaint = read_switch(value, &dataset.is_private)) wrong = Problem{"option-invalid", "private='" + value + "': " + *complaint, "1 or 0", name};
+    } else {
+      return Problem{"option-unknown", "a dataset's '" + name.substr(0, 100) + "' does not change without a build", kDescribable, name.substr(0, 100)};
+    }
+    if (wrong) return wrong;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Response describe_dataset(Service& service, const Request& request, const Dataset& dataset) {
+  if (service.mounts().has(dataset.id)) {
+    auto response = problem_response({"method-not-allowed", "dataset " + dataset.id + " was published elsewhere; this service only reads it", "GET, HEAD, OPTIONS", ""});
+    response.set("Allow", "GET, HEAD, OPTIONS");
+    return response;
+  }
+  if (auto refused = updates::refuse(request, dataset)) return problem_response(*refused);
+  const bool bodiless = !request.header("transfer-encoding") && request.header("content-length").value_or("0") == "0";
+  const auto plain = bodiless ? proto::Result<Request>(request) : with_json_as_query(request);
+  if (!plain) return problem_response(plain.problem());
+  Dataset changed = dataset;
+  if (auto wrong = take(plain->query, changed)) return problem_response(*wrong);
+  if (changed.is_private && !service.gate().has_tokens()) {
+    return problem_response({"option-forbidden", "private: this service was started without tokens, so everybody may read", "private=0, or cordillera serve --tokens FILE", "private"});
+  }
+  service.registry().describe(dataset.id, changed.options, changed.is_private);
+  const Row now = service.registry().find(dataset.id);
+  if (!now) return problem_response(unknown_to(request, dataset.id));  // deleted meanwhile
+  if (!write_record(service.layout().dataset(dataset.id), *now)) log_warning("dataset " + dataset.id + ": " + kRecordFile + " cannot be written");
+  service.library().forget(dataset.id);
+  service.archive_files().forget(dataset.id);
+  service.hub().touch(dataset.id);
+  log_info("dataset " + dataset.id + ": described anew");
+  return status_document(service, request, *now);
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,82 @@
+#include "server/api/api_stac.h"
+
+#include "server/api/api.h"
+#include "server/api/dataset_list.h"
+#include "server/api/public_address.h"
+#include "server/stac/documents.h"
+
+namespace cordillera::server::stac {
+namespace {
+
+constexpr std::uint32_t kMostItems = 100;  // of a page: an item is some kilobytes
+
+/// The service's own folder: public_folder is that of the request's path.
+Place place_of(const Request& request) {
+  Request at_root = request;
+  at_root.path = "/";
+  std::string folder = public_folder(at_root);
+  if (folder.empty()) return {public_prefix(request)};
+  folder.pop_back();
+  return {std::move(folder)};
+}
+
+Response document(const Json& json, const char* type = "application/json") {
+  Response response = json_response(200, json);
+  for (auto& [name, value] : response.headers) {
+    if (name == "Content-Type") value = type;
+  }
+  response.set("Cache-Control", "no-store");
+  response.set("Vary", kAddressHeaders);
+  return response;
+}
+
+/// limit, after and bbox of a list of datasets; the rest of its parameters mean nothing here.
+proto::Result<ListQuery> query_of(const Request& request) {
+  for (const auto& [name, value] : request.query) {
+    if (name == "limit" || name == "after" || name == "bbox") continue;
+    return proto::Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "' of a list of items", "limit, after, bbox", name.substr(0, 100)};
+  }
+  auto query = list_query(request.query);
+  if (!query) return query;
+  query->limit = std::min(query->limit, kMostItems);
+  query->states = {State::ready};
+  return query;
+}
+
+Response items(Service& service, const Request& request) {
+  const auto query = query_of(request);
+  if (!query) return problem_response(query.problem());
+  const Place place = place_of(request);
+  const Page page = page_of(service, request, *query);
+  std::vector<Json> features;
+  for (const Row& row : page.rows) {
+    const auto summary = service.library().summary(row->id);
+    if (summary) features.push_back(item(place, *row, (*summary)->manifest));
+  }
+  std::string next = page.next ? "after=" + std::to_string(*page.next) : "";
+  for (const auto& [name, value] : request.query) {
+    if (page.next && name != "after") next += "&" + name + "=" + value;  // numbers and commas: they were read
+  }
+  return document(item_list(place, features, next), "application/geo+json");
+}
+
+Response one_item(Service& service, const Request& request, const std::string& id) {
+  const Row dataset = service.find(id);
+  if (!dataset || !may_see(request, *dataset)) return problem_response(unknown_to(request, id));
+  if (dataset->state != State::ready) return open_published(service, *dataset, {}).refusal;
+  const auto summary = service.library().summary(id);
+  if (!summary) return problem_response(summary.problem());
+  return document(item(place_of(request), *dataset, (*summary)->manifest), "application/geo+json");
+}
+
+}  // namespace
+
+Response answer(Service& service, const Request& request, const Route& route) {
+  if (!route.id.empty()) return one_item(service, request, route.id);
+  if (route.path == "collections/datasets/items") return items(service, request);
+  if (route.path == "collections/datasets") return document(collection(place_of(request)));
+  if (route.path == "collections") return document(collections(place_of(request)));
+  return document(route.path == "conformance" ? conformance() : landing_page(place_of(request)));
+}
+
+}  // namespace cordillera::server::stac

@@ -1,0 +1,42 @@
+#pragma once
+// Rasters behind the first one in the same body, each a file beside it.
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/result.h"
+#include "server/http/digest.h"
+#include "server/files/new_file.h"
+
+namespace cordillera::server {
+
+struct MoreRaster {
+  std::string name;  ///< as it was sent
+  std::string file;  ///< in the upload's folder
+  std::string hash;
+  std::uint64_t bytes = 0;
+};
+
+class MoreRasters {
+ public:
+  explicit MoreRasters(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  /// The next one begins; the one before is on disk. False: the disk does not take it.
+  bool begin(const std::string& name);
+  bool add(std::string_view bytes);
+  /// All of them, on disk. Problems: "storage-full", "body-empty".
+  proto::Result<std::vector<MoreRaster>> finish();
+
+ private:
+  bool end();
+
+  std::filesystem::path folder_;
+  std::vector<MoreRaster> rasters_;
+  std::unique_ptr<NewFile> file_;
+  std::unique_ptr<Digest> digest_;
+  bool written_ = true;
+};
+
+}  // namespace cordillera::server

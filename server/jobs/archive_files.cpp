@@ -1,0 +1,170 @@
+#include "server/jobs/archive_files.h"
+
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "pipeline/exports/pmtiles.h"
+#include "server/http/digest.h"
+#include "server/limits/admission.h"
+#include "server/log/log.h"
+#include "server/http/message.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+std::string file_of(const ArchiveOrder& order) { return order.id + "." + order.version + "." + std::string(order.face->name) + ".pmtiles"; }
+
+Problem too_many(std::uint64_t tiles) {
+  return {"archive-too-large", "the archive would have " + std::to_string(tiles) + " tiles",
+          "at most " + std::to_string(ArchiveFiles::kMostTiles) + " over HTTP; cordillera export makes larger ones", ""};
+}
+
+proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, const pipeline::exports::ArchiveBounds& bounds) {
+  try {
+    return pipeline::exports::write_pmtiles(*order.terrain, *order.face, path.string(), bounds);
+  } catch (const std::exception& error) {  // damaged tiles, want of memory
+    log_warning("dataset " + order.id + ": no archive: " + error.what());
+    return Problem{"store-damaged", "an archive of dataset " + order.id + " cannot be made", "posting the raster again, or a backup", ""};
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const ArchiveFile> ArchiveFile::open(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat now {};
+  if (descriptor < 0) return nullptr;
+  const std::string hash = fstat(descriptor, &now) == 0 ? digest_of_file(path) : "";
+  std::shared_ptr<const ArchiveFile> file(new ArchiveFile(descriptor, static_cast<std::uint64_t>(now.st_size), quoted(hash.substr(0, 32))));
+  return hash.empty() ? nullptr : file;
+}
+
+ArchiveFile::~ArchiveFile() { ::close(descriptor_); }
+
+std::string ArchiveFile::read(std::uint64_t first, std::size_t count) const {
+  std::string bytes(count, '\0');
+  for (std::size_t at = 0; at < count;) {
+    const ssize_t got = pread(descriptor_, bytes.data() + at, count - at, static_cast<off_t>(first + at));
+    if (got <= 0) throw std::runtime_error("an archive cannot be read");
+    at += static_cast<std::size_t>(got);
+  }
+  return bytes;
+}
+
+ArchiveFiles::ArchiveFiles(fs::path folder, limits::Space& space, Told made) : folder_(std::move(folder)), space_(space), made_(std::move(made)) {
+  std::error_code ignored;  // making one will fail and say so
+  fs::remove_all(folder_, ignored);
+  fs::create_directories(folder_, ignored);
+  thread_ = std::thread([this] { work(); });
+}
+
+ArchiveFiles::~ArchiveFiles() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const ArchiveOrder& order) {
+  const std::string name = file_of(order);
+  const std::lock_guard lock(mutex_);
+  const auto known = entries_.find(name);
+  if (known == entries_.end()) {
+    if (waiting_.size() >= kMostWaiting) return Problem{"service-busy", "too many archives are waiting to be made", "asking again later", ""};
+    const auto entry = std::make_shared<Entry>(Entry{order, nullptr, std::nullopt, folder_ / name, ++clock_});
+    entries_[name] = entry;
+    waiting_.push_back(entry);
+    changed_.notify_all();
+    return std::shared_ptr<const ArchiveFile>();
+  }
+  Entry& entry = *known->second;
+  entry.used = ++clock_;
+  if (!entry.problem) return entry.file;
+  const Problem problem = *entry.problem;
+  entries_.erase(known);
+  return problem;
+}
+
+void ArchiveFiles::forget(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(waiting_, [&](const Kept& entry) { return entry->order.id == id; });
+  std::error_code ignored;
+  for (auto at = entries_.begin(); at != entries_.end();) {
+    const bool goes = at->second->order.id == id;
+    if (goes) fs::remove(at->second->path, ignored);
+    at = goes ? entries_.erase(at) : std::next(at);
+  }
+}
+
+void ArchiveFiles::work() {
+  setpriority(PRIO_PROCESS, 0, 10);  // of this thread alone: who reads tiles goes first
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [&] { return stop_ || !waiting_.empty(); });
+    if (stop_) return;
+    const Kept entry = waiting_.front();
+    waiting_.pop_front();
+    lock.unlock();
+    make(*entry);
+    made_(entry->order.id);
+    lock.lock();
+  }
+}
+
+/// What is read of an entry by others changes under the lock alone.
+void ArchiveFiles::make(Entry& entry) {
+  std::string full;
+  const auto claim = space_.claim(0, &full);
+  pipeline::exports::ArchiveBounds bounds;
+  std::uint64_t bytes = 0;
+  bounds.tiles = [](std::uint64_t tiles) { return tiles > kMostTiles ? std::optional(too_many(tiles)) : std::nullopt; };
+  bounds.bytes = [&](std::uint64_t more) -> std::optional<Problem> {
+    if (stop_) return Problem{"service-stopping", "the service is stopping", "trying again later", ""};
+    bytes += more;
+    if (bytes > kMostBytes) return Problem{"archive-too-large", "the archive would be larger than this service keeps", "cordillera export", ""};
+    full = claim->next(more);
+    return full.empty() ? std::nullopt : std::optional(limits::storage_full(full));
+  };
+  auto written = claim ? write_one(entry.order, entry.path, bounds) : proto::Result<void>(limits::storage_full(full));
+  auto file = written ? ArchiveFile::open(entry.path) : nullptr;
+  if (written && !file) written = Problem{"storage-full", "the archive cannot be read back", "trying again later", ""};
+  const std::lock_guard lock(mutex_);
+  entry.order.terrain = nullptr;
+  if (!written) entry.problem = written.problem().type == "output-failed" ? limits::storage_full(written.problem().detail) : written.problem();
+  entry.file = std::move(file);
+  const auto known = entries_.find(entry.path.filename().string());
+  std::error_code ignored;
+  if (known == entries_.end() || known->second.get() != &entry) fs::remove(entry.path, ignored);  // forgotten meanwhile
+  else make_room(known->first);
+}
+
+/// Those that were asked for longest ago go.
+void ArchiveFiles::make_room(const std::string& but) {
+  const auto size = [](const auto& one) { return one.second->file ? one.second->file->size() : 0; };
+  std::uint64_t all = 0;
+  for (const auto& one : entries_) all += size(one);
+  while (all > kMostBytes) {
+    auto oldest = entries_.end();
+    for (auto at = entries_.begin(); at != entries_.end(); ++at) {
+      const bool may_go = at->first != but && at->second->file;
+      if (may_go && (oldest == entries_.end() || at->second->used < oldest->second->used)) oldest = at;
+    }
+    if (oldest == entries_.end()) return;
+    all -= size(*oldest);
+    std::error_code ignored;
+    fs::remove(oldest->second->path, ignored);
+    entries_.erase(oldest);
+  }
+}
+
+}  // namespace cordillera::server

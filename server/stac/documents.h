@@ -1,0 +1,27 @@
+#pragma once
+// Datasets as STAC (1.0.0) has them, in one collection, and the landing page of OGC API - Common above them. Links are absolute: readers of
+// catalogs take documents out of their place.
+#include <string>
+#include <vector>
+
+#include "server/http/json.h"
+#include "server/datasets/library.h"
+#include "server/datasets/registry.h"
+
+namespace cordillera::server::stac {
+
+/// Where a client sees the service: "https://example.org/terrain", or empty where it named no host; then links begin with a slash.
+struct Place {
+  std::string root;
+};
+
+Json landing_page(const Place& place);
+Json conformance();
+Json collection(const Place& place);
+Json collections(const Place& place);
+/// Of a dataset that is ready.
+Json item(const Place& place, const Dataset& dataset, const proto::Manifest& manifest);
+/// A page; next: the query of the one behind it, or empty.
+Json item_list(const Place& place, const std::vector<Json>& items, const std::string& next);
+
+}  // namespace cordillera::server::stac
