@@ -12,7 +12,6 @@
 #include "pipeline/build/exact_block.h"
 #include "pipeline/tile/mesh_record.h"
 #include "pipeline/plan/plan.h"
-#include "pipeline/tile/chain.h"
 #include "pipeline/build/tile_output.h"
 
 namespace cordillera::pipeline {
@@ -85,8 +84,8 @@ std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::
 }
 
 proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
-  // Border chains look to either side.
-  const raster::Source::Window window = node_window(plan_, node, rim_reach(lattice_, node.z));
+  // Border chains look one cell of the level to either side.
+  const raster::Source::Window window = node_window(plan_, node, lattice_.cell_units(node.z));
   proto::Samples samples;
   if (window.west > window.east || window.south > window.north) return samples;
   bool empty = false;

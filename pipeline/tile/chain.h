@@ -29,9 +29,6 @@ struct Edge {
 };
 Edge edge_of(const proto::Lattice& lattice, const proto::TileAddress& tile, Side side);
 
-/// How far beside an edge of a level rims are looked for: a cell that it may be moved by, and one more. So far a block reads around itself.
-inline std::int64_t rim_reach(const proto::Lattice& lattice, int level) { return 2 * lattice.cell_units(level); }
-
 /// The vertices that stay on an edge. Both ends are always there.
 struct Chain {
   std::vector<std::int32_t> position;  ///< strictly ascending, first 0, last Edge::units
@@ -64,9 +61,6 @@ struct EdgeHeights {
   std::int64_t first = 0;
   std::span<const std::int32_t> edge;
   std::span<const Line> beside;
-  /// As many as the edge's: 1 where there is no data straight across the edge within rim_reach of the level, on either side; empty: nowhere.
-  /// Vertices stay where that begins and ends: from a chord that ran on, a slit would reach along the edge to the rim beside it.
-  std::span<const char> near_void;
 
   EdgeHeights() = default;
   EdgeHeights(std::span<const std::int32_t> line) : edge(line) {}         // NOLINT: implicit on purpose

@@ -26,8 +26,6 @@ struct BuiltTile {
   bool composed = false;   ///< bound by composition instead of measured against finest samples
   gpu::SurfaceError measured;
   std::uint32_t put_back = 0;  ///< vertices, for the promise
-  std::size_t bare = 0;        ///< samples well inside the data that nothing covers, see uncovered_inside
-  std::size_t turned = 0;      ///< triangles that are upside down in space
   Loose loose{};                   ///< what the mesh leaves uncovered, where a tile above the blocks will be measured against it
   std::optional<Surface> finer{};  ///< its children's, likewise
 };

@@ -194,17 +194,6 @@ TEST(Chain, BothTilesSeeTheSame) {
   EXPECT_FALSE(chain({4, 5, 7}, Side::north) == chain({4, 5, 15}, Side::north)) << "curvature is not seen";
 }
 
-TEST(Chain, HoldsOnToRimsBeside) {
-  const Lattice lattice = lattice_of(22);
-  const std::vector<std::int32_t> heights = drawn("33333333333333333");
-  const std::string beside = "      vvvv       ";
-  std::vector<char> near_void;
-  for (const char c : beside) near_void.push_back(c == 'v' ? 1 : 0);
-  EdgeHeights seen(heights);
-  seen.near_void = near_void;
-  EXPECT_EQ(picture_of(chain_finest(edge(lattice, 16), seen, {0.5, 0, 0})), "3----33--33-----3");
-}
-
 TEST(Chain, PolesHaveEdgesWithoutLength) {
   const Lattice lattice = lattice_of(4);
   const std::vector<std::int32_t> pole(257, 1024 * 2800);
