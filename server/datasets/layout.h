@@ -5,7 +5,8 @@
 
 namespace cordillera::server {
 
-/// In a dataset's folder.
+/// In a dataset's folder: what its job is told, and what the job makes.
+inline constexpr const char* kJobFile = "job.json";
 inline constexpr const char* kStoreFile = "dataset.sqlite";
 /// Provisional tiles, a store like the other: whole or not there. Beside it, while it is made, one with another name.
 inline constexpr const char* kProvisionalStore = "provisional.sqlite";

@@ -205,7 +205,7 @@ void Ledger::tidy(const std::string& id, std::size_t keep) {
   }
   // What is being built goes on there.
   if (changes.pending_size() > 0)
-    named.insert({folder / kTargetFile, folder / "job.json", folder / kNextStore, folder / (std::string(kNextStore) + "-wal")});
+    named.insert({folder / kTargetFile, folder / kJobFile, folder / kNextStore, folder / (std::string(kNextStore) + "-wal")});
   std::error_code ignored;
   for (const fs::path& place : {folder, folder / kSources, folder / kVersions}) {
     for (const auto& entry : fs::directory_iterator(place, ignored)) {

@@ -14,8 +14,6 @@ namespace cordillera::server {
 
 /// The descriptor on which a child reports: JSON lines of proto::Progress.
 inline constexpr int kReportDescriptor = 3;
-/// In a job's folder.
-inline constexpr const char* kJobFile = "job.json";
 /// A job's temporary files, removed when it has ended. The only place where it may make symbolic links: the service follows names
 /// in the rest.
 inline constexpr const char* kTemporaryFolder = "tmp";
