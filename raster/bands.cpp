@@ -62,7 +62,7 @@ proto::Result<Part> chosen(const std::vector<Part>& parts, const std::string& na
   if (asked.empty() && heights.size() == 1) return *heights.front();
   const std::string holds = name + " holds " + std::to_string(parts.size()) + " rasters, " + listed(names);
   return Problem{"raster-bands", holds + (asked.empty() ? ", and none alone is called as heights are" : "; none of them is " + proto::shown_text(asked)),
-                 "a file with one raster: gdal_translate makes it of the name that gdalinfo gives to the one with the heights", ""};
+                 "band= with the name of one of them", "band"};
 }
 
 /// Of a band that has one: what it was described as, or the NetCDF variable that it is of.
@@ -98,8 +98,8 @@ Problem no_such_band(const Dataset& dataset, const std::string& asked) {
     names.push_back(std::to_string(k) + (name.empty() ? "" : " " + name));
   }
   const std::string has = dataset.name + " has " + std::to_string(bands) + (bands == 1 ? " band" : " bands") + (named ? " (" + listed(names) + ")" : "");
-  const std::string which = bands == 1 ? "its one band" : "a file with one band: gdal_translate -b makes it of the one with the heights";
-  return {"raster-bands", has + (asked.empty() ? "; an elevation model has one" : ", and none of them is " + proto::shown_text(asked)), which, ""};
+  const std::string which = bands == 1 ? "band=1" : "band= with a number from 1 to " + std::to_string(bands) + (named ? ", or a band's name" : "");
+  return {"raster-bands", has + (asked.empty() ? "; an elevation model has one" : ", and none of them is " + proto::shown_text(asked)), which, "band"};
 }
 
 }  // namespace
@@ -113,7 +113,7 @@ proto::Result<void> choose_raster(Dataset& dataset, const std::string& asked) {
   const char* const only[] = {dataset.handle->GetDriverName(), nullptr};
   dataset.handle.reset(GDALDataset::Open(part->address.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
   if (!dataset.handle || dataset.handle->GetRasterCount() == 0)
-    return Problem{"raster-format-unsupported", part->name + " of " + dataset.name + " cannot be opened as a raster", accepted_formats(dataset.name), ""};
+    return Problem{"raster-format-unsupported", part->name + " of " + dataset.name + " cannot be opened as a raster", accepted_formats(dataset.name), "band"};
   dataset.part = part->name;
   return {};
 }

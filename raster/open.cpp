@@ -128,7 +128,7 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
                                                     const Decimation* pixels) {
   auto checked = check_options(options);
   if (!checked) return checked.problem();
-  auto dataset = open_dataset(path, name, trust, "");
+  auto dataset = open_dataset(path, name, trust, options.band());
   if (!dataset) return dataset.problem();
   const GdalScope scope(trust);
   if (pixels != nullptr) {

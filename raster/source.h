@@ -60,7 +60,7 @@ class Source {
   virtual std::string datum_print() const { return ""; }
 };
 
-/// path: the file. name: what the user called it; an .hgt knows its place only by that. Options used: crs, vertical_datum, nodata,
+/// path: the file. name: what the user called it; an .hgt knows its place only by that. Options used: band, crs, vertical_datum, nodata,
 /// voids (a height; what is to be filled is void here, see filled_source.h), z_scale, z_offset, bbox. Errors name the file or option, what is wrong, and what would be accepted.
 proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust,
                                                    const proto::BuildOptions& options);

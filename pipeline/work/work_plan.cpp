@@ -209,6 +209,7 @@ proto::Problem unreadable(const std::string& path, const std::string& why) {
 
 proto::BuildOptions reading(const proto::BuildOptions& options) {
   proto::BuildOptions out;
+  out.set_band(options.band());
   out.set_crs(options.crs());
   out.set_vertical_datum(options.vertical_datum());
   out.set_nodata(options.nodata());

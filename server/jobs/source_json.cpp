@@ -8,7 +8,8 @@ namespace {
 /// The options that were given to this raster.
 Json options_json(const proto::BuildOptions& options) {
   Json json = Json::object();
-  for (const auto& [name, value] : {std::pair{"crs", options.crs()},
+  for (const auto& [name, value] : {std::pair{"band", options.band()},
+                                    {"crs", options.crs()},
                                     {"vertical_datum", options.vertical_datum()},
                                     {"nodata", options.nodata()},
                                     {"voids", options.voids()}}) {

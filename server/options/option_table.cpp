@@ -66,6 +66,15 @@ Complaint apply_voids(std::string_view text, Settings& settings) {
   return std::nullopt;
 }
 
+Complaint apply_band(std::string_view text, Settings& settings) {
+  std::string value;
+  if (auto complaint = read_text(text, &value)) return complaint;
+  if (value.empty()) return "empty";
+  if (value == "0" || value[0] == '-') return "bands are counted from 1";
+  settings.build.set_band(value);
+  return std::nullopt;
+}
+
 Complaint apply_nodata(std::string_view text, Settings& settings) {
   double value = 0;
   std::string nan;
@@ -226,7 +235,7 @@ Complaint apply_limit(std::string_view text, Settings& settings) {
 }
 
 /// What each of several rasters may have of its own.
-constexpr std::string_view kOfRaster[] = {"name", "crs", "vertical-datum", "nodata", "voids", "z-scale", "z-offset"};
+constexpr std::string_view kOfRaster[] = {"name", "band", "crs", "vertical-datum", "nodata", "voids", "z-scale", "z-offset"};
 
 std::vector<OptionSpec> with_marks(std::vector<OptionSpec> options) {
   for (OptionSpec& option : options) {
@@ -242,6 +251,8 @@ std::vector<OptionSpec> make_build_options() {
   return with_marks({
       {"name", "NAME", "what the raster is called; an .hgt knows its place only by this", "text, such as N44W072.hgt",
        apply_text<&BuildOptions::mutable_name>},
+      {"band", "BAND", "which band of the file holds the heights, or which of several rasters in it (NetCDF, GeoPackage)",
+       "a number from 1 on, or a name: a band's, a variable's or a table's", apply_band},
       {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards",
        "metres, 0.01 to 1000000", apply_error},
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",

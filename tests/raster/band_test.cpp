@@ -64,7 +64,8 @@ TEST_F(Band, ByNumberOrName) {
   const auto several = raster::open_dataset(file, "", Trust::posted_file, "");
   ASSERT_FALSE(several.ok());
   EXPECT_EQ(several.problem().detail, "dem.tif has 3 bands (1 dsm, 2 dtm, 3 slope); an elevation model has one");
-  EXPECT_EQ(several.problem().accepted, "a file with one band: gdal_translate -b makes it of the one with the heights");
+  EXPECT_EQ(several.problem().accepted, "band= with a number from 1 to 3, or a band's name");
+  EXPECT_EQ(several.problem().parameter, "band");
 }
 
 TEST_F(Band, OfNetcdfTheVariableThatIsCalledAsHeightsAre) {
@@ -80,6 +81,18 @@ TEST_F(Band, OfNetcdfTheVariableThatIsCalledAsHeightsAre) {
   const auto several = raster::open_dataset(two, "", Trust::posted_file, "");
   ASSERT_FALSE(several.ok());
   EXPECT_EQ(several.problem().detail, "two.nc holds 2 rasters, z, height, and none alone is called as heights are");
+}
+
+TEST_F(Band, AsAnOption) {
+  const std::string file = bands("GTiff", "dem.tif", {"dsm", "dtm"});
+  proto::BuildOptions options = plain_options();
+  EXPECT_EQ(problem_type(file, options), "raster-bands");
+  options.set_band("dtm");
+  const auto source = must_open(file, options);
+  ASSERT_TRUE(source);
+  const proto::Lattice l = lattice(8);
+  const auto w = source->window(l);
+  EXPECT_NEAR(height_m(*source, l, (w.west + w.east) / 2, (w.south + w.north) / 2), 102, 0.01);
 }
 
 TEST_F(Band, OfAGeoPackageTheTable) {

@@ -26,7 +26,7 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
   for (const char* name :
        {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory", "bbox",
         "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name", "quality", "voids", "fill-limit", "water",
-        "water-mask"}) {
+        "water-mask", "band"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
   for (const OptionSpec& option : all_options()) {
@@ -76,6 +76,7 @@ TEST(Options, EveryValueArrivesInItsField) {
                                {"water", "-0.5"},
                                {"water_mask", "sea.tif"},
                                {"dry_run", ""},
+                               {"band", "elevation"},
                                {"name", "a.tif"}});
   ASSERT_TRUE(settings) << settings.problem().line();
   const proto::BuildOptions& build = settings->build;
@@ -84,6 +85,7 @@ TEST(Options, EveryValueArrivesInItsField) {
   EXPECT_EQ(build.crs(), "EPSG:32632");
   EXPECT_EQ(build.vertical_datum(), "EGM2008");
   EXPECT_EQ(build.nodata(), "-9999");
+  EXPECT_EQ(build.band(), "elevation");
   EXPECT_EQ(build.device(), "cuda:1");
   EXPECT_EQ(build.threads(), 4u);
   EXPECT_EQ(build.memory(), 512u);
@@ -103,7 +105,7 @@ TEST(Options, EveryValueArrivesInItsField) {
 }
 
 /// One value for every option of a build; error and keep exclude each other.
-const Given kOneOfEach = {{"name", "a.tif"}, {"error", "2.5"}, {"scheme", "geodetic"}, {"crs", "EPSG:32632"},
+const Given kOneOfEach = {{"name", "a.tif"}, {"band", "2"}, {"error", "2.5"}, {"scheme", "geodetic"}, {"crs", "EPSG:32632"},
                           {"vertical-datum", "EGM2008"}, {"nodata", "-9999"}, {"voids", "12.5"}, {"fill-limit", "40"}, {"strategy", "waves"}, {"device", "cpu"},
                           {"threads", "3"}, {"memory", "512"}, {"bbox", "10,46,11,47"}, {"min-level", "3"},
                           {"max-level", "12"}, {"z-scale", "0.5"}, {"z-offset", "-7"}, {"title", "two words"},
@@ -256,6 +258,9 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
                                                                 {"voids", "99999"},
                                                                 {"voids", "-500.5"},
                                                                 {"fill_limit", "1025"},
+                                                                {"band", ""},
+                                                                {"band", "0"},
+                                                                {"band", "-1"},
                                                                 {"quality", "minimax"},
                                                                 {"nodata", "holes!"},
                                                                 {"strategy", "magic"},
