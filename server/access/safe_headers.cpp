@@ -23,7 +23,7 @@ void add_safe_headers(Response& response) {
   if (!is.starts_with("text/html") && !is.starts_with("text/javascript") && !is.starts_with("image/svg") &&
       !is.starts_with("application/xml"))
     return;
-  response.set("Content-Security-Policy", kPage);
+  if (response.header("Content-Security-Policy").empty()) response.set("Content-Security-Policy", kPage);
   // Servers of imagery want to know whose page asks; the path, which may name a private dataset, is not theirs to know.
   response.set("Referrer-Policy", "strict-origin-when-cross-origin");
 }

@@ -254,7 +254,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
   if (route.resource == Resource::none) {
     if (auto moved = without_slash(request)) return *moved;
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
-                             "/v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, elevation, mesh.glb (.ply, .obj, .stl)" + face_paths(),
+                             "/v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, elevation, demo/{client}.html, mesh.glb (.ply, .obj, .stl)" + face_paths(),
                              ""});
   }
   if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);
@@ -276,6 +276,8 @@ Response Api::dispatch(const Request& request, const Route& route) {
     case Resource::page:
       if (auto small = browser_page(request.path)) return *small;
       return page(service_.web_files(), service_.settings().serve.web, request, [&] { return newest(service_, request); });
+    case Resource::demo:
+      return demo_page(service_.web_files(), service_.settings().serve.web, route.path);
     case Resource::uploads:
       return begin_upload(service_, request, bounds);
     case Resource::upload:

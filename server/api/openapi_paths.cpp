@@ -320,6 +320,8 @@ Json openapi_paths() {
   add_reading(paths, "manifest.json",
               {"manifest", "datasets", "What was read and assumed, and the errors of every level",
                good_answers("The manifest", "application/json")});
+  item(paths, "/v1/datasets/{id}/demo/{client}.html")["get"] =
+      operation({"demo", "datasets", "A page with the dataset in a map library; the same for every id, it asks for the dataset itself", {{"200", answer("The page", "text/html")}}});
   add_faces(paths);
   add_elevation(paths);
   add_meshes(paths);

@@ -184,6 +184,7 @@ Json parameters() {
   all["y"] = in_path("y", "row; which end it counts from, the operation says", whole);
   all["mesh_format"] =
       in_path("mesh_format", "kind of file", {{"type", "string"}, {"enum", Json::array_t{"glb", "ply", "obj", "stl"}}});
+  all["client"] = in_path("client", "map library", {{"type", "string"}, {"enum", Json::array_t{"cesium", "threejs", "deckgl", "maplibre", "openlayers", "leaflet", "qgis"}}});
   return all;
 }
 

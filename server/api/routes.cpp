@@ -36,7 +36,7 @@ Route stac_route(std::string_view rest) {
 /// What a dataset has and a version of it has not.
 bool is_of_now(Resource resource) {
   return resource == Resource::events || resource == Resource::sources || resource == Resource::source || resource == Resource::versions ||
-         resource == Resource::rollback;
+         resource == Resource::rollback || resource == Resource::demo;
 }
 
 Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
@@ -47,6 +47,7 @@ Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
   if (path == "versions") return Resource::versions;
   if (path == "rollback") return Resource::rollback;
   if (path == "elevation") return Resource::elevation;
+  if (path.starts_with("demo/") && path.ends_with(".html") && is_id(path.substr(5, path.size() - 10))) return Resource::demo;
   if (path.starts_with("mesh.") && pipeline::exports::mesh_kind(path.substr(5))) return Resource::mesh;
   const auto found = pipeline::faces::find(path);
   if (!found) return Resource::none;
@@ -123,6 +124,7 @@ std::string route_name(const Route& route) {
     case Resource::mesh: return "mesh";
     case Resource::archive: return "archive";
     case Resource::stac: return "stac";
+    case Resource::demo: return "demo";
     case Resource::page: return "viewer";
     case Resource::face: break;
   }

@@ -30,6 +30,7 @@ enum class Resource {
   mesh,         ///< …/mesh.glb and others
   archive,      ///< /v1/datasets/{id}.pmtiles
   stac,         ///< /stac and what is below it
+  demo,         ///< …/demo/{client}.html
   face,         ///< whatever a face has below …/{id}
   page,         ///< the viewer and its files
 };

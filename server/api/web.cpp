@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "pipeline/tileset/html_text.h"
+#include "server/access/safe_headers.h"
 #include "server/http/gzip.h"
 #include "server/http/json.h"
 
@@ -75,6 +76,21 @@ std::optional<fs::path> inside(const std::string& folder, const std::string& pat
   return end == root.end() ? std::optional(file) : std::nullopt;
 }
 
+/// A file of the folder, as it is or as the build compressed it; nullopt: it cannot be read.
+std::optional<Response> file_response(WebFiles& files, const fs::path& file, bool packed) {
+  const auto found = files.find(packed ? fs::path(file.string() + ".br") : file);
+  if (!found) return std::nullopt;
+  Response response;
+  response.shared = {found, &found->bytes};
+  if (packed) response.set("Content-Encoding", "br");
+  response.set("Content-Type", content_type(file));
+  response.set("Cache-Control", "no-cache");
+  response.set("ETag", quoted(found->etag));
+  return response;
+}
+
+Response unreadable() { return problem_response({"internal", "the file cannot be read", "trying again later", ""}); }
+
 }  // namespace
 
 std::string default_web_folder(const std::string& program) {
@@ -91,18 +107,18 @@ Response page(WebFiles& files, const std::string& folder, const Request& request
     if (root) return plain_page(datasets());
     return problem_response({"not-found", "there is nothing at " + path.substr(0, 200), "/, /v1 and what they link to", ""});
   }
-  Response response;
   std::error_code error;
-  const fs::path packed = file->string() + ".br";
-  const bool is_packed = fs::is_regular_file(packed, error) && accepts(request, "br");
-  const auto found = files.find(is_packed ? packed : *file);
-  if (!found) return problem_response({"internal", "the file cannot be read", "trying again later", ""});
-  response.shared = {found, &found->bytes};
-  if (is_packed) response.set("Content-Encoding", "br");
-  response.set("Content-Type", content_type(*file));
-  response.set("Cache-Control", "no-cache");
-  response.set("ETag", quoted(found->etag));
-  return response;
+  const bool packed = fs::is_regular_file(file->string() + ".br", error) && accepts(request, "br");
+  return file_response(files, *file, packed).value_or(unreadable());
+}
+
+Response demo_page(WebFiles& files, const std::string& folder, const std::string& path) {
+  const auto file = inside(folder, path);
+  if (!file) return problem_response({"not-found", "there is no page " + path.substr(0, 100), "demo/cesium.html and what it links to, where the viewer is installed", ""});
+  auto found = file_response(files, *file, false);
+  if (!found) return unreadable();
+  found->set("Content-Security-Policy", access::kLibraryPage);
+  return std::move(*found);
 }
 
 }  // namespace cordillera::server

@@ -140,6 +140,11 @@ export function show_snippets(snippets) {
   show();
 }
 
+const kDemos = { cesium: "CesiumJS", threejs: "three.js", deckgl: "deck.gl", maplibre: "MapLibre", openlayers: "OpenLayers", leaflet: "Leaflet", qgis: "QGIS" };
+export function show_demos(base) {
+  element("demos").replaceChildren(...Object.entries(kDemos).map(([name, words]) => make("a", words, { href: `${base}/demo/${name}.html` })));
+}
+
 // A button that stays pressed.
 export function press(id, on) {
   element(id).setAttribute("aria-pressed", String(Boolean(on)));

@@ -29,6 +29,8 @@ file(COPY ${cesium}/LICENSE.md DESTINATION ${OUTPUT}/cesium)
 foreach(file index.html style.css viewer.js dataset_panel.js globe.js keyboard.js legend.js link_state.js looks.js profile.js sample.js sea_level.js snippets.js terrain_style.js token.js upload.js)
   file(COPY ${SOURCE}/${file} DESTINATION ${OUTPUT})
 endforeach()
+include(${SOURCE}/demo/make_pages.cmake)
+make_demo_pages(${SOURCE}/demo ${OUTPUT}/demo)
 file(COPY ${SOURCE}/../../deploy/sample/white_mountains_srtm3.tif ${SOURCE}/../../deploy/sample/PROVENANCE.md DESTINATION ${OUTPUT}/sample)
 # The server hands this out as it is; compressing six megabytes for the first visitor would take seconds. Without it, it does so.
 get_filename_component(programs ${NPM} DIRECTORY)

@@ -107,6 +107,7 @@ async function show_dataset(id, camera) {
   page.scene.requestRender();
   panel.show_manifest(manifest);
   if (!again) page.profile.stop();
+  panel.show_demos(base);
   panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
   if (!set_camera(page.scene.camera, camera) && !again) home();
   panel.say(manifest.provisional ? "A first look: finer tiles take its place when the build is done." : "");

@@ -24,7 +24,7 @@ Json description() {
 /// A path of the description with values for its braces.
 std::string filled(std::string path, std::map<std::string, std::string> values) {
   for (const auto& [name, value] : std::map<std::string, std::string>{
-           {"root", "W"}, {"z", "3"}, {"x", "7"}, {"y", "6"}, {"mesh_format", "glb"}, {"source", "s"}, {"version", "0"}, {"id", "a"}}) {
+           {"root", "W"}, {"z", "3"}, {"x", "7"}, {"y", "6"}, {"mesh_format", "glb"}, {"source", "s"}, {"version", "0"}, {"id", "a"}, {"client", "leaflet"}}) {
     values.emplace(name, value);
   }
   for (const auto& [name, value] : values) path = std::regex_replace(path, std::regex("\\{" + name + "\\}"), value);
@@ -65,6 +65,8 @@ Response asked_for(TestService& test, const std::string& method, const std::stri
 
 TEST(OpenApi, EveryPathIsAnswered) {
   TestService test;
+  std::filesystem::create_directories(test.folder() / "web" / "demo");
+  std::ofstream(test.folder() / "web" / "demo" / "leaflet.html") << "<!doctype html>";
   const std::string id = body_of(test.post("GOOD", {}, {{"prefer", "wait=200"}}))["id"];
   const std::string version = body_of(test.get("/v1/datasets/" + id))["version"];
   int asked = 0;

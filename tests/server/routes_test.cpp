@@ -24,6 +24,7 @@ TEST(Routes, TheRestIsFound) {
   EXPECT_EQ(parse_route("/v1/datasets/a").resource, Resource::dataset);
   EXPECT_EQ(parse_route("/v1/datasets/a/events").resource, Resource::events);
   EXPECT_EQ(parse_route("/v1/datasets/a/manifest.json").resource, Resource::manifest);
+  EXPECT_EQ(parse_route("/v1/datasets/a/demo/leaflet.html").resource, Resource::demo);
   EXPECT_EQ(parse_route("/v1/datasets/a/tileset.json").resource, Resource::face);
   EXPECT_EQ(parse_route("/healthz").resource, Resource::health);
   EXPECT_EQ(parse_route("/readyz").resource, Resource::readiness);
@@ -42,6 +43,10 @@ TEST(Routes, WrongSpellingsAreNothing) {
                            "/v1/datasets/a b",
                            "/v1/datasets/a/",
                            "/v1/datasets/a/b",
+                           "/v1/datasets/a/demo/",
+                           "/v1/datasets/a/demo/.html",
+                           "/v1/datasets/a/demo/../../x.html",
+                           "/v1/datasets/a/versions/b/demo/leaflet.html",
                            "/v1/datasets/a/tiles",
                            "/v1/datasets/a/tiles/1/2/3",
                            "/v1/datasets/a/tiles/1/2/3.png",

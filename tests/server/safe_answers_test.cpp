@@ -50,6 +50,24 @@ TEST(SafeHeaders, NothingIsTakenForSomethingElse) {
   EXPECT_EQ(page.header("Referrer-Policy"), "strict-origin-when-cross-origin");
 }
 
+/// The page of a map library may have its own script and libraries of one host; it is the same for every id, so it tells of none.
+TEST(SafeHeaders, AClientsPageMayHaveItsLibraryAndTellsOfNoDataset) {
+  TestService test;
+  std::filesystem::create_directories(test.folder() / "web" / "demo");
+  std::ofstream(test.folder() / "web" / "demo" / "leaflet.html") << "<!doctype html><p>Leaflet</p>";
+  const std::string id = body_of(test.post("GOOD"))["id"];
+  const Response there = test.get("/v1/datasets/" + id + "/demo/leaflet.html"), nowhere = test.get("/v1/datasets/none/demo/leaflet.html");
+  EXPECT_EQ(there.status, 200);
+  EXPECT_EQ(there.bytes(), "<!doctype html><p>Leaflet</p>");
+  EXPECT_EQ(there.bytes(), nowhere.bytes());
+  EXPECT_EQ(there.header("ETag"), nowhere.header("ETag"));
+  EXPECT_EQ(there.header("Cache-Control"), "no-cache");
+  EXPECT_EQ(test.get("/v1/datasets/none/demo/leaflet.html", {{"if-none-match", there.header("ETag")}}).status, 304);
+  EXPECT_THAT(there.header("Content-Security-Policy"), HasSubstr("script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: https://cdn.jsdelivr.net/npm/;"));
+  EXPECT_EQ(slug_of(test.get("/v1/datasets/none/demo/other.html")), "not-found");
+  EXPECT_EQ(test.get("/v1/datasets/none/demo/../../x.html").status, 404);
+}
+
 /// What a header or a line of the log ends with must not come from outside.
 TEST(SafeHeaders, NoHeaderHoldsWhatEndsIt) {
   TestService test;

@@ -27,13 +27,15 @@ function watch(page, origins) {
   return { complaints, answered };
 }
 
-export async function open_client(browser, url, origins) {
+// started: what is true on the page once it stands; prepare(page) is called before it is opened.
+export async function open_client(browser, url, origins, { started = () => Boolean(globalThis.client), prepare } = {}) {
   const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
   page.setDefaultTimeout(kPatience_ms);
   const seen = watch(page, origins);
+  await prepare?.(page);
   await page.goto(url);
   const opened = { page, ...seen };
-  await until(opened, () => page.evaluate(() => Boolean(globalThis.client)), "the snippet never ended");
+  await until(opened, () => page.evaluate(started), "the page never came to its end");
   return opened;
 }
 

@@ -1,6 +1,7 @@
 // Runs the code of every client page, one after another, against a real server; pages in one Chromium.
 //   node look.mjs --chromium PATH --url URL --terrain ID --flat ID --known known.json --archives FOLDER
-//                 --docs FOLDER --modules FOLDER --pictures FOLDER [--only NAME,NAME]
+//                 --docs FOLDER --modules FOLDER --pictures FOLDER --private ID --token TOKEN
+//                 --held ID --job PROCESS [--only NAME,NAME]
 import { mkdirSync, readFileSync, rmSync } from "node:fs";
 import { parseArgs } from "node:util";
 
@@ -8,13 +9,14 @@ import { with_browser } from "../browser.mjs";
 import { open_client } from "./browser_page.mjs";
 import { bundle_all } from "./bundles.mjs";
 import { kHeightTolerance_m } from "./checks.mjs";
+import { kDemoPages, try_demo_page, try_following_pages, try_private_page, try_qgis_page } from "./demo_pages.mjs";
 import { kArchiveBlocks, kBrowserClients, kMeshBlocks, kTilesetBlocks } from "./clients.mjs";
 import { try_archive_block, try_mesh_block, try_drc_program, try_tileset_block } from "./node_clients.mjs";
 import { start_page_server } from "./page_server.mjs";
 import { block_of, page_of, snippet_of } from "./snippets.mjs";
 import { try_browser_client } from "./try_browser.mjs";
 
-const options = ["chromium", "url", "terrain", "flat", "known", "archives", "docs", "modules", "pictures", "only"];
+const options = ["chromium", "url", "terrain", "flat", "known", "archives", "docs", "modules", "pictures", "private", "token", "held", "job", "only"];
 const { values: given } = parseArgs({ options: Object.fromEntries(options.map((name) => [name, { type: "string" }])) });
 const wanted = ({ name }) => !given.only || given.only.split(",").includes(name);
 const in_browser = kBrowserClients.filter(wanted);
@@ -52,7 +54,16 @@ async function run_browser(pages, shared) {
       const allowed_m = shared.allowed_m + client.added_m;
       await run(client.name, () => try_browser_client(client, { ...shared, open, allowed_m }));
     }
+    await run_demo_pages({ browser, url: given.url, id: given.terrain, modules: given.modules, pictures: given.pictures });
   });
+}
+
+async function run_demo_pages(shared) {
+  const among = (name) => wanted({ name: `demo-${name}` });
+  for (const name of kDemoPages.filter(among)) await run(`demo-${name}`, () => try_demo_page(name, shared));
+  if (among("qgis")) await run("demo-qgis", () => try_qgis_page(shared));
+  if (among("live")) await run("demo-live", () => try_following_pages({ ...shared, id: given.held, job: Number(given.job) }));
+  if (among("private")) await run("demo-private", () => try_private_page({ ...shared, id: given.private, token: given.token }));
 }
 
 rmSync(entries, { recursive: true, force: true });
@@ -68,5 +79,5 @@ const shared = {
   bounds: manifest.bounds, allowed_m: manifest.levels[0].stated_max_error + kHeightTolerance_m,
 };
 await run_node(shared);
-if (in_browser.length > 0) await run_browser(pages, shared);
+await run_browser(pages, shared);
 process.exit(failures > 0 ? 1 : 0);

@@ -10,7 +10,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/browser/clients/run.sh BUILD [PICTURES]}" && pwd)
 . "$here/../../real_server.sh" 'The client test'
-need_node gdal_create
+need_node gdal_create gdal_translate
 need_chromium
 pictures=${2:-$build/browser/clients}
 mkdir -p "$pictures"
@@ -22,20 +22,28 @@ cp "$here"/../browser.mjs "$modules"
 cp -r "$here"/*.mjs "$here/drivers" "$modules/clients"
 
 # The same place, size and pixels as the sample's, without its relief.
-start_server "$build"
+token=$("$build/bin/cordillera" token new --name test --role write --file "$work/tokens" 2>/dev/null | sed -n 's/^token: //p')
+start_server "$build" --tokens "$work/tokens"
+export CORDILLERA_TOKEN=$token
 sample=$repository/deploy/sample/white_mountains_srtm3.tif
 gdal_create -q -of GTiff -ot Int16 -outsize 960 540 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr -71.85 44.5 -71.05 44.05 "$work/flat.tif"
 terrain=$(post "$sample")
 flat=$(post "$work/flat.tif")
+gdal_translate -q -srcwin 300 200 200 200 "$sample" "$work/part.tif"
+hidden=$(curl -fsS -T "$work/part.tif" -X POST -H "Authorization: Bearer $token" -H 'Prefer: wait=300' "$url/v1/datasets?name=part.tif&private=1" | json_id)
 for id in "$terrain" "$flat"; do
   mkdir -p "$work/archives/$id"
   "$build/bin/cordillera" export "$work/data/datasets/$id" -o "$work/archives/$id/dem.pmtiles" >/dev/null
   "$build/bin/cordillera" export "$work/data/datasets/$id" -o "$work/archives/$id/drc.pmtiles" --format drc >/dev/null
 done
 
+# One that is being built, and waits for the test.
+. "$here/../held.sh"
+hold "$sample" --error 1
+
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/../known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
 node "$modules/clients/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" \
   --known "$work/known.json" --archives "$work/archives" \
   --docs "$repository/docs" --modules "$modules/node_modules" \
-  --pictures "$pictures" ${ONLY:+--only "$ONLY"}
+  --pictures "$pictures" --private "$hidden" --token "$token" --held "$held" --job "$held_job" ${ONLY:+--only "$ONLY"}

@@ -1,0 +1,90 @@
+// What every client's page does: it knows its dataset by its own address, shows the token of this tab, and follows a build.
+const dataset = new URL("..", location.href).href.slice(0, -1), id = dataset.split("/").at(-1);
+const element = (name) => document.getElementById(name);
+const say = (text) => { element("message").textContent = text; };
+
+const kClients = {
+  cesium: "CesiumJS", threejs: "three.js", deckgl: "deck.gl", maplibre: "MapLibre GL", openlayers: "OpenLayers", leaflet: "Leaflet", qgis: "QGIS",
+};
+const here = location.pathname.split("/").at(-1).replace(".html", "");
+element("client").replaceChildren(...Object.entries(kClients).map(([name, words]) => new Option(words, name, false, name === here)));
+element("client").onchange = ({ target }) => { location.href = `${target.value}.html`; };
+element("viewer").href += `?dataset=${encodeURIComponent(id)}`;
+
+// The viewer's own token: this tab's, where no other site can read it.
+const kKey = "cordillera-token";
+const token = sessionStorage.getItem(kKey), headers = token ? { Authorization: `Bearer ${token}` } : {};
+element("token").onsubmit = (event) => {
+  event.preventDefault();
+  sessionStorage.setItem(kKey, new FormData(event.target).get("token").trim());
+  location.reload();
+};
+
+async function fetch_json(path) {
+  const response = await fetch(`${dataset}/${path}`, { headers });
+  const body = await response.json().catch(() => ({}));
+  if (response.ok) return body;
+  element("token").hidden = ![401, 403, 404].includes(response.status);
+  say(body.detail || `${path}: HTTP ${response.status}`);
+  throw new Error(body.detail || `${path}: HTTP ${response.status}`);
+}
+
+// A picture as an address of this page's own, for clients that cannot show a token for a picture.
+async function picture_of(url) {
+  const response = await fetch(url, { headers });
+  if (!response.ok) throw new Error(`${url}: HTTP ${response.status}`);
+  return URL.createObjectURL(await response.blob());
+}
+
+// Server-sent events, read with the token: hear(name, data), until the server ends them.
+async function listen(hear) {
+  const { body } = await fetch(`${dataset}/events`, { headers });
+  const reader = body.pipeThrough(new TextDecoderStream()).getReader();
+  let text = "";
+  for (let { done, value } = await reader.read(); !done; { done, value } = await reader.read()) {
+    const events = (text + value).split("\n\n");
+    text = events.pop();
+    for (const event of events) hear(/^event: (.*)$/m.exec(event)?.[1], JSON.parse(/^data: (.*)$/m.exec(event)?.[1] ?? "{}"));
+  }
+}
+
+let manifest = null;
+const kProvisional = "A first look: finer tiles take its place when the build is done.";
+function show_manifest(read) {
+  manifest = read;
+  document.title = `${read.title || read.name || id} · ${kClients[here]}`;
+  element("attribution").textContent = read.attribution || "";
+  say(read.provisional ? kProvisional : "");
+}
+
+// Calls reload() whenever other tiles stand at the addresses that were read: finer provisional ones, then the final ones.
+async function follow(reload) {
+  let turn = Promise.resolve();
+  const known = ({ provisional, levels }) => `${provisional} ${levels.at(-1).level}`;
+  let seen = known({ provisional: true, levels: [{ level: manifest.max_level }] });
+  await listen((name, data) => {
+    if (name === "progress" && data.share > 0) say(`${kProvisional} ${data.stage}, ${Math.floor(100 * data.share)} %`);
+    if (name === "failed") say(data.detail || "The build failed.");
+    if (name !== "tiles" || known(data) === seen) return;
+    seen = known(data);
+    turn = turn.then(async () => {
+      show_manifest(await fetch_json("manifest.json"));
+      await reload();
+      document.body.dataset.tiles = manifest.provisional ? "provisional" : "final";
+    });
+  });
+  await turn;
+}
+
+// The dataset, as soon as there is something of it to be seen; then show() and, while it is being built, reload().
+async function start({ show, reload }) {
+  const status = await fetch_json("../" + id);
+  if (status.state !== "ready" && !status.provisional && status.state !== "failed") {
+    say("Nothing can be seen yet.");
+    await new Promise((seen) => listen((name) => { if (["tiles", "ready", "failed"].includes(name)) seen(); }));
+  }
+  show_manifest(await fetch_json("manifest.json"));
+  await show();
+  document.body.dataset.tiles = manifest.provisional ? "provisional" : "final";
+  if (manifest.provisional) await follow(reload);
+}

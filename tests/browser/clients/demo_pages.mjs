@@ -1,0 +1,96 @@
+// The pages that the service has for each client: /v1/datasets/ID/demo/CLIENT.html. Their libraries are asked for at another host; here
+// they come from npm, and the browser itself holds them against the hashes that the pages name.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { extname, join } from "node:path";
+
+import { open_client, picture_of } from "./browser_page.mjs";
+
+export const kDemoPages = ["leaflet", "openlayers", "maplibre", "threejs", "deckgl", "cesium"];
+export const kLibraryHost = "https://cdn.jsdelivr.net";
+const kTypes = { ".css": "text/css", ".js": "text/javascript", ".mjs": "text/javascript", ".wasm": "application/wasm" };
+const kLeastSpread = 12;  // of shades, of 255; a page without terrain has less than 4
+
+// NAME@VERSION/PATH of a package, from npm's folder: the page and the tests must mean the same version.
+export async function serve_libraries(page, modules) {
+  await page.route(`${kLibraryHost}/**`, (route) => {
+    const [, name, version, path] = new URL(route.request().url()).pathname.match(/^\/npm\/((?:@[^/]+\/)?[^@/]+)@([^/]+)\/(.+)$/);
+    const here = JSON.parse(readFileSync(join(modules, name, "package.json"), "utf8")).version;
+    if (version !== here) throw new Error(`the page takes ${name} ${version}, the tests have ${here}`);
+    return route.fulfill({
+      body: readFileSync(join(modules, name, path)), contentType: kTypes[extname(path)] ?? "application/octet-stream",
+      headers: { "Access-Control-Allow-Origin": "*" } });
+  });
+}
+
+const shown = ({ page }) => page.waitForFunction(() => document.body.dataset.tiles === "final");
+
+// Terrain is seen, nothing is asked for elsewhere or refused, and a drag moves the picture where the page has a camera of its own.
+export async function try_demo_page(name, { browser, url, id, modules, pictures }) {
+  const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/${name}.html`, [url, kLibraryHost],
+    { started: () => document.body.dataset.tiles, prepare: (page) => serve_libraries(page, modules) });
+  await shown(opened);
+  const { deviation } = await picture_of(opened, `${pictures}/demo-${name}.png`);
+  assert.ok(deviation > kLeastSpread, `there is no terrain: shades deviate by ${deviation.toFixed(1)} of 255`);
+  if (name === "threejs") await try_drag(opened);
+  assert.deepEqual(opened.complaints, [], "the browser complained");
+  await opened.page.close();
+  return `shades deviate by ${deviation.toFixed(1)} of 255`;
+}
+
+async function try_drag({ page }) {
+  const place = () => page.evaluate(() => globalThis.demo.camera.position.toArray());
+  const before = await place(), { width, height } = page.viewportSize();
+  await page.mouse.move(width / 2, 0.7 * height);
+  await page.mouse.down();
+  await page.mouse.move(width / 2 + 40, 0.7 * height - 20, { steps: 4 });
+  await page.waitForFunction((from) => Math.hypot(...globalThis.demo.camera.position.toArray().map((value, k) => value - from[k])) > 10, before);
+  await page.mouse.up();
+}
+
+// No terrain of its own, but addresses to enter: they answer.
+export async function try_qgis_page({ browser, url, id, modules }) {
+  const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/qgis.html`, [url],
+    { started: () => document.body.dataset.tiles, prepare: (page) => serve_libraries(page, modules) });
+  const addresses = await opened.page.$$eval("code", (all) => all.map((one) => one.textContent));
+  assert.equal(addresses.length, 3);
+  for (const address of addresses.filter((one) => !one.includes("{"))) assert.equal((await opened.page.request.get(address)).status(), 200, address);
+  assert.deepEqual(opened.complaints, [], "the browser complained");
+  await opened.page.close();
+  return `${addresses.length} addresses`;
+}
+
+// A private dataset: the page asks for the token, keeps it for the tab, and shows the terrain.
+export async function try_private_page({ browser, url, id, token, modules }) {
+  const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+  await serve_libraries(page, modules);
+  await page.goto(`${url}/v1/datasets/${id}/demo/leaflet.html`);
+  await page.waitForFunction(() => !document.getElementById("token").hidden);
+  assert.match(await page.textContent("#message"), /there is no dataset/, "it says more than that there is none");
+  await page.fill("#token input", token);
+  await page.click("#token button");
+  await shown({ page });
+  await page.close();
+  return "shown with the token, unknown without";
+}
+
+// Pages of a dataset that is being built by the process job, which was stopped when its first tiles stood: final tiles take their place.
+const kFollowing = ["leaflet", "threejs"];
+export async function try_following_pages({ browser, url, id, job, modules }) {
+  const open = (name) => open_client(browser, `${url}/v1/datasets/${id}/demo/${name}.html`, [url, kLibraryHost],
+    { started: () => document.body.dataset.tiles, prepare: (page) => serve_libraries(page, modules) });
+  const opened = [];
+  for (const name of kFollowing) opened.push(await open(name));
+  for (const { page } of opened) {
+    assert.equal(await page.evaluate(() => document.body.dataset.tiles), "provisional", "the build is over already");
+    assert.match(await page.textContent("#message"), /first look/);
+  }
+  process.kill(job, "SIGCONT");
+  for (const one of opened) {
+    await shown(one);
+    assert.equal(await one.page.textContent("#message"), "");
+    assert.deepEqual(one.complaints, [], "the browser complained");
+    await one.page.close();
+  }
+  return `${kFollowing.join(", ")} show the final tiles`;
+}
