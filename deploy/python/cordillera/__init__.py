@@ -1,4 +1,4 @@
-"""Client of a Cordillera service: post a raster, watch its build, fetch tiles, ask for heights, look at it in a notebook.
+"""Client of a Cordillera service: post a raster, watch its build, fetch tiles, ask for heights.
 
     import cordillera
 

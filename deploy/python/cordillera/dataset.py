@@ -1,13 +1,13 @@
 """One dataset of a service."""
 from __future__ import annotations
 
+import html
 import json
 import urllib.parse
 from typing import Any, Iterable, Iterator, Mapping, Optional, Sequence
 
 from .connection import Connection
 from .heights import MOST_PLACES, Height, Place, Profile
-from .notebook import View
 from .progress import Progress, follow
 
 
@@ -74,12 +74,9 @@ class Dataset:
         """Cancels a running build, too."""
         self._connection.ask("DELETE", self._path)
 
-    def view(self, height_px: int = 480) -> View:
-        """The terrain, to be looked at in a notebook: as the last line of a cell."""
-        return View(self._connection.url, self.url, height_px)
-
     def _repr_html_(self) -> str:
-        return self.view()._repr_html_()
+        """In a notebook: a link to the viewer. No other page may frame it, for it may hold a token."""
+        return f'<a href="{html.escape(self.viewer_url)}" target="_blank" rel="noopener">{html.escape(self.id)} in the viewer</a>'
 
     def __repr__(self) -> str:
         return f"Dataset({self.url!r})"
