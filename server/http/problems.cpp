@@ -75,7 +75,7 @@ const std::vector<ProblemKind>& table() {
 
 // What rasters and their options are refused for: 422, titles made from the words.
 constexpr const char* kOfBuilds[] = {
-    "mesh-too-large",          "archive-too-large",  "device-unavailable", "bbox-outside-raster", "unit-unknown",          "hgt-name",
+    "mesh-too-large",          "export-too-large",   "device-unavailable", "bbox-outside-raster", "unit-unknown",          "hgt-name",
     "raster-format-unsupported", "raster-truncated", "raster-unreadable",   "raster-too-large",      "raster-bands",
     "raster-type",             "raster-scale",       "raster-all-nodata",   "raster-not-georeferenced", "raster-without-crs",
     "crs-unknown",             "crs-unsupported",    "crs-conflict",        "crs-mismatch",          "crs-not-transformable",

@@ -23,7 +23,7 @@ using proto::Problem;
 std::string file_of(const ArchiveOrder& order) { return order.id + "." + order.version + "." + std::string(order.face->name) + ".pmtiles"; }
 
 Problem too_many(std::uint64_t tiles) {
-  return {"archive-too-large", "the archive would have " + std::to_string(tiles) + " tiles",
+  return {"export-too-large", "the archive would have " + std::to_string(tiles) + " tiles",
           "at most " + std::to_string(ArchiveFiles::kMostTiles) + " over HTTP; cordillera export makes larger ones", ""};
 }
 
@@ -131,7 +131,7 @@ void ArchiveFiles::make(Entry& entry) {
   bounds.bytes = [&](std::uint64_t more) -> std::optional<Problem> {
     if (stop_) return Problem{"service-stopping", "the service is stopping", "trying again later", ""};
     bytes += more;
-    if (bytes > kMostBytes) return Problem{"archive-too-large", "the archive would be larger than this service keeps", "cordillera export", ""};
+    if (bytes > kMostBytes) return Problem{"export-too-large", "the archive would be larger than this service keeps", "cordillera export", ""};
     full = claim->next(more);
     return full.empty() ? std::nullopt : std::optional(limits::storage_full(full));
   };

@@ -53,7 +53,7 @@ class ArchiveFiles {
   ArchiveFiles(std::filesystem::path folder, limits::Space& space, Told made);
   ~ArchiveFiles();
 
-  /// The archive; null while it is being made, which begins with the first who asks. Problems: "archive-too-large", "service-busy",
+  /// The archive; null while it is being made, which begins with the first who asks. Problems: "export-too-large", "service-busy",
   /// "storage-full", and those of the format. A problem is told once; who asks again has it tried again.
   proto::Result<std::shared_ptr<const ArchiveFile>> find(const ArchiveOrder& order);
   /// Archives of a dataset go: it has another version, or there is none any more.
