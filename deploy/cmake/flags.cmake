@@ -23,7 +23,9 @@ function(cordillera_unity target)
     return()
   endif()
   cmake_parse_arguments(U "" "" "ALONE" ${ARGN})
-  set_source_files_properties(${U_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  if(U_ALONE)
+    set_source_files_properties(${U_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endif()
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12 UNITY_BUILD_UNIQUE_ID CORDILLERA_FILE)
 endfunction()
 
@@ -50,12 +52,13 @@ function(cordillera_precompile_test target)
   target_precompile_headers(${target} REUSE_FROM cordillera_test_headers)
 endfunction()
 
-# A test program: cordillera_test(name SOURCES ... LIBS ... [TIMEOUT seconds]). The limit is of one of its tests, on a machine that is slow and busy; what
+# A test program: cordillera_test(name SOURCES ... [ALONE source...] LIBS ... [TIMEOUT seconds]). ALONE as for cordillera_unity: thirteen sources of
+# the server's tests take 25 seconds as one, and 110 apart. The limit is of one of its tests, on a machine that is slow and busy; what
 # a test waits for has its own patience of four minutes, so that it says what did not come.
 # Under a sanitizer the program is one test, and has an hour.
 # COST: what may take longest begins first, here and in the folders of scripts, so that a run does not end with one long test.
 function(cordillera_test name)
-  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;ALONE;LIBS" ${ARGN})
   if(NOT T_TIMEOUT)
     set(T_TIMEOUT 300)
   endif()
@@ -63,8 +66,9 @@ function(cordillera_test name)
     return()
   endif()
   find_package(GTest REQUIRED)
-  add_executable(${name} ${T_SOURCES})
+  add_executable(${name} ${T_SOURCES} ${T_ALONE})
   cordillera_precompile_test(${name})
+  cordillera_unity(${name} ALONE ${T_ALONE})
   target_link_libraries(${name} PRIVATE cordillera_flags ${T_LIBS} GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # most of a test runs once: compiling it is what takes time
   target_compile_definitions(${name} PRIVATE CORDILLERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}")

@@ -14,8 +14,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr std::int64_t kTile = proto::kTileCells;
-constexpr Corner kCorner{13, 9000 * kTile + 30, 6000 * kTile + 150};
 
 class AutoStrategy : public testing::Test {
  protected:

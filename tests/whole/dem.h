@@ -8,12 +8,16 @@
 #include <string>
 #include <vector>
 
+#include "proto/lattice.h"
+
 namespace cordillera::whole {
 
 /// Height of pixel (c, r), counted from the north-western one.
 using HeightOf = std::function<double(int c, int r)>;
 
 inline constexpr double kNoData = -9999;
+/// Vertices from one side of a tile to the other.
+inline constexpr std::int64_t kTile = proto::kTileCells;
 
 /// A GeoTIFF to be written: float32, nodata kNoData.
 struct Dem {
@@ -30,6 +34,8 @@ struct Corner {
   int level = 0;
   std::int64_t west = 0, north = 0;
 };
+/// On land, and on no side of a tile.
+inline constexpr Corner kCorner{13, 9000 * kTile + 30, 6000 * kTile + 150};
 Dem points_of(const Corner& corner, int columns, int rows, HeightOf height);
 /// Pixels that are cells of a level's lattice (pixel-is-area).
 Dem cells_of(const Corner& corner, int columns, int rows, HeightOf height);

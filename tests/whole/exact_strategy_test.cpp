@@ -13,8 +13,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr std::int64_t kTile = proto::kTileCells;
-constexpr Corner kCorner{13, 9000 * kTile + 30, 6000 * kTile + 150};
 
 proto::BuildOptions exact(double error_m) {
   proto::BuildOptions options = with_error(error_m);

@@ -12,7 +12,6 @@ namespace {
 
 using testing::IsEmpty;
 
-constexpr std::int64_t kTile = proto::kTileCells;
 
 /// Sea at 0 m beside cliffs of a thousand metres; the walls themselves have gaps, as radar leaves them.
 HeightOf fjord() {

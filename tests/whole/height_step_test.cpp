@@ -11,9 +11,8 @@ namespace {
 
 using testing::IsEmpty;
 
-constexpr ErrorRules kAllSamples{70000, 1.25};
 
-Built rough(const proto::BuildOptions& options) {
+Built rough_ground(const proto::BuildOptions& options) {
   const auto height = [](int c, int r) { return 700 + 90 * std::sin(0.11 * c) * std::cos(0.07 * r) + 12 * std::sin(0.9 * c + 1.3 * r) + 0.013 * c; };
   return build_dem(points_of({13, 9000 * proto::kTileCells + 40, 6000 * proto::kTileCells + 300}, 301, 281, height), options);
 }
@@ -33,7 +32,7 @@ void expect_steps(const Built& built) {
 
 TEST(height_step, follows_the_target_and_the_error_is_stated_with_it) {
   for (const double error_m : {0.05, 2.0, 9.0}) {
-    const Built built = rough(with_error(error_m));
+    const Built built = rough_ground(with_error(error_m));
     expect_steps(built);
     EXPECT_THAT(judge(built, kAllSamples), IsEmpty()) << error_m;
     for (const proto::LevelSummary& level : built.manifest.levels()) EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
@@ -43,7 +42,7 @@ TEST(height_step, follows_the_target_and_the_error_is_stated_with_it) {
 TEST(height_step, of_heights_that_quality_moves) {
   proto::BuildOptions options = with_error(4);
   options.set_quality("best");
-  const Built built = rough(options);
+  const Built built = rough_ground(options);
   expect_steps(built);
   EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
 }
@@ -51,11 +50,11 @@ TEST(height_step, of_heights_that_quality_moves) {
 TEST(height_step, of_a_share_follows_the_tolerance_that_gives_it) {
   proto::BuildOptions options = plain_options();
   for (const double share : {0.5, 0.1}) options.add_keep(share);
-  expect_steps(rough(options));
+  expect_steps(rough_ground(options));
 }
 
 TEST(height_step, is_what_makes_tiles_small) {
-  const Built built = rough(with_error(2));
+  const Built built = rough_ground(with_error(2));
   std::size_t coarse = 0, fine = 0;
   for (const auto& [at, tile] : built.finest()) {
     pipeline::LatticeMesh mesh;

@@ -12,8 +12,6 @@ using testing::IsEmpty;
 using testing::Le;
 using testing::Optional;
 
-constexpr std::int64_t kTile = proto::kTileCells;
-constexpr Corner kCorner{13, 9000 * kTile + 30, 6000 * kTile + 150};
 
 /// Valid samples that no triangle covers, and void ones that one does, both farther than rim_cells from the rim.
 struct Coverage {

@@ -23,6 +23,8 @@ struct ErrorRules {
   std::int64_t samples_a_tile = 70000;  ///< at most, by striding
   double slack = 0;                     ///< > 0: at the finest level a stated error is at most this times the measured one, and a bit
 };
+/// Every sample of a tile.
+inline constexpr ErrorRules kAllSamples{70000, 1.25};
 Findings judge_errors(const Built& built, const ErrorRules& rules);
 
 /// Laws 1 to 3, and a tile on every level.

@@ -10,7 +10,6 @@ namespace {
 
 using testing::IsEmpty;
 
-constexpr std::int64_t kTile = proto::kTileCells;
 
 /// Triangles of the finest grid between valid samples.
 double grid_triangles(const Built& built) {

@@ -13,7 +13,6 @@ using testing::IsEmpty;
 using testing::Le;
 using testing::Optional;
 
-constexpr std::int64_t kTile = proto::kTileCells;
 
 class Rough : public testing::TestWithParam<int> {};
 TEST_P(Rough, obeys_the_laws) {

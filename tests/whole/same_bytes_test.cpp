@@ -11,7 +11,6 @@
 namespace cordillera::whole {
 namespace {
 
-constexpr std::int64_t kTile = proto::kTileCells;
 
 class SameBytes : public testing::Test {
  protected:

@@ -12,8 +12,6 @@ using testing::IsEmpty;
 using testing::Optional;
 using testing::Le;
 
-constexpr std::int64_t kTile = proto::kTileCells;
-constexpr ErrorRules kAllSamples{70000, 1.25};
 
 /// A corner of tile (x, y) of a level, y from the south, in lattice vertices: its north-western one.
 Corner north_west_of(const proto::TileAddress& t) { return {t.z, t.x * kTile, (t.y + 1) * kTile}; }

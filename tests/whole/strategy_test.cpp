@@ -13,8 +13,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-constexpr std::int64_t kTile = proto::kTileCells;
-constexpr Corner kCorner{13, 9000 * kTile + 30, 6000 * kTile + 150};
 
 /// Three by two tiles, with ragged holes in a part of them and one over the corner of four.
 Dem with_holes() {

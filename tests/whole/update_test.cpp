@@ -19,7 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 namespace work = pipeline::work;
 
-constexpr std::int64_t kTile = proto::kTileCells;
 constexpr int kLevel = 12;
 constexpr std::int64_t kBlock = 513;  // samples a side, two tiles
 

@@ -20,7 +20,7 @@ using pipeline::WaterPixels;
 
 constexpr int kLevel = 9;
 constexpr int kColumns = 700, kRows = 600;
-const Corner kCorner{kLevel, 520 * proto::kTileCells + 40, 330 * proto::kTileCells + 90};
+const Corner kShore{kLevel, 520 * proto::kTileCells + 40, 330 * proto::kTileCells + 90};
 
 /// A sea in the west, a lake that is no sea in the east.
 bool sea(int c, int r) { return c < 300 + 60 * std::sin(r / 40.0); }
@@ -32,7 +32,7 @@ double ground(int c, int r) {
 class Water : public ::testing::Test {
  protected:
   void build(const proto::BuildOptions& extra) {
-    write(cells_of(kCorner, kColumns, kRows, ground), folder_.path("dem.tif"));
+    write(cells_of(kShore, kColumns, kRows, ground), folder_.path("dem.tif"));
     pipeline::BuildRequest request;
     request.raster_path = folder_.path("dem.tif");
     request.raster_name = "dem.tif";
@@ -74,8 +74,8 @@ class Water : public ::testing::Test {
       whole += pixels.size() == 1 ? 1 : 0;
       for (int row = 0; row < kWaterSide; ++row) {
         for (int column = 0; column < kWaterSide; ++column) {
-          const auto c = static_cast<int>(x * std::int64_t{kWaterSide} + column - kCorner.west);
-          const auto r = static_cast<int>(kCorner.north - 1 - (y * std::int64_t{kWaterSide} + kWaterSide - 1 - row));
+          const auto c = static_cast<int>(x * std::int64_t{kWaterSide} + column - kShore.west);
+          const auto r = static_cast<int>(kShore.north - 1 - (y * std::int64_t{kWaterSide} + kWaterSide - 1 - row));
           const bool inside = c >= 0 && r >= 0 && c < kColumns && r < kRows;
           ASSERT_EQ(water_at(pixels, column, row), inside && sea(c, r)) << x << " " << y << ", pixel " << c << " " << r;
           ++checked;
@@ -104,7 +104,7 @@ TEST_F(Water, IsWhereTheRasterIsExactlySoHigh) {
 TEST_F(Water, IsWhereAMaskInAnotherProjectionSaysSo) {
   // A mask of 60 m on the map, a pixel of the elevation model being 150 m.
   const proto::Lattice lattice{proto::Scheme::geodetic, kLevel};
-  const double west_deg = lattice.longitude_deg(kCorner.west), north_deg = lattice.latitude_deg(kCorner.north), cell_deg = lattice.cell_deg();
+  const double west_deg = lattice.longitude_deg(kShore.west), north_deg = lattice.latitude_deg(kShore.north), cell_deg = lattice.cell_deg();
   constexpr double kRadius = 6378137, kPixel_m = 60;
   const auto map_y = [](double deg) { return kRadius * std::asinh(std::tan(deg * 3.14159265358979323846 / 180)); };
   const double west_m = kRadius * west_deg * 3.14159265358979323846 / 180, north_m = map_y(north_deg);
@@ -130,8 +130,8 @@ TEST_F(Water, IsWhereAMaskInAnotherProjectionSaysSo) {
     const WaterPixels pixels = mask("terrain/9/" + std::to_string(node.tile.x) + "/" + std::to_string(node.tile.y) + ".terrain");
     for (int row = 0; row < kWaterSide; ++row) {
       for (int column = 0; column < kWaterSide; ++column) {
-        const auto c = static_cast<int>(node.tile.x * std::int64_t{kWaterSide} + column - kCorner.west);
-        const auto r = static_cast<int>(kCorner.north - 1 - (node.tile.y * std::int64_t{kWaterSide} + kWaterSide - 1 - row));
+        const auto c = static_cast<int>(node.tile.x * std::int64_t{kWaterSide} + column - kShore.west);
+        const auto r = static_cast<int>(kShore.north - 1 - (node.tile.y * std::int64_t{kWaterSide} + kWaterSide - 1 - row));
         if (c < 1 || r < 1 || c >= kColumns - 1 || r >= kRows - 1) continue;
         bool shore = false;
         for (int k = 0; k < 9; ++k) shore |= sea(c + k % 3 - 1, r + k / 3 - 1) != sea(c, r);
@@ -175,7 +175,7 @@ TEST_F(Water, InWebMercatorIsTheSameWater) {
   build(options);
   EXPECT_EQ(Json::parse(*fetch("web-mercator/layer.json"))["extensions"], Json::array({"octvertexnormals", "watermask"}));
   // A tile of zoom 10 in the data: pixel by pixel by latitude, which is what positions in the format are linear in.
-  const double middle_deg = proto::Lattice{proto::Scheme::geodetic, kLevel}.latitude_deg(kCorner.north - kRows / 2);
+  const double middle_deg = proto::Lattice{proto::Scheme::geodetic, kLevel}.latitude_deg(kShore.north - kRows / 2);
   const double map = (1 + std::asinh(std::tan(middle_deg * 3.14159265358979323846 / 180)) / 3.14159265358979323846) / 2 * 1024;
   const auto y = static_cast<int>(map);
   const auto parallel = [](int row) { return std::atan(std::sinh(3.14159265358979323846 * (row / 512.0 - 1))) * 180 / 3.14159265358979323846; };
@@ -184,9 +184,9 @@ TEST_F(Water, InWebMercatorIsTheSameWater) {
   std::size_t water = 0;
   for (int row = 0; row < kWaterSide; ++row) {
     const double latitude = parallel(y + 1) + (parallel(y) - parallel(y + 1)) * (row + 0.5) / kWaterSide;
-    const auto r = static_cast<int>(kCorner.north - 1 - static_cast<std::int64_t>((latitude + 90) * 512 * 256 / 180));
+    const auto r = static_cast<int>(kShore.north - 1 - static_cast<std::int64_t>((latitude + 90) * 512 * 256 / 180));
     for (int column = 0; column < kWaterSide; ++column) {
-      const auto c = static_cast<int>(521 * kWaterSide + column - kCorner.west);
+      const auto c = static_cast<int>(521 * kWaterSide + column - kShore.west);
       ASSERT_EQ(water_at(pixels, column, row), sea(c, r)) << column << " " << row;
       water += sea(c, r) ? 1 : 0;
     }
@@ -204,7 +204,7 @@ TEST_F(Water, AMaskThatCannotBeReadIsNamed) {
   proto::BuildOptions options;
   options.set_water_mask(folder_.path("no.tif"));
   options.set_vertical_datum("ellipsoid");
-  write(cells_of(kCorner, 80, 60, ground), folder_.path("dem.tif"));
+  write(cells_of(kShore, 80, 60, ground), folder_.path("dem.tif"));
   pipeline::BuildRequest request;
   request.raster_path = folder_.path("dem.tif");
   request.raster_name = "dem.tif";

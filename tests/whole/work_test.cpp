@@ -20,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 namespace work = pipeline::work;
 
-constexpr std::int64_t kTile = proto::kTileCells;
 constexpr int kLevel = 13;
 
 /// Three small rasters: two that overlap, one so far away that it lies in other blocks.
