@@ -125,7 +125,7 @@ async function newest_datasets() {
   for (let next = "v1/datasets?limit=500"; next && datasets.length < MOST_LISTED;) {
     const here = await fetch_json(next);
     datasets.push(...here.datasets);
-    next = here.next && `v1/${here.next}`;
+    next = here.next && `v1/datasets${new URL(here.next, document.baseURI).search}`;  // its path is the public one
   }
   return datasets;
 }

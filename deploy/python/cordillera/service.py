@@ -62,12 +62,14 @@ class Service:
 
     def datasets(self, **filters: Option) -> Iterator[Dataset]:
         """Newest first. filters: state, bbox, q, as of GET /v1/datasets."""
-        address: Optional[str] = "datasets?" + urllib.parse.urlencode({key: str(value) for key, value in filters.items()})
-        while address:
-            page: dict[str, Any] = self._connection.ask("GET", "/v1/" + address).json()
+        query = urllib.parse.urlencode({key: str(value) for key, value in filters.items()})
+        while True:
+            page: dict[str, Any] = self._connection.ask("GET", "/v1/datasets?" + query).json()
             for row in page["datasets"]:
                 yield self.dataset(row["id"])
-            address = page.get("next")
+            if not page["next"]:
+                return
+            query = urllib.parse.urlsplit(page["next"]).query  # its path is the public one, which a proxy may have changed
 
     def __repr__(self) -> str:
         return f"Service({self.url!r})"

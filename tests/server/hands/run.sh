@@ -98,7 +98,7 @@ lines = open(sys.argv[1]).read().split("\n")
 told = [json.loads(line[6:]) for before, line in zip(lines, lines[1:]) if before == "event: progress"]
 shares = [one["share"] for one in told]
 assert shares == sorted(shares) and shares[-1] > 0.5, shares
-assert all("place" in one for one in told) and len({one["stage"] for one in told}) > 2, told
+assert all("place" in one for one in told) and len({one["stage"] for one in told}) > 1, told  # how many are told is the machine's speed
 END
 count=$((count + 1))
 
