@@ -330,7 +330,7 @@ int main(int count, char** words) {
   if (*info) return info_command(subject, as_json ? Show::json : Show::table);
 
   if (const auto code = work_words.run()) return *code;
-  if (const auto code = client_words.run()) return *code;
+  if (const auto code = client_words.run(own_path())) return *code;
   if (*work_words.plan()) {
     return with_settings(build_options(), plan_reading, [&](const Settings& settings) { return work_words.run_plan(settings); });
   }

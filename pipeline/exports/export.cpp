@@ -2,10 +2,12 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <set>
 
+#include "pipeline/exports/folder_page.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/sqlite.h"
 
@@ -83,7 +85,7 @@ void move_into_place(const Workplace& from, const fs::path& folder) {
 
 /// What a folder of any faces may hold at its top.
 std::set<std::string, std::less<>> names_of_exports() {
-  std::set<std::string, std::less<>> names = {"manifest.json"};
+  std::set<std::string, std::less<>> names = {"manifest.json", kFolderPage};
   for (const faces::Face* face : faces::all_faces()) {
     for (const faces::Resource& resource : face->resources) names.emplace(resource.path.substr(0, resource.path.find('/')));
   }
@@ -126,6 +128,8 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
     Workplace work(target.string() + ".partial-" + std::to_string(getpid()));
     write_faces(terrain, chosen, work);
     work.write("manifest.json", manifest_json(terrain.manifest()));
+    const bool has_page = std::any_of(chosen.begin(), chosen.end(), [](const faces::Face* face) { return face->entry == "tileset.json"; });
+    if (has_page) work.write(kFolderPage, folder_page(terrain.manifest()));
     move_into_place(work, target);
     return {};
   } catch (const Refused& refused) {

@@ -305,7 +305,8 @@ Response Api::of_dataset(const Request& request, const Route& route) {
     if (route.resource == Resource::versions) return updates::versions(service_, *dataset);
     if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
     if (route.resource == Resource::archive) return archive(service_, request, *dataset, route);
-    return published(service_, *dataset, request, route);
+    const std::string folder = service_.mounts().has(dataset->id) ? service_.mounts().folder(dataset->id) : "";
+    return folder.empty() ? published(service_, *dataset, request, route) : published_folder(service_, request, *dataset, route, folder);
   };
   Response response;
   try {

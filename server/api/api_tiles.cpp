@@ -4,12 +4,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "pipeline/faces/mercator_draco.h"
 #include "pipeline/faces/mercator_mesh.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "server/api/api.h"
+#include "server/api/web.h"
 #include "server/http/gzip.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
@@ -143,6 +145,21 @@ std::optional<Response> not_ready(const Dataset& dataset) {
 
 const char* cache_control(const Route& route) {
   return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
+}
+
+Response published_folder(Service& service, const Request& request, const Dataset& dataset, const Route& route, const std::string& folder) {
+  if (!route.version.empty()) return problem_response({"version-unknown", "dataset " + dataset.id + " is a folder of finished tiles: it has one version", "the address without a version", ""});
+  auto file = file_of_folder(service.web_files(), folder, route.resource == Resource::manifest ? "manifest.json" : route.path);
+  if (file) {
+    if (route.resource == Resource::face) file->set("Content-Type", std::string(route.found.resource->type));
+    return if_changed(request, std::move(*file));
+  }
+  const auto manifest = service.mounts().manifest(dataset.id);
+  if (!manifest) return problem_response(manifest.problem());
+  std::error_code error;
+  const bool has_format = std::filesystem::exists(std::filesystem::path(folder) / route.path.substr(0, route.path.find('/')), error);
+  if (has_format && route.found.resource->grid != pipeline::faces::Grid::none) return no_tile(*manifest, route.found);
+  return problem_response(service.library().open(dataset.id).problem());
 }
 
 Opened open_published(Service& service, const Dataset& dataset, const Route& route) {

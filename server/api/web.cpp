@@ -112,6 +112,11 @@ Response page(WebFiles& files, const std::string& folder, const Request& request
   return file_response(files, *file, packed).value_or(unreadable());
 }
 
+std::optional<Response> file_of_folder(WebFiles& files, const std::string& folder, const std::string& path) {
+  const auto file = inside(folder, path);
+  return file ? file_response(files, *file, false) : std::nullopt;
+}
+
 Response demo_page(WebFiles& files, const std::string& folder, const std::string& path) {
   const auto file = inside(folder, path);
   if (!file) return problem_response({"not-found", "there is no page " + path.substr(0, 100), "demo/cesium.html and what it links to, where the viewer is installed", ""});

@@ -1,6 +1,7 @@
 #pragma once
 // The viewer's files, and a plain page in their place.
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ std::string default_web_folder(const std::string& program);
 /// Where the build left FILE.br beside a file, clients that accept br get that: a script of megabytes takes seconds to compress.
 /// Without a viewer, / is a page that says what is missing and lists the datasets that datasets() gives; nothing else asks for them.
 Response page(WebFiles& files, const std::string& folder, const Request& request, const std::function<std::vector<Row>()>& datasets);
+
+/// A file below a folder as it is, with its type by its name; nullopt: there is none, or the path leads out of the folder.
+std::optional<Response> file_of_folder(WebFiles& files, const std::string& folder, const std::string& path);
 
 /// demo/CLIENT.html of the folder: a map library with a dataset in it. The page knows its dataset by its own address, so it is the same
 /// for every id, also for one that there is not, and tells nobody which private ones there are.

@@ -1,5 +1,6 @@
 #pragma once
 // What `cordillera` does, a command a function. Each returns the exit code: 0 done, 1 failed or bad input, 2 wrong usage.
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,13 +13,13 @@ namespace cordillera::server {
 
 inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
 
-/// cordillera serve. program: path of this binary; the viewer lies beside it.
-int serve_command(const Settings& settings, const std::string& program);
+/// cordillera serve. program: path of this binary; the viewer lies beside it. listening: told the port as soon as connections wait there.
+int serve_command(const Settings& settings, const std::string& program, const std::function<void(int port)>& listening = {});
 
 /// What a command says besides problems.
 enum class Words { all, none };
 
-enum class Show { table, json };
+enum class Show { table, json, problems };
 
 struct BuildLine {
   std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/source_list.h

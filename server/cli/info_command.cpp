@@ -6,6 +6,7 @@
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/store.h"
 #include "server/cli/commands.h"
+#include "server/cli/path_kind.h"
 
 namespace cordillera::server {
 namespace {
@@ -33,15 +34,6 @@ proto::Result<proto::Manifest> read_manifest(const std::string& path) {
   return proto::Problem{"file-unreadable", path + "/manifest.json is no manifest", accepted, "path"};
 }
 
-/// A file here that is neither a dataset nor a folder.
-bool may_be_raster(const std::string& path) {
-  static const std::string kStore("SQLite format 3\0", 16);
-  std::error_code error;
-  std::string begin(kStore.size(), ' ');
-  std::ifstream file(path, std::ios::binary);
-  return fs::is_regular_file(path, error) && file && !(file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == kStore);
-}
-
 /// As a dry run without an option.
 int tell_of_raster(const std::string& path, Show show) {
   Settings settings;
@@ -55,7 +47,7 @@ int tell_of_raster(const std::string& path, Show show) {
 }  // namespace
 
 int info_command(const std::string& path, Show show) {
-  if (may_be_raster(path)) return tell_of_raster(path, show);
+  if (path_kind(path) == PathKind::raster) return tell_of_raster(path, show);
   const auto manifest = read_manifest(path);
   if (!manifest) {
     complain(manifest.problem());

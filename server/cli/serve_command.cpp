@@ -70,7 +70,7 @@ void look_after_heap(boost::asio::steady_timer& timer) {
 
 }  // namespace
 
-int serve_command(const Settings& given, const std::string& program) {
+int serve_command(const Settings& given, const std::string& program, const std::function<void(int port)>& listening) {
   Settings settings = given;
   set_up_heap();
   signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is a write that fails, as on a full disk
@@ -125,6 +125,7 @@ int serve_command(const Settings& given, const std::string& program) {
   const std::string host = settings.serve.listen.substr(0, settings.serve.listen.rfind(':'));
   log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " +
            std::filesystem::absolute(settings.serve.data).string());
+  if (listening) listening((*http)->port());
   (*http)->run();
   io.stop();
   waiter.join();

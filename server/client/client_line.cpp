@@ -28,6 +28,7 @@ void ClientWords::add_to(CLI::App& app) {
   add_place(*watch_, watch_line_.place);
   watch_->footer(kCodes);
   add_fetch(app);
+  add_view(app);
 }
 
 void ClientWords::add_post(CLI::App& app) {
@@ -62,7 +63,16 @@ void ClientWords::add_fetch(CLI::App& app) {
   fetch_->footer(kCodes);
 }
 
-std::optional<int> ClientWords::run() const {
+void ClientWords::add_view(CLI::App& app) {
+  view_ = app.add_subcommand("view", "show a raster or what was built of one in the viewer, from a service that ends with the command");
+  view_->add_option("path", view_line_.paths, "a raster, a dataset.sqlite, or a folder that build wrote; or several")->expected(1, -1);
+  view_->add_option("-p,--port", view_line_.port, "of this machine's loopback [any that is free]")->type_name("PORT");
+  view_->add_flag_callback("--no-browser", [this] { view_line_.browser = Browser::stays_shut; }, "only print the address");
+  add_table(*view_, post_options(), view_line_.options);
+}
+
+std::optional<int> ClientWords::run(const std::string& program) const {
+  if (*view_) return view_command(view_line_, program);
   if (*post_) return post_command(post_line_);
   if (*watch_) return watch_command(watch_line_);
   if (*fetch_) return fetch_command(fetch_line_);

@@ -1,6 +1,7 @@
 #pragma once
 // cordillera post, watch and fetch: a service from the command line. Each returns the exit code: 0 done, 1 refused or failed, 2 wrong usage,
 // 75 trying again may help.
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct PostLine {
   After after = After::leave;
   Show show = Show::table;
   Words words = Words::all;
+  std::function<void()> accepted;    ///< called when the service has the dataset, before any wait; may be empty
 };
 int post_command(const PostLine& line);
 
@@ -45,5 +47,16 @@ struct FetchLine {
   Words words = Words::all;
 };
 int fetch_command(const FetchLine& line);
+
+enum class Browser { opens, stays_shut };
+
+struct ViewLine {
+  std::vector<std::string> paths;  ///< rasters, .sqlite files, folders that build wrote
+  std::string port;                ///< empty: any that is free
+  Given options;                   ///< of the rasters' builds, as the command line spells them
+  Browser browser = Browser::opens;
+};
+/// cordillera view: the viewer with what the paths name, until a signal. program: path of this binary.
+int view_command(const ViewLine& line, const std::string& program);
 
 }  // namespace cordillera::server::client

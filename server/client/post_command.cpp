@@ -166,6 +166,7 @@ int post_command(const PostLine& line) {
   }
   const Json posted = with_addresses(*answer, post.address());
   const bool waits = line.after == After::wait;
+  if (line.accepted) line.accepted();
   if (line.show == Show::table) print(posted);
   if (line.show == Show::json && !waits) print_line(posted);
   return waits ? wait_for(post, posted, line.show) : kDone;

@@ -106,9 +106,9 @@ proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open_fil
 
 proto::Result<std::shared_ptr<const Summary>> Library::summary(const std::string& id) {
   if (mounts_.has(id)) {
-    const auto terrain = mounts_.open(id);
-    if (!terrain) return terrain.problem();
-    return summary_of((*terrain)->manifest());
+    const auto manifest = mounts_.manifest(id);
+    if (!manifest) return manifest.problem();
+    return summary_of(*manifest);
   }
   std::uint64_t before = 0;
   {

@@ -1,8 +1,12 @@
 #include "server/datasets/mounts.h"
 
 #include <ctime>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
 
 #include "pipeline/store/sqlite.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/store_object.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
@@ -34,13 +38,53 @@ proto::Problem unreachable(const std::string& name, const proto::Problem& why) {
           "asking again later", ""};
 }
 
+namespace fs = std::filesystem;
+
+std::optional<proto::Manifest> manifest_of_folder(const std::string& folder) {
+  std::ifstream file(fs::path(folder) / "manifest.json", std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  const auto manifest = pipeline::parse_manifest_json(text.str());
+  return file && manifest ? std::optional<proto::Manifest>(*manifest) : std::nullopt;
+}
+
+bool is_in_object_storage(const std::string& path) { return path.starts_with("/vsi"); }
+
+/// A dataset's folder of a server holds the file.
+std::string file_in(const std::string& path) {
+  std::error_code error;
+  const fs::path file = fs::path(path) / kStoreFile;
+  return fs::is_directory(path, error) && fs::exists(file, error) ? file.string() : path;
+}
+
 }  // namespace
+
+std::optional<proto::Problem> refuse_mounts(const std::vector<Mount>& mounts) {
+  for (const Mount& mount : mounts) {
+    if (is_in_object_storage(mount.path)) continue;
+    const auto refused = [&](const std::string& why) {
+      return proto::Problem{"mount-unusable", "dataset " + mount.name + ": " + why, "a finished .sqlite file, or a folder that `cordillera build -o` wrote", "--mount"};
+    };
+    std::error_code error;
+    const std::string file = file_in(mount.path);
+    if (!fs::exists(file, error)) return refused("there is no " + mount.path);
+    if (fs::is_directory(file, error)) {
+      if (!manifest_of_folder(file)) return refused("the folder " + mount.path + " holds neither manifest.json nor " + kStoreFile);
+      continue;
+    }
+    const auto manifest = pipeline::StoreReader::manifest_of(file);
+    if (!manifest) return refused(manifest.problem().detail);
+  }
+  return std::nullopt;
+}
 
 Mounts::Mounts(const Settings& settings)
     : cache_(std::make_shared<raster::BlockCache>(std::uint64_t{settings.serve.cache_mib} << 20)) {
   for (const Mount& mount : settings.serve.mounts) {
     auto place = std::make_unique<Place>();
-    place->path = mount.path;
+    std::error_code error;
+    place->path = is_in_object_storage(mount.path) ? mount.path : file_in(mount.path);
+    place->is_folder = !is_in_object_storage(mount.path) && fs::is_directory(place->path, error);
     place->created = start_text();
     place->is_private = settings.private_dataset;
     places_[mount.name] = std::move(place);
@@ -59,6 +103,21 @@ Dataset Mounts::dataset_of(const std::string& name, const Place& place) {
 std::optional<Dataset> Mounts::find(const std::string& name) const {
   const auto found = places_.find(name);
   return found == places_.end() ? std::nullopt : std::optional(dataset_of(name, *found->second));
+}
+
+std::string Mounts::folder(const std::string& name) const {
+  const Place& place = *places_.at(name);
+  return place.is_folder ? place.path : "";
+}
+
+proto::Result<proto::Manifest> Mounts::manifest(const std::string& name) {
+  const std::string there = folder(name);
+  if (there.empty()) {
+    const auto terrain = open(name);
+    return terrain ? proto::Result<proto::Manifest>((*terrain)->manifest()) : terrain.problem();
+  }
+  if (auto manifest = manifest_of_folder(there)) return *manifest;
+  return unreachable(name, {});
 }
 
 std::vector<Dataset> Mounts::list() const {
@@ -91,6 +150,10 @@ void Mounts::look_again(const std::string& name, Place& place) {
 
 Opened Mounts::open(const std::string& name) {
   Place& place = *places_.at(name);
+  if (place.is_folder) {
+    return proto::Problem{"not-in-folder", "dataset " + name + " is a folder of finished tiles, and this is not among them",
+                          "manifest.json and the formats that the folder was built with; everything of a dataset that was built with `cordillera build -o NAME.sqlite`", ""};
+  }
   look_again(name, place);
   const std::lock_guard lock(place.mutex);
   if (place.terrain) return place.terrain;

@@ -1,5 +1,6 @@
 #pragma once
-// Datasets that the operator published elsewhere: a file of this machine or of object storage, read where it lies and never written.
+// Datasets that the operator published elsewhere: a file of this machine or of object storage, or a folder of finished tiles; read where it
+// lies and never written.
 #include <chrono>
 #include <functional>
 #include <map>
@@ -17,6 +18,10 @@
 
 namespace cordillera::server {
 
+/// Why the service cannot begin with these mounts: what lies on this machine must be there and be a finished dataset. An object storage may
+/// come later.
+std::optional<proto::Problem> refuse_mounts(const std::vector<Mount>& mounts);
+
 /// Thread-safe.
 class Mounts {
  public:
@@ -25,6 +30,11 @@ class Mounts {
   bool has(const std::string& name) const { return places_.contains(name); }
   std::optional<Dataset> find(const std::string& name) const;
   std::vector<Dataset> list() const;
+
+  /// The folder of one that `build -o FOLDER/` wrote: its files are the answers, and open() refuses. Empty of any other.
+  std::string folder(const std::string& name) const;
+  /// "storage-unreachable" when it cannot be read.
+  proto::Result<proto::Manifest> manifest(const std::string& name);
 
   /// The dataset as it is there now; looks every few seconds whether another one has been published in its place. A reader that was handed
   /// out stays of its version. "storage-unreachable" when it cannot be read; asked again after a pause.
@@ -36,6 +46,7 @@ class Mounts {
   using Time = std::chrono::steady_clock::time_point;
   struct Place {
     std::string path;
+    bool is_folder = false;
     std::string created;  ///< when the service began to know of it
     bool is_private = false;
     std::mutex mutex;

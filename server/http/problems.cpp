@@ -28,6 +28,7 @@ const std::vector<ProblemKind>& table() {
       {"upload-unknown", 404, "No such upload"},
       {"source-unknown", 404, "The dataset has no such raster"},
       {"tile-unknown", 404, "No such tile"},
+      {"not-in-folder", 404, "The folder of tiles does not hold it"},
       {"version-unknown", 404, "No such version of the dataset"},
       {"method-not-allowed", 405, "Method not allowed here"},
       {"request-timeout", 408, "The request took too long"},

@@ -342,7 +342,7 @@ std::vector<OptionSpec> make_serve_options() {
       {"insecure-writes", "", "without tokens, let everybody who reaches the port write", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.serve.insecure_writes); }},
       {"trusted-proxies", "ADDRESSES", "proxies whose X-Forwarded-For is believed", "addresses, separated by commas", apply_proxies},
-      {"mount", "NAME=PATH,…", "datasets that were published elsewhere, to be served from there: files that publish or build -o NAME.sqlite wrote",
+      {"mount", "NAME=PATH,…", "datasets that were published elsewhere, to be served from there: a .sqlite file, or a folder that build wrote",
        "names of small letters, digits and dashes, each with a path: dem=/srv/dem.sqlite,europe=/vsis3/bucket/europe.sqlite", apply_mounts},
       {"cache-size", "MIB", "memory for what was read of mounted datasets, MiB", "1 to 1048576",
        [](std::string_view text, Settings& settings) { return read_whole(text, {1, 1u << 20}, &settings.serve.cache_mib); }},

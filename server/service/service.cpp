@@ -79,6 +79,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   };
   auto gate = open_gate(settings);
   if (!gate) return gate.problem();
+  if (auto refused = refuse_mounts(settings.serve.mounts)) return *refused;
   std::error_code error;
   fs::create_directories(layout.root, error);
   if (error) return unusable(error.message());

@@ -59,7 +59,7 @@ export class Looks {
   async about(look, ramp) {
     const response = await ask(`${this.base}/${look}.json${ramp ? `?ramp=${encodeURIComponent(ramp)}` : ""}`);
     const body = await response.json().catch(() => ({}));
-    if (!response.ok) throw new Error(body.detail || `${look}: HTTP ${response.status}`);
+    if (!response.ok) throw Object.assign(new Error(body.detail || `${look}: HTTP ${response.status}`), { type: body.type });
     return { ...body, url: `${this.base}/${look}/{z}/{x}/{y}.png${ramp ? `?ramp=${encodeURIComponent(ramp)}` : ""}` };
   }
 

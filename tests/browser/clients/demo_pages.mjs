@@ -94,3 +94,27 @@ export async function try_following_pages({ browser, url, id, job, modules }) {
   }
   return `${kFollowing.join(", ")} show the final tiles`;
 }
+
+// A folder that `cordillera build` wrote. Its index.html, from a plain web server, shows the terrain; and so does the viewer of
+// `cordillera view`, without a word about pictures that the folder does not hold.
+export async function try_folder_page({ browser, plain, modules, pictures }) {
+  const opened = await open_client(browser, `${plain}/`, [plain, kLibraryHost], { started: () => document.body.dataset.tiles === "final", prepare: (page) => serve_libraries(page, modules) });
+  const { deviation } = await picture_of(opened, `${pictures}/folder.png`);
+  assert.ok(deviation > kLeastSpread, `there is no terrain: shades deviate by ${deviation.toFixed(1)} of 255`);
+  assert.match(await opened.page.textContent("#words"), /white_mountains/);
+  assert.deepEqual(opened.complaints, [], "the browser complained");
+  await opened.page.close();
+  return `shades deviate by ${deviation.toFixed(1)} of 255`;
+}
+
+export async function try_folder_view({ browser, viewer }) {
+  const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+  await page.goto(viewer);
+  await page.waitForFunction(() => window.cordillera?.tileset?.statistics.numberOfTilesWithContentReady > 0 || window.cordillera?.error);
+  const { error, look } = await page.evaluate(() => ({ error: window.cordillera.error, look: window.cordillera.looks.look }));
+  assert.equal(error, null);
+  assert.equal(look, "height");
+  assert.equal(await page.textContent("#message"), "");
+  await page.close();
+  return "the viewer shows it, coloured by height";
+}

@@ -41,9 +41,17 @@ done
 . "$here/../held.sh"
 hold "$sample" --error 1
 
+# A folder of tiles, below a plain web server and in a viewer of its own.
+first_line() { until [[ -s $1 ]]; do kill -0 "$started"; sleep 0.1; done; head -1 "$1"; }
+"$build/bin/cordillera" build "$sample" -o "$work/folder" -q
+start python3 -u -m http.server 0 --bind 127.0.0.1 --directory "$work/folder" >"$work/plain" 2>/dev/null
+plain=$(first_line "$work/plain" | sed 's/.*(\(http.*\)\/).*/\1/')
+start "$build/bin/cordillera" view --no-browser "$work/folder" >"$work/view"
+viewer=$(first_line "$work/view")
+
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/../known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
 node "$modules/clients/look.mjs" --chromium "$chromium" --url "$url" --terrain "$terrain" --flat "$flat" \
   --known "$work/known.json" --archives "$work/archives" \
   --docs "$repository/docs" --modules "$modules/node_modules" \
-  --pictures "$pictures" --private "$hidden" --token "$token" --held "$held" --job "$held_job" ${ONLY:+--only "$ONLY"}
+  --pictures "$pictures" --private "$hidden" --token "$token" --held "$held" --job "$held_job" --plain "$plain" --viewer "$viewer" ${ONLY:+--only "$ONLY"}

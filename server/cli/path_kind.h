@@ -1,0 +1,16 @@
+#pragma once
+// What a path of the command line names.
+#include <cstdint>
+#include <string>
+
+namespace cordillera::server {
+
+enum class PathKind : std::uint8_t {
+  missing,
+  raster,  ///< a file that is no dataset; whether GDAL reads it is found out later
+  store,   ///< a dataset's .sqlite file
+  folder,
+};
+PathKind path_kind(const std::string& path);
+
+}  // namespace cordillera::server

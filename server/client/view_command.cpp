@@ -1,0 +1,149 @@
+// A service of its own for as long as somebody looks: on this machine's loopback, at a free port, with a data folder that goes with it.
+#include <signal.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cctype>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <thread>
+
+#include "server/cli/path_kind.h"
+#include "server/client/commands.h"
+#include "server/http/dataset_id.h"
+
+namespace cordillera::server::client {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Removed with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string path = (fs::temp_directory_path() / "cordillera-view-XXXXXX").string();
+    if (mkdtemp(path.data()) != nullptr) path_ = path;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// The desktop's browser, where there is a desktop.
+void open_browser(const std::string& address) {
+  if (getenv("DISPLAY") == nullptr && getenv("WAYLAND_DISPLAY") == nullptr) return;
+  std::string program = "xdg-open", word = address;
+  char* words[] = {program.data(), word.data(), nullptr};
+  pid_t child = 0;
+  posix_spawnp(&child, program.c_str(), nullptr, nullptr, words, environ);
+}
+
+/// What the service is to show, and what is to be posted to it first.
+struct Subjects {
+  std::vector<Mount> mounts;
+  std::vector<std::string> rasters;
+};
+
+/// "out/My DEM.sqlite" -> "my-dem".
+std::string id_of(const std::string& path) {
+  std::string id;
+  for (const char c : (fs::absolute(path) / "").lexically_normal().parent_path().stem().string()) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) && byte < 128) id += static_cast<char>(std::tolower(byte));
+    else if (!id.empty() && id.back() != '-') id += '-';
+  }
+  return is_id(id) ? id : "terrain";
+}
+
+proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
+  Subjects subjects;
+  for (const std::string& path : paths) {
+    if (const PathKind kind = path_kind(path); kind == PathKind::raster) {
+      subjects.rasters.push_back(path);
+      continue;
+    } else if (kind == PathKind::missing) {
+      return proto::Problem{"file-unreadable", "there is no " + path, "a raster, a dataset's .sqlite file, or a folder that `cordillera build` wrote", "path"};
+    }
+    Mount mount{id_of(path), path};
+    const auto same = [&](const Mount& other) { return other.name == mount.name; };
+    if (std::any_of(subjects.mounts.begin(), subjects.mounts.end(), same)) mount.name += "-" + std::to_string(subjects.mounts.size() + 1);
+    subjects.mounts.push_back(std::move(mount));
+  }
+  return subjects;
+}
+
+/// Posts the rasters, says where the terrain is, and ends the service if there is none.
+class Guide {
+ public:
+  Guide(const ViewLine& line, const Subjects& subjects) : line_(line), subjects_(subjects) {}
+  ~Guide() {
+    if (thread_.joinable()) thread_.join();
+  }
+  Guide(const Guide&) = delete;
+  Guide& operator=(const Guide&) = delete;
+
+  void listening(int port) {
+    thread_ = std::thread([this, port] { guide("http://127.0.0.1:" + std::to_string(port)); });
+  }
+  bool failed() const { return failed_; }
+
+ private:
+  void guide(const std::string& address) {
+    if (subjects_.rasters.empty()) return tell(address);
+    PostLine post;
+    post.place.server = address;
+    post.rasters = subjects_.rasters;
+    post.options = line_.options;
+    post.accepted = [&] { tell(address); };  // a first look comes long before the end of the build
+    post.after = After::wait;
+    post.show = Show::problems;
+    if (post_command(post) == kDone) return;
+    failed_ = true;
+    kill(getpid(), SIGTERM);
+  }
+
+  void tell(const std::string& address) const {
+    std::cout << address << "/\nCtrl+C ends it" << std::endl;
+    if (line_.browser == Browser::opens) open_browser(address + "/");
+  }
+
+  const ViewLine& line_;
+  const Subjects& subjects_;
+  std::thread thread_;
+  std::atomic<bool> failed_{false};
+};
+
+}  // namespace
+
+int view_command(const ViewLine& line, const std::string& program) {
+  const auto subjects = subjects_of(line.paths);
+  if (!subjects) {
+    complain(subjects.problem());
+    return kFailed;
+  }
+  const TemporaryFolder data;
+  if (data.path().empty()) {
+    complain({"output-failed", "no folder can be made in " + fs::temp_directory_path().string(), "a TMPDIR that can be written", ""});
+    return kFailed;
+  }
+  Settings settings;
+  settings.serve.listen = "127.0.0.1:" + (line.port.empty() ? "0" : line.port);
+  settings.serve.data = data.path();
+  settings.serve.log_level = "error";  // a build that fails is told by who posted it
+  settings.serve.mounts = subjects->mounts;
+  Guide guide(line, *subjects);
+  const int code = serve_command(settings, program, [&guide](int port) { guide.listening(port); });
+  return guide.failed() ? kFailed : code;
+}
+
+}  // namespace cordillera::server::client

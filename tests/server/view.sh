@@ -1,0 +1,90 @@
+#!/usr/bin/env bash
+# A folder of tiles as a dataset of a service, and `cordillera view`: tests/server/view.sh BUILD
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+build=$(cd "${1:?usage: tests/server/view.sh BUILD}" && pwd)
+. "$here/../processes.sh"
+program=$build/bin/cordillera
+sample=$here/../../deploy/sample/white_mountains_srtm3.tif
+export TMPDIR=$work/temporary no_proxy=127.0.0.1 NO_PROXY=127.0.0.1
+mkdir "$TMPDIR"
+cd "$work"
+fail() { printf 'FAILED: %s\n' "$*" >&2; exit 1; }
+is() { [[ $1 == "$2" ]] || fail "$3: '$2', not '$1'"; }
+status() { curl -sS -o body -w '%{http_code}' "$@"; }
+refused() { # words that are to be said, mounts
+  local code=0
+  "$program" serve --listen 127.0.0.1:0 --data never --mount "$2" >said 2>&1 || code=$?
+  is 1 "$code" "serve --mount $2"
+  grep -q -e "$1" said || fail "serve --mount $2 does not say '$1': $(cat said)"
+}
+# The viewer's address, as soon as it is said.
+view() {
+  start "$program" view --no-browser "$@" >seen 2>&1
+  until grep -q '^http' seen; do
+    kill -0 "$started" || fail "view $*: $(cat seen)"
+    sleep 0.1
+  done
+  url=$(head -1 seen)
+}
+shut() {
+  local code=0
+  kill -INT "$started"
+  wait "$started" || code=$?
+  is 0 "$code" 'view, when it is stopped'
+  is '' "$(ls "$TMPDIR")" 'what view leaves behind'
+}
+
+"$program" build "$sample" -o 'My DEM' --error 60 --formats drc,3d-tiles,terrain-rgb -q
+"$program" build "$sample" -o dem.sqlite --error 60 -q
+
+# A mount that can never be served ends the start, with its name.
+mkdir empty
+printf 'SQLite format 3\0 and nothing else' >broken.sqlite
+refused 'dataset x: there is no nothing' x=nothing
+refused 'empty holds neither manifest.json nor dataset.sqlite' x=empty
+refused 'dataset x: ' x=broken.sqlite
+refused 'dataset x: ' "x=$sample"
+
+# The folder's own files are the answers; what it does not hold is told apart from a tile that does not exist.
+view 'My DEM/' dem.sqlite
+all=${url}v1/datasets one=${url}v1/datasets/my-dem
+is 'dem my-dem' "$(curl -s "$all" | python3 -c 'import json, sys; print(*sorted(d["id"] for d in json.load(sys.stdin)["datasets"]))')" 'the datasets'
+count=0
+while read -r path; do
+  [[ $path == index.html || $path == terrain-rgb.json ]] && continue  # a server puts its own address into the latter
+  is 200 "$(status "$one/$path")" "$path"
+  cmp -s body "My DEM/$path" || fail "$path has other bytes"
+  count=$((count + 1))
+done < <(cd 'My DEM' && find . -type f -size -1000k | sed 's|^\./||' | sort | awk 'NR % 7 == 0 || /json$/')
+((count > 10)) || fail "only $count files"
+is 200 "$(status "$one/terrain-rgb.json")" 'TileJSON'
+grep -q "\"$one/terrain-rgb/{z}/{x}/{y}.png\"" body || fail "addresses of tiles: $(cat body)"
+is 304 "$(status "$one/manifest.json" -H "If-None-Match: $(curl -sI "$one/manifest.json" | tr -d '\r' | sed -n 's/^ETag: //ip')")" 'what has not changed'
+told() { python3 -c 'import json; print(json.load(open("body"))["type"].split(":")[-1])'; }
+for path in tiles/10/0/0.drc:tile-unknown layer.json:not-in-folder 'elevation?points=-71.3,44.2:not-in-folder' mesh.glb:not-in-folder tiles/W/../../manifest.json:not-found versions/1/manifest.json:version-unknown; do
+  is 404 "$(status --path-as-is "$one/${path%:*}")" "$path"
+  is "${path##*:}" "$(told)" "$path"
+done
+is 405 "$(status -X DELETE "$one")" 'deleting a folder'
+[[ -e 'My DEM/manifest.json' ]] || fail 'the folder is gone'
+is 200 "$(status "${url}v1/datasets/dem/elevation?points=-71.3,44.2")" 'heights of the file beside it'
+shut
+
+# A raster is built for the while.
+view "$sample" --error 60
+is 200 "$(status "${url}v1/datasets")" 'a raster'
+until grep -q ' is ready$' seen; do
+  kill -0 "$started" || fail "view of a raster: $(cat seen)"
+  sleep 0.1
+done
+shut
+printf 'no raster' >bad.tif
+code=0
+"$program" view --no-browser bad.tif >said 2>&1 || code=$?
+is 1 "$code" 'view of what is no raster'
+grep -q 'bad.tif cannot be opened as a raster' said || fail "view of what is no raster: $(cat said)"
+code=0
+"$program" view nothing.tif >said 2>&1 || code=$?
+is 1 "$code" 'view of nothing'
+is '' "$(ls "$TMPDIR")" 'what view leaves behind'
