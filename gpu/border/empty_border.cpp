@@ -18,7 +18,7 @@ static_assert(2 * kLastCaps.side - 2 <= kRowWidth && 4 * kLastCaps.corner - 4 <=
 
 proto::TileMesh with_border_emptied(Rings& rings, proto::TileMesh& mesh, float rim_units) {
   const bool must_step = mend(rings, mesh, kMendCaps, rim_units) > 0;
-  if (must_step && nudge_inwards(rings, mesh) > 0 && mend(rings, mesh, kMendCaps) > 0 && nudge_inwards(rings, mesh) > 0) mend(rings, mesh, kLastCaps);
+  if (must_step && nudge_inwards(rings, mesh, Steps::amid_data) > 0 && mend(rings, mesh, kMendCaps) > 0 && nudge_inwards(rings, mesh, Steps::anywhere) > 0) mend(rings, mesh, kLastCaps);
   return mesh_from_rings(mesh, rings);
 }
 

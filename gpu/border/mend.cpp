@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 #include <vector>
@@ -44,6 +45,8 @@ class Mender {
   }
 
  private:
+  using Joined = std::array<std::uint32_t, kRowWidth>;  // by sides of a polygon or by diagonals: a bit for each other end
+
   bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
   std::uint32_t cap(std::uint32_t v) const { return most_neighbours(mesh_, v, caps_); }
 
@@ -90,18 +93,42 @@ class Mender {
     return (p.x[b] - p.x[a]) * (p.y[c] - p.y[a]) - (p.y[b] - p.y[a]) * (p.x[c] - p.x[a]);
   }
 
-  // Is as much published without v as with it, but for what rims may move over the star's width?
+  // Does what is published end where it did before, but for what rims may move? By area over the star's width, and what was published around a
+  // vertex with data stays so to the line between the ends of its rim: without that, a slit as long as the star is wide would do.
   bool spares_rims(std::uint32_t v, const Polygon& star, const Diagonals& diagonals) const {
     const auto ring = rings_.ring(v);
     std::uint32_t voids = is_void(v) ? 1 : 0;
     for (const std::uint32_t u : ring) voids += is_void(u) ? 1 : 0;
-    if (voids == 0 || voids == ring.size() + 1) return true;
+    if (voids == 0 || voids == ring.size() + 1 || std::isinf(rim_units_)) return true;
+    const Joined joined = joined_by(star, diagonals);
+    if (!is_void(v) && !keeps_runs(v, star, joined)) return false;
     const std::int64_t before = is_void(v) ? 0 : published_around(v, star);
-    const std::int64_t after = published_by(ring, star, diagonals);
+    const std::int64_t after = published_by(ring, star, joined);
     const auto [west, east] = std::minmax_element(star.x.begin(), star.x.begin() + star.count);
     const auto [south, north] = std::minmax_element(star.y.begin(), star.y.begin() + star.count);
     const double width = static_cast<double>(std::max(*east - *west, *north - *south));
     return static_cast<double>(std::abs(after - before)) <= 2.0 * static_cast<double>(rim_units_) * width;
+  }
+  // Of every run of published triangles around v: are its ends joined, and v no farther from the line between them than rims may move?
+  bool keeps_runs(std::uint32_t v, const Polygon& star, const Joined& joined) const {
+    const auto ring = rings_.ring(v);
+    const std::uint32_t triangles = star.count - (rings_.open[v] ? 1 : 0);
+    const auto published = [&](std::uint32_t k) { return !is_void(ring[k]) && !is_void(ring[(k + 1) % star.count]); };
+    for (std::uint32_t k = 0; k < triangles; ++k) {
+      const bool starts = published(k) && (k == 0 ? rings_.open[v] != 0 || !published(triangles - 1) : !published(k - 1));
+      if (!starts) continue;
+      std::uint32_t end = (k + 1) % star.count;
+      while ((rings_.open[v] == 0 || end < triangles) && published(end)) end = (end + 1) % star.count;
+      const bool side_by_side = ((joined[k] >> end) & 1u) != 0;
+      if (!side_by_side || distance_from(v, star, k, end) > static_cast<double>(rim_units_)) return false;
+    }
+    return true;
+  }
+  double distance_from(std::uint32_t v, const Polygon& star, std::uint32_t a, std::uint32_t b) const {
+    const auto ex = static_cast<double>(star.x[b] - star.x[a]), ey = static_cast<double>(star.y[b] - star.y[a]);
+    const auto px = static_cast<double>(mesh_.x[v] - star.x[a]), py = static_cast<double>(mesh_.y[v] - star.y[a]);
+    const double along = std::clamp((px * ex + py * ey) / (ex * ex + ey * ey), 0.0, 1.0), dx = px - along * ex, dy = py - along * ey;
+    return std::sqrt(dx * dx + dy * dy);
   }
   std::int64_t published_around(std::uint32_t v, const Polygon& star) const {
     const auto ring = rings_.ring(v);
@@ -114,15 +141,18 @@ class Mender {
     }
     return sum;
   }
-  // Triangles k < m < n of the polygon whose three sides are sides of it or diagonals.
-  std::int64_t published_by(std::span<const std::uint32_t> ring, const Polygon& star, const Diagonals& diagonals) const {
-    std::array<std::uint32_t, kRowWidth> joined{};  // a bit for each other end
+  static Joined joined_by(const Polygon& star, const Diagonals& diagonals) {
+    Joined joined{};
     const auto join = [&](std::uint32_t a, std::uint32_t b) {
       joined[a] |= 1u << b;
       joined[b] |= 1u << a;
     };
     for (std::uint32_t k = 0; k < star.count; ++k) join(k, (k + 1) % star.count);
     for (std::uint32_t d = 0; d < diagonals.count; ++d) join(diagonals.at[d].from, diagonals.at[d].to);
+    return joined;
+  }
+  // Triangles k < m < n of the polygon whose three sides are sides of it or diagonals.
+  std::int64_t published_by(std::span<const std::uint32_t> ring, const Polygon& star, const Joined& joined) const {
     std::int64_t sum = 0;
     for (std::uint32_t k = 0; k < star.count; ++k) {
       for (std::uint32_t m = k + 1; m < star.count; ++m) {

@@ -47,10 +47,15 @@ bool nudge(Rings& rings, proto::TileMesh& mesh, std::uint32_t v) {
 
 }  // namespace
 
-std::uint32_t nudge_inwards(Rings& rings, proto::TileMesh& mesh) {
+std::uint32_t nudge_inwards(Rings& rings, proto::TileMesh& mesh, Steps steps) {
+  const auto has_data = [&](std::uint32_t v) { return (mesh.mark[v] & proto::kVoid) == 0; };
+  const auto may_step = [&](std::uint32_t v) {
+    const auto ring = rings.ring(v);
+    return steps == Steps::anywhere || !has_data(v) || std::all_of(ring.begin(), ring.end(), has_data);
+  };
   std::uint32_t left = 0;
   for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
-    if (rings.valence[v] > 0 && (mesh.mark[v] & proto::kRemove) && !nudge(rings, mesh, v)) ++left;
+    if (rings.valence[v] > 0 && (mesh.mark[v] & proto::kRemove) && !(may_step(v) && nudge(rings, mesh, v))) ++left;
   }
   return left;
 }

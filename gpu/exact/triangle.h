@@ -82,7 +82,8 @@ CORDILLERA_HD inline Triangle make_triangle(const Corner& a, const Corner& b, co
 }
 
 CORDILLERA_HD inline bool sample_fits(const Triangle& t, float height, Depth depth, int x, int y) {
-  if (!t.published) return !has_deep_valid(depth, t.rim_reach) || (t.rim_reach < 0 && t.is_on_shown_edge(x, y));
+  // The triangle across the shown edge may be void, too: then nothing shows what lies there, and it must be next to a void.
+  if (!t.published) return !has_deep_valid(depth, t.rim_reach) || (t.rim_reach < 0 && t.is_on_shown_edge(x, y) && !has_deep_valid(depth, 0));
   if (is_void(depth)) return !has_deep_void(depth, t.rim_reach);
   return magnitude(t.height_above(static_cast<float>(x), static_cast<float>(y), height)) <= t.tolerance;
 }

@@ -6,6 +6,7 @@
 
 #include "gpu/measure/surface_error_plane.h"
 #include "pipeline/bound/earth.h"
+#include "pipeline/bound/loose.h"
 #include "pipeline/bound/loose_samples.h"
 #include "pipeline/bound/overlay.h"
 
@@ -159,6 +160,8 @@ class ComposedMeter::Ground {
     for (const auto& t : mesh.triangles)
       if (!is_published(mesh, t))
         for (const std::uint32_t v : t) on_rim_[v] = 1;
+    for (std::uint32_t v = 0; v < mesh.vertices(); ++v)
+      if (mesh.mark[v] & kOverVoid) on_rim_[v] = 1;
     error_m_.insert(error_m_.end(), loose.patch_error_m.begin(), loose.patch_error_m.end());
     for (std::uint32_t v = 0; v < at_.size(); ++v) at_[v] = earth_.at(point(v));
     for (const auto& t : welded_.triangles) planes_.push_back(plane_of(at_[t[0]], at_[t[1]], at_[t[2]]));
@@ -259,13 +262,27 @@ class ComposedMeter::Ground {
     }
   }
 
-  // The place itself, where all ends are vertices already and still other edges run between them. Not along a rim, which may have moved over
-  // places without data: no vertex stands on those.
+  bool along_rim(const std::array<std::uint32_t, 3>& t) const {
+    return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return on_rim_[v] != 0; });
+  }
+  // Rounded, a place of a needle may be in another triangle.
+  bool is_off_rims(const gpu::MeshPoint& p) const {
+    if (std::find(on_rim_.begin(), on_rim_.end(), 1) == on_rim_.end()) return true;
+    const PlanPoint at{static_cast<double>(p.x), static_cast<double>(p.y)};
+    std::vector<std::uint32_t> near;
+    index_.meeting({at, at, at}, near);
+    return std::any_of(near.begin(), near.end(), [&](std::uint32_t k) {
+      const auto& t = welded_.triangles[k];
+      return !along_rim(t) && twice_area(point(t[0]), point(t[1]), p) >= 0 && twice_area(point(t[1]), point(t[2]), p) >= 0 && twice_area(point(t[2]), point(t[0]), p) >= 0;
+    });
+  }
+
+  // The place itself, where all ends are vertices already and still other edges run between them. Not along a rim, nor where one has moved over
+  // places without data, here or on a finer level: no vertex stands on those.
   void offer_between(PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
     gpu::MeshPoint p{static_cast<std::int32_t>(std::lround(at.x)), static_cast<std::int32_t>(std::lround(at.y)), 0};
     const gpu::MeshPoint c[3] = {point(triangle[0]), point(triangle[1]), point(triangle[2])};
-    const bool along_rim = std::any_of(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return on_rim_[v] != 0; });
-    if (along_rim || on_border(p)) return;
+    if (along_rim(triangle) || on_border(p) || !is_off_rims(p)) return;
     double height = 0, sum = 0;
     for (int k = 0; k < 3; ++k) {  // rounded, the place may be a little outside
       const double weight = std::max(0.0, static_cast<double>(twice_area(c[(k + 1) % 3], c[(k + 2) % 3], p)));
@@ -303,7 +320,7 @@ class ComposedMeter::Ground {
   TriangleIndex index_;
   LooseSamples loose_;
   std::vector<Spot> at_;      // indexed by welded vertex
-  std::vector<char> on_rim_;  // likewise: beside an unpublished triangle, or of a patch
+  std::vector<char> on_rim_;  // likewise: beside an unpublished triangle, of a patch, or kOverVoid
   std::vector<Plane> planes_;  // indexed by welded triangle
 };
 

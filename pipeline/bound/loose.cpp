@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <tuple>
+#include <utility>
 
 #include "gpu/measure/surface_error_window.h"
 #include "pipeline/bound/overlay.h"
@@ -106,6 +107,29 @@ class Patches {
   std::vector<std::uint32_t> number_;  // indexed by source vertex
 };
 
+bool may_hold_void(const TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  return !is_published(mesh, t) || ((mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]]) & kOverVoid) != 0;
+}
+
+// Is there data at every place of a triangle, its sides included?
+bool has_data_throughout(const gpu::PlanTriangle& plan, const gpu::SampleWindow& window) {
+  if (plan.rows.first < window.rows().first || plan.rows.last > window.rows().last) return false;
+  for (std::int64_t y = plan.rows.first; y <= plan.rows.last; ++y) {
+    const gpu::Span span = plan.row(y).closed;
+    std::uint64_t valid = 0;
+    for (const auto& s : window.stretches()) {
+      const gpu::Span here = gpu::intersection(span, s.columns);
+      if (gpu::length(here) > 0) valid += gpu::count_valid(window.row(y) + here.first + s.shift, gpu::length(here));
+    }
+    if (valid < gpu::length(span)) return false;
+  }
+  return true;
+}
+
+void mark_corners(TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+  for (const std::uint32_t v : t) mesh.mark[v] |= kOverVoid;
+}
+
 bool by_rows(const gpu::MeshPoint& a, const gpu::MeshPoint& b) { return std::tie(a.y, a.x) < std::tie(b.y, b.x); }
 
 }  // namespace
@@ -186,6 +210,43 @@ LeftOut left_out(const TileMesh& mesh, const TileMesh& finer, double finer_error
     left.more_units2 -= std::max(0.0, before.area(plan, meets) - area);
   }
   return left;
+}
+
+void mark_over_void(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::Samples& samples, TileMesh& mesh) {
+  gpu::SurfaceErrorInput input;
+  input.lattice = &lattice;
+  input.tile = tile;
+  input.samples = &samples;
+  const gpu::SampleWindow window(input, mesh.side);
+  for (const auto& t : mesh.triangles)
+    if (is_published(mesh, t) && !has_data_throughout(plan_triangle(mesh, t), window)) mark_corners(mesh, t);
+}
+
+void mark_over_void(const TileMesh& finer, TileMesh& mesh) {
+  const TriangleIndex doubtful(finer, may_hold_void);
+  std::vector<std::uint32_t> near;
+  for (const auto& t : mesh.triangles) {
+    if (!is_published(mesh, t)) continue;
+    const auto plan = plan_of(mesh, t);
+    doubtful.meeting(plan, near);
+    const auto shares_ground = [&](std::uint32_t k) { return area_of(common_part(plan, plan_of(finer, finer.triangles[k]))) > 0; };
+    if (std::any_of(near.begin(), near.end(), shares_ground)) mark_corners(mesh, t);
+  }
+}
+
+std::vector<std::uint32_t> marked_over_void(const std::array<const TileMesh*, 4>& children, const TileMesh& welded) {
+  std::vector<std::pair<std::int32_t, std::int32_t>> places;
+  for (std::size_t c = 0; c < 4; ++c) {
+    if (!children[c]) continue;
+    const std::int32_t side = children[c]->side, east = c & 1 ? side : 0, north = c & 2 ? side : 0;
+    for (std::uint32_t v = 0; v < children[c]->vertices(); ++v)
+      if (children[c]->mark[v] & kOverVoid) places.emplace_back(children[c]->x[v] + east, children[c]->y[v] + north);
+  }
+  std::sort(places.begin(), places.end());
+  std::vector<std::uint32_t> marked;
+  for (std::uint32_t v = 0; v < welded.vertices(); ++v)
+    if (std::binary_search(places.begin(), places.end(), std::pair(welded.x[v], welded.y[v]))) marked.push_back(v);
+  return marked;
 }
 
 }  // namespace cordillera::pipeline

@@ -12,6 +12,7 @@
 #include "pipeline/build/exact_block.h"
 #include "pipeline/tile/mesh_record.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/tile/chain.h"
 #include "pipeline/build/tile_output.h"
 
 namespace cordillera::pipeline {
@@ -84,8 +85,8 @@ std::vector<proto::TileMesh> Builder::simplify_on_device(const std::vector<gpu::
 }
 
 proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
-  // Border chains look one cell of the level to either side.
-  const raster::Source::Window window = node_window(plan_, node, lattice_.cell_units(node.z));
+  // Border chains look to either side.
+  const raster::Source::Window window = node_window(plan_, node, rim_reach(lattice_, node.z));
   proto::Samples samples;
   if (window.west > window.east || window.south > window.north) return samples;
   bool empty = false;
@@ -240,6 +241,7 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   for (int z = lattice_.finest_level; z >= node.z; --z) {
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &*samples};
     context.frames = &frames;
+    context.rim_reach = rim_reach(lattice_, node.z);
     context.merges_above = z == node.z && z > static_cast<int>(plan_.min_level());
     context.height_rounds = height_rounds(plan_.options());
     context.sparse_start = strategy_of(plan_) == gpu::kStrategies.front();

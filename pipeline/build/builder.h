@@ -44,7 +44,7 @@ class Builder {
   /// One parent above the blocks.
   proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of);
 
-  /// The finest samples of a node, and one cell of its level around it. Empty where the source knows that it has no data there.
+  /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
   proto::Result<proto::Samples> read(const proto::TileAddress& node);
   /// Makes tile k of a level ready; nullopt: it has no data. Called by any thread.
   using Prepare = std::function<std::optional<PreparedTile>(std::size_t k)>;

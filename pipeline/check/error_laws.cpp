@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "gpu/measure/surface_error.h"
+#include "pipeline/check/cover_law.h"
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/plan/plan.h"
 #include "proto/mesh.h"
@@ -35,6 +36,7 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
   const proto::Lattice lattice = lattice_of(plan_);
   const raster::Source::Window w = node_window(plan_, tile.tile);
   if (w.west > w.east || w.south > w.north) return report.findings.add(name_of(tile.tile), "it lies outside the raster");
+  check_cover(*source_, plan_, tile, report);
   const std::int64_t columns = w.east - w.west + 1, rows = w.north - w.south + 1;
   if (columns * rows > kBlockSamples) {
     ++report.unmeasured;

@@ -1,5 +1,5 @@
 #pragma once
-// Stated errors held against the raster itself.
+// Stated errors, and what is covered, held against the raster itself.
 #include <memory>
 
 #include "pipeline/check/tile_laws.h"
@@ -7,7 +7,7 @@
 
 namespace cordillera::pipeline::check {
 
-/// Measures decoded tiles anew. A tile over more samples than a block has is left out and counted.
+/// Measures decoded tiles anew. The error of a tile over more samples than a block has is left out and counted.
 class ErrorLaws {
  public:
   /// plan: scheme, finest_level and levels.

@@ -141,6 +141,38 @@ std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const Ti
   return out;
 }
 
+/// Triangles of the .drc with two corners at a pole, which are lines in space.
+std::size_t lines_at_pole(const DecodedDrc& mesh, const TileBytes& bytes) {
+  const proto::Lattice lattice{proto::Scheme::geodetic, bytes.finest_level};
+  const std::int64_t south = lattice.south(bytes.tile);
+  const auto at_pole = [&](std::uint32_t v) { return south + mesh.points[v][1] == 0 || south + mesh.points[v][1] == lattice.rows(); };
+  return static_cast<std::size_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) { return at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]) > 1; }));
+}
+
+/// Seen along the ellipsoid's normal at each corner. A triangle with a corner at a pole may be seen from anywhere, but it may not have two, unless
+/// the tile has no other. In the row of tiles at a pole single triangles are left, along rims that run aslant to the meridians.
+void check_orientation(const DecodedGlb& mesh, const proto::TileAddress& tile, Findings& findings) {
+  std::vector<Vec3> up;
+  up.reserve(mesh.points.size());
+  for (const Vec3& p : mesh.points) {
+    const Geodetic at = geodetic(p);
+    up.push_back({std::cos(at.latitude) * std::cos(at.longitude), std::cos(at.latitude) * std::sin(at.longitude), std::sin(at.latitude)});
+  }
+  std::size_t turned = 0, lines = 0;
+  for (const Triangle& t : mesh.triangles) {
+    const auto at_pole = [&](std::uint32_t v) { return mesh.points[v].x == 0 && mesh.points[v].y == 0; };
+    const int corners_there = at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]);
+    if (corners_there > 1) ++lines;
+    if (corners_there > 0) continue;
+    const Vec3 normal = cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]);
+    if (std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return !(dot(normal, up[v]) > 0); })) ++turned;
+  }
+  const std::string where = name_of(tile);
+  const bool polar = tile.y == 0 || tile.y + 1 == proto::tiles_up(tile.z);
+  if (turned > 0 && !polar) findings.add(where, std::to_string(turned) + " triangles of its .glb are upside down, seen along the normal");
+  if (lines > 0 && lines < mesh.triangles.size()) findings.add(where, std::to_string(lines) + " triangles of its .glb have two corners at a pole");
+}
+
 bool finite(const DecodedGlb& mesh) {
   const auto good = [](const Vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); };
   return std::all_of(mesh.points.begin(), mesh.points.end(), good) && std::all_of(mesh.skirt_points.begin(), mesh.skirt_points.end(), good) &&
@@ -187,7 +219,9 @@ std::optional<CheckedTile> check_tile(const TileBytes& bytes, Findings& findings
   *drc = in_mesh_steps(std::move(*drc));
   check_triangles(*drc, where, findings);
   if (!finite(*glb)) findings.add(where, "its .glb has a coordinate that is no number");
-  if (glb->triangles.size() != drc->triangles.size()) findings.add(where, "its .glb has another number of triangles than its .drc");
+  const std::size_t lines = lines_at_pole(*drc, bytes), shown = lines < drc->triangles.size() ? drc->triangles.size() - lines : lines;
+  if (glb->triangles.size() != shown) findings.add(where, "its .glb has another number of triangles than its .drc");
+  check_orientation(*glb, bytes.tile, findings);
   if (bytes.record != nullptr) {
     check_record(*drc, bytes, where, findings);
     check_region(*glb, *bytes.record, where, findings);

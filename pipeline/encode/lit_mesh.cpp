@@ -118,6 +118,18 @@ LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, con
   return out;
 }
 
+bool touches_pole(const EncodeInput& input) { return input.tile.y == 0 || input.tile.y + 1 == proto::tiles_up(input.tile.z); }
+
+// Vertices of a pole's row are one point in space: a triangle with two of them is a line there, and goes. The .drc keeps it, for in plan the
+// tile would have a gap.
+proto::TileMesh without_lines_at_pole(const EncodeInput& input) {
+  proto::TileMesh mesh = *input.mesh;
+  const std::int64_t south = input.lattice->south(input.tile), rows = input.lattice->rows();
+  const auto at_pole = [&](std::uint32_t v) { return south + mesh.y[v] == 0 || south + mesh.y[v] == rows; };
+  std::erase_if(mesh.triangles, [&](const Triangle& t) { return at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]) > 1; });
+  return mesh;
+}
+
 struct Range {
   double low = 0, high = 0;
 };
@@ -156,7 +168,8 @@ double smallest_ecef_step_m(int level) {
 LitMesh lit_mesh(const EncodeInput& input) {
   LitMesh out;
   out.step_m = input.ecef_step_m;
-  PublishedMesh mesh = published_mesh(*input.mesh);
+  PublishedMesh mesh = touches_pole(input) ? published_mesh(without_lines_at_pole(input)) : published_mesh(*input.mesh);
+  if (mesh.empty()) mesh = published_mesh(*input.mesh);  // nothing but lines: a tile has a point at least
   if (mesh.empty()) return out;
   const Ground ground(input);
   for (const std::uint32_t v : mesh.source) out.terrain.points.push_back(rounded(ground.point(v, 0), out.step_m));

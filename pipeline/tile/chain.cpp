@@ -236,6 +236,19 @@ void keep_support(const Edge& edge, const Chain& chain, const ChainRule& rule, s
   }
 }
 
+// Next to where a rim comes as near the edge as a level or a coarser one of the block cares for, and where it leaves it: the nearest candidate
+// on either hand.
+void keep_near_rims(const Chain& chain, const EdgeHeights& heights, std::int64_t reach, std::vector<std::int32_t>& kept) {
+  std::size_t next = 0;
+  for (std::size_t k = 1; k < heights.to_void.size(); ++k) {
+    if ((heights.to_void[k] <= reach) == (heights.to_void[k - 1] <= reach)) continue;
+    const std::int64_t from = heights.first + static_cast<std::int64_t>(k);
+    while (next < chain.position.size() && chain.position[next] < from) ++next;
+    if (next > 0) kept.push_back(chain.position[next - 1]);
+    if (next < chain.position.size()) kept.push_back(chain.position[next]);
+  }
+}
+
 Piece piece_of(const std::vector<Placed>& placed, std::int32_t from, std::int32_t to) {
   const auto index = [&](std::int32_t position) {
     std::size_t low = 0, high = placed.size();
@@ -262,7 +275,7 @@ Chain only(const Chain& chain, std::vector<std::int32_t>& kept) {
   return result;
 }
 
-Chain reduce(const Edge& edge, Chain candidates, Terrain terrain, const ChainRule& rule) {
+Chain reduce(const Edge& edge, Chain candidates, const EdgeHeights& heights, Terrain terrain, const ChainRule& rule) {
   candidates.dropped_runs = 0;
   mark_candidates(terrain.line, candidates);
   // Voids first: two stretches of data that a small hole parts are one stretch, and not each too short.
@@ -270,6 +283,7 @@ Chain reduce(const Edge& edge, Chain candidates, Terrain terrain, const ChainRul
   runs = without_short_runs(runs, true, rule, candidates);
   std::vector<std::int32_t> kept{candidates.position.front(), candidates.position.back()};
   if (rule.void_gap_units > 0) keep_support(edge, candidates, rule, kept);
+  for (std::int64_t reach = heights.cell; reach <= heights.reach; reach *= 2) keep_near_rims(candidates, heights, reach, kept);
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const std::int32_t from = candidates.position[runs[k].first], to = candidates.position[runs[k].last];
     if (runs[k].valid) {
@@ -299,7 +313,7 @@ Chain chain_finest(const Edge& edge, const EdgeHeights& heights, const ChainRule
   all.height.assign(heights.edge.begin(), heights.edge.end());
   all.position.resize(heights.edge.size());
   for (std::size_t k = 0; k < heights.edge.size(); ++k) all.position[k] = static_cast<std::int32_t>(k);
-  return reduce(edge, std::move(all), {place_all(edge, heights.edge), witnesses(edge, heights), 0}, rule);
+  return reduce(edge, std::move(all), heights, {place_all(edge, heights.edge), witnesses(edge, heights), 0}, rule);
 }
 
 Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeHeights& heights, const ChainRule& rule) {
@@ -312,8 +326,8 @@ Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeH
 }
 
 Chain simplify_chain(const Edge& edge, const Chain& candidates, const EdgeHeights& heights, const ChainRule& rule) {
-  if (heights.edge.empty()) return reduce(edge, candidates, {place_vertices(edge, candidates), {}, 0}, rule);
-  return reduce(edge, candidates, {place_all(edge, heights.edge, heights.first), witnesses(edge, heights), heights.first}, rule);
+  if (heights.edge.empty()) return reduce(edge, candidates, heights, {place_vertices(edge, candidates), {}, 0}, rule);
+  return reduce(edge, candidates, heights, {place_all(edge, heights.edge, heights.first), witnesses(edge, heights), heights.first}, rule);
 }
 
 Chain void_chain(std::int32_t units, std::int32_t void_gap_units) {

@@ -29,6 +29,9 @@ struct Edge {
 };
 Edge edge_of(const proto::Lattice& lattice, const proto::TileAddress& tile, Side side);
 
+/// How far beside an edge of a level rims are looked for: a cell that it may be moved by, and one more. So far a block reads around itself.
+inline std::int64_t rim_reach(const proto::Lattice& lattice, int level) { return 2 * lattice.cell_units(level); }
+
 /// The vertices that stay on an edge. Both ends are always there.
 struct Chain {
   std::vector<std::int32_t> position;  ///< strictly ascending, first 0, last Edge::units
@@ -61,6 +64,11 @@ struct EdgeHeights {
   std::int64_t first = 0;
   std::span<const std::int32_t> edge;
   std::span<const Line> beside;
+  /// As many as the edge's: how far it is straight across the edge, on either side, to where there is no data; more than reach: farther than was
+  /// looked. Empty: nowhere. Vertices stay where that falls below a cell of the level, below two, four, ..., and below reach: from a chord that ran
+  /// on, a slit would go along the edge to the rim beside it. Chains are nested, so a level keeps what coarser levels of its block will need.
+  std::span<const std::int32_t> to_void;
+  std::int64_t cell = 1, reach = 0;
 
   EdgeHeights() = default;
   EdgeHeights(std::span<const std::int32_t> line) : edge(line) {}         // NOLINT: implicit on purpose

@@ -10,10 +10,14 @@ void keep_around(proto::TileMesh& input, const proto::TileMesh& simplified, std:
     x += simplified.x[v];
     y += simplified.y[v];
   }
+  keep_near(input, x / 3, y / 3, count);
+}
+
+void keep_near(proto::TileMesh& input, std::int64_t x, std::int64_t y, std::size_t count) {
   std::vector<std::pair<std::int64_t, std::uint32_t>> near;
   for (std::uint32_t v = 0; v < input.vertices(); ++v) {
     if (input.mark[v] & (proto::kVoid | proto::kRemove)) continue;
-    const std::int64_t dx = input.x[v] - x / 3, dy = input.y[v] - y / 3;
+    const std::int64_t dx = input.x[v] - x, dy = input.y[v] - y;
     near.emplace_back(dx * dx + dy * dy, v);
   }
   const auto most = static_cast<std::ptrdiff_t>(std::min(count, near.size()));

@@ -15,4 +15,7 @@ std::uint32_t keep_support(proto::TileMesh& input, const proto::TileMesh& simpli
 /// Marks the `count` removable vertices of input that are nearest to the middle of a triangle of the result kKeep.
 void keep_around(proto::TileMesh& input, const proto::TileMesh& simplified, std::uint32_t triangle, std::size_t count);
 
+/// The same around a place.
+void keep_near(proto::TileMesh& input, std::int64_t x, std::int64_t y, std::size_t count);
+
 }  // namespace cordillera::pipeline

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "gpu/refine/height_step.h"
 #include "gpu/measure/sample_meter.h"
+#include "gpu/measure/upright.h"
 #include "gpu/refine/thin.h"
 #include "pipeline/bound/composed_error.h"
 #include "pipeline/bound/loose.h"
@@ -13,6 +15,17 @@
 
 namespace cordillera::pipeline {
 namespace {
+
+gpu::Upright upright_of(const LevelContext& context, const BuiltTile& built) {
+  return gpu::Upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
+}
+
+/// Ascending lists as one.
+std::vector<std::uint32_t> both(const std::vector<std::uint32_t>& a, const std::vector<std::uint32_t>& b) {
+  std::vector<std::uint32_t> all;
+  std::set_union(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(all));
+  return all;
+}
 
 constexpr double kGrace_m = 1.0 / 1024;  // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 
@@ -27,11 +40,13 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   input.ecef_step_m = context.level->ecef_step();
   input.frames = context.frames;
   limit_m -= kGrace_m;
+  const gpu::Upright upright = upright_of(context, built);
   if (context.promise) {
-    const std::vector<std::uint32_t> over = gpu::triangles_over(input, limit_m);
+    const std::vector<std::uint32_t> over = both(gpu::triangles_over(input, limit_m), gpu::turned_triangles(upright, built.mesh));
     const std::int32_t step = height_step(*context.level);
     const gpu::SampleMeter samples(input, step);
-    const gpu::SteppedMeter meter(samples, step);
+    const gpu::UprightMeter in_space(samples, upright);
+    const gpu::SteppedMeter meter(in_space, step);
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m, over, SIZE_MAX).inserted;
     if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m, context.height_rounds, step});
   }
@@ -39,7 +54,9 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   std::vector<std::uint32_t> left;
   for (const auto& worst : built.measured.over_limit) left.push_back(worst.triangle);
   built.max_error_m = built.measured.max_m + kGrace_m;
-  return left;
+  const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
+  built.turned = turned.size();
+  return both(left, turned);
 }
 
 std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m) {
@@ -48,19 +65,24 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   const ComposedMeter truth(*context.lattice, built.tile, surface.mesh, surface.max_error_m, surface.loose, step_m);
   const ComposedMeter children(*context.lattice, built.tile, prepared.input, prepared.inherited_error_m, prepared.inherited_loose, step_m);
   const NearerMeter nearer(truth, children);
+  const gpu::Upright upright = upright_of(context, built);
+  const gpu::UprightMeter in_space(nearer, upright);
   const std::int32_t step = height_step(*context.level);
-  const gpu::SteppedMeter meter(nearer, step);
+  const gpu::SteppedMeter errors(nearer, step), meter(in_space, step);
   const double left_m = std::max(limit_m, truth.least_m() + kLeastStepShare * limit_m);
   std::vector<std::uint32_t> over, still_over;
-  double greatest_m = greatest_error_m(meter, built.mesh, left_m, over);
+  double greatest_m = greatest_error_m(errors, built.mesh, left_m, over);
+  over = both(over, gpu::turned_triangles(upright, built.mesh));
   if (context.promise) {
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, truth.points()).inserted;
     if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds, step});
-    greatest_m = greatest_error_m(meter, built.mesh, left_m, still_over);
+    greatest_m = greatest_error_m(errors, built.mesh, left_m, still_over);
   }
   built.composed = true;
   built.max_error_m = greatest_m;
-  return still_over;
+  const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
+  built.turned = turned.size();
+  return both(still_over, turned);
 }
 
 void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& built) {
@@ -71,7 +93,13 @@ void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& bui
   if (context.samples) {
     loose.samples = uncovered_samples(lattice, built.tile, built.mesh, *context.samples);
     if (has_children) below.samples = uncovered_samples(lattice, built.tile, prepared.input, *context.samples);
+    if (context.merges_above) {
+      mark_over_void(lattice, built.tile, *context.samples, built.mesh);
+      mark_over_void(lattice, built.tile, *context.samples, prepared.input);
+    }
   } else {
+    for (const std::uint32_t v : prepared.over_void) prepared.input.mark[v] |= kOverVoid;
+    mark_over_void(prepared.input, built.mesh);
     LeftOut left = left_out(built.mesh, prepared.input, prepared.inherited_error_m, below);
     loose = std::move(left.loose);
     // As many samples as cells of the lattice, about.

@@ -4,17 +4,20 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <tuple>
 
 #include "gpu/refine/height_step.h"
 #include "gpu/mesh/rings.h"
 #include "pipeline/tile/border.h"
 #include "pipeline/tile/chain.h"
+#include "pipeline/bound/cover.h"
 #include "pipeline/bound/loose.h"
 #include "pipeline/tile/moved.h"
 #include "pipeline/bound/overlay.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/support.h"
 #include "pipeline/tile/tile_error.h"
+#include "pipeline/tile/to_void.h"
 #include "pipeline/tile/weld.h"
 
 namespace cordillera::pipeline {
@@ -33,6 +36,7 @@ constexpr double kSparseShare = 1.0 / 2;
 // Where the tile has voids: with a quarter, levels above left out twice as much along ragged rims, and a promise was broken there.
 constexpr double kRimSparseShare = 1.0 / 8;
 constexpr double kMoreCaution = 1.5;  // from one of these to the next: a denser inside has more for the border to hold on to
+constexpr std::size_t kMostHelped = 16;  // of samples left uncovered, what is kept around before another attempt
 constexpr int kPromiseAttempts = 6;  // to keep a promise that refinement could not
 // Of the error left to a collapse. What it sees, added up from collapse to collapse, is more than the error: refinement repairs the few places
 // where it is not, and so tiles get a quarter of the triangles that a cautious guard would leave.
@@ -103,12 +107,15 @@ std::vector<std::int32_t> edge_samples(const proto::Lattice& lattice, const prot
 struct EdgeLines {
   std::vector<std::int32_t> edge;
   std::vector<EdgeHeights::Line> beside;
-
+  std::vector<std::int32_t> to_void;
+  std::int64_t cell, reach;
   Stretch stretch;
 
   EdgeLines(const LevelContext& context, const Edge& at, const Stretch& where)
-      : edge(edge_samples(*context.lattice, *context.samples, at, where)), stretch(where) {
-    const std::int64_t cell = context.lattice->cell_units(static_cast<int>(context.level->level()));
+      : edge(edge_samples(*context.lattice, *context.samples, at, where)),
+        cell(context.lattice->cell_units(static_cast<int>(context.level->level()))),
+        reach(std::max(context.rim_reach, 2 * cell)),
+        stretch(where) {
     for (std::int64_t distance = 1; distance <= cell; distance *= 2) {
       for (const std::int64_t offset : {-distance, distance}) {
         Edge line = at;
@@ -116,11 +123,15 @@ struct EdgeLines {
         beside.push_back({offset, edge_samples(*context.lattice, *context.samples, line, where)});
       }
     }
+    to_void = distances_to_void(*context.samples, at, where.first, where.count, reach);
   }
   EdgeHeights heights() const {
     EdgeHeights all(edge);
     all.first = stretch.first;
     all.beside = beside;
+    all.to_void = to_void;
+    all.cell = cell;
+    all.reach = reach;
     return all;
   }
 };
@@ -215,6 +226,7 @@ Surface truth_above(const LevelContext& context, const proto::TileAddress& tile,
   }
   truth.mesh = welded(context, tile, meshes, tile.z + (finer ? 2 : 1));
   truth.loose = joined(loose, truth.mesh.side / 2);
+  for (const std::uint32_t v : marked_over_void(meshes, truth.mesh)) truth.mesh.mark[v] |= kOverVoid;
   return truth;
 }
 
@@ -239,6 +251,7 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
   apply_chains(context, prepared, false);
   if (context.samples) return prepared;
   prepared.inherited_loose = joined(loose, prepared.input.side / 2);
+  prepared.over_void = marked_over_void(meshes, prepared.input);
   prepared.truth = truth_above(context, tile, children);
   return prepared;
 }
@@ -302,6 +315,12 @@ void round_heights(const LevelContext& context, proto::TileMesh& mesh) {
     if (!(mesh.mark[v] & proto::kVoid)) mesh.height[v] = gpu::rounded_height(mesh.height[v], step);
 }
 
+/// Where the samples are at hand; few tiles leave any uncovered at all.
+std::vector<gpu::MeshPoint> bare_samples(const LevelContext& context, const BuiltTile& built) {
+  if (!context.samples || built.measured.uncovered == 0) return {};
+  return uncovered_inside(*context.lattice, built.tile, built.mesh, *context.samples, part_in_window(*context.lattice, built.tile, *context.samples));
+}
+
 std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
   if (!has_its_border(context, prepared, mesh, attempt)) {
     // What is the best so far broke the promise, or there would be no further attempt: others may keep it.
@@ -317,13 +336,17 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
   if (!context.measured) return built;
   const double limit_m = context.promise ? context.level->target() : INFINITY;
   const std::vector<std::uint32_t> over = context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
+  const std::vector<gpu::MeshPoint> bare = bare_samples(context, built);
+  built.bare = bare.size();
   // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.
-  const bool broken = !over.empty() && attempt < kPromiseAttempts;
+  const bool broken = (!over.empty() || !bare.empty()) && attempt < kPromiseAttempts;
   if (broken) {
     made_dense(prepared, attempt);
     for (const std::uint32_t k : over) keep_around(prepared.input, built.mesh, k, std::size_t{8} << attempt);
+    for (std::size_t k = 0; k < bare.size(); k += bare.size() / kMostHelped + 1) keep_near(prepared.input, bare[k].x, bare[k].y, std::size_t{8} << attempt);
   }
-  if (!prepared.best || built.max_error_m < prepared.best->max_error_m) prepared.best = std::move(built);
+  const auto faults = [&](const BuiltTile& tile) { return std::tuple(tile.max_error_m > limit_m, tile.turned + tile.bare, tile.max_error_m); };
+  if (!prepared.best || faults(built) < faults(*prepared.best)) prepared.best = std::move(built);
   if (broken) return std::nullopt;
   return std::move(prepared.best);
 }

@@ -26,6 +26,8 @@ struct BuiltTile {
   bool composed = false;   ///< bound by composition instead of measured against finest samples
   gpu::SurfaceError measured;
   std::uint32_t put_back = 0;  ///< vertices, for the promise
+  std::size_t bare = 0;        ///< samples well inside the data that nothing covers, see uncovered_inside
+  std::size_t turned = 0;      ///< triangles that are upside down in space
   Loose loose{};                   ///< what the mesh leaves uncovered, where a tile above the blocks will be measured against it
   std::optional<Surface> finer{};  ///< its children's, likewise
 };
@@ -40,6 +42,7 @@ struct LevelContext {
   bool merges_above = false;                ///< the tile is a block or above: keep what its parent will be measured against
   bool sparse_start = true;                 ///< a promised tile may start without what it would hardly keep
   int height_rounds = 0;                    ///< see gpu::Thinning; below 0: nothing is thinned
+  std::int64_t rim_reach = 0;               ///< units that samples reach beyond the block, see pipeline::rim_reach; 0: that of the level
   const gpu::SampleFrames* frames = nullptr;  ///< of samples, where more than one tile will be measured
 };
 
@@ -51,6 +54,7 @@ struct PreparedTile {
   double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
   std::uint32_t inherited_uncovered = 0;  ///< of the children together
   Loose inherited_loose{};                ///< likewise, above the blocks
+  std::vector<std::uint32_t> over_void{};  ///< likewise: vertices of input that are kOverVoid in a child
   std::optional<Surface> truth{};   ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
   double caution = 1;               ///< tolerances are divided by it
   double rim_share = 1;             ///< the level's rim tolerance is multiplied by it

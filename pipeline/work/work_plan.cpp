@@ -9,6 +9,7 @@
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/build/pilot.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/tile/chain.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
 #include "raster/filled_source.h"
@@ -105,14 +106,14 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const int level = static_cast<int>(plan.block_level());
   // One raster alone has no seam, and a block of it no other source.
   const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) + raster::fill_reach(raster::fill_limit_cells(work.options()));
-  const std::int64_t beside = lattice.cell_units(level) + (work.sources_size() > 1 ? seam : 0);
+  const std::int64_t beside = rim_reach(lattice, level) + (work.sources_size() > 1 ? seam : 0);
   std::vector<raster::Source::Window> windows;
   for (const proto::PlannedSource& source : work.sources()) windows.push_back(raster::coarser(member_of(source).window, lattice));
   const raster::WindowIndex rasters(std::move(windows), lattice);
   Keys keys;
   proto::WorkStage* stage = work.add_stages();
   for (const TileAddress& node : touched_tiles(plan, level)) {
-    const raster::Source::Window window = node_window(plan, node, lattice.cell_units(level));
+    const raster::Source::Window window = node_window(plan, node, rim_reach(lattice, level));
     if (window.west > window.east || window.south > window.north) continue;
     const raster::Source::Window read{window.west - beside, window.south - beside, window.east + beside, window.north + beside};
     proto::WorkTask task = task_at(node);

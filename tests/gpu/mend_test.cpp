@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <random>
@@ -119,6 +120,37 @@ TEST(Mend, EasyChainsTouchNothingInside) {
   auto rings = rings_from_triangles(mesh);
   ASSERT_EQ(mend(*rings, mesh), 0u);
   EXPECT_EQ(mesh_from_rings(mesh, *rings).vertices(), mesh.vertices() - gone);
+}
+
+// Is (x, y) under a triangle with data at all corners?
+bool shown(const TileMesh& mesh, std::int64_t x, std::int64_t y) {
+  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      const std::int64_t turn = (std::int64_t{mesh.x[b]} - mesh.x[a]) * (y - mesh.y[a]) - (std::int64_t{mesh.y[b]} - mesh.y[a]) * (x - mesh.x[a]);
+      if (turn < 0 || (mesh.mark[a] & proto::kVoid)) return false;
+    }
+    return true;
+  });
+}
+
+// A void next to a side: a triangle on a long edge of that side would have it for its third corner, and uncover the edge.
+TEST(Mend, NoSlitReachesAlongASide) {
+  constexpr std::int32_t kCells = 16;
+  std::vector<std::int32_t> heights((kCells + 1) * (kCells + 1), 100);
+  heights[kCells + 1 + 8] = proto::kNoHeight;  // (8, 1)
+  TileMesh input = grid_mesh(kCells, 1, heights);
+  thin_border(input, kCells);
+  auto rings = rings_from_triangles(input);
+  ASSERT_TRUE(rings.ok());
+  mend(*rings, input, {}, 0.5F);
+  const TileMesh mesh = mesh_from_rings(input, *rings);
+  EXPECT_EQ(test::broken_law(mesh), "");
+  for (std::int32_t y = 0; y <= kCells; ++y)
+    for (std::int32_t x = 0; x <= kCells; ++x)
+      if (std::max(std::abs(x - 8), std::abs(y - 1)) > 1) {
+        EXPECT_TRUE(shown(mesh, x, y)) << x << ' ' << y;
+      }
 }
 
 TEST(Rings, GridThereAndBack) {

@@ -194,6 +194,22 @@ TEST(Chain, BothTilesSeeTheSame) {
   EXPECT_FALSE(chain({4, 5, 7}, Side::north) == chain({4, 5, 15}, Side::north)) << "curvature is not seen";
 }
 
+TEST(Chain, HoldsOnToRimsBeside) {
+  const Lattice lattice = lattice_of(22);
+  const std::vector<std::int32_t> heights = drawn("33333333333333333");
+  const std::string beside = "       44441     ";
+  std::vector<std::int32_t> to_void;
+  for (const char c : beside) to_void.push_back(c == ' ' ? 5 : c - '0');
+  EdgeHeights seen(heights);
+  seen.to_void = to_void;
+  seen.reach = 4;
+  EXPECT_EQ(picture_of(chain_finest(edge(lattice, 16), seen, {0.5, 0, 0})), "3-----33--333---3");
+  seen.cell = 2;
+  EXPECT_EQ(picture_of(chain_finest(edge(lattice, 16), seen, {0.5, 0, 0})), "3-----33--333---3") << "a cell further on";
+  seen.reach = 2;
+  EXPECT_EQ(picture_of(chain_finest(edge(lattice, 16), seen, {0.5, 0, 0})), "3---------333---3");
+}
+
 TEST(Chain, PolesHaveEdgesWithoutLength) {
   const Lattice lattice = lattice_of(4);
   const std::vector<std::int32_t> pole(257, 1024 * 2800);

@@ -130,6 +130,11 @@ Point ecef_point(double longitude_deg, double latitude_deg, double height_m) {
   return {r * std::cos(lon), r * std::sin(lon), (n * (1 - kE2) + height_m) * std::sin(lat)};
 }
 
+Point up_at(const Point& p) {
+  const double lat = latitude_deg(p) * kDegree, lon = std::atan2(p[1], p[0]);
+  return {std::cos(lat) * std::cos(lon), std::cos(lat) * std::sin(lon), std::sin(lat)};
+}
+
 DecodedSurface surface_of(const DecodedTile& tile, double height_step_m) {
   DecodedSurface s;
   s.triangles = tile.triangles;

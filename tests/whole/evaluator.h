@@ -18,6 +18,9 @@ using Point = std::array<double, 3>;  ///< ECEF, metres
 /// EPSG:4979 to EPSG:4978.
 Point ecef_point(double longitude_deg, double latitude_deg, double height_m);
 
+/// The ellipsoid's normal where the line along it through p meets it.
+Point up_at(const Point& p);
+
 /// A decoded .drc: tile-local units from the south-west, height steps. Points of triangles only.
 struct DecodedTile {
   proto::TileAddress tile;

@@ -43,6 +43,37 @@ bool without_holes(const Built& built, const proto::TileAddress& tile) {
   return true;
 }
 
+/// How many places without data are within a cell of one: counted in advance, rectangle by rectangle.
+class Voids {
+ public:
+  Voids(const Built& built, std::int64_t cell) : built_(built), cell_(cell), columns_(built.samples.columns + 2 * cell), rows_(built.samples.rows + 2 * cell) {
+    if (everywhere()) return;
+    sum_.assign(static_cast<std::size_t>((columns_ + 1) * (rows_ + 1)), 0);
+    for (std::int64_t r = 0; r < rows_; ++r)
+      for (std::int64_t c = 0; c < columns_; ++c) {
+        const std::int64_t j = built.samples.south - cell + r;
+        const bool none = j >= 0 && j <= built.lattice.rows() && !built.truth(built.samples.west - cell + c, j);
+        at(c + 1, r + 1) = at(c, r + 1) + at(c + 1, r) - at(c, r) + (none ? 1 : 0);
+      }
+  }
+  /// The data is too narrow for the cell.
+  bool everywhere() const { return built_.samples.columns <= 2 * cell_; }
+  bool near(std::int64_t i, std::int64_t j) const {
+    const std::int64_t circle = built_.lattice.columns(), c = ((i - built_.samples.west) % circle + circle) % circle, r = j - built_.samples.south;
+    if (c >= built_.samples.columns || r < 0 || r >= built_.samples.rows) return true;
+    const std::int64_t across = 2 * cell_ + 1;
+    return at(c + across, r + across) - at(c, r + across) - at(c + across, r) + at(c, r) > 0;
+  }
+
+ private:
+  std::int32_t& at(std::int64_t c, std::int64_t r) { return sum_[static_cast<std::size_t>(r * (columns_ + 1) + c)]; }
+  std::int32_t at(std::int64_t c, std::int64_t r) const { return sum_[static_cast<std::size_t>(r * (columns_ + 1) + c)]; }
+
+  const Built& built_;
+  std::int64_t cell_, columns_, rows_;
+  std::vector<std::int32_t> sum_;
+};
+
 Holes holes_of(const Built& built, const proto::TileAddress& tile) { return without_holes(built, tile) ? Holes::none : Holes::allowed; }
 
 /// Eastern, northern and the two diagonal neighbours to the north: with these, every pair is met once.
@@ -118,6 +149,18 @@ TileErrors judge_tile(const Built& built, const Level& level, const BuiltTile& t
   return errors;
 }
 
+/// With two corners there: lines in space, which the .glb leaves out.
+std::size_t lines_at_pole(const Built& built, const DecodedTile& tile) {
+  const std::int64_t south = built.lattice.south(tile.tile), rows = built.lattice.rows();
+  std::size_t lines = 0;
+  for (const auto& c : tile.triangles) {
+    int there = 0;
+    for (const std::uint32_t k : c) there += south + tile.v[k] == 0 || south + tile.v[k] == rows ? 1 : 0;
+    lines += there > 1 ? 1 : 0;
+  }
+  return lines;
+}
+
 }  // namespace
 
 Findings judge_neighbours(const Built& built) {
@@ -145,7 +188,10 @@ Findings judge_plans(const Built& built) {
       const Holes holes = holes_of(built, at);
       if (Violation v = plan_violation(tile.drc, holes)) found.push_back(*v);
       if (Violation v = manifold_violation(tile.drc, holes)) found.push_back(*v);
-      if (tile.drc.triangles.size() != tile.glb.triangles.size()) found.push_back(name(at) + ": its two faces differ in triangles");
+      if (tile.drc.triangles.size() != tile.glb.triangles.size() + lines_at_pole(built, tile.drc)) found.push_back(name(at) + ": its two faces differ in triangles");
+      // In the row of tiles at a pole single triangles are left whose long edge, on a side of the tile, nothing can divide.
+      const bool polar = at.y == 0 || at.y + 1 == proto::tiles_up(z);
+      if (Violation v = polar ? std::nullopt : space_violation(tile.glb)) found.push_back(name(at) + ": " + *v);
       for (std::size_t k = 0; k < tile.drc.u.size(); ++k) {
         const std::int64_t i = built.lattice.west(at) + tile.drc.u[k], j = built.lattice.south(at) + tile.drc.v[k];
         if (built.truth(i, j)) continue;
@@ -179,9 +225,25 @@ Findings judge_errors(const Built& built, const ErrorRules& rules) {
   return found;
 }
 
+Findings judge_cover(const Built& built) {
+  Findings found;
+  for (const auto& [z, level] : built.levels) {
+    const Voids voids(built, built.lattice.cell_units(z));
+    if (voids.everywhere()) continue;
+    for (const auto& [at, tile] : level) {
+      const SampleWindow w = data_window(built, at, 0);
+      const std::int64_t west = built.lattice.west(at), south = built.lattice.south(at);
+      const Shown shown{w.west - west, w.south - south, w.east - west, w.north - south,
+                        [&](std::int64_t u, std::int64_t v) { return !voids.near(west + u, south + v); }};
+      if (Violation v = cover_violation(tile.drc, shown)) found.push_back(*v);
+    }
+  }
+  return found;
+}
+
 Findings judge(const Built& built, const ErrorRules& rules) {
   Findings found = judge_plans(built);
-  for (const Findings& more : {judge_neighbours(built), judge_errors(built, rules)}) found.insert(found.end(), more.begin(), more.end());
+  for (const Findings& more : {judge_neighbours(built), judge_errors(built, rules), judge_cover(built)}) found.insert(found.end(), more.begin(), more.end());
   for (const auto& [z, level] : built.levels)
     if (level.empty()) found.push_back("level " + std::to_string(z) + " has no tile");
   return found;

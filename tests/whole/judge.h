@@ -27,7 +27,11 @@ struct ErrorRules {
 inline constexpr ErrorRules kAllSamples{70000, 1.25};
 Findings judge_errors(const Built& built, const ErrorRules& rules);
 
-/// Laws 1 to 3, and a tile on every level.
+/// Law 4: a sample farther than one cell of the level, in columns or in rows, from where there is no data lies under a triangle of each
+/// tile that it belongs to, on every level.
+Findings judge_cover(const Built& built);
+
+/// All of these, and a tile on every level.
 Findings judge(const Built& built, const ErrorRules& rules);
 
 }  // namespace cordillera::whole

@@ -27,6 +27,15 @@ std::int64_t turn(const DecodedTile& t, std::uint32_t a, std::uint32_t b, std::u
          (std::int64_t{t.v[b]} - t.v[a]) * (std::int64_t{t.u[c]} - t.u[a]);
 }
 
+/// Whether (u, v) is in the triangle, its edges included.
+bool holds(const DecodedTile& t, const Triangle& c, std::int64_t u, std::int64_t v) {
+  for (unsigned k = 0; k < 3; ++k) {
+    const std::uint32_t a = c[k], b = c[(k + 1) % 3];
+    if ((std::int64_t{t.u[b]} - t.u[a]) * (v - t.v[a]) - (std::int64_t{t.v[b]} - t.v[a]) * (u - t.u[a]) < 0) return false;
+  }
+  return true;
+}
+
 Violation broken_index(const DecodedTile& t) {
   if (t.side <= 0 || t.u.size() != t.v.size() || t.u.size() != t.h.size()) return name(t) + ": arrays do not agree";
   for (const Triangle& c : t.triangles)
@@ -198,6 +207,51 @@ Violation manifold_violation(const DecodedTile& t, Holes holes) {
     if (!one_fan(around[v])) return at + "has triangles in more than one fan";
   }
   return std::nullopt;
+}
+
+Violation space_violation(const DecodedSurface& surface) {
+  std::size_t turned = 0;
+  for (const auto& c : surface.triangles) {
+    std::array<Point, 3> p;
+    int at_pole = 0;
+    for (unsigned k = 0; k < 3; ++k) {
+      p[k] = surface.points[c[k]];
+      at_pole += std::hypot(p[k][0], p[k][1]) == 0 ? 1 : 0;
+    }
+    if (at_pole > 1) return "a triangle has two corners at a pole";
+    if (at_pole == 1) continue;
+    const Point a{p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]}, b{p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
+    const Point n{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    bool front = true;
+    for (const Point& corner : p) {
+      const Point up = up_at(corner);
+      front = front && n[0] * up[0] + n[1] * up[1] + n[2] * up[2] > 0;
+    }
+    turned += front ? 0 : 1;
+  }
+  if (turned > 0) return std::to_string(turned) + " triangles are upside down in space";
+  return std::nullopt;
+}
+
+Violation cover_violation(const DecodedTile& tile, const Shown& shown) {
+  if (shown.west > shown.east || shown.south > shown.north) return std::nullopt;
+  const std::int64_t columns = shown.east - shown.west + 1;
+  std::vector<bool> seen(static_cast<std::size_t>(columns * (shown.north - shown.south + 1)), false);
+  for (const Triangle& c : tile.triangles) {
+    const auto [west, east] = std::minmax({tile.u[c[0]], tile.u[c[1]], tile.u[c[2]]});
+    const auto [south, north] = std::minmax({tile.v[c[0]], tile.v[c[1]], tile.v[c[2]]});
+    for (std::int64_t v = std::max<std::int64_t>(south, shown.south); v <= std::min<std::int64_t>(north, shown.north); ++v)
+      for (std::int64_t u = std::max<std::int64_t>(west, shown.west); u <= std::min<std::int64_t>(east, shown.east); ++u)
+        if (holds(tile, c, u, v)) seen[static_cast<std::size_t>((v - shown.south) * columns + u - shown.west)] = true;
+  }
+  std::size_t missing = 0;
+  std::string where;
+  for (std::int64_t v = shown.south; v <= shown.north; ++v)
+    for (std::int64_t u = shown.west; u <= shown.east; ++u)
+      if (!seen[static_cast<std::size_t>((v - shown.south) * columns + u - shown.west)] && shown.must(u, v) && ++missing == 1)
+        where = "(" + std::to_string(u) + ", " + std::to_string(v) + ")";
+  if (missing == 0) return std::nullopt;
+  return name(tile) + ": " + std::to_string(missing) + " samples well inside the data are uncovered, one at " + where;
 }
 
 Violation neighbour_violation(const DecodedTile& a, const DecodedTile& b, Holes holes) {

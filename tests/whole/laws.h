@@ -1,5 +1,6 @@
 #pragma once
 // The laws that every decoded tile set obeys. Each function returns the first violation in words, or nothing.
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,17 @@ Violation manifold_violation(const DecodedTile& tile, Holes holes);
 /// a and b of one level that touch (also over the antimeridian): along their common edge (or at the common corner) a place has
 /// one height, and no vertex of one lies inside an edge of the other; without holes both have exactly the same vertices.
 Violation neighbour_violation(const DecodedTile& a, const DecodedTile& b, Holes holes);
+
+/// Seen along the ellipsoid's normal at each of its corners, every triangle is the right way up. Those with a corner at a pole may be seen from
+/// anywhere, but none has two there.
+Violation space_violation(const DecodedSurface& surface);
+
+/// What a tile must show: places of a closed rectangle, in its units, for which `must` is true. Every one of them lies under a triangle.
+struct Shown {
+  std::int64_t west = 0, south = 0, east = 0, north = 0;
+  std::function<bool(std::int64_t u, std::int64_t v)> must;
+};
+Violation cover_violation(const DecodedTile& tile, const Shown& shown);
 
 /// A tile both ways a client can fetch it. points: those of the .glb's terrain primitive, ECEF, in double (float32 +
 /// translation).

@@ -106,6 +106,39 @@ TEST(laws, valence) {
   EXPECT_THAT(manifold_violation(t, Holes::none), Optional(HasSubstr("has 16 triangles")));
 }
 
+TEST(laws, upside_down_in_space) {
+  EXPECT_EQ(space_violation(surface_of(grid({3, 5, 2}))), std::nullopt);
+  DecodedSurface turned = surface_of(grid({3, 5, 2}));
+  std::swap(turned.triangles[3][0], turned.triangles[3][1]);
+  EXPECT_THAT(space_violation(turned), Optional(HasSubstr("1 triangles are upside down")));
+  // Longitudes 0, 45 and 22.5: in plan the tip lies beyond the edge along the parallel, in space on the other side of it.
+  DecodedTile polar{{2, 4, 3}, 64, {0, 64, 32}, {40, 40, 41}, {0, 0, 0}, {{0, 1, 2}}};
+  EXPECT_EQ(plan_violation(polar, Holes::allowed), std::nullopt);
+  EXPECT_THAT(space_violation(surface_of(polar)), Optional(HasSubstr("1 triangles are upside down")));
+}
+TEST(laws, no_lines_at_a_pole) {
+  DecodedTile cap{{2, 4, 3}, 64, {0, 64, 32}, {64, 64, 40}, {0, 0, 0}, {{0, 2, 1}}};
+  EXPECT_THAT(space_violation(surface_of(cap)), Optional(HasSubstr("two corners at a pole")));
+  cap.u = {0, 64, 32}, cap.v = {40, 40, 64}, cap.triangles = {{0, 1, 2}};
+  EXPECT_EQ(space_violation(surface_of(cap)), std::nullopt);
+}
+
+TEST(laws, cover) {
+  DecodedTile t = grid({3, 5, 2});
+  const Shown all{0, 0, 64, 64, [](std::int64_t, std::int64_t) { return true; }};
+  EXPECT_EQ(cover_violation(t, all), std::nullopt);
+  t.triangles.erase(t.triangles.begin() + 10);  // (16, 16), (32, 16), (32, 32): what lies inside it, no edge
+  EXPECT_THAT(cover_violation(t, all), Optional(HasSubstr("105 samples well inside the data are uncovered, one at (18, 17)")));
+  const Shown west{0, 0, 17, 64, all.must};
+  EXPECT_EQ(cover_violation(t, west), std::nullopt);
+  EXPECT_EQ(cover_violation(t, {0, 0, 64, 64, [](std::int64_t u, std::int64_t v) { return u == 20 && v == 30; }}), std::nullopt);
+  EXPECT_NE(cover_violation(t, {0, 0, 64, 64, [](std::int64_t u, std::int64_t v) { return u == 30 && v == 20; }}), std::nullopt);
+  DecodedTile slit = grid({3, 5, 2});
+  slit.u[6] += 1;  // a triangle's corner steps aside
+  slit.triangles.erase(slit.triangles.begin());  // (0, 0), (16, 0), (17, 16)
+  EXPECT_NE(cover_violation(slit, all), std::nullopt);
+}
+
 TEST(laws, neighbours_agree) {
   for (const proto::TileAddress other : {proto::TileAddress{3, 6, 2}, {3, 5, 3}, {3, 6, 3}, {3, 4, 1}})
     EXPECT_EQ(neighbour_violation(grid({3, 5, 2}), grid(other), Holes::none), std::nullopt);
