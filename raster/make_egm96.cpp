@@ -1,5 +1,5 @@
-// EGM96 must always work, and Debian ships no GeographicLib grid. PROJ's package carries the same 15' grid as GTX: a step of the
-// build rewrites it, so that a service has nothing to make that its jobs could change for one another.
+// EGM96 must always work, and Debian ships no GeographicLib grid. PROJ's package carries the same 15' grid as GTX, or as
+// GeoTIFF where it has PROJ's newer grids: a step of the build rewrites it, so that a service has nothing to make that its jobs could change for one another.
 //   make_egm96 OUTPUT
 #include <gdal_priv.h>
 
@@ -20,14 +20,15 @@ namespace fs = std::filesystem;
 
 constexpr double kOffset_m = -108, kScale_m = 0.003;
 
-std::string find_gtx() {
+std::string find_grid() {
   std::vector<fs::path> folders;
   for (const char* name : {"PROJ_DATA", "PROJ_LIB"})
     if (const char* folder = std::getenv(name)) folders.emplace_back(folder);
   folders.insert(folders.end(), {"/usr/share/proj", "/usr/local/share/proj"});
   std::error_code error;
   for (const fs::path& folder : folders)
-    if (fs::is_regular_file(folder / "egm96_15.gtx", error)) return (folder / "egm96_15.gtx").string();
+    for (const char* name : {"egm96_15.gtx", "us_nga_egm96_15.tif"})
+      if (fs::is_regular_file(folder / name, error)) return (folder / name).string();
   return "";
 }
 
@@ -40,7 +41,7 @@ struct Grid {
 /// False unless it is the whole globe, as GeographicLib wants it.
 bool read_grid(const std::string& path, Grid& grid) {
   GDALAllRegister();
-  const char* const allowed[] = {"GTX", nullptr};
+  const char* const allowed[] = {"GTX", "GTiff", nullptr};
   const GDALDatasetUniquePtr file(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, allowed));
   std::array<double, 6> g{};
   if (!file || file->GetGeoTransform(g.data()) != CE_None || file->GetRasterCount() != 1) return false;
@@ -81,10 +82,10 @@ int fail(const std::string& why) {
 
 int main(int count, char** words) {
   if (count != 2) return fail("the file to write is missing");
-  const std::string gtx = find_gtx();
-  if (gtx.empty()) return fail("egm96_15.gtx is nowhere; it comes with the package proj-data (or set PROJ_DATA to its folder)");
+  const std::string given = find_grid();
+  if (given.empty()) return fail("neither egm96_15.gtx nor us_nga_egm96_15.tif is there; they come with the package proj-data (or set PROJ_DATA to its folder)");
   Grid grid;
-  if (!read_grid(gtx, grid)) return fail(gtx + " is no global grid that GDAL can read");
+  if (!read_grid(given, grid)) return fail(given + " is no global grid that GDAL can read");
   const std::string pgm = pgm_of(grid), draft = std::string(words[1]) + ".draft";
   std::ofstream file(draft, std::ios::binary | std::ios::trunc);
   file.write(pgm.data(), static_cast<std::streamsize>(pgm.size()));

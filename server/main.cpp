@@ -6,6 +6,7 @@
 #include <iostream>
 #include <locale>
 
+#include "raster/share_folder.h"
 #include "server/jobs/child.h"
 #include "server/client/client_line.h"
 #include "server/cli/commands.h"
@@ -202,6 +203,7 @@ void fill_tables_of_letters() {
 
 int main(int count, char** words) {
   fill_tables_of_letters();
+  raster::use_private_tables();
   CLI::App app{"Cordillera: terrain level-of-detail tiles from digital elevation models", "cordillera"};
   app.set_version_flag("--version", std::string("cordillera ") + CORDILLERA_VERSION);
   app.require_subcommand(1);

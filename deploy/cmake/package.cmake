@@ -1,4 +1,5 @@
-# `cpack` makes a .deb for Debian 12 and a .tar.gz. deploy/package.sh is the whole way, with the time that makes both the same each time.
+# `cpack` makes a .deb for Debian 12. deploy/package.sh is the whole way: it also makes the .tar.gz, which is this installation with libraries of
+# its own, and sets the time that makes both the same each time.
 include(GNUInstallDirs)
 install(TARGETS cordillera RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(FILES ${CMAKE_BINARY_DIR}/share/egm96-15.pgm DESTINATION ${CMAKE_INSTALL_DATADIR}/cordillera)
@@ -15,7 +16,9 @@ set(CPACK_PACKAGE_VENDOR Cordillera)
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_PACKAGE_CONTACT "The Cordillera authors <cordillera@localhost>")
 set(CPACK_RESOURCE_FILE_LICENSE ${CMAKE_SOURCE_DIR}/LICENSE)
-set(CPACK_GENERATOR DEB TGZ)
+set(CPACK_GENERATOR DEB)
+# Without the component dev (deploy/library).
+set(CPACK_INSTALL_CMAKE_PROJECTS "${CMAKE_BINARY_DIR};${PROJECT_NAME};Unspecified;/")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_THREADS 1)  # compressors cut their input by threads
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "pipeline/encode/json.h"
+#include "pipeline/tileset/print_options.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -21,8 +22,7 @@ std::string without_errors(const std::string& manifest) {
 
 std::string manifest_json(const proto::Manifest& manifest) {
   google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
+  print_all_fields(options);
   options.add_whitespace = true;
   std::string out;
   const auto status = google::protobuf::util::MessageToJsonString(manifest, &out, options);

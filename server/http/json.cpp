@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "pipeline/tileset/print_options.h"
 #include "proto/utf8.h"
 #include "server/http/problems.h"
 
@@ -17,8 +18,7 @@ constexpr std::size_t kMostKept_bytes = 2000, kLongestSlug_bytes = 100;
 
 std::string to_json_line(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
-  options.preserve_proto_field_names = true;
-  options.always_print_primitive_fields = true;
+  pipeline::print_all_fields(options);
   std::string text;
   (void)google::protobuf::util::MessageToJsonString(message, &text, options);
   return text;

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <sstream>
+#include <string>
 #include <vector>
 
 namespace cordillera::server::sandbox {
@@ -105,7 +107,9 @@ bool confine_files(const Needs& needs) {
   for (const char* path : kReadable) rules.allow(path, kRead);
   for (const fs::path& path : needs.readable) rules.allow(path, kRead);
   for (const char* name : {"PROJ_DATA", "PROJ_LIB", "GDAL_DATA"}) {
-    if (const char* folder = std::getenv(name)) rules.allow(folder, kRead);
+    const char* list = std::getenv(name);
+    std::istringstream folders(list == nullptr ? "" : list);
+    for (std::string folder; std::getline(folders, folder, ':');) rules.allow(folder, kRead);
   }
   rules.allow("/dev/null", kRead | kWriteFile);
   rules.allow(needs.folder, kRead | kChange | kTruncate);

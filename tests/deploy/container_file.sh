@@ -1,22 +1,26 @@
 #!/usr/bin/env bash
-# The packages of the container's second step are those that the program needs: container_file.sh BUILD. An image is not built: that takes
-# a registry and a daemon. Exits with 77 where this is no Debian 12.
+# What the container files say is so: container_file.sh BUILD. An image is not built, for that takes a registry and a daemon; that the archive
+# runs on a bare Debian is clean_machine.sh's.
 set -euo pipefail
-root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 build=$(cd "${1:?usage: tests/deploy/container_file.sh BUILD}" && pwd)
-grep -q '^VERSION_CODENAME=bookworm' /etc/os-release && command -v dpkg readelf >/dev/null ||
-  { printf 'The test of the container file is left out; missing: Debian 12\n'; exit 77; }
-listed=$(sed -n '/^FROM debian:12$/,/useradd/p' "$root/deploy/Dockerfile" | tr ' \\' '\n\n' | sort -u)
-missing=
-for library in $(readelf -d "$build/bin/cordillera" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p'); do
-  file=$(ldconfig -p | sed -n "s#^\s*$library (.*x86-64.*) => ##p" | sed -n 1p)
-  package=$(dpkg -S "$(readlink -f "$file")" "$file" 2>/dev/null | sed -n 1p | cut -d: -f1 || true)
-  case $package in
-    libc6 | libstdc++6 | libgcc-s1 | zlib1g | libbrotli1 | libfmt9 | '') ;;  # of every image, or what the others bring
-    *) grep -qx "$package" <<<"$listed" || missing+="$library needs $package
-" ;;
-  esac
+. "$(dirname "${BASH_SOURCE[0]}")/../real_server.sh" "The test of the container files"
+file=$repository/deploy/Dockerfile
+fail() { printf 'container_file: %s\n' "$*" >&2; exit 1; }
+
+version=$(sed -n 's/^CMAKE_PROJECT_VERSION:STATIC=//p' "$build/CMakeCache.txt")
+[[ cordillera-$version-linux-x86_64.tar.gz == $(sed -n 's/^ADD \(\S*\) .*/\1/p' "$file") ]] || fail "no archive of package.sh has the name that ADD wants"
+"$build/bin/cordillera" serve --help >"$work/options"
+for variable in $(sed -n 's/^ENV //p' "$file"); do
+  option=$(sed 's/=.*//; s/^CORDILLERA_/--/; s/_/-/g' <<<"$variable" | tr '[:upper:]' '[:lower:]')
+  grep -qE -- "(^|[ ,])$option\b" "$work/options" || fail "serve has no $option"
 done
-[[ -z $missing ]] || { printf 'deploy/Dockerfile lacks packages:\n%s' "$missing" >&2; exit 1; }
-for file in deploy/packages.txt deploy/cordillera.service deploy/nginx.conf; do [[ -e $root/$file ]]; done
-printf 'the container has what the program needs\n'
+
+# Its look at the health of the service, on a service.
+start_server "$build"
+health() { sed -n 's/^HEALTHCHECK .* CMD //p' "$file" | python3 -c 'import json, subprocess, sys
+words = [word.replace("/8080", "/" + sys.argv[1]) for word in json.load(sys.stdin)]
+sys.exit(subprocess.run(words).returncode)' "$1"; }
+health "${url##*:}" || fail "a service that lives is called dead"
+stop "$server_pid"
+! health "${url##*:}" 2>/dev/null || fail "a service that is gone is called alive"
+echo "the container files say what is so"
