@@ -26,9 +26,13 @@ build=$(cd "$build" && pwd)
 out=$build/packages
 rm -rf "$out"
 umask 022  # folders go into the archive with their modes
-(cd "$build" && cpack -B "$out" >"$build/package.log" 2>&1) || { cat "$build/package.log" >&2; fail "cpack failed"; }
+mkdir "$out"
+# Side by side: each is done by one processor.
+"$root/deploy/portable/archive.sh" "$build" "$out" >"$build/archive.log" 2>&1 &
+archive=$!
+(cd "$build" && cpack -B "$out" >"$build/package.log" 2>&1) || { cat "$build/package.log" >&2; kill $archive; fail "cpack failed"; }
 rm -rf "$out/_CPack_Packages"
-"$root/deploy/portable/archive.sh" "$build" "$out" >>"$build/package.log" 2>&1 || { cat "$build/package.log" >&2; fail "no archive was made"; }
+wait $archive || { cat "$build/archive.log" >&2; fail "no archive was made"; }
 "$root/deploy/python/make_wheel.py" "$out" >/dev/null
 python3 "$root/deploy/sbom.py" >"$out/sbom.json"
 cd "$out"

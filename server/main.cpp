@@ -203,7 +203,7 @@ void fill_tables_of_letters() {
 
 int main(int count, char** words) {
   fill_tables_of_letters();
-  raster::use_private_tables();
+  raster::fit_private_libraries();
   CLI::App app{"Cordillera: terrain level-of-detail tiles from digital elevation models", "cordillera"};
   app.set_version_flag("--version", std::string("cordillera ") + CORDILLERA_VERSION);
   app.require_subcommand(1);

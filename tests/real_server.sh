@@ -53,14 +53,21 @@ npm_ci() { (cd "$1" && npm ci --prefer-offline --ignore-scripts --no-audit --no-
 start_server() {
   local build=$1 port
   shift
-  port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
+  port=$(free_port)
   url=http://127.0.0.1:$port
   export CORDILLERA_SERVER=$url
   cordillera=$build/bin/cordillera
   start "$cordillera" serve --listen "127.0.0.1:$port" --data "${server_data:-$work/data}" "$@" >"$work/server.log" 2>&1
   server_pid=$started
+  until_ready "$server_pid" "$work/server.log"
+}
+
+free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+
+# until_ready PROCESS LOG: the service at $url is; fails with its log if it ends before.
+until_ready() {
   until curl -fs -o /dev/null "$url/readyz"; do
-    kill -0 "$server_pid" || { cat "$work/server.log" >&2; exit 1; }
+    kill -0 "$1" || { cat "$2" >&2; exit 1; }
     sleep 0.1
   done
 }

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -14,7 +15,12 @@
 
 namespace cordillera::server {
 
-inline const std::string kProgram = CORDILLERA_PROGRAM;
+/// That of the build, or another that is to be as good: deploy.package names the archive's.
+inline std::string program_under_test() {
+  const char* named = std::getenv("PROGRAM_UNDER_TEST");
+  return named == nullptr ? CORDILLERA_PROGRAM : named;
+}
+inline const std::string kProgram = program_under_test();
 
 struct Ended {
   int code = -1;
