@@ -19,6 +19,7 @@ RUN = re.compile(r"(curl|cordillera|diff) ")
 TIME_LIMIT_S = 300
 LEFT_OUT = [  # (first words of a line and why it is not run here; those of a block stand for all of it)
     ("deploy/quickstart.sh", "deploy.quickstart_once runs it, and tests/run.sh runs this test"),
+    ("tar -xzf cordillera-", "the archive of a release; deploy.package makes, unpacks and runs it"),
     ("cordillera serve", "this test has a server, at an address of its own"),
     ("cordillera view", "it goes on until it is stopped; server.view does it"),
     ("cordillera build fine.tif", "several rasters, which the reader has"),
