@@ -243,6 +243,7 @@ std::map<std::string, std::string> files_of(const fs::path& folder) {
     if (entry.is_regular_file()) files[fs::relative(entry.path(), folder).generic_string()] = read_file(entry.path());
   }
   files.erase("manifest.json");
+  EXPECT_EQ(files.erase("index.html"), files.contains("tileset.json") ? 1u : 0u);
   return files;
 }
 

@@ -37,10 +37,10 @@ Slugs found_in(const std::string& text, const std::regex& what) {
 
 /// Words of the sources that look like slugs and are none; names of options are known from their table.
 const Slugs kOtherWords = {"accept-encoding", "content-encoding", "content-length", "content-type", "cross-site", "strict-origin-when-cross-origin",
-                           "cordillera-data", "source-nodata", "at-end", "come-back", "fisher-yates", "lock-down", "lock-first", "most-triangles", "qem-best",
+                           "cordillera-data", "my-dem", "source-nodata", "at-end", "come-back", "fisher-yates", "lock-down", "lock-first", "most-triangles", "qem-best",
                            "super-independent", "test-first", "vertex-best",
                            "data-not-writable", "date-time", "disk-full", "idempotency-key", "if-none-match", "if-range", "keep-alive", "no-cache",
-                           "no-store", "sec-fetch-site", "service-desc", "service-doc", "transfer-encoding", "user-defined", "x-forwarded-for",
+                           "no-store", "sec-fetch-site", "service-desc", "service-doc", "transfer-encoding", "user-defined", "x-forwarded-for", "xdg-open",
                            "retry-after", "tus-resumable", "upload-length", "upload-metadata", "upload-offset",
                            "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-gzip", "x-request-id"};
 
