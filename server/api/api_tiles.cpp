@@ -149,15 +149,13 @@ const char* cache_control(const Route& route) {
 
 Response published_folder(Service& service, const Request& request, const Dataset& dataset, const Route& route, const std::string& folder) {
   if (!route.version.empty()) return problem_response({"version-unknown", "dataset " + dataset.id + " is a folder of finished tiles: it has one version", "the address without a version", ""});
-  auto file = file_of_folder(service.web_files(), folder, route.resource == Resource::manifest ? "manifest.json" : route.path);
-  if (file) {
-    if (route.resource == Resource::face) file->set("Content-Type", std::string(route.found.resource->type));
-    return if_changed(request, std::move(*file));
-  }
+  const bool of_face = route.resource == Resource::face;
+  auto file = file_of_folder(service.web_files(), folder, of_face ? route.path : "manifest.json", of_face ? std::string(route.found.resource->type) : "application/json", cache_control(route));
+  if (file) return if_changed(request, std::move(*file));
   const auto manifest = service.mounts().manifest(dataset.id);
   if (!manifest) return problem_response(manifest.problem());
   std::error_code error;
-  const bool has_format = std::filesystem::exists(std::filesystem::path(folder) / route.path.substr(0, route.path.find('/')), error);
+  const bool has_format = of_face && std::filesystem::exists(std::filesystem::path(folder) / route.path.substr(0, route.path.find('/')), error);
   if (has_format && route.found.resource->grid != pipeline::faces::Grid::none) return no_tile(*manifest, route.found);
   return problem_response(service.library().open(dataset.id).problem());
 }

@@ -77,14 +77,14 @@ std::optional<fs::path> inside(const std::string& folder, const std::string& pat
 }
 
 /// A file of the folder, as it is or as the build compressed it; nullopt: it cannot be read.
-std::optional<Response> file_response(WebFiles& files, const fs::path& file, bool packed) {
+std::optional<Response> file_response(WebFiles& files, const fs::path& file, bool packed, const std::string& type = "", const char* cached = "no-cache") {
   const auto found = files.find(packed ? fs::path(file.string() + ".br") : file);
   if (!found) return std::nullopt;
   Response response;
   response.shared = {found, &found->bytes};
   if (packed) response.set("Content-Encoding", "br");
-  response.set("Content-Type", content_type(file));
-  response.set("Cache-Control", "no-cache");
+  response.set("Content-Type", type.empty() ? content_type(file) : type);
+  response.set("Cache-Control", cached);
   response.set("ETag", quoted(found->etag));
   return response;
 }
@@ -112,9 +112,9 @@ Response page(WebFiles& files, const std::string& folder, const Request& request
   return file_response(files, *file, packed).value_or(unreadable());
 }
 
-std::optional<Response> file_of_folder(WebFiles& files, const std::string& folder, const std::string& path) {
+std::optional<Response> file_of_folder(WebFiles& files, const std::string& folder, const std::string& path, const std::string& type, const char* cached) {
   const auto file = inside(folder, path);
-  return file ? file_response(files, *file, false) : std::nullopt;
+  return file ? file_response(files, *file, false, type, cached) : std::nullopt;
 }
 
 Response demo_page(WebFiles& files, const std::string& folder, const std::string& path) {

@@ -111,6 +111,7 @@ int serve_command(const Settings& given, const std::string& program, const std::
 
   boost::asio::io_context io;
   boost::asio::signal_set signals(io, SIGINT, SIGTERM);
+  if (listening) signals.add(SIGHUP);  // a window that is closed ends what was begun for somebody to look at
   signals.async_wait([&](const boost::system::error_code& error, int) {
     if (error) return;
     log_info("stopping: running builds go on at the next start");

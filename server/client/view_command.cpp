@@ -1,4 +1,5 @@
 // A service of its own for as long as somebody looks: on this machine's loopback, at a free port, with a data folder that goes with it.
+#include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
 #include <unistd.h>
@@ -27,25 +28,34 @@ class TemporaryFolder {
     std::string path = (fs::temp_directory_path() / "cordillera-view-XXXXXX").string();
     if (mkdtemp(path.data()) != nullptr) path_ = path;
   }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
+  ~TemporaryFolder() { remove(); }
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   const std::string& path() const { return path_; }
+  void remove() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+  }
 
  private:
   std::string path_;
 };
 
-/// The desktop's browser, where there is a desktop.
+/// The desktop's browser, where there is a desktop; in a session of its own, so that Ctrl+C here does not end it.
 void open_browser(const std::string& address) {
   if (getenv("DISPLAY") == nullptr && getenv("WAYLAND_DISPLAY") == nullptr) return;
   std::string program = "xdg-open", word = address;
   char* words[] = {program.data(), word.data(), nullptr};
+  posix_spawnattr_t apart;
+  posix_spawn_file_actions_t silent;
+  posix_spawnattr_init(&apart);
+  posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETSID);
+  posix_spawn_file_actions_init(&silent);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) posix_spawn_file_actions_addopen(&silent, stream, "/dev/null", O_RDWR, 0);
   pid_t child = 0;
-  posix_spawnp(&child, program.c_str(), nullptr, nullptr, words, environ);
+  posix_spawnp(&child, program.c_str(), &silent, &apart, words, environ);
+  posix_spawn_file_actions_destroy(&silent);
+  posix_spawnattr_destroy(&apart);
 }
 
 /// What the service is to show, and what is to be posted to it first.
@@ -62,6 +72,7 @@ std::string id_of(const std::string& path) {
     if (std::isalnum(byte) && byte < 128) id += static_cast<char>(std::tolower(byte));
     else if (!id.empty() && id.back() != '-') id += '-';
   }
+  id = id.substr(0, 60);  // a number may follow
   return is_id(id) ? id : "terrain";
 }
 
@@ -74,10 +85,11 @@ proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
     } else if (kind == PathKind::missing) {
       return proto::Problem{"file-unreadable", "there is no " + path, "a raster, a dataset's .sqlite file, or a folder that `cordillera build` wrote", "path"};
     }
-    Mount mount{id_of(path), path};
-    const auto same = [&](const Mount& other) { return other.name == mount.name; };
-    if (std::any_of(subjects.mounts.begin(), subjects.mounts.end(), same)) mount.name += "-" + std::to_string(subjects.mounts.size() + 1);
-    subjects.mounts.push_back(std::move(mount));
+    const std::string id = id_of(path);
+    std::string name = id;
+    const auto taken = [&](const Mount& other) { return other.name == name; };
+    for (int n = 2; std::any_of(subjects.mounts.begin(), subjects.mounts.end(), taken); ++n) name = id + "-" + std::to_string(n);
+    subjects.mounts.push_back({name, path});
   }
   return subjects;
 }
@@ -96,10 +108,12 @@ class Guide {
     thread_ = std::thread([this, port] { guide("http://127.0.0.1:" + std::to_string(port)); });
   }
   bool failed() const { return failed_; }
+  bool busy() const { return busy_; }
 
  private:
   void guide(const std::string& address) {
     if (subjects_.rasters.empty()) return tell(address);
+    busy_ = true;
     PostLine post;
     post.place.server = address;
     post.rasters = subjects_.rasters;
@@ -107,9 +121,9 @@ class Guide {
     post.accepted = [&] { tell(address); };  // a first look comes long before the end of the build
     post.after = After::wait;
     post.show = Show::problems;
-    if (post_command(post) == kDone) return;
-    failed_ = true;
-    kill(getpid(), SIGTERM);
+    failed_ = post_command(post) != kDone;
+    busy_ = false;
+    if (failed_) kill(getpid(), SIGTERM);
   }
 
   void tell(const std::string& address) const {
@@ -120,7 +134,7 @@ class Guide {
   const ViewLine& line_;
   const Subjects& subjects_;
   std::thread thread_;
-  std::atomic<bool> failed_{false};
+  std::atomic<bool> failed_{false}, busy_{false};
 };
 
 }  // namespace
@@ -131,7 +145,7 @@ int view_command(const ViewLine& line, const std::string& program) {
     complain(subjects.problem());
     return kFailed;
   }
-  const TemporaryFolder data;
+  TemporaryFolder data;
   if (data.path().empty()) {
     complain({"output-failed", "no folder can be made in " + fs::temp_directory_path().string(), "a TMPDIR that can be written", ""});
     return kFailed;
@@ -143,6 +157,11 @@ int view_command(const ViewLine& line, const std::string& program) {
   settings.serve.mounts = subjects->mounts;
   Guide guide(line, *subjects);
   const int code = serve_command(settings, program, [&guide](int port) { guide.listening(port); });
+  if (guide.busy()) {  // it would go on asking a service that is over
+    data.remove();
+    std::cout.flush();
+    std::_Exit(code);
+  }
   return guide.failed() ? kFailed : code;
 }
 

@@ -27,9 +27,9 @@ view() {
   done
   url=$(head -1 seen)
 }
-shut() {
+shut() { # signal
   local code=0
-  kill -INT "$started"
+  kill "-$1" "$started"
   wait "$started" || code=$?
   is 0 "$code" 'view, when it is stopped'
   is '' "$(ls "$TMPDIR")" 'what view leaves behind'
@@ -69,7 +69,8 @@ done
 is 405 "$(status -X DELETE "$one")" 'deleting a folder'
 [[ -e 'My DEM/manifest.json' ]] || fail 'the folder is gone'
 is 200 "$(status "${url}v1/datasets/dem/elevation?points=-71.3,44.2")" 'heights of the file beside it'
-shut
+is 1 "$(curl -sI "$one/tiles/10/617/763.drc" | grep -ic '^content-type')" 'types of a tile'
+shut INT
 
 # A raster is built for the while.
 view "$sample" --error 60
@@ -78,7 +79,11 @@ until grep -q ' is ready$' seen; do
   kill -0 "$started" || fail "view of a raster: $(cat seen)"
   sleep 0.1
 done
-shut
+shut HUP
+
+# In the middle of a build, too, and at once.
+view "$sample" --error 0.1
+shut INT
 printf 'no raster' >bad.tif
 code=0
 "$program" view --no-browser bad.tif >said 2>&1 || code=$?
