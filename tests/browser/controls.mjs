@@ -185,6 +185,16 @@ export async function try_snippets(page, url, id) {
   }
 }
 
+async function try_profile_by_touch(page) {
+  await page.tap("#measure");
+  await page.touchscreen.tap(90, 255);
+  await page.waitForFunction(() => /second place/.test(document.getElementById("message").textContent));
+  await page.touchscreen.tap(150, 255);
+  await page.waitForSelector("#profile:not([hidden])");
+  await page.tap("#profile-close");
+  assert.equal(await page.isVisible("#profile"), false);
+}
+
 // Touch, a small screen with three times the pixels, a light scheme.
 export async function try_phone(browser, url, id, picture) {
   const phone = { viewport: { width: 240, height: 427 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true, colorScheme: "light" };
@@ -202,6 +212,7 @@ export async function try_phone(browser, url, id, picture) {
   const small = await page.$$eval("button, summary, select, #documents a", (all) => all.map((one) => [one.id || one.textContent, one.getBoundingClientRect()])
     .filter(([, { width, height }]) => width > 0 && Math.min(width, height) < 44).map(([name]) => name));
   assert.deepEqual(small, [], "smaller than a finger");
+  await try_profile_by_touch(page);
   await page.tap("#fold");
   await page.waitForFunction(() => !document.getElementById("panel").classList.contains("folded"));
   await page.screenshot({ path: picture });
