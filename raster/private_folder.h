@@ -1,5 +1,5 @@
 #pragma once
-// A folder that nobody else looks into, for what GDAL is to find under a certain name.
+// A folder that nobody else looks into: for what GDAL is to find under a certain name, and for what ends with its command.
 #include <string>
 
 namespace cordillera::raster {
@@ -13,6 +13,7 @@ class PrivateFolder {
   PrivateFolder& operator=(const PrivateFolder&) = delete;
 
   bool made() const { return !path_.empty(); }
+  const std::string& path() const { return path_; }
   /// Where a stranger's file lies in it: no folder, no letter that a driver could take for more than a name.
   std::string place(const std::string& name) const;
   /// A link to the file under that name; empty where it cannot be made.

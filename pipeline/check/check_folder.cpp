@@ -83,7 +83,7 @@ void check_level(const fs::path& folder, const proto::Manifest& manifest, const 
 }  // namespace
 
 proto::Result<Report> check_folder(const std::string& folder, const std::string& raster) {
-  const auto manifest = parse_manifest_json(bytes_of(fs::path(folder) / "manifest.json"));
+  const auto manifest = manifest_of_folder(folder);
   if (!manifest || manifest->levels_size() == 0) {
     return proto::Problem{"file-unreadable", folder + "/manifest.json is no manifest", "a folder that `cordillera build` wrote", "path"};
   }

@@ -97,9 +97,7 @@ bool is_export(const fs::path& folder) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
     if (!kNames.contains(entry.path().filename().string())) return false;
   }
-  std::ifstream in(folder / "manifest.json", std::ios::binary);
-  const std::string json((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const auto manifest = parse_manifest_json(json);
+  const auto manifest = manifest_of_folder(folder.string());
   return manifest && manifest->levels_size() > 0;
 }
 

@@ -9,8 +9,8 @@
 
 namespace cordillera::pipeline {
 
-/// Writes manifest.json, everything that the chosen faces name, and index.html where tileset.json is among it. The folder appears whole, by a rename, or not at all. It may be
-/// missing, empty, or an earlier export, which is replaced or refused; anything else is refused.
+/// Writes manifest.json, everything that the chosen faces name, and index.html where tileset.json is among it. The folder appears whole, by a
+/// rename, or not at all. It may be missing, empty, or an earlier export, which is replaced or refused; anything else is refused.
 proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, const std::string& folder,
                                   Existing other = Existing::replace);
 

@@ -2,6 +2,9 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <stdexcept>
 
 #include "pipeline/encode/json.h"
@@ -37,6 +40,12 @@ proto::Result<proto::Manifest> parse_manifest_json(const std::string& json) {
   const auto status = google::protobuf::util::JsonStringToMessage(json, &manifest, options);
   if (!status.ok()) return proto::Problem{"manifest-damaged", "not a manifest: " + status.ToString(), "a manifest.json of Cordillera", ""};
   return manifest;
+}
+
+proto::Result<proto::Manifest> manifest_of_folder(const std::string& folder) {
+  std::ifstream file(std::filesystem::path(folder) / "manifest.json", std::ios::binary);
+  const std::string json((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  return parse_manifest_json(json);
 }
 
 std::string compact_json(const google::protobuf::Message& message) {

@@ -11,6 +11,8 @@ namespace cordillera::pipeline {
 std::string manifest_json(const proto::Manifest& manifest);
 /// Unknown members are passed over: a newer program may have written it.
 proto::Result<proto::Manifest> parse_manifest_json(const std::string& json);
+/// The manifest.json of a folder of tiles; a problem too where there is none.
+proto::Result<proto::Manifest> manifest_of_folder(const std::string& folder);
 
 /// Any message on one line with the schema's field names, defaults left out; empty when a string in it is not UTF-8.
 std::string compact_json(const google::protobuf::Message& message);

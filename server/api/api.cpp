@@ -306,7 +306,7 @@ Response Api::of_dataset(const Request& request, const Route& route) {
     if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
     if (route.resource == Resource::archive) return archive(service_, request, *dataset, route);
     const std::string folder = service_.mounts().has(dataset->id) ? service_.mounts().folder(dataset->id) : "";
-    return folder.empty() ? published(service_, *dataset, request, route) : published_folder(service_, request, *dataset, route, folder);
+    return folder.empty() ? published(service_, *dataset, request, route) : published_folder(service_, *dataset, route, folder);
   };
   Response response;
   try {

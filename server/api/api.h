@@ -88,7 +88,7 @@ const char* cache_control(const Route& route);
 /// The manifest and the faces of a dataset that is ready, or provisional ones.
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route);
 /// The same of a mounted folder of finished tiles: its files.
-Response published_folder(Service& service, const Request& request, const Dataset& dataset, const Route& route, const std::string& folder);
+Response published_folder(Service& service, const Dataset& dataset, const Route& route, const std::string& folder);
 
 /// …/mesh.glb and others: a part of a dataset as one mesh.
 Response extracted_mesh(Service& service, const Dataset& dataset, const Request& request, const Route& route);

@@ -13,10 +13,11 @@ namespace {
 
 constexpr auto kKeepAlive = std::chrono::seconds(10);  // proxies close connections on which nothing moves
 
-/// What is known of a job that has not said anything yet.
+/// What is known of a job that has not said anything yet. One that has just begun is told as queued: no stage that it may say comes before
+/// that, so the stages that a client sees never go back.
 proto::Progress before_the_first(State state) {
   proto::Progress progress;
-  progress.set_stage(state == State::running ? "open" : to_string(state));
+  progress.set_stage(to_string(state == State::running ? State::queued : state));
   progress.set_seconds_left(-1);
   return progress;
 }

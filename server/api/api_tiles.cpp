@@ -147,11 +147,11 @@ const char* cache_control(const Route& route) {
   return route.version.empty() ? "public, no-cache" : "public, max-age=31536000, immutable";
 }
 
-Response published_folder(Service& service, const Request& request, const Dataset& dataset, const Route& route, const std::string& folder) {
+Response published_folder(Service& service, const Dataset& dataset, const Route& route, const std::string& folder) {
   if (!route.version.empty()) return problem_response({"version-unknown", "dataset " + dataset.id + " is a folder of finished tiles: it has one version", "the address without a version", ""});
   const bool of_face = route.resource == Resource::face;
   auto file = file_of_folder(service.web_files(), folder, of_face ? route.path : "manifest.json", of_face ? std::string(route.found.resource->type) : "application/json", cache_control(route));
-  if (file) return if_changed(request, std::move(*file));
+  if (file) return std::move(*file);
   const auto manifest = service.mounts().manifest(dataset.id);
   if (!manifest) return problem_response(manifest.problem());
   std::error_code error;

@@ -1,7 +1,5 @@
 #include <filesystem>
-#include <fstream>
 #include <iostream>
-#include <sstream>
 
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/store.h"
@@ -26,10 +24,7 @@ proto::Result<proto::Manifest> read_manifest(const std::string& path) {
     const auto reader = pipeline::StoreReader::open(path);
     return reader ? proto::Result<proto::Manifest>((*reader)->manifest()) : reader.problem();
   }
-  std::ifstream file(fs::path(path) / "manifest.json");
-  std::ostringstream text;
-  text << file.rdbuf();
-  const auto manifest = pipeline::parse_manifest_json(text.str());
+  const auto manifest = pipeline::manifest_of_folder(path);
   if (manifest) return *manifest;
   return proto::Problem{"file-unreadable", path + "/manifest.json is no manifest", accepted, "path"};
 }

@@ -15,6 +15,7 @@
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
 #include "proto/utf8.h"
+#include "raster/private_folder.h"
 #include "raster/storage.h"
 #include "server/jobs/child.h"
 #include "server/http/json.h"
@@ -135,26 +136,6 @@ int say(const proto::WorkPlan& plan, const std::string& folder) {
   return kDone;
 }
 
-/// Where a dataset is put together before it is sent on: a folder below TMPDIR, gone at the end. An object cannot be changed in its middle.
-class RemoteOutput {
- public:
-  RemoteOutput() {
-    std::string name = (fs::temp_directory_path() / "cordillera-publish-XXXXXX").string();
-    if (mkdtemp(name.data()) != nullptr) folder_ = name;
-  }
-  ~RemoteOutput() {
-    std::error_code ignored;
-    if (!folder_.empty()) fs::remove_all(folder_, ignored);
-  }
-  RemoteOutput(const RemoteOutput&) = delete;
-  RemoteOutput& operator=(const RemoteOutput&) = delete;
-  bool good() const { return !folder_.empty(); }
-  fs::path local() const { return folder_ / "dataset.sqlite"; }
-
- private:
-  fs::path folder_;
-};
-
 }  // namespace
 
 int plan_command(const Settings& settings, const PlanLine& line) {
@@ -244,11 +225,12 @@ int publish_command(const PublishLine& line) {
   if (!file) {
     if (const auto usable = pipeline::check_export_folder(line.output, line.other); !usable) return fail(usable.problem());
   }
-  const std::unique_ptr<RemoteOutput> elsewhere = remote ? std::make_unique<RemoteOutput>() : nullptr;
-  if (remote && !elsewhere->good()) {
+  // Put together here before it is sent on: an object cannot be changed in its middle.
+  const std::unique_ptr<raster::PrivateFolder> elsewhere = remote ? std::make_unique<raster::PrivateFolder>() : nullptr;
+  if (remote && !elsewhere->made()) {
     return fail({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(), "a TMPDIR with room for the dataset", ""});
   }
-  fs::path place = fs::absolute(remote ? elsewhere->local() : fs::path(line.output)).lexically_normal();
+  fs::path place = fs::absolute(remote ? elsewhere->place("dataset.sqlite") : line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   const std::string store = file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
   const auto manifest = work::publish(*plan, line.folder, store, [](work::Progress) {});

@@ -13,8 +13,7 @@ class ClientWords {
   void add_to(CLI::App& app);
   /// All of them, for checks that every command gets.
   std::vector<CLI::App*> commands() const { return {post_, watch_, fetch_, view_}; }
-  /// Whether one of them was asked for, and its exit code.
-  /// program: path of this binary.
+  /// Whether one of them was asked for, and its exit code. program: path of this binary.
   std::optional<int> run(const std::string& program) const;
 
  private:

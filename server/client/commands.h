@@ -1,5 +1,5 @@
 #pragma once
-// cordillera post, watch and fetch: a service from the command line. Each returns the exit code: 0 done, 1 refused or failed, 2 wrong usage,
+// cordillera post, watch, fetch and view: a service from the command line. Each returns the exit code: 0 done, 1 refused or failed, 2 wrong usage,
 // 75 trying again may help.
 #include <functional>
 #include <string>

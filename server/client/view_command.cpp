@@ -6,40 +6,21 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <thread>
 
+#include "raster/private_folder.h"
 #include "server/cli/path_kind.h"
 #include "server/client/commands.h"
-#include "server/http/dataset_id.h"
+#include "server/datasets/upload.h"
 
 namespace cordillera::server::client {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Removed with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string path = (fs::temp_directory_path() / "cordillera-view-XXXXXX").string();
-    if (mkdtemp(path.data()) != nullptr) path_ = path;
-  }
-  ~TemporaryFolder() { remove(); }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::string& path() const { return path_; }
-  void remove() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-
- private:
-  std::string path_;
-};
 
 /// The desktop's browser, where there is a desktop; in a session of its own, so that Ctrl+C here does not end it.
 void open_browser(const std::string& address) {
@@ -64,26 +45,22 @@ struct Subjects {
   std::vector<std::string> rasters;
 };
 
-/// "out/My DEM.sqlite" -> "my-dem".
+/// "out/My DEM.sqlite" -> "my-dem"; of a folder, its own name.
 std::string id_of(const std::string& path) {
-  std::string id;
-  for (const char c : (fs::absolute(path) / "").lexically_normal().parent_path().stem().string()) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (std::isalnum(byte) && byte < 128) id += static_cast<char>(std::tolower(byte));
-    else if (!id.empty() && id.back() != '-') id += '-';
-  }
-  id = id.substr(0, 60);  // a number may follow
-  return is_id(id) ? id : "terrain";
+  const std::string id = id_stem((fs::absolute(path) / "").lexically_normal().parent_path().filename().string());
+  return id.empty() ? "terrain" : id;
 }
 
 proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
   Subjects subjects;
   for (const std::string& path : paths) {
-    if (const PathKind kind = path_kind(path); kind == PathKind::raster) {
+    const PathKind kind = path_kind(path);
+    if (kind == PathKind::missing) {
+      return proto::Problem{"file-unreadable", "there is no " + path, "a raster, a dataset's .sqlite file, or a folder that `cordillera build` wrote", "path"};
+    }
+    if (kind == PathKind::raster) {
       subjects.rasters.push_back(path);
       continue;
-    } else if (kind == PathKind::missing) {
-      return proto::Problem{"file-unreadable", "there is no " + path, "a raster, a dataset's .sqlite file, or a folder that `cordillera build` wrote", "path"};
     }
     const std::string id = id_of(path);
     std::string name = id;
@@ -145,20 +122,20 @@ int view_command(const ViewLine& line, const std::string& program) {
     complain(subjects.problem());
     return kFailed;
   }
-  TemporaryFolder data;
-  if (data.path().empty()) {
-    complain({"output-failed", "no folder can be made in " + fs::temp_directory_path().string(), "a TMPDIR that can be written", ""});
+  std::optional<raster::PrivateFolder> data(std::in_place);
+  if (!data->made()) {
+    complain({"output-failed", "no temporary folder can be made", "a TMPDIR that can be written", ""});
     return kFailed;
   }
   Settings settings;
   settings.serve.listen = "127.0.0.1:" + (line.port.empty() ? "0" : line.port);
-  settings.serve.data = data.path();
+  settings.serve.data = data->path();
   settings.serve.log_level = "error";  // a build that fails is told by who posted it
   settings.serve.mounts = subjects->mounts;
   Guide guide(line, *subjects);
   const int code = serve_command(settings, program, [&guide](int port) { guide.listening(port); });
   if (guide.busy()) {  // it would go on asking a service that is over
-    data.remove();
+    data.reset();
     std::cout.flush();
     std::_Exit(code);
   }

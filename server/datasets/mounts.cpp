@@ -2,12 +2,11 @@
 
 #include <ctime>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 #include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/store_object.h"
+#include "raster/storage.h"
 #include "server/datasets/layout.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
@@ -41,16 +40,6 @@ proto::Problem unreachable(const std::string& name, const proto::Problem& why) {
 
 namespace fs = std::filesystem;
 
-std::optional<proto::Manifest> manifest_of_folder(const std::string& folder) {
-  std::ifstream file(fs::path(folder) / "manifest.json", std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  const auto manifest = pipeline::parse_manifest_json(text.str());
-  return file && manifest ? std::optional<proto::Manifest>(*manifest) : std::nullopt;
-}
-
-bool is_in_object_storage(const std::string& path) { return path.starts_with("/vsi"); }
-
 /// A dataset's folder of a server holds the file.
 std::string file_in(const std::string& path) {
   std::error_code error;
@@ -62,7 +51,7 @@ std::string file_in(const std::string& path) {
 
 std::optional<proto::Problem> refuse_mounts(const std::vector<Mount>& mounts) {
   for (const Mount& mount : mounts) {
-    if (is_in_object_storage(mount.path)) continue;
+    if (raster::is_remote(mount.path)) continue;
     const auto refused = [&](const std::string& why) {
       return proto::Problem{"mount-unusable", "dataset " + mount.name + ": " + why, "a finished .sqlite file, or a folder that `cordillera build -o` wrote", "--mount"};
     };
@@ -70,7 +59,7 @@ std::optional<proto::Problem> refuse_mounts(const std::vector<Mount>& mounts) {
     const std::string file = file_in(mount.path);
     if (!fs::exists(file, error)) return refused("there is no " + mount.path);
     if (fs::is_directory(file, error)) {
-      if (!manifest_of_folder(file)) return refused("the folder " + mount.path + " holds neither manifest.json nor " + kStoreFile);
+      if (!pipeline::manifest_of_folder(file)) return refused("the folder " + mount.path + " holds neither manifest.json nor " + kStoreFile);
       continue;
     }
     const auto manifest = pipeline::StoreReader::manifest_of(file);
@@ -84,8 +73,8 @@ Mounts::Mounts(const Settings& settings)
   for (const Mount& mount : settings.serve.mounts) {
     auto place = std::make_unique<Place>();
     std::error_code error;
-    place->path = is_in_object_storage(mount.path) ? mount.path : file_in(mount.path);
-    place->is_folder = !is_in_object_storage(mount.path) && fs::is_directory(place->path, error);
+    place->path = raster::is_remote(mount.path) ? mount.path : file_in(mount.path);
+    place->is_folder = !raster::is_remote(mount.path) && fs::is_directory(place->path, error);
     place->created = start_text();
     place->is_private = settings.private_dataset;
     places_[mount.name] = std::move(place);
@@ -117,8 +106,8 @@ proto::Result<proto::Manifest> Mounts::manifest(const std::string& name) {
     const auto terrain = open(name);
     return terrain ? proto::Result<proto::Manifest>((*terrain)->manifest()) : terrain.problem();
   }
-  if (auto manifest = manifest_of_folder(there)) return *manifest;
-  return unreachable(name, {});
+  auto manifest = pipeline::manifest_of_folder(there);
+  return manifest ? std::move(manifest) : unreachable(name, {});
 }
 
 std::vector<Dataset> Mounts::list() const {

@@ -130,9 +130,7 @@ std::string suffix_of(const std::string& name) {
   return suffix;
 }
 
-std::string make_id(const std::string& name) {
-  const auto slash = name.rfind('/');
-  const std::string file = slash == std::string::npos ? name : name.substr(slash + 1);
+std::string id_stem(const std::string& file) {
   std::string id;
   for (const char c : file.substr(0, file.size() - suffix_of(file).size())) {
     if (plain(lower(c))) {
@@ -142,8 +140,13 @@ std::string make_id(const std::string& name) {
     }
     if (id.size() >= 40) break;
   }
-  if (!id.empty() && id.back() != '-') id += '-';
-  return id + random_word(8);
+  if (!id.empty() && id.back() == '-') id.pop_back();
+  return id;
+}
+
+std::string make_id(const std::string& name) {
+  const std::string stem = id_stem(name.substr(name.rfind('/') + 1));
+  return (stem.empty() ? "" : stem + "-") + random_word(8);
 }
 
 }  // namespace cordillera::server

@@ -45,7 +45,9 @@ bool sync_folder(const std::filesystem::path& folder);
 std::string random_word(std::size_t length);
 /// ".tif" of "My dem.TIF"; empty if the name has no plain suffix.
 std::string suffix_of(const std::string& name);
-/// A dataset id: the name in lower-case letters, digits and dashes, and a random word.
+/// "my-dem" of "My DEM.tif", at most 40 letters, digits and dashes; empty if there are none.
+std::string id_stem(const std::string& file);
+/// A dataset id: the stem of a name that may have folders, and a random word.
 std::string make_id(const std::string& name);
 
 }  // namespace cordillera::server

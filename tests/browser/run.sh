@@ -38,7 +38,7 @@ until [[ $(curl -fsS "$url/v1/datasets" | grep -c '"state": "failed"') -eq 2 ]];
 done
 
 # One that is being built, and waits for the test.
-. "$here/held.sh"
+. "$here/../held.sh"
 hold "$sample" --error 1
 
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"

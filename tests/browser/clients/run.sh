@@ -38,7 +38,7 @@ for id in "$terrain" "$flat"; do
 done
 
 # One that is being built, and waits for the test.
-. "$here/../held.sh"
+. "$here/../../held.sh"
 hold "$sample" --error 1
 
 # A folder of tiles, below a plain web server and in a viewer of its own.

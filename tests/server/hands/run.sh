@@ -91,7 +91,7 @@ is $((count - 1)) "$(member numberReturned)" 'items for strangers'
 is 200 "$(status -X PATCH -H "$ann" --json '{"private": false}' "$sets/$one")" 'public again'
 
 # Progress: one share that never falls, and a place in the queue. It is heard from before its turn: a build that is held has that first.
-. "$here/../../browser/held.sh"
+. "$here/../../held.sh"
 CORDILLERA_TOKEN=${ann##* } hold "$sample" --error 1
 next=$(curl -s -H "$ann" -T "$sample" "$sets?error=1&provisional=0" | json_id)
 start curl -s -N -H 'Accept: text/event-stream' "$sets/$next/events" >"$work/events"
