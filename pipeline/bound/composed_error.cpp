@@ -162,6 +162,7 @@ class ComposedMeter::Ground {
         for (const std::uint32_t v : t) on_rim_[v] = 1;
     for (std::uint32_t v = 0; v < mesh.vertices(); ++v)
       if (mesh.mark[v] & kOverVoid) on_rim_[v] = 1;
+    has_rims_ = std::find(on_rim_.begin(), on_rim_.end(), 1) != on_rim_.end();
     error_m_.insert(error_m_.end(), loose.patch_error_m.begin(), loose.patch_error_m.end());
     for (std::uint32_t v = 0; v < at_.size(); ++v) at_[v] = earth_.at(point(v));
     for (const auto& t : welded_.triangles) planes_.push_back(plane_of(at_[t[0]], at_[t[1]], at_[t[2]]));
@@ -267,7 +268,7 @@ class ComposedMeter::Ground {
   }
   // Rounded, a place of a needle may be in another triangle.
   bool is_off_rims(const gpu::MeshPoint& p) const {
-    if (std::find(on_rim_.begin(), on_rim_.end(), 1) == on_rim_.end()) return true;
+    if (!has_rims_) return true;
     const PlanPoint at{static_cast<double>(p.x), static_cast<double>(p.y)};
     std::vector<std::uint32_t> near;
     index_.meeting({at, at, at}, near);
@@ -321,6 +322,7 @@ class ComposedMeter::Ground {
   LooseSamples loose_;
   std::vector<Spot> at_;      // indexed by welded vertex
   std::vector<char> on_rim_;  // likewise: beside an unpublished triangle, of a patch, or kOverVoid
+  bool has_rims_ = false;      // any of them
   std::vector<Plane> planes_;  // indexed by welded triangle
 };
 
