@@ -10,7 +10,7 @@ namespace cordillera::pipeline::faces {
 namespace {
 
 using proto::Vec3;
-using Place = std::array<std::int64_t, 2>;  // column and row of the finest lattice
+using LatticeVertex = std::array<std::int64_t, 2>;  // column and row of the finest lattice
 
 /// One tile's vertices on the ellipsoid.
 class Ground {
@@ -18,7 +18,7 @@ class Ground {
   Ground(const proto::Lattice& lattice, const MeshIndex& index)
       : lattice_(lattice), mesh_(index.mesh()), west_(lattice.west(index.tile())), south_(lattice.south(index.tile())) {}
 
-  Place place(std::uint32_t v) const { return {(west_ + mesh_.points[v][0]) % lattice_.columns(), south_ + mesh_.points[v][1]}; }
+  LatticeVertex place(std::uint32_t v) const { return {(west_ + mesh_.points[v][0]) % lattice_.columns(), south_ + mesh_.points[v][1]}; }
   bool on_side(std::uint32_t v) const {
     const auto& p = mesh_.points[v];
     return p[0] == 0 || p[0] == mesh_.side || p[1] == 0 || p[1] == mesh_.side;
@@ -61,8 +61,8 @@ void each_corner(Ground& ground, const LatticeMesh& mesh, const Wanted& wanted, 
 }
 
 /// By place on the tile's sides: the sums of all tiles there, in the order of their addresses, which is the same seen from each.
-std::map<Place, Vec3> side_sums(const Terrain& terrain, const proto::Lattice& lattice, const MeshIndex& own) {
-  std::map<Place, std::map<proto::TileAddress, Vec3>> parts;
+std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lattice& lattice, const MeshIndex& own) {
+  std::map<LatticeVertex, std::map<proto::TileAddress, Vec3>> parts;
   Ground ground(lattice, own);
   for (std::uint32_t v = 0; v < own.mesh().points.size(); ++v) {
     if (ground.on_side(v)) parts[ground.place(v)];
@@ -83,7 +83,7 @@ std::map<Place, Vec3> side_sums(const Terrain& terrain, const proto::Lattice& la
           });
     }
   }
-  std::map<Place, Vec3> sums;
+  std::map<LatticeVertex, Vec3> sums;
   for (const auto& [place, by_tile] : parts) {
     for (const auto& [tile, part] : by_tile) sums[place] = sums[place] + part;
   }
@@ -98,7 +98,7 @@ std::vector<Vec3> mesh_normals(const Terrain& terrain, const MeshIndex& mesh) {
   std::vector<Vec3> out(mesh.mesh().points.size());
   each_corner(
       ground, mesh.mesh(), [](std::uint32_t) { return true; }, [&](std::uint32_t v, Vec3 part) { out[v] = out[v] + part; });
-  std::map<Place, Vec3> sides = side_sums(terrain, lattice, mesh);
+  std::map<LatticeVertex, Vec3> sides = side_sums(terrain, lattice, mesh);
   for (std::uint32_t v = 0; v < out.size(); ++v) {
     if (ground.on_side(v)) out[v] = sides[ground.place(v)];
     const double length = std::sqrt(dot(out[v], out[v]));

@@ -52,7 +52,8 @@ async function run_browser(pages, shared) {
     for (const client of in_browser) {
       const open = (dataset) => open_client(browser, `${pages.url}/${dataset}/${client.name}/index.html`, [pages.url, given.url]);
       const allowed_m = shared.allowed_m + client.added_m;
-      await run(client.name, () => try_browser_client(client, { ...shared, open, allowed_m }));
+      const control = in_browser.find(({ driver }) => driver === client.driver) === client;  // once for each that looks
+      await run(client.name, () => try_browser_client(client, { ...shared, open, allowed_m, control }));
     }
     await run_demo_pages({ browser, url: given.url, id: given.terrain, modules: given.modules, pictures: given.pictures });
   });

@@ -35,8 +35,19 @@ async function shades_inside(opened, bounds) {
   return (await picture_of(opened)).deviation;
 }
 
-// Given: how to open a dataset's page, where pictures go, the known places, the dataset's bounds, the error that is allowed.
-export async function try_browser_client(client, { open, pictures, known: all, bounds, allowed_m }) {
+// A raster of one height in the same place: what the test looks at must not be seen there.
+async function try_flat(client, { open, view, bounds, known, allowed_m }) {
+  const flat = await open("flat");
+  await settle(flat);
+  if (client.relief) assert.ok((await shades_inside(flat, bounds)) < client.relief, "a flat raster has relief (control)");
+  assert_no_relief(await heights_of(flat, view, known), known, client.heights, allowed_m);
+  assert.deepEqual(flat.complaints, [], "the browser complained");
+  await flat.page.close();
+}
+
+// Given: how to open a dataset's page, where pictures go, the known places, the dataset's bounds, the error that is allowed; control: whether
+// the flat raster is tried too.
+export async function try_browser_client(client, { open, pictures, known: all, bounds, allowed_m, control }) {
   const view = { bounds, share: client.share ?? kAll };
   const known = places_in(view, all).filter((_, i) => i % (client.every ?? 1) === 0);
   const opened = await open("terrain");
@@ -51,12 +62,7 @@ export async function try_browser_client(client, { open, pictures, known: all, b
   assert.deepEqual(opened.complaints, [], "the browser complained");
   await opened.page.close();
 
-  const flat = await open("flat");
-  await settle(flat);
-  if (client.relief) assert.ok((await shades_inside(flat, bounds)) < client.relief, "a flat raster has relief (control)");
-  assert_no_relief(await heights_of(flat, view, known), known, client.heights, allowed_m);
-  assert.deepEqual(flat.complaints, [], "the browser complained");
-  await flat.page.close();
+  if (control) await try_flat(client, { open, view, bounds, known, allowed_m });
   return `${shown} tiles shown, ${fetched} answers with tiles, ` +
     `${known.length} heights within ${worst_m.toFixed(2)} of ${allowed_m.toFixed(2)} m, shades deviate by ${deviation.toFixed(1)} of 255`;
 }
