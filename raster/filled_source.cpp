@@ -18,7 +18,7 @@ class FilledSource final : public Source {
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override {
     return source_->nearest(longitude_deg, latitude_deg, out);
   }
-  double resampling_error_m(const proto::Lattice& lattice) override { return source_->resampling_error_m(lattice); }
+  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override { return source_->pixels(lattice, cells); }
   std::string datum_print() const override { return source_->datum_print(); }
 
   /// So much void around it that no void it is part of can be filled.

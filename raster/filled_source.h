@@ -26,7 +26,7 @@ std::int64_t fill_reach(std::uint32_t limit_cells);
 /// and machines see the same. Filled samples are marked kFilledVoid. limit_cells: 0 gives the source itself; at most
 /// kGreatestFillLimit_cells. Memory: some 10 MB for what was read lately, and while a void is filled 90 bytes a cell of the rectangle around it
 /// (25 MB for 512 x 512).
-/// nearest() and resampling_error_m() are those of the source: nothing is known of a filled place.
+/// nearest() and pixels() are those of the source: nothing is known of a filled place.
 std::unique_ptr<Source> fill_enclosed_voids(std::unique_ptr<Source> source, std::uint32_t limit_cells);
 
 }  // namespace cordillera::raster

@@ -11,12 +11,11 @@
 // from interval to interval, so at one of the points the errors of both axes add up. The greatest error is then 1.11 times the greatest
 // that was seen; the other factor of fourteen is for derivatives that are not constant (the grids of a datum shift have kinks). A jump (the
 // edge of a map, the cut of an interrupted projection) parts some corner of the patch from the others, and then nothing agrees.
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "proto/lattice.h"
+#include "raster/patch.h"
 #include "raster/placement.h"
 
 namespace cordillera::raster {
@@ -34,12 +33,7 @@ class LatticePlaces {
   void row(std::int64_t j, double* x, double* y);
 
  private:
-  static constexpr int kNodes = 5;
-  using Nodes = std::array<std::array<double, kNodes>, kNodes>;  ///< [row][column]
-  struct Patch {
-    bool smooth = false;
-    Nodes x{}, y{};
-  };
+  using Patch = patch::Patch;
 
   Patch make(std::int64_t column, std::int64_t row) const;
   void exact(std::int64_t i, std::int64_t j, std::int32_t count, double* x, double* y) const;

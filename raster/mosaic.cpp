@@ -15,7 +15,6 @@ namespace cordillera::raster {
 namespace {
 
 constexpr std::size_t kOpenMembers = 24;     // a block may lie over that many rasters without opening one twice
-constexpr std::size_t kExaminedMembers = 8;  // of resampling_error_m: a second each at most
 
 using Window = Source::Window;
 
@@ -102,13 +101,30 @@ class Mosaic final : public Source {
     return {};
   }
 
-  double resampling_error_m(const proto::Lattice& lattice) override {
-    double greatest_m = 0;
-    for (const std::size_t member : examined_members(members_.size())) {
-      auto source = opened(member);
-      if (source.ok()) greatest_m = std::max(greatest_m, (*source)->resampling_error_m(lattice));
+  /// Those that the surface is made of: of the raster that wins at all vertices around, and of no other where rasters are blended.
+  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
+    const std::vector<std::size_t> layers = under(cells, lattice);
+    if (layers.size() == 1) {
+      auto source = opened(layers.front());
+      return source.ok() ? (*source)->pixels(lattice, cells) : proto::Result<std::vector<PixelPoint>>(source.problem());
     }
-    return greatest_m;
+    auto owners = owners_of(lattice, cells, layers);
+    if (!owners.ok()) return owners.problem();
+    const std::int64_t columns = cells.east - cells.west + 1;
+    std::vector<PixelPoint> out;
+    for (const std::size_t layer : layers) {
+      auto source = opened(layer);
+      if (!source.ok()) return source.problem();
+      const auto own = (*source)->pixels(lattice, cells);
+      if (!own.ok()) return own.problem();
+      for (const PixelPoint& pixel : *own) {
+        const auto sw = static_cast<std::size_t>(std::min(static_cast<std::int64_t>(pixel.y), cells.north - cells.south - 1) * columns + static_cast<std::int64_t>(pixel.x));
+        const auto foreign = [&](std::size_t v) { return (*owners)[v] != kNobody && (*owners)[v] != layer; };
+        const std::size_t nw = sw + static_cast<std::size_t>(columns);
+        if (!foreign(sw) && !foreign(sw + 1) && !foreign(nw) && !foreign(nw + 1)) out.push_back(pixel);
+      }
+    }
+    return out;
   }
 
  private:
@@ -133,6 +149,26 @@ class Mosaic final : public Source {
       if (touch(coarser(members_[k].window, lattice), window, lattice)) found.push_back(k);
     }
     return found;
+  }
+
+  static constexpr std::size_t kNobody = SIZE_MAX, kSeveral = SIZE_MAX - 1;  ///< the latter where more than one has a part in a blend
+
+  /// Which member's data is at each vertex.
+  proto::Result<std::vector<std::size_t>> owners_of(const proto::Lattice& lattice, const Window& w, const std::vector<std::size_t>& layers) {
+    const auto columns = static_cast<std::int32_t>(w.east - w.west + 1), rows = static_cast<std::int32_t>(w.north - w.south + 1);
+    std::vector<std::size_t> owners(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), kNobody);
+    for (const std::size_t layer : layers) {
+      auto source = opened(layer);
+      if (!source.ok()) return source.problem();
+      const auto samples = (*source)->sample(lattice, w.west, w.south, columns, rows);
+      if (!samples.ok()) return samples.problem();
+      for (std::size_t v = 0; v < owners.size(); ++v) {
+        if (samples->height[v] == proto::kNoHeight) continue;
+        if (owners[v] == kNobody) owners[v] = layer;
+        else if (feather_m_ > 0) owners[v] = kSeveral;
+      }
+    }
+    return owners;
   }
 
   proto::Result<Source*> opened(std::size_t member) {
@@ -250,13 +286,6 @@ Window coarser(const Window& window, const proto::Lattice& lattice) {
 bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
   if (a.west > a.east || b.west > b.east || a.south > b.north || b.south > a.north) return false;
   return modulo(b.west - a.west, lattice.columns()) <= a.east - a.west || modulo(a.west - b.west, lattice.columns()) <= b.east - b.west;
-}
-
-std::vector<std::size_t> examined_members(std::size_t count) {
-  const std::size_t examined = std::min(kExaminedMembers, count);
-  std::vector<std::size_t> members;
-  for (std::size_t k = 0; k < examined; ++k) members.push_back(k * count / examined);
-  return members;
 }
 
 int feather_vertices(double feather_m, const proto::Lattice& lattice) {

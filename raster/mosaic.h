@@ -36,9 +36,6 @@ bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattic
 /// asked for, the last few are kept open. At least one member; not thread-safe, as every Source.
 std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m);
 
-/// Of so many members, those whose resampling error stands for all: a second each at most.
-std::vector<std::size_t> examined_members(std::size_t count);
-
 /// How far a feather reaches, in vertices of the lattice; at most kMostFeather.
 int feather_vertices(double feather_m, const proto::Lattice& lattice);
 inline constexpr int kMostFeather = 256;

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "proto/utf8.h"
+#include "raster/back_projection.h"
 #include "raster/crs.h"
 #include "raster/decimation.h"
 #include "raster/gdal_scope.h"
@@ -184,7 +185,8 @@ proto::Result<std::unique_ptr<Source>> open_with(const std::string& path, const 
 }  // namespace
 
 proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
-  return open_with(path, name, trust, options, nullptr);
+  auto opened = open_with(path, name, trust, options, nullptr);
+  return opened.ok() && meets_pixels(options) ? project_back(std::move(*opened)) : std::move(opened);
 }
 
 proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,

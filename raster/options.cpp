@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "proto/mesh.h"
+#include "raster/back_projection.h"
 #include "raster/filled_source.h"
 
 namespace cordillera::raster {
@@ -73,6 +74,9 @@ proto::Result<SourceOptions> check_options(const proto::BuildOptions& options) {
   if (options.has_fill_limit() && options.fill_limit() > kGreatestFillLimit_cells)
     return Problem{"option-invalid", "fill_limit=" + std::to_string(options.fill_limit()) + " is too much",
                    "0 to " + std::to_string(kGreatestFillLimit_cells) + " cells", "fill_limit"};
+  const auto& choices = kPixelChoices;
+  if (!options.pixels().empty() && std::find(std::begin(choices), std::end(choices), options.pixels()) == std::end(choices))
+    return Problem{"option-invalid", "pixels \"" + options.pixels() + "\" is not known", "lattice or exact", "pixels"};
   if (auto done = read_bbox(options, out); !done.ok()) return done.problem();
   return out;
 }

@@ -44,7 +44,7 @@ class RasterSource : public Source {
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override;
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override;
-  double resampling_error_m(const proto::Lattice& lattice) override;
+  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override;
   std::string datum_print() const override;
   proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override;
 
@@ -64,8 +64,7 @@ class RasterSource : public Source {
   std::vector<double> column_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t west, std::int32_t columns) const;
   std::vector<double> row_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t south, std::int64_t north) const;
   proto::Result<bool> sample_lines(const proto::Lattice& lattice, const Kernel& kernel, proto::Samples& samples);
-  PixelWindow pixels_in_area() const;
-  double deviation_m(const proto::Lattice& lattice, std::int64_t column, std::int64_t row);
+  PixelWindow pixels_around(const proto::Lattice& lattice, const Window& cells) const;
   static void put(proto::Samples& samples, std::size_t at, double height_m, bool flat);
   const KernelFrame& frame_for(const proto::Lattice& lattice);
   void place_samples(Job& job) const;

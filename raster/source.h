@@ -3,6 +3,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "cordillera.pb.h"
 #include "proto/lattice.h"
@@ -13,6 +14,12 @@ namespace cordillera::raster {
 
 struct Decimation;
 
+/// A pixel's centre on a lattice, in columns and rows from a vertex that is agreed upon, and its height in metres above the ellipsoid.
+struct PixelPoint {
+  double x = 0, y = 0;
+  double height_m = 0;
+};
+
 /// Whether the file may point at other files (VRT, sidecars, archives): yes from the command line, no over HTTP.
 enum class Trust { operator_file, posted_file };
 
@@ -20,7 +27,7 @@ class Source {
  public:
   virtual ~Source() = default;
 
-  /// What was read and what was assumed; bbox, sizes, datum. nodata_share, heights and resampling_error are left to the caller.
+  /// What was read and what was assumed; bbox, sizes, datum. nodata_share, heights and error_at_pixels are left to the caller.
   virtual const proto::Source& description() const = 0;
 
   /// Rectangle of lattice vertices that can be valid: west <= east, south <= north, inclusive; east may exceed the circle
@@ -47,11 +54,10 @@ class Source {
   /// sample(): not thread-safe, and a place's value never depends on what else was asked.
   virtual proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out);
 
-  /// How far the lattice is from the source's own pixels: the greatest deviation, in metres, between the height of a pixel at its centre
-  /// (unit, scale, nodata rule and datum applied, as in sample()) and the lattice cell there, cut from south-west to north-east. Over
-  /// at most 4096 pixels spread evenly, always the same ones: a lower bound of the true maximum. Voids, and cells with a void vertex, are
-  /// left out. About a second at most for lattices as fine as the raster; a failed read is left out too, for sample() to tell.
-  virtual double resampling_error_m(const proto::Lattice&) { return 0; }
+  /// The source's own pixels whose centres lie in the cells between the window's vertices, its southern and western sides included (and the
+  /// northern one at the pole), in the source's order: places from the window's south-western vertex, heights as in sample(). Voids are left out.
+  /// Memory is bounded by the window. A source that has no pixels of its own has none. As sample(): not thread-safe.
+  virtual proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice&, const Window& /*cells*/) { return std::vector<PixelPoint>(); }
 
   /// At most about so many of its pixels, for open_decimated(); null: a source that is no single raster has none. Problems: decimation.h.
   virtual proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t /*most_pixels*/) { return std::shared_ptr<const Decimation>(); }

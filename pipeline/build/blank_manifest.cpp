@@ -7,6 +7,7 @@
 #include "proto/ellipsoid.h"
 #include "proto/mesh.h"
 #include "proto/utf8.h"
+#include "raster/back_projection.h"
 #include "raster/filled_source.h"
 
 namespace cordillera::pipeline {
@@ -23,6 +24,7 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
   options.clear_warnings();
   options.set_strategy(strategy_of(plan));
   if (options.quality().empty()) options.set_quality("default");
+  if (options.pixels().empty()) options.set_pixels(raster::kPixelChoices[0]);
   options.set_device(machine.device.substr(0, machine.device.find(' ')));
   options.set_threads(machine.threads);
   options.set_min_level(plan.min_level());

@@ -184,8 +184,6 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
   proto::Manifest manifest = blank_manifest(request, *plan, described, {workers.threads(), builder.device()});
   manifest.set_provisional(request.decimation != nullptr);
-  const double resampled_m = request.decimation ? 0 : (*source)->resampling_error_m(lattice_of(*plan));
-  manifest.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);

@@ -10,6 +10,7 @@
 #include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
 #include "pipeline/build/exact_block.h"
+#include "pipeline/build/pixel_error.h"
 #include "pipeline/tile/mesh_record.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/chain.h"
@@ -151,7 +152,8 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   if (stop_) return kCancelled;
   if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) return task;
   share(kReadShare);
-  auto built = build_exact_block(plan_, node, samples, exact_, workers_, [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
+  const MeasurePixels pixels = [this](const BuiltTile& tile, unsigned worker) { return pixel_errors(lattice_, tile.tile, tile.mesh, *sources_[worker]); };
+  auto built = build_exact_block(plan_, node, samples, exact_, {workers_, pixels}, [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
   return built;
 }
@@ -219,8 +221,11 @@ void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTi
 
 void Builder::encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task) {
   std::vector<std::optional<EncodedTile>> encoded(tiles.size());
-  workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
-    if (!stop_) encoded[k] = encode_tile(context, tiles[k], plan_.options());
+  workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
+    if (stop_) return;
+    encoded[k] = encode_tile(context, tiles[k], plan_.options());
+    if (encoded[k] && tiles[k].tile.z == lattice_.finest_level)
+      *encoded[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, *sources_[worker]);
   });
   for (std::optional<EncodedTile>& tile : encoded) {
     if (tile) task.tiles.push_back(std::move(*tile));

@@ -27,12 +27,12 @@ struct EncodedLevel {
 
 class BlockBuild {
  public:
-  BlockBuild(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples, Workers& workers)
+  BlockBuild(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples, const BlockTeam& team)
       : plan_(plan),
         node_(node),
         lattice_(lattice_of(plan)),
         samples_(samples),
-        workers_(workers),
+        team_(team),
         place_(place_of_block(plan, node)),
         curve_(curve_of(plan, place_)),
         frames_(lattice_, samples),
@@ -78,9 +78,10 @@ class BlockBuild {
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh);
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
-    workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
+    team_.workers.each(tiles.size(), [&](std::size_t k, unsigned worker) {
       above[k] = measure_exact(context, tiles[k]);
       made[k] = encode_tile(context, tiles[k], plan_.options());
+      if (made[k] && z == lattice_.finest_level) *made[k]->record.mutable_pixels() = team_.pixels(tiles[k], worker);
       tiles[k] = {};
     });
     EncodedLevel level;
@@ -115,7 +116,7 @@ class BlockBuild {
   const proto::TileAddress node_;
   const proto::Lattice lattice_;
   const proto::Samples& samples_;
-  Workers& workers_;
+  const BlockTeam team_;
   const BlockPlace place_;
   const BlockCurve curve_;
   const gpu::SampleFrames frames_;
@@ -163,8 +164,8 @@ proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, c
 }
 
 proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples,
-                                              ExactSimplifiers& simplifiers, Workers& workers, const std::function<void(double)>& share) {
-  return BlockBuild(plan, node, samples, workers).run(simplifiers, share);
+                                              ExactSimplifiers& simplifiers, const BlockTeam& team, const std::function<void(double)>& share) {
+  return BlockBuild(plan, node, samples, team).run(simplifiers, share);
 }
 
 }  // namespace cordillera::pipeline

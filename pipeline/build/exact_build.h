@@ -35,9 +35,16 @@ class ExactSimplifiers {
   std::string lost_;
 };
 
+/// What a tile of the finest level is at the source's pixels, by one of the workers.
+using MeasurePixels = std::function<proto::PixelErrors(const BuiltTile& tile, unsigned worker)>;
+struct BlockTeam {
+  Workers& workers;
+  const MeasurePixels& pixels;
+};
+
 /// All tiles of a node, from samples that hold its block (see BlockPlace::empty_samples). share: as in Builder::block, from where the samples
 /// are there to 1.
 proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples,
-                                              ExactSimplifiers& simplifiers, Workers& workers, const std::function<void(double)>& share);
+                                              ExactSimplifiers& simplifiers, const BlockTeam& team, const std::function<void(double)>& share);
 
 }  // namespace cordillera::pipeline

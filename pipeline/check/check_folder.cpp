@@ -108,6 +108,7 @@ proto::Result<Report> check_folder(const std::string& folder, const std::string&
   }
   Report report;
   for (const proto::LevelSummary& level : manifest->levels()) check_level(folder, *manifest, level, errors.get(), report);
+  if (errors) errors->finish(manifest->source(), report);
   return report;
 }
 

@@ -181,6 +181,7 @@ proto::Result<Report> check_store(const std::string& path, const std::string& ra
     check.sums();
     check.checksums();
     check.tiles(errors.get());
+    if (errors) errors->finish(manifest.source(), report);
     check.nodes();
     check.manifest();
   } catch (const StoreError& e) {

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "gpu/measure/surface_error.h"
+#include "pipeline/build/pixel_error.h"
 #include "pipeline/check/cover_law.h"
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/plan/plan.h"
@@ -45,6 +46,7 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
   const auto samples = source_->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
   if (!samples) return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
   const proto::TileMesh mesh = tile_mesh_of(tile.drc);
+  if (tile.tile.z == lattice.finest_level) pixels_.add(pixel_errors(lattice, tile.tile, mesh, *source_));
   gpu::SurfaceErrorInput input;
   input.lattice = &lattice;
   input.tile = tile.tile;
@@ -55,6 +57,19 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
   ++report.measured;
   if (error.max_m <= stated_m) return;
   report.findings.add(name_of(tile.tile), "it is " + metres(error.max_m) + " off the raster and states " + metres(stated_m));
+}
+
+void ErrorLaws::finish(const proto::Source& stated, Report& report) const {
+  if (!stated.has_error_at_pixels()) return;  // an earlier version's
+  constexpr double kGrace_m = 1.0 / 1024;
+  const proto::ErrorAtPixels found = pixels_.total();
+  const proto::ErrorAtPixels& said = stated.error_at_pixels();
+  if (found.max() > said.max() + kGrace_m || found.rmse() > said.rmse() + kGrace_m)
+    report.findings.add("pixels", "the finest level is " + metres(found.max()) + " off the raster's pixels, RMSE " + metres(found.rmse()) + ", and " +
+                                      metres(said.max()) + ", RMSE " + metres(said.rmse()) + ", are stated");
+  if (found.pixels() != said.pixels())
+    report.findings.add("pixels", std::to_string(static_cast<std::uint64_t>(found.pixels())) + " of the raster's are under a triangle, and " +
+                                      std::to_string(static_cast<std::uint64_t>(said.pixels())) + " are stated");
 }
 
 }  // namespace cordillera::pipeline::check

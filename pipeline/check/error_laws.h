@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "pipeline/check/tile_laws.h"
+#include "pipeline/store/pixel_error_sum.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline::check {
@@ -13,10 +14,13 @@ class ErrorLaws {
   /// plan: scheme, finest_level and levels.
   static proto::Result<std::unique_ptr<ErrorLaws>> open(const std::string& raster, const proto::Manifest& manifest, const proto::Plan& plan);
   void add(const CheckedTile& tile, double stated_m, Report& report);
+  /// After all tiles: what the manifest states at the raster's pixels, held against the finest level's.
+  void finish(const proto::Source& stated, Report& report) const;
 
  private:
   ErrorLaws(std::unique_ptr<raster::Source> source, proto::Plan plan) : source_(std::move(source)), plan_(std::move(plan)) {}
   std::unique_ptr<raster::Source> source_;
+  PixelErrorSum pixels_;  ///< of the finest level's tiles so far
   proto::Plan plan_;
 };
 

@@ -7,6 +7,7 @@
 #include "pipeline/plan/relief.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
+#include "raster/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -36,9 +37,15 @@ double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(
 
 using proto::floor_divide;
 
+/// Whether a level is fine enough for pixels=exact.
+bool meets(const proto::Source& source, const proto::BuildOptions& options, const proto::Lattice& lattice) {
+  return !raster::meets_pixels(options) || raster::spacing(source, lattice) <= raster::kMeetingSpacing;
+}
+
 /// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it where the
-/// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
-int finest_level(const proto::Source& source) {
+/// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies. With
+/// pixels=exact, the first of these whose surface can meet all pixels.
+int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
   const double share = std::min(source.columns(), source.rows()) <= 2 ? 0.5 : 1;
   const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
   const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
@@ -46,7 +53,7 @@ int finest_level(const proto::Source& source) {
     const proto::Lattice lattice{proto::Scheme::geodetic, z};
     const double row = (latitude + 90) / 180 * static_cast<double>(lattice.rows());
     // A source of exactly one lattice spacing must not fall to the next level by the last bit of its pixel size.
-    if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6)) return z;
+    if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6) && meets(source, options, lattice)) return z;
   }
   return proto::kMaxLevel;
 }
@@ -81,7 +88,7 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
 }  // namespace
 
 proto::Result<std::pair<int, int>> level_range(const proto::Source& source, const proto::BuildOptions& options) {
-  const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source);
+  const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source, options);
   const int coarsest = static_cast<int>(options.min_level());
   if (finest > proto::kMaxLevel) {
     return proto::Problem{"option-invalid", "max_level " + std::to_string(finest) + " is too fine",
@@ -204,6 +211,7 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.mutable_options()->clear_memory();
   plan.mutable_options()->clear_warnings();
   if (options.quality() == "default") plan.mutable_options()->clear_quality();
+  if (!raster::meets_pixels(options)) plan.mutable_options()->clear_pixels();
   const double error = options.has_error() ? options.error() : default_error_m(plan, source);
   for (int z = range->first; z >= range->second; --z) {
     proto::LevelPlan* level = plan.add_levels();

@@ -8,6 +8,7 @@
 
 #include "pipeline/encode/encode.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/store/pixel_error_sum.h"
 #include "pipeline/store/store_schema.h"
 #include "proto/mesh.h"
 
@@ -32,7 +33,7 @@ struct SampleRange {
 };
 
 // Records come ordered by place, so that sums of doubles are the same in every build.
-proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& plan, SampleRange& range) {
+proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& plan, SampleRange& range, PixelErrorSum& pixels) {
   proto::LevelSummary sum;
   double squares = 0, samples = 0;
   Statement rows(database, "SELECT record FROM tiles WHERE level = ? ORDER BY y, x");
@@ -45,6 +46,7 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
     sum.set_min_height(first ? tile.min_height() : std::min(sum.min_height(), tile.min_height()));
     sum.set_max_height(first ? tile.max_height() : std::max(sum.max_height(), tile.max_height()));
     range.add(tile);
+    if (tile.has_pixels()) pixels.add(tile.pixels());
     sum.set_tiles(sum.tiles() + 1);
     sum.set_triangles(sum.triangles() + tile.triangles());
     sum.set_vertices(sum.vertices() + tile.vertices());
@@ -143,10 +145,11 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   manifest.clear_levels();
   double geometric_error = 0, triangles = 0, tiles = 0;
   const proto::LevelSummary* finest = nullptr;
+  PixelErrorSum pixels;
   SampleRange range;  // of all levels: those that saw samples saw the same
   for (const proto::LevelPlan& level : plan.levels()) {
     proto::LevelSummary& sum = *manifest.add_levels();
-    sum = level_summary(database, level, range);
+    sum = level_summary(database, level, range, pixels);
     sum.set_target(plan.promise() ? level.target() : sum.stated_max_error());  // a share promises no error: none but what came out
     geometric_error = std::max(geometric_error, sum.stated_max_error());
     sum.set_geometric_error(geometric_error);
@@ -158,6 +161,7 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
     if (sum.tiles() > 0 && finest == nullptr) finest = &sum;
   }
   if (finest == nullptr) throw NothingToPublish();
+  if (!pixels.empty()) *manifest.mutable_source()->mutable_error_at_pixels() = pixels.total();
   describe_source(*finest, range, *manifest.mutable_source());
   note_filled(manifest.source().filled_share(), manifest);
   add_bounds(database, static_cast<int>(finest->level()), manifest);

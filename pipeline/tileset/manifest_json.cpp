@@ -17,7 +17,7 @@ namespace {
 std::string without_errors(const std::string& manifest) {
   Json json = Json::parse(manifest);
   for (Json& level : json["levels"]) level["stated_max_error"] = level["rmse"] = nullptr;
-  json["source"]["resampling_error"] = nullptr;
+  json["source"]["error_at_pixels"] = nullptr;
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

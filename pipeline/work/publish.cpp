@@ -84,7 +84,6 @@ proto::Result<std::vector<Progress>> progress_of(const proto::WorkPlan& plan, co
 
 proto::Result<proto::Manifest> publish_store(StoreWriter& store, const BuildRequest& request, const proto::WorkPlan& plan) {
   proto::Manifest manifest = blank_manifest(request, plan.plan(), plan.source(), {0, "tasks"});
-  manifest.mutable_source()->set_resampling_error(plan.source().resampling_error());
   manifest.set_device("tasks");
   auto published = store.publish(std::move(manifest));
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);

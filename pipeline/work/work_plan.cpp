@@ -182,26 +182,6 @@ proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Sourc
   return plan;
 }
 
-/// What Source::resampling_error_m would say of all rasters; those that an earlier plan asked are not asked again.
-double resampling_error_m(const BuildRequest& request, const proto::WorkPlan* before, proto::WorkPlan& work) {
-  std::map<std::string, double> known;
-  for (int k = 0; before != nullptr && k < before->sources_size(); ++k) {
-    if (before->sources(k).has_resampling_error()) known[print_of(before->sources(k))] = before->sources(k).resampling_error();
-  }
-  double greatest_m = 0;
-  for (const std::size_t member : raster::examined_members(request.members.size())) {
-    proto::PlannedSource& planned = *work.mutable_sources(static_cast<int>(member));
-    const auto found = known.find(print_of(planned));
-    if (found != known.end()) {
-      planned.set_resampling_error(found->second);
-    } else if (const auto one = raster::make_mosaic({request.members[member]}, 0)) {
-      planned.set_resampling_error(one->resampling_error_m(lattice_of(work.plan())));
-    }
-    greatest_m = std::max(greatest_m, planned.resampling_error());
-  }
-  return greatest_m;
-}
-
 proto::Problem unreadable(const std::string& path, const std::string& why) {
   return {"plan-invalid", path + " " + why, "a folder that `cordillera plan` wrote", ""};
 }
@@ -215,6 +195,7 @@ proto::BuildOptions reading(const proto::BuildOptions& options) {
   out.set_vertical_datum(options.vertical_datum());
   out.set_nodata(options.nodata());
   out.set_voids(options.voids());
+  out.set_pixels(options.pixels());
   if (options.has_z_scale()) out.set_z_scale(options.z_scale());
   if (options.has_z_offset()) out.set_z_offset(options.z_offset());
   *out.mutable_bbox() = options.bbox();
@@ -233,8 +214,6 @@ proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std:
   work.set_name(request.raster_name);
   for (const raster::MosaicMember& member : request.members) *work.add_sources() = planned(member);
   *work.mutable_source() = (*source)->description();
-  const double resampled_m = resampling_error_m(request, given.before, work);
-  work.mutable_source()->set_resampling_error(std::nearbyint(resampled_m / proto::kHeightStep_m) * proto::kHeightStep_m);
   const Namer namer(work);
   add_merges(namer, add_blocks(namer, work), work);
   if (work.stages(0).tasks_size() == 0) return without_data(request);

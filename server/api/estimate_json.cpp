@@ -26,7 +26,7 @@ Json estimate_json(const proto::Manifest& estimated, double seconds) {
   manifest["levels"] = levels;
   for (const char* name : {"bounds", "device"}) manifest.erase(name);
   const auto source = manifest.find("source");
-  for (const char* name : {"nodata_share", "filled_share", "flat_water_share", "min_height", "max_height", "resampling_error"}) {
+  for (const char* name : {"nodata_share", "filled_share", "flat_water_share", "min_height", "max_height", "error_at_pixels"}) {
     if (source != manifest.end()) source->erase(name);
   }
   return {{"dry_run", true}, {"seconds", seconds}, {"manifest", manifest}};

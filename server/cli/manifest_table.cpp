@@ -34,6 +34,14 @@ std::string source_lines(const proto::Source& source) {
   return out;
 }
 
+/// What stores of earlier versions know less of.
+std::string pixels_line(const proto::Source& source) {
+  if (!source.has_error_at_pixels()) return source.has_resampling_error() ? text("pixels    resampling error %.3f m\n", source.resampling_error()) : "";
+  const proto::ErrorAtPixels& error = source.error_at_pixels();
+  std::string out = text("pixels    at most %.3f m off, rmse %.3f m, 99 %% within %.3f m, at %.0f pixels", error.max(), error.rmse(), error.p99(), error.pixels());
+  return out + (error.uncovered() > 0 ? text("; %.0f more are under no triangle\n", error.uncovered()) : "\n");
+}
+
 /// With the notes, one of which may say why.
 std::string strategy_lines(const proto::Manifest& manifest) {
   std::string out;
@@ -60,8 +68,8 @@ std::string manifest_table(const proto::Manifest& manifest) {
   std::string out = source_lines(source);
   out += text("nodata    %.100s, %.2f %% of the lattice\n", source.nodata().c_str(), 100 * source.nodata_share());
   out += strategy_lines(manifest);
-  out += text("range     %.2f to %.2f m above the ellipsoid; resampling error %.3f m\n", source.min_height(),
-              source.max_height(), source.resampling_error());
+  out += text("range     %.2f to %.2f m above the ellipsoid\n", source.min_height(), source.max_height());
+  out += pixels_line(source);
   out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(),
               manifest.min_level(), manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(),
               manifest.cell_m());

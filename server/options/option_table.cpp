@@ -8,6 +8,7 @@
 #include "pipeline/plan/plan.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
+#include "raster/back_projection.h"
 #include "raster/filled_source.h"
 #include "server/access/client_address.h"
 #include "server/options/options.h"
@@ -290,6 +291,11 @@ std::vector<OptionSpec> make_build_options() {
        "fast, default or best",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"fast", "default", "best"}, settings.build.mutable_quality());
+       }},
+      {"pixels", "PIXELS", "exact: the finest level is fine enough to meet the raster's own pixels, and its samples are moved until it does",
+       "lattice or exact",
+       [](std::string_view text, Settings& settings) {
+         return read_choice(text, {raster::kPixelChoices[0], raster::kPixelChoices[1]}, settings.build.mutable_pixels());
        }},
       {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
        [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},

@@ -57,11 +57,17 @@ function heights_text(source) {
   return `heights from ${used} (${from})${declared && declared !== used ? `, the raster declares ${declared}` : ""}`;
 }
 
+// Where users compare: the raster's own pixels. Stores of earlier versions do not know it.
+function pixels_text(source) {
+  const error = source.error_at_pixels;
+  return error && `at most ${metres(error.max)} off the raster’s pixels, 99 % within ${metres(error.p99)}`;
+}
+
 export function show_manifest(manifest) {
   const source = manifest.source || {};
   element("title").textContent = label_of(manifest);
   element("facts").textContent = [
-    `${source.columns} × ${source.rows} pixels`, source.crs, heights_text(source),
+    `${source.columns} × ${source.rows} pixels`, source.crs, heights_text(source), pixels_text(source),
     `${manifest.triangles.toLocaleString("en")} triangles in ${manifest.tiles.toLocaleString("en")} tiles`, ...(manifest.notes || [])].filter(Boolean).join(" · ");
   element("levels").replaceChildren(...manifest.levels.map(level_row));
   element("attribution").textContent = manifest.attribution || "";

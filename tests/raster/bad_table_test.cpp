@@ -45,8 +45,10 @@ std::string outcome(const std::string& path, const BadRow& row) {
   for (const std::int32_t height : samples->height) {
     if (height != proto::kNoHeight && std::abs(height * proto::kHeightStep_m) > proto::kMaxHeight_m + 200) return "impossible height";
   }
-  const double resampled = (*source)->resampling_error_m(l);
-  return std::isfinite(resampled) ? "accepted" : "no number";
+  const auto pixels = (*source)->pixels(l, {w.west, w.south, w.west + columns, w.south + rows});
+  if (!pixels.ok()) return pixels.problem().type;
+  const bool finite = std::all_of(pixels->begin(), pixels->end(), [](const auto& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.height_m); });
+  return finite ? "accepted" : "no number";
 }
 
 Answer in_a_child(const std::string& path, const BadRow& row) {

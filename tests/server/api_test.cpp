@@ -251,7 +251,7 @@ TEST(Api, ADryRunBuildsNothing) {
   for (const char* name : {"stated_max_error", "rmse", "geometric_error", "uncovered_samples"}) {
     EXPECT_FALSE(manifest["levels"][0].contains(name)) << name << " is not known before a build";
   }
-  for (const char* name : {"nodata_share", "min_height", "resampling_error"}) EXPECT_FALSE(manifest["source"].contains(name)) << name;
+  for (const char* name : {"nodata_share", "min_height", "error_at_pixels"}) EXPECT_FALSE(manifest["source"].contains(name)) << name;
   const Json shares = body_of(test.post("GOOD", {{"dry_run", "1"}, {"keep", "0.5"}}))["manifest"]["levels"][0];
   EXPECT_FALSE(shares.contains("target")) << "the tolerance behind a share is found when it is built";
   EXPECT_EQ(test.post("BAD", {{"dry_run", "1"}}).status, 422);

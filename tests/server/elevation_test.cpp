@@ -125,7 +125,7 @@ struct Pixels {
 
 TEST(Elevation, HeightsAreTheRastersWithinTheStatedError) {
   const Pixels pixels;
-  const double resampling = body_of(get("manifest.json"))["source"]["resampling_error"];
+  const double resampling = body_of(get("manifest.json"))["source"]["error_at_pixels"]["max"];
   Json body;
   std::vector<double> expected;
   for (int row = 5; row < pixels.rows - 5; row += 17) {

@@ -100,7 +100,7 @@ def main(raster, dataset, folder):
     place = (about["maxzoom"], *tile_of((west + east) / 2, (south + north) / 2, about["maxzoom"]))
     heights, shades = raster_on_tile(raster, place, folder)
     for face in HEIGHTS:
-        print(f"{face} {place}: {check_heights(dataset, face, place, heights, folder, manifest['source']['resampling_error'])}")
+        print(f"{face} {place}: {check_heights(dataset, face, place, heights, folder, manifest['source']['error_at_pixels']['max'])}")
     print(f"hillshade {place}: {check_shades(dataset, place, shades, folder)}")
 
 

@@ -105,7 +105,7 @@ def figures(file, manifest, seen, used, threads):
         raise RuntimeError(f"{file}: {len(manifest['levels'])} levels are stated, {len(seen['levels'])} have tiles")
     source = manifest["source"]
     return {"file": os.path.basename(file), "columns": source["columns"], "rows": source["rows"], "vertical_datum": source["vertical_datum"],
-            "resampling_error_m": source["resampling_error"], "cell_m": manifest["cell_m"], "lattice_samples": seen["lattice_samples"],
+            "error_at_pixels_m": source["error_at_pixels"]["max"], "cell_m": manifest["cell_m"], "lattice_samples": seen["lattice_samples"],
             "device": manifest["device"], "threads": threads, **used, "levels": levels}
 
 

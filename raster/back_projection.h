@@ -1,0 +1,26 @@
+#pragma once
+// A source whose samples are moved until the surface between them meets the source's own pixels.
+#include <memory>
+
+#include "cordillera.pb.h"
+#include "raster/source.h"
+
+namespace cordillera::raster {
+
+/// What pixels= of a build may be; the first is the default.
+inline constexpr const char* kPixelChoices[] = {"lattice", "exact"};
+inline bool meets_pixels(const proto::BuildOptions& options) { return options.pixels() == kPixelChoices[1]; }
+
+/// Greatest spacing of a lattice whose surface can meet all pixels: then hardly two of them lie in one triangle.
+inline constexpr double kMeetingSpacing = 0.7;
+
+/// Cells of the lattice in pixels of the source, the greater of both directions, at the source's centre.
+double spacing(const proto::Source& source, const proto::Lattice& lattice);
+
+/// The same source, but the samples of lattices that are no coarser than the pixels are moved. The surface is the one between vertices, each
+/// cell cut from south-west to north-east. What is missing at a pixel's centre is spread onto the three vertices around it, four times over.
+/// A sample depends on raster and lattice alone: on the pixels and vertices up to five cells around. Stay as they are: still water, poles,
+/// voids, and vertices beside which no pixel lies. What would leave the range of heights is held to it.
+std::unique_ptr<Source> project_back(std::unique_ptr<Source> source);
+
+}  // namespace cordillera::raster

@@ -1,0 +1,206 @@
+// The raster's own pixels on the lattice, and samples that are moved until the surface meets them.
+#include <algorithm>
+#include <cmath>
+
+#include "fixture.h"
+#include "raster/back_projection.h"
+
+namespace cordillera::raster_test {
+namespace {
+
+using Pixels = RasterTest;
+using Window = raster::Source::Window;
+
+constexpr int kLevel = 12;
+
+/// Rough ground: neighbours differ by metres to tens of metres.
+double rough(int c, int r) {
+  const auto noise = [](int a, int b) { return static_cast<double>((static_cast<unsigned>(a) * 2654435761u ^ static_cast<unsigned>(b) * 40503u * 977u) >> 16 & 255u) / 255; };
+  return 800 + 200 * std::sin(c * 0.05) * std::cos(r * 0.04) + 15 * noise(c / 2, r / 2) + 8 * noise(c, r);
+}
+
+/// Pixels of 30 m in UTM, askew on the lattice: cells of level 12 are 0.64 of them.
+Spec rough_utm() {
+  Spec spec;
+  spec.columns = 90, spec.rows = 80;
+  spec.crs = "EPSG:32611";
+  spec.geotransform = {400000, 30, 0, 3800000, 0, -30};
+  spec.value = rough;
+  return spec;
+}
+
+proto::BuildOptions exact() {
+  proto::BuildOptions options = plain_options();
+  options.set_pixels("exact");
+  return options;
+}
+
+double surface_m(const proto::Samples& s, const raster::PixelPoint& p) {
+  const auto c = static_cast<std::int64_t>(p.x), r = std::min<std::int64_t>(static_cast<std::int64_t>(p.y), s.rows - 2);
+  const double fx = p.x - static_cast<double>(c), fy = p.y - static_cast<double>(r);
+  const auto at = [&](std::int64_t dc, std::int64_t dr) {
+    const std::int32_t h = s.at(s.west + c + dc, s.south + r + dr);
+    return h == proto::kNoHeight ? NAN : h * proto::kHeightStep_m;
+  };
+  return fx >= fy ? at(0, 0) + fx * (at(1, 0) - at(0, 0)) + fy * (at(1, 1) - at(1, 0)) : at(0, 0) + fy * (at(0, 1) - at(0, 0)) + fx * (at(1, 1) - at(0, 1));
+}
+
+struct Off {
+  double greatest_m = 0;
+  int pixels = 0;
+};
+
+/// Of all pixels between vertices with data.
+Off off(raster::Source& source, int level) {
+  const proto::Samples samples = whole(source, lattice(level));
+  const auto pixels = source.pixels(lattice(level), {samples.west, samples.south, samples.west + samples.columns - 1, samples.south + samples.rows - 1});
+  EXPECT_TRUE(pixels.ok());
+  Off off;
+  for (const raster::PixelPoint& p : *pixels) {
+    const double away_m = std::abs(surface_m(samples, p) - p.height_m);
+    if (std::isnan(away_m)) continue;
+    off.greatest_m = std::max(off.greatest_m, away_m);
+    ++off.pixels;
+  }
+  return off;
+}
+
+TEST_F(Pixels, EachOnceInTheCellsOfItsPlace) {
+  const auto source = must_open(write(rough_utm()));
+  const Window w = source->window(lattice(kLevel));
+  const auto all = source->pixels(lattice(kLevel), {w.west - 2, w.south - 2, w.east + 2, w.north + 2});
+  ASSERT_TRUE(all.ok());
+  EXPECT_EQ(all->size(), 90u * 80u);
+  std::size_t parts = 0;
+  for (std::int64_t south = w.south - 2; south < w.north + 2; south += 37) {
+    for (std::int64_t west = w.west - 2; west < w.east + 2; west += 41) {
+      const auto some = source->pixels(lattice(kLevel), {west, south, std::min(west + 41, w.east + 2), std::min(south + 37, w.north + 2)});
+      ASSERT_TRUE(some.ok());
+      parts += some->size();
+    }
+  }
+  EXPECT_EQ(parts, all->size());
+}
+
+TEST_F(Pixels, StandOnVerticesWhereTheyWereMadeThere) {
+  Spec spec;
+  spec.columns = spec.rows = 16;
+  spec.point = true;
+  spec.geotransform = cells_of(8, 70000, 50000);
+  spec.geotransform[0] -= spec.geotransform[1] / 2, spec.geotransform[3] -= spec.geotransform[5] / 2;
+  spec.value = [](int c, int r) { return 10.0 * c + r; };
+  proto::BuildOptions options = exact();
+  options.set_vertical_datum("EGM96");
+  const auto source = must_open(write(spec), options);
+  const auto pixels = source->pixels(lattice(8), {70000, 49984, 70016, 50001});
+  ASSERT_TRUE(pixels.ok());
+  ASSERT_EQ(pixels->size(), 256u);
+  for (const raster::PixelPoint& p : *pixels) {
+    ASSERT_EQ(p.x, std::floor(p.x));
+    ASSERT_EQ(p.y, std::floor(p.y));
+    EXPECT_NEAR(p.height_m, height_m(*source, lattice(8), 70000 + static_cast<std::int64_t>(p.x), 49984 + static_cast<std::int64_t>(p.y)), 0.001);
+  }
+}
+
+TEST_F(Pixels, BackProjectionMeetsThem) {
+  const std::string file = write(rough_utm());
+  const auto plain = must_open(file), moved = must_open(file, exact());
+  const Off before = off(*plain, kLevel), after = off(*moved, kLevel);
+  EXPECT_GT(before.greatest_m, 5);
+  EXPECT_LT(after.greatest_m, 0.05);
+  EXPECT_EQ(before.pixels, after.pixels);
+  EXPECT_GT(after.pixels, 6500);
+}
+
+TEST_F(Pixels, BackProjectionIsNearerWhereTheLatticeIsTooCoarseToMeetThem) {
+  Spec spec = rough_utm();
+  spec.geotransform[1] = 20, spec.geotransform[5] = -20;  // cells of 0.96 pixels
+  const std::string file = write(spec);
+  const auto plain = must_open(file), moved = must_open(file, exact());
+  EXPECT_LT(off(*moved, kLevel).greatest_m, 0.6 * off(*plain, kLevel).greatest_m);
+  EXPECT_EQ(whole(*plain, lattice(kLevel - 1)).height, whole(*moved, lattice(kLevel - 1)).height) << "cells of two pixels stay as they are";
+}
+
+TEST_F(Pixels, BackProjectionDoesNotDependOnTheWindow) {
+  Spec spec = rough_utm();
+  spec.nodata = -1;
+  spec.value = [](int c, int r) { return (c - 40) * (c - 40) + (r - 30) * (r - 30) < 90 ? -1 : c > 70 && r > 50 ? 600 : rough(c, r); };
+  const auto source = must_open(write(spec), exact());
+  const proto::Samples all = whole(*source, lattice(kLevel));
+  int voids = 0;
+  for (std::int64_t j = all.south; j < all.south + all.rows; j += 23) {
+    for (std::int64_t i = all.west; i < all.west + all.columns; i += 31) {
+      const auto columns = static_cast<std::int32_t>(std::min<std::int64_t>(31, all.west + all.columns - i)), rows = static_cast<std::int32_t>(std::min<std::int64_t>(23, all.south + all.rows - j));
+      const auto part = source->sample(lattice(kLevel), i, j, columns, rows);
+      ASSERT_TRUE(part.ok());
+      for (std::int32_t r = 0; r < rows; ++r)
+        for (std::int32_t c = 0; c < columns; ++c) {
+          ASSERT_EQ(part->at(i + c, j + r), all.at(i + c, j + r));
+          voids += part->at(i + c, j + r) == proto::kNoHeight ? 1 : 0;
+        }
+    }
+  }
+  EXPECT_GT(voids, 100);
+  const auto plain = must_open(path("dem.tif"));
+  const proto::Samples before = whole(*plain, lattice(kLevel));
+  int still = 0;
+  for (std::size_t k = 0; k < before.height.size(); ++k) {
+    EXPECT_EQ(before.height[k] == proto::kNoHeight, all.height[k] == proto::kNoHeight);
+    if (before.flat_water[k] == 0) continue;
+    EXPECT_EQ(before.height[k], all.height[k]) << "water stays still";
+    ++still;
+  }
+  EXPECT_GT(still, 300);
+}
+
+TEST_F(Pixels, AroundTheEarth) {
+  Spec spec;
+  spec.columns = 1024, spec.rows = 512;
+  spec.geotransform = {-180, 360.0 / 1024, 0, 90, 0, -180.0 / 512};
+  spec.value = rough;
+  const auto source = must_open(write(spec), exact());
+  const proto::Lattice l = lattice(2);  // cells of half a pixel
+  const auto all = source->pixels(l, {0, 0, l.columns(), l.rows()});
+  ASSERT_TRUE(all.ok());
+  EXPECT_EQ(all->size(), 1024u * 512u);
+  const auto a = source->sample(l, -8, 400, 16, 16), b = source->sample(l, 0, 400, static_cast<std::int32_t>(l.columns()), 16);
+  ASSERT_TRUE(a.ok() && b.ok());
+  for (std::int64_t c = 0; c < 8; ++c)
+    for (std::int64_t r = 0; r < 16; ++r) EXPECT_EQ(a->at(c, 400 + r), b->at(c, 400 + r));
+  for (std::int64_t c = -8; c < 0; ++c)
+    for (std::int64_t r = 0; r < 16; ++r) EXPECT_EQ(a->at(c, 400 + r), b->at(l.columns() + c, 400 + r));
+  EXPECT_LT(off(*source, 2).greatest_m, 0.1);
+}
+
+TEST_F(Pixels, UnderAGeoidAndABox) {
+  Spec spec = rough_utm();
+  proto::BuildOptions options = exact();
+  options.set_vertical_datum("EGM96");
+  const std::string file = write(spec);
+  const auto source = must_open(file, options);
+  EXPECT_LT(off(*source, kLevel).greatest_m, 0.05);
+  const auto b = source->description().bbox();
+  for (const double v : {b[0] + 0.005, b[1] + 0.005, b[2] - 0.005, b[3] - 0.005}) options.add_bbox(v);
+  const auto cut = must_open(file, options);
+  const Window w = cut->window(lattice(kLevel));
+  const auto inside = cut->pixels(lattice(kLevel), {w.west - 50, w.south - 50, w.east + 50, w.north + 50});
+  ASSERT_TRUE(inside.ok());
+  EXPECT_GT(inside->size(), 1500u);
+  for (const raster::PixelPoint& p : *inside) {
+    EXPECT_GE(p.x, 50);
+    EXPECT_LE(p.x, 50.0 + static_cast<double>(w.east - w.west));
+  }
+  EXPECT_LT(off(*cut, kLevel).greatest_m, 0.05);
+}
+
+TEST_F(Pixels, AnotherWordIsRefused) {
+  EXPECT_EQ(problem_type(write(rough_utm()), [] {
+              proto::BuildOptions options = plain_options();
+              options.set_pixels("all");
+              return options;
+            }()),
+            "option-invalid");
+}
+
+}  // namespace
+}  // namespace cordillera::raster_test

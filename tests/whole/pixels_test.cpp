@@ -1,0 +1,79 @@
+// The error that is stated at the raster's own pixels, against the independent judge; and pixels=exact.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/whole/built.h"
+
+namespace cordillera::whole {
+namespace {
+
+constexpr int kLevel = 11, kSide = 300;
+constexpr Corner kCorner{kLevel, 2000 * 256 + 37, 1100 * 256 + 91};
+
+/// What the judge finds at pixel centres: every second vertex of a lattice of half the pixels' size.
+Measured at_centres(const Built& built, const HeightOf& ground) {
+  const proto::Lattice half{proto::Scheme::geodetic, kLevel + 1};
+  const std::int64_t west = 2 * kCorner.west + 1, north = 2 * kCorner.north - 1;
+  const TrueHeight truth = [&](std::int64_t i, std::int64_t j) -> std::optional<double> {
+    const std::int64_t c = (i - west) / 2, r = (north - j) / 2;
+    if (i < west || j > north || c >= kSide || r >= kSide) return std::nullopt;
+    return static_cast<float>(ground(static_cast<int>(c), static_cast<int>(r)));
+  };
+  Measured all;
+  double squares = 0;
+  for (const auto& [at, tile] : built.finest()) {
+    const std::int64_t first_i = half.west(at), first_j = half.south(at), units = half.tile_units(at.z);
+    const SampleWindow window{first_i + ((first_i ^ west) & 1), first_j + ((first_j ^ north) & 1), first_i + units - 1, first_j + units - 1};
+    const Measured here = measure(surface_of(tile.drc), half, at, truth, window, 2);
+    all.max_m = std::max(all.max_m, here.max_m);
+    squares += here.rmse_m * here.rmse_m * static_cast<double>(here.samples);
+    all.samples += here.samples;
+    all.uncovered += here.uncovered;
+  }
+  all.rmse_m = std::sqrt(squares / static_cast<double>(all.samples));
+  return all;
+}
+
+Built built_with(const std::string& pixels, const std::string& strategy, const HeightOf& ground) {
+  Dem dem = cells_of(kCorner, kSide, kSide, ground);
+  dem.level.reset();
+  proto::BuildOptions options = with_error(2);
+  options.set_pixels(pixels);
+  options.set_strategy(strategy);
+  if (pixels == "lattice") options.set_max_level(kLevel);
+  return build_dem(dem, options);
+}
+
+class AtPixels : public testing::TestWithParam<const char*> {};
+
+TEST_P(AtPixels, the_error_is_what_the_judge_finds) {
+  const HeightOf ground = rough(5);
+  const Built built = built_with("lattice", GetParam(), ground);
+  ASSERT_EQ(built.lattice.finest_level, kLevel);
+  const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
+  const Measured found = at_centres(built, ground);
+  EXPECT_NEAR(stated.max(), found.max_m, 0.01);
+  EXPECT_NEAR(stated.rmse(), found.rmse_m, 0.001);
+  EXPECT_EQ(stated.pixels(), static_cast<double>(found.samples));
+  EXPECT_EQ(stated.pixels() + stated.uncovered(), 1.0 * kSide * kSide);
+  EXPECT_GT(stated.max(), 1.5 * built.stated_m(kLevel)) << "samples are means of pixels";
+  EXPECT_GT(stated.p99(), stated.rmse());
+  EXPECT_LE(stated.p99(), stated.max());
+}
+
+TEST_P(AtPixels, exact_keeps_the_target_there) {
+  const HeightOf ground = rough(5);
+  const Built built = built_with("exact", GetParam(), ground);
+  EXPECT_EQ(built.lattice.finest_level, kLevel + 1) << "cells of half a pixel";
+  const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
+  EXPECT_LE(stated.max(), 1.1 * 2);
+  EXPECT_NEAR(stated.max(), at_centres(built, ground).max_m, 0.01);
+  EXPECT_EQ(built.manifest.options().pixels(), "exact");
+}
+
+INSTANTIATE_TEST_SUITE_P(pixels, AtPixels, testing::Values("waves", "exact"));
+
+}  // namespace
+}  // namespace cordillera::whole
