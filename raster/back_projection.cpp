@@ -145,13 +145,6 @@ class BackProjection final : public Source {
 
 }  // namespace
 
-double spacing(const proto::Source& source, const proto::Lattice& lattice) {
-  constexpr double kRadians = 3.14159265358979323846 / 180;
-  const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
-  const double cell_m = proto::cell_height_m(lattice, std::llround((latitude + 90) / 180 * static_cast<double>(lattice.rows())));
-  return std::max(cell_m / source.pixel_height_m(), cell_m * std::cos(latitude * kRadians) / source.pixel_width_m());
-}
-
 std::unique_ptr<Source> project_back(std::unique_ptr<Source> source) { return std::make_unique<BackProjection>(std::move(source)); }
 
 }  // namespace cordillera::raster

@@ -1,8 +1,11 @@
 #pragma once
 // A source whose samples are moved until the surface between them meets the source's own pixels.
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "cordillera.pb.h"
+#include "proto/ellipsoid.h"
 #include "raster/source.h"
 
 namespace cordillera::raster {
@@ -15,7 +18,12 @@ inline bool meets_pixels(const proto::BuildOptions& options) { return options.pi
 inline constexpr double kMeetingSpacing = 0.7;
 
 /// Cells of the lattice in pixels of the source, the greater of both directions, at the source's centre.
-double spacing(const proto::Source& source, const proto::Lattice& lattice);
+inline double spacing(const proto::Source& source, const proto::Lattice& lattice) {
+  constexpr double kRadians = 3.14159265358979323846 / 180;
+  const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
+  const double cell_m = proto::cell_height_m(lattice, std::llround((latitude + 90) / 180 * static_cast<double>(lattice.rows())));
+  return std::max(cell_m / source.pixel_height_m(), cell_m * std::cos(latitude * kRadians) / source.pixel_width_m());
+}
 
 /// The same source, but the samples of lattices that are no coarser than the pixels are moved. The surface is the one between vertices, each
 /// cell cut from south-west to north-east. What is missing at a pixel's centre is spread onto the three vertices around it, four times over.
