@@ -5,6 +5,7 @@
 #include <numbers>
 #include <tuple>
 
+#include "gpu/measure/surface_error.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline {
@@ -13,7 +14,6 @@ namespace {
 constexpr std::uint32_t kLeaf = 16;
 // Frames are rounded to some micrometres on the ground, which on a sliver as steep as a wall is millimetres of height.
 constexpr double kPlace_m = 2e-5, kSteepest = 1e4;
-constexpr double kGrace_m = 1.0 / 1024;  // of other programs' trigonometry
 
 /// The greatest value of an edge's cross product over a box: what is less than -slack is outside.
 std::int64_t most_left_of(const gpu::PlanEdge& e, std::int64_t west, std::int64_t south, std::int64_t east, std::int64_t north) {
@@ -76,7 +76,7 @@ LooseSamples::Farthest LooseSamples::farthest(const std::array<gpu::MeshPoint, 3
   if (samples_.empty()) return found;
   const gpu::Corner three[3] = {corner(corners[0]), corner(corners[1]), corner(corners[2])};
   const gpu::MeasuredTriangle triangle = gpu::measured_triangle(tile_, three, 0);
-  const double graze = kGrace_m + graze_m(triangle, proto::normal(three[0].row, proto::column_frame(lattice_, west_ + corners[0].x)));
+  const double graze = gpu::kGrace_m + graze_m(triangle, proto::normal(three[0].row, proto::column_frame(lattice_, west_ + corners[0].x)));
   const auto& plan = triangle.plan;
   std::vector<std::uint32_t> open{0};
   while (!open.empty()) {

@@ -15,6 +15,7 @@
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/chain.h"
 #include "pipeline/build/tile_output.h"
+#include "raster/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -152,7 +153,7 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   if (stop_) return kCancelled;
   if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) return task;
   share(kReadShare);
-  const MeasurePixels pixels = [this](const BuiltTile& tile, unsigned worker) { return pixel_errors(lattice_, tile.tile, tile.mesh, *sources_[worker]); };
+  const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) { return pixels_of(lattice_, tile, *sources_[worker]); };
   auto built = build_exact_block(plan_, node, samples, exact_, {workers_, pixels}, [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
   return built;
@@ -219,13 +220,16 @@ void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTi
   }
 }
 
-void Builder::encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task) {
+void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task) {
   std::vector<std::optional<EncodedTile>> encoded(tiles.size());
   workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
     if (stop_) return;
+    const bool finest = tiles[k].tile.z == lattice_.finest_level;
+    std::vector<raster::PixelPoint> pixels;
+    if (finest) pixels = pixels_of(lattice_, tiles[k].tile, *sources_[worker]);
+    if (finest && context.promise && raster::meets_pixels(plan_.options()) && meet_pixels(context, tiles[k], pixels) > 0) measure_exact(context, tiles[k]);
     encoded[k] = encode_tile(context, tiles[k], plan_.options());
-    if (encoded[k] && tiles[k].tile.z == lattice_.finest_level)
-      *encoded[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, *sources_[worker]);
+    if (encoded[k] && finest) *encoded[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
   });
   for (std::optional<EncodedTile>& tile : encoded) {
     if (tile) task.tiles.push_back(std::move(*tile));
@@ -293,7 +297,7 @@ proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const
   LevelContext context{&lattice_, &level_plan(plan_, node.z), plan_.promise(), nullptr};
   context.merges_above = node.z > static_cast<int>(plan_.min_level());
   context.height_rounds = height_rounds(plan_.options());
-  const std::vector<BuiltTile> built = simplify(context, 1, [&](std::size_t) { return prepare_parent(context, node, children); });
+  std::vector<BuiltTile> built = simplify(context, 1, [&](std::size_t) { return prepare_parent(context, node, children); });
   if (stop_) return kCancelled;
   encode(context, built, task);
   if (node.z > static_cast<int>(plan_.min_level()) && !built.empty()) task.mesh = {node, to_bytes(built.front())};

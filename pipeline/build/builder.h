@@ -61,7 +61,8 @@ class Builder {
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
   void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
   std::vector<proto::TileMesh> simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs);
-  void encode(const LevelContext& context, const std::vector<BuiltTile>& tiles, FinishedTask& task);
+  /// Tiles of the finest level meet the source's pixels first, where that is asked for.
+  void encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task);
 
   proto::Plan plan_;
   proto::Lattice lattice_;

@@ -14,7 +14,6 @@ namespace {
 
 using gpu::exact::SideKind;
 
-constexpr double kGrace_m = 1.0 / 1024;        // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
 constexpr double kMostTolerance_m = 16384;  // see gpu::exact::BlockLevel
 constexpr int kRimShare = 64;                   // of the data's narrow side, for what rims may move
 constexpr int kSideReach = 3;                   // rows beyond a shared side, likewise
@@ -127,7 +126,7 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::Tile
     gpu::exact::BlockLevel asked;
     // Where somebody asks for less than a float32 can tell, rounding takes all of it: half is left, and the error is stated as it is.
     const double target_m = std::min(level.target(), kMostTolerance_m);
-    asked.tolerance_m = std::max(target_m - kGrace_m - level.ecef_step(), target_m / 2);
+    asked.tolerance_m = std::max(target_m - gpu::kGrace_m - level.ecef_step(), target_m / 2);
     asked.height_step = height_step(level);
     if (!levels.levels.empty()) {
       const gpu::exact::BlockLevel& finer = levels.levels.back();
@@ -198,7 +197,7 @@ double measure_exact(const LevelContext& context, BuiltTile& tile) {
   input.ecef_step_m = context.level->ecef_step();
   input.frames = context.frames;
   tile.measured = gpu::surface_error(input, INFINITY);
-  tile.max_error_m = tile.measured.max_m + kGrace_m;
+  tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
   return std::max(0.0, tile.max_error_m - context.level->target());
 }
 

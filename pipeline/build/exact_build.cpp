@@ -7,8 +7,10 @@
 #include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
 #include "pipeline/build/exact_block.h"
+#include "pipeline/build/pixel_error.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/build/tile_output.h"
+#include "raster/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -79,9 +81,13 @@ class BlockBuild {
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
     team_.workers.each(tiles.size(), [&](std::size_t k, unsigned worker) {
+      const bool finest = z == lattice_.finest_level;
+      std::vector<raster::PixelPoint> pixels;
+      if (finest) pixels = team_.pixels(tiles[k].tile, worker);
+      if (finest && context.promise && raster::meets_pixels(plan_.options())) meet_pixels(context, tiles[k], pixels);
       above[k] = measure_exact(context, tiles[k]);
       made[k] = encode_tile(context, tiles[k], plan_.options());
-      if (made[k] && z == lattice_.finest_level) *made[k]->record.mutable_pixels() = team_.pixels(tiles[k], worker);
+      if (made[k] && finest) *made[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
       tiles[k] = {};
     });
     EncodedLevel level;

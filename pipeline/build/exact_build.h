@@ -5,11 +5,13 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/store/store.h"
 #include "pipeline/tile/tile_mesh.h"
 #include "pipeline/build/workers.h"
+#include "raster/source.h"
 
 namespace cordillera::pipeline {
 
@@ -35,11 +37,11 @@ class ExactSimplifiers {
   std::string lost_;
 };
 
-/// What a tile of the finest level is at the source's pixels, by one of the workers.
-using MeasurePixels = std::function<proto::PixelErrors(const BuiltTile& tile, unsigned worker)>;
+/// The source's pixels in a tile of the finest level, read by one of the workers.
+using ReadPixels = std::function<std::vector<raster::PixelPoint>(const proto::TileAddress& tile, unsigned worker)>;
 struct BlockTeam {
   Workers& workers;
-  const MeasurePixels& pixels;
+  const ReadPixels& pixels;
 };
 
 /// All tiles of a node, from samples that hold its block (see BlockPlace::empty_samples). share: as in Builder::block, from where the samples

@@ -4,10 +4,16 @@
 #include <array>
 #include <cmath>
 #include <span>
+#include <utility>
 
+#include "gpu/measure/sample_meter.h"
 #include "gpu/measure/surface_error_plane.h"
+#include "gpu/measure/upright.h"
+#include "gpu/refine/height_step.h"
 #include "pipeline/bound/earth.h"
+#include "pipeline/plan/plan.h"
 #include "pipeline/store/pixel_error_sum.h"
+#include "proto/integers.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -68,14 +74,11 @@ struct Facet {
   }
 };
 
-Facet facet_of(const Earth& earth, const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+Facet facet_of(const Earth& earth, const std::array<gpu::MeshPoint, 3>& corners) {
   Facet facet;
+  facet.corner = corners;
   std::array<Spot, 3> spot;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t v = triangle[k];
-    facet.corner[k] = {mesh.x[v], mesh.y[v], mesh.height[v]};
-    spot[k] = earth.at(facet.corner[k]);
-  }
+  for (std::size_t k = 0; k < 3; ++k) spot[k] = earth.at(corners[k]);
   facet.plane = gpu::plane_of(spot[0].at, spot[1].at, spot[2].at);
   double edge2_m2 = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -87,12 +90,118 @@ Facet facet_of(const Earth& earth, const proto::TileMesh& mesh, const std::array
   return facet;
 }
 
+std::array<gpu::MeshPoint, 3> corners_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& triangle) {
+  const auto corner = [&](std::uint32_t v) { return gpu::MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
+  return {corner(triangle[0]), corner(triangle[1]), corner(triangle[2])};
+}
+
+/// The pixels of a tile on the ellipsoid.
+class PlacedPixels {
+ public:
+  PlacedPixels(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side, const std::vector<raster::PixelPoint>& pixels)
+      : pixels_(pixels), earth_(lattice, tile), cells_(pixels, side), side_(side) {}
+
+  const raster::PixelPoint& operator[](std::uint32_t k) const { return pixels_[k]; }
+
+  /// f(pixel, error in metres) for those in a triangle, its sides included, until it returns false.
+  template <class F>
+  void each_error(const std::array<gpu::MeshPoint, 3>& corners, const F& f) const {
+    const Facet facet = facet_of(earth_, corners);
+    if (!facet.plane.shows()) return;
+    const auto [low, high] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+    for (std::int32_t row = low; row < std::min(high + 1, side_); ++row) {
+      const auto [west, east] = facet.stretch(row, side_);
+      for (const std::uint32_t k : cells_.row(row, west, east)) {
+        const raster::PixelPoint& pixel = pixels_[k];
+        if (!facet.holds(pixel.x, pixel.y)) continue;
+        const Place place = earth_.place({pixel.x, pixel.y});
+        const double surface_m = (facet.plane.offset - proto::dot(facet.plane.normal, place.at)) / proto::dot(facet.plane.normal, place.up);
+        if (!f(k, std::abs(facet.range.clamp(surface_m) - pixel.height_m))) return;
+      }
+    }
+  }
+
+ private:
+  const std::vector<raster::PixelPoint>& pixels_;
+  const Earth earth_;
+  const PixelsByCell cells_;
+  const std::int32_t side_;
+};
+
+/// The greater of a triangle's error at samples and at pixels. Where a pixel is too far off, the vertices of the lattice around it are offered:
+/// between those three, the lattice itself meets it.
+class PixelMeter final : public gpu::ErrorMeter {
+ public:
+  PixelMeter(const gpu::ErrorMeter& at_samples, const PlacedPixels& pixels, const proto::TileAddress& tile, const proto::Lattice& lattice, const proto::Samples& samples)
+      : at_samples_(at_samples),
+        pixels_(pixels),
+        samples_(samples),
+        west_(lattice.west(tile)),
+        south_(lattice.south(tile)),
+        circle_(lattice.columns()),
+        side_(static_cast<std::int32_t>(lattice.tile_units(tile.z))) {}
+
+  double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override {
+    double greatest_m = at_samples_.error_m(corners, asked);
+    if (greatest_m > asked.enough_m) return greatest_m;
+    pixels_.each_error(corners, [&](std::uint32_t, double error_m) {
+      greatest_m = std::max(greatest_m, error_m);
+      return greatest_m <= asked.enough_m;
+    });
+    return greatest_m;
+  }
+
+  gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override {
+    gpu::TriangleError error = at_samples_.measure(corners, limit_m);
+    double worst_m = -1;
+    std::uint32_t worst = 0;
+    pixels_.each_error(corners, [&](std::uint32_t k, double error_m) {
+      if (error_m > worst_m) worst_m = error_m, worst = k;
+      return true;
+    });
+    if (worst_m <= error.error_m) return error;
+    error.error_m = worst_m;
+    if (worst_m <= limit_m) return error;
+    error.count = 0;
+    offer_around(pixels_[worst], error);
+    return error;
+  }
+
+ private:
+  // The nearest first; those that are vertices already are passed over.
+  void offer_around(const raster::PixelPoint& pixel, gpu::TriangleError& error) const {
+    const auto x = static_cast<std::int32_t>(pixel.x), y = static_cast<std::int32_t>(pixel.y);
+    std::array<std::pair<double, gpu::MeshPoint>, 4> around;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const gpu::MeshPoint at{x + static_cast<std::int32_t>(k & 1), y + static_cast<std::int32_t>(k >> 1), 0};
+      around[k] = {std::hypot(at.x - pixel.x, at.y - pixel.y), at};
+    }
+    std::stable_sort(around.begin(), around.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (auto& [distance, at] : around) {
+      if (at.x <= 0 || at.y <= 0 || at.x >= side_ || at.y >= side_) continue;
+      at.height = sample(west_ + at.x, south_ + at.y);
+      if (at.height != proto::kNoHeight) error.offer(at);
+    }
+  }
+
+  std::int32_t sample(std::int64_t i, std::int64_t j) const {
+    i -= proto::floor_divide(i - samples_.west, circle_) * circle_;
+    const bool there = i < samples_.west + samples_.columns && j >= samples_.south && j < samples_.south + samples_.rows;
+    return there ? samples_.at(i, j) : proto::kNoHeight;
+  }
+
+  const gpu::ErrorMeter& at_samples_;
+  const PlacedPixels& pixels_;
+  const proto::Samples& samples_;
+  const std::int64_t west_, south_, circle_;
+  const std::int32_t side_;
+};
+
 }  // namespace
 
 proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh,
                                 const std::vector<raster::PixelPoint>& pixels) {
-  const Earth earth(lattice, tile);
-  const PixelsByCell cells(pixels, mesh.side);
+  const PlacedPixels placed(lattice, tile, mesh.side, pixels);
   std::vector<std::uint8_t> seen(pixels.size(), 0);
   std::vector<std::uint32_t> counts;
   proto::PixelErrors errors;
@@ -100,26 +209,17 @@ proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::Tile
   std::uint32_t measured = 0;
   for (const auto& triangle : mesh.triangles) {
     if (!is_published(mesh, triangle)) continue;
-    const Facet facet = facet_of(earth, mesh, triangle);
-    if (!facet.plane.shows()) continue;
-    const auto [low, high] = std::minmax({facet.corner[0].y, facet.corner[1].y, facet.corner[2].y});
-    for (std::int32_t row = low; row < std::min(high + 1, mesh.side); ++row) {
-      const auto [west, east] = facet.stretch(row, mesh.side);
-      for (const std::uint32_t k : cells.row(row, west, east)) {
-        const raster::PixelPoint& pixel = pixels[k];
-        if (seen[k] != 0 || !facet.holds(pixel.x, pixel.y)) continue;
-        seen[k] = 1;
-        const Place place = earth.place({pixel.x, pixel.y});
-        const double surface_m = (facet.plane.offset - proto::dot(facet.plane.normal, place.at)) / proto::dot(facet.plane.normal, place.up);
-        const double error_m = std::abs(facet.range.clamp(surface_m) - pixel.height_m);
-        greatest_m = std::max(greatest_m, error_m);
-        squares += error_m * error_m;
-        const std::uint32_t step = pixel_error_step(error_m);
-        if (step >= counts.size()) counts.resize(step + 1, 0);
-        ++counts[step];
-        ++measured;
-      }
-    }
+    placed.each_error(corners_of(mesh, triangle), [&](std::uint32_t k, double error_m) {
+      if (seen[k] != 0) return true;  // on a side that another triangle has, too
+      seen[k] = 1;
+      greatest_m = std::max(greatest_m, error_m);
+      squares += error_m * error_m;
+      const std::uint32_t step = pixel_error_step(error_m);
+      if (step >= counts.size()) counts.resize(step + 1, 0);
+      ++counts[step];
+      ++measured;
+      return true;
+    });
   }
   errors.set_max(greatest_m);
   errors.set_sum_squared(squares);
@@ -131,10 +231,38 @@ proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::Tile
   return errors;
 }
 
-proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh, raster::Source& source) {
+std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const proto::TileAddress& tile, raster::Source& source) {
   const std::int64_t west = lattice.west(tile), south = lattice.south(tile), side = lattice.tile_units(tile.z);
-  const auto pixels = source.pixels(lattice, {west, south, west + side, south + side});
-  return pixels.ok() ? pixel_errors(lattice, tile, mesh, *pixels) : proto::PixelErrors();
+  auto pixels = source.pixels(lattice, {west, south, west + side, south + side});
+  return pixels.ok() ? std::move(*pixels) : std::vector<raster::PixelPoint>();
+}
+
+std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels) {
+  const PlacedPixels placed(*context.lattice, built.tile, built.mesh.side, pixels);
+  const double limit_m = context.level->target() - gpu::kGrace_m;
+  std::vector<std::uint32_t> over;
+  for (std::uint32_t t = 0; t < built.mesh.triangles.size(); ++t) {
+    if (!is_published(built.mesh, built.mesh.triangles[t])) continue;
+    bool far = false;
+    placed.each_error(corners_of(built.mesh, built.mesh.triangles[t]), [&](std::uint32_t, double error_m) { return !(far = error_m > limit_m); });
+    if (far) over.push_back(t);
+  }
+  if (over.empty()) return 0;
+  gpu::SurfaceErrorInput input;
+  input.lattice = context.lattice;
+  input.tile = built.tile;
+  input.mesh = &built.mesh;
+  input.samples = context.samples;
+  input.ecef_step_m = context.level->ecef_step();
+  input.frames = context.frames;
+  const std::int32_t step = height_step(*context.level);
+  const gpu::SampleMeter samples(input, step);
+  const gpu::Upright upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
+  const gpu::UprightMeter in_space(samples, upright);
+  const PixelMeter at_pixels(in_space, placed, built.tile, *context.lattice, *context.samples);
+  const std::uint32_t inserted = gpu::refine(built.mesh, gpu::SteppedMeter(at_pixels, step), limit_m, over, SIZE_MAX).inserted;
+  built.put_back += inserted;
+  return inserted;
 }
 
 }  // namespace cordillera::pipeline

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "cordillera.pb.h"
+#include "pipeline/tile/tile_mesh.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
 #include "raster/source.h"
@@ -14,7 +15,11 @@ namespace cordillera::pipeline {
 proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh,
                                 const std::vector<raster::PixelPoint>& pixels);
 
-/// Reads the tile's pixels and measures them. Those that cannot be read count for nothing: the build reads them, too, and says so.
-proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh, raster::Source& source);
+/// Those of a tile of the finest level. Where they cannot be read there are none: the build reads them, too, and says so.
+std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const proto::TileAddress& tile, raster::Source& source);
+
+/// Puts samples into a tile of the finest level until its triangles are within the level's target of all pixels, as they are of all samples; as
+/// far as vertices can, which do not go onto the tile's sides. Returns how many went in. What was measured of the tile is no longer true then.
+std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels);
 
 }  // namespace cordillera::pipeline

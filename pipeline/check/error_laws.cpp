@@ -46,7 +46,7 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
   const auto samples = source_->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
   if (!samples) return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
   const proto::TileMesh mesh = tile_mesh_of(tile.drc);
-  if (tile.tile.z == lattice.finest_level) pixels_.add(pixel_errors(lattice, tile.tile, mesh, *source_));
+  if (tile.tile.z == lattice.finest_level) pixels_.add(pixel_errors(lattice, tile.tile, mesh, pixels_of(lattice, tile.tile, *source_)));
   gpu::SurfaceErrorInput input;
   input.lattice = &lattice;
   input.tile = tile.tile;

@@ -27,8 +27,6 @@ std::vector<std::uint32_t> both(const std::vector<std::uint32_t>& a, const std::
   return all;
 }
 
-constexpr double kGrace_m = 1.0 / 1024;  // trigonometry of other programs differs from our rounded tables by micrometres, on slopes
-
 }  // namespace
 
 std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built, double limit_m) {
@@ -39,7 +37,7 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   input.samples = context.samples;
   input.ecef_step_m = context.level->ecef_step();
   input.frames = context.frames;
-  limit_m -= kGrace_m;
+  limit_m -= gpu::kGrace_m;
   const gpu::Upright upright = upright_of(context, built);
   if (context.promise) {
     const std::vector<std::uint32_t> over = both(gpu::triangles_over(input, limit_m), gpu::turned_triangles(upright, built.mesh));
@@ -53,7 +51,7 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   built.measured = gpu::surface_error(input, limit_m);
   std::vector<std::uint32_t> left;
   for (const auto& worst : built.measured.over_limit) left.push_back(worst.triangle);
-  built.max_error_m = built.measured.max_m + kGrace_m;
+  built.max_error_m = built.measured.max_m + gpu::kGrace_m;
   const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
   built.turned = turned.size();
   return both(left, turned);
