@@ -260,7 +260,24 @@ std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const s
   const gpu::Upright upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
   const gpu::UprightMeter in_space(samples, upright);
   const PixelMeter at_pixels(in_space, placed, built.tile, *context.lattice, *context.samples);
-  const std::uint32_t inserted = gpu::refine(built.mesh, gpu::SteppedMeter(at_pixels, step), limit_m, over, SIZE_MAX).inserted;
+  const proto::TileMesh before = built.mesh;
+  std::uint32_t inserted = gpu::refine(built.mesh, gpu::SteppedMeter(at_pixels, step), limit_m, over, SIZE_MAX).inserted;
+  // The promise at samples comes first. Where valences left no room for both, samples alone are asked; where that does not help, all stays as it was.
+  const auto broken = [&] {
+    std::vector<std::uint32_t> all = gpu::triangles_over(input, limit_m);
+    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
+    all.insert(all.end(), turned.begin(), turned.end());
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  };
+  if (const auto left = broken(); !left.empty()) {
+    inserted += gpu::refine(built.mesh, gpu::SteppedMeter(in_space, step), limit_m, left, SIZE_MAX).inserted;
+    if (!broken().empty()) {
+      built.mesh = before;
+      return 0;
+    }
+  }
   built.put_back += inserted;
   return inserted;
 }
