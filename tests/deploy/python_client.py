@@ -76,7 +76,7 @@ def main():
         killed_in_the_middle(service)
         dataset = resumed(service)
         stages = [progress.stage for progress in dataset.watch()]
-        order = ["queued", "open", "provisional", "plan", "build", "merge", "publish"]  # a short stage may go by between two looks
+        order = ["queued", "fetch", "provisional", "open", "plan", "build", "merge", "publish"]  # a short stage may go by between two looks
         assert "build" in stages and stages == sorted(stages, key=order.index), stages
     dataset = direct.dataset(dataset.id).wait()
     assert dataset.status()["state"] == "ready" and dataset.manifest()["levels"]
