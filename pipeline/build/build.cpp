@@ -1,10 +1,14 @@
 #include "pipeline/build/build.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <utility>
 
 #include "gpu/simplify.h"
 #include "pipeline/build/blank_manifest.h"
@@ -126,6 +130,42 @@ proto::Result<void> merge_upwards(const Site& site) {
   return {};
 }
 
+std::string shown(double height_m) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.9g", height_m);
+  return text.data();
+}
+
+/// The least and the greatest height of a raster none of whose heights are within the limit; nothing if it has none, or one that is.
+/// A reader takes what is out of range for a void. So the raster is read once more at a scale where every height is within it.
+std::optional<std::pair<double, double>> heights_out_of_range(const BuildRequest& request) {
+  constexpr double kScale = 1e-26;  // 1e30 is the greatest value that is no void
+  constexpr int kAcross = 64;
+  if (!request.members.empty()) return {};
+  proto::BuildOptions options = request.options;
+  options.set_z_scale((options.has_z_scale() ? options.z_scale() : 1) * kScale);
+  options.clear_z_offset();
+  const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, options);
+  if (!source.ok() || (*source)->description().bbox_size() != 4) return {};
+  const auto& bbox = (*source)->description().bbox();
+  std::optional<std::pair<double, double>> found;
+  for (int row = 0; row < kAcross; ++row) {  // a row at a time: what is read at once stays small
+    std::array<double, kAcross> longitude_deg{}, latitude_deg{}, height{};
+    latitude_deg.fill(bbox[1] + (bbox[3] - bbox[1]) * (row + 0.5) / kAcross);
+    for (std::size_t k = 0; k < kAcross; ++k) longitude_deg[k] = bbox[0] + (bbox[2] - bbox[0]) * (static_cast<double>(k) + 0.5) / kAcross;
+    if (!(*source)->nearest(longitude_deg, latitude_deg, height.data()).ok()) return {};
+    for (const double scaled : height) {
+      if (std::isnan(scaled)) continue;
+      const double height_m = scaled / kScale + request.options.z_offset();
+      if (std::abs(height_m) <= proto::kMaxHeight_m) return {};
+      if (!found) found.emplace(height_m, height_m);
+      found->first = std::min(found->first, height_m);
+      found->second = std::max(found->second, height_m);
+    }
+  }
+  return found;
+}
+
 }  // namespace
 
 proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request) {
@@ -155,8 +195,13 @@ std::string state_of(const BuildRequest& request) {
 
 proto::Problem without_data(const BuildRequest& request) {
   const bool boxed = request.options.bbox_size() > 0;
-  return {"raster-all-nodata", request.raster_name + " has no data" + (boxed ? " inside the bbox" : "") + ": nowhere do three neighbouring samples have heights within 16384 m of zero",
-          "a raster with some data, z-scale= for heights in another unit than metres, or voids= with a height to put where there are none", boxed ? "bbox" : ""};
+  const std::string where = boxed ? " inside the bbox" : "";
+  if (const auto far = heights_out_of_range(request))
+    return {"raster-heights-out-of-range", request.raster_name + " has no heights within 16384 m of zero" + where + ": they are " + shown(far->first) + " to " +
+                shown(far->second) + " m at the places that were looked at",
+            "heights in metres, z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value that means no data", "z_scale"};
+  return {"raster-all-nodata", request.raster_name + " has no data" + where + ": nowhere do three neighbouring samples have heights within 16384 m of zero",
+          "a raster with some data, z_scale= for heights in another unit than metres, or voids= with a height to put where there are none", boxed ? "bbox" : ""};
 }
 
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {

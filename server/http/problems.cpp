@@ -78,7 +78,7 @@ const std::vector<ProblemKind>& table() {
 constexpr const char* kOfBuilds[] = {
     "mesh-too-large",          "export-too-large",   "device-unavailable", "bbox-outside-raster", "unit-unknown",          "hgt-name",
     "raster-format-unsupported", "raster-truncated", "raster-unreadable",   "raster-too-large",      "raster-bands",
-    "raster-type",             "raster-scale",       "raster-all-nodata",   "raster-not-georeferenced", "raster-without-crs",
+    "raster-type",             "raster-scale",       "raster-all-nodata",   "raster-heights-out-of-range", "raster-not-georeferenced", "raster-without-crs",
     "crs-unknown",             "crs-unsupported",    "crs-conflict",        "crs-mismatch",          "crs-not-transformable",
     "geoid-not-found",         "geoid-invalid",      "geoid-does-not-cover", "archive-rasters",      "archive-too-large",
     "archive-unreadable",
