@@ -45,6 +45,7 @@ class Engine final : public BlockSimplifier {
   explicit Engine(std::unique_ptr<Executor> executor) : executor_(std::move(executor)) {}
 
   proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan, const Watch& watch) override;
+  proto::Result<std::uint64_t> start_vertices(std::span<const Block> blocks, const BlockPlan& plan) override;
   std::string device() const override { return executor_->name(); }
   const BlockTimes& times() const override { return times_; }
 
@@ -70,6 +71,7 @@ class Engine final : public BlockSimplifier {
     std::size_t sample = 0, square[kTiers] = {};
   };
 
+  void begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch);
   void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan);
   void load(std::span<const Block> blocks);
   void load_curves(std::span<const Block> blocks);

@@ -20,21 +20,8 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
   const auto stopped = [&follow] { return follow.stop && *follow.stop; };
   const proto::Problem cancelled{"cancelled", "the call was stopped", "", ""};
   executor_->use(follow.stop);
-  times_ = {};
   StopWatch watch;
-  lay_out_blocks(blocks, plan);
-  load(blocks);
-  load_curves(blocks);
-  find_depths(plan.levels.back().rim_reach);
-  executor_->wait();
-  times_.load_s = watch.lap();
-  bound();
-  executor_->wait();
-  times_.bounds_s = watch.lap();
-  start(plan);
-  executor_->wait();
-  times_.start_s = watch.lap();
-  times_.start_vertices = vertices_;
+  begin(blocks, plan, watch);
   std::vector<std::vector<BlockMesh>> results(blocks.size(), std::vector<BlockMesh>(plan.levels.size()));
   std::vector<BlockMesh> meshes(blocks.size());
   for (std::size_t l = 0; l < plan.levels.size(); ++l) {
@@ -57,6 +44,34 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
     times_.levels.push_back(time);
   }
   return results;
+}
+
+template <class Executor>
+proto::Result<std::uint64_t> Engine<Executor>::start_vertices(std::span<const Block> blocks, const BlockPlan& plan) {
+  if (auto problem = check_call(blocks, plan)) return *problem;
+  executor_->use(nullptr);
+  StopWatch watch;
+  begin(blocks, plan, watch);
+  return times_.start_vertices;
+}
+
+/// All that comes before the first level.
+template <class Executor>
+void Engine<Executor>::begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch) {
+  times_ = {};
+  lay_out_blocks(blocks, plan);
+  load(blocks);
+  load_curves(blocks);
+  find_depths(plan.levels.back().rim_reach);
+  executor_->wait();
+  times_.load_s = watch.lap();
+  bound();
+  executor_->wait();
+  times_.bounds_s = watch.lap();
+  start(plan);
+  executor_->wait();
+  times_.start_s = watch.lap();
+  times_.start_vertices = vertices_;
 }
 
 // ---- samples and what is known of them

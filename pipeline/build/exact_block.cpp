@@ -5,7 +5,9 @@
 #include <map>
 #include <numbers>
 
+#include "gpu/measure/upright.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/tile/tile_error.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 
@@ -196,9 +198,17 @@ double measure_exact(const LevelContext& context, BuiltTile& tile) {
   input.samples = context.samples;
   input.ecef_step_m = context.level->ecef_step();
   input.frames = context.frames;
-  tile.measured = gpu::surface_error(input, INFINITY);
+  const double target_m = context.level->target();
+  tile.measured = gpu::surface_error(input, target_m - gpu::kGrace_m);
   tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
-  return std::max(0.0, tile.max_error_m - context.level->target());
+  const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step()});
+  if (context.promise && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty())) {
+    // Steep walls meet rounded points, and needles the earth's curve: vertices go in there, away from the tile's sides.
+    LevelContext put_back = context;
+    put_back.height_rounds = -1;
+    measure(put_back, tile, target_m);
+  }
+  return std::max(0.0, tile.max_error_m - target_m);
 }
 
 }  // namespace cordillera::pipeline

@@ -33,7 +33,8 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::Tile
 /// without any are left out.
 std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh);
 
-/// States the tile's error, measured against the context's samples. How much of it is above the target; 0: nothing.
+/// States the tile's error, measured against the context's samples. Where a triangle is above the target, or upside down in space, vertices
+/// are put back inside the tile first. How much of the error is above the target all the same; 0: nothing.
 double measure_exact(const LevelContext& context, BuiltTile& tile);
 
 }  // namespace cordillera::pipeline

@@ -41,10 +41,14 @@ class BlockBuild {
         asked_(levels_of_block(plan, node)) {}
 
   proto::Result<FinishedTask> run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share) {
+    std::vector<EncodedLevel> levels;
     for (int run = 1;; ++run) {
-      std::vector<EncodedLevel> levels;
       if (const auto made = one_run(simplifiers, share, levels); !made.ok()) return made.problem();
-      if (plan_.promise() && run < kMostRuns && ask_for_more(levels)) continue;
+      const std::size_t again = plan_.promise() && run < kMostRuns ? ask_for_more(levels) : levels.size();
+      if (again < levels.size()) {
+        levels.resize(again);
+        continue;
+      }
       FinishedTask task;
       task.node = node_;
       for (EncodedLevel& level : levels) std::move(level.tiles.begin(), level.tiles.end(), std::back_inserter(task.tiles));
@@ -53,6 +57,7 @@ class BlockBuild {
   }
 
  private:
+  /// Levels that are there stay: what they are made of is asked for as before, so their meshes would be the same.
   proto::Result<void> one_run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share, std::vector<EncodedLevel>& levels) {
     gpu::exact::Block block;
     block.samples = &samples_;
@@ -65,6 +70,7 @@ class BlockBuild {
     std::vector<std::future<EncodedLevel>> under_way;
     const auto take = [&](std::size_t l, BlockMesh&& mesh) {
       if (l == 0) under_way.clear();  // a lost device's
+      if (l < levels.size()) return;
       const int z = lattice_.finest_level - static_cast<int>(l);
       under_way.push_back(std::async(std::launch::async, [this, z, kept = std::move(mesh)] { return encoded(z, kept); }));
       share(1 - 0.5 / static_cast<double>(std::size_t{1} << std::min<std::size_t>(l, 20)));
@@ -98,19 +104,20 @@ class BlockBuild {
     return level;
   }
 
-  /// Is a level above its target? Then less is asked of it the next time, but on sides that other blocks share.
-  bool ask_for_more(const std::vector<EncodedLevel>& levels) {
-    bool above = false;
+  /// Less is asked of levels above their target the next time, but on sides that other blocks share. The first of them; none: how many there are.
+  std::size_t ask_for_more(const std::vector<EncodedLevel>& levels) {
+    std::size_t first = levels.size();
     for (std::size_t l = 0; l < levels.size(); ++l) {
       if (levels[l].above_m == 0) continue;
       gpu::exact::BlockLevel& level = asked_.levels[l];
       const double floor_m = std::max({0.5 * level.tolerance_m, 4 * level.height_step * proto::kHeightStep_m, l > 0 ? least_above(l) : 0.0});
       const double less_m = std::max(level.tolerance_m * kMoreCareful - kTakenOff * levels[l].above_m, floor_m);
       if (level.side_tolerance_m == 0) level.side_tolerance_m = level.tolerance_m;
-      above = above || less_m < level.tolerance_m;
-      level.tolerance_m = std::min(level.tolerance_m, less_m);
+      if (less_m >= level.tolerance_m) continue;
+      level.tolerance_m = less_m;
+      first = std::min(first, l);
     }
-    return above;
+    return first;
   }
   /// See gpu::exact::BlockLevel.
   double least_above(std::size_t l) const {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gpu/exact/simplify_block.h"
+#include "pipeline/plan/density.h"
 #include "pipeline/plan/relief.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
@@ -58,7 +59,7 @@ int finest_level(const proto::Source& source, const proto::BuildOptions& options
   return proto::kMaxLevel;
 }
 
-bool is_automatic(const proto::BuildOptions& options) { return options.strategy() == kAutoStrategy; }
+bool is_automatic(const proto::BuildOptions& options) { return options.strategy().empty() || options.strategy() == kAutoStrategy; }
 
 proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (options.has_error() && options.keep_size() > 0) {
@@ -116,12 +117,15 @@ int block_level(const proto::Plan& plan) {
   return lattice.finest_level;
 }
 
-/// What strategy=auto has against exact; empty: nothing.
-std::string why_not_exact(const proto::Plan& plan) {
-  if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem().detail;
-  if (columns_of(plan) * rows_of(plan) <= kAutoExactSamples) return "";
-  return "strategy exact may take more memory than a build has by default for " + std::to_string(columns_of(plan)) + " x " +
-         std::to_string(rows_of(plan)) + " samples of the finest level";
+double samples_of(const proto::Plan& plan) { return static_cast<double>(columns_of(plan)) * static_cast<double>(rows_of(plan)); }
+
+/// So few fit on any ground.
+bool fits_anyhow(const proto::Plan& plan) { return samples_of(plan) <= static_cast<double>(kBlockSamples); }
+
+/// Is exact what strategy=auto takes?
+bool suits_exact(const proto::Plan& plan, raster::Source& source, double error_m) {
+  if (!check_exact(plan).ok()) return false;
+  return fits_anyhow(plan) || exact_bytes(samples_of(plan), start_share(plan, source, error_m)) <= static_cast<double>(kAutoBytes);
 }
 
 std::int64_t extent_of(const proto::Plan& plan) { return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
@@ -139,7 +143,7 @@ proto::Lattice lattice_of(const proto::Plan& plan) {
 }
 
 std::string named_strategy(const proto::BuildOptions& options) {
-  return options.strategy().empty() || is_automatic(options) ? gpu::kStrategies.front() : options.strategy();
+  return is_automatic(options) ? gpu::kStrategies.front() : options.strategy();
 }
 
 std::string strategy_of(const proto::Plan& plan) { return plan.exact() ? gpu::kExact : named_strategy(plan.options()); }
@@ -203,8 +207,10 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   if (options.strategy() == gpu::kExact) {
     if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem();
   }
-  plan.set_exact(options.strategy() == gpu::kExact || (is_automatic(options) && why_not_exact(plan).empty()));
-  plan.set_block_level(static_cast<std::uint32_t>(plan.exact() ? range->second : block_level(plan)));
+  plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
+  const double error = options.has_error() ? options.error() : default_error_m(plan, source);
+  plan.set_exact(options.strategy() == gpu::kExact || (is_automatic(options) && suits_exact(plan, source, error)));
+  if (plan.exact()) plan.set_block_level(static_cast<std::uint32_t>(range->second));
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();
@@ -212,7 +218,6 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.mutable_options()->clear_warnings();
   if (options.quality() == "default") plan.mutable_options()->clear_quality();
   if (!raster::meets_pixels(options)) plan.mutable_options()->clear_pixels();
-  const double error = options.has_error() ? options.error() : default_error_m(plan, source);
   for (int z = range->first; z >= range->second; --z) {
     proto::LevelPlan* level = plan.add_levels();
     level->set_level(static_cast<std::uint32_t>(z));
@@ -241,9 +246,14 @@ proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
 }
 
 std::string why_waves(const proto::Plan& plan) {
-  if (plan.exact() || !is_automatic(plan.options())) return "";
-  const std::string why = why_not_exact(plan);
-  return "strategy=auto is waves here: " + (why.empty() ? "strategy exact has no small blocks, for updates=1 or plan --block" : why);
+  if (plan.exact() || plan.options().strategy() != kAutoStrategy) return "";
+  const auto checked = check_exact(plan);
+  std::string why = checked.ok() ? "strategy exact has no small blocks, for updates=1 or plan --block" : checked.problem().detail;
+  if (checked.ok() && !fits_anyhow(plan)) {
+    why = "for " + std::to_string(columns_of(plan)) + " x " + std::to_string(rows_of(plan)) +
+          " samples of the finest level strategy exact may take more memory than a build has by default, and it has no small blocks, for updates=1 or plan --block";
+  }
+  return "strategy=auto is waves here: " + why;
 }
 
 proto::Result<void> check_exact(const proto::Plan& plan) {

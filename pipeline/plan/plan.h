@@ -11,12 +11,13 @@ namespace cordillera::pipeline {
 
 /// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
-/// The same with strategy=exact, where a block is all of a node of the coarsest level: some 30 bytes each, 200 where nearly all of them are vertices.
+/// The same with strategy=exact, where a block is all of a node of the coarsest level (memory: see density.h).
 inline constexpr std::int64_t kExactSamples = std::int64_t{9217} * 9217;
-/// strategy=auto: exact for a raster of up to so many samples that exact can build, waves elsewhere. A function of raster and
-/// options alone: the same tiles on every machine. So many fit into the memory that a posted build has by default, whatever the ground.
+/// strategy=auto, the default: exact for a raster that exact can build in so much memory, waves elsewhere. What it takes is estimated from a few
+/// places, so it is a function of raster and options alone: the same tiles on every machine. A posted build has 4096 MiB by default, and
+/// kBlockSamples fit into that on any ground.
 inline constexpr const char* kAutoStrategy = "auto";
-inline constexpr std::int64_t kAutoExactSamples = kBlockSamples;
+inline constexpr std::int64_t kAutoBytes = std::int64_t{3072} << 20;
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options);

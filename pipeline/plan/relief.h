@@ -4,10 +4,8 @@
 
 namespace cordillera::pipeline {
 
-/// Greatest less least height of the finest samples in up to kReliefPlaces tiles spread evenly, in metres; 0 where they hold no data. Needs
+/// Greatest less least height of the finest samples in up to kMostSamplePlaces tiles spread evenly, in metres; 0 where they hold no data. Needs
 /// levels and window of the plan only. The same places every time; what cannot be read is left out, for the build to tell.
 double relief_m(const proto::Plan& plan, raster::Source& source);
-
-inline constexpr std::size_t kReliefPlaces = 16;
 
 }  // namespace cordillera::pipeline

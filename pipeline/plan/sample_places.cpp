@@ -83,4 +83,18 @@ std::size_t spread_place(std::size_t k, std::size_t count) {
   return std::min(count - 1, static_cast<std::size_t>((at - std::floor(at)) * static_cast<double>(count)));
 }
 
+void each_sample_place(const proto::Plan& plan, raster::Source& source, std::int64_t side, const std::function<void(const proto::Samples&)>& see) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::vector<proto::TileAddress> nodes = filled_nodes(plan, source, lattice.finest_level);
+  const std::size_t places = count_at(nodes, lattice.finest_level);  // more than nodes, where these are coarser
+  for (std::size_t k = 0; k < std::min(kMostSamplePlaces, places); ++k) {
+    const std::size_t place = places <= kMostSamplePlaces ? k : spread_place(k, places);
+    const raster::Source::Window w = node_window(plan, node_at(nodes, place, lattice.finest_level));
+    if (w.west > w.east || w.south > w.north) continue;
+    const auto columns = static_cast<std::int32_t>(std::min(w.east - w.west + 1, side)), rows = static_cast<std::int32_t>(std::min(w.north - w.south + 1, side));
+    const auto samples = source.sample(lattice, w.west, w.south, columns, rows);
+    if (samples.ok()) see(*samples);
+  }
+}
+
 }  // namespace cordillera::pipeline

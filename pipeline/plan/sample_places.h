@@ -1,5 +1,6 @@
 #pragma once
 // A few nodes of a tree that stand for all: where a dry run builds.
+#include <functional>
 #include <vector>
 
 #include "pipeline/plan/plan.h"
@@ -23,5 +24,10 @@ double touched_count(const proto::Plan& plan, int level);
 /// The k-th of count places, for k = 0, 1, 2, …: each new one falls into a large gap between those before (steps of the golden ratio), so
 /// any number of them is spread evenly.
 std::size_t spread_place(std::size_t k, std::size_t count);
+
+/// The finest samples of up to kMostSamplePlaces tiles of the finest level, spread evenly: of each at most `side` columns and rows from its
+/// south-western corner on. Those that cannot be read are left out, for the build to tell.
+void each_sample_place(const proto::Plan& plan, raster::Source& source, std::int64_t side, const std::function<void(const proto::Samples&)>& see);
+inline constexpr std::size_t kMostSamplePlaces = 16;
 
 }  // namespace cordillera::pipeline

@@ -88,6 +88,7 @@ proto::BuildOptions plain_options() {
   options.set_threads(2);
   options.set_device("cpu");
   options.set_voids("hole");  // most of what is tested here is holes
+  options.set_strategy("waves");  // blocks, borders and merges; exact has tests of its own
   return options;
 }
 
