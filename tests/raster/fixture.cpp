@@ -34,7 +34,10 @@ namespace {
 
 void write_pixels(GDALDataset& dataset, const Spec& spec) {
   if (spec.only) {
-    std::vector<double> square(static_cast<std::size_t>(spec.only->size) * spec.only->size, spec.value(0, 0));
+    std::vector<double> square;
+    for (int r = 0; r < spec.only->size; ++r) {
+      for (int c = 0; c < spec.only->size; ++c) square.push_back(spec.value(spec.only->column + c, spec.only->row + r));
+    }
     EXPECT_EQ(CE_None, dataset.GetRasterBand(1)->RasterIO(GF_Write, spec.only->column, spec.only->row, spec.only->size, spec.only->size, square.data(),
                                                           spec.only->size, spec.only->size, GDT_Float64, 0, 0, nullptr));
     return;

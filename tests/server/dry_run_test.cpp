@@ -95,7 +95,7 @@ TEST_F(DryRun, SaysWhatAutoChoosesAndIsNearIt) {
   }
 }
 
-// Of a raster of some 20 million samples it is the ground that decides: where nearly every sample would be a vertex, exact takes too much memory.
+// Of a raster of some 65 million samples it is the ground that decides: where nearly every sample would be a vertex, exact takes too much memory.
 TEST_F(DryRun, SaysWhyAutoIsWavesForMuchRoughGround) {
   Spec spec = raster_test::huge_sparse(512);
   spec.columns = spec.rows = 4000;
