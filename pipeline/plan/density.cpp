@@ -9,10 +9,10 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr std::int64_t kSide = 161;  // samples of a place, each way
+constexpr std::int64_t kPlaceSide = 161;  // samples of a place, each way
 
 /// What of the place the engine starts from as it does from the whole: from line to line of its largest squares.
-gpu::exact::Block aligned(const proto::Samples& place) {
+gpu::exact::Block aligned_block(const proto::Samples& place) {
   constexpr std::int64_t kSquare = 32;
   gpu::exact::Block block;
   block.samples = &place;
@@ -33,8 +33,8 @@ double start_share(const proto::Plan& plan, raster::Source& source, double error
   levels.levels.resize(1);
   levels.levels.front().tolerance_m = error_m;
   double samples = 0, vertices = 0;
-  each_sample_place(plan, source, kSide, [&](const proto::Samples& place) {
-    const gpu::exact::Block block = aligned(place);
+  each_sample_place(plan, source, kPlaceSide, [&](const proto::Samples& place) {
+    const gpu::exact::Block block = aligned_block(place);
     if (block.columns < 2 || block.rows < 2) return;
     const auto started = (*simplifier)->start_vertices({&block, 1}, levels);
     if (!started.ok()) return;
