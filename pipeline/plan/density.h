@@ -10,7 +10,7 @@ double start_share(const proto::Plan& plan, raster::Source& source, double error
 
 /// What a build of one piece takes at its peak beside the program, about. share: of start_share.
 inline double exact_bytes(double samples, double share) {
-  constexpr double kSample = 24, kVertex = 210;  // measured from 0.25 to 0.8: within a tenth
+  constexpr double kSample = 24, kVertex = 210;  // measured of the engine: 57 a sample at 0.30, 190 at 0.82; tiles come on top
   return samples * (kSample + kVertex * share);
 }
 
