@@ -1,6 +1,7 @@
 #pragma once
 // The team of a device: a block of threads. Eight lanes measure a triangle; what squares do not decide goes to a queue that all
 // share, so that a large triangle does not keep a few threads busy while the others wait. See window_pass.h.
+#include "gpu/exact/coded.h"
 #include "gpu/exact/collapse.h"
 #include "gpu/exact/heights.h"
 
@@ -146,7 +147,7 @@ class BlockTeam {
       if (group.from_leader(k >= work.count(i) || (group.lane == 0 && work.has_failed(i)))) continue;
       const Triangle t = work.triangle(i, k);
       bool fits = can_fit(t);
-      if (fits && is_small(t)) fits = small_fits(group, t, field);
+      if (fits && field.height && is_small(t)) fits = small_fits(group, t, field);
       else if (fits) look_at_squares(w, group, t, field, i, k);
       if (group.any(!fits) && group.lane == 0) work.fail(i);
     }
@@ -202,7 +203,10 @@ class BlockTeam {
     if (group.from_leader(group.lane == 0 && work.has_failed(square.i))) return;
     const Triangle t = work.triangle(square.i, square.k);
     bool fits = true;
-    if (square.tier == 0) {
+    if (square.tier == 0 && !field.height) {
+      const int y = 8 * square.y + static_cast<int>(group.lane);
+      fits = y < t.south || y > t.north || coded_row_fits(less_code_error(t, field, square.x, square.y), field, square.x, y);
+    } else if (square.tier == 0) {
       fits = row_fits(t, field, 8 * square.x, 8 * square.y + static_cast<int>(group.lane));
     } else {
       const SquareRange parts = parts_under(t, square.tier, square.x, square.y);

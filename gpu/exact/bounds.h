@@ -83,7 +83,7 @@ struct BoundSquares {
       for (int x = 0; x < columns; ++x) {
         const std::size_t at = static_cast<std::size_t>((south + y) * below + west + x);
         const BoundingPlane& part = field.plane[tier - 1][at];
-        if (field.depth) all = deeper(all, field.tier_depth[tier - 1][at]);
+        if (field.has_voids()) all = deeper(all, field.tier_depth[tier - 1][at]);
         whole = whole && part.off >= 0;
         sum_x += (x - 1.5) * part.middle;
         sum_y += (y - 1.5) * part.middle;

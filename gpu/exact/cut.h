@@ -7,7 +7,7 @@
 
 namespace cordillera::gpu::exact {
 
-inline constexpr int kBinShift = 4;                   ///< a bin has 16 x 16 samples, which fit the smallest window
+inline constexpr int kBinShift = 4;  ///< a bin has 16 x 16 samples, which fit the smallest window, or more where it is known that its vertices do
 inline constexpr std::uint32_t kWindowsWanted = 132;  ///< of a block: windows are smaller where that gives more of them
 
 CORDILLERA_HD inline std::uint32_t spread_bits(std::uint32_t v) {
@@ -29,6 +29,7 @@ struct CutView {
   const std::uint32_t* first_vertex = nullptr;  ///< indexed by block; one more at the end
   std::uint32_t blocks = 0;
   int bits = 0;                     ///< of a block's bins, a way
+  int bin_shift = kBinShift;
   std::uint32_t shift = 0;          ///< of the squares, in bins: seams of one pass lie inside windows of the next
   std::uint32_t* bin = nullptr;     ///< indexed by vertex
   std::uint32_t* count = nullptr;   ///< indexed by bin, one more at the end; later 1 where a window starts
@@ -58,8 +59,8 @@ struct SortIntoBins {
   CORDILLERA_HD void operator()(std::size_t i) const {
     const auto v = static_cast<std::uint32_t>(i);
     const std::uint32_t position = cut.mesh.position[v];
-    const std::uint32_t x = (static_cast<std::uint32_t>(position_x(position)) >> kBinShift) + cut.shift;
-    const std::uint32_t y = (static_cast<std::uint32_t>(position_y(position)) >> kBinShift) + cut.shift;
+    const std::uint32_t x = (static_cast<std::uint32_t>(position_x(position)) >> cut.bin_shift) + cut.shift;
+    const std::uint32_t y = (static_cast<std::uint32_t>(position_y(position)) >> cut.bin_shift) + cut.shift;
     cut.bin[v] = cut.block_of(v) << 2 * cut.bits | spread_bits(y) << 1 | spread_bits(x);
     add_one(cut.count + cut.bin[v]);
   }

@@ -15,6 +15,7 @@
 #include "gpu/exact/eight_columns.h"
 #include "gpu/exact/levels.h"
 #include "gpu/exact/engine_makers.h"
+#include "gpu/exact/ground.h"
 #include "gpu/exact/hem.h"
 
 namespace cordillera::gpu::exact {
@@ -45,7 +46,8 @@ class Engine final : public BlockSimplifier {
   explicit Engine(std::unique_ptr<Executor> executor) : executor_(std::move(executor)) {}
 
   proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan, const Watch& watch) override;
-  proto::Result<std::uint64_t> start_vertices(std::span<const Block> blocks, const BlockPlan& plan) override;
+  proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan,
+                                                       const Watch& watch) override;
   std::string device() const override { return executor_->name(); }
   const BlockTimes& times() const override { return times_; }
 
@@ -72,11 +74,16 @@ class Engine final : public BlockSimplifier {
   };
 
   void begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch);
-  void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan);
+  enum class Holds { samples, squares };
+  void lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan, Holds holds);
+  void load_ground(const Ground& ground);
+  void load_start(const RingMesh& start);
+  proto::Result<std::vector<std::vector<BlockMesh>>> run_levels(const BlockPlan& plan, const Watch& follow, StopWatch& watch);
+  void hand_out_squares(const Watch& follow);
   void load(std::span<const Block> blocks);
   void load_curves(std::span<const Block> blocks);
   void find_depths(int rim_reach);
-  void bound();
+  void bound(int first_tier);
   void start(const BlockPlan& plan);
   void reserve_vertices();
   void keep_network(Network net);
@@ -94,6 +101,7 @@ class Engine final : public BlockSimplifier {
   CutView finder() const;
   std::size_t list_triangles(const OwnTriangles& own);
   std::vector<ErrorSums> measure(const OwnTriangles& own, std::size_t triangles, double tolerance);
+  void bound_triangles(const OwnTriangles& own, std::size_t triangles, float tolerance);
   void download(std::size_t triangles, std::span<const ErrorSums> errors, double tolerance, std::vector<BlockMesh>& meshes);
 
   std::unique_ptr<Executor> executor_;
@@ -107,7 +115,8 @@ class Engine final : public BlockSimplifier {
   std::vector<std::uint32_t> first_vertex_, own_first_vertex_;  ///< of the blocks, one more at the end
   std::size_t samples_ = 0, vertices_ = 0;
   std::int64_t lattice_period_ = 1;
-  int bin_bits_ = 1;
+  int bin_bits_ = 1, bin_shift_ = kBinShift;
+  std::vector<float> bound_;  ///< of the level's triangles, above blocks
 
   Array<std::int32_t> rows_;
   Array<float> heights_;
@@ -125,6 +134,8 @@ class Engine final : public BlockSimplifier {
   Array<std::uint16_t> local_;
   Array<std::uint32_t> corners_;
   Array<ErrorSums> errors_;
+  Array<float> bounds_;
+  Array<std::uint8_t> codes_;
 };
 
 }  // namespace cordillera::gpu::exact

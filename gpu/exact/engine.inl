@@ -17,13 +17,46 @@ template <class Executor>
 proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(std::span<const Block> blocks, const BlockPlan& plan,
                                                                               const Watch& follow) {
   if (auto problem = check_call(blocks, plan)) return *problem;
-  const auto stopped = [&follow] { return follow.stop && *follow.stop; };
-  const proto::Problem cancelled{"cancelled", "the call was stopped", "", ""};
   executor_->use(follow.stop);
   StopWatch watch;
   begin(blocks, plan, watch);
-  std::vector<std::vector<BlockMesh>> results(blocks.size(), std::vector<BlockMesh>(plan.levels.size()));
-  std::vector<BlockMesh> meshes(blocks.size());
+  hand_out_squares(follow);
+  return run_levels(plan, follow, watch);
+}
+
+template <class Executor>
+proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan,
+                                                                       const Watch& follow) {
+  if (auto problem = check_call(ground, plan)) return *problem;
+  const auto rings = ring_mesh(start, ground.columns, ground.rows);
+  if (!rings.ok()) return rings.problem();
+  executor_->use(follow.stop);
+  StopWatch watch;
+  times_ = {};
+  join_depths(ground, plan.levels.back().rim_reach);
+  Block block;
+  block.west = ground.west, block.south = ground.south;
+  block.columns = ground.columns, block.rows = ground.rows;
+  block.curve = ground.curve, block.curve_up = ground.curve_up;
+  bin_shift_ = bin_shift_for(rings->position);
+  lay_out_blocks({&block, 1}, plan, Holds::squares);
+  load_ground(ground);
+  load_curves({&block, 1});
+  bound(1);
+  load_start(*rings);
+  auto levels = run_levels(plan, follow, watch);
+  if (!levels.ok()) return levels.problem();
+  return std::move(levels->front());
+}
+
+template <class Executor>
+proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(const BlockPlan& plan, const Watch& follow, StopWatch& watch) {
+  const auto stopped = [&follow] { return follow.stop && *follow.stop; };
+  const proto::Problem cancelled{"cancelled", "the call was stopped", "", ""};
+  const std::size_t blocks = blocks_.size();
+  const bool has_samples = blocks_[0].field.height != nullptr;
+  std::vector<std::vector<BlockMesh>> results(blocks, std::vector<BlockMesh>(plan.levels.size()));
+  std::vector<BlockMesh> meshes(blocks);
   for (std::size_t l = 0; l < plan.levels.size(); ++l) {
     LevelTime time;
     if (stopped()) return cancelled;
@@ -34,11 +67,12 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
     time.simplify_s = watch.lap();
     const OwnTriangles own{mesh_.view(), block_array_.data(), finder()};
     const std::size_t triangles = list_triangles(own);
-    const std::vector<ErrorSums> errors = plan.measured ? measure(own, triangles, tolerance) : std::vector<ErrorSums>(blocks.size());
+    const std::vector<ErrorSums> errors = plan.measured && has_samples ? measure(own, triangles, tolerance) : std::vector<ErrorSums>(blocks);
+    if (!has_samples) bound_triangles(own, triangles, static_cast<float>(tolerance));
     time.measure_s = watch.lap();
     download(triangles, errors, tolerance, meshes);
     if (follow.level) follow.level(l, meshes);
-    for (std::size_t b = 0; b < blocks.size(); ++b) results[b][l] = std::move(meshes[b]);
+    for (std::size_t b = 0; b < blocks; ++b) results[b][l] = std::move(meshes[b]);
     if (has_shared_sides_) end_strips();
     time.download_s = watch.lap();
     times_.levels.push_back(time);
@@ -46,26 +80,18 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
   return results;
 }
 
-template <class Executor>
-proto::Result<std::uint64_t> Engine<Executor>::start_vertices(std::span<const Block> blocks, const BlockPlan& plan) {
-  if (auto problem = check_call(blocks, plan)) return *problem;
-  executor_->use(nullptr);
-  StopWatch watch;
-  begin(blocks, plan, watch);
-  return times_.start_vertices;
-}
-
 /// All that comes before the first level.
 template <class Executor>
 void Engine<Executor>::begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch) {
   times_ = {};
-  lay_out_blocks(blocks, plan);
+  bin_shift_ = kBinShift;
+  lay_out_blocks(blocks, plan, Holds::samples);
   load(blocks);
   load_curves(blocks);
-  find_depths(plan.levels.back().rim_reach);
+  find_depths(std::max(plan.levels.back().rim_reach, plan.known_reach));
   executor_->wait();
   times_.load_s = watch.lap();
-  bound();
+  bound(0);
   executor_->wait();
   times_.bounds_s = watch.lap();
   start(plan);
@@ -77,7 +103,7 @@ void Engine<Executor>::begin(std::span<const Block> blocks, const BlockPlan& pla
 // ---- samples and what is known of them
 
 template <class Executor>
-void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan) {
+void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const BlockPlan& plan, Holds holds) {
   blocks_.assign(blocks.size(), {});
   places_.assign(blocks.size(), {});
   largest_square_.assign(blocks.size(), 1);
@@ -100,7 +126,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     view.lattice_x = modulo(blocks[b].west);
     view.lattice_y = modulo(blocks[b].south);
     places_[b].sample = samples_;
-    samples_ += static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows);
+    if (holds == Holds::samples) samples_ += static_cast<std::size_t>(field.stride) * static_cast<std::size_t>(field.rows);
     for (int tier = 0; tier < kTiers; ++tier) {
       field.tier_stride[tier] = ((field.columns - 1) >> tier_shift(tier)) + 1;
       places_[b].square[tier] = squares;
@@ -110,7 +136,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
     const std::int32_t sides =
         (field.columns - 1) | (field.rows - 1) | view.lattice_x | view.lattice_y | plan.tile_side | kLargestSquare;
     largest_square_[b] = sides & -sides;
-    most_bins = std::max({most_bins, field.columns >> kBinShift, field.rows >> kBinShift});
+    most_bins = std::max({most_bins, field.columns >> bin_shift_, field.rows >> bin_shift_});
   }
   for (bin_bits_ = 1; most_bins + 1 + (1 << bin_bits_) / 3 > 1 << bin_bits_;) ++bin_bits_;
   heights_.reserve(samples_ + kReadBeyond);
@@ -118,7 +144,7 @@ void Engine<Executor>::lay_out_blocks(std::span<const Block> blocks, const Block
   planes_.reserve(squares);
   tier_depths_.reserve(squares);
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    blocks_[b].field.height = heights_.data() + places_[b].sample;
+    if (holds == Holds::samples) blocks_[b].field.height = heights_.data() + places_[b].sample;
     for (int tier = 0; tier < kTiers; ++tier) blocks_[b].field.plane[tier] = planes_.data() + places_[b].square[tier];
   }
 }
@@ -151,6 +177,41 @@ void Engine<Executor>::load(std::span<const Block> blocks) {
     own.east -= inset(kEast);
     own.north -= inset(kNorth);
     own.west += inset(kWest);
+  }
+}
+
+template <class Executor>
+void Engine<Executor>::load_ground(const Ground& ground) {
+  Field& field = blocks_[0].field;
+  const Squares& squares = ground.squares;
+  executor_->copy_in(planes_.data() + places_[0].square[0], squares.plane.data(), squares.plane.size());
+  codes_.reserve(squares.code.size());
+  executor_->copy_in(codes_.data(), squares.code.data(), squares.code.size());
+  field.code = codes_.data();
+  if (!squares.depth.empty()) {
+    for (int tier = 0; tier < kTiers; ++tier) field.tier_depth[tier] = tier_depths_.data() + places_[0].square[tier];
+    executor_->copy_in(tier_depths_.data() + places_[0].square[0], squares.depth.data(), squares.depth.size());
+  }
+  executor_->wait();  // what was copied is the caller's
+  sides_.assign(1, {});
+  has_shared_sides_ = false;
+  whole_blocks_ = blocks_;
+}
+
+/// Squares of 8 of all blocks, for whoever builds above them.
+template <class Executor>
+void Engine<Executor>::hand_out_squares(const Watch& follow) {
+  if (!follow.squares) return;
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    const Field& field = blocks_[b].field;
+    const std::size_t squares = static_cast<std::size_t>(field.tier_stride[0]) * static_cast<std::size_t>(field.squares_down(0)), first = places_[b].square[0];
+    codes_.reserve(64 * squares);
+    executor_->each(squares, CodeSamples{field, codes_.data()});
+    Squares known{std::vector<BoundingPlane>(squares), std::vector<std::uint8_t>(64 * squares), std::vector<Depth>(field.has_voids() ? squares : 0)};
+    executor_->copy_out(known.plane.data(), planes_.data() + first, squares);
+    executor_->copy_out(known.code.data(), codes_.data(), known.code.size());
+    if (field.has_voids()) executor_->copy_out(known.depth.data(), tier_depths_.data() + first, squares);
+    follow.squares(b, std::move(known));
   }
 }
 
@@ -189,12 +250,12 @@ void Engine<Executor>::find_depths(int rim_reach) {
 }
 
 template <class Executor>
-void Engine<Executor>::bound() {
+void Engine<Executor>::bound(int first_tier) {
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const Field& field = blocks_[b].field;
-    for (int tier = 0; tier < kTiers; ++tier) {
+    for (int tier = first_tier; tier < kTiers; ++tier) {
       BoundingPlane* const plane = planes_.data() + places_[b].square[tier];
-      Depth* const depth = field.depth ? tier_depths_.data() + places_[b].square[tier] : nullptr;
+      Depth* const depth = field.has_voids() ? tier_depths_.data() + places_[b].square[tier] : nullptr;
       const std::size_t squares =
           static_cast<std::size_t>(field.tier_stride[tier]) * static_cast<std::size_t>(field.squares_down(tier));
       if (tier == 0) executor_->each(squares, BoundSamples{field, plane, depth});
@@ -270,6 +331,23 @@ void Engine<Executor>::take_network(std::span<const Network> nets) {
   reserve_vertices();
 }
 
+/// The blocks' meshes as one, in place of a start of its own.
+template <class Executor>
+void Engine<Executor>::load_start(const RingMesh& start) {
+  vertices_ = start.position.size();
+  first_vertex_ = {0, static_cast<std::uint32_t>(vertices_)};
+  reserve_vertices();
+  executor_->copy_in(mesh_.position.data(), start.position.data(), vertices_);
+  executor_->copy_in(mesh_.height.data(), start.height.data(), vertices_);
+  executor_->copy_in(mesh_.valence.data(), start.valence.data(), vertices_);
+  executor_->copy_in(mesh_.mark.data(), start.mark.data(), vertices_);
+  executor_->copy_in(mesh_.ring.data(), start.ring.data(), start.ring.size());
+  first_array_.reserve(first_vertex_.size());
+  executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
+  times_.start_vertices = vertices_;
+  executor_->wait();  // what was copied is the caller's
+}
+
 template <class Executor>
 void Engine<Executor>::reserve_vertices() {
   mesh_.reserve(vertices_);
@@ -325,6 +403,7 @@ CutView Engine<Executor>::finder() const {
   cut.first_vertex = first_array_.data();
   cut.blocks = static_cast<std::uint32_t>(blocks_.size());
   cut.bits = bin_bits_;
+  cut.bin_shift = bin_shift_;
   return cut;
 }
 
@@ -398,6 +477,14 @@ std::vector<ErrorSums> Engine<Executor>::measure(const OwnTriangles& own, std::s
 }
 
 template <class Executor>
+void Engine<Executor>::bound_triangles(const OwnTriangles& own, std::size_t triangles, float tolerance) {
+  bounds_.reserve(triangles);
+  executor_->each(triangles, BoundTriangle{own, corners_.data(), tolerance, bounds_.data()});
+  bound_.resize(triangles);
+  executor_->copy_out(bound_.data(), bounds_.data(), triangles);
+}
+
+template <class Executor>
 void Engine<Executor>::download(std::size_t triangles, std::span<const ErrorSums> errors, double tolerance,
                                 std::vector<BlockMesh>& meshes) {
   std::vector<std::uint32_t> position(vertices_), corners(3 * triangles);
@@ -421,6 +508,7 @@ void Engine<Executor>::download(std::size_t triangles, std::span<const ErrorSums
     }
     for (; t < triangles && corners[3 * t] < end; ++t)
       mesh.triangles.push_back({corners[3 * t] - first, corners[3 * t + 1] - first, corners[3 * t + 2] - first});
+    if (!blocks_[b].field.height) mesh.bound = std::move(bound_);
     mesh.max_error_m = std::bit_cast<double>(errors[b].max_bits) * proto::kHeightStep_m;
     mesh.measured = errors[b].samples;
     if (mesh.measured) {

@@ -8,6 +8,7 @@ namespace cordillera::gpu::exact {
 
 /// What is wrong with a call, if anything is.
 std::optional<proto::Problem> check_call(std::span<const Block> blocks, const BlockPlan& plan);
+std::optional<proto::Problem> check_call(const Ground& ground, const BlockPlan& plan);
 
 std::unique_ptr<BlockSimplifier> make_host_engine(ParallelFor parallel);
 /// Fails with a reason when the device cannot be used.

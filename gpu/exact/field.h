@@ -15,6 +15,8 @@ CORDILLERA_HD constexpr int tier_shift(int tier) { return 3 + 2 * tier; }
 /// square. A square without valid samples has off = kNothing, which fits any plane.
 struct BoundingPlane {
   float middle, dx, dy, off;
+  /// Of a square of 8: over its sample (x, y).
+  CORDILLERA_HD float at(int x, int y) const { return middle + (dx * (static_cast<float>(x) - 3.5f) + dy * (static_cast<float>(y) - 3.5f)); }
 };
 inline constexpr float kNothing = -1e30f;
 
@@ -48,10 +50,12 @@ struct Curve {
   CORDILLERA_HD CurveRow at(int y) const { return row ? row[y] : CurveRow{}; }
 };
 
-/// Rows are padded to whole squares of 8, and so are columns; pads lie outside of every triangle.
+/// Rows are padded to whole squares of 8, and so are columns; pads lie outside of every triangle. Above the blocks samples are coded, see
+/// coded.h.
 struct Field {
-  const float* height = nullptr;            ///< indexed by y * stride + x; void: 0
-  const Depth* depth = nullptr;             ///< indexed likewise; null where the block has no voids
+  const float* height = nullptr;            ///< indexed by y * stride + x; void: 0; null: samples are coded
+  const std::uint8_t* code = nullptr;       ///< 64 a square of 8
+  const Depth* depth = nullptr;             ///< indexed as height; null where the block has no voids, or coded samples
   const BoundingPlane* plane[kTiers] = {};  ///< indexed by square, y * tier_stride + x
   const Depth* tier_depth[kTiers] = {};     ///< indexed likewise; null where the block has no voids
   std::int32_t columns = 0, rows = 0, stride = 0;
@@ -61,7 +65,18 @@ struct Field {
   CORDILLERA_HD std::uint32_t index(int x, int y) const {
     return static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(stride) + static_cast<std::uint32_t>(x);
   }
+  CORDILLERA_HD bool has_voids() const { return tier_depth[0] != nullptr; }
   CORDILLERA_HD bool is_void_at(int x, int y) const { return depth && is_void(depth[index(x, y)]); }
+  /// The sample, also where it is coded.
+  CORDILLERA_HD float height_at(int x, int y) const {
+    if (height) return height[index(x, y)];
+    const std::uint32_t square = square_of(x, y);
+    const BoundingPlane& p = plane[0][square];
+    return p.at(x & 7, y & 7) + p.off * ((static_cast<float>(code[64 * std::size_t{square} + code_place(x, y)]) - 128) / 127);
+  }
+  CORDILLERA_HD bool is_void_there(int x, int y) const { return height ? is_void_at(x, y) : code[64 * std::size_t{square_of(x, y)} + code_place(x, y)] == 0; }
+  CORDILLERA_HD std::uint32_t square_of(int x, int y) const { return static_cast<std::uint32_t>((y >> 3) * tier_stride[0] + (x >> 3)); }
+  CORDILLERA_HD static std::uint32_t code_place(int x, int y) { return static_cast<std::uint32_t>((y & 7) * 8 + (x & 7)); }
   CORDILLERA_HD int squares_down(int tier) const { return ((rows - 1) >> tier_shift(tier)) + 1; }
 };
 

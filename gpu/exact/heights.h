@@ -40,9 +40,8 @@ struct PullBox {
   }
   CORDILLERA_HD void add(const Field& field, int column, int row, Pull& pull) const {
     const int x = (west + column) * stride, y = (south + row) * stride;
-    const std::uint32_t at = field.index(x, y);
-    const float sample = field.height[at];  // read in any case, so that several are on their way at once
-    if (!t.covers(x, y) || (field.depth && is_void(field.depth[at]))) return;
+    const float sample = field.height_at(x, y);  // read in any case, so that several are on their way at once
+    if (!t.covers(x, y) || field.is_void_there(x, y)) return;
     const float off = -t.height_above(static_cast<float>(x), static_cast<float>(y), sample);
     const auto near =
         static_cast<std::int32_t>(static_cast<float>(t.edge(1, x, y)) * per_area + 0.5f);  // edge 1 faces the first corner

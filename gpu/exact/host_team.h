@@ -1,5 +1,6 @@
 #pragma once
 // The team of a host: one thread, plain loops; samples eight at a time. See window_pass.h.
+#include "gpu/exact/coded.h"
 #include "gpu/exact/collapse.h"
 #include "gpu/exact/eight_columns.h"
 #include "gpu/exact/heights.h"
@@ -11,7 +12,7 @@ inline constexpr int kRowsSoonSeen = 16;  ///< of eight samples
 
 /// Voids are few: squares of 8 that have none are looked at as if there were none at all.
 inline bool has_void(const Field& field, const SquareRange& range) {
-  if (!field.depth) return false;
+  if (!field.has_voids()) return false;
   for (int y = range.south; y <= range.north; ++y) {
     for (int x = range.west; x <= range.east; ++x) {
       if (has_deep_void(field.tier_depth[0][y * field.tier_stride[0] + x], -1)) return true;
@@ -25,6 +26,7 @@ inline bool is_soon_seen(const Triangle& t) { return ((t.east - t.west) / 8 + 1)
 
 struct EightAtOnce {
   bool operator()(const Triangle& t, const Field& field, int sx, int sy) const {
+    if (!field.height) return coded_samples_fit(t, field, sx, sy);
     if (!t.published || has_void(field, {sx, sx, sy, sy})) return samples_fit(t, field, sx, sy);
     return eight_columns_fit(t, field, 8 * sx, greatest(8 * sy, t.south), least(8 * sy + 7, t.north));
   }
@@ -33,7 +35,7 @@ struct EightAtOnce {
 /// All samples under a triangle.
 inline bool fits(const Triangle& t, const Field& field) {
   if (!can_fit(t)) return false;
-  if (t.published && is_soon_seen(t) && !has_void(field, squares_under(t, 0))) {
+  if (field.height && t.published && is_soon_seen(t) && !has_void(field, squares_under(t, 0))) {
     for (int west = t.west; west <= t.east; west += 8) {
       if (!eight_columns_fit(t, field, west, t.south, t.north)) return false;
     }

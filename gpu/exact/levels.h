@@ -1,6 +1,7 @@
 #pragma once
 // What happens to all vertices between passes and levels: from samples to a mesh, packed, made ready for a level, and out as
 // triangles with their true error.
+#include "gpu/exact/coded.h"
 #include "gpu/exact/cut.h"
 #include "gpu/exact/start.h"
 
@@ -106,6 +107,25 @@ struct TakeTriangles {
       at[0] = v, at[1] = a, at[2] = b;
       at += 3;
     });
+  }
+};
+
+/// What is known of the samples under each triangle.
+struct BoundTriangle {
+  OwnTriangles own;
+  const std::uint32_t* corners;
+  float tolerance;  ///< of the level: no more is said
+  float* bound;
+
+  CORDILLERA_HD void operator()(std::size_t t) const {
+    const MeshView& mesh = own.mesh;
+    Corner c[3];
+    for (int k = 0; k < 3; ++k) {
+      const std::uint32_t v = corners[3 * t + static_cast<std::size_t>(k)], position = mesh.position[v];
+      c[k] = {position_x(position), position_y(position), mesh.height[v], (mesh.mark[v] & kVoidVertex) != 0};
+    }
+    const Field& field = own.blocks[own.finder.block_of(corners[3 * t])].field;
+    bound[t] = bound_under(make_triangle(c[0], c[1], c[2], {tolerance, 0, field.curve}), field, tolerance);
   }
 };
 

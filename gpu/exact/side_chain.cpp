@@ -15,6 +15,8 @@ constexpr double kChordShare = 0.9;
 /// Samples; at a block's corner, where the rows within are shorter, fewer. Rows 1 to 3 have a vertex for eight of the next one: 8
 /// * 8 * 8 * 4.
 constexpr int kLongestChord = 2048, kLongestAtEnds = 512;
+/// Of a tile's side where all rows are void: what neighbours that are not there are taken to have.
+constexpr int kVoidChords = 32;
 
 std::int32_t rounded(double height, std::int32_t step) { return static_cast<std::int32_t>(std::rint(height / step)) * step; }
 
@@ -75,7 +77,10 @@ class Coarsening {
   int& after(int i) { return after_[static_cast<std::size_t>(i)]; }
   std::int32_t& height(int r, int i) { return height_[static_cast<std::size_t>(r)][static_cast<std::size_t>(i)]; }
   double tolerance(int r) const { return tolerance_[static_cast<std::size_t>(r)]; }
-  bool stays(int i) const { return i == 0 || i == count() - 1 || ((samples_.lattice + at(i)) & (rules_.tile_side - 1)) == 0; }
+  bool stays(int i) const {
+    if (i == 0 || i == count() - 1 || ((samples_.lattice + at(i)) & (rules_.tile_side - 1)) == 0) return true;
+    return ((samples_.lattice + at(i)) & (std::max(rules_.tile_side / kVoidChords, 1) - 1)) == 0 && voids(at(i), at(i)) == Voids::all;
+  }
 
   /// What a chord from a to b is lower at s than a line of the lattice, as a height.
   double sag(int a, int s, int b) const { return -samples_.bend * (static_cast<double>(s - a) * (b - s)); }

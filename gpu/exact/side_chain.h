@@ -29,7 +29,7 @@ struct SideSamples {
 };
 
 /// Vertices at the same places of all rows, the side's ends among them. Chords have valid samples alone, or void ones alone, on
-/// all rows.
+/// all rows; a void one is no longer than a 32nd of a tile's side, from a multiple of that.
 struct SideChain {
   std::vector<int> place;                                            ///< ascending
   std::array<std::vector<std::int32_t>, SideSamples::kRows> height;  ///< indexed by row, then like place; void: 0

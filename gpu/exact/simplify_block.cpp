@@ -83,16 +83,25 @@ std::optional<proto::Problem> check_sides(const Block& block, const BlockPlan& p
 
 }  // namespace
 
-std::optional<proto::Problem> check_call(std::span<const Block> blocks, const BlockPlan& plan) {
-  if (blocks.empty()) return invalid("there is no block", "one block or more", "blocks");
+namespace {
+
+std::optional<proto::Problem> check_plan(const BlockPlan& plan) {
   if (plan.levels.empty() || plan.levels.size() > 22)
     return invalid(std::to_string(plan.levels.size()) + " levels", "1 to 22", "levels");
-  if (!is_power_of_two(plan.tile_side) || plan.tile_side > 32768)
-    return invalid("a tile side of " + std::to_string(plan.tile_side) + " samples", "a power of two up to 32768", "tile_side");
-  std::size_t samples = 0;
+  if (!is_power_of_two(plan.tile_side) || std::int64_t{plan.tile_side} << (plan.levels.size() - 1) > std::int64_t{1} << 30)
+    return invalid("a tile side of " + std::to_string(plan.tile_side) + " samples, doubled a level", "powers of two up to 2^30", "tile_side");
   for (std::size_t l = 0; l < plan.levels.size(); ++l) {
     if (auto problem = check_level(plan, l)) return problem;
   }
+  return {};
+}
+
+}  // namespace
+
+std::optional<proto::Problem> check_call(std::span<const Block> blocks, const BlockPlan& plan) {
+  if (blocks.empty()) return invalid("there is no block", "one block or more", "blocks");
+  if (auto problem = check_plan(plan)) return problem;
+  std::size_t samples = 0;
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     if (auto problem = check_block(blocks[b], b)) return problem;
     if (auto problem = check_sides(blocks[b], plan, b)) return problem;
@@ -100,6 +109,19 @@ std::optional<proto::Problem> check_call(std::span<const Block> blocks, const Bl
   }
   if (samples >= std::size_t{1} << 32)
     return invalid(std::to_string(samples) + " samples in one call", "fewer than 2^32", "blocks");
+  return {};
+}
+
+std::optional<proto::Problem> check_call(const Ground& ground, const BlockPlan& plan) {
+  if (auto problem = check_plan(plan)) return problem;
+  if (ground.columns < 2 || ground.rows < 2 || ground.columns > kMostSamples || ground.rows > kMostSamples)
+    return invalid("a ground of " + std::to_string(ground.columns) + " x " + std::to_string(ground.rows) + " samples", "2 to 16385 each way", "ground");
+  const std::size_t squares = ground.across() * ground.up();
+  const Squares& known = ground.squares;
+  if (known.plane.size() != squares || known.code.size() != 64 * squares || !(known.depth.empty() || known.depth.size() == squares))
+    return invalid("a ground with another number of squares than it has place for", std::to_string(squares), "ground");
+  if (!ground.curve.empty() && ground.curve.size() != static_cast<std::size_t>(ground.rows))
+    return invalid("a ground with another curve than rows", "a number a row", "ground.curve");
   return {};
 }
 

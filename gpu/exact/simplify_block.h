@@ -66,6 +66,7 @@ struct BlockPlan {
   std::int32_t tile_side = 256;    ///< samples from side to side of a tile of level 0, a power of two; doubled a level
   std::vector<BlockLevel> levels;  ///< 1 .. 22
   Quality quality = Quality::standard;
+  int known_reach = -1;  ///< of rims, for the squares that are handed out: up to 2^known_reach samples, or what the last level asks
   bool measured = true;  ///< false: errors of meshes are left out, for whoever measures them otherwise
 };
 
@@ -78,6 +79,7 @@ struct BlockMesh {
   std::vector<std::int32_t> height;   ///< indexed by vertex, kHeightStep_m, a multiple of the level's height_step; void: 0
   std::vector<std::uint8_t> is_void;  ///< indexed by vertex, 0 or 1
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< in the order of their least vertex
+  std::vector<float> bound;  ///< above blocks, indexed by triangle: no valid sample under it, if it is published, is farther, 2^-10 m
   double max_error_m = 0;                               ///< of the valid samples under published triangles, in doubles; see BlockPlan::measured
   double rmse_m = 0;                                    ///< of the same, but for some on the rims of voids
   std::uint64_t measured = 0;                           ///< how many those are
@@ -85,11 +87,31 @@ struct BlockMesh {
   std::size_t vertices() const { return x.size(); }
 };
 
+/// Of every square of 8 samples, row-major from the south-western one: a plane, how far its samples are from it, and from a rim.
+struct Squares {
+  std::vector<BoundingPlane> plane;
+  std::vector<std::uint8_t> code;  ///< 64 each, see coded.h
+  std::vector<Depth> depth;        ///< empty: there are no voids
+};
+/// A rectangle of the lattice above blocks, in place of its samples. Squares of the last columns and rows reach beyond it.
+struct Ground {
+  std::int64_t west = 0, south = 0;
+  std::int32_t columns = 0, rows = 0;  ///< samples
+  Squares squares;
+  std::span<const CurveRow> curve{};  ///< see Block
+  float curve_up = 0;
+
+  std::size_t across() const { return static_cast<std::size_t>((columns - 1) / 8 + 1); }
+  std::size_t up() const { return static_cast<std::size_t>((rows - 1) / 8 + 1); }
+};
+
 /// How a call is followed while it runs.
 struct Watch {
   const std::atomic<bool>* stop = nullptr;  ///< once true, the call ends soon, with the problem "cancelled"
   /// A level is done, the finest first; called by the caller's thread. What it takes out of meshes, indexed by block, is not in the result.
   std::function<void(std::size_t level, std::vector<BlockMesh>& meshes)> level;
+  /// Squares of a block, before its first level.
+  std::function<void(std::size_t block, Squares&& squares)> squares;
 };
 
 /// What a level cost, all blocks together.
@@ -111,8 +133,9 @@ class BlockSimplifier {
   /// a DeviceLost: ask another simplifier.
   virtual proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan,
                                                                       const Watch& watch = {}) = 0;
-  /// How many vertices simplify() starts from, for a small part of its work (14 % of one level on rough ground). Most of its memory goes by that.
-  virtual proto::Result<std::uint64_t> start_vertices(std::span<const Block> blocks, const BlockPlan& plan) = 0;
+  /// result[l] is a level above blocks, from their meshes as one, `start`. What is known of the ground is all that is asked: triangles that the start
+  /// has may be farther from samples than the first level's tolerance only if they were in it.
+  virtual proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan, const Watch& watch = {}) = 0;
   virtual std::string device() const = 0;       ///< "cpu" or "cuda:0 (NVIDIA …)"
   virtual const BlockTimes& times() const = 0;  ///< of the last call
 };

@@ -101,7 +101,7 @@ CORDILLERA_HD inline bool square_fits(const Triangle& t, const Field& field, int
     if (t.edge(k, x, y) + last * (greatest(t.across[k], 0) + greatest(t.along[k], 0)) < 0) return true;
   }
   const std::uint32_t at = static_cast<std::uint32_t>(sy * field.tier_stride[tier] + sx);
-  if (field.depth) {
+  if (field.has_voids()) {
     const Depth depth = field.tier_depth[tier][at];
     if (!t.published) return !has_deep_valid(depth, t.rim_reach);
     if (has_deep_void(depth, t.rim_reach)) return false;

@@ -48,7 +48,7 @@ struct WindowView {
   CORDILLERA_HD std::int32_t& counter(int k) const { return reinterpret_cast<std::int32_t*>(storage)[k]; }
   CORDILLERA_HD std::uint32_t& position(int u) const { return array<std::uint32_t, 0>()[u]; }
   CORDILLERA_HD float& height(int u) const { return array<float, 4>()[u]; }
-  CORDILLERA_HD float& truth(int u) const { return array<float, 8>()[u]; }         ///< of the sample there
+  CORDILLERA_HD float& truth(int u) const { return array<float, 8>()[u]; }         ///< of the sample there, as far as it is known
   CORDILLERA_HD float& next_height(int u) const { return array<float, 12>()[u]; }  ///< while heights move
   CORDILLERA_HD std::int32_t& pull(int u) const { return array<std::int32_t, 16>()[u]; }
   CORDILLERA_HD std::int32_t& pull_weight(int u) const { return array<std::int32_t, 20>()[u]; }

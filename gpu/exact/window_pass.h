@@ -64,7 +64,7 @@ struct LoadVertex {
     const int x = position_x(position), y = position_y(position);
     w.position(i) = position;
     w.height(i) = pass.mesh.height[v];
-    w.truth(i) = block.field.height[block.field.index(x, y)];
+    w.truth(i) = block.field.height_at(x, y);
     w.valence(i) = pass.mesh.valence[v];
     w.tried(i) = locked ? 1 : 0;  // 0 later: its ring has changed
     w.target(i) = 0;

@@ -16,6 +16,7 @@
 #include "pipeline/store/content_hash.h"
 #include "pipeline/build/in_flight.h"
 #include "pipeline/build/pilot.h"
+#include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/store.h"
 #include "pipeline/build/teller.h"
@@ -72,15 +73,14 @@ struct Site {
 };
 
 /// Those that a build before this one has not committed.
-std::vector<proto::TileAddress> unfinished(const Site& site, int level) {
-  std::vector<proto::TileAddress> nodes = touched_tiles(site.plan, level);
+std::vector<proto::TileAddress> unfinished(const Site& site, std::vector<proto::TileAddress> nodes) {
   std::erase_if(nodes, [&](const proto::TileAddress& node) { return site.store.finished(node); });
   return nodes;
 }
 
 proto::Result<void> build_blocks(const Site& site) {
   const auto level = static_cast<int>(site.plan.block_level());
-  std::vector<proto::TileAddress> blocks = unfinished(site, level);
+  std::vector<proto::TileAddress> blocks = unfinished(site, touched_tiles(site.plan, level));
   // The largest first: a large one at the end would leave most threads without work.
   std::stable_sort(blocks.begin(), blocks.end(), [&](const auto& a, const auto& b) { return samples_of(site.plan, a) > samples_of(site.plan, b); });
   double total = 0, left = 0;
@@ -107,15 +107,15 @@ proto::Result<void> build_blocks(const Site& site) {
 }
 
 proto::Result<void> merge_upwards(const Site& site) {
-  const int top = static_cast<int>(site.plan.block_level()) - 1, min_level = static_cast<int>(site.plan.min_level());
+  const std::vector<std::vector<proto::TileAddress>> stages = stages_above(site.plan);
   double total = 0;
-  for (int z = top; z >= min_level; --z) total += static_cast<double>(touched_tiles(site.plan, z).size());
+  for (const auto& stage : stages) total += static_cast<double>(stage.size());
   if (total == 0) return {};
   site.teller.stage("merge", total);
   Done done(site.teller);
-  for (int z = top; z >= min_level; --z) {
-    const std::vector<proto::TileAddress> nodes = unfinished(site, z);
-    done.add(static_cast<double>(touched_tiles(site.plan, z).size() - nodes.size()));
+  for (const auto& stage : stages) {
+    const std::vector<proto::TileAddress> nodes = unfinished(site, stage);
+    done.add(static_cast<double>(stage.size() - nodes.size()));
     const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
       if (site.stop) return kCancelled;
       return site.builder.merge(nodes[k], [&](const proto::TileAddress& child) { return site.store.mesh(child); });
@@ -180,6 +180,7 @@ proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& 
   if (const auto checked = check_water(request.options); !checked.ok()) return checked.problem();
   auto plan = make_plan(source, request.options);
   if (!plan.ok()) return plan;
+  if (request.block_samples > 0) use_smaller_blocks(*plan, request.block_samples);
   plan->set_program(proto::kProgram);
   plan->set_source_state(state_of(request));
   return plan;

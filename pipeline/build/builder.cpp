@@ -53,16 +53,23 @@ proto::Result<void> Builder::prepare() {
     if (!source.ok()) return source.problem();
     sources_.push_back(std::move(*source));
   }
-  if (plan_.exact()) return exact_.open(wanted_device_);
+  if (plan_.exact()) {
+    if (const auto opened = exact_.open(wanted_device_); !opened.ok() || !has_levels_above(plan_) || merged_at_once(plan_)) return opened;
+  }
+  return open_simplifiers();
+}
+
+proto::Result<void> Builder::open_simplifiers() {
+  const std::string strategy = plan_.exact() ? gpu::kStrategies.front() : named_strategy(plan_.options());
   const auto on_all_threads = [this](std::size_t count, const std::function<void(std::size_t)>& work) {
     workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
   };
-  auto simplifier = gpu::make_simplifier(wanted_device_, on_all_threads, strategy_of(plan_));
+  auto simplifier = gpu::make_simplifier(wanted_device_, on_all_threads, strategy);
   if (!simplifier.ok()) return simplifier.problem();
   if ((*simplifier)->device() != "cpu") on_device_ = std::move(*simplifier);
   has_device_ = on_device_ != nullptr;
   for (unsigned k = 0; k < workers_.threads(); ++k) {
-    on_cpu_.push_back(gpu::make_simplifier("cpu", gpu::one_after_the_other, strategy_of(plan_)).value());
+    on_cpu_.push_back(gpu::make_simplifier("cpu", gpu::one_after_the_other, strategy).value());
   }
   return {};
 }
@@ -138,7 +145,7 @@ proto::Result<void> Builder::read_into(const raster::Source::Window& window, pro
 proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node, const std::function<void(double)>& share) {
   FinishedTask task;
   task.node = node;
-  const BlockPlace place = place_of_block(plan_, node);
+  const BlockPlace place = alone_ ? place_alone(plan_, node) : place_of_block(plan_, node);
   if (place.west > place.east) return task;
   proto::Samples samples = place.empty_samples();
   raster::Source::Window window = node_window(plan_, node, 3);
@@ -154,7 +161,7 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) return task;
   share(kReadShare);
   const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) { return pixels_of(lattice_, tile, *sources_[worker]); };
-  auto built = build_exact_block(plan_, node, samples, exact_, {workers_, pixels}, [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
+  auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels}, [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
   return built;
 }
@@ -279,7 +286,28 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   return task;
 }
 
+proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
+  const std::vector<proto::TileAddress> below = nodes_below(plan_, {});
+  std::vector<KeptBlock> blocks(below.size());
+  std::vector<const KeptBlock*> kept(below.size());
+  std::vector<proto::TileAddress> consumed;
+  for (std::size_t k = 0; k < below.size(); ++k) {
+    const std::optional<std::string> bytes = mesh_of(below[k]);
+    if (!bytes) continue;
+    auto block = kept_block_from(*bytes);
+    if (!block.ok()) return block.problem();
+    blocks[k] = std::move(*block);
+    kept[k] = &blocks[k];
+    consumed.push_back(below[k]);
+  }
+  auto task = build_exact_above(plan_, kept, exact_, workers_);
+  if (stop_) return kCancelled;
+  if (task.ok()) task->consumed = std::move(consumed);
+  return task;
+}
+
 proto::Result<FinishedTask> Builder::merge(const proto::TileAddress& node, const ChildMesh& mesh_of) {
+  if (merged_at_once(plan_)) return merge_at_once(mesh_of);
   FinishedTask task;
   task.node = node;
   std::array<BuiltTile, 4> tiles;

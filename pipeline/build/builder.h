@@ -32,8 +32,8 @@ class Builder {
   Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop);
   proto::Result<void> prepare();  ///< opens sources and simplifiers
   std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
-  /// The targets are in the plan's copy that the caller changed: take them over.
-  void use(const proto::Plan& plan) { plan_ = plan; }
+  /// The targets are in the plan's copy that the caller changed: take them over. alone: nodes are samples of a dry run, each for itself.
+  void use(const proto::Plan& plan, bool alone = false) { plan_ = plan, alone_ = alone; }
 
   // Tasks may be made side by side, each in a thread of its own; they share the workers.
 
@@ -41,7 +41,7 @@ class Builder {
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
   /// The mesh that a finished task left for its parent; nullopt where it has none.
   using ChildMesh = std::function<std::optional<std::string>(const proto::TileAddress& child)>;
-  /// One parent above the blocks.
+  /// One parent above the blocks; where these are merged at once, all levels above them. It asks for those of nodes_below().
   proto::Result<FinishedTask> merge(const proto::TileAddress& node, const ChildMesh& mesh_of);
 
   /// The finest samples of a node, and two cells of its level around it. Empty where the source knows that it has no data there.
@@ -54,6 +54,8 @@ class Builder {
   std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done = [] {});
 
  private:
+  proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of);
+  proto::Result<void> open_simplifiers();  ///< of tiles: for all of waves, and for what is merged above exact blocks
   proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share);
   /// Reads what of the window its samples hold; those lie within the window or are void already.
   proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples);
@@ -65,6 +67,7 @@ class Builder {
   void encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task);
 
   proto::Plan plan_;
+  bool alone_ = false;
   proto::Lattice lattice_;
   Workers& workers_;
   OpenSource open_;

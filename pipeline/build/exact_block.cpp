@@ -4,10 +4,13 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <stdexcept>
 
 #include "gpu/measure/upright.h"
+#include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/tile_error.h"
+#include "pipeline/tile/weld.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 
@@ -47,6 +50,20 @@ BlockPlace rectangle_of(const proto::Plan& plan, const proto::TileAddress& node)
   return place;
 }
 
+/// On the turn that the rectangle is on.
+BlockPlace whole_node(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& rectangle) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t units = lattice.tile_units(node.z), west = lattice.west(node);
+  BlockPlace place;
+  place.west = west + floor_divide(rectangle.west - west, lattice.columns()) * lattice.columns();
+  place.south = lattice.south(node);
+  place.east = place.west + units;
+  place.north = place.south + units;
+  place.sides.fill(SideKind::shared);
+  place.merged_above = true;
+  return place;
+}
+
 std::int64_t narrow_side(const proto::Plan& plan) { return std::min(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
 
 bool is_on(std::int64_t line, std::int64_t other, std::int64_t circle) { return (line - other) % circle == 0; }
@@ -65,10 +82,11 @@ proto::Samples BlockPlace::empty_samples() const {
   return samples;
 }
 
+BlockPlace place_alone(const proto::Plan& plan, const proto::TileAddress& node) { return rectangle_of(plan, node); }
+
 BlockPlace place_of_block(const proto::Plan& plan, const proto::TileAddress& node) {
   BlockPlace place = rectangle_of(plan, node);
-  // Nodes of another level than the coarsest are samples of a dry run, each for itself.
-  if (plan.block_level() != plan.min_level() || node.z != static_cast<int>(plan.block_level())) return place;
+  if (has_levels_above(plan)) return place.west <= place.east ? whole_node(plan, node, place) : place;
   const std::int64_t circle = lattice_of(plan).columns();
   const std::int32_t across = proto::tiles_across(node.z), up = proto::tiles_up(node.z);
   const auto beside = [&](std::int32_t dx, std::int32_t dy) {
@@ -113,6 +131,10 @@ BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place) {
   return curve;
 }
 
+int most_rim_reach(const proto::Plan& plan) {
+  return std::clamp(std::ilogb(static_cast<double>(narrow_side(plan)) / kRimShare), -1, gpu::exact::kMostRimReach);
+}
+
 gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::TileAddress& node) {
   const std::string& quality = plan.options().quality();
   gpu::exact::BlockPlan levels;
@@ -122,7 +144,7 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::Tile
                    : quality == "best" ? gpu::exact::Quality::best
                                        : gpu::exact::Quality::standard;
   // One cell of the level, but at the finest level all data is there; small data keeps its outline, however coarse the level.
-  const int most_reach = std::clamp(std::ilogb(static_cast<double>(narrow_side(plan)) / kRimShare), -1, gpu::exact::kMostRimReach);
+  const int most_reach = most_rim_reach(plan);
   for (int z = static_cast<int>(plan.finest_level()); z >= node.z; --z) {
     const proto::LevelPlan& level = level_plan(plan, z);
     gpu::exact::BlockLevel asked;
@@ -143,10 +165,13 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::Tile
 
 namespace {
 
-/// Published triangles by tile.
-using Triangles = std::vector<const std::array<std::uint32_t, 3>*>;
+/// Triangles of a tile, and the greatest bound of them.
+struct TileTriangles {
+  std::vector<const std::array<std::uint32_t, 3>*> all;
+  float bound = 0;
+};
 
-proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const Triangles& triangles, std::int64_t dx, std::int64_t dy, std::int32_t side) {
+proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const std::vector<const std::array<std::uint32_t, 3>*>& triangles, std::int64_t dx, std::int64_t dy, std::int32_t side) {
   std::vector<std::uint32_t> vertices;
   for (const auto* triangle : triangles) vertices.insert(vertices.end(), triangle->begin(), triangle->end());
   std::sort(vertices.begin(), vertices.end());
@@ -157,8 +182,8 @@ proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const Triangles&
     tile.x.push_back(static_cast<std::int32_t>(mesh.x[v] + dx));
     tile.y.push_back(static_cast<std::int32_t>(mesh.y[v] + dy));
     tile.height.push_back(mesh.height[v]);
+    tile.mark.push_back(mesh.is_void[v] ? proto::kVoid : 0);
   }
-  tile.mark.assign(vertices.size(), 0);
   const auto local = [&](std::uint32_t v) {
     return static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin());
   };
@@ -168,22 +193,37 @@ proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const Triangles&
 
 }  // namespace
 
-std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh) {
+proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32_t side) {
+  proto::TileMesh tile;
+  tile.side = side;
+  tile.x.assign(mesh.x.begin(), mesh.x.end());
+  tile.y.assign(mesh.y.begin(), mesh.y.end());
+  tile.height = mesh.height;
+  for (const std::uint8_t is_void : mesh.is_void) tile.mark.push_back(is_void ? proto::kVoid : 0);
+  tile.triangles = mesh.triangles;
+  return tile;
+}
+
+std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh, TileParts parts) {
   const proto::Lattice lattice = lattice_of(plan);
   const std::int64_t units = lattice.tile_units(z);
-  std::map<std::pair<std::int64_t, std::int64_t>, Triangles> by_tile;  // row, then column
-  for (const auto& triangle : mesh.triangles) {
-    if (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]]) continue;
+  std::map<std::pair<std::int64_t, std::int64_t>, TileTriangles> by_tile;  // row, then column
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& triangle = mesh.triangles[t];
+    if (parts == TileParts::published && (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]])) continue;
     const std::int64_t x = std::min({mesh.x[triangle[0]], mesh.x[triangle[1]], mesh.x[triangle[2]]}),
                        y = std::min({mesh.y[triangle[0]], mesh.y[triangle[1]], mesh.y[triangle[2]]});
-    by_tile[{floor_divide(place.south + y, units), floor_divide(place.west + x, units)}].push_back(&triangle);
+    TileTriangles& of_tile = by_tile[{floor_divide(place.south + y, units), floor_divide(place.west + x, units)}];
+    of_tile.all.push_back(&triangle);
+    if (!mesh.bound.empty()) of_tile.bound = std::max(of_tile.bound, mesh.bound[t]);
   }
   std::vector<BuiltTile> tiles;
   for (const auto& [at, triangles] : by_tile) {
     const std::int64_t across = proto::tiles_across(z);
     BuiltTile tile;
     tile.tile = {z, static_cast<std::int32_t>(at.second - floor_divide(at.second, across) * across), static_cast<std::int32_t>(at.first)};
-    tile.mesh = mesh_of_tile(mesh, triangles, place.west - at.second * units, place.south - at.first * units, static_cast<std::int32_t>(units));
+    tile.max_error_m = triangles.bound * proto::kHeightStep_m;
+    tile.mesh = mesh_of_tile(mesh, triangles.all, place.west - at.second * units, place.south - at.first * units, static_cast<std::int32_t>(units));
     tiles.push_back(std::move(tile));
   }
   std::sort(tiles.begin(), tiles.end(), [](const BuiltTile& a, const BuiltTile& b) { return std::pair(a.tile.y, a.tile.x) < std::pair(b.tile.y, b.tile.x); });
@@ -209,6 +249,23 @@ double measure_exact(const LevelContext& context, BuiltTile& tile) {
     measure(put_back, tile, target_m);
   }
   return std::max(0.0, tile.max_error_m - target_m);
+}
+
+void hand_up_exact(const LevelContext& context, const std::vector<BuiltTile>& children, BuiltTile& tile) {
+  std::array<const proto::TileMesh*, 4> meshes{};
+  PreparedTile prepared;
+  prepared.tile = tile.tile;
+  for (const BuiltTile& child : children) {
+    meshes[static_cast<std::size_t>((child.tile.x & 1) + 2 * (child.tile.y & 1))] = &child.mesh;
+    prepared.inherited_error_m = std::max(prepared.inherited_error_m, child.max_error_m);
+  }
+  WeldInput input;
+  input.children = meshes;
+  input.child_side = tile.mesh.side / 2;
+  proto::Result<proto::TileMesh> welded = weld(input);
+  if (!welded.ok()) throw std::logic_error("exact block: " + welded.problem().detail);
+  prepared.input = std::move(*welded);
+  hand_up(context, prepared, tile);
 }
 
 }  // namespace cordillera::pipeline

@@ -6,10 +6,10 @@
 
 #include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
-#include "pipeline/build/exact_block.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/build/tile_output.h"
+#include "pipeline/tile/mesh_record.h"
 #include "raster/back_projection.h"
 
 namespace cordillera::pipeline {
@@ -24,21 +24,25 @@ constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above;
 /// Tiles of a level, encoded, and how far the worst is above its target.
 struct EncodedLevel {
   std::vector<EncodedTile> tiles;
+  std::vector<BuiltTile> whole;  ///< of levels that the merge above the block needs
   double above_m = 0;
 };
 
 class BlockBuild {
  public:
-  BlockBuild(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples, const BlockTeam& team)
+  BlockBuild(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place, const proto::Samples& samples, const BlockTeam& team)
       : plan_(plan),
         node_(node),
         lattice_(lattice_of(plan)),
         samples_(samples),
         team_(team),
-        place_(place_of_block(plan, node)),
+        place_(place),
         curve_(curve_of(plan, place_)),
         frames_(lattice_, samples),
-        asked_(levels_of_block(plan, node)) {}
+        asked_(levels_of_block(plan, node)),
+        keeps_squares_(place.merged_above && merged_at_once(plan)) {
+    if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
+  }
 
   proto::Result<FinishedTask> run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share) {
     std::vector<EncodedLevel> levels;
@@ -52,6 +56,8 @@ class BlockBuild {
       FinishedTask task;
       task.node = node_;
       for (EncodedLevel& level : levels) std::move(level.tiles.begin(), level.tiles.end(), std::back_inserter(task.tiles));
+      if (keeps_squares_) task.mesh = {node_, to_bytes(kept_)};
+      else if (place_.merged_above) task.mesh = {node_, to_bytes(handed_up(levels))};
       return task;
     }
   }
@@ -70,12 +76,14 @@ class BlockBuild {
     std::vector<std::future<EncodedLevel>> under_way;
     const auto take = [&](std::size_t l, BlockMesh&& mesh) {
       if (l == 0) under_way.clear();  // a lost device's
+      if (keeps_squares_ && l + 1 == asked_.levels.size()) kept_.mesh = tile_mesh_of_block(mesh, block.columns - 1);
       if (l < levels.size()) return;
       const int z = lattice_.finest_level - static_cast<int>(l);
       under_way.push_back(std::async(std::launch::async, [this, z, kept = std::move(mesh)] { return encoded(z, kept); }));
       share(1 - 0.5 / static_cast<double>(std::size_t{1} << std::min<std::size_t>(l, 20)));
     };
-    const auto made = simplifiers.simplify(block, asked_, take);
+    const auto keep = [this](gpu::exact::Squares&& squares) { kept_.squares = std::move(squares); };
+    const auto made = simplifiers.simplify(block, asked_, take, keeps_squares_ ? ExactSimplifiers::TakeSquares(keep) : nullptr);
     for (auto& level : under_way) levels.push_back(level.get());
     return made;
   }
@@ -83,7 +91,8 @@ class BlockBuild {
   EncodedLevel encoded(int z, const BlockMesh& mesh) {
     LevelContext context{&lattice_, &level_plan(plan_, z), plan_.promise(), &samples_};
     context.frames = &frames_;
-    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh);
+    const bool handed_up = place_.merged_above && !keeps_squares_ && z <= node_.z + 1;
+    std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
     team_.workers.each(tiles.size(), [&](std::size_t k, unsigned worker) {
@@ -94,14 +103,24 @@ class BlockBuild {
       above[k] = measure_exact(context, tiles[k]);
       made[k] = encode_tile(context, tiles[k], plan_.options());
       if (made[k] && finest) *made[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
-      tiles[k] = {};
+      if (!handed_up) tiles[k] = {};
     });
     EncodedLevel level;
+    if (handed_up) level.whole = std::move(tiles);
     for (const double a : above) level.above_m = std::max(level.above_m, a);
     for (std::optional<EncodedTile>& tile : made) {
       if (tile) level.tiles.push_back(std::move(*tile));
     }
     return level;
+  }
+
+  /// The node's tile, with what the merge above it needs.
+  BuiltTile handed_up(std::vector<EncodedLevel>& levels) const {
+    LevelContext context{&lattice_, &level_plan(plan_, node_.z), plan_.promise(), &samples_};
+    context.merges_above = true;
+    BuiltTile tile = std::move(levels.back().whole.front());
+    hand_up_exact(context, levels[levels.size() - 2].whole, tile);
+    return tile;
   }
 
   /// Less is asked of levels above their target the next time, but on sides that other blocks share. The first of them; none: how many there are.
@@ -134,6 +153,8 @@ class BlockBuild {
   const BlockCurve curve_;
   const gpu::SampleFrames frames_;
   gpu::exact::BlockPlan asked_;
+  const bool keeps_squares_;  ///< for levels that are made at once above all blocks
+  KeptBlock kept_;
 };
 
 }  // namespace
@@ -156,15 +177,18 @@ std::string ExactSimplifiers::device() const {
   return on_device_ ? on_device_->device() : "cpu" + lost_;
 }
 
-proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take) {
-  const std::lock_guard one(calls_);
+gpu::exact::Watch ExactSimplifiers::watch(const TakeLevel& take) const {
   gpu::exact::Watch watch;
   watch.stop = &stop_;
   watch.level = [&take](std::size_t level, std::vector<BlockMesh>& meshes) { take(level, std::move(meshes.front())); };
+  return watch;
+}
+
+proto::Result<void> ExactSimplifiers::call(const std::function<proto::Result<void>(gpu::exact::BlockSimplifier&)>& work) {
+  const std::lock_guard one(calls_);
   if (on_device_) {
     try {
-      const auto made = on_device_->simplify({&block, 1}, plan, watch);
-      return made.ok() ? proto::Result<void>() : made.problem();
+      return work(*on_device_);
     } catch (const gpu::DeviceLost& lost) {
       const std::lock_guard lock(mutex_);
       lost_ = ", after " + on_device_->device() + " was lost: " + lost.what();
@@ -172,13 +196,63 @@ proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, c
     }
   }
   if (!on_cpu_) on_cpu_ = gpu::exact::make_block_simplifier("cpu", on_all_threads()).value();
-  const auto made = on_cpu_->simplify({&block, 1}, plan, watch);
-  return made.ok() ? proto::Result<void>() : made.problem();
+  return work(*on_cpu_);
 }
 
-proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const proto::Samples& samples,
-                                              ExactSimplifiers& simplifiers, const BlockTeam& team, const std::function<void(double)>& share) {
-  return BlockBuild(plan, node, samples, team).run(simplifiers, share);
+proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take,
+                                               const TakeSquares& squares) {
+  gpu::exact::Watch watch = this->watch(take);
+  if (squares) {
+    watch.squares = [&squares](std::size_t, gpu::exact::Squares&& known) { squares(std::move(known)); };
+  }
+  return call([&](gpu::exact::BlockSimplifier& simplifier) -> proto::Result<void> {
+    const auto made = simplifier.simplify({&block, 1}, plan, watch);
+    return made.ok() ? proto::Result<void>() : made.problem();
+  });
+}
+
+proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const gpu::exact::BlockPlan& plan, const TakeLevel& take) {
+  return call([&](gpu::exact::BlockSimplifier& simplifier) -> proto::Result<void> {
+    const auto made = simplifier.simplify_above(above.ground, above.start, plan, watch(take));
+    return made.ok() ? proto::Result<void>() : made.problem();
+  });
+}
+
+proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
+                                              const proto::Samples& samples, ExactSimplifiers& simplifiers, const BlockTeam& team,
+                                              const std::function<void(double)>& share) {
+  return BlockBuild(plan, node, place, samples, team).run(simplifiers, share);
+}
+
+proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept, ExactSimplifiers& simplifiers,
+                                              Workers& workers) {
+  FinishedTask task;
+  task.node = node_above(plan);
+  if (std::all_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block; })) return task;
+  Above above = join_blocks(plan, kept);
+  const BlockPlace place = place_above(plan);
+  const BlockCurve curve = curve_of(plan, place);
+  above.ground.curve = curve.rows;
+  above.ground.curve_up = curve.up;
+  const proto::Lattice lattice = lattice_of(plan);
+  std::vector<EncodedTile> encoded;
+  const auto take = [&](std::size_t l, BlockMesh&& mesh) {
+    if (l == 0) encoded.clear();  // a lost device's
+    const int z = static_cast<int>(plan.block_level()) - 1 - static_cast<int>(l);
+    const LevelContext context{&lattice, &level_plan(plan, z), plan.promise(), nullptr};
+    std::vector<BuiltTile> tiles = tiles_of_block(plan, place, z, mesh, TileParts::published);
+    std::vector<std::optional<EncodedTile>> made(tiles.size());
+    workers.each(tiles.size(), [&](std::size_t k, unsigned) {
+      state_error(context, above.ground, tiles[k]);
+      made[k] = encode_tile(context, tiles[k], plan.options());
+    });
+    for (std::optional<EncodedTile>& tile : made) {
+      if (tile) encoded.push_back(std::move(*tile));
+    }
+  };
+  if (const auto made = simplifiers.simplify_above(above, levels_above(plan), take); !made.ok()) return made.problem();
+  task.tiles = std::move(encoded);
+  return task;
 }
 
 }  // namespace cordillera::pipeline

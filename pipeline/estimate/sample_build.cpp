@@ -55,7 +55,7 @@ bool is_small(const proto::Plan& plan) {
 }
 
 proto::Result<std::vector<FinishedTask>> Sampler::blocks(const proto::Plan& plan, const std::vector<proto::TileAddress>& nodes) {
-  builder_.use(plan);
+  builder_.use(plan, static_cast<int>(plan.block_level()) != block_level_);
   std::vector<FinishedTask> tasks;
   const auto built = in_flight(
       nodes.size(), tasks_at_once(plan, room_.threads, room_.memory_mib), [&](std::size_t k) { return builder_.block(nodes[k], [](double) {}); },
@@ -68,6 +68,7 @@ proto::Result<std::vector<FinishedTask>> Sampler::blocks(const proto::Plan& plan
 }
 
 proto::Result<Sampled> Sampler::build(const proto::Plan& plan) {
+  block_level_ = static_cast<int>(plan.block_level());
   Sampled sampled;
   for (const proto::TileAddress& node : nodes_) sampled.all_samples += samples_of(plan, node);
   if (nodes_.empty()) return sampled;

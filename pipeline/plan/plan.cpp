@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "gpu/exact/simplify_block.h"
-#include "pipeline/plan/density.h"
+#include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/relief.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
@@ -28,8 +28,7 @@ constexpr double kHeightStepShare = 1.0 / 8;
 constexpr double kGreatestHeightStep_m = 4;   // seen from afar, mountains should not be terraces
 constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
 constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
-// Blocks that share sides spend triangles there.
-constexpr std::int64_t kLeastExactSide = 1024;
+constexpr int kExactLevels = 2;  // of an exact block, at least: what is merged above it is measured against both
 constexpr const char* kWithoutExact = "strategy=waves";
 constexpr double kExactLatitude_deg = 85;      // towards a pole a row of the lattice is no line any more
 constexpr double kRelief_m = 8192;             // within a tile, and its skirts, quantisation must have room for
@@ -117,15 +116,27 @@ int block_level(const proto::Plan& plan) {
   return lattice.finest_level;
 }
 
-double samples_of(const proto::Plan& plan) { return static_cast<double>(columns_of(plan)) * static_cast<double>(rows_of(plan)); }
+/// What a node of the coarsest level holds goes as one block.
+bool goes_in_one_piece(const proto::Plan& plan) {
+  const std::int64_t columns = columns_of(plan), rows = rows_of(plan);
+  return columns * rows <= kOnePiece && std::max(columns, rows) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
+}
 
-/// So few fit on any ground.
-bool fits_anyhow(const proto::Plan& plan) { return samples_of(plan) <= static_cast<double>(kBlockSamples); }
+/// Of exact: the coarsest level whose nodes, whole, have at most so many samples. Its blocks have two levels or more.
+int exact_block_level(const proto::Plan& plan, std::int64_t most) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const auto samples = [&](int z) { return (lattice.tile_units(z) + 1) * (lattice.tile_units(z) + 1); };
+  int level = static_cast<int>(plan.min_level());
+  while (level + kExactLevels <= lattice.finest_level && samples(level) > most) ++level;
+  return level;
+}
 
-/// Is exact what strategy=auto takes?
-bool suits_exact(const proto::Plan& plan, raster::Source& source, double error_m) {
-  if (!check_exact(plan).ok()) return false;
-  return fits_anyhow(plan) || exact_bytes(samples_of(plan), start_share(plan, source, error_m)) <= static_cast<double>(kAutoBytes);
+/// Blocks that can be merged at once are small: they are seen the sooner. Others are as large as can be, for the sake of what is merged above.
+void plan_exact_blocks(proto::Plan& plan) {
+  plan.set_block_level(plan.min_level());
+  if (goes_in_one_piece(plan)) return;
+  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kExactSamples)));
+  if (!merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
 }
 
 std::int64_t extent_of(const proto::Plan& plan) { return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
@@ -172,8 +183,9 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
   // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where somebody
   // asks for less than a float32 can tell.
-  const double left = target_m * (z < static_cast<int>(plan.block_level()) ? 0.5 : 1) - level.ecef_step() - level.height_step() / 2;
-  level.set_chain_tolerance((plan.exact() ? 1 : kChainShare) * std::max(left, 0.0));
+  const bool composed = z < static_cast<int>(plan.block_level()) && !merged_at_once(plan), exact = plan.exact() && !composed;
+  const double left = target_m * (composed ? 0.5 : 1) - level.ecef_step() - level.height_step() / 2;
+  level.set_chain_tolerance((exact ? 1 : kChainShare) * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
   level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
 }
@@ -204,13 +216,12 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
   plan.set_promise(options.keep_size() == 0);
   *plan.mutable_options() = options;
-  if (options.strategy() == gpu::kExact) {
-    if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem();
-  }
+  const auto exact = check_exact(plan);
+  if (options.strategy() == gpu::kExact && !exact.ok()) return exact.problem();
+  plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
   const double error = options.has_error() ? options.error() : default_error_m(plan, source);
-  plan.set_exact(options.strategy() == gpu::kExact || (is_automatic(options) && suits_exact(plan, source, error)));
-  if (plan.exact()) plan.set_block_level(static_cast<std::uint32_t>(range->second));
+  if (plan.exact()) plan_exact_blocks(plan);
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();
@@ -227,33 +238,19 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   return plan;
 }
 
-proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
-  if (plan.exact() && is_automatic(plan.options())) {
-    plan.set_exact(false);
-    plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));
-  }
-  if (plan.exact()) {
-    return proto::Problem{"options-conflict", "strategy exact makes a raster in one piece: there are no smaller blocks to plan or to update",
-                          std::string(kWithoutExact) + ", or no size of blocks and no updates=1", "strategy"};
-  }
+void use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
   const proto::Lattice lattice = lattice_of(plan);
   int level = static_cast<int>(plan.block_level());
   const auto samples = [&](int z) { return (lattice.tile_units(z) + 1) * (lattice.tile_units(z) + 1); };
   while (level < lattice.finest_level && samples(level) > most) ++level;
+  if (plan.exact()) level = std::max(static_cast<int>(plan.block_level()), exact_block_level(plan, most));
   plan.set_block_level(static_cast<std::uint32_t>(level));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
-  return {};
 }
 
 std::string why_waves(const proto::Plan& plan) {
   if (plan.exact() || plan.options().strategy() != kAutoStrategy) return "";
-  const auto checked = check_exact(plan);
-  std::string why = checked.ok() ? "strategy exact has no small blocks, for updates=1 or plan --block" : checked.problem().detail;
-  if (checked.ok() && !fits_anyhow(plan)) {
-    why = "for " + std::to_string(columns_of(plan)) + " x " + std::to_string(rows_of(plan)) +
-          " samples of the finest level strategy exact may take more memory than a build has by default, and it has no small blocks, for updates=1 or plan --block";
-  }
-  return "strategy=auto is waves here: " + why;
+  return "strategy=auto is waves here: " + check_exact(plan).problem().detail;
 }
 
 proto::Result<void> check_exact(const proto::Plan& plan) {
@@ -261,17 +258,11 @@ proto::Result<void> check_exact(const proto::Plan& plan) {
     return proto::Problem{"options-conflict", "strategy exact " + std::move(detail), accepted + ", or " + kWithoutExact, "strategy"};
   };
   const proto::Lattice lattice = lattice_of(plan);
-  const std::int64_t side = lattice.tile_units(static_cast<int>(plan.min_level()));
-  const std::int64_t columns = std::min<std::int64_t>(plan.window(2) - std::int64_t{plan.window(0)}, side) + 1,
-                     rows = std::min<std::int64_t>(plan.window(3) - std::int64_t{plan.window(1)}, side) + 1;
-  if (columns * rows > kExactSamples || std::max(columns, rows) + 2 * proto::kTileCells > gpu::exact::kMostSamples) {
-    return refused("holds a raster at once, and this one has " + std::to_string(columns) + " x " + std::to_string(rows) + " samples of the finest level",
-                   "up to " + std::to_string(kExactSamples) + " samples, 15,872 a way (a coarser max_level, a smaller bbox)");
-  }
   if (lattice.latitude_deg(plan.window(1)) < -kExactLatitude_deg || lattice.latitude_deg(plan.window(3)) > kExactLatitude_deg)
     return refused("does not go up to a pole", "data between 85 degrees south and north");
-  if (side < kLeastExactSide)
-    return refused("needs two coarser levels", "min_level " + std::to_string(std::max(0, lattice.finest_level - 2)) + " or less");
+  const int finest = lattice.finest_level;
+  if (static_cast<int>(plan.min_level()) + kExactLevels > finest)
+    return refused("needs two coarser levels", "min_level " + std::to_string(std::max(0, finest - kExactLevels)) + " or less");
   if (plan.options().keep_size() > 0) return refused("keeps an error, not a share", "error=");
   return {};
 }

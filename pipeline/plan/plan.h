@@ -11,13 +11,13 @@ namespace cordillera::pipeline {
 
 /// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
-/// The same with strategy=exact, where a block is all of a node of the coarsest level (memory: see density.h).
-inline constexpr std::int64_t kExactSamples = std::int64_t{9217} * 9217;
-/// strategy=auto, the default: exact for a raster that exact can build in so much memory, waves elsewhere. What it takes is estimated from a few
-/// places, so it is a function of raster and options alone: the same tiles on every machine. A posted build has 4096 MiB by default, and
-/// kBlockSamples fit into that on any ground.
+/// With strategy=exact, a raster of so many is one block.
+inline constexpr std::int64_t kOnePiece = std::int64_t{4097} * 2049;
+/// Others have blocks of so many, all of whose levels above are made at once; rasters too large for that, more than about 16,000 samples a way, have
+/// blocks of kBlockSamples.
+inline constexpr std::int64_t kExactSamples = std::int64_t{2049} * 2049;
+/// The default strategy: exact wherever it can be, waves elsewhere.
 inline constexpr const char* kAutoStrategy = "auto";
-inline constexpr std::int64_t kAutoBytes = std::int64_t{3072} << 20;
 
 /// Plans everything but the targets of keep=, which need a pilot (see pilot.h): levels, blocks, targets, steps.
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options);
@@ -28,11 +28,11 @@ proto::Result<std::pair<int, int>> level_range(const proto::Source& source, cons
 /// No error of a tile of the level is greater, nor need a target be: all that the tile spans, and all relief.
 double greatest_target_m(const proto::Plan& plan, int level);
 
-/// Blocks of up to so many finest samples. An exact plan cannot have smaller ones: it becomes waves where exact was not asked for by name.
-proto::Result<void> use_smaller_blocks(proto::Plan& plan, std::int64_t most);
+/// Blocks of up to so many finest samples, or the smallest that there can be: a tile of waves, four of exact.
+void use_smaller_blocks(proto::Plan& plan, std::int64_t most);
 /// Why strategy=auto is waves, a sentence; empty where it is exact, or a strategy was asked for by name. It has a window.
 std::string why_waves(const proto::Plan& plan);
-/// Why an exact plan cannot be: too much data, a pole. It has a window.
+/// Why a plan cannot be exact: a pole, shares, too few levels. It has a window.
 proto::Result<void> check_exact(const proto::Plan& plan);
 
 /// Sets chain tolerance, .glb step, height step and rim tolerance of a level from its target.

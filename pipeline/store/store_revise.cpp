@@ -58,9 +58,16 @@ class Remover {
               "INSERT OR IGNORE INTO gone SELECT drc FROM tiles WHERE level = ?1 AND y = ?2 AND x BETWEEN ?3 AND ?4 "
               "UNION SELECT glb FROM tiles WHERE level = ?1 AND y = ?2 AND x BETWEEN ?3 AND ?4"),
         tiles_(database, "DELETE FROM tiles WHERE level = ? AND y = ? AND x BETWEEN ? AND ?"),
-        mesh_(database, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?") {}
+        mesh_(database, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?"),
+        note_above_(database, "INSERT OR IGNORE INTO gone SELECT drc FROM tiles WHERE level < ?1 UNION SELECT glb FROM tiles WHERE level < ?1"),
+        tiles_above_(database, "DELETE FROM tiles WHERE level < ?") {}
 
   void remove(const proto::TileAddress& node) {
+    if (revision_.merged_at_once && node.z < revision_.block_level) {
+      note_above_.bind(revision_.block_level).run();
+      tiles_above_.bind(revision_.block_level).run();
+      return;
+    }
     const int deepest = node.z == revision_.block_level ? revision_.finest_level : node.z;
     for (int z = node.z; z <= deepest; ++z) {
       const int down = z - node.z;
@@ -75,7 +82,7 @@ class Remover {
 
  private:
   const Revision& revision_;
-  Statement note_, tiles_, mesh_;
+  Statement note_, tiles_, mesh_, note_above_, tiles_above_;
 };
 
 void revise(Database& database, const proto::Plan& plan, const Revision& revision) {

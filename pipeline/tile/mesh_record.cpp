@@ -2,9 +2,7 @@
 
 namespace cordillera::pipeline {
 
-namespace {
-
-proto::TileMeshRecord record_of(const proto::TileMesh& mesh, double max_error_m) {
+proto::TileMeshRecord record_of_mesh(const proto::TileMesh& mesh) {
   proto::TileMeshRecord record;
   record.set_side(mesh.side);
   record.mutable_x()->Add(mesh.x.begin(), mesh.x.end());
@@ -12,11 +10,10 @@ proto::TileMeshRecord record_of(const proto::TileMesh& mesh, double max_error_m)
   record.mutable_height()->Add(mesh.height.begin(), mesh.height.end());
   record.set_mark(std::string(mesh.mark.begin(), mesh.mark.end()));
   for (const auto& triangle : mesh.triangles) record.mutable_corner()->Add(triangle.begin(), triangle.end());
-  record.set_max_error(max_error_m);
   return record;
 }
 
-std::optional<proto::TileMesh> mesh_of(const proto::TileMeshRecord& record) {
+std::optional<proto::TileMesh> mesh_of_record(const proto::TileMeshRecord& record) {
   const auto n = static_cast<std::size_t>(record.x_size());
   if (static_cast<std::size_t>(record.y_size()) != n || static_cast<std::size_t>(record.height_size()) != n || record.mark().size() != n ||
       record.corner_size() % 3 != 0) {
@@ -34,6 +31,14 @@ std::optional<proto::TileMesh> mesh_of(const proto::TileMeshRecord& record) {
     mesh.triangles.push_back(triangle);
   }
   return mesh;
+}
+
+namespace {
+
+proto::TileMeshRecord record_of(const proto::TileMesh& mesh, double max_error_m) {
+  proto::TileMeshRecord record = record_of_mesh(mesh);
+  record.set_max_error(max_error_m);
+  return record;
 }
 
 void put(const Loose& loose, proto::TileMeshRecord& record) {
@@ -60,7 +65,7 @@ std::optional<Loose> loose_of(const proto::TileMeshRecord& record) {
     loose.samples.push_back(at);
   }
   if (!record.has_patches()) return loose;
-  std::optional<proto::TileMesh> patches = mesh_of(record.patches());
+  std::optional<proto::TileMesh> patches = mesh_of_record(record.patches());
   if (!patches || patches->triangles.size() != static_cast<std::size_t>(record.patch_error_size())) return std::nullopt;
   loose.patches = std::move(*patches);
   loose.patch_error_m.assign(record.patch_error().begin(), record.patch_error().end());
@@ -74,7 +79,7 @@ proto::TileMeshRecord record_of(const Surface& surface) {
 }
 
 std::optional<Surface> surface_of(const proto::TileMeshRecord& record) {
-  std::optional<proto::TileMesh> mesh = mesh_of(record);
+  std::optional<proto::TileMesh> mesh = mesh_of_record(record);
   std::optional<Loose> loose = loose_of(record);
   if (!mesh || !loose) return std::nullopt;
   return Surface{std::move(*mesh), record.max_error(), std::move(*loose)};

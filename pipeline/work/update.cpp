@@ -29,6 +29,7 @@ Revision between(const proto::WorkPlan& before, const proto::WorkPlan& now) {
   Revision revision;
   revision.block_level = static_cast<int>(now.plan().block_level());
   revision.finest_level = static_cast<int>(now.plan().finest_level());
+  revision.merged_at_once = merged_at_once(now.plan());
   for (const auto& [node, key] : old) {
     const auto found = wanted.find(node);
     const bool same = found != wanted.end() && found->second == key;
@@ -42,7 +43,7 @@ proto::Result<void> prepare_store(const UpdateOrder& order, const std::optional<
                                   const proto::WorkPlan& plan) {
   const std::string tasks = plan.SerializeAsString(), &path = order.request.store_path;
   if (note_in(path, kTasksNote) == tasks) return {};
-  if (before) {
+  if (before && merged_at_once(before->plan()) == merged_at_once(plan.plan())) {
     if (const auto revised = revise_store(order.before, path, plan.plan(), between(*before, plan)); !revised.ok()) return revised;
   }
   std::vector<Note> notes = order.notes;

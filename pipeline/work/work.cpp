@@ -57,8 +57,7 @@ class Worker {
  private:
   proto::Result<FinishedTask> merge(Builder& builder, const proto::WorkTask& task) {
     std::map<proto::TileAddress, std::string> meshes;
-    for (int c = 0; c < 4; ++c) {
-      const proto::TileAddress child = address_of(task).child(c);
+    for (const proto::TileAddress& child : nodes_below(plan_.plan(), address_of(task))) {
       const auto found = below_.find(child);
       if (found == below_.end()) continue;
       const auto mesh = read_shard_mesh(order_.folder, *found->second);

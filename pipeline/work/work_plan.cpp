@@ -5,6 +5,7 @@
 #include <map>
 
 #include "pipeline/build/builder.h"
+#include "pipeline/build/exact_above.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/build/pilot.h"
@@ -56,6 +57,8 @@ class Namer {
     numbers.clear_source_state();
     numbers.clear_levels();
     common_ = std::to_string(kPlanFormat) + "\n" + numbers.SerializeAsString();
+    if (merged_at_once(plan.plan())) common_ += "\nat once";  // blocks leave something else then
+    if (numbers.exact()) common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));
     // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.
     for (const proto::LevelPlan& level : plan.plan().levels()) levels_[static_cast<int>(level.level())] = (numbers_ += level.SerializeAsString());
     for (const proto::PlannedSource& source : plan.sources()) {
@@ -76,6 +79,12 @@ class Namer {
       const auto child = below.find(node.child(c));
       text.append(1, ' ').append(child == below.end() ? "-" : child->second);
     }
+    return hex(content_hash(text));
+  }
+  /// Of all levels above the blocks at once.
+  std::string above(const Keys& below) const {
+    std::string text = common_ + numbers_ + "\nabove";
+    for (const auto& [node, key] : below) text.append(place(node)).append(key);
     return hex(content_hash(text));
   }
 
@@ -128,6 +137,12 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
 }
 
 void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
+  if (merged_at_once(work.plan())) {
+    proto::WorkTask task = task_at(node_above(work.plan()));
+    task.set_key(namer.above(below));
+    *work.add_stages()->add_tasks() = task;
+    return;
+  }
   for (int z = static_cast<int>(work.plan().block_level()) - 1; z >= static_cast<int>(work.plan().min_level()); --z) {
     Keys keys;
     proto::WorkStage* stage = work.add_stages();
@@ -143,13 +158,12 @@ void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
 }
 
 /// Blocks of the size that is asked for, and what follows from it.
-proto::Result<void> set_blocks(const PlanGiven& given, proto::Plan& plan) {
+void set_blocks(const PlanGiven& given, proto::Plan& plan) {
   std::int64_t most = given.block_samples;
   if (most == 0 && given.blocks > 0) {
     most = (plan.window(2) - std::int64_t{plan.window(0)} + 1) * (plan.window(3) - std::int64_t{plan.window(1)} + 1) / given.blocks;
   }
-  if (most == 0) return {};
-  return use_smaller_blocks(plan, std::max(most, kLeastBlockSamples));
+  if (most > 0) use_smaller_blocks(plan, std::max(most, kLeastBlockSamples));
 }
 
 /// The numbers of an earlier plan where its rasters lie now. Where that is farther apart, coarse levels are rounded in another way.
@@ -173,7 +187,7 @@ proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Sourc
   if (given.before != nullptr) return plan_again(request, source, given.before->plan());
   auto plan = plan_of(request, source);
   if (!plan.ok()) return plan;
-  if (const auto set = set_blocks(given, *plan); !set.ok()) return set.problem();
+  set_blocks(given, *plan);
   if (request.options.keep_size() == 0) return plan;
   Workers workers(request.options.threads());
   Builder builder(*plan, workers, [&] { return open_source(request); }, request.options.device(), stop);

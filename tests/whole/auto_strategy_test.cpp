@@ -98,22 +98,18 @@ TEST_F(AutoStrategy, is_waves_where_coarser_levels_are_missing) {
   expect_waves("needs two coarser levels");
 }
 
-TEST_F(AutoStrategy, is_waves_in_small_blocks_and_exact_without) {
+TEST_F(AutoStrategy, is_exact_in_blocks_of_any_size) {
   request_.options.set_strategy("auto");
   auto member = raster::examine(request_.raster_path, "dem.tif", raster::Trust::operator_file, request_.options);
   ASSERT_TRUE(member.ok()) << member.problem().line();
   request_.members.push_back(*member);
   EXPECT_TRUE(planned(0).exact());
-  const proto::Plan chosen = planned(513 * 513);
-  ASSERT_EQ(chosen.window_size(), 4) << "no plan";
-  EXPECT_FALSE(chosen.exact());
-  EXPECT_THAT(pipeline::why_waves(chosen), HasSubstr("no small blocks, for updates=1 or plan --block"));
-  request_.options.set_strategy("waves");
-  const proto::Plan waves = planned(513 * 513);
-  EXPECT_EQ(chosen.block_level(), waves.block_level());
-  for (int k = 0; k < waves.levels_size(); ++k) EXPECT_EQ(chosen.levels(k).SerializeAsString(), waves.levels(k).SerializeAsString());
-  request_.options.set_strategy("exact");
-  EXPECT_FALSE(pipeline::work::plan_work(request_, never_, {nullptr, 513 * 513, 0}).ok()) << "asked for by name: refused";
+  EXPECT_EQ(planned(0).block_level(), 0u) << "small: one piece";
+  const proto::Plan small = planned(513 * 513);
+  ASSERT_EQ(small.window_size(), 4) << "no plan";
+  EXPECT_TRUE(small.exact());
+  EXPECT_EQ(small.block_level(), small.finest_level() - 1);
+  EXPECT_EQ(planned(1).block_level(), small.block_level()) << "the smallest that there are";
 }
 
 }  // namespace

@@ -34,8 +34,8 @@ BuiltTile decode(const pipeline::StoreReader& store, const proto::TileRecord& re
   return tile;
 }
 
-void plan_again(Built& built, raster::Source& source, const proto::BuildOptions& options) {
-  built.plan = must(pipeline::make_plan(source, options));
+void plan_again(Built& built, raster::Source& source, const pipeline::BuildRequest& request) {
+  built.plan = must(pipeline::plan_of(request, source));
   built.lattice = pipeline::lattice_of(built.plan);
   for (int k = 0; k < built.plan.levels_size(); ++k) {
     built.plan.mutable_levels(k)->set_target(built.manifest.levels(k).tolerance());
@@ -98,7 +98,7 @@ proto::BuildOptions with_error(double error_m) {
   return options;
 }
 
-Built build_file(const std::string& path, const proto::BuildOptions& options) {
+Built build_file(const std::string& path, const proto::BuildOptions& options, std::int64_t block_samples) {
   const Folder folder;
   pipeline::BuildRequest request;
   request.raster_path = path;
@@ -106,11 +106,12 @@ Built build_file(const std::string& path, const proto::BuildOptions& options) {
   request.id = "test";
   request.store_path = folder.path("test.cordillera");
   request.options = options;
+  request.block_samples = block_samples;
   const std::atomic<bool> stop = false;
   Built built;
   built.manifest = must(pipeline::build(request, nullptr, stop));
   const auto source = must(pipeline::open_source(request));
-  plan_again(built, *source, options);
+  plan_again(built, *source, request);
   const auto& w = built.plan.window();
   built.samples = must(source->sample(built.lattice, w[0], w[1], w[2] - w[0] + 1, w[3] - w[1] + 1));
   const auto store = must(pipeline::StoreReader::open(request.store_path));
@@ -125,11 +126,11 @@ Built build_file(const std::string& path, const proto::BuildOptions& options) {
   return built;
 }
 
-Built build_dem(const Dem& dem, proto::BuildOptions options) {
+Built build_dem(const Dem& dem, proto::BuildOptions options, std::int64_t block_samples) {
   if (dem.level) options.set_max_level(static_cast<std::uint32_t>(*dem.level));
   const Folder folder;
   write(dem, folder.path("dem.tif"));
-  return build_file(folder.path("dem.tif"), options);
+  return build_file(folder.path("dem.tif"), options, block_samples);
 }
 
 std::optional<double> error_at(const Built& built, int level, std::int64_t i, std::int64_t j, double expected_m) {

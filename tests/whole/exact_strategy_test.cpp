@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "pipeline/build/build.h"
+#include "pipeline/plan/block_grid.h"
 #include "tests/whole/bytes.h"
 #include "tests/whole/judge.h"
 
@@ -61,6 +62,62 @@ TEST(ExactStrategy, blocks_that_meet_fit) {
   expect_promise(built);
 }
 
+/// Every level within its target: measured in blocks, a bound above them.
+void expect_promise_above_blocks(const Built& built) {
+  for (const proto::LevelSummary& level : built.manifest.levels()) {
+    EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
+    EXPECT_EQ(level.composed(), level.level() < built.plan.block_level()) << "level " << level.level();
+  }
+}
+constexpr std::int64_t kSmallBlock = 513 * 513;
+
+// Blocks of four tiles, with holes across their sides, noise of holes, and islands whose blocks have neighbours without data.
+TEST(ExactStrategy, levels_above_small_blocks_are_made_at_once) {
+  constexpr std::int64_t kNode = 2 * kTile;
+  const Corner corner{13, 4500 * kNode - 350, 3000 * kNode + 300};
+  const HeightOf ground = rough(4), gaps = rough(9);
+  const auto height = [=](int c, int r) {
+    const bool hole = std::hypot(c - 350, r - 280) < 40 || (c > 900 && c < 1400 && gaps(3 * c, 3 * r) > 900);
+    return hole || (c > 1400 && c < 2700 && std::hypot(c - 2300, r - 400) > 90) ? kNoData : ground(c, r);
+  };
+  const Built built = build_dem(points_of(corner, 3000, 900, height), exact(15), kSmallBlock);
+  EXPECT_EQ(built.plan.block_level(), 12u);
+  EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  expect_promise_above_blocks(built);
+}
+
+// The triangles that a raster in one piece has, nearly: what is known of samples above blocks is nearly all.
+TEST(ExactStrategy, small_blocks_cost_few_triangles) {
+  const Dem dem = points_of(kCorner, 1500, 1200, rough(8));
+  const Built whole = build_dem(dem, exact(10)), blocks = build_dem(dem, exact(10), kSmallBlock);
+  ASSERT_EQ(whole.plan.block_level(), 0u);
+  ASSERT_EQ(blocks.plan.block_level(), 12u);
+  for (const int z : {13, 12}) EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.08 * static_cast<double>(whole.triangles(z))) << "level " << z;
+  for (const int z : {11, 10, 9}) EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.10 * static_cast<double>(whole.triangles(z))) << "level " << z;
+}
+
+// A rectangle of blocks goes on beyond the meridian where the lattice begins again, and over the one in its middle.
+TEST(ExactStrategy, small_blocks_go_on_across_meridians) {
+  for (const std::int64_t meridian : {std::int64_t{0}, std::int64_t{8192} * kTile}) {
+    const Built built = build_dem(points_of({13, meridian - 600, 6000 * kTile + 150}, 1200, 400, rough(3)), exact(15), kSmallBlock);
+    EXPECT_TRUE(pipeline::merged_at_once(built.plan));
+    EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << meridian;
+    expect_promise_above_blocks(built);
+  }
+}
+
+// Too wide for one rectangle: parents are merged of four children.
+TEST(ExactStrategy, blocks_far_apart_are_merged_level_by_level) {
+  const HeightOf ground = rough(5);
+  const auto height = [=](int c, int r) { return c < 300 || c > 16700 ? 0.1 * ground(c, r) : kNoData; };
+  const Built built = build_dem(points_of({13, 4500 * 2 * kTile - 100, 6000 * kTile + 150}, 17000, 300, height), exact(5), kSmallBlock);
+  EXPECT_TRUE(built.plan.exact());
+  EXPECT_FALSE(pipeline::merged_at_once(built.plan));
+  EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
+  expect_promise_above_blocks(built);
+}
+
 // Cells of two kilometres: between vertices the earth falls away by more than the error that is asked for.
 TEST(ExactStrategy, sees_the_curvature_of_the_earth) {
   const Corner corner{5, 9000, 6800};
@@ -91,9 +148,10 @@ TEST(ExactStrategy, bytes_do_not_depend_on_threads) {
   request.id = "test";
   request.options = exact(12);
   const std::atomic<bool> never = false;
-  const auto bytes = [&](unsigned threads) {
+  const auto bytes = [&](unsigned threads, std::int64_t block_samples = 0) {
     request.options.set_threads(threads);
-    request.store_path = folder.path(std::to_string(threads));
+    request.block_samples = block_samples;
+    request.store_path = folder.path(std::to_string(threads) + " " + std::to_string(block_samples));
     const auto built = pipeline::build(request, nullptr, never);
     EXPECT_TRUE(built.ok()) << built.problem().line();
     return published(request.store_path);
@@ -101,6 +159,7 @@ TEST(ExactStrategy, bytes_do_not_depend_on_threads) {
   const Bytes one = bytes(1);
   EXPECT_GT(one.size(), 10u);
   EXPECT_EQ(one, bytes(3));
+  EXPECT_EQ(bytes(1, kSmallBlock), bytes(3, kSmallBlock));
 }
 
 TEST(ExactStrategy, what_it_cannot_do_is_said) {

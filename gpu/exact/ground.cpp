@@ -1,0 +1,138 @@
+#include "gpu/exact/ground.h"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "gpu/exact/cut.h"
+
+namespace cordillera::gpu::exact {
+namespace {
+
+/// How many squares a square is from the nearest one with `has`, in columns and in rows; kMost: farther than was looked.
+std::vector<std::uint16_t> squares_apart(std::span<const std::uint8_t> has, std::int32_t across, std::int32_t up) {
+  constexpr std::uint16_t kMost = 1 << 14;
+  std::vector<std::uint16_t> apart(has.size());
+  const auto at = [&](std::int32_t x, std::int32_t y) -> std::uint16_t {
+    return x < 0 || y < 0 || x >= across || y >= up ? kMost : apart[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
+  };
+  for (std::size_t i = 0; i < has.size(); ++i) apart[i] = has[i] ? 0 : kMost;
+  // Neighbours before a square, then those after it: exact where a step goes to any of eight.
+  const auto sweep = [&](std::int32_t x, std::int32_t y, std::int32_t row) {
+    std::uint16_t& here = apart[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
+    for (const std::uint16_t near : {at(x + row, y), at(x - 1, y + row), at(x, y + row), at(x + 1, y + row)}) here = std::min<std::uint16_t>(here, near + 1);
+  };
+  for (std::int32_t y = 0; y < up; ++y)
+    for (std::int32_t x = 0; x < across; ++x) sweep(x, y, -1);
+  for (std::int32_t y = up; y-- > 0;)
+    for (std::int32_t x = across; x-- > 0;) sweep(x, y, 1);
+  return apart;
+}
+
+/// Samples of squares so far apart are within 2^r of each other; the least such r.
+int reach_of(std::uint16_t apart) {
+  int r = 3;
+  while (r < kFarthest && (1 << (r - 3)) < apart + 1) ++r;
+  return r;
+}
+
+proto::Problem invalid(std::string detail) { return {"option-invalid", std::move(detail), "a triangulation of the rectangle", "start"}; }
+
+/// The neighbours of a vertex, from two after one another in each triangle.
+class Fan {
+ public:
+  bool add(std::uint32_t from, std::uint32_t to) {
+    if (count_ == kRingWidth) return false;
+    pairs_[count_++] = {from, to};
+    return true;
+  }
+  /// Counter-clockwise; a closed one from its least neighbour on. 0: they are no fan.
+  int order(bool open, std::uint32_t* ring) const {
+    if (count_ == 0) return 0;
+    std::uint32_t at = pairs_[0][0];
+    for (std::size_t k = 1; k < count_; ++k) at = open ? at : std::min(at, pairs_[k][0]);
+    if (open) {
+      for (std::size_t k = 0; k < count_; ++k) {
+        bool begins = true;
+        for (std::size_t j = 0; j < count_; ++j) begins = begins && pairs_[j][1] != pairs_[k][0];
+        if (begins) at = pairs_[k][0];
+      }
+    }
+    int length = 0;
+    for (std::size_t step = 0; step < count_; ++step) {
+      const auto next = std::find_if(pairs_.begin(), pairs_.begin() + count_, [at](const auto& pair) { return pair[0] == at; });
+      if (next == pairs_.begin() + count_) return 0;
+      ring[length++] = at;
+      at = (*next)[1];
+    }
+    if (!open) return at == ring[0] ? length : 0;
+    if (length == kRingWidth) return 0;
+    ring[length++] = at;
+    return length;
+  }
+
+ private:
+  std::array<std::array<std::uint32_t, 2>, kRingWidth> pairs_{};
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+void join_depths(Ground& ground, int reach) {
+  if (ground.squares.depth.empty()) return;
+  const std::int32_t across = (ground.columns - 1) / 8 + 1, up = (ground.rows - 1) / 8 + 1;
+  std::vector<std::uint8_t> has_valid, has_void;
+  for (const Depth depth : ground.squares.depth) {
+    has_valid.push_back(has_deep_valid(depth, -1));
+    has_void.push_back(has_deep_void(depth, -1));
+  }
+  const std::vector<std::uint16_t> to_valid = squares_apart(has_valid, across, up), to_void = squares_apart(has_void, across, up);
+  for (std::size_t i = 0; i < ground.squares.depth.size(); ++i) {
+    Depth& depth = ground.squares.depth[i];
+    const auto nearer = [&](int known, std::uint16_t apart) {
+      const int r = reach_of(apart);
+      return r <= reach ? std::min(known, r + 1) : known;
+    };
+    depth = static_cast<Depth>(nearer(depth & 15, to_void[i]) | nearer(depth >> 4, to_valid[i]) << 4);
+  }
+}
+
+proto::Result<RingMesh> ring_mesh(const BlockMesh& mesh, std::int32_t columns, std::int32_t rows) {
+  const std::size_t n = mesh.vertices();
+  std::vector<Fan> fans(n);
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (t[k] >= n) return invalid("a triangle of the start names a vertex that is not there");
+      if (!fans[t[k]].add(t[(k + 1) % 3], t[(k + 2) % 3])) return invalid("a vertex of the start has more than 14 triangles");
+    }
+  }
+  RingMesh rings;
+  rings.ring.resize(n * kRingWidth);
+  rings.valence.resize(n);
+  for (std::size_t v = 0; v < n; ++v) {
+    const bool open = mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == columns - 1 || mesh.y[v] == rows - 1;
+    const int valence = fans[v].order(open, rings.ring.data() + v * kRingWidth);
+    if (valence == 0) return invalid("triangles around vertex " + std::to_string(v) + " of the start are not one fan of at most 14 neighbours");
+    rings.valence[v] = static_cast<std::uint8_t>(valence);
+    rings.position.push_back(pack_position(mesh.x[v], mesh.y[v]));
+    rings.height.push_back(static_cast<float>(mesh.height[v]));
+    rings.mark.push_back(mesh.is_void[v] ? kVoidVertex : 0);
+  }
+  return rings;
+}
+
+int bin_shift_for(std::span<const std::uint32_t> positions) {
+  constexpr int kMostShift = 8;
+  constexpr std::uint32_t kBinsOfWindow = 16;  // or seams, which lie between bins, would be the same in every pass
+  for (int shift = kMostShift; shift > kBinShift; --shift) {
+    const std::size_t across = (std::size_t{kMostSamples} >> shift) + 1;
+    std::vector<std::uint32_t> count(across * across, 0);
+    std::uint32_t most = 0;
+    for (const std::uint32_t p : positions)
+      most = std::max(most, ++count[static_cast<std::size_t>(position_y(p) >> shift) * across + static_cast<std::size_t>(position_x(p) >> shift)]);
+    if (most <= kSmallestWindow / kBinsOfWindow) return shift;
+  }
+  return kBinShift;
+}
+
+}  // namespace cordillera::gpu::exact

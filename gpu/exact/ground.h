@@ -1,0 +1,28 @@
+#pragma once
+// What is known above blocks, where their samples are out of reach: squares of 8 samples, and the blocks' meshes as one.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gpu/exact/mesh.h"
+#include "gpu/exact/simplify_block.h"
+
+namespace cordillera::gpu::exact {
+
+/// Squares hold how far their samples are from the other kind as far as their block knows it. Where that is less by how far squares are apart, also of
+/// other blocks, they hold that now, up to 2^reach; never less than it is.
+void join_depths(Ground& ground, int reach);
+
+/// The ring-only mesh of a triangulation; on the host.
+struct RingMesh {
+  std::vector<std::uint32_t> position, ring;  ///< as in MeshView
+  std::vector<float> height;
+  std::vector<std::uint8_t> valence, mark;
+};
+/// columns, rows: of the rectangle that the triangles cover. "option-invalid": they do not, or a vertex has too many neighbours.
+proto::Result<RingMesh> ring_mesh(const BlockMesh& mesh, std::int32_t columns, std::int32_t rows);
+
+/// The largest bins, as a shift, of which several fit into the smallest window: collapses only take vertices away.
+int bin_shift_for(std::span<const std::uint32_t> positions);
+
+}  // namespace cordillera::gpu::exact

@@ -1,0 +1,37 @@
+#pragma once
+// The error of a triangle above blocks, as it will be decoded: against what is known of the samples under it.
+#include "gpu/exact/simplify_block.h"
+#include "gpu/refine/refine.h"
+#include "proto/lattice.h"
+
+namespace cordillera::pipeline {
+
+/// Each triangle's samples are taken for itself, so this is for the few that need it. Borrows lattice and ground.
+class GroundMeter final : public gpu::ErrorMeter {
+ public:
+  struct At {
+    const proto::Lattice* lattice = nullptr;
+    proto::TileAddress tile;
+    std::int32_t side = 0;  ///< of the tile, units
+    double ecef_step_m = 0;
+    std::int32_t height_step = 1;  ///< of its level
+  };
+  GroundMeter(const At& at, const gpu::exact::Ground& ground);
+  gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
+  double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override;
+
+ private:
+  /// Around the corners, and how far samples may be from them.
+  struct Known {
+    proto::Samples samples;
+    double error_m = 0;
+  };
+  Known around(const std::array<gpu::MeshPoint, 3>& corners) const;
+
+  At at_;
+  const gpu::exact::Ground& ground_;
+  gpu::exact::Field field_;
+  std::int64_t west_, south_;  ///< of the tile, in the ground's samples
+};
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,20 @@
+#pragma once
+// What an exact block leaves for the levels above it, in bytes: what crosses a restart or a process border.
+#include <string>
+
+#include "gpu/exact/simplify_block.h"
+#include "proto/mesh.h"
+#include "proto/result.h"
+
+namespace cordillera::pipeline {
+
+struct KeptBlock {
+  proto::TileMesh mesh;  ///< of its coarsest level, void triangles too
+  gpu::exact::Squares squares;
+};
+
+std::string to_bytes(const KeptBlock& block);
+/// "store-damaged": they are not what to_bytes gave.
+proto::Result<KeptBlock> kept_block_from(const std::string& bytes);
+
+}  // namespace cordillera::pipeline

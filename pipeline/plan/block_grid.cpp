@@ -1,0 +1,61 @@
+#include "pipeline/plan/block_grid.h"
+
+#include <algorithm>
+
+#include "gpu/exact/simplify_block.h"
+#include "pipeline/plan/plan.h"
+#include "proto/integers.h"
+
+namespace cordillera::pipeline {
+
+using proto::floor_divide;
+
+bool has_levels_above(const proto::Plan& plan) { return plan.block_level() > plan.min_level(); }
+
+BlockGrid grid_of(const proto::Plan& plan) {
+  const int z = static_cast<int>(plan.block_level());
+  const std::int64_t units = lattice_of(plan).tile_units(z);
+  BlockGrid grid;
+  grid.west = floor_divide(plan.window(0) - 1, units);
+  grid.south = std::max<std::int64_t>(floor_divide(plan.window(1) - 1, units), 0);
+  grid.across = static_cast<std::int32_t>(floor_divide(plan.window(2), units) - grid.west + 1);
+  grid.up = static_cast<std::int32_t>(std::min<std::int64_t>(floor_divide(plan.window(3), units), proto::tiles_up(z) - 1) - grid.south + 1);
+  return grid;
+}
+
+proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k) {
+  const int z = static_cast<int>(plan.block_level());
+  const std::int64_t circle = proto::tiles_across(z), x = grid.west + k % grid.across;
+  return {z, static_cast<std::int32_t>((x % circle + circle) % circle), static_cast<std::int32_t>(grid.south + k / grid.across)};
+}
+
+bool merged_at_once(const proto::Plan& plan) {
+  if (!plan.exact() || !has_levels_above(plan)) return false;
+  const BlockGrid grid = grid_of(plan);
+  const int z = static_cast<int>(plan.block_level());
+  const std::int64_t units = lattice_of(plan).tile_units(z), most = gpu::exact::kMostSamples - 1;
+  // All around the earth the western side is the eastern one, which the rectangle does not know.
+  return grid.across * units <= most && grid.up * units <= most && grid.across < proto::tiles_across(z);
+}
+
+proto::TileAddress node_above(const proto::Plan& plan) { return node_at(plan, grid_of(plan), 0).parent(); }
+
+std::vector<std::vector<proto::TileAddress>> stages_above(const proto::Plan& plan) {
+  if (merged_at_once(plan)) return {{node_above(plan)}};
+  std::vector<std::vector<proto::TileAddress>> stages;
+  for (int z = static_cast<int>(plan.block_level()) - 1; z >= static_cast<int>(plan.min_level()); --z) stages.push_back(touched_tiles(plan, z));
+  return stages;
+}
+
+std::vector<proto::TileAddress> nodes_below(const proto::Plan& plan, const proto::TileAddress& node) {
+  std::vector<proto::TileAddress> below;
+  if (merged_at_once(plan)) {
+    const BlockGrid grid = grid_of(plan);
+    for (std::int32_t k = 0; k < grid.count(); ++k) below.push_back(node_at(plan, grid, k));
+    return below;
+  }
+  for (int c = 0; c < 4; ++c) below.push_back(node.child(c));
+  return below;
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,34 @@
+#pragma once
+// Blocks of an exact plan side by side, and what is made above them.
+#include <vector>
+
+#include "cordillera.pb.h"
+#include "proto/lattice.h"
+
+namespace cordillera::pipeline {
+
+/// Whether there are levels above the blocks of a plan.
+bool has_levels_above(const proto::Plan& plan);
+
+/// Whole nodes of the block level: those that the plan's window touches.
+struct BlockGrid {
+  std::int64_t west = 0, south = 0;  ///< columns and rows of nodes; west may lie beyond the circle
+  std::int32_t across = 0, up = 0;
+
+  std::int32_t count() const { return across * up; }
+};
+BlockGrid grid_of(const proto::Plan& plan);
+/// Row by row from the south-west.
+proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k);
+
+/// Whether one task makes all levels above the blocks of a plan: exact blocks that fit into one rectangle of gpu/exact. Else parents are merged of four
+/// children, level by level.
+bool merged_at_once(const proto::Plan& plan);
+/// The node that stands for that task, of the level above the blocks.
+proto::TileAddress node_above(const proto::Plan& plan);
+/// Nodes above the blocks that are tasks, stage by stage upwards.
+std::vector<std::vector<proto::TileAddress>> stages_above(const proto::Plan& plan);
+/// Nodes whose tasks leave something for this one's, above the blocks.
+std::vector<proto::TileAddress> nodes_below(const proto::Plan& plan, const proto::TileAddress& node);
+
+}  // namespace cordillera::pipeline
