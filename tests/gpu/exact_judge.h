@@ -40,9 +40,9 @@ inline std::vector<BlockLevel> doubling_levels(double finest_m, int count) {
 }
 
 /// A block's rectangle of its samples.
-class Ground {
+class JudgedGround {
  public:
-  explicit Ground(const Block& block) : columns(block.columns), rows(block.rows), block_(block) {}
+  explicit JudgedGround(const Block& block) : columns(block.columns), rows(block.rows), block_(block) {}
   std::int32_t at(int x, int y) const { return block_.samples->at(block_.west + x, block_.south + y); }
   bool is_void(int x, int y) const { return at(x, y) == proto::kNoHeight; }
   /// Is a sample of the other kind within `cell` in columns and in rows?
@@ -169,7 +169,7 @@ class Judge {
     verdict_.rmse_m = counted_ ? std::sqrt(squares_ / static_cast<double>(counted_)) : 0;
   }
 
-  const Ground ground_;
+  const JudgedGround ground_;
   const Block& block_;
   const BlockPlan& plan_;
   const std::size_t level_;

@@ -95,8 +95,8 @@ TEST_F(DryRun, SaysWhatAutoChoosesAndIsNearIt) {
   }
 }
 
-// Of a raster of some 65 million samples it is the ground that decides: where nearly every sample would be a vertex, exact takes too much memory.
-TEST_F(DryRun, SaysWhyAutoIsWavesForMuchRoughGround) {
+// Some 65 million samples, nearly every one of which is a vertex at first: in blocks, that takes no more memory than less of it.
+TEST_F(DryRun, TakesExactForMuchRoughGround) {
   Spec spec = raster_test::huge_sparse(512);
   spec.columns = spec.rows = 4000;
   spec.value = [](int c, int r) { return 40.0 * ((c * 7 + r * 3) % 11); };
@@ -105,19 +105,10 @@ TEST_F(DryRun, SaysWhyAutoIsWavesForMuchRoughGround) {
   request_.options = raster_test::plain_options();
   request_.options.set_strategy("auto");
   request_.options.set_error(1);
-  const proto::Manifest rough = guess();
-  EXPECT_GT(rough.source().lattice_samples(), pipeline::kBlockSamples);
-  EXPECT_LT(rough.source().lattice_samples(), pipeline::kExactSamples);
-  EXPECT_EQ(rough.options().strategy(), "waves");
-  ASSERT_EQ(rough.notes_size(), 1);
-  EXPECT_THAT(rough.notes(0), testing::HasSubstr("more memory than a build has by default"));
-  request_.options.set_error(2000);
-  const proto::Manifest calm = guess();
-  EXPECT_EQ(calm.options().strategy(), "exact");
-  EXPECT_EQ(calm.notes_size(), 0);
-  request_.options.set_error(1);
-  request_.options.set_strategy("exact");
-  EXPECT_TRUE(pipeline::make_plan(*raster_test::must_open(request_.raster_path), request_.options).ok()) << "by name it is taken";
+  const proto::Manifest told = guess();
+  EXPECT_GT(told.source().lattice_samples(), pipeline::kBlockSamples);
+  EXPECT_EQ(told.options().strategy(), "exact");
+  EXPECT_EQ(told.notes_size(), 0);
 }
 
 TEST_F(DryRun, IsNearWhatIsBuiltForShares) {

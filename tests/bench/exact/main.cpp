@@ -1,9 +1,9 @@
 // exact_bench DEVICE THREADS FILE SIDE SCALE TOLERANCE [--levels 5] [--blocks 1] [--split 1] [--quality fast|standard|best]
-// [--repeat 1]
-// [--judge]
+// [--repeat 1] [--above 0] [--judge]
 //   FILE: SIDE x SIDE 16-bit integers, southern row first, times SCALE metres, -32768 where void; or made:NAME, a terrain of
 //   tests/bench/pyramid/terrain.h TOLERANCE: metres of the finest level, doubled a level
 //   --split N: the raster as N x N blocks that share their inner sides
+//   --above N: the coarsest N levels are made above the block, without samples (one block)
 //   --blocks N: N x N copies of the raster in one call, each turned so that no two are alike
 #include <atomic>
 #include <chrono>
@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "tests/bench/pyramid/terrain.h"
+#include "tests/gpu/exact_above.h"
 #include "tests/gpu/exact_judge.h"
 
 using namespace cordillera;
@@ -25,7 +26,7 @@ namespace {
 
 struct Options {
   std::string device, file;
-  int threads = 1, side = 0, levels = 5, blocks = 1, split = 1, repeat = 1;
+  int threads = 1, side = 0, levels = 5, blocks = 1, split = 1, repeat = 1, above = 0;
   double scale_m = 1, tolerance_m = 1;
   Quality quality = Quality::standard;
   Measure measure = Measure::shape;
@@ -37,7 +38,7 @@ Options read_options(int count, char** words) {
     std::fputs(
         "exact_bench DEVICE THREADS FILE SIDE SCALE TOLERANCE [--levels 5] [--blocks 1] [--split 1] [--quality "
         "fast|standard|best] [--repeat "
-        "1] [--judge]\n",
+        "1] [--above 0] [--judge]\n",
         stderr);
     std::exit(2);
   }
@@ -53,6 +54,7 @@ Options read_options(int count, char** words) {
     if (word == "--levels") o.levels = std::atoi(value.c_str());
     if (word == "--blocks") o.blocks = std::atoi(value.c_str());
     if (word == "--split") o.split = std::atoi(value.c_str());
+    if (word == "--above") o.above = std::atoi(value.c_str());
     if (word == "--repeat") o.repeat = std::atoi(value.c_str());
     if (word == "--quality") o.quality = value == "fast" ? Quality::fast : value == "best" ? Quality::best : Quality::standard;
   }
@@ -170,6 +172,18 @@ int main(int count, char** words) {
   std::printf("%s, %d threads, %s, %zu blocks of %d x %d\n", simplifier.device().c_str(), o.threads, o.file.c_str(),
               blocks.size(), blocks[0].columns, blocks[0].rows);
   for (int r = 0; r < o.repeat; ++r) {
+    if (o.above > 0) {
+      const auto result = simplified_above(simplifier, blocks[0], plan, plan.levels.size() - static_cast<std::size_t>(o.above));
+      if (!result.ok()) {
+        std::fprintf(stderr, "%s\n", result.problem().line().c_str());
+        return 1;
+      }
+      if (r + 1 < o.repeat) continue;
+      const std::vector<LevelTime>& times = simplifier.times().levels;  // of the levels above
+      for (std::size_t l = 0; l < plan.levels.size(); ++l)
+        print_level(plan, l, {*result}, {blocks.data(), 1}, o, l + times.size() < plan.levels.size() ? LevelTime() : times[l + times.size() - plan.levels.size()]);
+      continue;
+    }
     const auto result = simplifier.simplify(blocks, plan);
     if (!result.ok()) {
       std::fprintf(stderr, "%s\n", result.problem().line().c_str());
