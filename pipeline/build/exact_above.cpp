@@ -5,6 +5,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "gpu/exact/triangle.h"
 #include "gpu/measure/upright.h"
 #include "gpu/refine/height_step.h"
 #include "pipeline/build/ground_meter.h"
@@ -148,6 +149,38 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
 
 namespace {
 
+/// Every so many samples both ways is looked at for the RMSE; cells of levels above blocks are wider.
+constexpr int kRmseStep = 4;
+
+/// Squares of a published triangle's errors. A sample on an edge belongs to the triangle east of it, or north.
+void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, gpu::SurfaceError& error) {
+  const auto owns = [&t](int x, int y) {
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t at = t.edge(k, x, y);
+      if (at < 0 || (at == 0 && (t.across[k] < 0 || (t.across[k] == 0 && t.along[k] < 0)))) return false;
+    }
+    return true;
+  };
+  for (int y = (t.south + kRmseStep - 1) / kRmseStep * kRmseStep; y <= t.north; y += kRmseStep) {
+    for (int x = (t.west + kRmseStep - 1) / kRmseStep * kRmseStep; x <= t.east; x += kRmseStep) {
+      if (!owns(x, y) || field.is_void_there(x, y)) continue;
+      const double off_m = static_cast<double>(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y))) * proto::kHeightStep_m;
+      error.sum_squared_m2 += off_m * off_m;
+      ++error.samples;
+    }
+  }
+}
+
+void measure_squares(const GroundMeter& known, BuiltTile& tile) {
+  const proto::TileMesh& mesh = tile.mesh;
+  const auto corner = [&](std::uint32_t v) {
+    const auto [x, y] = known.on_ground(mesh.x[v], mesh.y[v]);
+    return gpu::exact::Corner{x, y, static_cast<float>(mesh.height[v]), false};
+  };
+  for (const auto& t : mesh.triangles)
+    add_squares(gpu::exact::make_triangle(corner(t[0]), corner(t[1]), corner(t[2]), {0, 0, known.field().curve}), known.field(), tile.measured);
+}
+
 double slope_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t, double unit_m) {
   const auto [low, high] = std::minmax({mesh.height[t[0]], mesh.height[t[1]], mesh.height[t[2]]});
   const double ux = mesh.x[t[1]] - mesh.x[t[0]], uy = mesh.y[t[1]] - mesh.y[t[0]], vx = mesh.x[t[2]] - mesh.x[t[0]], vy = mesh.y[t[2]] - mesh.y[t[0]];
@@ -215,6 +248,7 @@ void state_error(const LevelContext& context, const Ground& ground, BuiltTile& t
     if (refined.inserted + refined.flipped > 0) steep_m = std::max(steep_m, limit_m);
   }
   tile.max_error_m = std::max(tile.max_error_m, steep_m) + gpu::kGrace_m;
+  measure_squares(known, tile);
 }
 
 }  // namespace cordillera::pipeline

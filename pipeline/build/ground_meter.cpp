@@ -13,15 +13,6 @@ namespace {
 constexpr std::int64_t kMargin = 2;  // units: samples beside a triangle that its chords may show
 constexpr double kRounded = 1;       // of a height to whole steps, and more
 
-gpu::exact::Field field_of(const gpu::exact::Ground& ground) {
-  gpu::exact::Field field;
-  field.columns = ground.columns, field.rows = ground.rows;
-  field.tier_stride[0] = static_cast<std::int32_t>(ground.across());
-  field.plane[0] = ground.squares.plane.data();
-  field.code = ground.squares.code.data();
-  return field;
-}
-
 /// A meter of one triangle needs its tile's side, and the range of its heights.
 proto::TileMesh mesh_of(std::int32_t side, const std::array<gpu::MeshPoint, 3>& corners) {
   proto::TileMesh mesh;
@@ -37,6 +28,16 @@ proto::TileMesh mesh_of(std::int32_t side, const std::array<gpu::MeshPoint, 3>& 
 }
 
 }  // namespace
+
+gpu::exact::Field field_of(const gpu::exact::Ground& ground) {
+  gpu::exact::Field field;
+  field.columns = ground.columns, field.rows = ground.rows;
+  field.tier_stride[0] = static_cast<std::int32_t>(ground.across());
+  field.plane[0] = ground.squares.plane.data();
+  field.code = ground.squares.code.data();
+  field.curve = {ground.curve.empty() ? nullptr : ground.curve.data(), ground.curve_up};
+  return field;
+}
 
 GroundMeter::GroundMeter(const At& at, const gpu::exact::Ground& ground) : at_(at), ground_(ground), field_(field_of(ground)) {
   const std::int64_t circle = at.lattice->columns();

@@ -1,10 +1,15 @@
 #pragma once
 // The error of a triangle above blocks, as it will be decoded: against what is known of the samples under it.
+#include <utility>
+
 #include "gpu/exact/simplify_block.h"
 #include "gpu/refine/refine.h"
 #include "proto/lattice.h"
 
 namespace cordillera::pipeline {
+
+/// What the engine sees of a ground: squares of 8 alone. Borrows it.
+gpu::exact::Field field_of(const gpu::exact::Ground& ground);
 
 /// Each triangle's samples are taken for itself, so this is for the few that need it. Borrows lattice and ground.
 class GroundMeter final : public gpu::ErrorMeter {
@@ -19,6 +24,9 @@ class GroundMeter final : public gpu::ErrorMeter {
   GroundMeter(const At& at, const gpu::exact::Ground& ground);
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
   double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override;
+  const gpu::exact::Field& field() const { return field_; }
+  /// A place of the tile, in the ground's samples.
+  std::pair<int, int> on_ground(std::int32_t x, std::int32_t y) const { return {static_cast<int>(west_ + x), static_cast<int>(south_ + y)}; }
 
  private:
   /// Around the corners, and how far samples may be from them.

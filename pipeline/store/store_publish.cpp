@@ -65,7 +65,7 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
   const std::string level = std::to_string(plan.level());
   sum.set_level(plan.level());
   sum.set_tolerance(plan.target());
-  if (samples > 0 && !sum.composed()) sum.set_rmse(std::sqrt(squares / samples));
+  if (samples > 0) sum.set_rmse(std::sqrt(squares / samples));
   sum.set_drc_bytes(blob_bytes(database, "SELECT drc FROM tiles WHERE level = " + level));
   sum.set_glb_bytes(blob_bytes(database, "SELECT glb FROM tiles WHERE level = " + level));
   return sum;

@@ -335,19 +335,24 @@ Response Api::remove(const Request& request, const Dataset& dataset) {
     return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id, "the token that did, or one with the role admin",
                              "Authorization"});
   }
-  if (!forget_row(service_, id)) return problem_response({"storage-full", "the deletion cannot be written down; nothing was changed", "trying again later", ""});
-  service_.queue().cancel(id);
-  service_.hub().forget(id);
-  service_.library().forget(id);
-  const std::error_code error = remove_dataset_folder(service_.layout(), id);
-  service_.library().forget(id);  // again, for who opened it meanwhile
-  service_.archive_files().forget(id);
-  service_.list_texts().forget(id);
-  if (error) log_warning("dataset " + id + ": cannot remove its folder: " + error.message());
-  log_info("dataset " + id + ": deleted");
+  if (!delete_dataset(service_, id)) return problem_response({"storage-full", "the deletion cannot be written down; nothing was changed", "trying again later", ""});
   Response response;
   response.status = 204;
   return response;
+}
+
+bool delete_dataset(Service& service, const std::string& id) {
+  if (!forget_row(service, id)) return false;
+  service.queue().cancel(id);
+  service.hub().forget(id);
+  service.library().forget(id);
+  const std::error_code error = remove_dataset_folder(service.layout(), id);
+  service.library().forget(id);  // again, for who opened it meanwhile
+  service.archive_files().forget(id);
+  service.list_texts().forget(id);
+  if (error) log_warning("dataset " + id + ": cannot remove its folder: " + error.message());
+  log_info("dataset " + id + ": deleted");
+  return true;
 }
 
 }  // namespace cordillera::server

@@ -65,8 +65,10 @@ Response limits_in_effect(Service& service);
 
 /// Who sends, as far as uploads are counted.
 std::string sender(const Request& request);
-/// POST /v1/datasets.
-Response post_dataset(Service& service, const Request& request);
+/// POST /v1/datasets. id: what the dataset is to be called, which none is yet; empty: a name that nobody can guess.
+Response post_dataset(Service& service, const Request& request, const std::string& id = "");
+/// All of it. False: the deletion cannot be written down, and nothing was changed.
+bool delete_dataset(Service& service, const std::string& id);
 
 /// What a build of the raster in the folder would make; nothing is kept.
 Response dry_run(Service& service, const proto::Job& job, const std::filesystem::path& folder);

@@ -28,6 +28,7 @@ struct Posting {
   std::string options_hash;
   bool updates = false;  ///< its rasters can be changed
   std::string folder;    ///< where the dataset's path begins, as the client sees it
+  std::string id;        ///< what the dataset is to be called; empty: a name of its own
 };
 
 /// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of updates=1 are.
@@ -143,7 +144,7 @@ struct Rasters {
 Response create(Service& service, const Posting& posting, const Rasters& rasters, const Request& request, limits::Place slot) {
   Upload& upload = rasters.first;
   Dataset dataset;
-  dataset.id = make_id(posting.name);
+  dataset.id = posting.id.empty() ? make_id(posting.name) : posting.id;
   dataset.name = posting.name;
   dataset.options = posting.settings.build;
   dataset.created = now_text();
@@ -189,9 +190,10 @@ std::optional<proto::Problem> take_several(const Request& request, Posting& post
   return std::nullopt;
 }
 
-Response post(Service& service, const Request& request, Come* come) {
+Response post(Service& service, const Request& request, Come* come, const std::string& id = "") {
   auto posting = read_posting(service, request, come != nullptr ? RasterIs::optional : RasterIs::needed);
   if (!posting) return problem_response(posting.problem());
+  posting->id = id;
   if (come != nullptr && posting->delivery.any()) {
     return problem_response({"options-conflict", "the form has a file, and a field that names another raster", "one of them", "file"});
   }
@@ -297,10 +299,10 @@ Response post_form(Service& service, const Request& request, FormReader form) {
 
 std::string sender(const Request& request) { return request.who.name.empty() ? request.client : "token " + request.who.name; }
 
-Response post_dataset(Service& service, const Request& request) {
+Response post_dataset(Service& service, const Request& request, const std::string& id) {
   const std::string type = request.header("content-type").value_or("");
   if (auto form = FormReader::of(type)) return post_form(service, request, std::move(*form));
-  if (!type.starts_with("application/json")) return post(service, request, nullptr);
+  if (!type.starts_with("application/json")) return post(service, request, nullptr, id);
   const auto plain = with_json_as_query(request);
   return plain ? post(service, *plain, nullptr) : problem_response(plain.problem());
 }

@@ -7,12 +7,14 @@
 #include <boost/asio/steady_timer.hpp>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <thread>
 
 #include "server/cli/commands.h"
 #include "server/front/http_server.h"
 #include "server/memory/heap.h"
 #include "server/limits/descriptors.h"
+#include "server/live/live_folder.h"
 #include "server/log/log.h"
 #include "server/options/request_policy.h"
 #include "server/sandbox/sandbox.h"
@@ -84,6 +86,13 @@ int serve_command(const Settings& given, const std::string& program, const std::
     return kUsage;
   }
 
+  if (!settings.serve.live.empty()) {
+    if (auto refused = refuse_live_folder(settings.serve.live, settings.serve.data)) {
+      complain(*refused);
+      return kUsage;
+    }
+  }
+
   // glibc loads what it ends threads with when it first needs it, and ends the process where there is no memory for that by then.
   std::array<void*, 1> frame{};
   backtrace(frame.data(), static_cast<int>(frame.size()));
@@ -127,7 +136,10 @@ int serve_command(const Settings& given, const std::string& program, const std::
   log_info("listening on http://" + host + ":" + std::to_string((*http)->port()) + "/, data in " +
            std::filesystem::absolute(settings.serve.data).string());
   if (listening) listening((*http)->port());
+  std::optional<LiveFolder> live;
+  if (!settings.serve.live.empty()) live.emplace(**service, settings.serve.live);
   (*http)->run();
+  live.reset();
   io.stop();
   waiter.join();
   log_info("stopped");

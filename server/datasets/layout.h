@@ -18,6 +18,7 @@ struct Layout {
   std::filesystem::path lock() const { return root / "lock"; }
   std::filesystem::path registry() const { return root / "registry.sqlite"; }
   std::filesystem::path audit() const { return root / "audit.jsonl"; }  ///< unless told otherwise
+  std::filesystem::path live() const { return root / "live.json"; }  ///< which datasets came of the live folder's files
   std::filesystem::path uploads() const { return root / "uploads"; }  ///< that arrive in parts; they stay over a restart
   std::filesystem::path incoming() const { return root / "incoming"; }  ///< uploads under way; emptied at every start
   std::filesystem::path orphans() const { return root / "orphans"; }  ///< folders that no dataset could be made of; `vacuum --orphans` empties it

@@ -32,6 +32,7 @@ std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach no
 
 constexpr rlim_t kMiB = rlim_t{1} << 20;
 constexpr rlim_t kMostFiles = 512;
+constexpr rlim_t kThreadsBeside = 2;  // one gives the others their work, one cuts the last level into tiles. The clock on the wall is to end a build first
 
 void limit(__rlimit_resource resource, rlim_t value) {
   rlimit now{};
@@ -48,7 +49,8 @@ void restrict_process(const proto::Job& job, const std::filesystem::path& folder
   limit(RLIMIT_NOFILE, kMostFiles);
   if (options.memory() == 0) options.set_memory(default_memory_mib(options));
   limit_memory(options);
-  if (job.max_seconds() > 0) limit(RLIMIT_CPU, rlim_t{job.max_seconds()} * std::max(1u, options.threads() == 0 ? std::thread::hardware_concurrency() : options.threads()));
+  const rlim_t threads = std::max(1u, options.threads() == 0 ? std::thread::hardware_concurrency() : options.threads());
+  if (job.max_seconds() > 0) limit(RLIMIT_CPU, rlim_t{job.max_seconds()} * (threads + kThreadsBeside));
   // If the machine runs out of memory, the kernel should take the build and not the service.
   std::ofstream("/proc/self/oom_score_adj") << 500;
   const std::filesystem::path temporary = folder / kTemporaryFolder;

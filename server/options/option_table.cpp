@@ -279,7 +279,7 @@ std::vector<OptionSpec> make_build_options() {
        "a height in metres, -16384 to 16384", apply_water},
       {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
        "a single-band raster that GDAL can read", apply_text<&BuildOptions::mutable_water_mask>},
-      {"strategy", "NAME", "how meshes are simplified; exact: a raster in one piece; auto: exact where it can be, else waves; cleap and sequential: the published "
+      {"strategy", "NAME", "how meshes are simplified; exact: large blocks, no sample ever farther off than the error; auto: exact where it can be, else waves; cleap and sequential: the published "
        "algorithm, to be compared with",
        "auto, waves, exact, cleap or sequential",
        [](std::string_view text, Settings& settings) {
@@ -350,6 +350,8 @@ std::vector<OptionSpec> make_serve_options() {
       {"trusted-proxies", "ADDRESSES", "proxies whose X-Forwarded-For is believed", "addresses, separated by commas", apply_proxies},
       {"mount", "NAME=PATH,…", "datasets that were published elsewhere, to be served from there: a .sqlite file, or a folder that build wrote",
        "names of small letters, digits and dashes, each with a path: dem=/srv/dem.sqlite,europe=/vsis3/bucket/europe.sqlite", apply_mounts},
+      {"live", "FOLDER", "every raster in this folder and below it is a dataset: found, changed and gone while the service runs", "a folder",
+       apply_path<&ServeSettings::live>},
       {"cache-size", "MIB", "memory for what was read of mounted datasets, MiB", "1 to 1048576",
        [](std::string_view text, Settings& settings) { return read_whole(text, {1, 1u << 20}, &settings.serve.cache_mib); }},
       {"keep-versions", "N", "earlier versions that are kept of a dataset whose rasters change", "0 to 100",

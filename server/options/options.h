@@ -62,6 +62,7 @@ struct ServeSettings {
   bool insecure_writes = false;              ///< without tokens, beyond loopback
   std::vector<std::string> trusted_proxies;  ///< whose X-Forwarded-For is believed
   std::vector<Mount> mounts;
+  std::string live;  ///< a folder whose rasters are datasets; empty: none
   std::uint32_t cache_mib = 256;             ///< of what was read of mounts
   std::uint32_t keep_versions = 1;           ///< earlier ones of a dataset whose rasters change
   std::vector<std::string> source_allow;     ///< beginnings of addresses that rasters may be fetched from

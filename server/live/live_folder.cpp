@@ -1,0 +1,230 @@
+#include "server/live/live_folder.h"
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <vector>
+
+#include "raster/formats.h"
+#include "raster/storage.h"
+#include "server/api/api.h"
+#include "server/api/api_updates.h"
+#include "server/datasets/upload.h"
+#include "server/http/json.h"
+#include "server/http/request_id.h"
+#include "server/log/log.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+constexpr auto kPause = std::chrono::seconds(2);
+constexpr int kMissedLooks = 2;             // before a file counts as gone: a program may write it anew under its name
+constexpr std::size_t kMostFiles = 10'000;  // what a look takes is a fraction of the pause
+constexpr std::size_t kPiece = 1 << 20;
+constexpr const char* kWho = "live folder";
+
+bool is_within(const fs::path& inner, const fs::path& outer) {
+  const auto [end, ignored] = std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end());
+  return end == outer.end();
+}
+
+/// As if the file were sent. It ends early where the file does.
+Request sending(const fs::path& file, const std::string& method, const std::string& path) {
+  Request request;
+  request.method = method;
+  request.path = path;
+  request.client = kWho;
+  request.id = request_id_of(request);
+  request.who = {access::Role::admin, kWho};
+  std::error_code error;
+  request.headers["content-length"] = std::to_string(fs::file_size(file, error));
+  request.read_body = [file](const Request::Sink& sink) {
+    std::ifstream in(file, std::ios::binary);
+    std::string piece(kPiece, '\0');
+    while (in.read(piece.data(), kPiece) || in.gcount() > 0) {
+      if (!sink({piece.data(), static_cast<std::size_t>(in.gcount())})) return false;
+    }
+    return in.eof();
+  };
+  return request;
+}
+
+/// What an answer complains of.
+std::optional<Problem> refusal(const Response& response) {
+  if (response.status < 400) return std::nullopt;
+  const Json json = Json::parse(response.bytes(), nullptr, false);
+  return Problem{response.problem, json.is_object() ? json.value("detail", "") : "", "", ""};
+}
+
+/// Those that another attempt may find otherwise.
+bool is_passing(const Problem& problem) {
+  for (const char* type : {"queue-full", "storage-full", "too-many-uploads", "service-stopping", "service-busy", "body-incomplete", "memory-limit"}) {
+    if (problem.type == type) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::optional<Problem> refuse_live_folder(const fs::path& folder, const fs::path& data) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) return Problem{"live-folder", folder.string() + " is no folder", "a folder that rasters are put into", "--live"};
+  const fs::path live = fs::weakly_canonical(folder, error), own = fs::weakly_canonical(data, error);
+  if (!is_within(live, own) && !is_within(own, live)) return std::nullopt;
+  return Problem{"live-folder", "the data folder " + own.string() + " and " + live.string() + " lie in each other", "folders of their own", "--live"};
+}
+
+LiveFolder::LiveFolder(Service& service, fs::path folder)
+    : service_(service), folder_(std::move(folder)), notes_(service.layout().live()) {
+  read_notes();
+  log_info("rasters in " + fs::absolute(folder_).string() + " are datasets");
+  thread_ = std::thread([this] { run(); });
+}
+
+LiveFolder::~LiveFolder() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  ending_.notify_all();
+  thread_.join();
+}
+
+bool LiveFolder::stops() {
+  const std::lock_guard lock(mutex_);
+  return stop_ || service_.stopping();
+}
+
+void LiveFolder::run() {
+  while (!stops()) {
+    try {
+      look();
+    } catch (const std::exception& error) {  // the registry's, or want of memory
+      log_warning(std::string("live folder: ") + error.what() + "; looked at again");
+    }
+    std::unique_lock lock(mutex_);
+    ending_.wait_for(lock, kPause, [this] { return stop_; });
+  }
+}
+
+LiveFolder::Prints LiveFolder::files() const {
+  Prints found;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder_, fs::directory_options::skip_permission_denied, error);
+  for (; !error && entry != fs::recursive_directory_iterator() && found.size() < kMostFiles; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    std::error_code gone;  // while we look
+    if (name.starts_with('.')) {
+      if (entry->is_directory(gone)) entry.disable_recursion_pending();
+      continue;
+    }
+    const std::string extension = raster::extension_of(name);
+    if (!entry->is_regular_file(gone) || !raster::is_raster_extension(extension) || raster::needs_others(extension) != nullptr) continue;
+    const Print print{entry->file_size(gone), entry->last_write_time(gone).time_since_epoch().count()};
+    if (!gone) found[fs::relative(entry->path(), folder_, gone).generic_string()] = print;
+  }
+  if (found.size() == kMostFiles) log_warning("live folder: only the first " + std::to_string(kMostFiles) + " rasters are datasets");
+  return found;
+}
+
+void LiveFolder::look() {
+  const Prints now = files();
+  std::error_code error;
+  // A disk that is not mounted is no reason to delete anything.
+  const bool away = !known_.empty() && (!fs::is_directory(folder_, error) || fs::is_empty(folder_, error));
+  if (!away) remove_gone(now);
+  else if (!away_) log_warning("live folder: " + folder_.string() + " is empty or not there; nothing is deleted");
+  away_ = away;
+  for (const auto& [path, print] : now) {
+    if (stops()) return;
+    const auto before = seen_.find(path);
+    if (before != seen_.end() && before->second == print) take(path, print);
+  }
+  seen_ = now;
+}
+
+void LiveFolder::remove_gone(const Prints& now) {
+  std::vector<std::string> gone;
+  for (const auto& [path, known] : known_) {
+    if (now.contains(path)) missed_.erase(path);
+    else if (++missed_[path] >= kMissedLooks) gone.push_back(path);
+  }
+  for (const std::string& path : gone) {
+    const std::string id = known_[path].dataset;
+    if (!id.empty() && service_.registry().find(id)) {
+      if (!delete_dataset(service_, id)) continue;
+      log_info("live folder: " + path + " is gone, and dataset " + id);
+    }
+    known_.erase(path);
+    missed_.erase(path);
+    write_notes();
+  }
+}
+
+void LiveFolder::take(const std::string& path, const Print& print) {
+  const auto found = known_.find(path);
+  if (found != known_.end() && found->second.print == print) return;
+  const Row dataset = found != known_.end() && !found->second.dataset.empty() ? service_.registry().find(found->second.dataset) : nullptr;
+  const auto problem = dataset && dataset->state != State::failed ? change(path, print, *dataset) : begin(path, print);
+  if (!problem) return write_notes();
+  if (is_passing(*problem)) return log_warning("live folder: " + path + ": " + problem->line() + "; tried again");
+  log_warning("live folder: " + path + ": " + problem->line());
+  known_[path].print = print;  // not asked again before it changes
+  write_notes();
+}
+
+std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& print) {
+  const auto found = known_.find(path);
+  std::string id = found == known_.end() ? "" : found->second.dataset;
+  if (!id.empty() && service_.registry().find(id) && !delete_dataset(service_, id)) return Problem{"storage-full", "what failed before cannot be removed", "", ""};
+  if (id.empty()) id = new_id(path);
+  Request request = sending(folder_ / path, "POST", "/v1/datasets");
+  request.query = {{"name", fs::path(path).filename().string()}, {"updates", "1"}};
+  if (auto refused = refusal(post_dataset(service_, request, id))) return refused;
+  known_[path] = {id, print};
+  log_info("live folder: " + path + " is dataset " + id);
+  return std::nullopt;
+}
+
+std::optional<Problem> LiveFolder::change(const std::string& path, const Print& print, const Dataset& dataset) {
+  const auto sources = service_.ledger().expected(dataset.id);
+  if (sources.empty()) return Problem{"source-unknown", "dataset " + dataset.id + " has no raster any more", "", ""};
+  Route route;
+  route.resource = Resource::source;
+  route.id = dataset.id;
+  route.path = "sources/" + sources.front().id();
+  const Request request = sending(folder_ / path, "PUT", "/v1/datasets/" + dataset.id + "/" + route.path);
+  if (auto refused = refusal(updates::sources(service_, request, dataset, route))) return refused;
+  known_[path].print = print;
+  log_info("live folder: " + path + " has changed, a new version of dataset " + dataset.id);
+  return std::nullopt;
+}
+
+std::string LiveFolder::new_id(const std::string& path) const {
+  std::string flat = path;
+  std::replace(flat.begin(), flat.end(), '/', '-');
+  const std::string stem = id_stem(flat).empty() ? "raster" : id_stem(flat);
+  std::string id = stem;
+  for (int k = 2; service_.find(id); ++k) id = stem + "-" + std::to_string(k);
+  return id;
+}
+
+void LiveFolder::read_notes() {
+  const auto text = raster::read_whole(notes_.string());
+  const Json notes = text.ok() && *text ? Json::parse(**text, nullptr, false) : Json();
+  if (!notes.is_object()) return;
+  for (const auto& [path, note] : notes.items())
+    known_[path] = {note.value("dataset", ""), {note.value("bytes", std::uint64_t{0}), note.value("changed_ns", std::int64_t{0})}};
+}
+
+void LiveFolder::write_notes() {
+  Json notes = Json::object();
+  for (const auto& [path, known] : known_) notes[path] = {{"dataset", known.dataset}, {"bytes", known.print.bytes}, {"changed_ns", known.print.changed_ns}};
+  const auto written = raster::write_whole(notes_.string(), notes.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
+  if (!written.ok()) log_warning("live folder: " + written.problem().line());
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,66 @@
+#pragma once
+// A folder whose rasters are datasets without a POST: found, changed and gone while the service runs.
+#include <condition_variable>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "server/service/service.h"
+
+namespace cordillera::server {
+
+/// Why the service cannot begin with this folder: it is none, or the data folder lies in it or it in there.
+std::optional<proto::Problem> refuse_live_folder(const std::filesystem::path& folder, const std::filesystem::path& data);
+
+/// Looks every few seconds. Each file with a raster's extension, in the folder and below it, becomes a dataset as a POST with updates=1 would make it,
+/// with the service's default options; its id is made of the file's path. A file that has changed is a new version of its dataset; the one before is served
+/// until that is built. A file that is gone takes its dataset with it. What somebody deletes stays away until its file changes.
+class LiveFolder {
+ public:
+  /// The service outlives this.
+  LiveFolder(Service& service, std::filesystem::path folder);
+  ~LiveFolder();  ///< ends a look that is under way as soon as it can
+
+ private:
+  /// What of a file tells whether it is the same.
+  struct Print {
+    std::uint64_t bytes = 0;
+    std::int64_t changed_ns = 0;
+    bool operator==(const Print&) const = default;
+  };
+  struct Known {
+    std::string dataset;  ///< id; empty: none could be made of it
+    Print print;          ///< of the bytes that it has
+  };
+  using Prints = std::map<std::string, Print>;  ///< by path below the folder, with slashes
+
+  void run();
+  void look();
+  Prints files() const;
+  void remove_gone(const Prints& now);
+  void take(const std::string& path, const Print& print);
+  std::optional<proto::Problem> begin(const std::string& path, const Print& print);
+  std::optional<proto::Problem> change(const std::string& path, const Print& print, const Dataset& dataset);
+  std::string new_id(const std::string& path) const;
+  bool stops();
+
+  void read_notes();
+  void write_notes();
+
+  Service& service_;
+  const std::filesystem::path folder_, notes_;
+  std::map<std::string, Known> known_;  ///< by path
+  Prints seen_;                         ///< in the last look: a file that is still being written is another one every time
+  std::map<std::string, int> missed_;   ///< looks that did not find a known file
+  bool away_ = false;                   ///< the last look found nothing at all
+  std::mutex mutex_;
+  std::condition_variable ending_;
+  bool stop_ = false;
+  std::thread thread_;
+};
+
+}  // namespace cordillera::server

@@ -1,0 +1,122 @@
+// serve --live with the real program: rasters that come, change and go.
+#include <gmock/gmock.h>
+
+#include <fstream>
+
+#include "program_fixture.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class LiveFolder : public Program {
+ protected:
+  LiveFolder() { fs::create_directories(live_ / "alps"); }
+  void start() { server_.start(folder_.path(), {"--live", live_.string(), "--crs", "EPSG:4326", "--vertical-datum", "ellipsoid"}); }
+  /// A slope, `rise` metres a column. It appears under its name at once, as `mv` makes it.
+  void put(const std::string& name, int rise) {
+    const fs::path beside = folder_.path() / "beside.asc";
+    {
+      std::ofstream file(beside);
+      file << "ncols 60\nnrows 50\nxllcorner 10\nyllcorner 46\ncellsize 0.001\nNODATA_value -9999\n";
+      for (int row = 0; row < 50; ++row) {
+        for (int column = 0; column < 60; ++column) file << 100 + rise * column << ' ';
+        file << '\n';
+      }
+    }
+    fs::rename(beside, live_ / name);
+  }
+  /// "id state" of all that are listed.
+  std::vector<std::string> listed() {
+    std::vector<std::string> all;
+    const Json list = curl(server_.base() + "/v1/datasets");
+    for (const Json& one : list["datasets"]) all.push_back(std::string(one["id"]) + " " + std::string(one["state"]));
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+  bool becomes(const std::vector<std::string>& wanted) {
+    return eventually([&] { return listed() == wanted; }) || (ADD_FAILURE() << testing::PrintToString(listed()) << "\n" << server_.log(), false);
+  }
+  double highest(const std::string& id) {
+    Json manifest = curl(server_.base() + "/v1/datasets/" + id + "/manifest.json");
+    return manifest["bounds"].is_array() ? double(manifest["bounds"][5]) : -1;
+  }
+
+  fs::path live_ = folder_.path() / "rasters";
+};
+
+TEST_F(LiveFolder, RastersComeChangeAndGo) {
+  put("north.asc", 1);
+  put("alps/south.asc", 2);
+  std::ofstream(live_ / "notes.txt") << "no raster";
+  std::ofstream(live_ / ".hidden.asc") << "nor this";
+  start();
+  ASSERT_TRUE(becomes({"alps-south ready", "north ready"}));
+  const double before = highest("north");
+  put("north.asc", 3);
+  EXPECT_TRUE(eventually([&] { return highest("north") > before + 100; })) << server_.log();
+  EXPECT_EQ(curl(server_.base() + "/v1/datasets/north/sources")["version"], 2) << "a version of the same dataset";
+  fs::remove(live_ / "alps/south.asc");
+  ASSERT_TRUE(becomes({"north ready"}));
+}
+
+TEST_F(LiveFolder, WhatChangesWhileTheServiceIsDownIsFound) {
+  put("stays.asc", 1);
+  put("goes.asc", 1);
+  start();
+  ASSERT_TRUE(becomes({"goes ready", "stays ready"}));
+  server_.end(SIGTERM);
+  fs::remove(live_ / "goes.asc");
+  put("comes.asc", 1);
+  start();
+  ASSERT_TRUE(becomes({"comes ready", "stays ready"}));
+  EXPECT_EQ(curl(server_.base() + "/v1/datasets/stays/sources")["version"], 1) << "nothing was built twice";
+}
+
+TEST_F(LiveFolder, WhatIsDeletedOverHttpStaysAwayUntilItChanges) {
+  put("one.asc", 1);
+  put("two.asc", 1);
+  start();
+  ASSERT_TRUE(becomes({"one ready", "two ready"}));
+  shell("curl -q -s -X DELETE " + server_.base() + "/v1/datasets/one");
+  put("three.asc", 1);  // when it is there, the folder has been looked at
+  ASSERT_TRUE(becomes({"three ready", "two ready"}));
+  put("one.asc", 2);
+  ASSERT_TRUE(becomes({"one ready", "three ready", "two ready"}));
+}
+
+TEST_F(LiveFolder, WhatCannotBeBuiltIsToldAndTriedAgainWhenItChanges) {
+  std::ofstream(live_ / "bad.tif") << "no TIFF at all";
+  start();
+  ASSERT_TRUE(becomes({"bad failed"}));
+  EXPECT_THAT(server_.log(), HasSubstr("bad.tif"));
+  put("bad.tif", 1);  // an ASCII grid by another name
+  ASSERT_TRUE(becomes({"bad ready"}));
+}
+
+// A disk that is not mounted looks like this.
+TEST_F(LiveFolder, AnEmptyFolderDeletesNothing) {
+  put("one.asc", 1);
+  start();
+  ASSERT_TRUE(becomes({"one ready"}));
+  const fs::path away = folder_.path() / "away";
+  fs::rename(live_, away);
+  fs::create_directory(live_);
+  EXPECT_TRUE(eventually([&] { return server_.log().find("nothing is deleted") != std::string::npos; }));
+  fs::remove(live_);
+  fs::rename(away, live_);
+  put("two.asc", 1);  // when it is there, the folder has been looked at again
+  ASSERT_TRUE(becomes({"one ready", "two ready"}));
+  EXPECT_EQ(curl(server_.base() + "/v1/datasets/one/sources")["version"], 1);
+}
+
+TEST_F(LiveFolder, FoldersThatLieInEachOtherAreRefused) {
+  const auto run = [&](const std::string& live) { return shell(kProgram + " serve --data " + (live_ / "data").string() + " --live " + live + " 2>&1").output; };
+  EXPECT_THAT(run(live_.string()), HasSubstr("lie in each other"));
+  EXPECT_THAT(run((folder_.path() / "none").string()), HasSubstr("is no folder"));
+}
+
+}  // namespace
+}  // namespace cordillera::server
