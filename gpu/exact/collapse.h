@@ -51,7 +51,7 @@ template <class Lanes>
 class Evaluation {
  public:
   CORDILLERA_HD Evaluation(const WindowView& w, int u, const Lanes& lanes)
-      : w_(w), lanes_(lanes), u_(u), valence_(w.valence(u)), triangles_(w.triangles(u)), x_(w.x(u)), y_(w.y(u)), z_(w.height(u)) {
+      : w_(w), lanes_(lanes), u_(u), valence_(w.valence(u)), triangles_(w.triangles(u)), x_(w.x(u)), y_(w.y(u)), z_(w.height(u)), sway_(w.curve.at(w.y(u)).sway) {
     sum_quadric();
   }
 
@@ -117,7 +117,7 @@ class Evaluation {
     const int gain = valence_ - ((flag & kOpenFan) ? 3 : 4);
     return gain <= 0 || w_.valence(v) + gain <= valence_cap(w_.flag(v));
   }
-  /// No triangle turns over; and, since it is known at once: the sample under the vertex itself stays within the tolerance.
+  /// No triangle turns over, in plan or in space; and, since it is known at once: the sample under the vertex itself stays within the tolerance.
   CORDILLERA_HD bool is_legal(int slot) const {
     const Place p = place(slot);
     float surface = 0;
@@ -127,7 +127,8 @@ class Evaluation {
       const int after = w_.after(u_, k);
       if (k == slot || after == slot) continue;
       const Place a = place(k), b = place(after);
-      turned = cross(a.x - p.x, a.y - p.y, b.x - p.x, b.y - p.y) <= 0;
+      const std::int32_t area = cross(a.x - p.x, a.y - p.y, b.x - p.x, b.y - p.y);
+      turned = area <= 0 || !(is_upright(area, a, b, p) || is_wider(area, a, b, p));
       const std::int32_t of_p = cross(a.x, a.y, b.x, b.y), of_a = cross(b.x, b.y, p.x, p.y), of_b = cross(p.x, p.y, a.x, a.y);
       if (of_a < 0 || of_p < 0 || of_b < 0) continue;
       const float share_p = static_cast<float>(of_p), share_a = static_cast<float>(of_a), share_b = static_cast<float>(of_b);
@@ -139,10 +140,25 @@ class Evaluation {
     return !all_valid_ || magnitude(z_ + surface - w_.truth(u_)) <= w_.rules.tolerance;
   }
 
+  /// Seen along a corner's normal the others are beside their places on the lattice, by up to twice of what Curve says of an edge, and rounded.
+  /// A needle that is narrower than that may show its back.
+  CORDILLERA_HD bool is_upright(std::int32_t area, const Place& a, const Place& b, const Place& c) const {
+    const int wide = extent(a.x, b.x, c.x), high = extent(a.y, b.y, c.y);
+    const auto longest = static_cast<float>(greatest(wide, high));
+    return static_cast<float>(area) > (w_.rules.least_width + 4 * sway_ * static_cast<float>(wide) * longest) * longest;
+  }
+
+  /// Than the triangle at the vertex itself, in whose place it comes.
+  CORDILLERA_HD bool is_wider(std::int32_t area, const Place& a, const Place& b, const Place& c) const {
+    const int long_now = greatest(extent(a.x, b.x, c.x), extent(a.y, b.y, c.y)), long_before = greatest(extent(a.x, b.x, 0), extent(a.y, b.y, 0));
+    return static_cast<float>(area) * static_cast<float>(long_before) >= static_cast<float>(cross(a.x, a.y, b.x, b.y)) * static_cast<float>(long_now);
+  }
+  CORDILLERA_HD static int extent(int a, int b, int c) { return greatest(a, greatest(b, c)) - least(a, least(b, c)); }
+
   const WindowView& w_;
   const Lanes& lanes_;
   const int u_, valence_, triangles_, x_, y_;
-  const float z_;
+  const float z_, sway_;
   Quadric quadric_;
   bool all_valid_ = true;
 };

@@ -362,7 +362,7 @@ template <class Executor>
 void Engine<Executor>::run_level(const BlockPlan& plan, std::size_t l) {
   const BlockLevel& level = plan.levels[l];
   const auto steps = [](double metres) { return static_cast<float>(metres / proto::kHeightStep_m); };
-  const LevelRules rules{steps(level.tolerance_m), static_cast<float>(level.height_step), plan.tile_side << l, level.rim_reach};
+  const LevelRules rules{steps(level.tolerance_m), static_cast<float>(level.height_step), plan.tile_side << l, level.rim_reach, static_cast<float>(level.least_width)};
   executor_->each(vertices_, BeginLevel{mesh_.view(), rules.height_step});
   if (has_shared_sides_) {
     LevelRules of_sides = rules;

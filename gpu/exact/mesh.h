@@ -53,6 +53,7 @@ struct LevelRules {
   float height_step = 1;       ///< of vertices, a power of two
   std::int32_t tile_side = 1;  ///< samples, a power of two
   std::int32_t rim_reach = 0;  ///< see BlockLevel
+  float least_width = 0;       ///< likewise
 };
 
 }  // namespace cordillera::gpu::exact

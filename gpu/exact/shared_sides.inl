@@ -28,7 +28,11 @@ inline SideSamples side_samples(const Block& block, Side side) {
   SideSamples samples;
   samples.lattice = along_x ? x : y;
   if (!along_x) samples.bend = block.curve_up;
-  else if (!block.curve.empty()) samples.bend = block.curve[static_cast<std::size_t>(y - block.south)].along;
+  else if (!block.curve.empty()) {
+    const CurveRow& row = block.curve[static_cast<std::size_t>(y - block.south)];
+    samples.bend = row.along;
+    samples.sway = row.sway;
+  }
   for (int r = -kSideReach; r <= kSideReach; ++r) {
     std::vector<std::int32_t>& row = samples.row[static_cast<std::size_t>(r + kSideReach)];
     for (int s = 0; s < (along_x ? block.columns : block.rows); ++s)

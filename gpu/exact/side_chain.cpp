@@ -15,6 +15,8 @@ constexpr double kChordShare = 0.9;
 /// Samples; at a block's corner, where the rows within are shorter, fewer. Rows 1 to 3 have a vertex for eight of the next one: 8
 /// * 8 * 8 * 4.
 constexpr int kLongestChord = 2048, kLongestAtEnds = 512;
+/// Of the row beside a side; a chord that sways by more would turn over what lies between.
+constexpr double kMostSway = 1.0 / 4;
 /// Of a tile's side where all rows are void: what neighbours that are not there are taken to have.
 constexpr int kVoidChords = 32;
 
@@ -27,7 +29,8 @@ class Coarsening {
         place_(finer.place),
         height_(finer.height),
         rules_(rules),
-        step_(static_cast<std::int32_t>(rules.height_step)) {
+        step_(static_cast<std::int32_t>(rules.height_step)),
+        longest_(samples.sway > 0 ? static_cast<int>(std::min<double>(kLongestChord, std::sqrt(kMostSway / samples.sway))) : kLongestChord) {
     const double tolerance = rules.tolerance, side = kChordShare * tolerance - 2;
     // Heights of vertices that rows 1 to 3 get later are rounded on their chords.
     for (int r = 0; r < kRows; ++r)
@@ -107,7 +110,7 @@ class Coarsening {
   /// What the chord from vertex i to vertex j is off, as a share of what is allowed; above 1: it must not be.
   double share(int i, int j) {
     const int a = at(i), b = at(j);
-    if (b - a > (i == 0 || j == count() - 1 ? kLongestAtEnds : kLongestChord)) return 2;
+    if (b - a > (i == 0 || j == count() - 1 ? std::min(kLongestAtEnds, longest_) : longest_)) return 2;
     const Voids kinds = voids(a, b);
     if (kinds != Voids::none) return kinds == Voids::all ? 0 : 2;
     double worst = 0;
@@ -172,6 +175,7 @@ class Coarsening {
   std::array<std::vector<std::int32_t>, kRows> height_;
   const LevelRules rules_;
   const std::int32_t step_;
+  const int longest_;  ///< of chords
   std::array<double, kRows> tolerance_{};
   std::vector<unsigned> version_;
   std::vector<std::uint8_t> gone_;

@@ -22,6 +22,7 @@ struct SideSamples {
   std::array<std::vector<std::int32_t>, kRows> row;  ///< proto::kNoHeight where void
   std::int64_t lattice = 0;                          ///< of the first sample, along the side
   double bend = 0;                                   ///< of a chord, see Curve
+  double sway = 0;                                   ///< likewise; of a side along a meridian 0
 
   int length() const { return static_cast<int>(row[0].size()) - 1; }
   bool is_void(int r, int s) const { return row[static_cast<std::size_t>(r)][static_cast<std::size_t>(s)] == proto::kNoHeight; }

@@ -33,6 +33,7 @@ std::optional<proto::Problem> check_level(const BlockPlan& plan, std::size_t l) 
   if (level.rim_reach < -1 || level.rim_reach > kMostRimReach || (l > 0 && level.rim_reach < plan.levels[l - 1].rim_reach)) {
     return invalid(at + " has a rim reach of " + std::to_string(level.rim_reach), "-1 to 12, no less than the finer level's", at + ".rim_reach");
   }
+  if (!(level.least_width >= 0)) return invalid(at + " has a least width below 0", "0 or samples", at + ".least_width");
   if (!(level.side_tolerance_m >= 0)) return invalid(at + " has a side tolerance below 0", "0 or metres", at + ".side_tolerance_m");
   if (l == 0) return {};
   const BlockLevel& finer = plan.levels[l - 1];

@@ -60,6 +60,8 @@ struct BlockLevel {
   int rim_reach = -1;
   /// On shared sides, where it is another one than inside; 0: the same. Blocks that share a side must be given the same one.
   double side_tolerance_m = 0;
+  /// Collapses leave no triangle that is narrower, in samples, than this across its longest extent: what rounding of corners may turn over.
+  double least_width = 0;
 };
 
 struct BlockPlan {

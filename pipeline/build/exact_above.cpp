@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "gpu/exact/triangle.h"
-#include "gpu/measure/upright.h"
+#include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
 #include "pipeline/build/ground_meter.h"
 #include "pipeline/plan/plan.h"
@@ -136,7 +136,7 @@ Above join_blocks(const proto::Plan& plan, const std::vector<const KeptBlock*>& 
 }
 
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
-  gpu::exact::BlockPlan levels = levels_of_block(plan, {static_cast<int>(plan.min_level()), 0, 0});
+  gpu::exact::BlockPlan levels = levels_of_block(plan, static_cast<int>(plan.min_level()), place_above(plan));
   const auto below = static_cast<std::ptrdiff_t>(plan.finest_level() - plan.block_level() + 1);
   levels.levels.erase(levels.levels.begin(), levels.levels.begin() + below);
   levels.tile_side <<= below;
@@ -240,7 +240,8 @@ void state_error(const LevelContext& context, const Ground& ground, BuiltTile& t
   if (context.promise && !over.empty()) {
     const gpu::UprightMeter in_space(known, upright);
     const gpu::SteppedMeter meter(in_space, height_step);
-    const gpu::Refined refined = gpu::refine(tile.mesh, meter, limit_m, over, SIZE_MAX);
+    gpu::Refined refined = gpu::refine(tile.mesh, meter, limit_m, over, SIZE_MAX);
+    refined.flipped += gpu::flip_turned(tile.mesh, upright, known, limit_m);
     tile.put_back = refined.inserted;
     std::vector<std::uint32_t> left;
     // Triangles that came in keep the limit, and that is what is known of them.

@@ -6,7 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "gpu/measure/upright.h"
+#include "gpu/measure/sample_meter.h"
+#include "gpu/measure/upright_flips.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/tile_error.h"
@@ -135,7 +136,19 @@ int most_rim_reach(const proto::Plan& plan) {
   return std::clamp(std::ilogb(static_cast<double>(narrow_side(plan)) / kRimShare), -1, gpu::exact::kMostRimReach);
 }
 
-gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::TileAddress& node) {
+namespace {
+
+/// What a step of rounding is in samples, where they are narrowest; of two corners, against each other.
+double least_width(const proto::Lattice& lattice, const BlockPlace& place, double step_m) {
+  constexpr double kBoth = 3.5;  // each moves by up to half of the diagonal of a cube; the area by that times twice the length
+  const double cos_lat = std::min(proto::row_frame(lattice, place.south).cos_lat, proto::row_frame(lattice, place.north).cos_lat);
+  return kBoth * step_m / (proto::cell_height_m(lattice, lattice.rows() / 2) * std::max(cos_lat, 0.05));
+}
+
+}  // namespace
+
+gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, const BlockPlace& place) {
+  const proto::Lattice lattice = lattice_of(plan);
   const std::string& quality = plan.options().quality();
   gpu::exact::BlockPlan levels;
   levels.tile_side = proto::kTileCells;
@@ -145,13 +158,14 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::Tile
                                        : gpu::exact::Quality::standard;
   // One cell of the level, but at the finest level all data is there; small data keeps its outline, however coarse the level.
   const int most_reach = most_rim_reach(plan);
-  for (int z = static_cast<int>(plan.finest_level()); z >= node.z; --z) {
-    const proto::LevelPlan& level = level_plan(plan, z);
+  for (int l = static_cast<int>(plan.finest_level()); l >= coarsest; --l) {
+    const proto::LevelPlan& level = level_plan(plan, l);
     gpu::exact::BlockLevel asked;
     // Where somebody asks for less than a float32 can tell, rounding takes all of it: half is left, and the error is stated as it is.
     const double target_m = std::min(level.target(), kMostTolerance_m);
     asked.tolerance_m = std::max(target_m - gpu::kGrace_m - level.ecef_step(), target_m / 2);
     asked.height_step = height_step(level);
+    asked.least_width = least_width(lattice, place, level.ecef_step());
     if (!levels.levels.empty()) {
       const gpu::exact::BlockLevel& finer = levels.levels.back();
       const double rounded_m = asked.height_step > finer.height_step ? 0.5 * asked.height_step * proto::kHeightStep_m : 0;
@@ -247,6 +261,11 @@ double measure_exact(const LevelContext& context, BuiltTile& tile) {
     LevelContext put_back = context;
     put_back.height_rounds = -1;
     measure(put_back, tile, target_m);
+    const gpu::SampleMeter meter(input, height_step(*context.level));
+    if (gpu::flip_turned(tile.mesh, upright, meter, target_m - gpu::kGrace_m) > 0) {
+      tile.measured = gpu::surface_error(input, target_m - gpu::kGrace_m);
+      tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
+    }
   }
   return std::max(0.0, tile.max_error_m - target_m);
 }

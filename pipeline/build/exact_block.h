@@ -36,10 +36,12 @@ BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place);
 /// keeps its outline.
 int most_rim_reach(const proto::Plan& plan);
 
-/// Levels finest .. node's, each with its target less what rounding of .glb points and other programs' trigonometry may add.
-gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, const proto::TileAddress& node);
+/// Levels finest .. coarsest, each with its target less what rounding of .glb points and other programs' trigonometry may add.
+/// Of a block at this place.
+gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, const BlockPlace& place);
 
-/// Level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine knows, if it says so. published: their published triangles alone, without void vertices; tiles
+/// Level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine knows, if it says so. published: their published
+/// triangles alone, without void vertices; tiles
 /// without any are left out. whole: all of them.
 enum class TileParts { published, whole };
 std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh, TileParts parts);

@@ -39,7 +39,7 @@ class BlockBuild {
         place_(place),
         curve_(curve_of(plan, place_)),
         frames_(lattice_, samples),
-        asked_(levels_of_block(plan, node)),
+        asked_(levels_of_block(plan, node.z, place)),
         keeps_squares_(place.merged_above && merged_at_once(plan)) {
     if (keeps_squares_) asked_.known_reach = most_rim_reach(plan);
   }

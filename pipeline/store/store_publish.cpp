@@ -130,7 +130,8 @@ void note_filled(double share, proto::Manifest& manifest) {
                        : percent < 10 ? "%.2g %% of the data were voids and are filled; voids=hole keeps them"
                                       : "%.0f %% of the data were voids and are filled; voids=hole keeps them";
   std::snprintf(text, sizeof text, format, percent);
-  manifest.add_notes(text);
+  const auto& notes = manifest.notes();  // a check sums up what is published already
+  if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
 }
 
 }  // namespace
