@@ -8,7 +8,7 @@
 
 namespace cordillera::gpu::exact {
 
-inline constexpr int kTiers = 5;  ///< squares of 8, 32, 128, 512 and 2,048 samples
+inline constexpr int kTiers = 6;  ///< squares of 8, 32, 128, 512, 2,048 and 8,192 samples: few of the largest cover any triangle
 CORDILLERA_HD constexpr int tier_shift(int tier) { return 3 + 2 * tier; }
 
 /// All valid samples of a square are within `off` of middle + dx * (x - mx) + dy * (y - my), with (mx, my) the middle of the

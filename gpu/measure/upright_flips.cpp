@@ -18,10 +18,13 @@ class Flipper {
  public:
   Flipper(proto::TileMesh& mesh, const Upright& upright, const ErrorMeter& meter, double limit_m)
       : mesh_(mesh), upright_(upright), meter_(meter), limit_m_(limit_m), valence_(mesh.vertices(), 0) {
-    for (const auto& t : mesh.triangles)
-      for (const std::uint32_t v : t) ++valence_[v];
-    // A vertex on a side has a neighbour more than triangles.
-    for (std::uint32_t v = 0; v < mesh.vertices(); ++v) valence_[v] += sides_of(mesh, v) > 0 ? 1 : 0;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+    for (const auto& t : mesh.triangles) {
+      for (unsigned k = 0; k < 3; ++k) edges.emplace_back(t[k], t[after(k)]), edges.emplace_back(t[after(k)], t[k]);
+    }
+    std::sort(edges.begin(), edges.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+    for (const auto& edge : edges) ++valence_[edge.first];
   }
 
   std::uint32_t run() {

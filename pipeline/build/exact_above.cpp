@@ -142,7 +142,11 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
   levels.tile_side <<= below;
   for (std::size_t l = 0; l < levels.levels.size(); ++l) {
     const proto::LevelPlan& level = level_plan(plan, static_cast<int>(plan.block_level()) - 1 - static_cast<int>(l));
-    levels.levels[l].tolerance_m = std::max(levels.levels[l].tolerance_m - kMildSlope * level.ecef_step(), levels.levels[l].tolerance_m / 2);
+    gpu::exact::BlockLevel& asked = levels.levels[l];
+    asked.tolerance_m = std::max(asked.tolerance_m - kMildSlope * level.ecef_step(), asked.tolerance_m / 2);
+    if (l == 0) continue;
+    const gpu::exact::BlockLevel& finer = levels.levels[l - 1];
+    asked.tolerance_m = std::max(asked.tolerance_m, finer.tolerance_m + (asked.height_step > finer.height_step ? 0.5 * asked.height_step * proto::kHeightStep_m : 0));
   }
   return levels;
 }

@@ -42,8 +42,8 @@ gpu::exact::Field field_of(const gpu::exact::Ground& ground) {
 GroundMeter::GroundMeter(const At& at, const gpu::exact::Ground& ground) : at_(at), ground_(ground), field_(field_of(ground)) {
   const std::int64_t circle = at.lattice->columns();
   const std::int64_t west = at.lattice->west(at.tile);
-  // On the turn on which the tile touches the ground.
-  west_ = west + proto::floor_divide(ground.west + ground.columns - 1 - west, circle) * circle - ground.west;
+  // On the turn on which the tile has cells of the ground; there is one (merged_at_once).
+  west_ = west + proto::floor_divide(ground.west + ground.columns - 2 - west, circle) * circle - ground.west;
   south_ = at.lattice->south(at.tile) - ground.south;
 }
 

@@ -34,8 +34,11 @@ bool merged_at_once(const proto::Plan& plan) {
   const BlockGrid grid = grid_of(plan);
   const int z = static_cast<int>(plan.block_level());
   const std::int64_t units = lattice_of(plan).tile_units(z), most = gpu::exact::kMostSamples - 1;
-  // All around the earth the western side is the eastern one, which the rectangle does not know.
-  return grid.across * units <= most && grid.up * units <= most && grid.across < proto::tiles_across(z);
+  // All around the earth the western side is the eastern one, which the rectangle does not know; and no tile of any level may meet it on two turns.
+  const int coarsest = static_cast<int>(plan.min_level());
+  const std::int64_t side = lattice_of(plan).tile_units(coarsest), west = grid.west * units, east = west + grid.across * units;
+  const std::int64_t touched = floor_divide(east - 1, side) - floor_divide(west, side) + 1;
+  return grid.across * units <= most && grid.up * units <= most && grid.across < proto::tiles_across(z) && touched <= proto::tiles_across(coarsest);
 }
 
 proto::TileAddress node_above(const proto::Plan& plan) { return node_at(plan, grid_of(plan), 0).parent(); }

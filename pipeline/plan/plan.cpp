@@ -5,6 +5,7 @@
 
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/density.h"
 #include "pipeline/plan/relief.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
@@ -116,12 +117,6 @@ int block_level(const proto::Plan& plan) {
   return lattice.finest_level;
 }
 
-/// What a node of the coarsest level holds goes as one block.
-bool goes_in_one_piece(const proto::Plan& plan) {
-  const std::int64_t columns = columns_of(plan), rows = rows_of(plan);
-  return columns * rows <= kOnePiece && std::max(columns, rows) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
-}
-
 /// Of exact: the coarsest level whose nodes, whole, have at most so many samples. Its blocks have two levels or more.
 int exact_block_level(const proto::Plan& plan, std::int64_t most) {
   const proto::Lattice lattice = lattice_of(plan);
@@ -131,12 +126,21 @@ int exact_block_level(const proto::Plan& plan, std::int64_t most) {
   return level;
 }
 
-/// Blocks that can be merged at once are small: they are seen the sooner. Others are as large as can be, for the sake of what is merged above.
-void plan_exact_blocks(proto::Plan& plan) {
+/// One piece where memory is enough for that: so many samples fit on any ground, more of them where few are vertices at first. It has the fewest
+/// triangles, and keeps all threads busy. Else blocks, smaller ones where the ground is dense.
+void plan_exact_blocks(proto::Plan& plan, raster::Source& source, double error_m) {
+  const std::int64_t columns = columns_of(plan), rows = rows_of(plan);
+  const auto samples = static_cast<double>(columns) * static_cast<double>(rows);
   plan.set_block_level(plan.min_level());
-  if (goes_in_one_piece(plan)) return;
-  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kExactSamples)));
-  if (!merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
+  const bool fits = columns * rows <= kMostPiece && std::max(columns, rows) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
+  if (fits && columns * rows <= kBlockSamples) return;
+  proto::Plan places = plan;  // where to look at is found by blocks of waves
+  places.set_block_level(static_cast<std::uint32_t>(block_level(plan)));
+  const double share = start_share(places, source, error_m);
+  if (fits && exact_bytes(samples, share) <= static_cast<double>(kPieceBytes)) return;
+  const bool dense = exact_bytes(static_cast<double>(kBlockSamples), share) > static_cast<double>(kPieceBytes) / 2;
+  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, dense ? kDenseSamples : kBlockSamples)));
+  if (dense && !merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
 }
 
 std::int64_t extent_of(const proto::Plan& plan) { return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
@@ -221,7 +225,7 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
   const double error = options.has_error() ? options.error() : default_error_m(plan, source);
-  if (plan.exact()) plan_exact_blocks(plan);
+  if (plan.exact()) plan_exact_blocks(plan, source, error);
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();

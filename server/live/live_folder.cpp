@@ -1,10 +1,14 @@
 #include "server/live/live_folder.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
-#include <fstream>
 #include <vector>
 
+#include "proto/utf8.h"
 #include "raster/formats.h"
 #include "raster/storage.h"
 #include "server/api/api.h"
@@ -31,6 +35,20 @@ bool is_within(const fs::path& inner, const fs::path& outer) {
   return end == outer.end();
 }
 
+/// Reads a file in pieces; what has become a link meanwhile is not followed. False: it cannot be read, or the sink wants no more.
+bool read_pieces(const fs::path& file, const Request::Sink& sink) {
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const std::shared_ptr<void> closed(nullptr, [descriptor](void*) { close(descriptor); });
+  std::string piece(kPiece, '\0');
+  for (;;) {
+    const ssize_t count = ::read(descriptor, piece.data(), kPiece);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return count == 0;
+    if (!sink({piece.data(), static_cast<std::size_t>(count)})) return false;
+  }
+}
+
 /// As if the file were sent. It ends early where the file does.
 Request sending(const fs::path& file, const std::string& method, const std::string& path) {
   Request request;
@@ -41,14 +59,7 @@ Request sending(const fs::path& file, const std::string& method, const std::stri
   request.who = {access::Role::admin, kWho};
   std::error_code error;
   request.headers["content-length"] = std::to_string(fs::file_size(file, error));
-  request.read_body = [file](const Request::Sink& sink) {
-    std::ifstream in(file, std::ios::binary);
-    std::string piece(kPiece, '\0');
-    while (in.read(piece.data(), kPiece) || in.gcount() > 0) {
-      if (!sink({piece.data(), static_cast<std::size_t>(in.gcount())})) return false;
-    }
-    return in.eof();
-  };
+  request.read_body = [file](const Request::Sink& sink) { return read_pieces(file, sink); };
   return request;
 }
 
@@ -71,10 +82,10 @@ bool is_passing(const Problem& problem) {
 
 std::optional<Problem> refuse_live_folder(const fs::path& folder, const fs::path& data) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) return Problem{"live-folder", folder.string() + " is no folder", "a folder that rasters are put into", "--live"};
+  if (!fs::is_directory(folder, error)) return Problem{"option-invalid", folder.string() + " is no folder", "a folder that rasters are put into", "--live"};
   const fs::path live = fs::weakly_canonical(folder, error), own = fs::weakly_canonical(data, error);
   if (!is_within(live, own) && !is_within(own, live)) return std::nullopt;
-  return Problem{"live-folder", "the data folder " + own.string() + " and " + live.string() + " lie in each other", "folders of their own", "--live"};
+  return Problem{"options-conflict", "the data folder " + own.string() + " and " + live.string() + " lie in each other", "folders of their own", "--live"};
 }
 
 LiveFolder::LiveFolder(Service& service, fs::path folder)
@@ -110,10 +121,11 @@ void LiveFolder::run() {
   }
 }
 
-LiveFolder::Prints LiveFolder::files() const {
-  Prints found;
+LiveFolder::Files LiveFolder::files() const {
+  Files files;
+  Prints& found = files.prints;
   std::error_code error;
-  fs::recursive_directory_iterator entry(folder_, fs::directory_options::skip_permission_denied, error);
+  fs::recursive_directory_iterator entry(folder_, error);
   for (; !error && entry != fs::recursive_directory_iterator() && found.size() < kMostFiles; entry.increment(error)) {
     const std::string name = entry->path().filename().string();
     std::error_code gone;  // while we look
@@ -122,26 +134,34 @@ LiveFolder::Prints LiveFolder::files() const {
       continue;
     }
     const std::string extension = raster::extension_of(name);
-    if (!entry->is_regular_file(gone) || !raster::is_raster_extension(extension) || raster::needs_others(extension) != nullptr) continue;
+    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !raster::is_raster_extension(extension) || raster::needs_others(extension) != nullptr) continue;
     const Print print{entry->file_size(gone), entry->last_write_time(gone).time_since_epoch().count()};
-    if (!gone) found[fs::relative(entry->path(), folder_, gone).generic_string()] = print;
+    const std::string path = entry->path().lexically_relative(folder_).generic_string();
+    if (!gone && proto::is_utf8(path)) found[path] = print;  // others cannot stand in an answer
   }
-  if (found.size() == kMostFiles) log_warning("live folder: only the first " + std::to_string(kMostFiles) + " rasters are datasets");
-  return found;
+  if (found.size() == kMostFiles) log_warning("live folder: only " + std::to_string(kMostFiles) + " rasters are datasets");
+  files.all = !error && found.size() < kMostFiles;
+  return files;
 }
 
 void LiveFolder::look() {
-  const Prints now = files();
+  const Files found = files();
+  const Prints& now = found.prints;
   std::error_code error;
   // A disk that is not mounted is no reason to delete anything.
   const bool away = !known_.empty() && (!fs::is_directory(folder_, error) || fs::is_empty(folder_, error));
-  if (!away) remove_gone(now);
+  if (!away && found.all) remove_gone(now);
   else if (!away_) log_warning("live folder: " + folder_.string() + " is empty or not there; nothing is deleted");
   away_ = away;
   for (const auto& [path, print] : now) {
     if (stops()) return;
     const auto before = seen_.find(path);
-    if (before != seen_.end() && before->second == print) take(path, print);
+    if (before == seen_.end() || before->second != print) continue;
+    try {
+      take(path, print);
+    } catch (const std::exception& failed) {  // the registry's, or want of memory: the others have their turn
+      log_warning("live folder: " + path + ": " + failed.what() + "; tried again");
+    }
   }
   seen_ = now;
 }
@@ -181,6 +201,8 @@ std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& p
   std::string id = found == known_.end() ? "" : found->second.dataset;
   if (!id.empty() && service_.registry().find(id) && !delete_dataset(service_, id)) return Problem{"storage-full", "what failed before cannot be removed", "", ""};
   if (id.empty()) id = new_id(path);
+  known_[path] = {id, {}};
+  write_notes();  // first: whatever happens, the file has this dataset and no second one
   Request request = sending(folder_ / path, "POST", "/v1/datasets");
   request.query = {{"name", fs::path(path).filename().string()}, {"updates", "1"}};
   if (auto refused = refusal(post_dataset(service_, request, id))) return refused;
@@ -217,7 +239,7 @@ void LiveFolder::read_notes() {
   const Json notes = text.ok() && *text ? Json::parse(**text, nullptr, false) : Json();
   if (!notes.is_object()) return;
   for (const auto& [path, note] : notes.items())
-    known_[path] = {note.value("dataset", ""), {note.value("bytes", std::uint64_t{0}), note.value("changed_ns", std::int64_t{0})}};
+    if (note.is_object()) known_[path] = {note.value("dataset", ""), {note.value("bytes", std::uint64_t{0}), note.value("changed_ns", std::int64_t{0})}};
 }
 
 void LiveFolder::write_notes() {

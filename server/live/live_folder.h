@@ -40,7 +40,11 @@ class LiveFolder {
 
   void run();
   void look();
-  Prints files() const;
+  struct Files {
+    Prints prints;
+    bool all = true;  ///< else what is not among them need not be gone
+  };
+  Files files() const;
   void remove_gone(const Prints& now);
   void take(const std::string& path, const Print& print);
   std::optional<proto::Problem> begin(const std::string& path, const Print& print);
