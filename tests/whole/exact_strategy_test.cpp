@@ -107,6 +107,17 @@ TEST(ExactStrategy, small_blocks_go_on_across_meridians) {
   }
 }
 
+// A tile of level 0 is half of the circle: this raster meets one of them at both of its ends, or ends where another begins.
+TEST(ExactStrategy, small_blocks_go_over_half_of_the_circle) {
+  const HeightOf ground = rough(3);
+  for (const auto& [columns, at_once] : {std::pair{10012, false}, std::pair{9098, true}}) {
+    const Built built = build_dem(points_of({5, 7282, 6000}, columns, 60, [=](int c, int r) { return ground(c / 4, r / 4); }), exact(400), kSmallBlock);
+    EXPECT_EQ(pipeline::merged_at_once(built.plan), at_once) << columns;
+    EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << columns;
+    expect_promise_above_blocks(built);
+  }
+}
+
 // Too wide for one rectangle: parents are merged of four children.
 TEST(ExactStrategy, blocks_far_apart_are_merged_level_by_level) {
   const HeightOf ground = rough(5);
