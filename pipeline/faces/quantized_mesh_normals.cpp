@@ -13,9 +13,9 @@ using proto::Vec3;
 using LatticeVertex = std::array<std::int64_t, 2>;  // column and row of the finest lattice
 
 /// One tile's vertices on the ellipsoid.
-class Ground {
+class NormalGround {
  public:
-  Ground(const proto::Lattice& lattice, const MeshIndex& index)
+  NormalGround(const proto::Lattice& lattice, const MeshIndex& index)
       : lattice_(lattice), mesh_(index.mesh()), west_(lattice.west(index.tile())), south_(lattice.south(index.tile())) {}
 
   LatticeVertex place(std::uint32_t v) const { return {(west_ + mesh_.points[v][0]) % lattice_.columns(), south_ + mesh_.points[v][1]}; }
@@ -48,7 +48,7 @@ class Ground {
 /// What the triangles add to each of their corners. Weights of N. Max, "Weights for computing vertex normals from facet normals",
 /// 1999.
 template <class Wanted, class Add>
-void each_corner(Ground& ground, const LatticeMesh& mesh, const Wanted& wanted, const Add& add) {
+void each_corner(NormalGround& ground, const LatticeMesh& mesh, const Wanted& wanted, const Add& add) {
   for (const Triangle& t : mesh.triangles) {
     if (!wanted(t[0]) && !wanted(t[1]) && !wanted(t[2])) continue;
     const std::array at = {ground.point(t[0]), ground.point(t[1]), ground.point(t[2])};
@@ -63,7 +63,7 @@ void each_corner(Ground& ground, const LatticeMesh& mesh, const Wanted& wanted, 
 /// By place on the tile's sides: the sums of all tiles there, in the order of their addresses, which is the same seen from each.
 std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lattice& lattice, const MeshIndex& own) {
   std::map<LatticeVertex, std::map<proto::TileAddress, Vec3>> parts;
-  Ground ground(lattice, own);
+  NormalGround ground(lattice, own);
   for (std::uint32_t v = 0; v < own.mesh().points.size(); ++v) {
     if (ground.on_side(v)) parts[ground.place(v)];
   }
@@ -74,7 +74,7 @@ std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lat
       if (tile.y < 0 || tile.y >= proto::tiles_up(z)) continue;
       const auto mesh = terrain.mesh(tile);
       if (!mesh) continue;
-      Ground there(lattice, *mesh);
+      NormalGround there(lattice, *mesh);
       each_corner(
           there, mesh->mesh(), [&](std::uint32_t v) { return there.on_side(v) && parts.contains(there.place(v)); },
           [&](std::uint32_t v, Vec3 part) {
@@ -94,7 +94,7 @@ std::map<LatticeVertex, Vec3> side_sums(const Terrain& terrain, const proto::Lat
 
 std::vector<Vec3> mesh_normals(const Terrain& terrain, const MeshIndex& mesh) {
   const proto::Lattice lattice = terrain.lattice();
-  Ground ground(lattice, mesh);
+  NormalGround ground(lattice, mesh);
   std::vector<Vec3> out(mesh.mesh().points.size());
   each_corner(
       ground, mesh.mesh(), [](std::uint32_t) { return true; }, [&](std::uint32_t v, Vec3 part) { out[v] = out[v] + part; });
