@@ -74,6 +74,10 @@ struct OwnTriangles {
   const BlockView* blocks;
   CutView finder;  ///< of the block
 
+  CORDILLERA_HD Corner corner(std::uint32_t v) const {
+    const std::uint32_t position = mesh.position[v];
+    return {position_x(position), position_y(position), mesh.height[v], (mesh.mark[v] & kVoidVertex) != 0};
+  }
   template <class F>
   CORDILLERA_HD void each(std::uint32_t v, const F& f) const {
     const std::uint32_t position = mesh.position[v];
@@ -118,14 +122,9 @@ struct BoundTriangle {
   float* bound;
 
   CORDILLERA_HD void operator()(std::size_t t) const {
-    const MeshView& mesh = own.mesh;
-    Corner c[3];
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t v = corners[3 * t + static_cast<std::size_t>(k)], position = mesh.position[v];
-      c[k] = {position_x(position), position_y(position), mesh.height[v], (mesh.mark[v] & kVoidVertex) != 0};
-    }
-    const Field& field = own.blocks[own.finder.block_of(corners[3 * t])].field;
-    bound[t] = bound_under(make_triangle(c[0], c[1], c[2], {tolerance, 0, field.curve}), field, tolerance);
+    const std::uint32_t* const v = corners + 3 * t;
+    const Field& field = own.blocks[own.finder.block_of(v[0])].field;
+    bound[t] = bound_under(make_triangle(own.corner(v[0]), own.corner(v[1]), own.corner(v[2]), {tolerance, 0, field.curve}), field, tolerance);
   }
 };
 
@@ -184,22 +183,12 @@ struct MeasureTriangles {
     sums = {};
   }
   CORDILLERA_HD static bool owns(const Triangle& t, const Field& field, int x, int y) {
-    const int step_x = x + 1 < field.columns ? 1 : -1, step_y = y + 1 < field.rows ? 1 : -1;
-    for (int k = 0; k < 3; ++k) {
-      const int at = t.edge(k, x, y), toward_x = t.across[k] * step_x, toward_y = t.along[k] * step_y;
-      if (at < 0 || (at == 0 && (toward_x < 0 || (toward_x == 0 && toward_y < 0)))) return false;
-    }
-    return true;
+    return t.owns(x, y, x + 1 < field.columns ? 1 : -1, y + 1 < field.rows ? 1 : -1);
   }
   template <class Lanes>
   CORDILLERA_HD void measure(const Lanes& lanes, int part, std::uint32_t block, const std::uint32_t* corner,
                              ErrorSums& sums) const {
-    const MeshView& mesh = own.mesh;
-    Corner c[3];
-    for (int k = 0; k < 3; ++k) {
-      const std::uint32_t position = mesh.position[corner[k]];
-      c[k] = {position_x(position), position_y(position), mesh.height[corner[k]], (mesh.mark[corner[k]] & kVoidVertex) != 0};
-    }
+    const Corner c[3] = {own.corner(corner[0]), own.corner(corner[1]), own.corner(corner[2])};
     const int rows = greatest(c[0].y, greatest(c[1].y, c[2].y)) - least(c[0].y, least(c[1].y, c[2].y)) + 1;
     if (part * lanes.rows() >= rows) return;
     const Field& field = own.blocks[block].field;

@@ -17,8 +17,6 @@ constexpr double kChordShare = 0.9;
 constexpr int kLongestChord = 2048, kLongestAtEnds = 512;
 /// Of the row beside a side; a chord that sways by more would turn over what lies between.
 constexpr double kMostSway = 1.0 / 4;
-/// Of a tile's side where all rows are void: what neighbours that are not there are taken to have.
-constexpr int kVoidChords = 32;
 
 std::int32_t rounded(double height, std::int32_t step) { return static_cast<std::int32_t>(std::rint(height / step)) * step; }
 

@@ -13,6 +13,8 @@
 
 namespace cordillera::gpu::exact {
 
+/// Of a tile's side where all rows are void: what neighbours that are not there are taken to have.
+inline constexpr int kVoidChords = 32;
 inline constexpr int kSideReach = 3;            ///< rows on either side that a chain looks at
 inline constexpr int kHemRow = kSideReach + 1;  ///< where a block's own mesh ends
 

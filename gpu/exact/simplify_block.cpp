@@ -37,8 +37,7 @@ std::optional<proto::Problem> check_level(const BlockPlan& plan, std::size_t l) 
   if (!(level.side_tolerance_m >= 0)) return invalid(at + " has a side tolerance below 0", "0 or metres", at + ".side_tolerance_m");
   if (l == 0) return {};
   const BlockLevel& finer = plan.levels[l - 1];
-  const double rounding_m = level.height_step > finer.height_step ? 0.5 * step_m : 0;
-  if (level.height_step < finer.height_step || level.tolerance_m < finer.tolerance_m + rounding_m) {
+  if (level.height_step < finer.height_step || level.tolerance_m < least_tolerance_m(finer, level.height_step)) {
     return invalid(
         at + " asks for more than the finer level",
         "a tolerance and a height step no less than the finer level's, and half the step more tolerance where that grows", at);
@@ -81,10 +80,6 @@ std::optional<proto::Problem> check_sides(const Block& block, const BlockPlan& p
   }
   return {};
 }
-
-}  // namespace
-
-namespace {
 
 std::optional<proto::Problem> check_plan(const BlockPlan& plan) {
   if (plan.levels.empty() || plan.levels.size() > 22)

@@ -64,6 +64,11 @@ struct BlockLevel {
   double least_width = 0;
 };
 
+/// What the level above `finer` may ask at the least, with this height step.
+inline double least_tolerance_m(const BlockLevel& finer, std::int32_t height_step) {
+  return finer.tolerance_m + (height_step > finer.height_step ? 0.5 * height_step * proto::kHeightStep_m : 0);
+}
+
 struct BlockPlan {
   std::int32_t tile_side = 256;    ///< samples from side to side of a tile of level 0, a power of two; doubled a level
   std::vector<BlockLevel> levels;  ///< 1 .. 22

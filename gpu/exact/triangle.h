@@ -33,6 +33,14 @@ struct Triangle {
 
   CORDILLERA_HD std::int32_t edge(int k, int x, int y) const { return across[k] * (x - ex[k]) + along[k] * (y - ey[k]); }
   CORDILLERA_HD bool covers(int x, int y) const { return (edge(0, x, y) | edge(1, x, y) | edge(2, x, y)) >= 0; }
+  /// Covers it a tiny step on? Then of triangles with a common edge one alone has the samples on it.
+  CORDILLERA_HD bool owns(int x, int y, int step_x, int step_y) const {
+    for (int k = 0; k < 3; ++k) {
+      const int at = edge(k, x, y), toward_x = across[k] * step_x, toward_y = along[k] * step_y;
+      if (at < 0 || (at == 0 && (toward_x < 0 || (toward_x == 0 && toward_y < 0)))) return false;
+    }
+    return true;
+  }
   /// What it rises from its first corner, u samples to the east; v to the north.
   CORDILLERA_HD float rise_along(float u) const { return dx * u + bend_x * (u * u); }
   CORDILLERA_HD float rise_up(float v) const { return dy * v + bend_y * (v * v); }

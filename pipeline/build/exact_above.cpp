@@ -5,6 +5,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "gpu/exact/side_chain.h"
 #include "gpu/exact/triangle.h"
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
@@ -23,7 +24,6 @@ using gpu::exact::Ground;
 using proto::floor_divide;
 
 constexpr double kMildSlope = 3;  // metres a metre: what rounding adds to a bound there is set aside, see levels_above
-constexpr int kVoidChords = 32;  // of a side without data, see gpu::exact::SideChain
 
 std::int64_t block_units(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
 
@@ -49,7 +49,7 @@ class Mosaic {
   }
   proto::TileMesh without_data(std::int32_t k) const {
     const std::int32_t column = k % grid_.across, row = k / grid_.across;
-    const auto beside = [&](const KeptBlock* block, Side facing) { return block ? border_chain(block->mesh, facing) : void_chain(side_, side_ / kVoidChords); };
+    const auto beside = [&](const KeptBlock* block, Side facing) { return block ? border_chain(block->mesh, facing) : void_chain(side_, side_ / gpu::exact::kVoidChords); };
     std::array<Chain, 4> border;
     border[static_cast<std::size_t>(Side::west)] = beside(at(column - 1, row), Side::east);
     border[static_cast<std::size_t>(Side::east)] = beside(at(column + 1, row), Side::west);
@@ -144,9 +144,7 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
     const proto::LevelPlan& level = level_plan(plan, static_cast<int>(plan.block_level()) - 1 - static_cast<int>(l));
     gpu::exact::BlockLevel& asked = levels.levels[l];
     asked.tolerance_m = std::max(asked.tolerance_m - kMildSlope * level.ecef_step(), asked.tolerance_m / 2);
-    if (l == 0) continue;
-    const gpu::exact::BlockLevel& finer = levels.levels[l - 1];
-    asked.tolerance_m = std::max(asked.tolerance_m, finer.tolerance_m + (asked.height_step > finer.height_step ? 0.5 * asked.height_step * proto::kHeightStep_m : 0));
+    if (l > 0) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels[l - 1], asked.height_step));
   }
   return levels;
 }
@@ -158,16 +156,9 @@ constexpr int kRmseStep = 4;
 
 /// Squares of a published triangle's errors. A sample on an edge belongs to the triangle east of it, or north.
 void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, gpu::SurfaceError& error) {
-  const auto owns = [&t](int x, int y) {
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t at = t.edge(k, x, y);
-      if (at < 0 || (at == 0 && (t.across[k] < 0 || (t.across[k] == 0 && t.along[k] < 0)))) return false;
-    }
-    return true;
-  };
   for (int y = (t.south + kRmseStep - 1) / kRmseStep * kRmseStep; y <= t.north; y += kRmseStep) {
     for (int x = (t.west + kRmseStep - 1) / kRmseStep * kRmseStep; x <= t.east; x += kRmseStep) {
-      if (!owns(x, y) || field.is_void_there(x, y)) continue;
+      if (!t.owns(x, y, 1, 1) || field.is_void_there(x, y)) continue;
       const double off_m = static_cast<double>(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y))) * proto::kHeightStep_m;
       error.sum_squared_m2 += off_m * off_m;
       ++error.samples;

@@ -166,11 +166,7 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, con
     asked.tolerance_m = std::max(target_m - gpu::kGrace_m - level.ecef_step(), target_m / 2);
     asked.height_step = height_step(level);
     asked.least_width = least_width(lattice, place, level.ecef_step());
-    if (!levels.levels.empty()) {
-      const gpu::exact::BlockLevel& finer = levels.levels.back();
-      const double rounded_m = asked.height_step > finer.height_step ? 0.5 * asked.height_step * proto::kHeightStep_m : 0;
-      asked.tolerance_m = std::max(asked.tolerance_m, finer.tolerance_m + rounded_m);
-    }
+    if (!levels.levels.empty()) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels.back(), asked.height_step));
     asked.rim_reach = levels.levels.empty() ? -1 : std::min(static_cast<int>(levels.levels.size()), most_reach);
     levels.levels.push_back(asked);
   }
@@ -261,8 +257,7 @@ double measure_exact(const LevelContext& context, BuiltTile& tile) {
     LevelContext put_back = context;
     put_back.height_rounds = -1;
     measure(put_back, tile, target_m);
-    const gpu::SampleMeter meter(input, height_step(*context.level));
-    if (gpu::flip_turned(tile.mesh, upright, meter, target_m - gpu::kGrace_m) > 0) {
+    if (tile.turned > 0 && gpu::flip_turned(tile.mesh, upright, gpu::SampleMeter(input, height_step(*context.level)), target_m - gpu::kGrace_m) > 0) {
       tile.measured = gpu::surface_error(input, target_m - gpu::kGrace_m);
       tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
     }

@@ -140,8 +140,7 @@ class BlockBuild {
   }
   /// See gpu::exact::BlockLevel.
   double least_above(std::size_t l) const {
-    const gpu::exact::BlockLevel &level = asked_.levels[l], &finer = asked_.levels[l - 1];
-    return finer.tolerance_m + (level.height_step > finer.height_step ? 0.5 * level.height_step * proto::kHeightStep_m : 0);
+    return least_tolerance_m(asked_.levels[l - 1], asked_.levels[l].height_step);
   }
 
   const proto::Plan& plan_;

@@ -4,9 +4,9 @@
 
 namespace cordillera::pipeline {
 
-/// Of the samples of a few places spread evenly, the share that gpu/exact starts from where the finest level may be error_m off; 0 where they
-/// hold no data. Needs levels and window of the plan only. The same places every time; what cannot be read is left out, for the build to tell.
-double start_share(const proto::Plan& plan, raster::Source& source, double error_m);
+/// Of the samples of places, see sample_places.h, the share that gpu/exact starts from where the finest level may be error_m off; 0 where they hold
+/// no data.
+double start_share(const std::vector<proto::Samples>& places, double error_m);
 
 /// What a build of one piece takes at its peak beside the program, about. share: of start_share.
 inline double exact_bytes(double samples, double share) {

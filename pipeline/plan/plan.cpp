@@ -7,6 +7,7 @@
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/density.h"
 #include "pipeline/plan/relief.h"
+#include "pipeline/plan/sample_places.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
 #include "raster/back_projection.h"
@@ -117,27 +118,34 @@ int block_level(const proto::Plan& plan) {
   return lattice.finest_level;
 }
 
-/// Of exact: the coarsest level whose nodes, whole, have at most so many samples. Its blocks have two levels or more.
+/// The coarsest level from `from` to `finest` whose nodes, whole, have at most so many samples; else the finest.
+int level_of_nodes(const proto::Lattice& lattice, int from, int finest, std::int64_t most) {
+  while (from < finest && (lattice.tile_units(from) + 1) * (lattice.tile_units(from) + 1) > most) ++from;
+  return from;
+}
+
+/// Of exact: its blocks have two levels or more.
 int exact_block_level(const proto::Plan& plan, std::int64_t most) {
   const proto::Lattice lattice = lattice_of(plan);
-  const auto samples = [&](int z) { return (lattice.tile_units(z) + 1) * (lattice.tile_units(z) + 1); };
-  int level = static_cast<int>(plan.min_level());
-  while (level + kExactLevels <= lattice.finest_level && samples(level) > most) ++level;
-  return level;
+  return level_of_nodes(lattice, static_cast<int>(plan.min_level()), lattice.finest_level - kExactLevels + 1, most);
 }
+
+std::int64_t samples_of(const proto::Plan& plan) { return columns_of(plan) * rows_of(plan); }
+
+/// gpu/exact takes it at once, if there is the memory.
+bool may_be_one_piece(const proto::Plan& plan) {
+  return samples_of(plan) <= kMostPiece && std::max(columns_of(plan), rows_of(plan)) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
+}
+/// There is, on any ground.
+bool is_one_piece_anyhow(const proto::Plan& plan) { return may_be_one_piece(plan) && samples_of(plan) <= kBlockSamples; }
 
 /// One piece where memory is enough for that: so many samples fit on any ground, more of them where few are vertices at first. It has the fewest
 /// triangles, and keeps all threads busy. Else blocks, smaller ones where the ground is dense.
-void plan_exact_blocks(proto::Plan& plan, raster::Source& source, double error_m) {
-  const std::int64_t columns = columns_of(plan), rows = rows_of(plan);
-  const auto samples = static_cast<double>(columns) * static_cast<double>(rows);
+void plan_exact_blocks(proto::Plan& plan, const std::vector<proto::Samples>& places, double error_m) {
   plan.set_block_level(plan.min_level());
-  const bool fits = columns * rows <= kMostPiece && std::max(columns, rows) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
-  if (fits && columns * rows <= kBlockSamples) return;
-  proto::Plan places = plan;  // where to look at is found by blocks of waves
-  places.set_block_level(static_cast<std::uint32_t>(block_level(plan)));
-  const double share = start_share(places, source, error_m);
-  if (fits && exact_bytes(samples, share) <= static_cast<double>(kPieceBytes)) return;
+  if (is_one_piece_anyhow(plan)) return;
+  const double share = start_share(places, error_m);
+  if (may_be_one_piece(plan) && exact_bytes(static_cast<double>(samples_of(plan)), share) <= static_cast<double>(kPieceBytes)) return;
   const bool dense = exact_bytes(static_cast<double>(kBlockSamples), share) > static_cast<double>(kPieceBytes) / 2;
   plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, dense ? kDenseSamples : kBlockSamples)));
   if (dense && !merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
@@ -196,10 +204,10 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
 
 namespace {
 
-double default_error_m(const proto::Plan& plan, raster::Source& source) {
+double default_error_m(const proto::Plan& plan, const std::vector<proto::Samples>& places) {
   const double cell_m = proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2);
   const double least_m = std::min(kLeastDefaultCells * cell_m, kLeastDefault_m);
-  return std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(plan, source), least_m));
+  return std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(places), least_m));
 }
 
 }  // namespace
@@ -224,8 +232,10 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   if (options.strategy() == gpu::kExact && !exact.ok()) return exact.problem();
   plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
-  const double error = options.has_error() ? options.error() : default_error_m(plan, source);
-  if (plan.exact()) plan_exact_blocks(plan, source, error);
+  std::vector<proto::Samples> places;
+  if (!options.has_error() || (plan.exact() && !is_one_piece_anyhow(plan))) places = sample_places(plan, source);
+  const double error = options.has_error() ? options.error() : default_error_m(plan, places);
+  if (plan.exact()) plan_exact_blocks(plan, places, error);
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();
@@ -244,10 +254,8 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
 
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
   const proto::Lattice lattice = lattice_of(plan);
-  int level = static_cast<int>(plan.block_level());
-  const auto samples = [&](int z) { return (lattice.tile_units(z) + 1) * (lattice.tile_units(z) + 1); };
-  while (level < lattice.finest_level && samples(level) > most) ++level;
-  if (plan.exact()) level = std::max(static_cast<int>(plan.block_level()), exact_block_level(plan, most));
+  const int now = static_cast<int>(plan.block_level());
+  const int level = plan.exact() ? std::max(now, exact_block_level(plan, most)) : level_of_nodes(lattice, now, lattice.finest_level, most);
   plan.set_block_level(static_cast<std::uint32_t>(level));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
 }

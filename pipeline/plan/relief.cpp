@@ -7,15 +7,15 @@
 
 namespace cordillera::pipeline {
 
-double relief_m(const proto::Plan& plan, raster::Source& source) {
+double relief_m(const std::vector<proto::Samples>& places) {
   std::int32_t low = std::numeric_limits<std::int32_t>::max(), high = std::numeric_limits<std::int32_t>::min();
-  each_sample_place(plan, source, proto::kTileCells + 1, [&](const proto::Samples& place) {
+  for (const proto::Samples& place : places) {
     for (const std::int32_t h : place.height) {
       if (h == proto::kNoHeight) continue;
       low = std::min(low, h);
       high = std::max(high, h);
     }
-  });
+  }
   return low > high ? 0 : (static_cast<double>(high) - low) * proto::kHeightStep_m;
 }
 

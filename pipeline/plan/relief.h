@@ -4,8 +4,7 @@
 
 namespace cordillera::pipeline {
 
-/// Greatest less least height of the finest samples in up to kMostSamplePlaces tiles spread evenly, in metres; 0 where they hold no data. Needs
-/// levels and window of the plan only. The same places every time; what cannot be read is left out, for the build to tell.
-double relief_m(const proto::Plan& plan, raster::Source& source);
+/// Greatest less least height of the samples of places, see sample_places.h, in metres; 0 where they hold no data.
+double relief_m(const std::vector<proto::Samples>& places);
 
 }  // namespace cordillera::pipeline

@@ -83,7 +83,8 @@ std::size_t spread_place(std::size_t k, std::size_t count) {
   return std::min(count - 1, static_cast<std::size_t>((at - std::floor(at)) * static_cast<double>(count)));
 }
 
-void each_sample_place(const proto::Plan& plan, raster::Source& source, std::int64_t side, const std::function<void(const proto::Samples&)>& see) {
+std::vector<proto::Samples> sample_places(const proto::Plan& plan, raster::Source& source) {
+  std::vector<proto::Samples> seen;
   const proto::Lattice lattice = lattice_of(plan);
   const std::vector<proto::TileAddress> nodes = filled_nodes(plan, source, lattice.finest_level);
   const std::size_t places = count_at(nodes, lattice.finest_level);  // more than nodes, where these are coarser
@@ -91,10 +92,11 @@ void each_sample_place(const proto::Plan& plan, raster::Source& source, std::int
     const std::size_t place = places <= kMostSamplePlaces ? k : spread_place(k, places);
     const raster::Source::Window w = node_window(plan, node_at(nodes, place, lattice.finest_level));
     if (w.west > w.east || w.south > w.north) continue;
-    const auto columns = static_cast<std::int32_t>(std::min(w.east - w.west + 1, side)), rows = static_cast<std::int32_t>(std::min(w.north - w.south + 1, side));
-    const auto samples = source.sample(lattice, w.west, w.south, columns, rows);
-    if (samples.ok()) see(*samples);
+    const auto columns = static_cast<std::int32_t>(w.east - w.west + 1), rows = static_cast<std::int32_t>(w.north - w.south + 1);
+    auto samples = source.sample(lattice, w.west, w.south, columns, rows);
+    if (samples.ok()) seen.push_back(std::move(*samples));
   }
+  return seen;
 }
 
 }  // namespace cordillera::pipeline

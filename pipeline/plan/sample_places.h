@@ -1,6 +1,5 @@
 #pragma once
 // A few nodes of a tree that stand for all: where a dry run builds.
-#include <functional>
 #include <vector>
 
 #include "pipeline/plan/plan.h"
@@ -25,9 +24,9 @@ double touched_count(const proto::Plan& plan, int level);
 /// any number of them is spread evenly.
 std::size_t spread_place(std::size_t k, std::size_t count);
 
-/// The finest samples of up to kMostSamplePlaces tiles of the finest level, spread evenly: of each at most `side` columns and rows from its
-/// south-western corner on. Those that cannot be read are left out, for the build to tell.
-void each_sample_place(const proto::Plan& plan, raster::Source& source, std::int64_t side, const std::function<void(const proto::Samples&)>& see);
+/// The finest samples of up to kMostSamplePlaces tiles of the finest level, spread evenly. Those that cannot be read are left out, for the build to
+/// tell. Needs levels and window of the plan only, and a block level of waves.
+std::vector<proto::Samples> sample_places(const proto::Plan& plan, raster::Source& source);
 inline constexpr std::size_t kMostSamplePlaces = 16;
 
 }  // namespace cordillera::pipeline

@@ -33,14 +33,7 @@ TEST_P(ExactAbove, LawsHoldForEverySample) {
     SCOPED_TRACE("level " + std::to_string(l));
     const Verdict verdict = Judge(block, plan, l).judge(levels[l], Measure::samples);
     EXPECT_LE(verdict.max_m, plan.levels[l].tolerance_m);
-    EXPECT_EQ(verdict.uncovered, 0u);
-    EXPECT_EQ(verdict.hidden, 0u);
-    EXPECT_EQ(verdict.invented, 0u);
-    EXPECT_EQ(verdict.turned, 0u);
-    EXPECT_EQ(verdict.astride, 0u);
-    EXPECT_EQ(verdict.mislabelled, 0u);
-    EXPECT_TRUE(verdict.exact_area);
-    EXPECT_LE(verdict.valence, 14);
+    expect_sound(verdict);
     ASSERT_EQ(levels[l].bound.size(), levels[l].triangles.size());
     double bound_m = 0;
     for (const float bound : levels[l].bound) bound_m = std::max(bound_m, bound * proto::kHeightStep_m);

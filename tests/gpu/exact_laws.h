@@ -48,6 +48,18 @@ inline std::uint64_t hash_of(const std::vector<BlockMesh>& levels, const Block& 
   return hash;
 }
 
+/// What triangles must be, and what they show and hide.
+inline void expect_sound(const Verdict& verdict) {
+  EXPECT_EQ(verdict.uncovered, 0u);
+  EXPECT_EQ(verdict.hidden, 0u);
+  EXPECT_EQ(verdict.invented, 0u);
+  EXPECT_EQ(verdict.turned, 0u);
+  EXPECT_EQ(verdict.astride, 0u);
+  EXPECT_EQ(verdict.mislabelled, 0u);
+  EXPECT_TRUE(verdict.exact_area);
+  EXPECT_LE(verdict.valence, 14);
+}
+
 inline void expect_laws(const Block& block, const BlockPlan& plan, const std::vector<BlockMesh>& levels) {
   for (std::size_t l = 0; l < levels.size(); ++l) {
     SCOPED_TRACE("level " + std::to_string(l));
@@ -55,14 +67,7 @@ inline void expect_laws(const Block& block, const BlockPlan& plan, const std::ve
     EXPECT_LE(verdict.max_m, plan.levels[l].tolerance_m);
     EXPECT_NEAR(levels[l].max_error_m, verdict.max_m, 1e-6);
     EXPECT_NEAR(levels[l].rmse_m, verdict.rmse_m, 0.01 * plan.levels[l].tolerance_m);
-    EXPECT_EQ(verdict.uncovered, 0u);
-    EXPECT_EQ(verdict.hidden, 0u);
-    EXPECT_EQ(verdict.invented, 0u);
-    EXPECT_EQ(verdict.turned, 0u);
-    EXPECT_EQ(verdict.astride, 0u);
-    EXPECT_EQ(verdict.mislabelled, 0u);
-    EXPECT_TRUE(verdict.exact_area);
-    EXPECT_LE(verdict.valence, 14);
+    expect_sound(verdict);
     EXPECT_TRUE(l == 0 || levels[l].triangles.size() <= levels[l - 1].triangles.size());
   }
 }
