@@ -48,7 +48,6 @@ class Engine final : public BlockSimplifier {
   proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan, const Watch& watch) override;
   proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan,
                                                        const Watch& watch) override;
-  proto::Result<std::uint64_t> start_vertices(std::span<const Block> blocks, const BlockPlan& plan) override;
   std::string device() const override { return executor_->name(); }
   const BlockTimes& times() const override { return times_; }
 

@@ -80,15 +80,6 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(
   return results;
 }
 
-template <class Executor>
-proto::Result<std::uint64_t> Engine<Executor>::start_vertices(std::span<const Block> blocks, const BlockPlan& plan) {
-  if (auto problem = check_call(blocks, plan)) return *problem;
-  executor_->use(nullptr);
-  StopWatch watch;
-  begin(blocks, plan, watch);
-  return times_.start_vertices;
-}
-
 /// All that comes before the first level.
 template <class Executor>
 void Engine<Executor>::begin(std::span<const Block> blocks, const BlockPlan& plan, StopWatch& watch) {

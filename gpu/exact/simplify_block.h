@@ -143,8 +143,6 @@ class BlockSimplifier {
   /// result[l] is a level above blocks, from their meshes as one, `start`. What is known of the ground is all that is asked: triangles that the start
   /// has may be farther from samples than the first level's tolerance only if they were in it.
   virtual proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan, const Watch& watch = {}) = 0;
-  /// How many vertices simplify() starts from, for a small part of its work (14 % of one level on rough ground). Most of its memory goes by that.
-  virtual proto::Result<std::uint64_t> start_vertices(std::span<const Block> blocks, const BlockPlan& plan) = 0;
   virtual std::string device() const = 0;       ///< "cpu" or "cuda:0 (NVIDIA …)"
   virtual const BlockTimes& times() const = 0;  ///< of the last call
 };

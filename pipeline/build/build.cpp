@@ -12,6 +12,7 @@
 
 #include "gpu/simplify.h"
 #include "pipeline/build/blank_manifest.h"
+#include "pipeline/build/block_order.h"
 #include "pipeline/build/builder.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/build/in_flight.h"
@@ -69,7 +70,7 @@ struct Site {
   Teller& teller;
   const std::atomic<bool>& stop;
   unsigned threads;
-  std::uint32_t memory_mib;
+  BlockFollower* follower;
 };
 
 /// Those that a build before this one has not committed.
@@ -89,19 +90,23 @@ proto::Result<void> build_blocks(const Site& site) {
   site.teller.stage("build", total);
   Done done(site.teller);
   done.add(total - left);
-  const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
+  BlockOrder order(blocks, site.follower);
+  const auto make = [&](std::size_t) -> proto::Result<FinishedTask> {
     if (site.stop) return kCancelled;
-    const auto tell = done.of(samples_of(site.plan, blocks[k]));
-    auto task = site.builder.block(blocks[k], tell);
+    const proto::TileAddress& node = blocks[order.next()];
+    const auto tell = done.of(samples_of(site.plan, node));
+    auto task = site.builder.block(node, tell);
     if (task.ok()) tell(1);
     return task;
   };
   const auto take = [&](std::size_t, FinishedTask&& task) {
     auto committed = site.store.commit(task);
     if (committed.ok()) site.teller.committed_block();
+    if (committed.ok() && site.follower && site.follower->take(site.plan, std::move(task))) site.teller.provisional();
     return committed;
   };
-  auto built = in_flight(blocks.size(), tasks_at_once(site.plan, site.threads, site.memory_mib), make, take);
+  auto built = in_flight(blocks.size(), site.builder.tasks_at_once(), make, take);
+  if (built.ok() && site.follower && site.follower->end()) site.teller.provisional();
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
   return built;
 }
@@ -213,7 +218,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   auto plan = plan_of(request, **source);
   if (!plan.ok()) return plan.problem();
   Workers workers(request.options.threads());
-  Builder builder(*plan, workers, [&] { return open_source(request); }, request.options.device(), stop);
+  Builder builder(*plan, workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   if (request.options.keep_size() > 0) {
     teller.stage("plan", 1);
@@ -222,7 +227,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   }
   auto store = StoreWriter::open(request.store_path, *plan, request.other);
   if (!store.ok()) return store.problem();
-  const Site site{builder, *plan, **store, teller, stop, workers.threads(), request.options.memory()};
+  const Site site{builder, *plan, **store, teller, stop, workers.threads(), request.follower};
   if (const auto built = build_blocks(site); !built.ok()) return built.problem();
   if (const auto merged = merge_upwards(site); !merged.ok()) return merged.problem();
   teller.stage("publish", 1);

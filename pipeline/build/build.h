@@ -14,6 +14,18 @@
 
 namespace cordillera::pipeline {
 
+/// Follows a build from block to block.
+class BlockFollower {
+ public:
+  virtual ~BlockFollower() = default;
+  /// Tiles that were asked for lately, the last first: their blocks are to be made next. Called by any thread, one at a time.
+  virtual std::vector<proto::TileAddress> looked_at() = 0;
+  /// A block is done, and on disk. True: other provisional tiles are shown than before. This and end() are called by one thread.
+  virtual bool take(const proto::Plan& plan, FinishedTask&& block) = 0;
+  /// All blocks are done.
+  virtual bool end() = 0;
+};
+
 struct BuildRequest {
   std::string raster_path;   ///< the one raster, unless there are members
   std::string raster_name;   ///< what the user called it
@@ -25,6 +37,7 @@ struct BuildRequest {
   std::int64_t block_samples = 0;  ///< blocks of so many samples of the finest level at most; 0: as many as memory allows
   std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first
   std::shared_ptr<const raster::Decimation> decimation{};  ///< read in place of the one raster's pixels: what is built is provisional
+  BlockFollower* follower = nullptr;  ///< outlives the build; may be null
 };
 
 /// Called from one thread at a time, at most a few times a second.

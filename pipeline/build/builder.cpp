@@ -30,6 +30,19 @@ const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
 /// What a quality is to gpu::thin.
 int height_rounds(const proto::BuildOptions& options) { return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0; }
 
+/// How many exact blocks are simplified side by side: the more, the smaller they are.
+std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib) {
+  if (threads <= 1) return 1;
+  constexpr double kBytesOfSample = 200;                             // measured: 57 on ground of which 30 % are vertices at first, 190 where 82 % are
+  constexpr double kSamplesOfThread = 1 << 20, kUsualMemory = 4e9;  // so many samples, and a thread seldom waits
+  constexpr std::size_t kMost = 8;
+  const double units = static_cast<double>(lattice_of(plan).tile_units(static_cast<int>(plan.block_level())));
+  const double samples = std::min(units, static_cast<double>(plan.window(2)) - plan.window(0)) * std::min(units, static_cast<double>(plan.window(3)) - plan.window(1)) + 1;
+  const double by_memory = (memory_mib > 0 ? 0.75 * memory_mib * (1 << 20) : kUsualMemory) / (kBytesOfSample * samples);
+  const double by_threads = 2 + threads / std::max(1.0, samples / kSamplesOfThread);
+  return std::clamp(static_cast<std::size_t>(std::min(by_memory, by_threads)), std::size_t{1}, kMost);
+}
+
 }  // namespace
 
 std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& below) {
@@ -41,8 +54,19 @@ std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, cons
   return children;
 }
 
-Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop)
-    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), wanted_device_(std::move(device)), stop_(stop), exact_(workers, stop) {}
+Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Room room, const std::atomic<bool>& stop)
+    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), room_(std::move(room)), stop_(stop), exact_(workers, stop) {}
+
+std::size_t Builder::tasks_at_once() const {
+  const unsigned threads = workers_.threads();
+  if (threads <= 1) return 1;
+  if (plan_.exact()) return exact_at_once(plan_, threads, room_.memory_mib) + 1;  // one of them is read, or encoded
+  constexpr std::uint32_t kMemoryOfTask_mib = 384;  // with its share of the threads'
+  const std::size_t most = room_.memory_mib > 0 ? std::max(room_.memory_mib / kMemoryOfTask_mib, 1u) : SIZE_MAX;
+  const std::size_t tiles = std::size_t{1} << 2 * std::min<std::uint32_t>(plan_.finest_level() - plan_.block_level(), 8);
+  constexpr std::size_t kTilesOfThread = 64;  // so many in a block, and it seldom lets a thread wait
+  return std::min(most, 2 + threads / std::max<std::size_t>(1, tiles / kTilesOfThread));
+}
 
 proto::Result<void> Builder::prepare() {
   // Tile meshes come and go by the megabyte: given back to the system each time, half of the build would be page faults.
@@ -54,7 +78,7 @@ proto::Result<void> Builder::prepare() {
     sources_.push_back(std::move(*source));
   }
   if (plan_.exact()) {
-    if (const auto opened = exact_.open(wanted_device_); !opened.ok() || !has_levels_above(plan_) || merged_at_once(plan_)) return opened;
+    if (const auto opened = exact_.open(room_.device, exact_at_once(plan_, workers_.threads(), room_.memory_mib)); !opened.ok() || !has_levels_above(plan_) || merged_at_once(plan_)) return opened;
   }
   return open_simplifiers();
 }
@@ -64,7 +88,7 @@ proto::Result<void> Builder::open_simplifiers() {
   const auto on_all_threads = [this](std::size_t count, const std::function<void(std::size_t)>& work) {
     workers_.each(count, [&](std::size_t k, unsigned) { work(k); });
   };
-  auto simplifier = gpu::make_simplifier(wanted_device_, on_all_threads, strategy);
+  auto simplifier = gpu::make_simplifier(room_.device, on_all_threads, strategy);
   if (!simplifier.ok()) return simplifier.problem();
   if ((*simplifier)->device() != "cpu") on_device_ = std::move(*simplifier);
   has_device_ = on_device_ != nullptr;

@@ -24,18 +24,27 @@ using Tiles = std::map<proto::TileAddress, BuiltTile>;
 /// Index bit 0 east, bit 1 north; nullptr where a child has no data.
 std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, const Tiles& below);
 
+/// What a build may use; it changes no byte.
+struct Room {
+  std::string device;            ///< of gpu::make_simplifier
+  std::uint32_t memory_mib = 0;  ///< 0: as much as there is
+};
+
 class Builder {
  public:
   /// Opens one more handle on the source; called once a worker.
   using OpenSource = std::function<proto::Result<std::unique_ptr<raster::Source>>()>;
 
-  Builder(const proto::Plan& plan, Workers& workers, OpenSource open, std::string device, const std::atomic<bool>& stop);
+  Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Room room, const std::atomic<bool>& stop);
   proto::Result<void> prepare();  ///< opens sources and simplifiers
   std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
   /// The targets are in the plan's copy that the caller changed: take them over. alone: nodes are samples of a dry run, each for itself.
   void use(const proto::Plan& plan, bool alone = false) { plan_ = plan, alone_ = alone; }
 
   // Tasks may be made side by side, each in a thread of its own; they share the workers.
+
+  /// How many blocks keep the threads busy, or as many as there is memory for. Each holds the samples of its block, and its finest meshes.
+  std::size_t tasks_at_once() const;
 
   /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any thread.
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
@@ -71,7 +80,7 @@ class Builder {
   proto::Lattice lattice_;
   Workers& workers_;
   OpenSource open_;
-  std::string wanted_device_;
+  const Room room_;
   const std::atomic<bool>& stop_;
   std::vector<std::unique_ptr<raster::Source>> sources_;  ///< one a worker
   std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< likewise

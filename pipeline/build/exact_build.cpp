@@ -20,6 +20,7 @@ using gpu::exact::BlockMesh;
 /// A level above its target is made again with less: where steep walls meet rounded points.
 constexpr int kMostRuns = 3;
 constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above; of its tolerance
+const std::string kCpu = "cpu";
 
 /// Tiles of a level, encoded, and how far the worst is above its target.
 struct EncodedLevel {
@@ -164,16 +165,19 @@ gpu::ParallelFor ExactSimplifiers::on_all_threads() {
   };
 }
 
-proto::Result<void> ExactSimplifiers::open(const std::string& device) {
+proto::Result<void> ExactSimplifiers::open(const std::string& device, std::size_t at_once) {
   auto simplifier = gpu::exact::make_block_simplifier(device, on_all_threads());
   if (!simplifier.ok()) return simplifier.problem();
-  ((*simplifier)->device() == "cpu" ? on_cpu_ : on_device_) = std::move(*simplifier);
+  wanted_ = device;
+  device_ = (*simplifier)->device();
+  at_once_ = at_once;
+  idle_.push_back(std::move(*simplifier));
   return {};
 }
 
 std::string ExactSimplifiers::device() const {
   const std::lock_guard lock(mutex_);
-  return on_device_ ? on_device_->device() : "cpu" + lost_;
+  return device_ + lost_;
 }
 
 gpu::exact::Watch ExactSimplifiers::watch(const TakeLevel& take) const {
@@ -183,19 +187,52 @@ gpu::exact::Watch ExactSimplifiers::watch(const TakeLevel& take) const {
   return watch;
 }
 
-proto::Result<void> ExactSimplifiers::call(const std::function<proto::Result<void>(gpu::exact::BlockSimplifier&)>& work) {
-  const std::lock_guard one(calls_);
-  if (on_device_) {
+ExactSimplifiers::Turn ExactSimplifiers::begin() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return in_use_ < at_once_; });
+  ++in_use_;
+  Turn turn;
+  turn.on_device = device_ != kCpu;
+  turn.alone = at_once_ == 1;
+  if (idle_.empty()) return turn;
+  turn.simplifier = std::move(idle_.back());
+  idle_.pop_back();
+  return turn;
+}
+
+void ExactSimplifiers::end(Turn turn) {
+  const std::lock_guard lock(mutex_);
+  --in_use_;
+  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ < at_once_) idle_.push_back(std::move(turn.simplifier));
+  changed_.notify_all();
+}
+
+/// Beside others it may have had too little memory: one at a time, then, and once more. The one that fails alone is lost.
+void ExactSimplifiers::failed(const Turn& turn, const std::string& how) {
+  const std::lock_guard lock(mutex_);
+  idle_.clear();
+  at_once_ = 1;
+  if (!turn.alone) return;
+  lost_ = ", after " + device_ + " was lost: " + how;
+  wanted_ = device_ = kCpu;
+}
+
+proto::Result<void> ExactSimplifiers::call(const Work& work) {
+  for (;;) {
+    Turn turn = begin();
+    const std::shared_ptr<void> at_the_end(nullptr, [&](void*) { end(std::move(turn)); });
     try {
-      return work(*on_device_);
+      if (!turn.simplifier) {
+        auto made = gpu::exact::make_block_simplifier(turn.on_device ? wanted_ : kCpu, on_all_threads());
+        if (!made.ok()) throw gpu::DeviceLost(made.problem().detail);
+        turn.simplifier = std::move(*made);
+      }
+      return work(*turn.simplifier);
     } catch (const gpu::DeviceLost& lost) {
-      const std::lock_guard lock(mutex_);
-      lost_ = ", after " + on_device_->device() + " was lost: " + lost.what();
-      on_device_.reset();
+      turn.simplifier.reset();  // its memory is free for the next
+      failed(turn, lost.what());
     }
   }
-  if (!on_cpu_) on_cpu_ = gpu::exact::make_block_simplifier("cpu", on_all_threads()).value();
-  return work(*on_cpu_);
 }
 
 proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take,

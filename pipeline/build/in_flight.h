@@ -1,6 +1,5 @@
 #pragma once
 // Tasks of a build, several of them under way at once: while one ends with few tiles, or waits for its file, the threads work on another.
-#include <algorithm>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -10,23 +9,10 @@
 #include <mutex>
 #include <vector>
 
-#include "cordillera.pb.h"
 #include "pipeline/store/store.h"
 #include "proto/result.h"
 
 namespace cordillera::pipeline {
-
-/// How many tasks keep so many threads busy. Each holds the samples of its block, and its finest meshes: fewer where a build may take no more
-/// than so much memory (0: as much as there is).
-inline std::size_t tasks_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib) {
-  if (threads <= 1) return 1;
-  if (plan.exact()) return 2;  // one is simplified, on all threads, while the other is read or encoded
-  constexpr std::uint32_t kMemoryOfTask_mib = 384;  // with its share of the threads'
-  const std::size_t most = memory_mib > 0 ? std::max(memory_mib / kMemoryOfTask_mib, 1u) : SIZE_MAX;
-  const std::size_t tiles = std::size_t{1} << 2 * std::min<std::uint32_t>(plan.finest_level() - plan.block_level(), 8);
-  constexpr std::size_t kTilesOfThread = 64;  // so many in a block, and it seldom lets a thread wait
-  return std::min(most, 2 + threads / std::max<std::size_t>(1, tiles / kTilesOfThread));
-}
 
 /// make(k) for 0 .. count - 1, at_once of them side by side, each in a thread of its own; take(k, task) in their order, in the caller's. Those that
 /// end before their turn make room for others. The first problem ends it, after those under way.

@@ -1,5 +1,7 @@
 #include "pipeline/build/provisional.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "pipeline/plan/plan.h"
@@ -7,6 +9,8 @@
 
 namespace cordillera::pipeline {
 namespace {
+
+constexpr int kLevelsBelowBlock = std::countr_zero(static_cast<std::uint64_t>(kExactSide - 1) / proto::kTileCells);
 
 std::int64_t samples_at(const raster::Source& source, int level) {
   const raster::Source::Window w = source.window({proto::Scheme::geodetic, level});
@@ -45,6 +49,12 @@ proto::Result<std::optional<BuildRequest>> provisional_request(const BuildReques
   small.decimation = std::move(*pixels);
   small.options = quick(request.options, finest, level);
   return std::optional(std::move(small));
+}
+
+proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, const raster::Source& source) {
+  const auto range = level_range(source.description(), request.options);
+  if (!range.ok()) return range.problem();
+  return samples_at(source, std::max(range->first - kLevelsBelowBlock, range->second));
 }
 
 std::optional<double> stated_error_m(const proto::Manifest& manifest, int level) {

@@ -26,6 +26,13 @@ class Teller {
     const std::lock_guard lock(mutex_);
     progress_.set_blocks(progress_.blocks() + 1);
   }
+  /// Other provisional tiles can be read.
+  void provisional() {
+    const std::lock_guard lock(mutex_);
+    progress_.set_provisional(true);
+    if (callback_) callback_(progress_);
+    progress_.set_provisional(false);
+  }
   void tell(double done) {
     const std::lock_guard lock(mutex_);  // workers tell too
     const auto now = Clock::now();

@@ -109,11 +109,11 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   Workers workers(request.options.threads());
   const unsigned threads = workers.threads();
   const std::atomic<bool> never = false;
-  Builder builder(*plan, workers, open, request.options.device(), never);
+  Builder builder(*plan, workers, open, {request.options.device(), request.options.memory()}, never);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   const auto level = is_small(*plan) ? plan->block_level() : plan->finest_level();
   const std::vector<proto::TileAddress> nodes = filled_nodes(*plan, **source, static_cast<int>(level));
-  Sampler sampler(builder, {threads, request.options.memory()}, nodes);
+  Sampler sampler(builder, nodes);
   proto::Plan aimed = *plan;
   auto sampled = sampler.build(aimed);
   const bool shares = request.options.keep_size() > 0;

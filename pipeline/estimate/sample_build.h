@@ -24,17 +24,11 @@ struct Sampled {
 /// So few tiles that all blocks are built, levels inside them included.
 bool is_small(const proto::Plan& plan);
 
-/// What a build may use.
-struct Room {
-  unsigned threads = 1;
-  std::uint32_t memory_mib = 0;  ///< 0: as much as there is
-};
-
 /// Builds samples below nodes: all of them where the dataset is small, else single tiles and some with the level above.
 class Sampler {
  public:
   /// nodes: see filled_nodes(); of the block level where the dataset is small. All outlive this.
-  Sampler(Builder& builder, const Room& room, const std::vector<proto::TileAddress>& nodes) : builder_(builder), room_(room), nodes_(nodes) {}
+  Sampler(Builder& builder, const std::vector<proto::TileAddress>& nodes) : builder_(builder), nodes_(nodes) {}
   /// With the plan's targets. Deterministic but for the seconds.
   proto::Result<Sampled> build(const proto::Plan& plan);
 
@@ -46,7 +40,6 @@ class Sampler {
   proto::Result<std::vector<FinishedTask>> blocks(const proto::Plan& plan, const std::vector<proto::TileAddress>& nodes);
 
   Builder& builder_;
-  Room room_;
   const std::vector<proto::TileAddress>& nodes_;
   int block_level_ = 0;  ///< of a build: nodes of other levels are samples, each for itself
   std::vector<std::pair<double, proto::TileAddress>> found_;  ///< triangles of each place that has some

@@ -53,16 +53,21 @@ Span span_of(double from_deg, double to_deg, int level, std::int32_t count) {
   return {std::clamp(first, 0, count - 1), std::clamp(last, 0, count - 1)};
 }
 
-void draw_run(const Terrain& terrain, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window, double* out) {
+void draw_level(const Terrain& terrain, int level, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window, double* out) {
   const auto& [west, east] = std::pair(columns.longitude_deg.front(), columns.longitude_deg.back());
   const auto& [north, south] = std::pair(rows.latitude_deg.front(), rows.latitude_deg.back());
-  const Span x = span_of(west + 180, east + 180, window.level, proto::tiles_across(window.level));
-  const Span y = span_of(south + 90, north + 90, window.level, proto::tiles_up(window.level));
+  const Span x = span_of(west + 180, east + 180, level, proto::tiles_across(level));
+  const Span y = span_of(south + 90, north + 90, level, proto::tiles_up(level));
   for (std::int32_t row = y.first; row <= y.last; ++row) {
     for (std::int32_t column = x.first; column <= x.last; ++column) {
-      if (const auto mesh = terrain.mesh({window.level, column, row})) draw_mesh(mesh->mesh(), rows, columns, out, static_cast<std::size_t>(window.columns));
+      if (const auto mesh = terrain.mesh({level, column, row})) draw_mesh(mesh->mesh(), rows, columns, out, static_cast<std::size_t>(window.columns));
     }
   }
+}
+
+/// Finer levels over coarser ones.
+void draw_run(const Terrain& terrain, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window, double* out) {
+  for (int level = terrain.coarsest_for(window.level); level <= window.level; ++level) draw_level(terrain, level, rows, columns, window, out);
 }
 
 /// Takes the geoid's height off wherever there is data: a grid of undulations is only near where data is.

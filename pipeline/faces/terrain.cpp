@@ -63,7 +63,16 @@ std::optional<std::string> Terrain::tile_tag(const proto::TileAddress& tile, Enc
   return made ? std::optional(made->etag) : std::nullopt;
 }
 
+int Terrain::coarsest_for(int level) const { return manifest().provisional() ? static_cast<int>(manifest().min_level()) : level; }
+
 std::optional<double> Terrain::height_m(int level, double longitude_deg, double latitude_deg) const {
+  for (int z = level; z >= coarsest_for(level); --z) {
+    if (const auto height = height_on(z, longitude_deg, latitude_deg)) return height;
+  }
+  return std::nullopt;
+}
+
+std::optional<double> Terrain::height_on(int level, double longitude_deg, double latitude_deg) const {
   // On a common side either tile may be the one that has data there.
   const double tiles_a_degree = std::ldexp(1, level) / 180;
   const double x = (longitude_deg + 180) * tiles_a_degree, y = (latitude_deg + 90) * tiles_a_degree;

@@ -44,6 +44,8 @@ class Terrain {
   /// Metres above the ellipsoid of the flat triangle over a place, in the mesh of the level; none beside the data and in holes. Longitude
   /// in [-180, 180], latitude in [-90, 90].
   std::optional<double> height_m(int level, double longitude_deg, double latitude_deg) const;
+  /// Of a provisional dataset fine levels are there in part: what they do not show, coarser ones do, down to this one. Else the level itself.
+  int coarsest_for(int level) const;
 
   /// What orthometric heights of this dataset count from: the source's own datum, EGM96 where that is the ellipsoid itself or a grid that
   /// is not here.
@@ -69,6 +71,7 @@ class Terrain {
   std::size_t kept_bytes() const { return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes() + outline_bytes_; }
 
  private:
+  std::optional<double> height_on(int level, double longitude_deg, double latitude_deg) const;
   struct Undulation;
   Undulation& undulation() const;
 

@@ -5,7 +5,6 @@
 
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/plan/block_grid.h"
-#include "pipeline/plan/density.h"
 #include "pipeline/plan/relief.h"
 #include "pipeline/plan/sample_places.h"
 #include "proto/ellipsoid.h"
@@ -132,23 +131,14 @@ int exact_block_level(const proto::Plan& plan, std::int64_t most) {
 
 std::int64_t samples_of(const proto::Plan& plan) { return columns_of(plan) * rows_of(plan); }
 
-/// gpu/exact takes it at once, if there is the memory.
-bool may_be_one_piece(const proto::Plan& plan) {
-  return samples_of(plan) <= kMostPiece && std::max(columns_of(plan), rows_of(plan)) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
-}
-/// There is, on any ground.
-bool is_one_piece_anyhow(const proto::Plan& plan) { return may_be_one_piece(plan) && samples_of(plan) <= kBlockSamples; }
-
-/// One piece where memory is enough for that: so many samples fit on any ground, more of them where few are vertices at first. It has the fewest
-/// triangles, and keeps all threads busy. Else blocks, smaller ones where the ground is dense.
-void plan_exact_blocks(proto::Plan& plan, const std::vector<proto::Samples>& places, double error_m) {
+/// One piece up to kExactSamples, else blocks of so many: several of them keep all threads and a GPU busy, and are shown one after the other. Larger ones
+/// where levels above them are merged four to one, which then has less to do.
+void plan_exact_blocks(proto::Plan& plan) {
   plan.set_block_level(plan.min_level());
-  if (is_one_piece_anyhow(plan)) return;
-  const double share = start_share(places, error_m);
-  if (may_be_one_piece(plan) && exact_bytes(static_cast<double>(samples_of(plan)), share) <= static_cast<double>(kPieceBytes)) return;
-  const bool dense = exact_bytes(static_cast<double>(kBlockSamples), share) > static_cast<double>(kPieceBytes) / 2;
-  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, dense ? kDenseSamples : kBlockSamples)));
-  if (dense && !merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
+  const bool one_piece = samples_of(plan) <= kExactSamples && std::max(columns_of(plan), rows_of(plan)) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
+  if (one_piece) return;
+  plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kExactSamples)));
+  if (!merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
 }
 
 std::int64_t extent_of(const proto::Plan& plan) { return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
@@ -233,9 +223,9 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.set_exact(exact.ok() && (options.strategy() == gpu::kExact || is_automatic(options)));
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
   std::vector<proto::Samples> places;
-  if (!options.has_error() || (plan.exact() && !is_one_piece_anyhow(plan))) places = sample_places(plan, source);
+  if (!options.has_error()) places = sample_places(plan, source);
   const double error = options.has_error() ? options.error() : default_error_m(plan, places);
-  if (plan.exact()) plan_exact_blocks(plan, places, error);
+  if (plan.exact()) plan_exact_blocks(plan);
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();
   plan.mutable_options()->clear_threads();

@@ -11,12 +11,8 @@ namespace cordillera::pipeline {
 
 /// Finest samples a block may have: what one block task holds in memory, 5 bytes each.
 inline constexpr std::int64_t kBlockSamples = std::int64_t{4097} * 4097;
-/// With strategy=exact a raster of up to so many is one block, where it takes no more than so much memory (see density.h). Else it has blocks of
-/// kBlockSamples, or of kDenseSamples where those would take too much, and all levels above them are made at once. Memory is estimated from a few
-/// places, so it is a function of raster and options alone: the same tiles on every machine.
-inline constexpr std::int64_t kMostPiece = std::int64_t{9217} * 9217;
-inline constexpr std::int64_t kPieceBytes = std::int64_t{3072} << 20;
-inline constexpr std::int64_t kDenseSamples = std::int64_t{2049} * 2049;
+/// With strategy=exact a raster of up to so many is one block, a larger one has blocks of so many.
+inline constexpr std::int64_t kExactSide = 2049, kExactSamples = kExactSide * kExactSide;
 /// The default strategy: exact wherever it can be, waves elsewhere.
 inline constexpr const char* kAutoStrategy = "auto";
 

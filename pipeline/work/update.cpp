@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "pipeline/build/block_order.h"
 #include "pipeline/build/builder.h"
 #include "pipeline/build/in_flight.h"
 #include "pipeline/build/teller.h"
@@ -56,9 +57,9 @@ struct Site {
   StoreWriter& store;
   Builder& builder;
   unsigned threads;
-  std::uint32_t memory_mib;
   Teller& teller;
   const std::atomic<bool>& stop;
+  BlockFollower* follower;
 };
 
 /// Tasks of a stage that are still to be done.
@@ -73,19 +74,24 @@ std::vector<const proto::WorkTask*> open_tasks(const Site& site, const proto::Wo
 proto::Result<void> do_stage(const Site& site, const std::vector<const proto::WorkTask*>& tasks) {
   double done = 0;
   const auto is_block = [&](std::size_t k) { return tasks[k]->sources_size() > 0; };
-  const auto make = [&](std::size_t k) -> proto::Result<FinishedTask> {
+  std::vector<proto::TileAddress> nodes;
+  for (const proto::WorkTask* task : tasks) nodes.push_back(address_of(*task));
+  BlockOrder order(nodes, is_block(0) ? site.follower : nullptr);
+  const auto make = [&](std::size_t) -> proto::Result<FinishedTask> {
     if (site.stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
-    const proto::TileAddress node = address_of(*tasks[k]);
+    const std::size_t k = order.next();
+    const proto::TileAddress& node = nodes[k];
     if (is_block(k)) return site.builder.block(node, [](double) {});
     return site.builder.merge(node, [&](const proto::TileAddress& child) { return site.store.mesh(child); });
   };
   // A merge is one tile: as many side by side as there are threads.
-  const std::size_t at_once = is_block(0) ? tasks_at_once(site.plan.plan(), site.threads, site.memory_mib) : site.threads;
+  const std::size_t at_once = is_block(0) ? site.builder.tasks_at_once() : site.threads;
   return in_flight(tasks.size(), at_once, make, [&](std::size_t k, FinishedTask&& task) {
     task.consumed.clear();  // the next version may need them
     auto committed = site.store.commit(task);
     if (committed.ok() && is_block(k)) site.teller.committed_block();
     if (committed.ok()) site.teller.tell(done += is_block(k) ? tasks[k]->samples() : 1);
+    if (committed.ok() && is_block(k) && site.follower && site.follower->take(site.plan.plan(), std::move(task))) site.teller.provisional();
     return committed;
   });
 }
@@ -98,6 +104,7 @@ proto::Result<void> do_all(const Site& site) {
     if (tasks.empty()) continue;
     site.teller.stage(s == 0 ? "build" : "merge", total);
     if (const auto stage = do_stage(site, tasks); !stage.ok()) return stage;
+    if (s == 0 && site.follower && site.follower->end()) site.teller.provisional();
   }
   return {};
 }
@@ -135,9 +142,9 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   auto store = StoreWriter::open(request.store_path, plan->plan(), Existing::refuse);  // what was prepared is not to be lost
   if (!store.ok()) return store.problem();
   Workers workers(request.options.threads());
-  Builder builder(plan->plan(), workers, [&] { return open_source(request); }, request.options.device(), stop);
+  Builder builder(plan->plan(), workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
-  if (const auto done = do_all({*plan, **store, builder, workers.threads(), request.options.memory(), teller, stop}); !done.ok()) return done.problem();
+  if (const auto done = do_all({*plan, **store, builder, workers.threads(), teller, stop, request.follower}); !done.ok()) return done.problem();
   teller.stage("publish", 1);
   if (const auto masked = build_water(
           plan->plan(), workers, [&] { return open_source(request); }, **store, stop);

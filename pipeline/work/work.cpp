@@ -49,7 +49,7 @@ class Worker {
       if (!block) return std::unique_ptr<raster::Source>();
       return raster::fill_enclosed_voids(raster::make_mosaic(members, feather_m), raster::fill_limit_cells(plan_.options()));
     };
-    Builder builder(plan_.plan(), workers_, open, device_, stop_);
+    Builder builder(plan_.plan(), workers_, open, {device_}, stop_);
     if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
     return block ? builder.block(address_of(task), [](double) {}) : merge(builder, task);
   }

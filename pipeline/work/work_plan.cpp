@@ -190,7 +190,7 @@ proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Sourc
   set_blocks(given, *plan);
   if (request.options.keep_size() == 0) return plan;
   Workers workers(request.options.threads());
-  Builder builder(*plan, workers, [&] { return open_source(request); }, request.options.device(), stop);
+  Builder builder(*plan, workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
   return plan;

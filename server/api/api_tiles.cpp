@@ -128,6 +128,23 @@ Response::Keep keep_in(const std::shared_ptr<const pipeline::faces::Terrain>& te
   };
 }
 
+/// The tile of the lattice where a tile of a face is; none of documents.
+std::optional<proto::TileAddress> on_lattice(pipeline::faces::Grid grid, const pipeline::faces::Place& place) {
+  using pipeline::faces::Grid;
+  switch (grid) {
+    case Grid::none: return std::nullopt;
+    case Grid::geodetic: return proto::TileAddress{place.z, place.x, place.y};
+    case Grid::implicit: return proto::TileAddress{place.z, place.x + (place.root == 'E' ? 1 << place.z : 0), place.y};
+    case Grid::web_mercator:
+    case Grid::web_mercator_south: break;
+  }
+  const int level = std::max(place.z - 1, 0);  // two tiles at level 0: as wide
+  const double row = grid == Grid::web_mercator ? place.y : std::ldexp(1, place.z) - 1 - place.y, tiles_a_degree = proto::tiles_up(level) / 180.0;
+  const double east_deg = pipeline::faces::pixel_longitude_deg(place.z, (place.x + 0.5) * pipeline::faces::kTilePixels) + 180;
+  const double north_deg = pipeline::faces::pixel_latitude_deg(place.z, (row + 0.5) * pipeline::faces::kTilePixels) + 90;
+  return proto::TileAddress{level, static_cast<std::int32_t>(east_deg * tiles_a_degree), static_cast<std::int32_t>(north_deg * tiles_a_degree)};
+}
+
 std::optional<Response> not_ready(const Dataset& dataset) {
   if (dataset.state == State::ready) return std::nullopt;
   if (dataset.state == State::failed) {
@@ -186,7 +203,11 @@ Response published(Service& service, const Dataset& dataset, const Request& requ
                           ? face(*opened.terrain, request, route)
                           : answer(pipeline::faces::document(pipeline::manifest_json(opened.terrain->manifest())), "application/json", route);
   if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(opened.terrain);
-  if (opened.terrain->manifest().provisional()) mark_provisional(response);
+  if (!opened.terrain->manifest().provisional()) return response;
+  mark_provisional(response);
+  if (route.resource != Resource::face || response.status != 200) return response;
+  const auto tile = on_lattice(route.found.resource->grid, route.found.place);
+  if (tile && tile->z > 0) service.queue().looked_at().note(dataset.id, *tile);
   return response;
 }
 

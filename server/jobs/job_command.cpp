@@ -22,6 +22,7 @@
 #include "server/memory/memory_limit.h"
 #include "server/options/option_values.h"
 #include "server/jobs/provisional_job.h"
+#include "server/jobs/sharpener.h"
 #include "server/sandbox/sandbox.h"
 #include "server/jobs/update_job.h"
 
@@ -137,6 +138,8 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
     report(progress);  // in vain only where the parent is dead
     return {};
   }
+  Sharpener sharpener(folder);
+  if (job.provisional()) request.follower = &sharpener;
   const auto built = pipeline::build(request, sink, g_stop);
   if (!built) return built.problem();
   return {};

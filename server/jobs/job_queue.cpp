@@ -81,7 +81,7 @@ void keep_store_alone(const std::filesystem::path& folder) {
 }
 
 JobQueue::JobQueue(Parts parts, unsigned concurrency)
-    : layout_(std::move(parts.layout)), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(std::move(parts.runner)),
+    : layout_(std::move(parts.layout)), looked_at_(layout_), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(std::move(parts.runner)),
       limits_(parts.limits), ledger_(parts.ledger), fetch_(std::move(parts.fetch)), keep_versions_(parts.keep_versions),
       published_(std::move(parts.published)), concurrency_(concurrency), dry_runs_free_(concurrency), looks_(1), pool_(concurrency) {}
 
@@ -165,6 +165,7 @@ void JobQueue::later(std::chrono::milliseconds wait, Turn turn) {
 }
 
 void JobQueue::cancel(const std::string& id) {
+  looked_at_.forget(id);
   std::unique_lock lock(mutex_);
   posted_.erase(id);
   const auto found = running_.find(id);
@@ -320,6 +321,7 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
   }
   if (outcome) keep_store_alone(layout_.dataset(dataset.id));
   forget_posted(dataset.id);
+  looked_at_.forget(dataset.id);
   published_(dataset.id);  // after its provisional tiles have gone, which else somebody might open again
   hub_.ended(dataset.id);
 }

@@ -17,6 +17,7 @@
 #include "server/datasets/progress_hub.h"
 #include "server/datasets/registry.h"
 #include "server/jobs/fetch.h"
+#include "server/jobs/looked_at.h"
 #include "server/datasets/ledger.h"
 
 namespace cordillera::server {
@@ -63,6 +64,8 @@ class JobQueue {
   void cancel(const std::string& id);
   /// Which of those that wait it is, 1 for the next; nullopt: it does not wait.
   std::optional<std::size_t> place(const std::string& id) const { return turns_.place(id); }
+  /// Is told which tiles people ask for while a dataset is being built.
+  LookedAt& looked_at() { return looked_at_; }
   /// What a build of the raster in this folder would make; waits for its turn beside the builds.
   proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const proto::Job& asked);
   /// Ends running builds; their datasets stay unfinished in the registry.
@@ -101,6 +104,7 @@ class JobQueue {
   void limit(proto::Job& job, const std::filesystem::path& folder) const;
 
   Layout layout_;
+  LookedAt looked_at_;
   Registry& registry_;
   ProgressHub& hub_;
   metrics::ServiceMetrics& metrics_;

@@ -1,7 +1,7 @@
 #include "server/jobs/provisional_job.h"
 
-#include <array>
 #include <cstdio>
+#include <vector>
 
 #include "pipeline/build/provisional.h"
 #include "pipeline/store/sqlite.h"
@@ -14,14 +14,21 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Samples of the finest provisional level, a step each: what is on the screen within a second on two cores, and what is worth looking at
-/// a few seconds later.
-constexpr std::array<std::int64_t, 2> kSteps = {40'000, 600'000};
+/// a few seconds later. A third step where it takes more to meet the blocks of the build, up to kMostSamples.
+constexpr std::int64_t kFirst = 40'000, kSecond = 600'000, kMostSamples = 4'200'000;
 
-proto::Progress provisional(double done) {
+std::vector<std::int64_t> steps_of(const pipeline::BuildRequest& request, const raster::Source& source) {
+  std::vector<std::int64_t> steps{kFirst, kSecond};
+  const auto blocks = pipeline::samples_of_block_level(request, source);
+  if (blocks.ok() && *blocks > kSecond && *blocks <= kMostSamples) steps.push_back(*blocks);
+  return steps;
+}
+
+proto::Progress provisional(std::size_t done, std::size_t steps) {
   proto::Progress progress;
   progress.set_stage("provisional");
-  progress.set_done(done);
-  progress.set_total(static_cast<double>(kSteps.size()));
+  progress.set_done(static_cast<double>(done));
+  progress.set_total(static_cast<double>(steps));
   progress.set_seconds_left(-1);
   progress.set_provisional(done > 0);
   return progress;
@@ -50,13 +57,14 @@ proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Sou
 
 void make_provisional(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder, const pipeline::ProgressCallback& report,
                       const std::atomic<bool>& stop) {
-  if (pipeline::StoreReader::manifest_of((folder / kProvisionalStore).string()).ok()) return report(provisional(kSteps.size()));
-  report(provisional(0));
-  for (std::size_t step = 0; step < kSteps.size() && !stop; ++step) {
-    const auto stands = make_step(request, source, folder, kSteps[step], stop);
+  const std::vector<std::int64_t> steps = steps_of(request, source);
+  if (pipeline::StoreReader::manifest_of((folder / kProvisionalStore).string()).ok()) return report(provisional(steps.size(), steps.size()));
+  report(provisional(0, steps.size()));
+  for (std::size_t step = 0; step < steps.size() && !stop; ++step) {
+    const auto stands = make_step(request, source, folder, steps[step], stop);
     if (!stands.ok() && !stop) std::fprintf(stderr, "no provisional tiles: %s\n", stands.problem().line().c_str());
     if (!stands.ok() || !*stands) return;
-    report(provisional(static_cast<double>(step + 1)));
+    report(provisional(step + 1, steps.size()));
   }
 }
 

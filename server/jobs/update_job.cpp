@@ -7,6 +7,7 @@
 #include "pipeline/work/work_plan.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional_job.h"
+#include "server/jobs/sharpener.h"
 #include "server/datasets/ledger.h"
 
 namespace cordillera::server::updates {
@@ -88,6 +89,8 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
   order.request.options = job.options();
   if (before) order.before = kStoreFile;
   order.notes.push_back({kVersionNote, version.SerializeAsString()});
+  Sharpener sharpener(".");
+  if (job.provisional() && !before) order.request.follower = &sharpener;
   return work::update(order, progress, stop);
 }
 

@@ -95,22 +95,6 @@ TEST_F(DryRun, SaysWhatAutoChoosesAndIsNearIt) {
   }
 }
 
-// Some 65 million samples, nearly every one of which is a vertex at first: in blocks, that takes no more memory than less of it.
-TEST_F(DryRun, TakesExactForMuchRoughGround) {
-  Spec spec = raster_test::huge_sparse(512);
-  spec.columns = spec.rows = 4000;
-  spec.value = [](int c, int r) { return 40.0 * ((c * 7 + r * 3) % 11); };
-  request_.raster_path = write(spec);
-  request_.raster_name = "sparse.tif";
-  request_.options = raster_test::plain_options();
-  request_.options.set_strategy("auto");
-  request_.options.set_error(1);
-  const proto::Manifest told = guess();
-  EXPECT_GT(told.source().lattice_samples(), pipeline::kBlockSamples);
-  EXPECT_EQ(told.options().strategy(), "exact");
-  EXPECT_EQ(told.notes_size(), 0);
-}
-
 TEST_F(DryRun, IsNearWhatIsBuiltForShares) {
   write_landscape();
   for (const double share : {0.1, 0.03}) request_.options.add_keep(share);

@@ -44,6 +44,13 @@ class AutoStrategy : public testing::Test {
     EXPECT_THAT(waves.notes(), IsEmpty()) << "asked for by name: nothing to explain";
     EXPECT_EQ(bytes("auto"), bytes("waves"));
   }
+  /// For planned().
+  void examine() {
+    request_.options.set_strategy("auto");
+    auto member = raster::examine(request_.raster_path, "dem.tif", raster::Trust::operator_file, request_.options);
+    ASSERT_TRUE(member.ok()) << member.problem().line();
+    request_.members.push_back(*member);
+  }
   proto::Plan planned(std::int64_t block_samples) {
     auto plan = pipeline::work::plan_work(request_, never_, {nullptr, block_samples, 0});
     EXPECT_TRUE(plan.ok()) << plan.problem().line();
@@ -98,11 +105,17 @@ TEST_F(AutoStrategy, is_waves_where_coarser_levels_are_missing) {
   expect_waves("needs two coarser levels");
 }
 
+TEST_F(AutoStrategy, is_exact_in_blocks_where_the_raster_is_large) {
+  put(points_of(kCorner, 2100, 2010, [](int c, int r) { return (c * 7 + r * 3) % 11; }));
+  examine();
+  const proto::Plan large = planned(0);
+  ASSERT_EQ(large.window_size(), 4) << "no plan";
+  EXPECT_TRUE(large.exact());
+  EXPECT_EQ(large.block_level(), large.finest_level() - 3) << "2049 samples a way";
+}
+
 TEST_F(AutoStrategy, is_exact_in_blocks_of_any_size) {
-  request_.options.set_strategy("auto");
-  auto member = raster::examine(request_.raster_path, "dem.tif", raster::Trust::operator_file, request_.options);
-  ASSERT_TRUE(member.ok()) << member.problem().line();
-  request_.members.push_back(*member);
+  examine();
   EXPECT_TRUE(planned(0).exact());
   EXPECT_EQ(planned(0).block_level(), 0u) << "small: one piece";
   const proto::Plan small = planned(513 * 513);

@@ -1,0 +1,72 @@
+#include "pipeline/build/sharpen.h"
+
+#include <set>
+
+#include "pipeline/encode/draco_mesh.h"
+#include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/plan.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+/// The block that a tile lies in. The tile is not above it.
+proto::TileAddress block_over(const proto::Plan& plan, const proto::TileAddress& tile) {
+  const int up = tile.z - static_cast<int>(plan.block_level());
+  return {tile.z - up, tile.x >> up, tile.y >> up};
+}
+
+/// A tile's bytes with positions that are units of another lattice, of which a side has so many.
+proto::Result<std::string> on_lattice(const std::string& drc, std::int64_t side) {
+  auto mesh = draco_decode_lattice(drc);
+  if (!mesh.ok()) return mesh.problem();
+  if (mesh->side == side) return drc;
+  const auto times = static_cast<std::int32_t>(side / mesh->side);
+  for (auto& point : mesh->points) point[0] *= times, point[1] *= times;
+  mesh->side = static_cast<std::int32_t>(side);
+  return draco_encode(*mesh);
+}
+
+/// Tiles of a level that no done block covers.
+proto::Result<FinishedTask> tiles_beside(const StoreReader& store, const proto::Plan& plan, int z, const std::set<proto::TileAddress>& done) {
+  FinishedTask task;
+  task.node = {z, 0, 0};
+  for (proto::TileRecord& record : store.records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
+    const proto::TileAddress tile{z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+    if (z >= static_cast<int>(plan.block_level()) && done.contains(block_over(plan, tile))) continue;
+    const auto blob = store.tile(tile, Encoding::drc);
+    if (!blob) continue;
+    auto drc = on_lattice(blob->bytes, lattice_of(plan).tile_units(z));
+    if (!drc.ok()) return drc.problem();
+    task.tiles.push_back({std::move(record), std::move(*drc), {}});
+  }
+  return task;
+}
+
+}  // namespace
+
+bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional) {
+  return provisional.provisional() && has_levels_above(plan) && provisional.max_level() >= plan.block_level() && provisional.min_level() == plan.min_level();
+}
+
+proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done, const std::string& next) {
+  const auto shown = StoreReader::open(store);
+  if (!shown.ok()) return shown.problem();
+  auto writer = StoreWriter::open(next, plan);
+  if (!writer.ok()) return writer.problem();
+  std::set<proto::TileAddress> nodes;
+  for (const FinishedTask& task : done) nodes.insert(task.node);
+  proto::Manifest manifest = (*shown)->manifest();
+  for (int z = static_cast<int>(manifest.min_level()); z <= static_cast<int>(manifest.max_level()); ++z) {
+    auto beside = tiles_beside(**shown, plan, z, nodes);
+    if (!beside.ok()) return beside.problem();
+    if (const auto committed = (*writer)->commit(*beside); !committed.ok()) return committed.problem();
+  }
+  for (const FinishedTask& task : done) {
+    if (const auto committed = (*writer)->commit(task); !committed.ok()) return committed.problem();
+  }
+  manifest.mutable_source()->clear_lattice_samples();  // of a level that is there in part: what the share of voids was taken of
+  const auto published = (*writer)->publish(std::move(manifest));
+  return published.ok() ? proto::Result<void>() : published.problem();
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,19 @@
+#pragma once
+// A provisional dataset that becomes sharper while its build runs: blocks that are done have their final tiles in it.
+#include <string>
+#include <vector>
+
+#include "cordillera.pb.h"
+#include "pipeline/store/store.h"
+
+namespace cordillera::pipeline {
+
+/// Whether final tiles of the plan's blocks can stand in a provisional dataset: it reaches down to the level of the blocks, so that every tile has either
+/// all of its children or none; and there are several blocks.
+bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional);
+
+/// Writes the provisional dataset of one store into another, with the tiles of done blocks in place of its own. Tiles are on the plan's lattice then.
+/// done: of blocks alone. Their errors are not stated, as those of all provisional tiles.
+proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done, const std::string& next);
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,38 @@
+#pragma once
+// Where people look while a dataset is being built: its job makes the blocks there first. A hint: nothing depends on it but the order.
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "proto/lattice.h"
+#include "server/datasets/layout.h"
+
+namespace cordillera::server {
+
+/// The server's side: tiles that were asked for lately, told to each dataset's job by a file in its folder. Thread-safe.
+class LookedAt {
+ public:
+  explicit LookedAt(Layout layout) : layout_(std::move(layout)) {}
+  /// A tile of the lattice was asked for, and the dataset is being built.
+  void note(const std::string& id, const proto::TileAddress& tile);
+  void forget(const std::string& id);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Tiles {
+    std::deque<proto::TileAddress> last_first;
+    Clock::time_point written{};
+  };
+  const Layout layout_;
+  std::mutex mutex_;
+  std::map<std::string, Tiles> datasets_;  ///< that are being built
+};
+
+/// The job's side: what the file in its folder says, the last first; nothing where there is none.
+std::vector<proto::TileAddress> read_looked_at(const std::filesystem::path& folder);
+
+}  // namespace cordillera::server

@@ -1,0 +1,198 @@
+// Provisional tiles and final ones of done blocks in one dataset: each is what its own build made, and nothing is missing between them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "pipeline/build/block_order.h"
+#include "pipeline/build/provisional.h"
+#include "pipeline/build/sharpen.h"
+#include "pipeline/faces/pixel_window.h"
+#include "pipeline/faces/terrain.h"
+#include "pipeline/faces/web_mercator.h"
+#include "pipeline/plan/plan.h"
+#include "tests/whole/built.h"
+#include "tests/whole/bytes.h"
+
+namespace cordillera::whole {
+namespace {
+
+using pipeline::Encoding;
+using proto::TileAddress;
+
+/// Keeps what it is told of.
+struct Blocks final : pipeline::BlockFollower {
+  std::vector<TileAddress> looked_at() override { return looked; }
+  bool take(const proto::Plan& of, pipeline::FinishedTask&& block) override {
+    plan = of;
+    block.mesh.reset();
+    if (!block.tiles.empty()) done.push_back(std::move(block));
+    return false;
+  }
+  bool end() override {
+    ended = true;
+    return false;
+  }
+  proto::Plan plan;
+  std::vector<pipeline::FinishedTask> done;
+  std::vector<TileAddress> looked;
+  bool ended = false;
+};
+
+class Sharpen : public testing::Test {
+ protected:
+  void SetUp() override {
+    write(points_of(kCorner, 2300, 1300, rough(8)), folder_.path("dem.tif"));
+    request_.raster_path = folder_.path("dem.tif");
+    request_.raster_name = "dem.tif";
+    request_.id = "test";
+    request_.options = with_error(60);
+    request_.options.set_max_level(13);
+    request_.block_samples = 1025 * 1025;
+    request_.follower = &blocks_;
+    request_.store_path = folder_.path("final");
+    ASSERT_TRUE(pipeline::build(request_, nullptr, never_).ok());
+    const auto source = pipeline::open_source(request_);
+    ASSERT_TRUE(source.ok());
+    auto small = pipeline::provisional_request(request_, **source, 300'000);  // level 11, a sixteenth
+    ASSERT_TRUE(small.ok() && *small);
+    (*small)->store_path = folder_.path("provisional");
+    (*small)->follower = nullptr;
+    (*small)->block_samples = 0;
+    ASSERT_TRUE(pipeline::build(**small, nullptr, never_).ok());
+  }
+  std::unique_ptr<pipeline::StoreReader> opened(const std::string& name) const {
+    auto reader = pipeline::StoreReader::open(folder_.path(name));
+    EXPECT_TRUE(reader.ok()) << reader.problem().line();
+    return reader.ok() ? std::move(reader).value() : nullptr;
+  }
+  static std::set<TileAddress> tiles_of(const pipeline::StoreReader& store, int z) {
+    std::set<TileAddress> tiles;
+    for (const auto& record : store.records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1))
+      tiles.insert({z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())});
+    return tiles;
+  }
+  void put(const std::vector<pipeline::FinishedTask>& done, const std::string& from, const std::string& to) const {
+    const auto put = pipeline::put_done_blocks(folder_.path(from), blocks_.plan, done, folder_.path(to));
+    ASSERT_TRUE(put.ok()) << put.problem().line();
+  }
+
+  /// Else a client that replaces a tile by its children would show holes.
+  static void expect_all_children_or_none(const pipeline::StoreReader& final, const pipeline::StoreReader& now) {
+    for (int z = 0; z < 13; ++z) {
+      const auto below = tiles_of(now, z + 1);
+      for (const TileAddress& tile : tiles_of(now, z)) {
+        std::size_t with_data = 0, there = 0;
+        for (int c = 0; c < 4; ++c) {
+          with_data += final.record(tile.child(c)) ? 1 : 0;
+          there += below.contains(tile.child(c)) ? 1 : 0;
+        }
+        EXPECT_TRUE(there == 0 || there >= with_data) << "of " << z << "/" << tile.x << "/" << tile.y << " there are " << there << " of " << with_data;
+      }
+    }
+  }
+
+  Folder folder_;
+  pipeline::BuildRequest request_;
+  Blocks blocks_;
+  const std::atomic<bool> never_ = false;
+};
+
+TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
+  ASSERT_TRUE(blocks_.ended);
+  ASSERT_GE(blocks_.done.size(), 6u);
+  ASSERT_TRUE(pipeline::can_show_blocks(blocks_.plan, opened("provisional")->manifest()));
+  const std::vector<pipeline::FinishedTask> first(blocks_.done.begin(), blocks_.done.begin() + 3), second(blocks_.done.begin() + 3, blocks_.done.begin() + 5);
+  put(first, "provisional", "a");
+  put(second, "a", "b");
+  const auto final = opened("final"), before = opened("provisional"), now = opened("b");
+  const int block_level = static_cast<int>(blocks_.plan.block_level());
+  std::set<TileAddress> done;
+  for (std::size_t k = 0; k < 5; ++k) done.insert(blocks_.done[k].node);
+  const auto is_done = [&](const TileAddress& tile) {
+    const int up = tile.z - block_level;
+    return up >= 0 && done.contains({block_level, tile.x >> up, tile.y >> up});
+  };
+  EXPECT_TRUE(now->manifest().provisional());
+  EXPECT_EQ(now->manifest().max_level(), 13u);
+  std::size_t final_tiles = 0, provisional_tiles = 0;
+  for (int z = 0; z <= 13; ++z) {
+    std::set<TileAddress> expected;
+    for (const TileAddress& tile : tiles_of(*final, z)) {
+      if (is_done(tile)) expected.insert(tile);
+    }
+    for (const TileAddress& tile : tiles_of(*before, z)) {
+      if (!is_done(tile)) expected.insert(tile);
+    }
+    const auto there = tiles_of(*now, z);
+    EXPECT_EQ(there, expected) << "level " << z;
+    for (const TileAddress& tile : there) {
+      if (!is_done(tile)) {
+        ++provisional_tiles;
+        continue;
+      }
+      ++final_tiles;
+      EXPECT_EQ(now->tile(tile, Encoding::drc)->bytes, final->tile(tile, Encoding::drc)->bytes);
+      EXPECT_EQ(now->tile(tile, Encoding::glb)->bytes, final->tile(tile, Encoding::glb)->bytes);
+    }
+  }
+  EXPECT_GT(final_tiles, 20u);
+  EXPECT_GT(provisional_tiles, 10u);
+  expect_all_children_or_none(*final, *now);
+}
+
+/// What a level does not show yet, a coarser one does: nowhere a hole, and heights of done blocks are those of the final tiles.
+TEST_F(Sharpen, heights_come_from_the_finest_level_that_is_there) {
+  put({blocks_.done.begin(), blocks_.done.begin() + 3}, "provisional", "now");
+  const pipeline::faces::Terrain final{opened("final")}, before{opened("provisional")}, now{opened("now")};
+  const auto& b = final.manifest().bounds();
+  const int block_level = static_cast<int>(blocks_.plan.block_level());
+  int in_done = 0, beside = 0;
+  for (int k = 1; k < 40; ++k) {
+    for (int l = 1; l < 40; ++l) {
+      const double longitude = b[0] + (b[2] - b[0]) * k / 40.0 + 1e-7, latitude = b[1] + (b[3] - b[1]) * l / 40.0 + 1e-7;
+      const double per_deg = proto::tiles_up(block_level) / 180.0;
+      const TileAddress node{block_level, static_cast<std::int32_t>((longitude + 180) * per_deg), static_cast<std::int32_t>((latitude + 90) * per_deg)};
+      const bool done = std::any_of(blocks_.done.begin(), blocks_.done.begin() + 3, [&](const auto& task) { return task.node == node; });
+      const auto expected = done ? final.height_m(13, longitude, latitude) : before.height_m(11, longitude, latitude);
+      const auto height = now.height_m(13, longitude, latitude);
+      ASSERT_TRUE(expected && height) << longitude << " " << latitude;
+      EXPECT_NEAR(*height, *expected, 1e-6);
+      ++(done ? in_done : beside);
+    }
+  }
+  EXPECT_GT(in_done, 100);
+  EXPECT_GT(beside, 100);
+  pipeline::faces::PixelWindow window;
+  window.zoom = 14, window.level = 13, window.columns = window.rows = 64;
+  window.west = static_cast<std::int64_t>(pipeline::faces::longitude_pixel(14, (b[0] + b[2]) / 2)) - 32;
+  window.north = static_cast<std::int64_t>(pipeline::faces::latitude_pixel(14, (b[1] + b[3]) / 2)) - 32;
+  ASSERT_TRUE(pipeline::faces::draw_heights(now, window).ok());
+  for (const double height_m : window.height_m) ASSERT_FALSE(std::isnan(height_m)) << "pictures have no holes either";
+}
+
+/// What is looked at is made first, whatever its place in the list.
+TEST(BlockOrder, blocks_that_are_looked_at_come_first) {
+  const std::vector<TileAddress> blocks{{5, 1, 1}, {5, 2, 1}, {5, 3, 1}, {5, 4, 1}};
+  Blocks follower;
+  pipeline::BlockOrder order(blocks, &follower);
+  EXPECT_EQ(order.next(), 0u);
+  follower.looked = {{3, 0, 0}, {7, 13, 5}, {6, 8, 2}};  // too coarse to say which, under 3/1, under 4/1
+  EXPECT_EQ(order.next(), 2u);
+  EXPECT_EQ(order.next(), 3u);
+  EXPECT_EQ(order.next(), 1u);
+}
+
+TEST_F(Sharpen, left_alone_are_one_piece_and_a_pyramid_that_ends_above_the_blocks) {
+  proto::Manifest coarse = opened("provisional")->manifest();
+  proto::Plan one_piece = blocks_.plan;
+  one_piece.set_block_level(one_piece.min_level());
+  EXPECT_FALSE(pipeline::can_show_blocks(one_piece, coarse));
+  coarse.set_max_level(blocks_.plan.block_level() - 1);
+  EXPECT_FALSE(pipeline::can_show_blocks(blocks_.plan, coarse));
+  EXPECT_FALSE(pipeline::can_show_blocks(blocks_.plan, opened("final")->manifest()));
+}
+
+}  // namespace
+}  // namespace cordillera::whole
