@@ -16,8 +16,13 @@ namespace fs = std::filesystem;
 
 // Between two steps: clients load all that they see again.
 constexpr auto kLeastPause = std::chrono::milliseconds(1500);
-constexpr int kShareOfBuild = 4;  // of the time so far, or more
+constexpr int kShareOfBuild = 4;  // of the time so far, or more, unless somebody looks at a block that is done
 constexpr int kTimesStep = 10;    // of what the last one took
+
+bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) {
+  const int up = tile.z - node.z;
+  return up >= 0 && tile.x >> up == node.x && tile.y >> up == node.y;
+}
 
 }  // namespace
 
@@ -37,13 +42,15 @@ bool Sharpener::can_show(const proto::Plan& plan) {
 
 bool Sharpener::is_due() const {
   const auto now = Clock::now();
-  return now - step_began_ >= std::max({Clock::duration(kLeastPause), (now - started_) / kShareOfBuild, step_took_ * kTimesStep});
+  const Clock::duration usual = somebody_waits_ ? Clock::duration() : (now - started_) / kShareOfBuild;
+  return now - step_began_ >= std::max({Clock::duration(kLeastPause), usual, step_took_ * kTimesStep});
 }
 
 bool Sharpener::take(const proto::Plan& plan, pipeline::FinishedTask&& block) {
   if (!can_show(plan)) return false;
   block.mesh.reset();
   block.consumed.clear();
+  for (const proto::TileAddress& tile : looked_at()) somebody_waits_ = somebody_waits_ || is_under(tile, block.node);
   waiting_.push_back(std::move(block));
   const bool shown = has_ended();
   if (!under_way_.valid() && is_due()) begin();
@@ -62,6 +69,7 @@ bool Sharpener::end() {
 
 void Sharpener::begin() {
   step_began_ = Clock::now();
+  somebody_waits_ = false;
   under_way_ = std::async(std::launch::async, [this, blocks = std::move(waiting_)] { return make_step(blocks); });
   waiting_.clear();
 }

@@ -38,6 +38,7 @@ class Sharpener final : public pipeline::BlockFollower {
   enum class Use { unknown, yes, no } use_ = Use::unknown;
   proto::Plan plan_;
   std::vector<pipeline::FinishedTask> waiting_;
+  bool somebody_waits_ = false;  ///< for one of these
   std::future<Took> under_way_;
 };
 
