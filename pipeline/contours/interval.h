@@ -18,7 +18,7 @@ struct Interval {
 
 /// Of a zoom, unless the query has another.
 Interval usual_interval(int zoom);
-/// A fifth of that, or less: closer lines would lie on each other.
+/// A quarter or a fifth of that: closer lines would lie on each other.
 Interval least_interval(int zoom);
 
 /// What interval= says, before any zoom; the text must not be empty. A problem where it is none.
