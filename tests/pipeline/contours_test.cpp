@@ -321,7 +321,7 @@ TEST(Contours, TheTilejsonNamesLayersAndIntervals) {
   EXPECT_EQ(chosen["tiles"][0], "contours/{z}/{x}/{y}.mvt?interval=20");
   ASSERT_EQ(plain["vector_layers"].size(), 1u);
   EXPECT_EQ(plain["vector_layers"][0]["id"], "contours");
-  EXPECT_TRUE(plain["vector_layers"][0]["fields"].contains("ele") && plain["vector_layers"][0]["fields"].contains("index"));
+  EXPECT_TRUE(plain["vector_layers"][0]["fields"] == Json({{"ele", "Number"}, {"index", "Number"}}));
   EXPECT_EQ(plain["zooms"].back()["interval"], 100);
   EXPECT_EQ(chosen["zooms"].back()["interval"], 20);
   EXPECT_EQ(chosen["zooms"].front()["interval"], 100) << "the least that the zoom allows";
