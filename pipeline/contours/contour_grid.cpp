@@ -26,14 +26,18 @@ struct Band {
 };
 
 /// From the north: of the tile above, of this one, of the one below.
-std::vector<Band> bands_of(const faces::Terrain& terrain, const faces::Extent& extent, const faces::Zooms& zooms, const faces::Place& place) {
+std::vector<Band> bands_of(const faces::Terrain& terrain, const faces::Extent& extent, const faces::Zooms& zooms,
+                           const faces::Place& place) {
   const auto level = [&](std::int32_t y) {
     return faces::level_of(terrain.manifest(), zooms, place.z, faces::row_latitude_deg(extent, place.z, y));
   };
   std::vector<Band> bands;
-  for (const Band& band : {Band{level(place.y - 1), -kReach, 0}, Band{level(place.y), 0, kTilePixels}, Band{level(place.y + 1), kTilePixels, kTilePixels + kReach}}) {
-    if (!bands.empty() && bands.back().level == band.level) bands.back().end = band.end;
-    else bands.push_back(band);
+  for (const Band& band : {Band{level(place.y - 1), -kReach, 0}, Band{level(place.y), 0, kTilePixels},
+                           Band{level(place.y + 1), kTilePixels, kTilePixels + kReach}}) {
+    if (!bands.empty() && bands.back().level == band.level)
+      bands.back().end = band.end;
+    else
+      bands.push_back(band);
   }
   return bands;
 }

@@ -24,16 +24,20 @@ using Made = proto::Result<std::optional<Document>>;
 constexpr std::string_view kTiles = "contours/{z}/{x}/{y}.mvt", kDocument = "contours.json";
 constexpr std::string_view kAbout = "Contours: lines of equal height above the geoid";
 
-/// Pieces of lines between neighbouring heights that a tile may begin with: some 200 kB of it, compressed. Only walls and noise have more.
+/// Pieces of lines between neighbouring heights that a tile may begin with: five lines through every pixel. Only walls and noise
+/// have more.
 constexpr std::int64_t kMostPieces = 200'000;
 
 /// How many multiples of an interval lie between neighbouring heights, the greater of both included.
 std::int64_t pieces(const raster::HeightSteps& grid, Interval interval) {
-  const auto number = [&](std::int32_t height) { return height >= 0 ? height / interval.mm : -((-height + interval.mm - 1) / interval.mm); };
+  const auto number = [&](std::int32_t height) {
+    return height >= 0 ? height / interval.mm : -((-height + interval.mm - 1) / interval.mm);
+  };
   std::int64_t count = 0;
   const auto columns = static_cast<std::size_t>(grid.columns);
   for (std::size_t k = 0; k + columns + 1 < grid.height.size(); ++k) {
-    const std::array<std::int32_t, 4> corners = {grid.height[k], grid.height[k + 1], grid.height[k + columns], grid.height[k + columns + 1]};
+    const auto at = [&](std::size_t offset) { return grid.height[k + offset]; };
+    const std::array<std::int32_t, 4> corners = {at(0), at(1), at(columns), at(columns + 1)};
     const auto [low, high] = std::minmax_element(corners.begin(), corners.end());
     if (*low != raster::kNoHeightHere) count += number(*high) - number(*low);
   }
@@ -77,9 +81,13 @@ Made tile(const Terrain& terrain, const Place& place) {
 double metres(Interval interval) { return interval.mm / 1000.0; }
 
 Json layer(const faces::Zooms& zooms) {
-  constexpr std::string_view kTold = "ele: metres above the geoid. index: the greatest of 1, 2, 5 and 10 that the line's height in intervals is a multiple of";
+  constexpr std::string_view kTold =
+      "ele: metres above the geoid. index: the greatest of 1, 2, 5 and 10 that the line's height in intervals "
+      "is a multiple of";
   Json fields = {{"ele", "Number"}, {"index", "Number"}};  // types alone: readers of MBTiles know no other words
-  return {{"id", kLayer}, {"description", kTold}, {"minzoom", zooms.first}, {"maxzoom", zooms.last}, {"fields", std::move(fields)}};
+  Json out = {{"id", kLayer}, {"description", kTold}, {"minzoom", zooms.first}, {"maxzoom", zooms.last}};
+  out["fields"] = std::move(fields);
+  return out;
 }
 
 Made json(const Terrain& terrain, const Place& place) {
@@ -109,8 +117,19 @@ Made json(const Terrain& terrain, const Place& place) {
 }
 
 constexpr std::array<faces::Resource, 2> kResources = {{
-    {.path = kDocument, .type = "application/json", .about = "TileJSON 3.0 of the contours", .make = json, .links = faces::Links::tile_templates, .intervals = kIntervals},
-    {.path = kTiles, .grid = faces::Grid::web_mercator, .type = faces::kVectorTile, .about = kAbout, .make = tile, .absent = faces::Absent::no_content, .intervals = kIntervals},
+    {.path = kDocument,
+     .type = "application/json",
+     .about = "TileJSON 3.0 of the contours",
+     .make = json,
+     .links = faces::Links::tile_templates,
+     .intervals = kIntervals},
+    {.path = kTiles,
+     .grid = faces::Grid::web_mercator,
+     .type = faces::kVectorTile,
+     .about = kAbout,
+     .make = tile,
+     .absent = faces::Absent::no_content,
+     .intervals = kIntervals},
 }};
 
 void each_path(const Terrain& terrain, const faces::PathSink& sink) {
@@ -124,7 +143,8 @@ void each_path(const Terrain& terrain, const faces::PathSink& sink) {
 }  // namespace
 
 const faces::Face& contours() {
-  static const faces::Face kFace = {"contours", "MapLibre GL, Mapbox GL, OpenLayers, QGIS: lines of equal height", kDocument, kResources, each_path};
+  static const faces::Face kFace = {"contours", "MapLibre GL, Mapbox GL, OpenLayers, QGIS: lines of equal height", kDocument,
+                                    kResources, each_path};
   return kFace;
 }
 

@@ -13,8 +13,8 @@ constexpr std::int32_t kLeast_m = 1, kMost_m = 5000;
 struct Row {
   std::int32_t usual_m, least_m;
 };
-/// Zooms 9 and coarser, 10, 11, … and 15 and finer. About a pixel of 256 a tile's side at the equator: ground that rises 45 degrees has a
-/// line a pixel, common ground one in five or ten.
+/// Zooms 9 and coarser, 10, 11, … and 15 and finer. About a pixel of 256 a tile's side at the equator: ground that rises 45
+/// degrees has a line a pixel, common ground one in five or ten.
 constexpr int kFirst = 9;
 constexpr std::array<Row, 7> kRows = {{{500, 100}, {200, 50}, {100, 20}, {50, 10}, {20, 5}, {10, 2}, {5, 1}}};
 
@@ -43,7 +43,8 @@ Interval least_interval(int zoom) { return {row_of(zoom).least_m * 1000}; }
 proto::Result<Interval> interval_asked(std::string_view text) {
   const std::int64_t mm = millimetres(text);
   if (mm < kLeast_m * 1000 || mm > kMost_m * 1000)
-    return proto::Problem{"option-invalid", "interval=" + std::string(text.substr(0, 40)) + " is no interval of contours", std::string(kIntervals), "interval"};
+    return proto::Problem{"option-invalid", "interval=" + std::string(text.substr(0, 40)) + " is no interval of contours",
+                          std::string(kIntervals), "interval"};
   return Interval{static_cast<std::int32_t>(mm)};
 }
 

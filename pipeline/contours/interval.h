@@ -9,7 +9,8 @@ namespace cordillera::pipeline::contours {
 
 /// What ?interval= accepts, for the API's description and for refusals.
 inline constexpr std::string_view kIntervals =
-    "metres, 1 to 5000, with up to three decimals (12.192 is 40 feet); a zoom whose least interval is greater takes a multiple: 2, 5, 10, 20, …";
+    "metres, 1 to 5000, with up to three decimals (12.192 is 40 feet); "
+    "a zoom whose least interval is greater takes a multiple: 2, 5, 10, 20, …";
 
 /// Millimetres: whole numbers, so that a line's height is one number everywhere.
 struct Interval {

@@ -1,4 +1,5 @@
-// The arithmetic is of whole numbers: libraries for it work in floating point, and their points could differ from machine to machine.
+// The arithmetic is of whole numbers: libraries for it work in floating point, and their points could differ from machine to
+// machine.
 #include "pipeline/contours/tile_lines.h"
 
 #include <algorithm>
@@ -60,7 +61,8 @@ void mark(const TileLine& line, std::size_t from, std::size_t to, std::vector<bo
     bool far = false;
     for (std::size_t k = first + 1; k < last; ++k) {
       far = far || far_from(line[k], line[first], line[last]);
-      if (const std::int64_t d = distance(line[k], line[first], line[last]); d > most) most = d, farthest = k;
+      const std::int64_t d = distance(line[k], line[first], line[last]);
+      if (d > most) most = d, farthest = k;
     }
     if (!far) continue;
     stays[farthest] = true;
@@ -83,10 +85,12 @@ std::optional<Segment> cut(Segment s, std::int32_t TilePoint::*axis, std::int32_
   if (outside(s[0]) && outside(s[1])) return std::nullopt;
   if (outside(s[0]) == outside(s[1])) return s;
   std::int32_t TilePoint::*const other = axis == &TilePoint::x ? &TilePoint::y : &TilePoint::x;
-  const auto [low, high] = s[0].*axis < s[1].*axis ? std::pair(s[0], s[1]) : std::pair(s[1], s[0]);  // the same bits in either direction
+  const auto [low, high] =
+      s[0].*axis < s[1].*axis ? std::pair(s[0], s[1]) : std::pair(s[1], s[0]);  // the same bits in either direction
   TilePoint p;
   p.*axis = at;
-  p.*other = low.*other + static_cast<std::int32_t>(nearest(std::int64_t{high.*other - low.*other} * (at - low.*axis), high.*axis - low.*axis));
+  const std::int64_t rise = std::int64_t{high.*other - low.*other} * (at - low.*axis);
+  p.*other = low.*other + static_cast<std::int32_t>(nearest(rise, high.*axis - low.*axis));
   s[outside(s[0]) ? 0 : 1] = p;
   return s;
 }

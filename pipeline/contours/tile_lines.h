@@ -24,13 +24,13 @@ struct Contour {
   std::vector<TileLine> lines;  ///< two points at least each, consecutive ones differ; a ring ends where it begins
 };
 
-/// From lines through a grid whose margin is `reach` pixels. Places are rounded to a unit, a sixteenth of a pixel. Points are left out where a line stays
-/// within a unit of where it was; those at a side, and beyond it, all stay: what crosses a side is the same segment in both of its
-/// tiles. Contours that only lie in the buffer are left out. By height.
+/// From lines through a grid whose margin is `reach` pixels. Places are rounded to a unit, a sixteenth of a pixel. Points are
+/// left out where a line stays within a unit of where it was; those at a side, and beyond it, all stay: what crosses a side is
+/// the same segment in both of its tiles. Contours that only lie in the buffer are left out. By height.
 std::vector<Contour> tile_lines(const std::vector<raster::HeightLine>& lines, std::int32_t reach);
 
-/// Douglas and Peucker (1973), in whole numbers: the least points such that none of the others is farther than a unit from the straight
-/// line over it. Points within half a pixel of the tile's sides, and beyond, stay.
+/// Douglas and Peucker (1973), in whole numbers: points are left out of which none is farther than a unit from the straight line
+/// over it. Points within half a pixel of the tile's sides, and beyond, stay.
 TileLine simplified(const TileLine& line);
 
 /// Parts of a line within the square from -margin to kExtent + margin. Ends are rounded to a unit.

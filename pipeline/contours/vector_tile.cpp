@@ -13,7 +13,9 @@ constexpr std::uint32_t kEle = 0, kIndex = 1;  // of the keys
 
 std::uint32_t command(std::uint32_t id, std::size_t count) { return static_cast<std::uint32_t>(count) << 3 | id; }
 
-std::uint32_t zigzag(std::int32_t value) { return static_cast<std::uint32_t>(value) << 1 ^ static_cast<std::uint32_t>(value >> 31); }
+std::uint32_t zigzag(std::int32_t value) {
+  return static_cast<std::uint32_t>(value) << 1 ^ static_cast<std::uint32_t>(value >> 31);
+}
 
 /// Steps go on from the last point of the line before.
 void add_lines(const std::vector<TileLine>& lines, proto::VectorTileFeature& feature) {
@@ -39,8 +41,10 @@ class Values {
     const auto [found, fresh] = known_.try_emplace(thousandths, static_cast<std::uint32_t>(layer_.values_size()));
     if (!fresh) return found->second;
     proto::VectorTileValue& value = *layer_.add_values();
-    if (thousandths % 1000 == 0) value.set_sint_value(thousandths / 1000);
-    else value.set_double_value(static_cast<double>(thousandths) / 1000);
+    if (thousandths % 1000 == 0)
+      value.set_sint_value(thousandths / 1000);
+    else
+      value.set_double_value(static_cast<double>(thousandths) / 1000);
     return found->second;
   }
 
@@ -64,7 +68,8 @@ std::string vector_tile(const std::vector<Contour>& contours, Interval interval)
     proto::VectorTileFeature& feature = *layer.add_features();
     feature.set_type(kLineString);
     for (const std::uint32_t tag : {kEle, values.of(contour.height_mm)}) feature.add_tags(tag);
-    for (const std::uint32_t tag : {kIndex, values.of(1000 * std::int64_t{index_of(contour.height_mm / interval.mm)})}) feature.add_tags(tag);
+    const int index = index_of(contour.height_mm / interval.mm);
+    for (const std::uint32_t tag : {kIndex, values.of(1000 * std::int64_t{index})}) feature.add_tags(tag);
     add_lines(contour.lines, feature);
   }
   return tile.SerializeAsString();

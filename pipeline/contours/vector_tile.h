@@ -11,8 +11,8 @@ namespace cordillera::pipeline::contours {
 
 inline constexpr std::string_view kLayer = "contours";
 
-/// One layer; a feature is all lines of a height, with `ele` in metres, whole where it is, and `index` (see interval.h). Contours by
-/// height, one at least; heights are multiples of the interval.
+/// One layer; a feature is all lines of a height, with `ele` in metres, whole where it is, and `index` (see interval.h). Contours
+/// by height, one at least; heights are multiples of the interval.
 std::string vector_tile(const std::vector<Contour>& contours, Interval interval);
 
 }  // namespace cordillera::pipeline::contours

@@ -1,4 +1,5 @@
-// Contours as a map reads them: tiles by GDAL's own reader, lines against the heights between pixels, and tiles against their neighbours.
+// Contours as a map reads them: tiles by GDAL's own reader, lines against the heights between pixels, and tiles against their
+// neighbours.
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 #include <ogrsf_frmts.h>
@@ -37,7 +38,8 @@ const Terrain& sample() {
       options.set_error(2);
       options.set_threads(2);
       options.set_device("cpu");
-      const BuildRequest request{path, "sample.tif", raster::Trust::operator_file, "sample", folder / "a.db", Existing::replace, options};
+      const BuildRequest request{path,   "sample.tif", raster::Trust::operator_file, "sample", folder / "a.db", Existing::replace,
+                                 options};
       const std::atomic<bool> stop = false;
       const auto built = build(request, nullptr, stop);
       if (!built) throw std::runtime_error(built.problem().line());
@@ -67,14 +69,16 @@ class Made {
   std::unique_ptr<Terrain> terrain_;
 };
 
-proto::Result<std::optional<faces::Document>> asked(const Terrain& terrain, const std::string& path, std::string_view interval = {}) {
+proto::Result<std::optional<faces::Document>> asked(const Terrain& terrain, const std::string& path,
+                                                    std::string_view interval = {}) {
   auto found = faces::find(path);
   if (!found) throw std::logic_error("no face has " + path);
   found->place.interval = interval;
   return found->resource->make(terrain, found->place);
 }
 std::string bytes_of(const Terrain& terrain, const Place& p, std::string_view interval = {}) {
-  const auto made = asked(terrain, "contours/" + std::to_string(p.z) + "/" + std::to_string(p.x) + "/" + std::to_string(p.y) + ".mvt", interval);
+  const auto made = asked(
+      terrain, "contours/" + std::to_string(p.z) + "/" + std::to_string(p.x) + "/" + std::to_string(p.y) + ".mvt", interval);
   if (!made.ok()) throw std::runtime_error(made.problem().line());
   return *made ? std::string((*made)->bytes) : "";
 }
@@ -91,10 +95,12 @@ struct Read {
 Read read_by_gdal(const std::string& bytes, const Place& p) {
   GDALAllRegister();
   const std::string name = "/vsimem/" + std::to_string(p.z) + "-" + std::to_string(p.x) + "-" + std::to_string(p.y) + ".mvt";
-  VSIFCloseL(VSIFileFromMemBuffer(name.c_str(), const_cast<GByte*>(reinterpret_cast<const GByte*>(bytes.data())), bytes.size(), FALSE));
+  VSIFCloseL(
+      VSIFileFromMemBuffer(name.c_str(), const_cast<GByte*>(reinterpret_cast<const GByte*>(bytes.data())), bytes.size(), FALSE));
   const std::string x = "X=" + std::to_string(p.x), y = "Y=" + std::to_string(p.y), z = "Z=" + std::to_string(p.z);
   const char* options[] = {"CLIP=NO", x.c_str(), y.c_str(), z.c_str(), nullptr};
-  const std::unique_ptr<GDALDataset> tile(GDALDataset::Open(name.c_str(), GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR, nullptr, options, nullptr));
+  const std::unique_ptr<GDALDataset> tile(
+      GDALDataset::Open(name.c_str(), GDAL_OF_VECTOR | GDAL_OF_VERBOSE_ERROR, nullptr, options, nullptr));
   Read read;
   if (!tile || tile->GetLayerCount() != 1) {
     ADD_FAILURE() << "GDAL does not read the tile";
@@ -137,7 +143,8 @@ std::set<Segment> segments_across(const std::string& bytes, const Place& p, bool
         const std::int64_t a = vertical ? fromx : fromy, b = vertical ? x : y;
         // along the side, the buffer's far ends are cut elsewhere in each tile
         if ((command & 7) == 2 && std::min(a, b) <= side && std::max(a, b) >= side && a != b)
-          out.insert({static_cast<std::int32_t>(value.sint_value()), std::min(fromx, x), std::max(fromx, x), fromx < x ? fromy : y, fromx < x ? y : fromy});
+          out.insert({static_cast<std::int32_t>(value.sint_value()), std::min(fromx, x), std::max(fromx, x),
+                      fromx < x ? fromy : y, fromx < x ? y : fromy});
       }
     }
   }
@@ -156,7 +163,8 @@ std::size_t compare_sides(const Terrain& terrain, int zoom, std::string_view int
         if (!faces::inside(faces::Grid::web_mercator, other) || !faces::touches(extent, zoom, other.x, other.y)) continue;
         const std::int64_t side = std::int64_t{kExtent} * (vertical ? other.x : other.y);
         const auto mine = segments_across(bytes_of(terrain, here, interval), here, vertical, side);
-        EXPECT_EQ(mine, segments_across(bytes_of(terrain, other, interval), other, vertical, side)) << zoom << "/" << x << "/" << y << (vertical ? " east" : " south");
+        EXPECT_EQ(mine, segments_across(bytes_of(terrain, other, interval), other, vertical, side))
+            << zoom << "/" << x << "/" << y << (vertical ? " east" : " south");
         seen += mine.size();
       }
     }
@@ -164,22 +172,25 @@ std::size_t compare_sides(const Terrain& terrain, int zoom, std::string_view int
   return seen;
 }
 
-/// Heights where a line runs from pixel to pixel, one of its coordinates being that of centres: between two of them, in metres. Nothing
-/// where a height is missing or the point was cut from a segment.
+/// Heights where a line runs from pixel to pixel, one of its coordinates being that of centres: between two of them, in metres.
+/// Nothing where a height is missing or the point was cut from a segment.
 struct Between {
   double height_m = 0, rise_m = 0;
 };
 std::optional<Between> between(const raster::HeightSteps& grid, const TilePoint& p) {
   const auto centre = [](std::int32_t at) { return ((at - kPixel / 2) % kPixel + kPixel) % kPixel == 0; };
   const double column = (p.x - kPixel / 2) / double{kPixel} + kReach, row = (p.y - kPixel / 2) / double{kPixel} + kReach;
-  const auto at = [&](double c, double r) { return grid.height[static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(c)]; };
+  const auto at = [&](double c, double r) {
+    return grid.height[static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(c)];
+  };
   const auto cut_off = [](std::int32_t at) { return at == -kBuffer || at == kExtent + kBuffer; };
   if (cut_off(p.x) || cut_off(p.y) || (!centre(p.x) && !centre(p.y))) return std::nullopt;
   const std::int32_t a = at(std::floor(column), std::floor(row)), b = at(std::ceil(column), std::ceil(row));
   if (a == raster::kNoHeightHere || b == raster::kNoHeightHere) return std::nullopt;
   if (centre(p.x) && centre(p.y)) {  // rounded to it, from any of the four ways
     std::int32_t rise = 0;
-    for (const auto& [c, r] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)}) rise = std::max(rise, std::abs(at(column + c, row + r) - a));
+    for (const auto& [c, r] : {std::pair(1, 0), std::pair(-1, 0), std::pair(0, 1), std::pair(0, -1)})
+      rise = std::max(rise, std::abs(at(column + c, row + r) - a));
     return Between{a / 1000.0, rise / 1000.0};
   }
   const double share = column - std::floor(column) + row - std::floor(row);
@@ -188,7 +199,8 @@ std::optional<Between> between(const raster::HeightSteps& grid, const TilePoint&
 
 TEST(Contours, RunWhereTheHeightsAreTheirs) {
   std::size_t points = 0, unknown = 0;
-  for (const Place p : {Place{.z = 10, .x = 308, .y = 371}, Place{.z = 11, .x = 617, .y = 742}, Place{.z = 8, .x = 77, .y = 92}}) {
+  for (const Place p :
+       {Place{.z = 10, .x = 308, .y = 371}, Place{.z = 11, .x = 617, .y = 742}, Place{.z = 8, .x = 77, .y = 92}}) {
     const Read read = read_by_gdal(bytes_of(sample(), p), p);
     const auto grid = contour_grid(sample(), p);
     ASSERT_TRUE(grid.ok() && *grid);
@@ -198,7 +210,8 @@ TEST(Contours, RunWhereTheHeightsAreTheirs) {
         for (const TilePoint& at : line) {
           const auto found = between(**grid, at);
           found ? ++points : ++unknown;
-          if (found) EXPECT_NEAR(found->height_m, ele, found->rise_m / (2 * kPixel) + 0.002) << p.z << " at " << at.x << ", " << at.y;
+          if (found)
+            EXPECT_NEAR(found->height_m, ele, found->rise_m / (2 * kPixel) + 0.002) << p.z << " at " << at.x << ", " << at.y;
         }
       }
     }
@@ -219,7 +232,8 @@ TEST(Contours, LieWhereTheMeshesHaveTheirHeights) {
         const auto off_m = [&, ele = ele](double pixels) {
           const double longitude = faces::pixel_longitude_deg(p.z, faces::kTilePixels * p.x + at.x / double{kPixel} + pixels);
           const double latitude = faces::pixel_latitude_deg(p.z, faces::kTilePixels * p.y + at.y / double{kPixel});
-          return std::abs(sample().height_m(level, longitude, latitude).value() - sample().undulation_m(longitude, latitude).value() - ele);
+          return std::abs(sample().height_m(level, longitude, latitude).value() -
+                          sample().undulation_m(longitude, latitude).value() - ele);
         };
         sum_m += off_m(0);
         beside_m += off_m(1);
@@ -269,7 +283,8 @@ TEST(Contours, MeetWhereTheLevelChanges) {
     EXPECT_GT(compare_sides(north.terrain(), zoom), 0u) << zoom;
     std::set<int> levels;
     for (std::int32_t y = 0; y < 1 << zoom; ++y) {
-      if (faces::touches(extent, zoom, 1 << (zoom - 1), y)) levels.insert(faces::level_of(manifest, zooms, zoom, faces::row_latitude_deg(extent, zoom, y)));
+      if (faces::touches(extent, zoom, 1 << (zoom - 1), y))
+        levels.insert(faces::level_of(manifest, zooms, zoom, faces::row_latitude_deg(extent, zoom, y)));
     }
     changes += levels.size() > 1;
   }
@@ -292,7 +307,8 @@ TEST(Contours, EndWithTheData) {
         for (const TilePoint& at : line) {
           int data = 0;
           const int column = (at.x - kPixel / 2 + kReach * kPixel) / kPixel, row = (at.y - kPixel / 2 + kReach * kPixel) / kPixel;
-          for (const auto& [c, r] : {std::pair(column, row), std::pair(column + 1, row), std::pair(column, row + 1), std::pair(column + 1, row + 1)})
+          for (const auto& [c, r] :
+               {std::pair(column, row), std::pair(column + 1, row), std::pair(column, row + 1), std::pair(column + 1, row + 1)})
             data += (*grid)->height[static_cast<std::size_t>(r * (*grid)->columns + c)] != raster::kNoHeightHere;
           EXPECT_GT(data, 0) << at.x << ", " << at.y;
           beside_nothing += data < 4;
@@ -328,14 +344,16 @@ TEST(Contours, TheTilejsonNamesLayersAndIntervals) {
 }
 
 TEST(Contours, AnIntervalThatIsNoneIsRefused) {
-  for (const std::string text : {"0", "0.9", "-5", "+5", "1e2", "5001", "10m", "1.2345", "5.", ".5", "nan", " 5", "99999999999", "1.-5", "--1"}) {
+  for (const std::string text :
+       {"0", "0.9", "-5", "+5", "1e2", "5001", "10m", "1.2345", "5.", ".5", "nan", " 5", "99999999999", "1.-5", "--1"}) {
     const auto tile = asked(sample(), "contours/11/617/742.mvt", text), json = asked(sample(), "contours.json", text);
     ASSERT_TRUE(!tile.ok() && !json.ok()) << text;
     EXPECT_EQ(tile.problem().type, "option-invalid");
     EXPECT_EQ(tile.problem().parameter, "interval");
     EXPECT_EQ(tile.problem().accepted, kIntervals);
   }
-  for (const auto& [text, mm] : {std::pair("1", 1000), std::pair("12.192", 12192), std::pair("0007.5", 7500), std::pair("5000", 5000000)})
+  for (const auto& [text, mm] :
+       {std::pair("1", 1000), std::pair("12.192", 12192), std::pair("0007.5", 7500), std::pair("5000", 5000000)})
     EXPECT_EQ(interval_asked(text).value().mm, mm) << text;
 }
 
@@ -357,15 +375,15 @@ TEST(Interval, IsAMultipleWhereAZoomWantsIt) {
 
 /// Ground that is nothing but walls, at a line every metre if that were allowed.
 TEST(Contours, ATileIsBounded) {
-  const Made walls({7, 126, 80}, {7, 131, 85}, [](std::int64_t x, std::int64_t y) {
-    return (x / 32 + y / 32) % 2 == 0 ? -8000.0 : 8000.0;
-  });
+  const Made walls({7, 126, 80}, {7, 131, 85},
+                   [](std::int64_t x, std::int64_t y) { return (x / 32 + y / 32) % 2 == 0 ? -8000.0 : 8000.0; });
   const auto extent = *faces::extent_of(walls.terrain().manifest());
   const int zoom = faces::zooms_of(walls.terrain().manifest(), extent).last;
   std::size_t most = 0;
   for (std::int32_t y = 0; y < 1 << zoom; ++y) {
     for (std::int32_t x = 0; x < 1 << zoom; ++x) {
-      if (faces::touches(extent, zoom, x, y)) most = std::max(most, bytes_of(walls.terrain(), {.z = zoom, .x = x, .y = y}, "1").size());
+      if (faces::touches(extent, zoom, x, y))
+        most = std::max(most, bytes_of(walls.terrain(), {.z = zoom, .x = x, .y = y}, "1").size());
     }
   }
   EXPECT_GT(most, 10'000u);
@@ -381,7 +399,8 @@ TEST(TileLines, AreCutAtTheBuffer) {
 }
 
 TEST(TileLines, KeepWhatBendsAndWhatIsAtASide) {
-  EXPECT_EQ(simplified({{100, 100}, {120, 101}, {140, 100}, {160, 103}, {180, 100}}), (TileLine{{100, 100}, {140, 100}, {160, 103}, {180, 100}}));
+  EXPECT_EQ(simplified({{100, 100}, {120, 101}, {140, 100}, {160, 103}, {180, 100}}),
+            (TileLine{{100, 100}, {140, 100}, {160, 103}, {180, 100}}));
   const TileLine at_side = {{-8, 100}, {0, 100}, {8, 100}, {24, 100}, {40, 100}};
   EXPECT_EQ(simplified(at_side), (TileLine{{-8, 100}, {0, 100}, {8, 100}, {40, 100}}));
   const TileLine ring = {{100, 100}, {200, 100}, {200, 200}, {150, 200}, {100, 200}, {100, 100}};

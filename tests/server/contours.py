@@ -3,9 +3,9 @@
 
   contours.py DATASET FOLDER      the dataset's address; a folder for files
 
-Tiles come as GDAL's reader of vector tiles has them; heights from Terrarium, two by two tiles. Of each height the lines of both are as long as
-each other, and all their points are near each other. Control: lines that are a pixel to the side must not pass. Then what is compressed, what is
-absent, and what is refused."""
+Tiles come as GDAL's reader of vector tiles has them; heights from Terrarium, two by two tiles. Of each height the lines of both
+are as long as each other, and all their points are near each other. Control: lines that are a pixel to the side must not pass.
+Then what is compressed, what is absent, and what is refused."""
 import array
 import gzip
 import json
@@ -33,7 +33,8 @@ def heights(dataset, place, folder):
     for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
         with open(f"{folder}/tile.png", "wb") as file:
             file.write(fetch(f"{dataset}/terrarium/{zoom}/{x + dx}/{y + dy}.png")[2])
-        subprocess.run(["gdal_translate", "-q", "-of", "ENVI", "-co", "INTERLEAVE=BSQ", f"{folder}/tile.png", f"{folder}/tile.raw"], check=True)
+        raw = ["-q", "-of", "ENVI", "-co", "INTERLEAVE=BSQ", f"{folder}/tile.png", f"{folder}/tile.raw"]
+        subprocess.run(["gdal_translate", *raw], check=True)
         data = open(f"{folder}/tile.raw", "rb").read()
         for k in range(65536):
             rows[256 * dy + k // 256][256 * dx + k % 256] = data[k] * 256 + data[65536 + k] + data[131072 + k] / 256 - 32768
@@ -57,7 +58,8 @@ def segments(features, place_of):
 
 
 def drawn(place, folder, interval):
-    subprocess.run(["gdal_contour", "-q", "-a", "ele", "-i", str(interval), "-f", "GeoJSON", f"{folder}/heights", f"{folder}/drawn.json"], check=True)
+    arguments = ["-q", "-a", "ele", "-i", str(interval), "-f", "GeoJSON", f"{folder}/heights", f"{folder}/drawn.json"]
+    subprocess.run(["gdal_contour", *arguments], check=True)
     return segments(json.load(open(f"{folder}/drawn.json"))["features"], lambda x, y: (x, SIDE - y))
 
 
@@ -67,8 +69,10 @@ def served(dataset, place, folder, query):
     for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
         with open(f"{folder}/tile.mvt", "wb") as file:
             file.write(fetch(f"{dataset}/contours/{zoom}/{x + dx}/{y + dy}.mvt{query}")[2])
-        subprocess.run(["ogr2ogr", "-f", "GeoJSON", "-lco", "COORDINATE_PRECISION=9", "-oo", f"X={x + dx}", "-oo", f"Y={y + dy}", "-oo", f"Z={zoom}", "-oo", "CLIP=YES",
-                        "-t_srs", "EPSG:3857", "-lco", "RFC7946=NO", f"{folder}/tile.json", f"{folder}/tile.mvt"], check=True)
+        place_of_tile = ["-oo", f"X={x + dx}", "-oo", f"Y={y + dy}", "-oo", f"Z={zoom}", "-oo", "CLIP=YES"]
+        written = ["-t_srs", "EPSG:3857", "-lco", "RFC7946=NO", "-lco", "COORDINATE_PRECISION=9"]
+        files = [f"{folder}/tile.json", f"{folder}/tile.mvt"]
+        subprocess.run(["ogr2ogr", "-f", "GeoJSON", *place_of_tile, *written, *files], check=True)
         features += json.load(open(f"{folder}/tile.json"))["features"]
     pixel = 2 * HALF / (256 * 2**zoom)
     return segments(features, lambda e, n: ((e + HALF) / pixel - 256 * x, (HALF - n) / pixel - 256 * y))
@@ -107,7 +111,8 @@ def check_lines(dataset, place, folder, interval):
     assert worst < 0.02, f"{worst:.1%} of a height's points are not on gdal_contour's lines"
     aside = min(far_points(ours[ele], wanted[ele], 1.0) for ele in ours if len(ours[ele]) > 50)
     assert aside > 0.2, f"points a pixel to the side pass (control), {aside:.1%}"
-    return f"{len(ours)} heights, {whole['ours']:.0f} pixels of lines, gdal_contour has {whole['wanted']:.0f}; at most {worst:.2%} of points off, {aside:.0%} a pixel aside"
+    lines = f"{len(ours)} heights, {whole['ours']:.0f} pixels of lines, gdal_contour has {whole['wanted']:.0f}"
+    return f"{lines}; at most {worst:.2%} of points off, {aside:.0%} a pixel aside"
 
 
 def check_answers(dataset, place):
