@@ -17,6 +17,14 @@ const char* address_rule(faces::Grid grid) {
   return "zoom is level + 1, the column is x, the row from the north is 2^level - 1 - y (y counts from the south)";
 }
 
+/// The document that a client is given, where that is JSON; else an empty object.
+Json entry_of(const faces::Terrain& terrain, const faces::Face& face) {
+  const auto found = faces::find(face.entry);
+  if (!found || found->resource->type != "application/json") return Json::object();
+  Json json = Json::parse(made(terrain, *found->resource, found->place).bytes, nullptr, false);
+  return json.is_object() ? json : Json::object();
+}
+
 }  // namespace
 
 Extent extent_of(const proto::Manifest& manifest) {
@@ -37,11 +45,20 @@ int zoom_to_look_from(const Extent& extent, int least, int most) {
 std::string title_of(const proto::Manifest& manifest) { return manifest.title().empty() ? manifest.name() : manifest.title(); }
 
 std::string pixel_encoding(const faces::Terrain& terrain, const faces::Face& face) {
-  const auto found = faces::find(face.entry);
-  if (!found || found->resource->type != "application/json") return "";
-  const Json json = Json::parse(made(terrain, *found->resource, found->place).bytes, nullptr, false);
-  return json.is_object() && json.contains("encoding") && json["encoding"].is_string() ? json["encoding"].get<std::string>() : "";
+  const Json json = entry_of(terrain, face);
+  return json.contains("encoding") && json["encoding"].is_string() ? json["encoding"].get<std::string>() : "";
 }
+
+Json vector_layers(const faces::Terrain& terrain, const faces::Face& face) {
+  const Json json = entry_of(terrain, face);
+  return json.contains("vector_layers") ? json["vector_layers"] : Json::array();
+}
+
+std::string format_name(const faces::Resource& tiles) {
+  return tiles.type == faces::kVectorTile ? "pbf" : std::string(tiles.path.substr(tiles.path.rfind('.') + 1));
+}
+
+std::string layer_type(const faces::Resource& tiles) { return tiles.type == faces::kVectorTile ? "overlay" : "baselayer"; }
 
 std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& face) {
   const proto::Manifest& manifest = terrain.manifest();
@@ -50,14 +67,15 @@ std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& f
   json["name"] = title_of(manifest);
   json["description"] = std::string(tiles.about);
   json["attribution"] = manifest.attribution();
-  json["type"] = "baselayer";
+  json["type"] = layer_type(tiles);
   json["version"] = "1";
-  json["format"] = std::string(tiles.path.substr(tiles.path.rfind('.') + 1));
+  json["format"] = format_name(tiles);
   json["media_type"] = std::string(tiles.type);
   json["face"] = std::string(face.name);
   json["tile_matrix_set"] = square_matrix_set(tiles.grid);
   json["address_rule"] = address_rule(tiles.grid);
   if (const std::string encoding = pixel_encoding(terrain, face); !encoding.empty()) json["encoding"] = encoding;
+  if (tiles.type == faces::kVectorTile) json["vector_layers"] = vector_layers(terrain, face);
   json["manifest"] = Json::parse(manifest_json(manifest));
   return json.dump();
 }

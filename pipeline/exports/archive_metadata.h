@@ -2,6 +2,7 @@
 // What archives of tiles say of themselves.
 #include <string>
 
+#include "pipeline/encode/json.h"
 #include "pipeline/faces/face.h"
 
 namespace cordillera::pipeline::exports {
@@ -21,6 +22,14 @@ std::string title_of(const proto::Manifest& manifest);
 /// How heights are written into the pixels, as the face's own description says ("mapbox", "terrarium"); empty where it says
 /// nothing.
 std::string pixel_encoding(const faces::Terrain& terrain, const faces::Face& face);
+
+/// What a client is told of layers of vector tiles, as TileJSON has it; an empty list for other tiles.
+Json vector_layers(const faces::Terrain& terrain, const faces::Face& face);
+
+/// How readers know a format: "pbf" for vector tiles, as the specification of MBTiles has it; the ending of their paths for others.
+std::string format_name(const faces::Resource& tiles);
+/// "overlay" for what a map lies under, "baselayer" for the rest.
+std::string layer_type(const faces::Resource& tiles);
 
 /// The JSON of a PMTiles archive: title, attribution, which tiles these are, how their addresses count, and the whole manifest.
 std::string archive_metadata(const faces::Terrain& terrain, const faces::Face& face);

@@ -4,6 +4,7 @@
 
 #include "pipeline/store/content_hash.h"
 #include "pipeline/exports/archive_metadata.h"
+#include "pipeline/exports/gzip.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/encode/json.h"
@@ -39,9 +40,8 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, Databa
   Zooms zooms;
   each_place(terrain, face, tiles, [&](const faces::Place& at) {
     const faces::Document document = made(terrain, tiles, at);
-    const std::string& bytes = document.bytes;
-    const std::string id = hex(content_hash(bytes));
-    image.bind(id, bytes).run();
+    const std::string id = hex(content_hash(document.bytes));
+    image.bind(id, tiles.type == faces::kVectorTile ? gzip(document.bytes) : std::string(document.bytes)).run();
     place.bind(at.z, at.x, proto::tiles_up(at.z) - 1 - at.y, id).run();
     zooms = {std::min(zooms.least, at.z), std::max(zooms.most, at.z)};
   });
@@ -63,7 +63,7 @@ void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zoom
     if (!value.empty()) row.bind(name, value).run();
   };
   say("name", title_of(manifest));
-  say("format", std::string(tiles.path.substr(tiles.path.rfind('.') + 1)));
+  say("format", format_name(tiles));
   say("bounds", numbers({extent.west, extent.south, extent.east, extent.north}));
   const int least = std::min(zooms.least, zooms.most);
   std::string middle = numbers({(extent.west + extent.east) / 2, (extent.south + extent.north) / 2});
@@ -72,16 +72,17 @@ void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zoom
   say("maxzoom", std::to_string(zooms.most));
   say("attribution", manifest.attribution());
   say("description", std::string(tiles.about));
-  say("type", "baselayer");
+  say("type", layer_type(tiles));
   say("version", "1");
   say("encoding", pixel_encoding(terrain, face));
+  if (tiles.type == faces::kVectorTile) say("json", Json{{"vector_layers", vector_layers(terrain, face)}}.dump());
 }
 
 }  // namespace
 
 bool fits_mbtiles(const faces::Face& face) {
   const faces::Resource* tiles = tiles_of(face);
-  return tiles != nullptr && tiles->grid == faces::Grid::web_mercator && tiles->type.starts_with("image/");
+  return tiles != nullptr && tiles->grid == faces::Grid::web_mercator && (tiles->type.starts_with("image/") || tiles->type == faces::kVectorTile);
 }
 
 proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,

@@ -23,9 +23,12 @@ using faces::Resource;
 constexpr std::uint8_t kNone = 1, kGzip = 2;  // as the header numbers compressions
 
 /// Formats that are compressed themselves gain nothing.
-std::uint8_t compression_of(const Resource& tiles) { return tiles.compression == faces::Compression::gzip ? kGzip : kNone; }
+std::uint8_t compression_of(const Resource& tiles) {
+  return tiles.compression == faces::Compression::gzip || tiles.type == faces::kVectorTile ? kGzip : kNone;
+}
 
 std::uint8_t type_of(const Resource& tiles) {
+  if (tiles.type == faces::kVectorTile) return 1;
   if (tiles.type == "image/png") return 2;
   if (tiles.type == "image/jpeg") return 3;
   return tiles.type == "image/webp" ? 4 : 0;

@@ -1,6 +1,7 @@
 // The table: a face is reachable, exported and described because it stands here.
 #include <array>
 
+#include "pipeline/contours/contours.h"
 #include "pipeline/faces/draco_tiles.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/hillshade.h"
@@ -17,10 +18,10 @@
 namespace cordillera::pipeline::faces {
 
 std::span<const Face* const> all_faces() {
-  static const std::array<const Face*, 16> kAll = {&draco_tiles(),    &tileset_3d(),   &tileset_explicit(), &quantized_mesh(),
+  static const std::array<const Face*, 17> kAll = {&draco_tiles(),    &tileset_3d(),   &tileset_explicit(), &quantized_mesh(),
                                                    &terrain_tileset(), &terrain_rgb(),  &terrain_rgb_webp(), &terrarium(),
                                                    &terrarium_webp(),  &hillshade(),    &relief(),           &color_relief(),
-                                                   &slope(),           &aspect(),       &mercator_draco(),   &mercator_terrain()};
+                                                   &slope(),           &aspect(),       &contours::contours(), &mercator_draco(), &mercator_terrain()};
   return kAll;
 }
 

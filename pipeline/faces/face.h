@@ -15,12 +15,16 @@
 
 namespace cordillera::pipeline::faces {
 
-/// What the braces of a path held, and the query of a picture.
+/// The media type of Mapbox Vector Tiles.
+inline constexpr std::string_view kVectorTile = "application/vnd.mapbox-vector-tile";
+
+/// What the braces of a path held, and the query of a picture or of lines.
 struct Place {
   char root = 0;  ///< 'W' or 'E'; 0 where the path has none
   int z = 0;
   std::int32_t x = 0, y = 0;
   std::string_view ramp{};  ///< ramp= of a resource that takes it, not copied; empty: the style's own
+  std::string_view interval{};  ///< interval= of a resource that takes it, not copied; empty: the zoom's own
 };
 
 /// What a path's z, x and y count.
@@ -49,7 +53,7 @@ enum class Absent : std::uint8_t {
   no_content,  ///< with nothing: pages that show pictures take a refusal for an error
 };
 
-/// What a server may do to the bytes for a client that accepts it, beside JSON and text, which are always compressed.
+/// What a server may do to the bytes for a client that accepts it, beside JSON, text and vector tiles, which are always compressed.
 enum class Compression : std::uint8_t { none, gzip };
 
 /// A document, or all tiles of one kind.
@@ -64,6 +68,7 @@ struct Resource {
   Compression compression = Compression::none;
   Tag tag = nullptr;       ///< null: only making the document tells
   std::string_view ramps{};  ///< what ?ramp= accepts; empty: the resource takes none
+  std::string_view intervals{};  ///< what ?interval= accepts; empty: the resource takes none
 };
 
 /// Is given every path of a face that has something, in an order that depends on the dataset alone.

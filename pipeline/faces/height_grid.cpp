@@ -36,6 +36,22 @@ void clear_outside(const OutlineFill& outline, const std::vector<double>& data_m
   }
 }
 
+bool gaps_in(const std::vector<double>& height_m) {
+  return std::any_of(height_m.begin(), height_m.end(), [](double h) { return std::isnan(h); });
+}
+
+/// Fills a window that was drawn. False: it stays as it is.
+proto::Result<bool> fill_gaps(const Terrain& terrain, PixelWindow& window, Beyond beyond) {
+  if (!gaps_in(window.height_m)) return false;
+  const auto outline = terrain.outline();
+  if (!outline) return outline.problem();
+  if (beyond == Beyond::clear && !(*outline)->holes_in(window)) return false;
+  const std::vector<double> data_m = window.height_m;
+  if (const auto done = (*outline)->fill(terrain, window); !done) return done.problem();
+  if (beyond == Beyond::clear) clear_outside(**outline, data_m, window);
+  return true;
+}
+
 }  // namespace
 
 proto::Result<std::optional<HeightGrid>> height_grid(const Terrain& terrain, const Place& place) {
@@ -57,17 +73,19 @@ proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, con
   auto grid = height_grid(terrain, place);
   if (!grid || !*grid) return grid;
   HeightGrid& heights = **grid;
-  if (std::none_of(heights.height_m.begin(), heights.height_m.end(), [](double h) { return std::isnan(h); })) return grid;
-  const auto outline = terrain.outline();
-  if (!outline) return outline.problem();
   PixelWindow window = window_of(place, heights.level);
-  window.height_m = heights.height_m;
-  if (beyond == Beyond::clear && !(*outline)->holes_in(window)) return grid;
-  if (const auto done = (*outline)->fill(terrain, window); !done) return done.problem();
-  if (beyond == Beyond::clear) clear_outside(**outline, heights.height_m, window);
+  window.height_m = std::move(heights.height_m);
+  const auto filled = fill_gaps(terrain, window, beyond);
+  if (!filled) return filled.problem();
   heights.height_m = std::move(window.height_m);
-  heights.data = heights.data || any_pixel(heights, [](double height_m) { return !std::isnan(height_m) && height_m != 0; });
+  if (*filled) heights.data = heights.data || any_pixel(heights, [](double height_m) { return !std::isnan(height_m) && height_m != 0; });
   return grid;
+}
+
+proto::Result<void> filled_window(const Terrain& terrain, PixelWindow& window, Beyond beyond) {
+  if (const auto done = draw_heights(terrain, window); !done) return done.problem();
+  if (const auto filled = fill_gaps(terrain, window, beyond); !filled) return filled.problem();
+  return {};
 }
 
 }  // namespace cordillera::pipeline::faces

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "pipeline/faces/face.h"
+#include "pipeline/faces/pixel_window.h"
 #include "proto/result.h"
 
 namespace cordillera::pipeline::faces {
@@ -35,5 +36,7 @@ enum class Beyond : std::uint8_t {
 };
 /// The same without holes: `outline_fill.h` has how. data: any pixel of the tile has a height other than that of the geoid, or data.
 proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, const Place& place, Beyond beyond);
+/// The same for any window: its heights are drawn and filled. A pixel's height is a function of its place and the window's level alone.
+proto::Result<void> filled_window(const Terrain& terrain, PixelWindow& window, Beyond beyond);
 
 }  // namespace cordillera::pipeline::faces

@@ -44,8 +44,8 @@ proto::Result<std::optional<Document>> empty_tile(const Terrain& terrain, const 
 
 struct Walk {
   const Terrain& terrain;
-  const RasterStyle& style;
-  const PathSink& sink;
+  Beyond beyond;
+  const std::function<void(const Place&)>& found;
   Extent extent;
   Zooms zooms;
 
@@ -63,14 +63,11 @@ struct Walk {
   /// Whether heights that no mesh has can lie in it.
   bool filled(const Place& p) const {
     const auto outline = terrain.outline();
-    return outline.ok() && (*outline)->reaches(p.z, p.x, p.y, style.beyond == Beyond::faded);
+    return outline.ok() && (*outline)->reaches(p.z, p.x, p.y, beyond == Beyond::faded);
   }
   void visit(const Place& p) const {
     if (!touches(extent, p.z, p.x, p.y) || (!meshes_under(p) && !filled(p))) return;
-    if (zooms.holds(p.z)) {
-      const auto tile = drawn(terrain, p, style);
-      if (!tile || *tile) sink(path_at(style, p));  // a problem is told to whoever fetches it
-    }
+    if (zooms.holds(p.z)) found(p);
     if (p.z >= zooms.last) return;
     for (std::int32_t child = 0; child < 4; ++child) visit({0, p.z + 1, 2 * p.x + (child & 1), 2 * p.y + (child >> 1)});
   }
@@ -86,9 +83,16 @@ proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const
   return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, place, style) : nothing();
 }
 
-void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink) {
+void each_tile_with_heights(const Terrain& terrain, Beyond beyond, const std::function<void(const Place&)>& visit) {
   const auto extent = extent_of(terrain.manifest());
-  if (extent) Walk{terrain, style, sink, *extent, zooms_of(terrain.manifest(), *extent)}.visit({});
+  if (extent) Walk{terrain, beyond, visit, *extent, zooms_of(terrain.manifest(), *extent)}.visit({});
+}
+
+void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink) {
+  each_tile_with_heights(terrain, style.beyond, [&](const Place& place) {
+    const auto tile = drawn(terrain, place, style);
+    if (!tile || *tile) sink(path_at(style, place));  // a problem is told to whoever fetches it
+  });
 }
 
 }  // namespace cordillera::pipeline::faces

@@ -1,6 +1,7 @@
 #pragma once
 // What every face of raster tiles does the same way, whatever its pixels mean.
 #include <cstdint>
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct RasterStyle {
 /// A tile. Where it touches the dataset's bounds but has nothing to show, the picture of a grid without heights: clients ask for what a
 /// TileJSON's bounds cover, and many of them complain about a refusal. Beyond the bounds and the zooms nothing exists.
 proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style);
+
+/// Tiles of the dataset's zooms under which there are meshes, or what is filled in where there are none: from coarse to fine.
+void each_tile_with_heights(const Terrain& terrain, Beyond beyond, const std::function<void(const Place&)>& visit);
 
 /// Paths of the tiles that have something to show.
 void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink);

@@ -14,22 +14,6 @@ namespace {
 /// Degrees for people; a tenth of a metre on the ground.
 double short_deg(double deg) { return std::round(deg * 1e6) / 1e6; }
 
-/// Which meshes a zoom is drawn from, and how far its heights may be off. Far from the equator pixels are smaller and need finer
-/// levels.
-Json zoom_entry(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, int zoom, double rounding_m) {
-  const auto [equatorward, poleward] = std::minmax({std::abs(extent.south_deg), std::abs(extent.north_deg)});
-  const bool equator = extent.south_deg < 0 && extent.north_deg > 0;
-  Json levels = Json::array();
-  double error_m = 0;
-  const int finest = level_of(manifest, zooms, zoom, poleward);
-  for (int level = level_of(manifest, zooms, zoom, equator ? 0 : equatorward); level <= finest; ++level) {
-    levels.push_back(level);
-    error_m = std::max(error_m, stated_error_m(manifest, level).value_or(0));
-  }
-  const Json stated = manifest.provisional() ? Json() : Json(std::ceil((error_m + rounding_m) * 1e4) / 1e4);
-  return {{"zoom", zoom}, {"levels", std::move(levels)}, {"stated_max_error", stated}};
-}
-
 /// Longitudes of a TileJSON may not wrap: data across the antimeridian has the whole circle.
 Json bounds(const Extent& e) {
   const bool wraps = e.east_deg > 180;
@@ -60,6 +44,20 @@ void add_heights(Json& out, const Terrain& terrain, const RasterTileset& tiles) 
 proto::Problem beyond_mercator() {
   return {"tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends",
           "the 3D Tiles and .drc faces, which reach the poles", ""};
+}
+
+Json zoom_entry(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, int zoom, double rounding_m) {
+  const auto [equatorward, poleward] = std::minmax({std::abs(extent.south_deg), std::abs(extent.north_deg)});
+  const bool equator = extent.south_deg < 0 && extent.north_deg > 0;
+  Json levels = Json::array();
+  double error_m = 0;
+  const int finest = level_of(manifest, zooms, zoom, poleward);
+  for (int level = level_of(manifest, zooms, zoom, equator ? 0 : equatorward); level <= finest; ++level) {
+    levels.push_back(level);
+    error_m = std::max(error_m, stated_error_m(manifest, level).value_or(0));
+  }
+  const Json stated = manifest.provisional() ? Json() : Json(std::ceil((error_m + rounding_m) * 1e4) / 1e4);
+  return {{"zoom", zoom}, {"levels", std::move(levels)}, {"stated_max_error", stated}};
 }
 
 Json tilejson_head(const proto::Manifest& manifest, const Extent& extent, const Zooms& zooms, std::string_view tiles) {

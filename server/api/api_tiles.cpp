@@ -40,7 +40,7 @@ std::string range_text(const proto::Manifest& manifest, int level) {
 pipeline::faces::Zooms zooms(const proto::Manifest& manifest, const pipeline::faces::Resource& tiles) {
   using namespace pipeline::faces;
   if (tiles.grid == Grid::web_mercator_south) return {0, finest_mercator_zoom(manifest)};
-  if (!tiles.type.starts_with("image/")) return mercator_draco_zooms(manifest);
+  if (!tiles.type.starts_with("image/") && tiles.type != kVectorTile) return mercator_draco_zooms(manifest);
   const auto extent = pipeline::faces::extent_of(manifest);
   return extent ? zooms_of(manifest, *extent) : pipeline::faces::Zooms{0, -1};
 }
@@ -51,7 +51,7 @@ Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& 
     nothing.status = 204;
     return nothing;
   }
-  const auto& [root, z, x, y, ramp] = found.place;
+  const auto& [root, z, x, y, ramp, interval] = found.place;
   using pipeline::faces::Grid;
   const bool north = found.resource->grid == Grid::web_mercator, mercator = north || found.resource->grid == Grid::web_mercator_south;
   const auto [least, most] = mercator ? zooms(manifest, *found.resource) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
@@ -85,17 +85,18 @@ std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Re
   return if_changed(request, response).status == 304 ? std::optional(std::move(response)) : std::nullopt;
 }
 
-/// ramp= of the query; it lives as long as the request.
-std::string_view ramp_asked(const Request& request) {
+/// A value of the query; it lives as long as the request.
+std::string_view asked(const Request& request, std::string_view wanted) {
   for (const auto& [name, value] : request.query) {
-    if (name == "ramp") return value;
+    if (name == wanted) return value;
   }
   return {};
 }
 
 Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
   pipeline::faces::Found found = route.found;
-  if (!found.resource->ramps.empty()) found.place.ramp = ramp_asked(request);
+  if (!found.resource->ramps.empty()) found.place.ramp = asked(request, "ramp");
+  if (!found.resource->intervals.empty()) found.place.interval = asked(request, "interval");
   const auto start = std::chrono::steady_clock::now();
   if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
   if (auto unchanged = unread(terrain, request, route)) return std::move(*unchanged);

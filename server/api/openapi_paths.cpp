@@ -262,6 +262,7 @@ void add_faces(Json& paths) {
       if (resource.absent == pipeline::faces::Absent::no_content) good["204"] = {{"description", "The place has no data"}};
       Json parameters;
       if (!resource.ramps.empty()) parameters.push_back(query("ramp", "the colours; accepted: " + std::string(resource.ramps)));
+      if (!resource.intervals.empty()) parameters.push_back(query("interval", "metres from line to line; accepted: " + std::string(resource.intervals)));
       add_reading(paths, std::string(resource.path), {id_of(resource.path), "tiles", summary, good, parameters});
     }
   }

@@ -119,6 +119,17 @@ TEST(Pmtiles, IsClusteredAndSaysWhatItIs) {
   EXPECT_EQ(metadata["manifest"]["max_level"], 7);
 }
 
+TEST(Pmtiles, OfContoursAreVectorTilesWithTheirLayers) {
+  const std::string file = plain_dataset().place("lines.pmtiles");
+  ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), *faces::face_named("contours"), file).ok());
+  const PmtilesReader reader(bytes_of(file));
+  EXPECT_EQ(reader.byte(98), 2) << "gzip";
+  EXPECT_EQ(reader.byte(99), 1) << "MVT";
+  const Json metadata = Json::parse(reader.metadata());
+  EXPECT_EQ(metadata["vector_layers"][0]["id"], "contours");
+  EXPECT_EQ(metadata["format"], "pbf");
+}
+
 TEST(Pmtiles, EqualTilesAreOneRun) {
   std::vector<PmtilesEntry> entries;
   append(entries, {10, 0, 5, 1});
@@ -162,11 +173,12 @@ TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
     const auto written = write_mbtiles(plain_dataset().terrain(), *face, file);
     ASSERT_TRUE(written.ok()) << face->name << ": " << written.problem().line();
     const faces::Resource& tiles = *tiles_of(*face);
+    const bool vectors = face->name == "contours";
     std::size_t count = 0;
     for (const auto& row : sqlite_rows(file, "SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles")) {
       const int z = std::stoi(row[0]);
       const faces::Place at{0, z, std::stoi(row[1]), (1 << z) - 1 - std::stoi(row[2])};
-      EXPECT_EQ(row[3], face_bytes(faces::path_of(tiles, at))) << faces::path_of(tiles, at);
+      EXPECT_EQ(vectors ? gunzipped(row[3]) : row[3], face_bytes(faces::path_of(tiles, at))) << faces::path_of(tiles, at);
       ++count;
     }
     EXPECT_EQ(count, paths_of(*face).size() - 1) << "every path but the TileJSON is a tile";
@@ -175,7 +187,10 @@ TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
     for (const auto& row : sqlite_rows(file, "SELECT name, value FROM metadata")) said[row[0]] = row[1];
     EXPECT_EQ(said["name"], "Synthetic hills");
     EXPECT_EQ(said["attribution"], "Nobody <nobody@example.org>");
-    EXPECT_EQ(said["format"], tiles.path.substr(tiles.path.rfind('.') + 1));
+    EXPECT_EQ(said["format"], vectors ? "pbf" : tiles.path.substr(tiles.path.rfind('.') + 1));
+    EXPECT_EQ(said["type"], vectors ? "overlay" : "baselayer");
+    EXPECT_EQ(said.contains("json"), vectors);
+    if (vectors) EXPECT_EQ(Json::parse(said["json"])["vector_layers"][0]["id"], "contours");
     EXPECT_EQ(said["maxzoom"], sqlite_rows(file, "SELECT max(zoom_level) FROM map")[0][0]);
     const int look_from = std::stoi(said["center"].substr(said["center"].rfind(',') + 1));
     EXPECT_GE(look_from, std::stoi(said["minzoom"]));

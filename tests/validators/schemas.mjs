@@ -42,7 +42,7 @@ export async function check_schemas(folder, dataset) {
   assert.ok(!is_layer({ ...layers[0], scheme: "xyz" }), "rows from the north pass (control)");
   assert.throws(() => check_availability({ ...layers[0], maxzoom: 3 }), "a level too many passes (control)");
   const pictures = kPictures.map((name) => read(`${folder}/${name}.json`));
-  const served = [...kPictures, "terrain-rgb-webp", "terrarium-webp", "web-mercator"].map((name) => `${dataset}/${name}.json`);
+  const served = [...kPictures, "terrain-rgb-webp", "terrarium-webp", "web-mercator", "contours"].map((name) => `${dataset}/${name}.json`);
   for (const address of served) {
     const document = await fetched(address);
     // Absolute, as the specification wants it; a static folder cannot know where it lies.

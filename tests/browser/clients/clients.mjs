@@ -43,7 +43,7 @@ export const kBrowserClients = [
     share: 0.45,  // every tile is meshed in the page itself, in half a second
   },
   {
-    name: "maplibre", page: "map/maplibre.md", driver: "maplibre.js", names: ["map"],
+    name: "maplibre", page: "map/maplibre.md", section: "Terrain", driver: "maplibre.js", names: ["map"],
     tiles: /\/terrain-rgb\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
   },
   {
