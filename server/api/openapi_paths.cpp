@@ -262,6 +262,7 @@ void add_faces(Json& paths) {
       if (resource.absent == pipeline::faces::Absent::no_content) good["204"] = {{"description", "The place has no data"}};
       Json parameters;
       if (!resource.ramps.empty()) parameters.push_back(query("ramp", "the colours; accepted: " + std::string(resource.ramps)));
+      if (!resource.normals.empty()) parameters.push_back(query("normals", "of the tiles; accepted: " + std::string(resource.normals)));
       add_reading(paths, std::string(resource.path), {id_of(resource.path), "tiles", summary, good, parameters});
     }
   }

@@ -1,7 +1,8 @@
-#include "pipeline/faces/tileset_3d.h"
+#include "pipeline/faces/tiles_3d/tileset_3d.h"
 
 #include <array>
 
+#include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "pipeline/faces/walk.h"
 #include "pipeline/tileset/subtree.h"
 #include "pipeline/tileset/implicit_tile.h"
@@ -10,7 +11,11 @@
 namespace cordillera::pipeline::faces {
 namespace {
 
-proto::Result<std::optional<Document>> tileset(const Terrain& terrain, const Place&) { return std::optional(document(tileset_json(terrain.store()))); }
+proto::Result<std::optional<Document>> tileset(const Terrain& terrain, const Place& place) {
+  const auto query = normals_query(place.normals);
+  if (!query) return query.problem();
+  return std::optional(document(tileset_json(terrain.store(), *query)));
+}
 
 proto::Result<std::optional<Document>> subtree_of(const Terrain& terrain, const Place& place) {
   auto bytes = subtree(terrain.store(), place.root, place.z, place.x, place.y);
@@ -25,21 +30,23 @@ std::optional<proto::TileAddress> address(const Place& place) {
 
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place) {
   const auto at = address(place);
-  return at ? terrain.tile(*at, Encoding::glb) : std::nullopt;
+  if (!at) return std::optional<Document>();
+  return glb_tile(terrain, *at, place.normals);
 }
 
 std::optional<std::string> tag(const Terrain& terrain, const Place& place) {
   const auto at = address(place);
-  return at ? terrain.tile_tag(*at, Encoding::glb) : std::nullopt;
+  return at ? glb_tag(terrain, *at, place.normals) : std::nullopt;
 }
 
 constexpr std::array<Resource, 4> kResources = {{
-    {"tileset.json", Grid::none, "application/json", "3D Tiles 1.1 tileset with two implicit roots", tileset},
+    {"tileset.json", Grid::none, "application/json", "3D Tiles 1.1 tileset with two implicit roots", tileset, Links::relative, Absent::not_found, Compression::none,
+     nullptr, {}, kNormals},
     {"subtrees/{root}/{z}/{x}/{y}.subtree", Grid::implicit, "application/octet-stream", "Availability, regions and errors of a part of an implicit tree", subtree_of},
     {"tiles/{root}/{z}/{x}/{y}.glb", Grid::implicit, "model/gltf-binary", "A tile as binary glTF with Draco, by its address below a root", tile, Links::relative, Absent::not_found,
-     Compression::none, tag},
+     Compression::none, tag, {}, kNormals},
     {"tiles/{z}/{x}/{y}.glb", Grid::geodetic, "model/gltf-binary", "The same tile by its absolute address", tile, Links::relative, Absent::not_found,
-     Compression::none, tag},
+     Compression::none, tag, {}, kNormals},
 }};
 
 void each_path(const Terrain& terrain, const PathSink& sink) {
