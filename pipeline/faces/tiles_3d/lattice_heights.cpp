@@ -8,7 +8,7 @@
 namespace cordillera::pipeline::faces {
 namespace {
 
-/// Tiles that hold vertices of an axis. One on a common side may have data in either.
+/// Tiles that hold places of an axis. One on a common side may have data in either.
 struct Span {
   std::int64_t first = 0, last = 0;
 };
@@ -29,7 +29,7 @@ void add_frames(const proto::Lattice& lattice, LatticeWindow& window) {
 }  // namespace
 
 void draw_lattice(const Terrain& terrain, int level, LatticeWindow& window) {
-  const proto::Lattice lattice = terrain.lattice();
+  const proto::Lattice lattice = half_lattice(terrain);
   const std::int64_t side = lattice.tile_units(level);
   window.height_m.assign(static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows), std::numeric_limits<double>::quiet_NaN());
   add_frames(lattice, window);
@@ -38,13 +38,13 @@ void draw_lattice(const Terrain& terrain, int level, LatticeWindow& window) {
   const std::int32_t across = proto::tiles_across(level);
   const Span xs = span_of(window.west, window.west + (window.columns - 1) * window.step, side);
   const Span ys = span_of(window.north - (window.rows - 1) * window.step, window.north, side);
-  // Always in the same order: a vertex of a common side has the height of the first tile.
+  // Always in the same order: a place on a common side has the height of the first tile.
   for (std::int64_t y = std::max<std::int64_t>(ys.first, 0); y <= std::min<std::int64_t>(ys.last, proto::tiles_up(level) - 1); ++y) {
-    for (std::size_t r = 0; r < places.v.size(); ++r) places.v[r] = static_cast<double>(window.north - static_cast<std::int64_t>(r) * window.step - y * side);
+    for (std::size_t r = 0; r < places.v.size(); ++r) places.v[r] = 0.5 * static_cast<double>(window.north - static_cast<std::int64_t>(r) * window.step - y * side);
     for (std::int64_t x = xs.first; x <= xs.last; ++x) {
       const auto mesh = terrain.mesh({level, static_cast<std::int32_t>((x % across + across) % across), static_cast<std::int32_t>(y)});
       if (!mesh) continue;
-      for (std::size_t c = 0; c < places.u.size(); ++c) places.u[c] = static_cast<double>(window.west + static_cast<std::int64_t>(c) * window.step - x * side);
+      for (std::size_t c = 0; c < places.u.size(); ++c) places.u[c] = 0.5 * static_cast<double>(window.west + static_cast<std::int64_t>(c) * window.step - x * side);
       draw_mesh(mesh->mesh(), places, window.height_m.data(), static_cast<std::size_t>(window.columns));
     }
   }

@@ -14,21 +14,21 @@ namespace {
 
 using proto::Vec3;
 
-/// How much finer the meshes are. tests/bench/normals has what more and less come to.
-constexpr int kFiner_levels = 3;
 /// Rings around the surface that get its normals: rims of two levels differ by a cell or so, and clients mix neighbouring pixels.
 constexpr int kRings = 2;
-/// Of the surroundings on each side: what the outermost ring of a pixel on the side depends on.
-constexpr std::int32_t kMargin = kRings + 1;
+/// Pixels of the surroundings on each side: what the outermost ring of a pixel on the side depends on.
+constexpr std::int32_t kMargin = kRings;
 constexpr auto kPixels = static_cast<std::int32_t>(kNormalMapSide);
 constexpr std::int32_t kSide = kPixels + 2 * kMargin;
+/// Heights are half a pixel apart, and go half a pixel further on each side.
+constexpr std::int32_t kHeights = 2 * kSide + 1;
 
-using Normals2D = std::vector<std::optional<Vec3>>;  // in east, north and up; by row from the north, then column
+using PixelNormals = std::vector<std::optional<Vec3>>;  // in east, north and up; by row from the north, then column
 std::size_t index(std::int32_t row, std::int32_t column) { return static_cast<std::size_t>(row) * kSide + static_cast<std::size_t>(column); }
 
-LatticeWindow window_of(const proto::Lattice& lattice, const proto::TileAddress& tile) {
-  const std::int64_t step = lattice.cell_units(tile.z);
-  return {lattice.west(tile) - kMargin * step, lattice.south(tile) + (proto::kTileCells + kMargin) * step, step, kSide, kSide, {}};
+LatticeWindow window_of(const proto::Lattice& half, const proto::TileAddress& tile) {
+  const std::int64_t step = half.cell_units(tile.z) / 2, beyond = 2 * kMargin + 1;
+  return {half.west(tile) - beyond * step, half.south(tile) + half.tile_units(tile.z) + beyond * step, step, kHeights, kHeights, {}};
 }
 
 std::optional<Vec3> scaled(const Vec3& v) {
@@ -36,41 +36,37 @@ std::optional<Vec3> scaled(const Vec3& v) {
   return most > 0 ? std::optional((1 / most) * v) : std::nullopt;
 }
 
-/// Central differences in space, so that the earth's curvature counts; on one side only where the other has no data.
+/// Slopes of the eight heights around a pixel's own, half a pixel away, by the method of Horn (1981) as gradient.h has it, in space: the earth's
+/// curvature counts. A neighbour without data counts as the pixel itself.
 class Surface {
  public:
   explicit Surface(const LatticeWindow& window) : window_(window) {}
 
-  std::optional<Vec3> normal(std::int32_t row, std::int32_t column) const {
-    if (!has(row, column)) return std::nullopt;
-    const auto along = [&](std::int32_t dr, std::int32_t dc) {
-      const Vec3 ahead = point(row + dr, column + dc, row, column), behind = point(row - dr, column - dc, row, column);
-      return ahead - behind;
-    };
+  std::optional<Vec3> normal(std::int32_t pixel_row, std::int32_t pixel_column) const {
+    const std::int32_t row = 2 * pixel_row + 1, column = 2 * pixel_column + 1;
+    if (std::isnan(window_.at(row, column))) return std::nullopt;
     const proto::RowFrame& r = window_.row_frames[static_cast<std::size_t>(row)];
     const proto::ColumnFrame& c = window_.column_frames[static_cast<std::size_t>(column)];
-    const Vec3 across = proto::cross(along(0, 1), along(-1, 0));
+    const Vec3 own = proto::ecef(r, c, window_.at(row, column));
+    const auto at = [&](std::int32_t dr, std::int32_t dc) {
+      const double height_m = window_.at(row + dr, column + dc);
+      if (std::isnan(height_m)) return Vec3{};
+      return proto::ecef(window_.row_frames[static_cast<std::size_t>(row + dr)], window_.column_frames[static_cast<std::size_t>(column + dc)], height_m) - own;
+    };
+    const Vec3 north_west = at(-1, -1), north_east = at(-1, 1), south_west = at(1, -1), south_east = at(1, 1);
+    const Vec3 eastward = north_east + 2 * at(0, 1) + south_east - north_west - 2 * at(0, -1) - south_west;
+    const Vec3 northward = north_west + 2 * at(-1, 0) + north_east - south_west - 2 * at(1, 0) - south_east;
+    const Vec3 across = proto::cross(eastward, northward);
     const Vec3 up = proto::normal(r, c), east{-c.sin_lon, c.cos_lon, 0};
     return scaled({dot(across, east), dot(across, proto::cross(up, east)), dot(across, up)});
   }
 
  private:
-  bool has(std::int32_t row, std::int32_t column) const {
-    return row >= 0 && row < window_.rows && column >= 0 && column < window_.columns && !std::isnan(window_.at(row, column));
-  }
-  /// Of a neighbour; where it has no data, of the pixel itself.
-  Vec3 point(std::int32_t row, std::int32_t column, std::int32_t own_row, std::int32_t own_column) const {
-    if (!has(row, column)) return point(own_row, own_column);
-    return point(row, column);
-  }
-  Vec3 point(std::int32_t row, std::int32_t column) const {
-    return proto::ecef(window_.row_frames[static_cast<std::size_t>(row)], window_.column_frames[static_cast<std::size_t>(column)], window_.at(row, column));
-  }
   const LatticeWindow& window_;
 };
 
 /// The mean of the eight around.
-Vec3 around(const Normals2D& normals, std::int32_t row, std::int32_t column) {
+Vec3 around(const PixelNormals& normals, std::int32_t row, std::int32_t column) {
   Vec3 sum;
   for (std::int32_t r = std::max(row - 1, 0); r <= std::min(row + 1, kSide - 1); ++r) {
     for (std::int32_t c = std::max(column - 1, 0); c <= std::min(column + 1, kSide - 1); ++c) {
@@ -80,8 +76,8 @@ Vec3 around(const Normals2D& normals, std::int32_t row, std::int32_t column) {
   return sum;
 }
 
-void add_ring(Normals2D& normals) {
-  const Normals2D before = normals;
+void add_ring(PixelNormals& normals) {
+  const PixelNormals before = normals;
   for (std::int32_t r = 0; r < kSide; ++r) {
     for (std::int32_t c = 0; c < kSide; ++c) {
       if (!before[index(r, c)]) normals[index(r, c)] = scaled(around(before, r, c));
@@ -99,13 +95,13 @@ std::uint8_t byte_of(double v) {
 
 }  // namespace
 
-std::vector<std::uint8_t> normal_map(const Terrain& terrain, const proto::TileAddress& tile) {
-  LatticeWindow window = window_of(terrain.lattice(), tile);
+std::vector<std::uint8_t> normal_map(const Terrain& terrain, const proto::TileAddress& tile, int finer_levels) {
+  LatticeWindow window = window_of(half_lattice(terrain), tile);
   // While a dataset is being built, what is finer may go or come.
-  const int finer = terrain.manifest().provisional() ? 0 : kFiner_levels;
+  const int finer = terrain.manifest().provisional() ? 0 : finer_levels;
   draw_lattice(terrain, std::min(tile.z + finer, static_cast<int>(terrain.manifest().max_level())), window);
   const Surface surface(window);
-  Normals2D normals;
+  PixelNormals normals;
   normals.reserve(static_cast<std::size_t>(kSide) * kSide);
   for (std::int32_t r = 0; r < kSide; ++r) {
     for (std::int32_t c = 0; c < kSide; ++c) normals.push_back(surface.normal(r, c));
