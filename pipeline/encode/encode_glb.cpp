@@ -110,7 +110,7 @@ std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
   root["asset"] = {{"version", "2.0"}, {"generator", "Cordillera"}};
   if (!input.attribution.empty()) root["asset"]["copyright"] = input.attribution;
   if (!input.title.empty()) root["asset"]["extras"] = {{"title", input.title}};
-  root["extensionsUsed"] = root["extensionsRequired"] = nullptr;  // their place in the order
+  for (const char* later : {"extensionsUsed", "extensionsRequired"}) root[later] = nullptr;
   root["scene"] = 0;
   root["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
   root["nodes"] = Json::array({{{"mesh", 0}, {"translation", Json::array({t.x, t.z, 0 - t.y})}}});

@@ -263,7 +263,14 @@ TEST_F(NormalsOf3dTiles, ByDefaultAreThoseOfTheVertices) {
   EXPECT_EQ(bytes_of(terrain_, path_of(kInside), "vertex"), stored);
   EXPECT_EQ(bytes_of(terrain_, "tileset.json", "vertex"), bytes_of(terrain_, "tileset.json", ""));
   const Gltf gltf(stored);
-  EXPECT_EQ(gltf.json["extensionsRequired"], Json::array({"KHR_draco_mesh_compression"}));
+  std::string names;
+  for (const auto& [name, value] : gltf.json.items()) names += name + " ";
+  EXPECT_EQ(names, "asset extensionsUsed extensionsRequired scene scenes nodes meshes materials accessors bufferViews buffers extras ");
+  EXPECT_EQ(gltf.json["meshes"][0]["primitives"][0].dump(),
+            R"({"attributes":{"POSITION":1,"NORMAL":2},"indices":0,"material":0,"mode":4,"extensions":{"KHR_draco_mesh_compression":{"bufferView":0,)"
+            R"("attributes":{"POSITION":0,"NORMAL":1}}}})");
+  EXPECT_EQ(gltf.json["extensionsUsed"], Json::array({"KHR_draco_mesh_compression"}));
+  EXPECT_EQ(gltf.json["extensionsRequired"], gltf.json["extensionsUsed"]);
   EXPECT_TRUE(gltf.surfaces[0].tangents.empty() && gltf.surfaces[0].texcoords.empty());
 }
 
