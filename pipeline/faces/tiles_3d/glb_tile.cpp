@@ -23,10 +23,15 @@ std::optional<Blob> made(const Terrain& terrain, const proto::TileAddress& tile,
   return terrain.store().glb(tile, {normals, picture});
 }
 
-std::string name_of(const proto::TileAddress& tile, std::string_view normals) {
-  std::string name = "glb";
+std::string name_of(const proto::TileAddress& tile, Normals normals) {
+  std::string name = normals == Normals::texture ? "textured.glb" : "bare.glb";
   for (const std::int32_t number : {tile.z, tile.x, tile.y}) name.append("/").append(std::to_string(number));
-  return name.append("?").append(normals);
+  return name;
+}
+
+/// What a tile is to have; a tileset that names none leaves it to the terrain.
+proto::Result<Normals> of_tile(const Terrain& terrain, std::string_view text) {
+  return text.empty() ? proto::Result<Normals>(terrain.normals()) : normals_named(text);
 }
 
 }  // namespace
@@ -45,10 +50,10 @@ proto::Result<std::string_view> normals_query(std::string_view text) {
 }
 
 proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const proto::TileAddress& tile, std::string_view normals) {
-  const auto named = normals_named(normals);
+  const auto named = of_tile(terrain, normals);
   if (!named) return named.problem();
   if (*named == Normals::vertex) return terrain.tile(tile, Encoding::glb);
-  return terrain.kept(name_of(tile, normals), [&]() -> proto::Result<std::optional<Document>> {
+  return terrain.kept(name_of(tile, *named), [&]() -> proto::Result<std::optional<Document>> {
     auto blob = made(terrain, tile, *named);
     if (!blob) return std::optional<Document>();
     return std::optional(Document{std::move(blob->bytes), std::move(blob->etag)});
@@ -56,7 +61,7 @@ proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const pr
 }
 
 std::optional<std::string> glb_tag(const Terrain& terrain, const proto::TileAddress& tile, std::string_view normals) {
-  const auto named = normals_named(normals);
+  const auto named = of_tile(terrain, normals);
   if (!named) return std::nullopt;
   if (*named == Normals::vertex) return terrain.tile_tag(tile, Encoding::glb);
   const auto document = glb_tile(terrain, tile, normals);

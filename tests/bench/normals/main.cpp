@@ -1,6 +1,7 @@
 // normals_bench STORE: how near the light on coarse tiles comes to that on the finest surface, and at how many bytes.
 //   --tiles N      at most so many tiles of a level, spread evenly; 4
 //   --formats      bytes and errors of a normal map in other image formats, too
+//   --truth STORE  the same terrain, built with a smaller error: what is true is its finest level
 // Every surface is drawn from above, a pixel a cell of the tile's level, of 16 samples each, lit from the north-west at 45 degrees. The truth
 // is the finest level's triangles with their own normals.
 #include <webp/decode.h>
@@ -171,11 +172,12 @@ void compare(const Picture& a, const Picture& b, Difference& to) {
 
 class Bench {
  public:
-  Bench(const faces::Terrain& terrain, std::size_t tiles, bool formats) : terrain_(terrain), tiles_(tiles), formats_(formats) {}
+  Bench(const faces::Terrain& terrain, const StoreReader& truth, std::size_t tiles, bool formats)
+      : terrain_(terrain), true_(truth), tiles_(tiles), formats_(formats) {}
 
   void run() {
     std::printf("| level | tiles | what | bytes a tile | rms of 255 | SSIM |\n|--:|--:|---|--:|--:|--:|\n");
-    for (int z = finest() - 1; z >= int(terrain_.manifest().min_level()); --z) level(z);
+    for (int z = &true_ == &terrain_.store() ? finest() - 1 : finest(); z >= int(terrain_.manifest().min_level()); --z) level(z);
   }
 
  private:
@@ -209,13 +211,13 @@ class Bench {
   }
 
   /// All tiles of a level within one.
-  std::pair<Picture, std::size_t> drawn(const TileAddress& tile, int z, Canvas::Shade shade) const {
+  static std::pair<Picture, std::size_t> drawn(const StoreReader& store, const TileAddress& tile, int z, Canvas::Shade shade) {
     Canvas canvas(tile);
     std::size_t bytes = 0;
     const int up = z - tile.z;
     const auto last = [&](std::int32_t v) { return ((v + 1) << up) - 1; };
-    for (const auto& record : terrain_.store().records(z, tile.x << up, tile.y << up, last(tile.x), last(tile.y))) {
-      const auto glb = terrain_.store().tile({z, std::int32_t(record.x()), std::int32_t(record.y())}, Encoding::glb)->bytes;
+    for (const auto& record : store.records(z, tile.x << up, tile.y << up, last(tile.x), last(tile.y))) {
+      const auto glb = store.tile({z, std::int32_t(record.x()), std::int32_t(record.y())}, Encoding::glb)->bytes;
       bytes += glb.size();
       canvas.draw(must(decode_glb(glb)), shade);
     }
@@ -223,9 +225,9 @@ class Bench {
   }
 
   void tile(const TileAddress& tile) {
-    truth_ = drawn(tile, finest(), Canvas::Shade::by_face).first;
+    truth_ = drawn(true_, tile, int(true_.manifest().max_level()), Canvas::Shade::by_face).first;
     for (int finer = 0; finer <= 2 && tile.z + finer <= finest(); ++finer) {
-      const auto [picture, bytes] = drawn(tile, tile.z + finer, Canvas::Shade::by_vertex);
+      const auto [picture, bytes] = drawn(terrain_.store(), tile, tile.z + finer, Canvas::Shade::by_vertex);
       add("vertex normals" + (finer == 0 ? std::string() : ", level + " + std::to_string(finer)), bytes, picture);
     }
     const std::size_t bare = terrain_.store().glb(tile, {Normals::texture, {}})->bytes.size();
@@ -283,6 +285,7 @@ class Bench {
   }
 
   const faces::Terrain& terrain_;
+  const StoreReader& true_;
   std::size_t tiles_;
   bool formats_;
   std::vector<Row> rows_;
@@ -294,13 +297,15 @@ class Bench {
 int main(int argc, char** argv) {
   std::size_t tiles = 4;
   bool formats = false;
-  std::string path;
+  std::string path, truth;
   for (int k = 1; k < argc; ++k) {
     const std::string argument = argv[k];
     if (argument == "--tiles" && k + 1 < argc) tiles = std::strtoul(argv[++k], nullptr, 10);
     else if (argument == "--formats") formats = true;
+    else if (argument == "--truth" && k + 1 < argc) truth = argv[++k];
     else path = argument;
   }
   const faces::Terrain terrain(std::shared_ptr<const StoreReader>(must(StoreReader::open(path))));
-  Bench(terrain, tiles, formats).run();
+  const auto other = truth.empty() ? nullptr : must(StoreReader::open(truth));
+  Bench(terrain, other ? *other : terrain.store(), tiles, formats).run();
 }
