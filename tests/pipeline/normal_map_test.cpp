@@ -41,7 +41,8 @@ class Dataset {
     for (const auto& [first, last] : parts) {
       for (FinishedTask& task : synthetic_tasks(lattice_, first, last, fine)) {
         task.tiles.clear();
-        if (auto tile = synthetic_tile(lattice_, task.node, task.node.z == finest ? fine : coarse)) task.tiles.push_back(std::move(*tile));
+        if (auto tile = synthetic_tile(lattice_, task.node, task.node.z == finest ? fine : coarse))
+          task.tiles.push_back(std::move(*tile));
         for (EncodedTile& tile : task.tiles) tile.glb.clear();
         EXPECT_TRUE((*writer)->commit(task).ok());
       }
@@ -139,7 +140,8 @@ constexpr TileAddress kInside{kFine, 4201, 2601};
 /// Metres a lattice unit eastward and northward; level where it would leave the earth, far from the tile.
 Heights plane(double east, double north) {
   return [=](std::int64_t i, std::int64_t j) {
-    const double rise = east * static_cast<double>(i - kFineLattice.west(kInside)) + north * static_cast<double>(j - kFineLattice.south(kInside));
+    const double rise =
+        east * static_cast<double>(i - kFineLattice.west(kInside)) + north * static_cast<double>(j - kFineLattice.south(kInside));
     return std::clamp(3000 + rise, -8000.0, 14000.0);
   };
 }
@@ -162,7 +164,9 @@ TEST_P(Planes, HaveTheirNormalsInGltf) {
     const LitSurface& surface = gltf.surfaces[0];
     ASSERT_EQ(surface.texcoords.size(), surface.positions.size());
     for (std::size_t v = 0; v < surface.positions.size(); ++v) {
-      const auto across = [&](float texcoord) { return (texcoord * kPixels - 0.5) / (kPixels - 1) * static_cast<double>(kFineLattice.tile_units(tile.z)); };
+      const auto across = [&](float texcoord) {
+        return (texcoord * kPixels - 0.5) / (kPixels - 1) * static_cast<double>(kFineLattice.tile_units(tile.z));
+      };
       const auto i = kFineLattice.west(tile) + std::lround(across(surface.texcoords[v][0]));
       const auto j = kFineLattice.south(tile) + kFineLattice.tile_units(tile.z) - std::lround(across(surface.texcoords[v][1]));
       EXPECT_LT(degrees_between(gltf.lit(surface, v), normal_of(heights, i, j)), 0.4) << tile.z << " vertex " << v;
@@ -172,8 +176,8 @@ TEST_P(Planes, HaveTheirNormalsInGltf) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tilted, Planes,
-                         ::testing::Values(std::array{0.0, 0.0}, std::array{6.0, 0.0}, std::array{-4.0, 0.0}, std::array{0.0, 7.0}, std::array{0.0, -9.0},
-                                           std::array{5.0, -3.0}));
+                         ::testing::Values(std::array{0.0, 0.0}, std::array{6.0, 0.0}, std::array{-4.0, 0.0},
+                                           std::array{0.0, 7.0}, std::array{0.0, -9.0}, std::array{5.0, -3.0}));
 
 TEST(NormalMap, OfLevelGroundHasNoSpeckles) {
   const Dataset dataset(kFine, kFirst, kLast, plane(0, 0));
@@ -202,12 +206,14 @@ std::size_t compare_sides(const Dataset& dataset) {
       const auto own = faces::normal_map(dataset.terrain(), tile);
       if (store.record(east)) {
         const auto other = faces::normal_map(dataset.terrain(), east);
-        for (std::int32_t r = 0; r < kPixels; ++r) EXPECT_EQ(pixel(own, r, kPixels - 1), pixel(other, r, 0)) << z << " east, row " << r;
+        for (std::int32_t r = 0; r < kPixels; ++r)
+          EXPECT_EQ(pixel(own, r, kPixels - 1), pixel(other, r, 0)) << z << " east, row " << r;
         ++pairs;
       }
       if (north.y < proto::tiles_up(z) && store.record(north)) {
         const auto other = faces::normal_map(dataset.terrain(), north);
-        for (std::int32_t c = 0; c < kPixels; ++c) EXPECT_EQ(pixel(own, 0, c), pixel(other, kPixels - 1, c)) << z << " north, column " << c;
+        for (std::int32_t c = 0; c < kPixels; ++c)
+          EXPECT_EQ(pixel(own, 0, c), pixel(other, kPixels - 1, c)) << z << " north, column " << c;
         ++pairs;
       }
     }
@@ -223,7 +229,8 @@ TEST(NormalMap, NeighboursAgreeAlongTheirSide) {
 
 TEST(NormalMap, NeighboursAgreeAcrossTheAntimeridianAndBesideAPole) {
   constexpr int kFinest = 5;
-  const Dataset dataset(kFinest, {{{kFinest, 0, 30}, {kFinest, 1, 31}}, {{kFinest, 62, 30}, {kFinest, 63, 31}}}, hills_with_voids(), hills_with_voids());
+  const Dataset dataset(kFinest, {{{kFinest, 0, 30}, {kFinest, 1, 31}}, {{kFinest, 62, 30}, {kFinest, 63, 31}}},
+                        hills_with_voids(), hills_with_voids());
   EXPECT_GT(compare_sides(dataset), 15U);
 }
 
@@ -265,10 +272,11 @@ TEST_F(NormalsOf3dTiles, ByDefaultAreThoseOfTheVertices) {
   const Gltf gltf(stored);
   std::string names;
   for (const auto& [name, value] : gltf.json.items()) names += name + " ";
-  EXPECT_EQ(names, "asset extensionsUsed extensionsRequired scene scenes nodes meshes materials accessors bufferViews buffers extras ");
+  EXPECT_EQ(names,
+            "asset extensionsUsed extensionsRequired scene scenes nodes meshes materials accessors bufferViews buffers extras ");
   EXPECT_EQ(gltf.json["meshes"][0]["primitives"][0].dump(),
-            R"({"attributes":{"POSITION":1,"NORMAL":2},"indices":0,"material":0,"mode":4,"extensions":{"KHR_draco_mesh_compression":{"bufferView":0,)"
-            R"("attributes":{"POSITION":0,"NORMAL":1}}}})");
+            R"({"attributes":{"POSITION":1,"NORMAL":2},"indices":0,"material":0,"mode":4,)"
+            R"("extensions":{"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0,"NORMAL":1}}}})");
   EXPECT_EQ(gltf.json["extensionsUsed"], Json::array({"KHR_draco_mesh_compression"}));
   EXPECT_EQ(gltf.json["extensionsRequired"], gltf.json["extensionsUsed"]);
   EXPECT_TRUE(gltf.surfaces[0].tangents.empty() && gltf.surfaces[0].texcoords.empty());
@@ -276,7 +284,8 @@ TEST_F(NormalsOf3dTiles, ByDefaultAreThoseOfTheVertices) {
 
 TEST_F(NormalsOf3dTiles, NoneAreNotThere) {
   const Gltf gltf(bytes_of(terrain_, path_of(kInside), "none"));
-  for (const Json& primitive : gltf.json["meshes"][0]["primitives"]) EXPECT_EQ(primitive["attributes"].size(), 1U) << primitive.dump();
+  for (const Json& primitive : gltf.json["meshes"][0]["primitives"])
+    EXPECT_EQ(primitive["attributes"].size(), 1U) << primitive.dump();
   for (const LitSurface& surface : gltf.surfaces) EXPECT_TRUE(surface.normals.empty());
   EXPECT_FALSE(gltf.json.contains("images"));
   EXPECT_TRUE(decode_glb(bytes_of(terrain_, path_of(kInside), "none")).ok());
@@ -302,7 +311,9 @@ TEST_F(NormalsOf3dTiles, SkirtsHaveTheTexelsOfTheRim) {
   const LitSurface& skirts = gltf.surfaces[1];
   ASSERT_EQ(skirts.texcoords.size(), skirts.positions.size());
   ASSERT_EQ(skirts.tangents.size(), skirts.positions.size());
-  const auto outer = [](float t) { return std::min(std::abs(t * kPixels - 0.5), std::abs(t * kPixels - (kPixels - 0.5))) < 1e-3; };
+  const auto outer = [](float t) {
+    return std::min(std::abs(t * kPixels - 0.5), std::abs(t * kPixels - (kPixels - 0.5))) < 1e-3;
+  };
   for (const auto& [u, v] : skirts.texcoords) EXPECT_TRUE(outer(u) || outer(v)) << u << " " << v;
 }
 
@@ -328,7 +339,10 @@ TEST_F(NormalsOf3dTiles, AreTheSameBytesEveryTime) {
   const faces::Terrain again(std::shared_ptr<const StoreReader>(&terrain_.store(), [](const StoreReader*) {}));
   const std::string bytes = bytes_of(terrain_, path_of(kInside.parent()), "texture");
   EXPECT_EQ(bytes_of(again, path_of(kInside.parent()), "texture"), bytes);
-  EXPECT_EQ(bytes_of(terrain_, "tiles/E/11/" + std::to_string(kInside.x / 2 - 2048) + "/" + std::to_string(kInside.y / 2) + ".glb", "texture"), bytes);
+  EXPECT_EQ(
+      bytes_of(terrain_, "tiles/E/11/" + std::to_string(kInside.x / 2 - 2048) + "/" + std::to_string(kInside.y / 2) + ".glb",
+               "texture"),
+      bytes);
 }
 
 TEST_F(NormalsOf3dTiles, TagsAreThoseOfTheBytes) {
@@ -351,7 +365,8 @@ TEST_F(NormalsOf3dTiles, OfTilesThatAreNotThereAreNotThere) {
 }
 
 TEST_F(NormalsOf3dTiles, OfOtherNamesAreRefused) {
-  for (const char* path : {"tileset.json", "tileset-explicit.json", "explicit/0/1/0.json", "tiles/12/4201/2601.glb", "tiles/E/12/105/2601.glb"}) {
+  for (const char* path :
+       {"tileset.json", "tileset-explicit.json", "explicit/0/1/0.json", "tiles/12/4201/2601.glb", "tiles/E/12/105/2601.glb"}) {
     for (const char* normals : {"textures", "Texture", "\n"}) {
       auto found = faces::find(path);
       ASSERT_TRUE(found) << path;

@@ -49,7 +49,8 @@ proto::Result<std::string_view> normals_query(std::string_view text) {
   return std::string_view(*normals == Normals::texture ? "?normals=texture" : *normals == Normals::none ? "?normals=none" : "");
 }
 
-proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const proto::TileAddress& tile, std::string_view normals) {
+proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const proto::TileAddress& tile,
+                                                std::string_view normals) {
   const auto named = of_tile(terrain, normals);
   if (!named) return named.problem();
   if (*named == Normals::vertex) return terrain.tile(tile, Encoding::glb);

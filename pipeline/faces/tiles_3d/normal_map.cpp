@@ -24,11 +24,14 @@ constexpr std::int32_t kSide = kPixels + 2 * kMargin;
 constexpr std::int32_t kHeights = 2 * kSide + 1;
 
 using PixelNormals = std::vector<std::optional<Vec3>>;  // in east, north and up; by row from the north, then column
-std::size_t index(std::int32_t row, std::int32_t column) { return static_cast<std::size_t>(row) * kSide + static_cast<std::size_t>(column); }
+std::size_t index(std::int32_t row, std::int32_t column) {
+  return static_cast<std::size_t>(row) * kSide + static_cast<std::size_t>(column);
+}
 
 LatticeWindow window_of(const proto::Lattice& half, const proto::TileAddress& tile) {
   const std::int64_t step = half.cell_units(tile.z) / 2, beyond = 2 * kMargin + 1;
-  return {half.west(tile) - beyond * step, half.south(tile) + half.tile_units(tile.z) + beyond * step, step, kHeights, kHeights, {}};
+  return {
+      half.west(tile) - beyond * step, half.south(tile) + half.tile_units(tile.z) + beyond * step, step, kHeights, kHeights, {}};
 }
 
 std::optional<Vec3> scaled(const Vec3& v) {
@@ -36,8 +39,8 @@ std::optional<Vec3> scaled(const Vec3& v) {
   return most > 0 ? std::optional((1 / most) * v) : std::nullopt;
 }
 
-/// Slopes of the eight heights around a pixel's own, half a pixel away, by the method of Horn (1981) as gradient.h has it, in space: the earth's
-/// curvature counts. A neighbour without data counts as the pixel itself.
+/// Slopes of the eight heights around a pixel's own, half a pixel away, by the method of Horn (1981) as gradient.h has it, in
+/// space: the earth's curvature counts. A neighbour without data counts as the pixel itself.
 class Surface {
  public:
   explicit Surface(const LatticeWindow& window) : window_(window) {}
@@ -51,7 +54,9 @@ class Surface {
     const auto at = [&](std::int32_t dr, std::int32_t dc) {
       const double height_m = window_.at(row + dr, column + dc);
       if (std::isnan(height_m)) return Vec3{};
-      return proto::ecef(window_.row_frames[static_cast<std::size_t>(row + dr)], window_.column_frames[static_cast<std::size_t>(column + dc)], height_m) - own;
+      return proto::ecef(window_.row_frames[static_cast<std::size_t>(row + dr)],
+                         window_.column_frames[static_cast<std::size_t>(column + dc)], height_m) -
+             own;
     };
     const Vec3 north_west = at(-1, -1), north_east = at(-1, 1), south_west = at(1, -1), south_east = at(1, 1);
     const Vec3 eastward = north_east + 2 * at(0, 1) + south_east - north_west - 2 * at(0, -1) - south_west;
@@ -85,8 +90,8 @@ void add_ring(PixelNormals& normals) {
   }
 }
 
-/// -1 to 1 in a byte. No byte is zero. What is nearly zero gets the one next above it: roundings alone would choose between the two, and level
-/// ground would be speckled.
+/// -1 to 1 in a byte. No byte is zero. What is nearly zero gets the one next above it: roundings alone would choose between the
+/// two, and level ground would be speckled.
 std::uint8_t byte_of(double v) {
   constexpr double kSteps = 127.5, kLevel = 0.25 / kSteps;
   if (std::abs(v) < kLevel) return 128;

@@ -4,8 +4,8 @@
 
 #include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "pipeline/faces/walk.h"
-#include "pipeline/tileset/subtree.h"
 #include "pipeline/tileset/implicit_tile.h"
+#include "pipeline/tileset/subtree.h"
 #include "pipeline/tileset/tileset.h"
 
 namespace cordillera::pipeline::faces {
@@ -40,13 +40,41 @@ std::optional<std::string> tag(const Terrain& terrain, const Place& place) {
 }
 
 constexpr std::array<Resource, 4> kResources = {{
-    {"tileset.json", Grid::none, "application/json", "3D Tiles 1.1 tileset with two implicit roots", tileset, Links::relative, Absent::not_found, Compression::none,
-     nullptr, {}, kNormals},
-    {"subtrees/{root}/{z}/{x}/{y}.subtree", Grid::implicit, "application/octet-stream", "Availability, regions and errors of a part of an implicit tree", subtree_of},
-    {"tiles/{root}/{z}/{x}/{y}.glb", Grid::implicit, "model/gltf-binary", "A tile as binary glTF with Draco, by its address below a root", tile, Links::relative, Absent::not_found,
-     Compression::none, tag, {}, kNormals},
-    {"tiles/{z}/{x}/{y}.glb", Grid::geodetic, "model/gltf-binary", "The same tile by its absolute address", tile, Links::relative, Absent::not_found,
-     Compression::none, tag, {}, kNormals},
+    {"tileset.json",
+     Grid::none,
+     "application/json",
+     "3D Tiles 1.1 tileset with two implicit roots",
+     tileset,
+     Links::relative,
+     Absent::not_found,
+     Compression::none,
+     nullptr,
+     {},
+     kNormals},
+    {"subtrees/{root}/{z}/{x}/{y}.subtree", Grid::implicit, "application/octet-stream",
+     "Availability, regions and errors of a part of an implicit tree", subtree_of},
+    {"tiles/{root}/{z}/{x}/{y}.glb",
+     Grid::implicit,
+     "model/gltf-binary",
+     "A tile as binary glTF with Draco, by its address below a root",
+     tile,
+     Links::relative,
+     Absent::not_found,
+     Compression::none,
+     tag,
+     {},
+     kNormals},
+    {"tiles/{z}/{x}/{y}.glb",
+     Grid::geodetic,
+     "model/gltf-binary",
+     "The same tile by its absolute address",
+     tile,
+     Links::relative,
+     Absent::not_found,
+     Compression::none,
+     tag,
+     {},
+     kNormals},
 }};
 
 void each_path(const Terrain& terrain, const PathSink& sink) {
@@ -61,7 +89,8 @@ void each_path(const Terrain& terrain, const PathSink& sink) {
 }  // namespace
 
 const Face& tileset_3d() {
-  static const Face kFace = {"3d-tiles", "CesiumJS, Cesium for game engines, three.js, deck.gl", "tileset.json", kResources, each_path};
+  static const Face kFace = {"3d-tiles", "CesiumJS, Cesium for game engines, three.js, deck.gl", "tileset.json", kResources,
+                             each_path};
   return kFace;
 }
 

@@ -2,10 +2,10 @@
 
 #include <array>
 
+#include "pipeline/encode/json.h"
 #include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "pipeline/faces/walk.h"
 #include "pipeline/tileset/implicit_tile.h"
-#include "pipeline/encode/json.h"
 #include "pipeline/tileset/tileset.h"
 
 namespace cordillera::pipeline::faces {
@@ -96,10 +96,28 @@ proto::Result<std::optional<Document>> part(const Terrain& terrain, const Place&
 }
 
 constexpr std::array<Resource, 2> kResources = {{
-    {"tileset-explicit.json", Grid::none, "application/json", "3D Tiles tileset without implicit tiling", top, Links::relative, Absent::not_found, Compression::none,
-     nullptr, {}, kNormals},
-    {"explicit/{z}/{x}/{y}.json", Grid::geodetic, "application/json", "Four levels of that tileset", part, Links::relative, Absent::not_found, Compression::none,
-     nullptr, {}, kNormals},
+    {"tileset-explicit.json",
+     Grid::none,
+     "application/json",
+     "3D Tiles tileset without implicit tiling",
+     top,
+     Links::relative,
+     Absent::not_found,
+     Compression::none,
+     nullptr,
+     {},
+     kNormals},
+    {"explicit/{z}/{x}/{y}.json",
+     Grid::geodetic,
+     "application/json",
+     "Four levels of that tileset",
+     part,
+     Links::relative,
+     Absent::not_found,
+     Compression::none,
+     nullptr,
+     {},
+     kNormals},
 }};
 
 void each_path(const Terrain& terrain, const PathSink& sink) {

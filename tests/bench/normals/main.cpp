@@ -2,8 +2,8 @@
 //   --tiles N      at most so many tiles of a level, spread evenly; 4
 //   --formats      bytes and errors of a normal map in other image formats, too
 //   --truth STORE  the same terrain, built with a smaller error: what is true is its finest level
-// Every surface is drawn from above, a pixel a cell of the tile's level, of 16 samples each, lit from the north-west at 45 degrees. The truth
-// is the finest level's triangles with their own normals.
+// Every surface is drawn from above, a pixel a cell of the tile's level, of 16 samples each, lit from the north-west at 45
+// degrees. The truth is the finest level's triangles with their own normals.
 #include <webp/decode.h>
 #include <webp/encode.h>
 
@@ -76,13 +76,15 @@ class Canvas {
     const double tiles = std::ldexp(1, tile_.z) / M_PI;
     for (std::size_t v = 0; v < glb.points.size(); ++v) {
       const Geodetic g = geodetic(glb.points[v]);
-      at.push_back({((g.longitude + M_PI) * tiles - tile_.x) * kAcross, (tile_.y + 1 - (g.latitude + M_PI / 2) * tiles) * kAcross});
+      at.push_back(
+          {((g.longitude + M_PI) * tiles - tile_.x) * kAcross, (tile_.y + 1 - (g.latitude + M_PI / 2) * tiles) * kAcross});
       frames.emplace_back(g);
       local.push_back(frames.back().local(glb.normals[v]));
     }
     for (const Triangle& t : glb.triangles) {
       std::array<Vec3, 3> normals = {local[t[0]], local[t[1]], local[t[2]]};
-      if (shade == Shade::by_face) normals.fill(frames[t[0]].local(cross(glb.points[t[1]] - glb.points[t[0]], glb.points[t[2]] - glb.points[t[0]])));
+      if (shade == Shade::by_face)
+        normals.fill(frames[t[0]].local(cross(glb.points[t[1]] - glb.points[t[0]], glb.points[t[2]] - glb.points[t[0]])));
       fill({at[t[0]], at[t[1]], at[t[2]]}, normals);
     }
   }
@@ -97,7 +99,8 @@ class Canvas {
       for (int c = 0; c < kAcross; ++c) {
         const double x = (c + 0.5) / kSamples, y = (r + 0.5) / kSamples, fx = x - std::floor(x), fy = y - std::floor(y);
         const int i = int(x), j = int(y);
-        const Vec3 n = (1 - fy) * ((1 - fx) * pixel(j, i) + fx * pixel(j, i + 1)) + fy * ((1 - fx) * pixel(j + 1, i) + fx * pixel(j + 1, i + 1));
+        const Vec3 n = (1 - fy) * ((1 - fx) * pixel(j, i) + fx * pixel(j, i + 1)) +
+                       fy * ((1 - fx) * pixel(j + 1, i) + fx * pixel(j + 1, i + 1));
         samples_[std::size_t(r) * kAcross + std::size_t(c)] = lit(n);
       }
     }
@@ -107,7 +110,8 @@ class Canvas {
     Picture out(std::size_t{kCells} * kCells);
     for (int r = 0; r < kAcross; ++r) {
       for (int c = 0; c < kAcross; ++c) {
-        out[std::size_t(r / kSamples) * kCells + std::size_t(c / kSamples)] += samples_[std::size_t(r) * kAcross + std::size_t(c)] / (kSamples * kSamples);
+        out[std::size_t(r / kSamples) * kCells + std::size_t(c / kSamples)] +=
+            samples_[std::size_t(r) * kAcross + std::size_t(c)] / (kSamples * kSamples);
       }
     }
     return out;
@@ -198,7 +202,8 @@ class Bench {
       tile({z, std::int32_t(record.x()), std::int32_t(record.y())});
     }
     for (const Row& row : rows_) {
-      std::printf("| %d | %zu | %s | %.0f | %.2f | %.3f |\n", z, count, row.what.c_str(), row.bytes / double(count), row.difference.rms(), row.difference.ssim());
+      std::printf("| %d | %zu | %s | %.0f | %.2f | %.3f |\n", z, count, row.what.c_str(), row.bytes / double(count),
+                  row.difference.rms(), row.difference.ssim());
     }
     std::fflush(stdout);
   }
@@ -247,7 +252,9 @@ class Bench {
   void other_formats(const TileAddress& tile, std::size_t bare) {
     const auto map = faces::normal_map(terrain_, tile);
     add("... as PNG", bare + faces::png(map, kNormalMapSide, faces::Pixel::rgb).size(), shaded(tile, map));
-    for (const int effort : {4, 6, 9}) webp(tile, map, bare, "... lossless, effort " + std::to_string(effort), [&](WebPConfig& c) { WebPConfigLosslessPreset(&c, effort); });
+    for (const int effort : {4, 6, 9})
+      webp(tile, map, bare, "... lossless, effort " + std::to_string(effort),
+           [&](WebPConfig& c) { WebPConfigLosslessPreset(&c, effort); });
     for (const int quality : {80, 60, 40}) {
       webp(tile, map, bare, "... near-lossless " + std::to_string(quality), [&](WebPConfig& c) {
         WebPConfigLosslessPreset(&c, 2);
@@ -300,10 +307,14 @@ int main(int argc, char** argv) {
   std::string path, truth;
   for (int k = 1; k < argc; ++k) {
     const std::string argument = argv[k];
-    if (argument == "--tiles" && k + 1 < argc) tiles = std::strtoul(argv[++k], nullptr, 10);
-    else if (argument == "--formats") formats = true;
-    else if (argument == "--truth" && k + 1 < argc) truth = argv[++k];
-    else path = argument;
+    if (argument == "--tiles" && k + 1 < argc)
+      tiles = std::strtoul(argv[++k], nullptr, 10);
+    else if (argument == "--formats")
+      formats = true;
+    else if (argument == "--truth" && k + 1 < argc)
+      truth = argv[++k];
+    else
+      path = argument;
   }
   const faces::Terrain terrain(std::shared_ptr<const StoreReader>(must(StoreReader::open(path))));
   const auto other = truth.empty() ? nullptr : must(StoreReader::open(truth));

@@ -6,7 +6,7 @@
 //   every      one in how many of the known places is looked at; all of them if left out
 //   relief     least deviation of shades in a picture of nothing but data, of 255, where that is what the client shows; a flat raster has less
 //   instead    words of the block and what its page tells the reader to put in their place
-//   query      of the addresses of tiles; any if left out
+//   query      in the addresses of tiles, beside what a client adds; any if left out
 //   cracks     how much of a picture from above may be background, as a share; left out where there is no background to see
 export const kBrowserClients = [
   {
@@ -15,7 +15,7 @@ export const kBrowserClients = [
   },
   {
     name: "cesium-3d-tiles-lit", page: "map/cesium.md", section: "3D Tiles", driver: "cesium_3d_tiles.js", names: ["widget", "tileset"],
-    instead: ["tileset.json", "tileset.json?normals=texture"], query: "?normals=texture",
+    instead: ["tileset.json", "tileset.json?normals=texture"], query: "normals=texture",
     tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0, every: 6,
   },
   {
@@ -37,7 +37,7 @@ export const kBrowserClients = [
   },
   {
     name: "three-3d-tiles-lit", page: "map/threejs.md", section: "3D Tiles", driver: "three_tiles.js", names: ["tiles", "camera", "scene"],
-    instead: ["tileset-explicit.json", "tileset-explicit.json?normals=texture"], query: "?normals=texture",
+    instead: ["tileset-explicit.json", "tileset-explicit.json?normals=texture"], query: "normals=texture",
     tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0, every: 6,
   },
   {
