@@ -155,11 +155,14 @@ CLI::App* add_simplify(CLI::App& app, SimplifyLine& line) {
   return simplify;
 }
 
+constexpr const char* kNormalsHelp = "light of 3D Tiles: normals of vertices, a normal map, or nothing [vertex, texture, none; default vertex]";
+
 CLI::App* add_export(CLI::App& app, ExportLine& line) {
   auto* command = app.add_subcommand("export", "write a dataset as one file, or a part of it as one mesh");
   command->add_option("source", line.source, "a dataset.sqlite, or a dataset's folder in a server's data");
   command->add_option("-o,--output", line.output, "what to write: .pmtiles, .mbtiles, .3tz, or a mesh: .glb, .ply, .obj, .stl")->type_name("FILE");
   command->add_option("--format", line.format, "which tiles an archive holds [" + face_names() + "]")->type_name("NAME");
+  command->add_option("--normals", line.normals, kNormalsHelp)->type_name("NAME");
   for (const MeshOption& option : mesh_options()) {
     const std::string name = "--" + option.name;
     const auto take = [&line, name](const CLI::results_t& values) {
@@ -217,7 +220,7 @@ int main(int count, char** words) {
 
   BuildLine line;
   bool overwrite = false, quiet = false;
-  std::string formats;
+  std::string formats, normals;
   auto* build = app.add_subcommand("build", "make a static folder of tiles that any web server can host");
   build->add_option("raster", line.rasters, "the elevation model: GeoTIFF, .hgt, NetCDF, .img, DTED, XYZ or another, also in a .zip or .gz; or several, folders and lists of them, "
                     "the one that wins where they overlap first")->expected(1, -1);
@@ -225,6 +228,7 @@ int main(int count, char** words) {
   build->add_flag("--overwrite,--force", overwrite, "replace another build that is there; without it, only an unfinished one of the same "
                   "raster and options goes on");
   build->add_option("--formats", formats, "what the folder holds [" + face_names() + "; more than one separated by commas]")->type_name("NAMES");
+  build->add_option("--normals", normals, kNormalsHelp)->type_name("NAME");
   build->add_flag("-q,--quiet", quiet, "say nothing but problems");
   add_options(*build, build_options(), build_reading);
 
@@ -343,6 +347,11 @@ int main(int count, char** words) {
       auto chosen = formats_of(formats);
       if (!chosen) return wrong_usage(chosen.problem());
       line.formats = std::move(*chosen);
+      const auto light = normals_of(normals);
+      if (!light) return wrong_usage(light.problem());
+      line.normals = *light;
+      if (!normals.empty() && line.output.ends_with(".sqlite"))
+        return wrong_usage({"usage", "--normals is for a folder: a file of a dataset gives any", "-o FOLDER", "--normals"});
       if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
       return wrong_usage({"usage", "build needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output"});
     });

@@ -128,7 +128,8 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
   return encoded;
 }
 
-proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRecord& record, std::string_view drc) {
+proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRecord& record, std::string_view drc,
+                                    const Shading& shading) {
   const proto::LevelPlan* const level = level_of(plan, record.level());
   if (level == nullptr) return damaged("the plan has no level " + std::to_string(record.level()));
   auto decoded = draco_decode_lattice(drc);
@@ -146,7 +147,9 @@ proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRe
   const PublishedMesh published = published_mesh(built.mesh);
   if (published.empty()) return damaged("its .drc has no triangle");
   try {
-    return encode_glb(encode_input(context, built, published, plan.options()));
+    EncodeInput input = encode_input(context, built, published, plan.options());
+    input.shading = shading;
+    return encode_glb(input);
   } catch (const std::invalid_argument& failed) {
     return damaged(failed.what());
   }

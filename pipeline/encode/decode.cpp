@@ -19,6 +19,7 @@ proto::Result<LitSurface> primitive(const Json& root, const Json& primitive, std
   if (offset > binary.size() || size > binary.size() - offset) return damaged("a buffer view leaves its buffer");
   proto::Result<LitSurface> surface = draco_decode_lit(binary.substr(offset, size));
   if (!surface) return surface;
+  if (primitive.at("attributes").contains("NORMAL") && surface->normals.empty()) return damaged("Draco decodes no normals");
   const Json& position = root.at("accessors").at(primitive.at("attributes").at("POSITION").get<std::size_t>());
   if (position.at("count") != surface->positions.size()) return damaged("an accessor's count is not what Draco decodes");
   return surface;

@@ -16,7 +16,7 @@ using DecodedDrc = LatticeMesh;
 struct DecodedGlb {
   proto::Vec3 translation;              ///< ECEF, z-up
   std::vector<proto::Vec3> points;      ///< ECEF metres, translation added in double
-  std::vector<proto::Vec3> normals;     ///< indexed by point
+  std::vector<proto::Vec3> normals;     ///< indexed by point; empty with Normals::none
   std::vector<Triangle> triangles;
   std::vector<proto::Vec3> skirt_points;
   std::vector<Triangle> skirt_triangles;  ///< into skirt_points

@@ -12,13 +12,13 @@ proto::Problem not_a_tile(const std::string& why) {
   return {"tile-damaged", "not a Draco tile mesh: " + why, "bytes of a tile that Cordillera wrote", ""};
 }
 
-template <class Scalar>
-bool read_attribute(const draco::Mesh& mesh, draco::GeometryAttribute::Type type, std::vector<std::array<Scalar, 3>>& values) {
+template <class Scalar, std::size_t count>
+bool read_attribute(const draco::Mesh& mesh, draco::GeometryAttribute::Type type, std::vector<std::array<Scalar, count>>& values) {
   const draco::PointAttribute* attribute = mesh.GetNamedAttribute(type);
-  if (attribute == nullptr || attribute->num_components() != 3) return false;
+  if (attribute == nullptr || attribute->num_components() != count) return false;
   values.resize(mesh.num_points());
   for (std::uint32_t p = 0; p < mesh.num_points(); ++p) {
-    if (!attribute->ConvertValue<Scalar, 3>(attribute->mapped_index(draco::PointIndex(p)), values[p].data())) return false;
+    if (!attribute->ConvertValue<Scalar, count>(attribute->mapped_index(draco::PointIndex(p)), values[p].data())) return false;
   }
   return true;
 }
@@ -87,7 +87,9 @@ proto::Result<LitSurface> draco_decode_lit(std::string_view bytes) {
   if (!mesh) return mesh.problem();
   LitSurface out;
   if (!read_attribute(**mesh, draco::GeometryAttribute::POSITION, out.positions)) return not_a_tile("it has no positions");
-  if (!read_attribute(**mesh, draco::GeometryAttribute::NORMAL, out.normals)) return not_a_tile("it has no normals");
+  if (!read_attribute(**mesh, draco::GeometryAttribute::NORMAL, out.normals)) out.normals.clear();
+  if (!read_attribute(**mesh, draco::GeometryAttribute::GENERIC, out.tangents)) out.tangents.clear();
+  if (!read_attribute(**mesh, draco::GeometryAttribute::TEX_COORD, out.texcoords)) out.texcoords.clear();
   out.triangles = read_faces(**mesh);
   return out;
 }

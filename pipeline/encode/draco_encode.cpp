@@ -1,14 +1,18 @@
 #include <draco/compression/encode.h>
 
+#include <bit>
 #include <memory>
 #include <stdexcept>
 
 #include "pipeline/encode/draco_mesh.h"
+#include "pipeline/encode/encode.h"
 
 namespace cordillera::pipeline {
 namespace {
 
 constexpr int kNormalBits = 10;
+// Of up and east, beside which the terrain's own normals have eight bits: they change by little, so more bits cost next to nothing.
+constexpr int kFrameBits = 12;
 // Draco's entropy coder counts symbols in a table as long as the greatest one. Tiles a dozen levels above the finest would need
 // gigabytes of it; there are a handful of them in a dataset, so their integers go in as they are.
 constexpr std::int32_t kMaxCodedSide = 1 << 20;
@@ -19,10 +23,10 @@ constexpr draco::DataType draco_type() {
 }
 
 // Values are not merged: two fans that touch in one position stay two vertices.
-template <class Scalar>
-int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, const std::vector<std::array<Scalar, 3>>& values) {
+template <class Scalar, std::size_t count>
+int add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type type, const std::vector<std::array<Scalar, count>>& values) {
   draco::GeometryAttribute shape;
-  shape.Init(type, nullptr, 3, draco_type<Scalar>(), false, sizeof(values[0]), 0);
+  shape.Init(type, nullptr, count, draco_type<Scalar>(), false, sizeof(values[0]), 0);
   const int id = mesh.AddAttribute(shape, true, static_cast<std::uint32_t>(values.size()));
   mesh.attribute(id)->buffer()->Write(0, values.data(), values.size() * sizeof(values[0]));
   return id;
@@ -65,11 +69,31 @@ std::string draco_encode(const LatticeMesh& mesh, int speed) {
   return encode(encoder, out, speed);
 }
 
+namespace {
+
+// Draco keeps these numbers as text with six decimals. From -1 to 1 a tangent's last number comes back as exactly 1; texture coordinates may be a
+// ten-thousandth of a pixel off.
+void quantise_frame(draco::Encoder& encoder) {
+  constexpr float kLow[4] = {-1, -1, -1, -1};
+  encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::GENERIC, kFrameBits, 4, kLow, 2);
+  constexpr float kPixels = kNormalMapSide, kFirst[2] = {0.5F / kPixels, 0.5F / kPixels};
+  constexpr int kBits = std::bit_width(static_cast<unsigned>(kPlacesAcross));
+  constexpr float kPlace = (kPixels - 1) / kPixels / kPlacesAcross;
+  encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::TEX_COORD, kBits, 2, kFirst, kPlace * ((1 << kBits) - 1));
+}
+
+}  // namespace
+
 std::string draco_encode(const LitSurface& surface, const FloatGrid& grid) {
   draco::Mesh out;
   out.set_num_points(static_cast<std::uint32_t>(surface.positions.size()));
   add_attribute(out, draco::GeometryAttribute::POSITION, surface.positions);
-  add_attribute(out, draco::GeometryAttribute::NORMAL, surface.normals);
+  const bool framed = !surface.tangents.empty();
+  if (!surface.normals.empty()) add_attribute(out, draco::GeometryAttribute::NORMAL, surface.normals);
+  if (framed) {
+    add_attribute(out, draco::GeometryAttribute::GENERIC, surface.tangents);
+    add_attribute(out, draco::GeometryAttribute::TEX_COORD, surface.texcoords);
+  }
   add_faces(out, surface.triangles);
   draco::Encoder encoder;
   // One origin and one range for the three axes. Both are exact in float32, and so is range / (2^bits - 1) = step.
@@ -77,7 +101,8 @@ std::string draco_encode(const LitSurface& surface, const FloatGrid& grid) {
   const float origin[3] = {low, low, low};
   const float range = grid.step * static_cast<float>((1 << grid.bits) - 1);
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::POSITION, grid.bits, 3, origin, range);
-  encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, kNormalBits);
+  encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, framed ? kFrameBits : kNormalBits);
+  if (framed) quantise_frame(encoder);
   return encode(encoder, out, kDracoSpeed);
 }
 

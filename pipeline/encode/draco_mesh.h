@@ -32,7 +32,9 @@ inline constexpr int kMaxGridBits = 23;
 /// What a primitive of a .glb tile holds.
 struct LitSurface {
   std::vector<std::array<float, 3>> positions;  ///< multiples of the grid's step: they survive exactly
-  std::vector<std::array<float, 3>> normals;    ///< unit vectors, quantised
+  std::vector<std::array<float, 3>> normals;    ///< unit vectors, quantised; may be empty, as may be the next two
+  std::vector<std::array<float, 4>> tangents;   ///< unit vectors and 1 or -1, quantised
+  std::vector<std::array<float, 2>> texcoords;  ///< pixel centres of a normal map, and shares of 1 / kPlacesAcross between the outer ones
   std::vector<Triangle> triangles;
 };
 
@@ -42,6 +44,11 @@ inline constexpr const char* kWebMercator = "WebMercatorQuad";
 /// Attribute ids that a Draco buffer's attributes get, as glTF wants to know them.
 inline constexpr int kDracoPosition = 0;
 inline constexpr int kDracoNormal = 1;
+inline constexpr int kDracoTangent = 2;
+inline constexpr int kDracoTexcoord = 3;
+
+/// Steps of a texture coordinate from one side of a tile to the other: 16 a pixel of a normal map. The sides themselves are steps.
+inline constexpr int kPlacesAcross = 4096;
 
 /// Draco's 0 (small) to 10 (quick). Measured on an irregular terrain tile of 8,192 triangles, .drc and .glb: speed 3 saves 7-9 % and takes
 /// twice the time to encode and two to three times to decode; 5 and 7 give the same bytes; 10 costs 0-8 % more and saves nothing

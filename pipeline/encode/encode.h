@@ -2,10 +2,13 @@
 // From a finished tile mesh to the bytes a client fetches.
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "cordillera.pb.h"
 #include "proto/ellipsoid.h"
+#include "proto/lattice.h"
 #include "proto/mesh.h"
 #include "proto/result.h"
 
@@ -17,6 +20,19 @@ struct Skirts {
   double floor_m = -INFINITY;   ///< above the ellipsoid; no skirt hangs lower
 };
 
+/// What a .glb says of how light falls on it.
+enum class Normals : std::uint8_t {
+  vertex,   ///< a normal a vertex, of the triangles around it
+  none,     ///< nothing: clients make flat triangles of it
+  texture,  ///< up and east a vertex, and a picture of the terrain's normals in that frame
+};
+struct Shading {
+  Normals normals = Normals::vertex;
+  std::string_view picture{};  ///< with Normals::texture: WebP, kNormalMapSide pixels a side; not copied
+};
+/// Pixels of a normal map a side: one at each vertex of the level's own lattice, so its outer rows and columns lie on the tile's sides.
+inline constexpr std::uint32_t kNormalMapSide = proto::kTileCells + 1;
+
 struct EncodeInput {
   const proto::Lattice* lattice = nullptr;
   proto::TileAddress tile;
@@ -24,6 +40,7 @@ struct EncodeInput {
   double ecef_step_m = 0;                 ///< power of two; .glb positions are multiples of it
   std::int32_t height_step = 1;           ///< in kHeightStep_m; the mesh's heights are multiples of it
   Skirts skirts;
+  Shading shading;
   double geometric_error_m = 0;
   std::string title;                      ///< of the dataset, if it was given one
   std::string attribution;
@@ -35,8 +52,8 @@ struct EncodeInput {
 std::string encode_drc(const EncodeInput& input);
 
 /// glTF 2.0 binary, KHR_draco_mesh_compression; ECEF positions rounded to multiples of ecef_step_m, relative to a translation that
-/// is itself a multiple of it, the glTF y-up rotation excepted; normals; skirts, where data reaches a side of the tile, as a primitive of
-/// their own.
+/// is itself a multiple of it, the glTF y-up rotation excepted; what the shading asks for; skirts, where data reaches a side of the tile, as
+/// a primitive of their own.
 /// Vertices where two rims touch are split, so every primitive is a manifold.
 std::string encode_glb(const EncodeInput& input);
 // Both give an empty string when the tile has no published triangle.

@@ -1,4 +1,7 @@
 #include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/encode/encode.h"
@@ -18,30 +21,47 @@ constexpr int kTriangleMode = 4;
 // glTF is y-up; 3D Tiles viewers turn y up into z up on load. A permutation: exact.
 std::array<float, 3> y_up(Vec3 p) { return {static_cast<float>(p.x), static_cast<float>(p.z), static_cast<float>(-p.y)}; }
 
-LitSurface relative(const LitMesh::Surface& surface, Vec3 translation) {
+// glTF's v runs down a picture, so north is up in it; its tangent is where u grows, and with w = 1 and up as the normal
+// cross(normal, tangent) = north is where green points.
+std::array<float, 2> texcoord(const std::array<double, 2>& place) {
+  const auto at = [](double share) {
+    const double steps = std::nearbyint(share * kPlacesAcross);
+    return static_cast<float>((0.5 + steps * (kNormalMapSide - 1) / kPlacesAcross) / kNormalMapSide);
+  };
+  return {at(place[0]), at(1 - place[1])};
+}
+
+LitSurface relative(const LitMesh::Surface& surface, Vec3 translation, Normals normals) {
   LitSurface out;
   for (const Vec3& p : surface.points) out.positions.push_back(y_up(p - translation));
-  for (const Vec3& n : surface.normals) out.normals.push_back(y_up(n));
   out.triangles = surface.triangles;
+  if (normals == Normals::none) return out;
+  for (const Vec3& n : surface.normals) out.normals.push_back(y_up(n));
+  for (const Vec3& e : surface.east) {
+    const auto [x, y, z] = y_up(e);
+    out.tangents.push_back({x, y, z, 1});
+  }
+  for (const auto& place : surface.places) out.texcoords.push_back(texcoord(place));
   return out;
 }
 
 struct Document {
   Json accessors = Json::array(), views = Json::array(), primitives = Json::array();
   std::string binary;
+
+  std::size_t add_view(std::string_view bytes) {
+    views.push_back({{"buffer", 0}, {"byteOffset", binary.size()}, {"byteLength", bytes.size()}});
+    binary += bytes;
+    pad(binary, 4, '\0');
+    return views.size() - 1;
+  }
+  std::size_t add_accessor(int component, std::size_t count, const char* type) {
+    accessors.push_back({{"componentType", component}, {"count", count}, {"type", type}});
+    return accessors.size() - 1;
+  }
 };
 
-void add_accessor(Document& doc, int component, std::size_t count, const char* type) {
-  doc.accessors.push_back({{"componentType", component}, {"count", count}, {"type", type}});
-}
-
-void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& grid) {
-  const std::string draco = draco_encode(surface, grid);
-  const std::size_t view = doc.views.size(), accessor = doc.accessors.size();
-  doc.views.push_back({{"buffer", 0}, {"byteOffset", doc.binary.size()}, {"byteLength", draco.size()}});
-  doc.binary += draco;
-  pad(doc.binary, 4, '\0');
-
+void add_bounds(Json& accessor, const LitSurface& surface) {
   std::array<float, 3> low = surface.positions[0], high = low;
   for (const auto& p : surface.positions) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -49,30 +69,48 @@ void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& gr
       high[k] = std::max(high[k], p[k]);
     }
   }
+  accessor["min"] = low;
+  accessor["max"] = high;
+}
+
+void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& grid) {
+  const std::size_t view = doc.add_view(draco_encode(surface, grid));
   const std::size_t points = surface.positions.size();
-  add_accessor(doc, points < UINT16_MAX ? kUnsignedShort : kUnsignedInt, 3 * surface.triangles.size(), "SCALAR");
-  add_accessor(doc, kFloat, points, "VEC3");
-  doc.accessors.back()["min"] = low;
-  doc.accessors.back()["max"] = high;
-  add_accessor(doc, kFloat, points, "VEC3");
-  doc.primitives.push_back(
-      {{"attributes", {{"POSITION", accessor + 1}, {"NORMAL", accessor + 2}}},
-       {"indices", accessor},
-       {"material", 0},
-       {"mode", kTriangleMode},
-       {"extensions",
-        {{"KHR_draco_mesh_compression",
-          {{"bufferView", view}, {"attributes", {{"POSITION", kDracoPosition}, {"NORMAL", kDracoNormal}}}}}}}});
+  const std::size_t indices = doc.add_accessor(points < UINT16_MAX ? kUnsignedShort : kUnsignedInt, 3 * surface.triangles.size(), "SCALAR");
+  Json attributes = {{"POSITION", doc.add_accessor(kFloat, points, "VEC3")}}, coded = {{"POSITION", kDracoPosition}};
+  add_bounds(doc.accessors.back(), surface);
+  const auto add = [&](const char* name, int id, const char* type) {
+    attributes[name] = doc.add_accessor(kFloat, points, type);
+    coded[name] = id;
+  };
+  if (!surface.normals.empty()) add("NORMAL", kDracoNormal, "VEC3");
+  if (!surface.tangents.empty()) add("TANGENT", kDracoTangent, "VEC4");
+  if (!surface.texcoords.empty()) add("TEXCOORD_0", kDracoTexcoord, "VEC2");
+  doc.primitives.push_back({{"attributes", std::move(attributes)},
+                            {"indices", indices},
+                            {"material", 0},
+                            {"mode", kTriangleMode},
+                            {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", std::move(coded)}}}}}});
+}
+
+/// The picture as the material's normals. There is no second one for clients that do not read WebP.
+void add_normal_map(Json& root, Json& extensions, std::size_t view) {
+  constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071;
+  extensions.push_back("EXT_texture_webp");
+  root["materials"][0]["normalTexture"] = {{"index", 0}};
+  root["textures"] = Json::array({{{"sampler", 0}, {"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}}});
+  root["samplers"] = Json::array(
+      {{{"magFilter", kLinear}, {"minFilter", kLinearMipmapLinear}, {"wrapS", kClampToEdge}, {"wrapT", kClampToEdge}}});
+  root["images"] = Json::array({{{"bufferView", view}, {"mimeType", "image/webp"}}});
 }
 
 std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
-  const Json needed = Json::array({"KHR_draco_mesh_compression"});
+  Json needed = Json::array({"KHR_draco_mesh_compression"});
   Json root;
   root["asset"] = {{"version", "2.0"}, {"generator", "Cordillera"}};
   if (!input.attribution.empty()) root["asset"]["copyright"] = input.attribution;
   if (!input.title.empty()) root["asset"]["extras"] = {{"title", input.title}};
-  root["extensionsUsed"] = needed;
-  root["extensionsRequired"] = needed;
+  for (const char* later : {"extensionsUsed", "extensionsRequired"}) root[later] = nullptr;
   root["scene"] = 0;
   root["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
   root["nodes"] = Json::array({{{"mesh", 0}, {"translation", Json::array({t.x, t.z, 0 - t.y})}}});
@@ -81,6 +119,8 @@ std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
   root["materials"] = Json::array(
       {{{"pbrMetallicRoughness",
          {{"baseColorFactor", Json::array({0.47, 0.43, 0.33, 1.0})}, {"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}}});
+  if (input.shading.normals == Normals::texture) add_normal_map(root, needed, doc.add_view(input.shading.picture));
+  root["extensionsUsed"] = root["extensionsRequired"] = needed;
   root["accessors"] = std::move(doc.accessors);
   root["bufferViews"] = std::move(doc.views);
   root["buffers"] = Json::array({{{"byteLength", doc.binary.size()}}});
@@ -95,8 +135,8 @@ std::string encode_glb(const EncodeInput& input) {
   if (mesh.terrain.triangles.empty()) return {};
   const FloatGrid grid{static_cast<float>(mesh.step_m), mesh.bits};
   Document doc;
-  add_primitive(doc, relative(mesh.terrain, mesh.translation), grid);
-  if (!mesh.skirts.triangles.empty()) add_primitive(doc, relative(mesh.skirts, mesh.translation), grid);
+  add_primitive(doc, relative(mesh.terrain, mesh.translation, input.shading.normals), grid);
+  if (!mesh.skirts.triangles.empty()) add_primitive(doc, relative(mesh.skirts, mesh.translation, input.shading.normals), grid);
   std::string json = document_json(doc, input, mesh.translation);
   return pack_glb(std::move(json), std::move(doc.binary));
 }

@@ -41,13 +41,18 @@ class Ground {
     return proto::ecef(row(v), column(v), mesh_.height[v] * proto::kHeightStep_m + lift_m);
   }
   Vec3 up(std::uint32_t v) const { return proto::normal(row(v), column(v)); }
+  Vec3 east(std::uint32_t v) const { return {-column(v).sin_lon, column(v).cos_lon, 0}; }
+  std::array<double, 2> place(std::uint32_t v) const {
+    const double side = mesh_.side;
+    return {mesh_.x[v] / side, mesh_.y[v] / side};
+  }
 
  private:
-  static std::size_t place(const std::vector<std::int32_t>& values, std::int32_t value) {
+  static std::size_t place_of(const std::vector<std::int32_t>& values, std::int32_t value) {
     return static_cast<std::size_t>(std::lower_bound(values.begin(), values.end(), value) - values.begin());
   }
-  const proto::RowFrame& row(std::uint32_t v) const { return rows_[place(ys_, mesh_.y[v])]; }
-  const proto::ColumnFrame& column(std::uint32_t v) const { return columns_[place(xs_, mesh_.x[v])]; }
+  const proto::RowFrame& row(std::uint32_t v) const { return rows_[place_of(ys_, mesh_.y[v])]; }
+  const proto::ColumnFrame& column(std::uint32_t v) const { return columns_[place_of(xs_, mesh_.x[v])]; }
 
   const proto::TileMesh& mesh_;
   std::vector<std::int32_t> ys_, xs_;
@@ -105,6 +110,10 @@ LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, con
     const double depth_m = std::min(input.skirts.depth_m, height_m - input.skirts.floor_m);
     out.points.push_back(rounded(ground.point(mesh.source[v], -depth_m), input.ecef_step_m));
     out.normals.insert(out.normals.end(), 2, terrain.normals[v]);
+    if (!terrain.east.empty()) {
+      out.east.insert(out.east.end(), 2, terrain.east[v]);
+      out.places.insert(out.places.end(), 2, terrain.places[v]);
+    }
     return top[v];
   };
   for (const auto& [from, to] : mesh.boundary) {
@@ -116,6 +125,21 @@ LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, con
     out.triangles.push_back({b, a + 1, b + 1});
   }
   return out;
+}
+
+// The frame that a normal map's pixels are meant in. It depends on the place alone, so tiles that share a vertex share it, too.
+void stand_upright(const PublishedMesh& mesh, const Ground& ground, LitMesh::Surface& terrain) {
+  for (const std::uint32_t v : mesh.source) {
+    terrain.normals.push_back(ground.up(v));
+    terrain.east.push_back(ground.east(v));
+    terrain.places.push_back(ground.place(v));
+  }
+}
+
+void lean_on_triangles(const EncodeInput& input, const PublishedMesh& mesh, const Ground& ground, LitMesh::Surface& terrain) {
+  std::vector<Vec3> sums = corner_sums(terrain.points, mesh.triangles);
+  agree_along_sides(input, mesh, terrain.points, sums);
+  for (std::size_t v = 0; v < sums.size(); ++v) terrain.normals.push_back(unit(sums[v], ground.up(mesh.source[v])));
 }
 
 bool touches_pole(const EncodeInput& input) { return input.tile.y == 0 || input.tile.y + 1 == proto::tiles_up(input.tile.z); }
@@ -173,9 +197,8 @@ LitMesh lit_mesh(const EncodeInput& input) {
   if (mesh.empty()) return out;
   const Ground ground(input);
   for (const std::uint32_t v : mesh.source) out.terrain.points.push_back(rounded(ground.point(v, 0), out.step_m));
-  std::vector<Vec3> sums = corner_sums(out.terrain.points, mesh.triangles);
-  agree_along_sides(input, mesh, out.terrain.points, sums);
-  for (std::size_t v = 0; v < sums.size(); ++v) out.terrain.normals.push_back(unit(sums[v], ground.up(mesh.source[v])));
+  if (input.shading.normals == Normals::texture) stand_upright(mesh, ground, out.terrain);
+  else lean_on_triangles(input, mesh, ground, out.terrain);
   if (input.skirts.depth_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain);
   out.terrain.triangles = std::move(mesh.triangles);
   centre(out);

@@ -1,5 +1,6 @@
 #pragma once
 // The tile as a 3-D engine sees it: earth-centred points, normals, skirts. Everything that encode_glb writes and regions must contain.
+#include <array>
 #include <vector>
 
 #include "pipeline/encode/encode.h"
@@ -11,7 +12,9 @@ namespace cordillera::pipeline {
 struct LitMesh {
   struct Surface {
     std::vector<proto::Vec3> points;   ///< ECEF metres, exact multiples of step_m: what a client decodes
-    std::vector<proto::Vec3> normals;  ///< unit, indexed by point
+    std::vector<proto::Vec3> normals;  ///< unit, indexed by point; with Normals::texture the ellipsoid's
+    std::vector<proto::Vec3> east;     ///< unit, indexed by point; only with Normals::texture, and so the next
+    std::vector<std::array<double, 2>> places;  ///< shares of the tile's longitudes eastward and of its latitudes northward
     std::vector<Triangle> triangles;
   };
   Surface terrain;

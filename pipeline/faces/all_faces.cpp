@@ -12,8 +12,8 @@
 #include "pipeline/faces/terrain_rgb.h"
 #include "pipeline/faces/terrain_tileset.h"
 #include "pipeline/faces/terrarium.h"
-#include "pipeline/faces/tileset_3d.h"
-#include "pipeline/faces/tileset_explicit.h"
+#include "pipeline/faces/tiles_3d/tileset_3d.h"
+#include "pipeline/faces/tiles_3d/tileset_explicit.h"
 
 namespace cordillera::pipeline::faces {
 

@@ -18,13 +18,14 @@ namespace cordillera::pipeline::faces {
 /// The media type of Mapbox Vector Tiles.
 inline constexpr std::string_view kVectorTile = "application/vnd.mapbox-vector-tile";
 
-/// What the braces of a path held, and the query of a picture or of lines.
+/// What the braces of a path held, and the query of a picture, of lines or of 3D Tiles.
 struct Place {
   char root = 0;  ///< 'W' or 'E'; 0 where the path has none
   int z = 0;
   std::int32_t x = 0, y = 0;
   std::string_view ramp{};  ///< ramp= of a resource that takes it, not copied; empty: the style's own
   std::string_view interval{};  ///< interval= of a resource that takes it, not copied; empty: the zoom's own
+  std::string_view normals{};  ///< normals= in the same way; empty: those of the vertices
 };
 
 /// What a path's z, x and y count.
@@ -69,6 +70,7 @@ struct Resource {
   Tag tag = nullptr;       ///< null: only making the document tells
   std::string_view ramps{};  ///< what ?ramp= accepts; empty: the resource takes none
   std::string_view intervals{};  ///< what ?interval= accepts; empty: the resource takes none
+  std::string_view normals{};  ///< what ?normals= accepts, in the same way
 };
 
 /// Is given every path of a face that has something, in an order that depends on the dataset alone.

@@ -14,11 +14,9 @@ namespace {
 
 using proto::Vec3;
 
-/// Pixels in the tile's own units from its south-west, and what is drawn into.
+/// Pixels, and what is drawn into.
 struct Canvas {
-  std::vector<double> u, v;  // indexed by column, eastward; by row, southward
-  const PixelRows& rows;
-  const PixelColumns& columns;
+  const PixelPlaces& at;
   double* out;
   std::size_t stride;
 };
@@ -64,17 +62,17 @@ struct Facet {
 void draw(const std::array<Corner, 3>& corner, const Facet& facet, const Canvas& to) {
   const auto [west, east] = std::minmax({corner[0][0], corner[1][0], corner[2][0]});
   const auto [south, north] = std::minmax({corner[0][1], corner[1][1], corner[2][1]});
-  const Range columns = columns_between(to.u, west, east);
+  const Range columns = columns_between(to.at.u, west, east);
   if (columns.first == columns.end) return;
-  const Range rows = rows_between(to.v, north, south);
+  const Range rows = rows_between(to.at.v, north, south);
   const std::array<Side, 3> sides = {side(corner[0], corner[1]), side(corner[1], corner[2]), side(corner[2], corner[0])};
   for (std::size_t r = rows.first; r < rows.end; ++r) {
-    const gpu::PlaneRow along(facet.plane, to.rows.frame[r]);
+    const gpu::PlaneRow along(facet.plane, to.at.rows[r]);
     for (std::size_t c = columns.first; c < columns.end; ++c) {
       double& pixel = to.out[r * to.stride + c];
-      const auto inside = [&](const Side& s) { return s.left(to.u[c], to.v[r]); };
+      const auto inside = [&](const Side& s) { return s.left(to.at.u[c], to.at.v[r]); };
       if (!std::isnan(pixel) || !std::all_of(sides.begin(), sides.end(), inside)) continue;
-      pixel = facet.range.clamp(along.height_m(to.columns.frame[c].sin_lon, to.columns.frame[c].cos_lon));
+      pixel = facet.range.clamp(along.height_m(to.at.columns[c].sin_lon, to.at.columns[c].cos_lon));
     }
   }
 }
@@ -92,13 +90,13 @@ std::vector<Vec3> positions(const LatticeMesh& mesh) {
   return at;
 }
 
-Canvas canvas(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumns& columns, double* out, std::size_t stride) {
-  Canvas to{{}, {}, rows, columns, out, stride};
+PixelPlaces places(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumns& columns) {
+  PixelPlaces at{{}, {}, rows.frame, columns.frame};
   const double units_a_degree = mesh.side * std::ldexp(1, mesh.z) / 180;
   const double west = static_cast<double>(mesh.x) * mesh.side, south = static_cast<double>(mesh.y) * mesh.side;
-  for (const double longitude : columns.longitude_deg) to.u.push_back((longitude + 180) * units_a_degree - west);
-  for (const double latitude : rows.latitude_deg) to.v.push_back((latitude + 90) * units_a_degree - south);
-  return to;
+  for (const double longitude : columns.longitude_deg) at.u.push_back((longitude + 180) * units_a_degree - west);
+  for (const double latitude : rows.latitude_deg) at.v.push_back((latitude + 90) * units_a_degree - south);
+  return at;
 }
 
 }  // namespace
@@ -116,7 +114,11 @@ proto::ColumnFrame column_frame_at(double longitude_deg) {
 }
 
 void draw_mesh(const LatticeMesh& mesh, const PixelRows& rows, const PixelColumns& columns, double* out, std::size_t stride) {
-  const Canvas to = canvas(mesh, rows, columns, out, stride);
+  draw_mesh(mesh, places(mesh, rows, columns), out, stride);
+}
+
+void draw_mesh(const LatticeMesh& mesh, const PixelPlaces& pixels, double* out, std::size_t stride) {
+  const Canvas to{pixels, out, stride};
   const std::vector<Vec3> at = positions(mesh);
   for (const Triangle& t : mesh.triangles) {
     const std::array<Corner, 3> corner = {mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]};

@@ -28,7 +28,8 @@ struct Terrain::Undulation {
   std::optional<proto::Problem> problem;
 };
 
-Terrain::Terrain(std::shared_ptr<const StoreReader> store) : store_(std::move(store)), meshes_(kMostMeshBytes), documents_(kMostDocumentBytes), tiles_(kMostTileBytes) {}
+Terrain::Terrain(std::shared_ptr<const StoreReader> store, Normals normals)
+    : store_(std::move(store)), normals_(normals), meshes_(kMostMeshBytes), documents_(kMostDocumentBytes), tiles_(kMostTileBytes) {}
 Terrain::~Terrain() = default;
 
 proto::Lattice Terrain::lattice() const { return {proto::Scheme::geodetic, static_cast<int>(manifest().max_level())}; }

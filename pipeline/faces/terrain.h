@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "pipeline/encode/encode.h"
 #include "pipeline/faces/document.h"
 #include "pipeline/faces/lru.h"
 #include "pipeline/faces/mesh_index.h"
@@ -25,12 +26,14 @@ class OutlineFill;
 /// Thread-safe. What was decoded or made lately is kept, within bounds; it goes with the object.
 class Terrain {
  public:
-  explicit Terrain(std::shared_ptr<const StoreReader> store);
+  /// normals: of .glb tiles where whoever asks names none.
+  explicit Terrain(std::shared_ptr<const StoreReader> store, Normals normals = Normals::vertex);
   ~Terrain();
 
   const StoreReader& store() const { return *store_; }
   const proto::Manifest& manifest() const { return store_->manifest(); }
   proto::Lattice lattice() const;
+  Normals normals() const { return normals_; }
 
   /// A tile's mesh, decoded from the .drc that clients get, ready to be asked for heights. Null where the store has no tile. Throws
   /// StoreError where its bytes are damaged.
@@ -76,6 +79,7 @@ class Terrain {
   Undulation& undulation() const;
 
   std::shared_ptr<const StoreReader> store_;
+  Normals normals_;
   mutable Lru<proto::TileAddress, std::shared_ptr<const MeshIndex>> meshes_;
   mutable Lru<std::string, Document> documents_;
   mutable Lru<std::pair<proto::TileAddress, Encoding>, Document> tiles_;

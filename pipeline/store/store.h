@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cordillera.pb.h"
+#include "pipeline/encode/encode.h"
 #include "proto/lattice.h"
 #include "proto/result.h"
 
@@ -89,6 +90,8 @@ class StoreReader {
   virtual ~StoreReader() = default;
   virtual const proto::Manifest& manifest() const = 0;
   virtual std::optional<Blob> tile(const proto::TileAddress& tile, Encoding encoding) const = 0;
+  /// A tile's .glb with other normals than a vertex's own, which Encoding::glb has.
+  virtual std::optional<Blob> glb(const proto::TileAddress& tile, const Shading& shading) const = 0;
   /// A tile's etag alone, without its bytes.
   virtual std::optional<std::string> tag(const proto::TileAddress& tile, Encoding encoding) const = 0;
   /// Memory that reading has taken and keeps, about.

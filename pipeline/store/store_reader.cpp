@@ -146,8 +146,10 @@ class SqliteReader final : public StoreReader {
   std::optional<Blob> tile(const TileAddress& tile, Encoding encoding) const override {
     const auto found = with_connection([&](Connection& c) { return read(c, encoding == Encoding::drc ? c.drc : c.glb, tile, encoding); });
     if (!found || !found->blob.etag.empty()) return found ? std::optional(found->blob) : std::nullopt;
-    return made(tile);  // the connection is free meanwhile
+    return made(tile, {});  // the connection is free meanwhile
   }
+
+  std::optional<Blob> glb(const TileAddress& tile, const Shading& shading) const override { return made(tile, shading); }
 
   std::optional<std::string> tag(const TileAddress& tile, Encoding encoding) const override {
     const auto found = with_connection([&](Connection& c) -> std::optional<std::string> {
@@ -156,7 +158,7 @@ class SqliteReader final : public StoreReader {
       return hex(c.tags.blob(encoding == Encoding::drc ? 1 : 2));
     });
     if (!found || !found->empty()) return found;
-    const auto blob = made(tile);
+    const auto blob = made(tile, {});
     return blob ? std::optional(blob->etag) : std::nullopt;
   }
 
@@ -223,11 +225,11 @@ class SqliteReader final : public StoreReader {
     return found;
   }
 
-  std::optional<Blob> made(const TileAddress& tile) const {
+  std::optional<Blob> made(const TileAddress& tile, const Shading& shading) const {
     const auto found = with_connection([&](Connection& c) { return read(c, c.drc, tile, Encoding::drc); });
     if (!found) return std::nullopt;
     if (!plan_) throw StoreError("the plan is not as it was written");
-    auto glb = tile_glb(*plan_, found->record, found->blob.bytes);
+    auto glb = tile_glb(*plan_, found->record, found->blob.bytes, shading);
     if (!glb) throw StoreError("the .glb of " + name_of(tile) + " cannot be made: " + glb.problem().detail);
     std::string etag = hex(content_hash(*glb));
     return Blob{std::move(*glb), std::move(etag)};

@@ -45,13 +45,13 @@ std::array<double, 6> hemisphere(const TileExtent& node) {
   return {west, -kPole, west + kAntimeridian, kPole, node.region[4], node.region[5]};
 }
 
-Json implicit_root(const TileExtent& node, const proto::Manifest& manifest) {
+Json implicit_root(const TileExtent& node, const proto::Manifest& manifest, std::string_view query) {
   const std::string side = node.tile.x == 0 ? "W" : "E";
   Json tile;
   tile["boundingVolume"] = {{"region", hemisphere(node)}};
   tile["geometricError"] = node.content ? node.geometric_error_m : empty_error_m(manifest);
   tile["refine"] = "REPLACE";
-  tile["content"] = {{"uri", "tiles/" + side + "/{level}/{x}/{y}.glb"}};
+  tile["content"] = {{"uri", ("tiles/" + side + "/{level}/{x}/{y}.glb").append(query)}};
   tile["implicitTiling"] = {{"subdivisionScheme", "QUADTREE"},
                             {"subtreeLevels", kSubtreeLevels},
                             {"availableLevels", manifest.max_level() + 1},
@@ -92,7 +92,7 @@ double empty_error_m(const proto::Manifest& manifest) {
   return error;
 }
 
-std::string tileset_json(const StoreReader& store) {
+std::string tileset_json(const StoreReader& store, std::string_view query) {
   const proto::Manifest& manifest = store.manifest();
   const std::vector<TileExtent> roots = store.extents(0, 0, 0, 1, 0);
   Json root;
@@ -100,7 +100,7 @@ std::string tileset_json(const StoreReader& store) {
   std::array<double, 6> region = roots.empty() ? std::array<double, 6>{} : roots[0].region;
   for (const TileExtent& node : roots) {
     region = joined_regions(region, node.region);
-    children.push_back(implicit_root(node, manifest));
+    children.push_back(implicit_root(node, manifest, query));
   }
   root["boundingVolume"] = {{"region", region}};
   root["geometricError"] = empty_error_m(manifest);

@@ -4,6 +4,7 @@
 // counts y of regions northward, as the lattice does).
 #include <array>
 #include <string>
+#include <string_view>
 
 #include "pipeline/encode/json.h"
 #include "pipeline/store/store.h"
@@ -14,7 +15,8 @@ namespace cordillera::pipeline {
 inline constexpr int kSubtreeLevels = 5;
 
 /// tileset.json. All URIs are relative to it: tiles/W/{level}/{x}/{y}.glb, subtrees/W/{level}/{x}/{y}.subtree, and E.
-std::string tileset_json(const StoreReader& store);
+/// query: the end of the tiles' URIs, "?normals=texture", or empty.
+std::string tileset_json(const StoreReader& store, std::string_view query = {});
 
 /// The error of showing nothing where the data is: what content-less tiles and the outer root say, so that viewers look below them.
 double empty_error_m(const proto::Manifest& manifest);

@@ -51,7 +51,7 @@ Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& 
     nothing.status = 204;
     return nothing;
   }
-  const auto& [root, z, x, y, ramp, interval] = found.place;
+  const auto& [root, z, x, y, ramp, interval, normals] = found.place;
   using pipeline::faces::Grid;
   const bool north = found.resource->grid == Grid::web_mercator, mercator = north || found.resource->grid == Grid::web_mercator_south;
   const auto [least, most] = mercator ? zooms(manifest, *found.resource) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
@@ -75,31 +75,38 @@ void add_timing(Response& response, std::chrono::steady_clock::time_point start)
 }
 
 /// What the client has already, as far as its tag tells: the head of the answer, without reading a byte of the document.
-std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
-  const pipeline::faces::Resource& resource = *route.found.resource;
+std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route, const pipeline::faces::Found& found) {
+  const pipeline::faces::Resource& resource = *found.resource;
   if (terrain.manifest().provisional()) return std::nullopt;
   if (resource.tag == nullptr || !request.headers.contains("if-none-match")) return std::nullopt;
-  auto tag = resource.tag(terrain, route.found.place);
+  auto tag = resource.tag(terrain, found.place);
   if (!tag) return std::nullopt;
   Response response = answer({{}, std::move(*tag)}, resource.type, route);
   return if_changed(request, response).status == 304 ? std::optional(std::move(response)) : std::nullopt;
 }
 
-/// A value of the query; it lives as long as the request.
-std::string_view asked(const Request& request, std::string_view wanted) {
+/// A value of the query, empty without it; it lives as long as the request.
+std::string_view asked(const Request& request, std::string_view what) {
   for (const auto& [name, value] : request.query) {
-    if (name == wanted) return value;
+    if (name == what) return value;
   }
   return {};
 }
 
-Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
+/// What the path names, with what the query says of it.
+pipeline::faces::Found found_of(const Request& request, const Route& route) {
   pipeline::faces::Found found = route.found;
   if (!found.resource->ramps.empty()) found.place.ramp = asked(request, "ramp");
   if (!found.resource->intervals.empty()) found.place.interval = asked(request, "interval");
+  if (!found.resource->normals.empty()) found.place.normals = asked(request, "normals");
+  return found;
+}
+
+Response face(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route) {
+  const pipeline::faces::Found found = found_of(request, route);
   const auto start = std::chrono::steady_clock::now();
   if (!pipeline::faces::inside(found.resource->grid, found.place)) return no_tile(terrain.manifest(), found);
-  if (auto unchanged = unread(terrain, request, route)) return std::move(*unchanged);
+  if (auto unchanged = unread(terrain, request, route, found)) return std::move(*unchanged);
   auto made = found.resource->make(terrain, found.place);
   if (!made) return problem_response(made.problem());
   if (!*made) return no_tile(terrain.manifest(), found);

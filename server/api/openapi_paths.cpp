@@ -263,6 +263,7 @@ void add_faces(Json& paths) {
       Json parameters;
       if (!resource.ramps.empty()) parameters.push_back(query("ramp", "the colours; accepted: " + std::string(resource.ramps)));
       if (!resource.intervals.empty()) parameters.push_back(query("interval", "metres from line to line; accepted: " + std::string(resource.intervals)));
+      if (!resource.normals.empty()) parameters.push_back(query("normals", "of the tiles; accepted: " + std::string(resource.normals)));
       add_reading(paths, std::string(resource.path), {id_of(resource.path), "tiles", summary, good, parameters});
     }
   }

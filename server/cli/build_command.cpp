@@ -75,13 +75,11 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
   return manifest;
 }
 
-using Faces = std::vector<const pipeline::faces::Face*>;
-
-proto::Result<void> export_to(const std::string& store, const Faces& faces, const fs::path& folder, pipeline::Existing other) {
+proto::Result<void> export_to(const std::string& store, const BuildLine& line, const fs::path& folder) {
   auto reader = pipeline::StoreReader::open(store);
   if (!reader) return reader.problem();
-  const pipeline::faces::Terrain terrain(std::move(reader).value());
-  return pipeline::export_static(terrain, faces, folder.string(), other);
+  const pipeline::faces::Terrain terrain(std::move(reader).value(), line.normals);
+  return pipeline::export_static(terrain, line.formats, folder.string(), line.other);
 }
 
 int done(const proto::Manifest& manifest, const std::string& place, Words words, StageTimes& times) {
@@ -113,7 +111,7 @@ int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
     return fail(manifest.problem());
   }
   times.enter("export");
-  const auto exported = export_to(request.store_path, line.formats, place, line.other);
+  const auto exported = export_to(request.store_path, line, place);
   fs::remove_all(work, error);
   if (!exported) return fail(exported.problem());
   return done(*manifest, place.string(), line.words, times);

@@ -28,11 +28,14 @@ struct BuildLine {
   Words words = Words::all;
   Show show = Show::table;  ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
+  pipeline::Normals normals = pipeline::Normals::vertex;  ///< of its .glb tiles
 };
 /// "drc, 3d-tiles, …": every name that formats_of knows.
 std::string face_names();
 /// "drc,3d-tiles" as faces; empty: what a folder holds unless told otherwise.
 proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::string& names);
+/// --normals of a folder or of a .3tz, "texture"; empty: those of the vertices.
+proto::Result<pipeline::Normals> normals_of(const std::string& name);
 /// cordillera build. A dry run says what it found in any case.
 int build_command(const Settings& settings, const BuildLine& line);
 

@@ -78,6 +78,9 @@ proto::Result<std::string> export_archive(const Archive& archive, const ExportLi
   }
   const auto face = face_for(archive, line.format);
   if (!face) return face.problem();
+  if (!line.normals.empty() && !fits_3tz(**face)) {
+    return Problem{"usage", "--normals is for 3D Tiles: " + line.output + " is to hold " + std::string((*face)->name), "a name that ends with .3tz", "--normals"};
+  }
   if (auto written = archive.write(terrain, **face, line.output, line.other); !written) return written.problem();
   return std::string((*face)->name) + " written to " + line.output;
 }
@@ -87,6 +90,7 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
     return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
                    "--format"};
   }
+  if (!line.normals.empty()) return Problem{"usage", "--normals is for 3D Tiles: a mesh has those of its vertices", ".3tz", "--normals"};
   auto request = mesh_request(line.mesh, Spelling::command_line);
   if (!request) return request.problem();
   if (!line.most_triangles.empty()) {
@@ -123,7 +127,9 @@ proto::Result<std::string> export_file(const ExportLine& line) {
   if (auto usable = check_output_file(line.output, line.other); !usable) return usable.problem();
   auto store = open_source(line.source);
   if (!store) return store.problem();
-  const Terrain terrain(std::move(*store));
+  const auto normals = normals_of(line.normals);
+  if (!normals) return normals.problem();
+  const Terrain terrain(std::move(*store), *normals);
   return mesh ? export_mesh(*mesh, line, terrain) : export_archive(*archive, line, terrain);
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "server/cli/commands.h"
 
 namespace cordillera::server {
@@ -27,6 +28,12 @@ proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::s
     if (std::find(chosen.begin(), chosen.end(), face) == chosen.end()) chosen.push_back(face);
   }
   return chosen;
+}
+
+proto::Result<pipeline::Normals> normals_of(const std::string& name) {
+  auto normals = pipeline::faces::normals_named(name);
+  if (!normals) return proto::Problem{"usage", "--normals: tiles cannot have '" + name + "'", normals.problem().accepted, "--normals"};
+  return normals;
 }
 
 }  // namespace cordillera::server

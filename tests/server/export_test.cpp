@@ -58,6 +58,48 @@ TEST_F(Export, RefusalsNameWhatIsAccepted) {
   for (const char* name : {"a.3tz", "a.pmtiles", "a.glb", "a.stl"}) EXPECT_FALSE(std::filesystem::exists(place(name))) << name;
 }
 
+TEST_F(Export, NormalMapsOf3dTiles) {
+  ASSERT_EQ(exported("-o " + place("plain.3tz")).code, 0);
+  ASSERT_EQ(exported("-o " + place("lit.3tz") + " --normals texture").code, 0);
+  EXPECT_THAT(file_text(place("plain.3tz")), Not(HasSubstr("EXT_texture_webp")));
+  EXPECT_THAT(file_text(place("lit.3tz")), HasSubstr("EXT_texture_webp"));
+  EXPECT_THAT(exported("-o " + place("a.3tz") + " --normals shiny").output, HasSubstr("accepted: vertex"));
+  EXPECT_THAT(exported("-o " + place("a.pmtiles") + " --normals texture").output, HasSubstr(".3tz"));
+  EXPECT_THAT(exported("-o " + place("a.glb") + " --normals texture").output, HasSubstr(".3tz"));
+
+  const Ended built = shell(build("-o " + place("out") + " -q --max-level 8 --normals texture"));
+  ASSERT_EQ(built.code, 0) << built.output;
+  EXPECT_THAT(file_text(place("out/tileset.json")), Not(HasSubstr("normals="))) << "a folder has one kind of tiles";
+  EXPECT_THAT(file_text(place("out/tiles/E/0/0/0.glb")), HasSubstr("EXT_texture_webp"));
+  EXPECT_EQ(shell(build("-o " + place("b") + " -q --max-level 8 --normals shiny")).code, 2);
+  EXPECT_EQ(shell(build("-o " + place("b.sqlite") + " -q --max-level 8 --normals none")).code, 2);
+}
+
+TEST_F(Export, TheServerGivesWhatNormalsAsksFor) {
+  start_server();
+  const std::string base = server_.base() + "/v1/datasets/" + std::string(curl("-X POST -H 'Prefer: wait=400' " + post_arguments("&max_level=8"))["id"]);
+  const auto got = [&](const std::string& path, const std::string& more = "") { return shell("curl -q -s -i " + more + " '" + base + path + "'").output; };
+  const std::string tile = "/tiles/0/1/0.glb";
+  EXPECT_THAT(got("/tileset.json?normals=texture"), HasSubstr("tiles/E/{level}/{x}/{y}.glb?normals=texture"));
+  EXPECT_THAT(got(tile + "?normals=texture"), HasSubstr("EXT_texture_webp"));
+  EXPECT_THAT(got("/tiles/E/0/0/0.glb?normals=texture"), HasSubstr("EXT_texture_webp"));
+  EXPECT_THAT(got(tile), AllOf(HasSubstr("NORMAL"), Not(HasSubstr("EXT_texture_webp"))));
+  EXPECT_THAT(got(tile + "?normals=none"), AllOf(HasSubstr("200 OK"), Not(HasSubstr("NORMAL"))));
+  for (const char* path : {"/tileset.json", "/tiles/0/1/0.glb", "/tileset-explicit.json"}) {
+    EXPECT_THAT(got(std::string(path) + "?normals=shiny"), AllOf(HasSubstr("400 Bad Request"), HasSubstr("option-invalid"), HasSubstr("texture (a normal map"))) << path;
+  }
+  EXPECT_THAT(got("/subtrees/E/0/0/0.subtree?normals=texture"), HasSubstr("200 OK")) << "CesiumJS hands the query on";
+  const auto tag = [&](const std::string& path) {
+    const std::string answer = got(path);
+    const std::size_t at = answer.find("ETag: ");
+    return answer.substr(at + 6, answer.find('\r', at) - at - 6);
+  };
+  const std::string lit = tag(tile + "?normals=texture");
+  EXPECT_NE(lit, tag(tile));
+  EXPECT_THAT(got(tile + "?normals=texture", "-H 'If-None-Match: " + lit + "'"), HasSubstr("304 Not Modified"));
+  EXPECT_THAT(got(tile, "-H 'If-None-Match: " + lit + "'"), HasSubstr("200 OK"));
+}
+
 TEST_F(Export, TheServerGivesTheSameMesh) {
   start_server();
   const std::string id = curl("-X POST -H 'Prefer: wait=400' " + post_arguments("&max_level=8"))["id"];

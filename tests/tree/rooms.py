@@ -10,7 +10,7 @@ import sys
 import includes
 
 FLOORS = ("gpu", "pipeline", "server")
-# Doors: the one file that makes what the rooms have, for whoever asks by name.
+# Doors: the one file of a floor, or of a room, that names what the rooms above it have, for whoever asks by name.
 DOORS = ("gpu/simplifier.cpp", "pipeline/faces/all_faces.cpp")
 
 

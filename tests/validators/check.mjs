@@ -1,5 +1,5 @@
 // Runs all validators, and for each one a control: something broken that it has to find.
-//   node check.mjs --static FOLDER --archive FILE.3tz --meshes FOLDER --dataset URL --tiles-validator FOLDER or nothing
+//   node check.mjs --static FOLDER --lit FOLDER --dark FOLDER --archive FILE.3tz --meshes FOLDER --dataset URL --tiles-validator FOLDER or nothing
 import { parseArgs } from "node:util";
 
 import { check_draco } from "./draco.mjs";
@@ -7,7 +7,7 @@ import { check_gltf } from "./gltf.mjs";
 import { check_schemas } from "./schemas.mjs";
 import { check_tilesets } from "./tilesets.mjs";
 
-const options = ["static", "archive", "meshes", "dataset", "tiles-validator"];
+const options = ["static", "lit", "dark", "archive", "meshes", "dataset", "tiles-validator"];
 const { values: given } = parseArgs({ options: Object.fromEntries(options.map((name) => [name, { type: "string" }])) });
 
 let failures = 0;
@@ -21,7 +21,7 @@ async function check(name, body) {
   }
 }
 
-await check("gltf-validator", () => check_gltf([given.static, given.meshes]));
+await check("gltf-validator", () => check_gltf([given.static, given.meshes, given.lit, given.dark]));
 await check("Draco's decoder", () => check_draco(given.static));
 await check("schemas", () => check_schemas(given.static, given.dataset));
 if (given["tiles-validator"]) await check("3d-tiles-validator", () => check_tilesets(given["tiles-validator"], given.static, given.archive));

@@ -9,6 +9,7 @@ const kMostSevere = 3;  // 0 errors, 1 warnings, 2 information, 3 hints
 // What it may tell, and why that is no fault:
 const kExplained = {
   UNSUPPORTED_EXTENSION: /KHR_draco_mesh_compression|CESIUM_tile_edges/,  // it has no decoder of the one, and does not know the other
+  IMAGE_NPOT_DIMENSIONS: /257x257/,  // a pixel at each vertex of the lattice, both sides included
   UNUSED_OBJECT: /^/,  // so it cannot see that these use an accessor or a view of the buffer
 };
 

@@ -32,6 +32,8 @@ sample=$repository/deploy/sample/white_mountains_srtm3.tif
 program=$build/bin/cordillera
 "$program" build "$sample" -o "$work/out" --attribution 'NASA SRTM' --quiet \
   --formats drc,3d-tiles,3d-tiles-explicit,quantized-mesh,terrain-3d,terrain-rgb,terrarium,hillshade
+"$program" build "$sample" -o "$work/lit" --normals texture --formats 3d-tiles --quiet
+"$program" build "$sample" -o "$work/dark" --normals none --formats 3d-tiles --quiet
 "$program" build "$sample" -o "$work/dem.sqlite" --quiet
 "$program" export "$work/dem.sqlite" -o "$work/dem.3tz" --quiet
 mkdir "$work/meshes"
@@ -39,6 +41,6 @@ mkdir "$work/meshes"
 "$program" export "$work/dem.sqlite" -o "$work/meshes/box.glb" --bbox -71.4,44.2,-71.2,44.3 --frame ecef --quiet
 start_server "$build"
 id=$(post "$sample")
-node "$modules/check.mjs" --static "$work/out" --archive "$work/dem.3tz" --meshes "$work/meshes" --dataset "$url/v1/datasets/$id" \
+node "$modules/check.mjs" --static "$work/out" --lit "$work/lit" --dark "$work/dark" --archive "$work/dem.3tz" --meshes "$work/meshes" --dataset "$url/v1/datasets/$id" \
   --tiles-validator "$tiles_validator"
 [[ -n $tiles_validator ]] || leave_out '3d-tiles-validator, which npm does not list here; all other validators are content'

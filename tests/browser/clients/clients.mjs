@@ -5,11 +5,18 @@
 //   share      of the data's extent that is looked at for heights; all of it if left out
 //   every      one in how many of the known places is looked at; all of them if left out
 //   relief     least deviation of shades in a picture of nothing but data, of 255, where that is what the client shows; a flat raster has less
+//   instead    words of the block and what its page tells the reader to put in their place
+//   query      in the addresses of tiles, beside what a client adds; any if left out
 //   cracks     how much of a picture from above may be background, as a share; left out where there is no background to see
 export const kBrowserClients = [
   {
     name: "cesium-3d-tiles", page: "map/cesium.md", section: "3D Tiles", driver: "cesium_3d_tiles.js", names: ["widget", "tileset"],
     tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0,
+  },
+  {
+    name: "cesium-3d-tiles-lit", page: "map/cesium.md", section: "3D Tiles", driver: "cesium_3d_tiles.js", names: ["widget", "tileset"],
+    instead: ["tileset.json", "tileset.json?normals=texture"], query: "normals=texture",
+    tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0, every: 6,
   },
   {
     name: "cesium-terrain", page: "map/cesium.md", section: "Terrain, as quantized-mesh", driver: "cesium_terrain.js",
@@ -27,6 +34,11 @@ export const kBrowserClients = [
   {
     name: "three-3d-tiles", page: "map/threejs.md", section: "3D Tiles", driver: "three_tiles.js", names: ["tiles", "camera", "scene"],
     tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0,
+  },
+  {
+    name: "three-3d-tiles-lit", page: "map/threejs.md", section: "3D Tiles", driver: "three_tiles.js", names: ["tiles", "camera", "scene"],
+    instead: ["tileset-explicit.json", "tileset-explicit.json?normals=texture"], query: "normals=texture",
+    tiles: /\/tiles\/[WE]\/.*\.glb$/, heights: "height", added_m: 0, cracks: 0, every: 6,
   },
   {
     name: "three-terrain", page: "map/threejs.md", section: "Terrain, as quantized-mesh", driver: "three_tiles.js",

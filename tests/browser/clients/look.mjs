@@ -36,6 +36,7 @@ async function run(name, body) {
 
 function read_snippet(client) {
   client.snippet = snippet_of(`${given.docs}/${client.page}`, client.section);
+  if (client.instead) client.snippet = client.snippet.replace(...client.instead);
   return client;
 }
 

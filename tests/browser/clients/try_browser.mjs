@@ -57,7 +57,8 @@ export async function try_browser_client(client, { open, pictures, known: all, b
   assert.ok(known.length >= 5, "too few known places");
   const worst_m = assert_heights(await heights_of(opened, view, known), known, client.heights, allowed_m);
   if (client.cracks !== undefined) await look_at_cracks(opened, client, bounds, `${pictures}/${client.name}-above.png`);
-  const fetched = opened.answered.filter((url) => client.tiles.test(new URL(url).pathname)).length;
+  const is_tile = ({ pathname, search }) => client.tiles.test(pathname) && search.includes(client.query ?? "");
+  const fetched = opened.answered.filter((url) => is_tile(new URL(url))).length;
   assert.ok(shown > 0 && fetched > 0, `${shown} tiles shown, ${fetched} fetched`);
   assert.deepEqual(opened.complaints, [], "the browser complained");
   await opened.page.close();

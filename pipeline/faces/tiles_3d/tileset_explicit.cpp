@@ -1,10 +1,11 @@
-#include "pipeline/faces/tileset_explicit.h"
+#include "pipeline/faces/tiles_3d/tileset_explicit.h"
 
 #include <array>
 
+#include "pipeline/encode/json.h"
+#include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "pipeline/faces/walk.h"
 #include "pipeline/tileset/implicit_tile.h"
-#include "pipeline/encode/json.h"
 #include "pipeline/tileset/tileset.h"
 
 namespace cordillera::pipeline::faces {
@@ -24,17 +25,17 @@ std::string file_path(const proto::TileAddress& tile) {
 
 class Writer {
  public:
-  /// up: from the file's own folder to the dataset's.
-  Writer(const StoreReader& store, std::string up) : store_(store), up_(std::move(up)) {}
+  /// up: from the file's own folder to the dataset's. query: of every link.
+  Writer(const StoreReader& store, std::string up, std::string_view query) : store_(store), up_(std::move(up)), query_(query) {}
 
   /// A tile and what is below it, down to the next files.
   Json tile(const TileExtent& node, int levels_left) const {
     Json out = bounds(node);
     if (levels_left == 0) {
-      out["content"] = {{"uri", up_ + file_path(node.tile)}};
+      out["content"] = {{"uri", link(file_path(node.tile))}};
       return out;
     }
-    if (node.content) out["content"] = {{"uri", up_ + glb_path(node.tile)}};
+    if (node.content) out["content"] = {{"uri", link(glb_path(node.tile))}};
     const auto& [z, x, y] = node.tile;
     Json children = Json::array();
     if (z < static_cast<int>(store_.manifest().max_level())) {
@@ -56,6 +57,7 @@ class Writer {
   }
 
  private:
+  std::string link(const std::string& path) const { return (up_ + path).append(query_); }
   Json bounds(const TileExtent& node) const {
     return {{"boundingVolume", {{"region", node.region}}},
             {"geometricError", node.content ? node.geometric_error_m : empty_error_m(store_.manifest())}};
@@ -63,11 +65,14 @@ class Writer {
 
   const StoreReader& store_;
   std::string up_;
+  std::string_view query_;
 };
 
-proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place&) {
+proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place& place) {
+  const auto query = normals_query(place.normals);
+  if (!query) return query.problem();
   const StoreReader& store = terrain.store();
-  const Writer writer(store, "");
+  const Writer writer(store, "", *query);
   Json root, children = Json::array();
   std::array<double, 6> region{};
   for (const TileExtent& node : store.extents(0, 0, 0, 1, 0)) {
@@ -81,16 +86,38 @@ proto::Result<std::optional<Document>> top(const Terrain& terrain, const Place&)
 }
 
 proto::Result<std::optional<Document>> part(const Terrain& terrain, const Place& place) {
+  const auto query = normals_query(place.normals);
+  if (!query) return query.problem();
   if (place.z % kLevels != 0) return std::optional<Document>();
   const auto nodes = terrain.store().extents(place.z, place.x, place.y, place.x, place.y);
   if (nodes.empty()) return std::optional<Document>();
-  const Writer writer(terrain.store(), "../../../");
+  const Writer writer(terrain.store(), "../../../", *query);
   return std::optional(document(writer.file(writer.tile(nodes[0], kLevels))));
 }
 
 constexpr std::array<Resource, 2> kResources = {{
-    {"tileset-explicit.json", Grid::none, "application/json", "3D Tiles tileset without implicit tiling", top},
-    {"explicit/{z}/{x}/{y}.json", Grid::geodetic, "application/json", "Four levels of that tileset", part},
+    {"tileset-explicit.json",
+     Grid::none,
+     "application/json",
+     "3D Tiles tileset without implicit tiling",
+     top,
+     Links::relative,
+     Absent::not_found,
+     Compression::none,
+     nullptr,
+     {},
+     kNormals},
+    {"explicit/{z}/{x}/{y}.json",
+     Grid::geodetic,
+     "application/json",
+     "Four levels of that tileset",
+     part,
+     Links::relative,
+     Absent::not_found,
+     Compression::none,
+     nullptr,
+     {},
+     kNormals},
 }};
 
 void each_path(const Terrain& terrain, const PathSink& sink) {

@@ -1,0 +1,72 @@
+#include "pipeline/faces/tiles_3d/glb_tile.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "pipeline/faces/tiles_3d/normal_map.h"
+#include "pipeline/faces/webp_image.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+proto::Problem refused(std::string_view text) {
+  const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c < 127; });
+  const std::string shown(printable ? text.substr(0, 80) : "(not plain text)");
+  return {"option-invalid", "normals=" + shown + " names no normals that tiles can have", std::string(kNormals), "normals"};
+}
+
+std::optional<Blob> made(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
+  if (normals == Normals::none) return terrain.store().glb(tile, {normals});
+  if (!terrain.store().record(tile)) return std::nullopt;  // a picture of nothing takes as long as any other
+  const std::string picture = webp(normal_map(terrain, tile), kNormalMapSide);
+  return terrain.store().glb(tile, {normals, picture});
+}
+
+std::string name_of(const proto::TileAddress& tile, Normals normals) {
+  std::string name = normals == Normals::texture ? "textured.glb" : "bare.glb";
+  for (const std::int32_t number : {tile.z, tile.x, tile.y}) name.append("/").append(std::to_string(number));
+  return name;
+}
+
+/// What a tile is to have; a tileset that names none leaves it to the terrain.
+proto::Result<Normals> of_tile(const Terrain& terrain, std::string_view text) {
+  return text.empty() ? proto::Result<Normals>(terrain.normals()) : normals_named(text);
+}
+
+}  // namespace
+
+proto::Result<Normals> normals_named(std::string_view text) {
+  if (text.empty() || text == "vertex") return Normals::vertex;
+  if (text == "none") return Normals::none;
+  if (text == "texture") return Normals::texture;
+  return refused(text);
+}
+
+proto::Result<std::string_view> normals_query(std::string_view text) {
+  const auto normals = normals_named(text);
+  if (!normals) return normals.problem();
+  return std::string_view(*normals == Normals::texture ? "?normals=texture" : *normals == Normals::none ? "?normals=none" : "");
+}
+
+proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const proto::TileAddress& tile,
+                                                std::string_view normals) {
+  const auto named = of_tile(terrain, normals);
+  if (!named) return named.problem();
+  if (*named == Normals::vertex) return terrain.tile(tile, Encoding::glb);
+  return terrain.kept(name_of(tile, *named), [&]() -> proto::Result<std::optional<Document>> {
+    auto blob = made(terrain, tile, *named);
+    if (!blob) return std::optional<Document>();
+    return std::optional(Document{std::move(blob->bytes), std::move(blob->etag)});
+  });
+}
+
+std::optional<std::string> glb_tag(const Terrain& terrain, const proto::TileAddress& tile, std::string_view normals) {
+  const auto named = of_tile(terrain, normals);
+  if (!named) return std::nullopt;
+  if (*named == Normals::vertex) return terrain.tile_tag(tile, Encoding::glb);
+  const auto document = glb_tile(terrain, tile, normals);
+  return document.ok() && *document ? std::optional((*document)->etag) : std::nullopt;
+}
+
+}  // namespace cordillera::pipeline::faces
