@@ -213,6 +213,29 @@ std::string without_dots(const std::string& address) {
   return scheme + plain.substr(0, path) + climbed(plain.substr(path)) + rest.substr(plain.size());
 }
 
+bool has_escape(const std::string& text) {
+  const auto digit = [&](std::size_t k) { return k < text.size() && std::isxdigit(static_cast<unsigned char>(text[k])); };
+  for (std::size_t at = text.find('%'); at != std::string::npos; at = text.find('%', at + 1)) {
+    if (digit(at + 1) && digit(at + 2)) return true;
+  }
+  return false;
+}
+
+/// httplib hands a Location out without its escapes: those that can be told are put back. One that has escapes is left as it is. Blanks and what is beyond ASCII stand in no address. A plus in a query was most likely one of a signature: as such it would be a blank.
+std::string with_escapes(const std::string& location) {
+  if (has_escape(location)) return location;
+  const std::size_t query = std::min(location.find('?'), location.size());
+  std::string out;
+  for (std::size_t k = 0; k < location.size(); ++k) {
+    const auto c = static_cast<unsigned char>(location[k]);
+    const bool escaped = c == ' ' || c == '%' || c >= 0x80 || (c == '+' && k > query);
+    constexpr const char* kHex = "0123456789ABCDEF";
+    if (escaped) out += {'%', kHex[c >> 4], kHex[c & 15]};
+    else out += location[k];
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string without_query(const std::string& address) {
@@ -225,7 +248,7 @@ std::string without_query(const std::string& address) {
   return shown;
 }
 
-std::string resolved(const std::string& address, const std::string& location) { return without_dots(joined(address, location)); }
+std::string resolved(const std::string& address, const std::string& location) { return without_dots(joined(address, with_escapes(location))); }
 
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address) {
   std::string accepted = "a raster in the body";

@@ -62,5 +62,14 @@ TEST(Fetch, RedirectsAreResolvedAgainstTheAddress) {
   EXPECT_EQ(resolved("https://host", "ok.tif"), "https://host/ok.tif");
 }
 
+/// Of a signature each escape counts. A slash is the same in a query with and without.
+TEST(Fetch, EscapesOfARedirectArePutBack) {
+  const std::string from = "https://host/tiles/a.tif";
+  EXPECT_EQ(resolved(from, "ok.tif?sig=a/b+c d=&x=100%"), "https://host/tiles/ok.tif?sig=a/b%2Bc%20d=&x=100%25");
+  EXPECT_EQ(resolved(from, "a+b c.tif"), "https://host/tiles/a+b%20c.tif");
+  EXPECT_EQ(resolved(from, "h\xc3\xb6he.tif"), "https://host/tiles/h%C3%B6he.tif");
+  EXPECT_EQ(resolved(from, "a.tif?sig=a%2Fb+c"), "https://host/tiles/a.tif?sig=a%2Fb+c");
+}
+
 }  // namespace
 }  // namespace cordillera::server::updates

@@ -141,7 +141,7 @@ if can_mount():
         offset = server.ask("HEAD", "/v1/" + location)[1]["upload-offset"]
         status = server.ask("PATCH", "/v1/" + location, b"a" * (90 * MIB - int(offset)), dict(typed, **{"Upload-Offset": offset}))[0]
         return "%s, then %d at the %s" % (first, status, "offset" if int(offset) > MIB else "beginning")
-    @case("16 a small archive that unpacks to more than the disk, and another's post meanwhile", expect="queued storage-full, 5 % and more free throughout, then 202")
+    @case("16 a small archive that unpacks to more than the disk", expect="queued storage-full, 5 % and more free throughout, then 202")
     def archive(attack):
         server, side = start(attack, 40), 2600
         grid = b"ncols %d\nnrows %d\nxllcorner 10\nyllcorner 46\ncellsize 0.0001\nNODATA_value -9999\n" % (side, side) + (b"100.000 " * side + b"\n") * side
