@@ -221,7 +221,8 @@ bool has_escape(const std::string& text) {
   return false;
 }
 
-/// httplib hands a Location out without its escapes: those that can be told are put back. One that has escapes is left as it is. Blanks and what is beyond ASCII stand in no address. A plus in a query was most likely one of a signature: as such it would be a blank.
+/// httplib hands a Location out without its escapes: those that can be told are put back. One that has escapes is left as it is. Blanks and what
+/// is beyond ASCII stand in no address. A plus in a query was most likely one of a signature: as such it would be a blank.
 std::string with_escapes(const std::string& location) {
   if (has_escape(location)) return location;
   const std::size_t query = std::min(location.find('?'), location.size());
