@@ -91,7 +91,7 @@ TEST(ExactStrategy, levels_above_small_blocks_are_made_at_once) {
 // may take more than the rest.
 TEST(ExactStrategy, small_blocks_take_the_least_error) {
   const HeightOf ground = rough(8);
-  const Built built = build_dem(points_of(kCorner, 600, 40, [=](int c, int r) { return 0.01 * ground(c, r); }), exact(0.01), kSmallBlock);
+  const Built built = build_dem(points_of(kCorner, 3000, 40, [=](int c, int r) { return 0.01 * ground(c, r); }), exact(0.01), kSmallBlock);
   EXPECT_TRUE(pipeline::merged_at_once(built.plan));
   for (const proto::LevelSummary& level : built.manifest.levels()) EXPECT_LE(level.stated_max_error(), 1.25 * level.target()) << "level " << level.level();
 }
