@@ -103,6 +103,7 @@ def waits_for_room(server, ending, raster, options="&error=50"):
         problem = (now.get("error") or {}).get("type", "").rsplit(":")[-1]
         if problem or now["state"] == "ready":
             return "%s %s, %s free throughout" % (now["state"], problem, "5 % and more" if least >= 5 else "%.1f %%" % least)
+        time.sleep(0.005)
     return now["state"]
 
 
@@ -154,7 +155,7 @@ if can_mount():
 
     @case("16 a build whose tiles are more than the disk", expect="queued storage-full, 5 % and more free throughout")
     def tiles(attack):
-        return waits_for_room(start(attack, 12), "asc", noise(300), "&error=0.01")
+        return waits_for_room(start(attack, 4), "asc", noise(400), "&error=1&strategy=waves")
 else:
     @case("6 a small disk", expect="skipped: this system gives no user namespace to mount one in")
     def skipped(_attack):
