@@ -10,10 +10,12 @@
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "proto/utf8.h"
 #include "raster/formats.h"
+#include "raster/free_space.h"
 #include "raster/gdal_scope.h"
 
 namespace cordillera::raster {
@@ -61,7 +63,14 @@ Problem damaged(const std::string& name, const std::string& why) {
   return {"archive-unreadable", name + " cannot be unpacked" + (why.empty() ? "" : ": " + why), "a complete, undamaged archive without a password", ""};
 }
 
-Problem no_space(const std::string& name) {
+/// A piece, or a file of a zip, beside this path.
+std::optional<Problem> no_room_for(const std::string& name, const std::string& path, std::uint64_t bytes) {
+  return no_room(path, bytes, "what " + name + " unpacks to");
+}
+
+/// Of the disk that holds the path.
+Problem no_space(const std::string& name, const std::string& path) {
+  if (auto full = no_room_for(name, path, kPiece)) return *full;
   return {"storage-full", "there is no room in the temporary folder to unpack " + name, "a disk with free space", ""};
 }
 
@@ -77,6 +86,7 @@ Copied copy(const Reads& read, const std::string& to, Bound& bound) {
     if (count < 0) return Copied::damaged;
     if (!bound.holds(static_cast<std::uint64_t>(count))) return Copied::too_much;
     bound.take(static_cast<std::uint64_t>(count));
+    if (no_room(to, static_cast<std::uint64_t>(count), "")) return Copied::no_room;
     if (!out.write(piece.data(), count)) return Copied::no_room;
   }
   return out.flush() ? Copied::whole : Copied::no_room;
@@ -102,7 +112,7 @@ proto::Result<Member> gunzip(const std::string& path, const std::string& name, c
   const std::string why = gzerror(file, &code);
   const bool whole = gzclose_r(file) == Z_OK;  // Z_BUF_ERROR: it ends before its end
   if (copied == Copied::too_much) return bound.passed();
-  if (copied == Copied::no_room) return no_space(name);
+  if (copied == Copied::no_room) return no_space(name, member.path);
   if (copied != Copied::whole || !whole) return damaged(name, code == Z_OK ? "it ends early" : fs::path(why).filename().string());
   if (is_tar(member.path)) return Problem{"archive-rasters", name + " is a tar archive", kOneRaster, ""};
   return member;
@@ -158,6 +168,7 @@ bool goes_with(const Entry& raster, const Entry& other) {
 proto::Result<void> extract(const std::string& zip, const Entry& entry, const std::string& name, const std::string& to, Bound& bound) {
   const GdalScope scope(Trust::posted_file);
   if (!bound.holds(entry.bytes)) return bound.passed();
+  if (auto full = no_room_for(name, to, entry.bytes)) return *full;
   VSILFILE* const file = VSIFOpenL((zip + "/" + entry.path).c_str(), "rb");
   if (file == nullptr) return damaged(name, scope.message(zip, name));
   std::uint64_t come = 0;
@@ -170,7 +181,7 @@ proto::Result<void> extract(const std::string& zip, const Entry& entry, const st
       to, bound);
   VSIFCloseL(file);
   if (copied == Copied::too_much) return bound.passed();
-  if (copied == Copied::no_room) return no_space(name);
+  if (copied == Copied::no_room) return no_space(name, to);
   if (copied == Copied::damaged || come != entry.bytes) return damaged(name, scope.failed() ? scope.message(zip, name) : entry.name() + " ends early");
   return {};
 }
@@ -179,7 +190,7 @@ proto::Result<Member> unzip(const std::string& path, const std::string& name, co
   const GdalScope scope(Trust::posted_file);
   // Under a name of ours, which holds nothing that GDAL would take for more than a name.
   const std::string link = folder.link(path, "archive.zip");
-  if (link.empty()) return no_space(name);
+  if (link.empty()) return no_space(name, folder.place(name));
   const std::string zip = "/vsizip/{" + link + "}";
   const auto entries = entries_of(zip, name);
   if (!entries) return entries.problem();

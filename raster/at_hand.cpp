@@ -2,6 +2,7 @@
 
 #include <gdal_priv.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <list>
@@ -11,6 +12,7 @@
 
 #include "raster/archive.h"
 #include "raster/formats.h"
+#include "raster/free_space.h"
 #include "raster/gdal_scope.h"
 #include "raster/storage.h"
 
@@ -96,6 +98,9 @@ proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {
   const char* const only[] = {"XYZ", nullptr};
   const char* const create[] = {"TILED=YES", "BIGTIFF=IF_SAFER", nullptr};
   const GDALDatasetUniquePtr from(GDALDataset::Open(points.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
+  // As large as its numbers, whatever type they get.
+  const auto bytes = from ? sizeof(double) * static_cast<std::uint64_t>(from->GetRasterXSize()) * static_cast<std::uint64_t>(from->GetRasterYSize()) : 0;
+  if (auto full = raster::no_room(grid.path, bytes, "a grid of the points of " + points.name)) return *full;
   GDALDriver* const tiff = GetGDALDriverManager()->GetDriverByName("GTiff");
   const bool copied = from && tiff != nullptr &&
                       GDALDatasetUniquePtr(tiff->CreateCopy(grid.path.c_str(), from.get(), FALSE, const_cast<char**>(create), nullptr, nullptr)) != nullptr;

@@ -7,7 +7,7 @@
 #include <locale>
 
 #include "raster/share_folder.h"
-#include "server/jobs/child.h"
+#include "server/jobs/spare_disk.h"
 #include "server/client/client_line.h"
 #include "server/cli/commands.h"
 #include "server/doctor/doctor.h"
@@ -293,9 +293,11 @@ int main(int count, char** words) {
 
   std::string folder;
   int parent = 0;
+  std::uint32_t free_percent = 0;
   auto* job = app.add_subcommand("job", "")->group("");
   job->add_option("folder", folder)->required();
   job->add_option("--parent", parent);
+  job->add_option("--free-percent", free_percent);
 
   for (CLI::App* command : {serve, build, info, decode, simplify, export_file, check, adopt, vacuum, backup, restore, completion, manual}) command->allow_extras();
   for (CLI::App* command : work_words.commands()) command->allow_extras();
@@ -314,7 +316,7 @@ int main(int count, char** words) {
   }
   listen.put(serve_reading);
   listen.put(doctor_reading);
-  if (*job) return job_main(folder, parent);
+  if (*job) return job_main(folder, parent, free_percent);
   if (const auto wrong = check_words(*app.get_subcommands().front())) return wrong_usage(*wrong);
   if (*decode) return decode_command(tile);
   if (*manual) return say(man_page(app));

@@ -23,6 +23,7 @@ using gpu::exact::BlockMesh;
 using gpu::exact::Ground;
 using proto::floor_divide;
 
+constexpr double kLeastSteps = 4;  // of height in a tolerance: the engine's bound
 constexpr double kMildSlope = 3;  // metres a metre: what rounding adds to a bound there is set aside, see levels_above
 
 std::int64_t block_units(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
@@ -143,7 +144,9 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
   for (std::size_t l = 0; l < levels.levels.size(); ++l) {
     const proto::LevelPlan& level = level_plan(plan, static_cast<int>(plan.block_level()) - 1 - static_cast<int>(l));
     gpu::exact::BlockLevel& asked = levels.levels[l];
-    asked.tolerance_m = std::max(asked.tolerance_m - kMildSlope * level.ecef_step(), asked.tolerance_m / 2);
+    // Where a target is hardly more than what a float32 can tell, the engine is asked for no less than it takes; the error is stated as it is.
+    const double least_m = kLeastSteps * asked.height_step * proto::kHeightStep_m;
+    asked.tolerance_m = std::max({asked.tolerance_m - kMildSlope * level.ecef_step(), asked.tolerance_m / 2, least_m});
     if (l > 0) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels[l - 1], asked.height_step));
   }
   return levels;

@@ -12,6 +12,7 @@
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
+#include "raster/free_space.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -23,22 +24,26 @@ proto::Problem write_problem(const std::string& path, const std::string& why) {
           "a writable file on a disk with free space, used by one job at a time", ""};
 }
 
-/// By reference where the file system can (Btrfs, XFS), else byte by byte.
-void copy_file(const std::string& from, const std::string& to) {
+/// By reference where the file system can (Btrfs, XFS), which takes no room, else byte by byte.
+proto::Result<void> copy_file(const std::string& from, const std::string& to) {
   const int in = open(from.c_str(), O_RDONLY | O_CLOEXEC), out = open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   bool copied = in >= 0 && out >= 0 && ioctl(out, FICLONE, in) == 0;
-  for (ssize_t count = 1; in >= 0 && out >= 0 && !copied; copied = count == 0) {
+  std::error_code error;
+  const auto size = fs::file_size(from, error);
+  const auto full = copied || error ? std::nullopt : raster::no_room(to, size, "the version before, on which the next one is built");
+  for (ssize_t count = 1; in >= 0 && out >= 0 && !copied && !full; copied = count == 0) {
     count = copy_file_range(in, nullptr, out, nullptr, std::size_t{1} << 30, 0);
     if (count < 0) break;
   }
   const std::string why = std::strerror(errno);
   if (in >= 0) close(in);
   if (out >= 0) close(out);
-  if (copied) return;
-  std::error_code error;
+  if (full) return *full;
+  if (copied) return {};
   // A file system that knows neither.
   if (!fs::copy_file(from, to, fs::copy_options::overwrite_existing, error) || error)
     throw StoreError(error ? error.message() : why);
+  return {};
 }
 
 void sync(const std::string& path) {
@@ -135,7 +140,10 @@ proto::Result<void> revise_store(const std::string& from, const std::string& to,
   try {
     remove_database(copy);
     remove_database(to);
-    copy_file(from, copy);
+    if (const auto copied = copy_file(from, copy); !copied.ok()) {
+      remove_database(copy);
+      return copied.problem();
+    }
     {
       Database database(copy, Database::Mode::create);
       // Nothing but this process knows of the copy: it needs no journal that survives.

@@ -8,6 +8,7 @@
 #include "pipeline/store/store_revise.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
+#include "raster/free_space.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -17,6 +18,14 @@ using proto::TileAddress;
 
 Problem write_problem(const std::string& path, const std::string& why) {
   return {"store-write", "the store " + path + " cannot be written: " + why, "a writable file on a disk with free space, used by one job at a time", ""};
+}
+
+/// What a task leaves in the store, about.
+std::uint64_t bytes_of(const FinishedTask& task) {
+  constexpr std::uint64_t kRow = 1024;  // a record, its sum and its places in the trees
+  std::uint64_t bytes = task.mesh ? task.mesh->second.size() + kRow : 0;
+  for (const EncodedTile& tile : task.tiles) bytes += tile.drc.size() + tile.glb.size() + kRow;
+  return bytes;
 }
 
 constexpr const char* kPutTile =
@@ -75,6 +84,7 @@ class SqliteWriter final : public StoreWriter {
     const std::lock_guard lock(mutex_);
     if (published_) return write_problem(path_, "it is published");
     if (!work_) return write_problem(path_, "it cannot be read");
+    if (auto full = no_room_for(bytes_of(task))) return *full;
     try {
       Transaction transaction(*database_);
       for (const EncodedTile& tile : task.tiles) put(tile);
@@ -102,6 +112,9 @@ class SqliteWriter final : public StoreWriter {
   proto::Result<void> put_water(const std::vector<Water>& masks) override {
     const std::lock_guard lock(mutex_);
     if (published_) return {};
+    std::uint64_t bytes = 0;
+    for (const Water& mask : masks) bytes += mask.packed.size();
+    if (auto full = no_room_for(bytes)) return *full;
     try {
       Transaction transaction(*database_);
       database_->execute(kCreateWater);
@@ -119,6 +132,8 @@ class SqliteWriter final : public StoreWriter {
     if (published_) return *published_;
     if (!work_) return write_problem(path_, "it cannot be read");
     try {
+      // What takes the place of the meshes moves there.
+      if (auto full = no_room_for(static_cast<std::uint64_t>(database_->integer("SELECT total(length(bytes)) FROM meshes")))) return *full;
       work_.reset();  // their tables are about to go
       publish_in_one(manifest);
       settle();
@@ -134,6 +149,13 @@ class SqliteWriter final : public StoreWriter {
   }
 
  private:
+  /// For bytes that go into the log first, and with it into the file.
+  std::optional<Problem> no_room_for(std::uint64_t bytes) const {
+    std::error_code error;
+    const auto log = std::filesystem::file_size(path_ + "-wal", error);
+    return raster::no_room(path_, (error ? 0 : log) + 2 * bytes, "tiles");
+  }
+
   bool same_plan() {
     if (database_->integer("PRAGMA application_id") != kApplicationId) throw StoreError("it is no store of Cordillera");
     const std::int64_t version = database_->integer("PRAGMA user_version");

@@ -1,5 +1,8 @@
 #include "server/access/gate.h"
 
+#include <algorithm>
+#include <array>
+
 #include "server/access/client_address.h"
 
 namespace cordillera::server::access {
@@ -32,6 +35,12 @@ bool from_another_site(const Request& request) {
   if (!origin) return request.header("sec-fetch-site").value_or("") == "cross-site";
   const std::string authority = authority_of(*origin);
   return authority.empty() || (authority != request.header("host") && authority != request.header("x-forwarded-host"));
+}
+
+/// What proxies add, each some of it. A page cannot leave them out, and who is on this machine has no reason to write them.
+bool came_through_a_proxy(const Request& request) {
+  constexpr std::array kHeaders = {"forwarded", "via", "x-forwarded-for", "x-forwarded-host", "x-real-ip"};
+  return std::any_of(kHeaders.begin(), kHeaders.end(), [&](const char* name) { return request.header(name).has_value(); });
 }
 
 Problem too_low(const Identity& who, Role needed) {
@@ -89,7 +98,7 @@ std::optional<Problem> Gate::refuse_without_tokens(const Request& request) const
   // comes from everywhere.
   const auto host = request.header("host");
   const bool by_name = host && !is_loopback(host_of(*host)) && is_loopback(host_of(settings_.listen));
-  if (!by_name && !request.header("x-forwarded-for") && !request.header("forwarded")) return std::nullopt;
+  if (!by_name && !came_through_a_proxy(request)) return std::nullopt;
   return Problem{"token-missing", "writing from beyond this machine takes a token, and this service was started without any",
                  "cordillera serve --tokens FILE, or --insecure-writes where everybody may write", "Authorization"};
 }

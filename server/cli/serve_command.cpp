@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 
+#include "server/jobs/spare_disk.h"
 #include "server/cli/commands.h"
 #include "server/front/http_server.h"
 #include "server/memory/heap.h"
@@ -99,7 +100,8 @@ int serve_command(const Settings& given, const std::string& program, const std::
   const std::string fewer = limits::fit_to_descriptors(settings.serve, limits::raise_descriptor_limit());
   if (!fewer.empty()) log_warning(fewer);
   // Not the path: an upgrade may have put another program there since.
-  auto service = Service::open(settings, child_runner("/proc/self/exe"));
+  const std::uint32_t free_percent = settings.serve.limits.free_percent;
+  auto service = Service::open(settings, sparing(child_runner("/proc/self/exe", free_percent), free_percent));
   if (!service) {
     complain(service.problem());
     return kFailed;

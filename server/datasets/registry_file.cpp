@@ -133,7 +133,17 @@ int number(sqlite3* db, const char* sql) {
   return row.row() ? std::atoi(row.text(0).c_str()) : 0;
 }
 
-bool has_table(sqlite3* db) { return number(db, "SELECT COUNT(*) FROM sqlite_master WHERE name = 'datasets'") > 0; }
+/// Those that every version's table has; another program may call a table of its own so.
+bool has_table(sqlite3* db) {
+  return sqlite3_exec(db, "SELECT number, id, name, state, options, problem, created, raster FROM datasets LIMIT 0", nullptr, nullptr, nullptr) == SQLITE_OK;
+}
+
+/// Beyond its first page, too. Some thousand rows take a hundredth of a second.
+std::string damage_in(sqlite3* db) {
+  Statement check(db, "PRAGMA quick_check(1)");
+  const std::string found = check.row() ? check.text(0) : "it cannot be checked";
+  return found == "ok" ? "" : "it is damaged: " + found;
+}
 
 std::optional<proto::Problem> check_kind(sqlite3* db, const std::string& path) {
   const int version = number(db, "PRAGMA user_version"), application = number(db, "PRAGMA application_id");
@@ -191,7 +201,10 @@ std::unique_ptr<RegistryFile> RegistryFile::read_only(const std::string& path) {
 std::string RegistryFile::why_not_ours(const std::string& path) {
   try {
     const auto file = read_only(path);
-    return has_table(file->db_) ? "" : "it has no table of datasets";
+    if (const std::string damage = damage_in(file->db_); !damage.empty()) return damage;
+    // A later version's table may be another one.
+    const bool marked = number(file->db_, "PRAGMA application_id") == kApplicationId;
+    return marked || has_table(file->db_) ? "" : "it has no table of datasets as a server makes it";
   } catch (const RegistryError& error) {
     return error.what();
   }

@@ -29,6 +29,8 @@ class Inflater : public Decoder {
     stream_.avail_in = static_cast<uInt>(bytes.size());
     bool full = false;  // then there may be more to come without a further byte
     while (stream_.avail_in > 0 || full) {
+      if (ended_ && skip_padding()) return true;
+      if (padded_) return false;
       if (ended_ && inflateReset(&stream_) != Z_OK) return false;
       stream_.next_out = out_.data();
       stream_.avail_out = static_cast<uInt>(out_.size());
@@ -45,8 +47,13 @@ class Inflater : public Decoder {
   bool ended() const override { return ended_; }
 
  private:
+  /// Zeros behind the end, with which tapes and some programs fill a block, as gzip(1) takes them. True: there is nothing else.
+  bool skip_padding() {
+    for (; stream_.avail_in > 0 && *stream_.next_in == 0; ++stream_.next_in, --stream_.avail_in) padded_ = true;
+    return stream_.avail_in == 0;
+  }
   z_stream stream_{};
-  bool ended_ = false;
+  bool ended_ = false, padded_ = false;
   std::array<Bytef, kPiece> out_{};
 };
 

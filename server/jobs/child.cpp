@@ -1,4 +1,4 @@
-#include "server/jobs/child.h"
+#include "server/jobs/spare_disk.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -25,6 +25,11 @@ constexpr auto kPatience = std::chrono::seconds(5);         // between SIGTERM a
 constexpr auto kGrace = std::chrono::seconds(30);            // for a job that is about to end by itself
 constexpr std::size_t kLongestSlug = 60;
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // a child gone mad must not fill our memory
+
+struct Program {
+  std::string path;
+  std::uint32_t free_percent = 0;  ///< of its folder's disk, that it leaves free
+};
 
 struct Child {
   pid_t pid = -1;
@@ -75,14 +80,14 @@ class Start {
   Start& operator=(const Start&) = delete;
 
   /// 0, or the error.
-  int run(pid_t& pid, const std::string& program, const std::string& folder) {
-    const std::string parent = std::to_string(getpid());
-    const char* arguments[] = {"cordillera", "job", folder.c_str(), "--parent", parent.c_str(), nullptr};
+  int run(pid_t& pid, const Program& program, const std::string& folder) {
+    const std::string parent = std::to_string(getpid()), free = std::to_string(program.free_percent);
+    const char* arguments[] = {"cordillera", "job", folder.c_str(), "--parent", parent.c_str(), "--free-percent", free.c_str(), nullptr};
     std::vector<std::string> variables = sandbox::environment_of_jobs();
     std::vector<char*> environment;
     for (std::string& variable : variables) environment.push_back(variable.data());
     environment.push_back(nullptr);
-    return posix_spawn(&pid, program.c_str(), &actions_, &attributes_, const_cast<char* const*>(arguments), environment.data());
+    return posix_spawn(&pid, program.path.c_str(), &actions_, &attributes_, const_cast<char* const*>(arguments), environment.data());
   }
 
  private:
@@ -91,7 +96,7 @@ class Start {
 };
 
 /// Leaves in errno why it could not.
-std::optional<Child> spawn(const std::string& program, const std::string& folder) {
+std::optional<Child> spawn(const Program& program, const std::string& folder) {
   Pipe report, words;
   Child child;
   if (!report.open() || !words.open() || (errno = Start(report.theirs, words.theirs).run(child.pid, program, folder)) != 0) {
@@ -249,7 +254,7 @@ proto::Problem crashed(int status, bool late) {
           "posting again, with fewer threads= or less memory= if the machine ran out of memory", ""};
 }
 
-proto::Result<std::optional<proto::Estimate>> run(const std::string& program, const std::filesystem::path& folder,
+proto::Result<std::optional<proto::Estimate>> run(const Program& program, const std::filesystem::path& folder,
                                                   const ProgressSink& progress, const std::atomic<bool>& stop) {
   const auto child = spawn(program, folder.string());
   if (!child)
@@ -275,8 +280,10 @@ proto::Result<std::optional<proto::Estimate>> run(const std::string& program, co
 
 }  // namespace
 
-JobRunner child_runner(const std::string& program) {
-  return [program](const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop) {
+JobRunner child_runner(const std::string& program) { return child_runner(program, 0); }
+
+JobRunner child_runner(const std::string& program, std::uint32_t free_percent) {
+  return [program = Program{program, free_percent}](const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop) {
     return run(program, folder, progress, stop);
   };
 }

@@ -29,6 +29,8 @@ Problem unreachable(const std::string& address, const std::string& why) {
   return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
 }
 
+std::string before_query(const std::string& address) { return address.substr(0, address.find_first_of("?#")); }
+
 /// Takes what comes, within what the operator lets a raster have.
 class Sink {
  public:
@@ -155,7 +157,7 @@ bool has_dots(const std::string& path) {
 bool is_crooked(const std::string& address) {
   if (!is_utf8(address)) return true;
   if (std::any_of(address.begin(), address.end(), [](unsigned char c) { return c <= ' ' || c == 127 || c == '\\' || c == '@'; })) return true;
-  std::string path = address.starts_with("s3://") ? address : without_query(address);  // a key may have any character
+  std::string path = address.starts_with("s3://") ? address : before_query(address);  // a key may have any character
   std::transform(path.begin(), path.end(), path.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const std::size_t host = path.find("://") + 3;
   if (path.find('/', host) == std::string::npos) return true;  // a query right after the host: some would take it for a part of the name
@@ -174,20 +176,80 @@ std::string scheme_of(const std::string& reference) {
   return plain ? reference.substr(0, colon + 1) : "";
 }
 
-}  // namespace
-
-std::string without_query(const std::string& address) { return address.substr(0, address.find_first_of("?#")); }
-
-std::string resolved(const std::string& address, const std::string& location) {
+/// Where a reference leads, with its dots still in it.
+std::string joined(const std::string& address, const std::string& location) {
   if (!scheme_of(location).empty()) return location;
   if (location.starts_with("//")) return scheme_of(address) + location;
   const auto [host, query] = split(address);
-  const std::string path = without_query(query);
+  const std::string path = before_query(query);
   if (location.starts_with("/")) return host + location;
   if (location.starts_with("?")) return host + path + location;
   if (location.empty() || location.starts_with("#")) return host + query;
   return host + path.substr(0, path.rfind('/') + 1) + location;
 }
+
+/// RFC 3986, 5.2.4, of a path that begins with "/": none leads above it.
+std::string climbed(const std::string& path) {
+  std::string out;
+  for (std::size_t from = 0; from < path.size();) {
+    const std::size_t end = std::min(path.find('/', from + 1), path.size());
+    const std::string step = path.substr(from, end - from);
+    const bool last = end == path.size();
+    if (step == "/..") out.resize(std::min(out.rfind('/'), out.size()));
+    if (step != "/.." && step != "/.") out += step;
+    else if (last) out += '/';
+    from = end;
+  }
+  return out;
+}
+
+/// The scheme in small letters, and the path without "." and "..".
+std::string without_dots(const std::string& address) {
+  std::string scheme = scheme_of(address);
+  std::transform(scheme.begin(), scheme.end(), scheme.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string rest = address.substr(scheme.size()), plain = before_query(rest);
+  const std::size_t path = rest.starts_with("//") ? plain.find('/', 2) : std::string::npos;
+  if (path == std::string::npos) return scheme + rest;
+  return scheme + plain.substr(0, path) + climbed(plain.substr(path)) + rest.substr(plain.size());
+}
+
+bool has_escape(const std::string& text) {
+  const auto digit = [&](std::size_t k) { return k < text.size() && std::isxdigit(static_cast<unsigned char>(text[k])); };
+  for (std::size_t at = text.find('%'); at != std::string::npos; at = text.find('%', at + 1)) {
+    if (digit(at + 1) && digit(at + 2)) return true;
+  }
+  return false;
+}
+
+/// httplib hands a Location out without its escapes: those that can be told are put back. One that has escapes is left as it is. Blanks and what
+/// is beyond ASCII stand in no address. A plus in a query was most likely one of a signature: as such it would be a blank.
+std::string with_escapes(const std::string& location) {
+  if (has_escape(location)) return location;
+  const std::size_t query = std::min(location.find('?'), location.size());
+  std::string out;
+  for (std::size_t k = 0; k < location.size(); ++k) {
+    const auto c = static_cast<unsigned char>(location[k]);
+    const bool escaped = c == ' ' || c == '%' || c >= 0x80 || (c == '+' && k > query);
+    constexpr const char* kHex = "0123456789ABCDEF";
+    if (escaped) out += {'%', kHex[c >> 4], kHex[c & 15]};
+    else out += location[k];
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string without_query(const std::string& address) {
+  std::string shown;
+  bool parameter = false;
+  for (const char c : before_query(address)) {
+    parameter = c == ';' || (parameter && c != '/');
+    if (!parameter) shown += c;
+  }
+  return shown;
+}
+
+std::string resolved(const std::string& address, const std::string& location) { return without_dots(joined(address, with_escapes(location))); }
 
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address) {
   std::string accepted = "a raster in the body";

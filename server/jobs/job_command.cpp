@@ -16,9 +16,11 @@
 #include "pipeline/build/build.h"
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/store/sqlite.h"
+#include "raster/free_space.h"
 #include "raster/vertical.h"
-#include "server/jobs/child.h"
+#include "server/jobs/spare_disk.h"
 #include "server/http/json.h"
+#include "server/limits/disk.h"
 #include "server/memory/memory_limit.h"
 #include "server/options/option_values.h"
 #include "server/jobs/provisional_job.h"
@@ -145,9 +147,17 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   return {};
 }
 
+/// What nobody may have of the folder's disk, however empty it is.
+std::uint64_t bytes_to_leave(const std::filesystem::path& folder, std::uint32_t free_percent) {
+  const auto disk = limits::disk_space(folder);
+  return disk ? disk->size - limits::room({disk->size, disk->size}, free_percent) : 0;
+}
+
 }  // namespace
 
-int job_main(const std::string& folder, int parent) {
+int job_main(const std::string& folder, int parent) { return job_main(folder, parent, 0); }
+
+int job_main(const std::string& folder, int parent, std::uint32_t free_percent) {
   // From here on this process ends with its parent; the parent may have ended before.
   prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0);
   if (parent != 0 && getppid() != parent) return 1;
@@ -160,6 +170,7 @@ int job_main(const std::string& folder, int parent) {
   text << file.rdbuf();
   proto::Job job;
   if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
+  raster::keep_free(bytes_to_leave(folder, free_percent));
   restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");

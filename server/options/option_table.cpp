@@ -400,7 +400,7 @@ std::vector<OptionSpec> make_limits() {
        &Limits::head_seconds, "seconds"},
       {"idle-timeout", "SECONDS", "how long a connection may stay without a request", "1 to 86400", apply_limit<&Limits::idle_seconds, 1, 86400>,
        &Limits::idle_seconds, "seconds"},
-      {"min-disk-free", "PERCENT", "share of the disk that posts leave free", "0 to 100", apply_limit<&Limits::free_percent, 0, 100>,
+      {"min-disk-free", "PERCENT", "share of the disk that posts and builds leave free", "0 to 100", apply_limit<&Limits::free_percent, 0, 100>,
        &Limits::free_percent, "percent"},
   };
 }

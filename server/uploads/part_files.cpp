@@ -134,9 +134,12 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
   }
   const int why = errno;
   if (too_long) return Problem{"body-too-large", "more bytes came than Upload-Length announced", "the " + std::to_string(file->length) + " bytes of it", ""};
-  if (failed) return full(strerror(why));
-  if (at > file->offset && !note()) return full(strerror(errno));
-  return *file;
+  if (!failed && at > file->offset && note()) return *file;
+  if (!failed && at == file->offset) return *file;
+  // Somebody may have deleted it meanwhile; then nothing can be gone on with.
+  std::error_code error;
+  if (!fs::exists(folder_ / id / kDescription, error)) return unknown(id);
+  return full(strerror(failed ? why : errno));
 }
 
 void PartFiles::remove(const std::string& id) {

@@ -106,6 +106,11 @@ class DamagedStore : public ::testing::Test {
     return whole_.size() - std::min(there, whole_.size());
   }
 
+  /// Why it is not opened; empty: it is.
+  std::string refusal() const {
+    const auto store = StoreReader::open(path_);
+    return store.ok() ? "" : store.problem().type;
+  }
   void change(const std::string& sql) { Database(path_, Database::Mode::create).execute(sql); }
   bool refuses(const TileAddress& tile, Encoding encoding) {
     const auto store = StoreReader::open(path_);
@@ -172,6 +177,21 @@ TEST_F(DamagedStore, NeverServesARowInAnothersPlace) {
     for (const Encoding encoding : {Encoding::drc, Encoding::glb}) EXPECT_TRUE(refuses(tile, encoding));
   }
   lost(path_, "two rows swapped");
+}
+
+/// Who asks for such a tile would be told that there is none, and be shown the level above.
+TEST_F(DamagedStore, SaysSoWhereARowIsGoneOrHasAnotherKey) {
+  const std::string sound = bytes_of(path_);
+  ASSERT_EQ(refusal(), "");
+  for (const std::string table : {"tiles", "nodes"}) {
+    for (const std::string& damage : {"DELETE FROM " + table + " WHERE " + kHere, "UPDATE " + table + " SET x = 90 WHERE " + kHere,
+                                      "UPDATE " + table + " SET level = 3 WHERE " + kHere}) {
+      put_bytes(path_, sound);
+      change(damage);
+      EXPECT_EQ(refusal(), "store-damaged") << damage;
+      EXPECT_TRUE(check_finds_something()) << damage;
+    }
+  }
 }
 
 TEST_F(DamagedStore, SaysSoWhereBytesAreGone) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "raster/archive.h"
+#include "raster/free_space.h"
 #include "sent.h"
 
 namespace cordillera::raster_test {
@@ -121,6 +122,24 @@ TEST_F(Archive, BombsAreBounded) {
   const auto lied = raster::unpack(write_text(lies, "lies.zip"), "lies.zip", folder, limit);
   ASSERT_FALSE(lied.ok());
   EXPECT_EQ(lied.problem().type.rfind("archive-", 0), 0u) << lied.problem().line();
+}
+
+/// What others need of the disk stays free, though the archive may be as large by its own bound.
+TEST_F(Archive, WhatIsUnpackedLeavesAShareOfTheDisk) {
+  const std::string zeros = write_text(std::string(std::size_t{8} << 20, '\0'), "zeros.tif"), gz = path("zeros.tif.gz"), zip = path("zeros.zip");
+  gzip_file(gz, zeros);
+  zip_files(zip, {{"dem.tif", zeros}});
+  raster::keep_free(fs::space(path(".")).available - (std::uint64_t{1} << 20));
+  for (const std::string& archive : {gz, zip}) {
+    const raster::PrivateFolder folder;
+    const auto member = raster::unpack(archive, "zeros", folder);
+    ASSERT_FALSE(member.ok()) << archive;
+    EXPECT_EQ(member.problem().type, "storage-full") << archive;
+    EXPECT_NE(member.problem().detail.find("no room for what zeros unpacks to"), std::string::npos) << member.problem().detail;
+  }
+  raster::keep_free(0);
+  const raster::PrivateFolder folder;
+  EXPECT_TRUE(raster::unpack(gz, "zeros", folder).ok());
 }
 
 /// Unpacked once, however often it is opened; another file under the same name is another.

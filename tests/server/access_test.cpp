@@ -278,6 +278,9 @@ TEST(Access, WithoutTokensStrangersDoNotWrite) {
       {{{"host", ""}}, "token-missing"},
       {{{"host", "127.0.0.1:8080"}, {"x-forwarded-for", "192.0.2.1"}}, "token-missing"},
       {{{"host", "127.0.0.1:8080"}, {"forwarded", "for=192.0.2.1"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"x-real-ip", "192.0.2.1"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"via", "1.1 proxy"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"x-forwarded-host", "terrain.example"}, {"origin", "https://terrain.example"}}, "token-missing"},
   };
   for (const Row& row : rows) {
     const Response answer = test.post("GOOD", {}, row.headers);

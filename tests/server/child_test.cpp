@@ -44,7 +44,7 @@ TEST_F(Children, GetTheFolderAndTheParent) {
   const auto outcome = run("echo \"$@\" > \"$2/arguments\"; ls /proc/$$/fd > \"$2/descriptors\"");
   ASSERT_TRUE(outcome);
   EXPECT_EQ(file_text(folder_.path() / "arguments"),
-            "job " + folder_.path().string() + " --parent " + std::to_string(getpid()) + "\n");
+            "job " + folder_.path().string() + " --parent " + std::to_string(getpid()) + " --free-percent 0\n");
   EXPECT_THAT(file_text(folder_.path() / "descriptors"), HasSubstr("0\n1\n"));
 }
 

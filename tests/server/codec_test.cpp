@@ -52,6 +52,17 @@ TEST(Codec, WhatWasPackedComesBackInWhateverPieces) {
   }
 }
 
+TEST(Codec, ZerosBehindTheEndOfAGzipAreNone) {
+  const std::string plain = text(), body = packed("gzip", plain), zeros(1000, '\0');
+  for (const std::size_t piece : {body.size() + zeros.size(), std::size_t{1}, std::size_t{1000}}) {
+    const Read seen = read("gzip", body + zeros, piece);
+    EXPECT_TRUE(seen.whole) << piece;
+    EXPECT_EQ(seen.bytes, plain) << piece;
+    EXPECT_FALSE(read("gzip", body + zeros + "x", piece).whole) << piece;
+    EXPECT_FALSE(read("gzip", body + zeros + body, piece).whole) << piece;
+  }
+}
+
 TEST(Codec, WhatStopsBeforeItsEndIsNotWhole) {
   const std::string plain = text().substr(0, 3000);
   for (const char* coding : {"gzip", "br"}) {

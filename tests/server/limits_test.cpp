@@ -8,6 +8,7 @@
 #include "fixture.h"
 #include "server/access/tokens.h"
 #include "server/limits/disk.h"
+#include "server/jobs/spare_disk.h"
 
 namespace cordillera::server {
 namespace {
@@ -173,6 +174,39 @@ TEST(Limits, AreShownAsTheyAre) {
     EXPECT_FALSE(std::string(one["unit"]).empty()) << option.name;
   }
   EXPECT_GE(limits, 9);
+}
+
+/// With as much room as it had it would only fill the disk again.
+TEST(Limits, AJobWithoutRoomLeavesWhatItMadeAndWaitsForMore) {
+  const TempFolder folder;
+  const auto store = folder.path() / kStoreFile;
+  int runs = 0;
+  std::optional<proto::Problem> problem = proto::Problem{"storage-full", "full", "", ""};
+  // A disk that keeps all of itself free has no room, before and after.
+  const JobRunner runner = sparing(
+      [&](const std::filesystem::path&, const ProgressSink&, const std::atomic<bool>&) -> proto::Result<std::optional<proto::Estimate>> {
+        ++runs;
+        std::ofstream(store) << "half";
+        if (problem) return *problem;
+        return std::optional<proto::Estimate>();
+      },
+      100);
+  const std::atomic<bool> never{false};
+  const auto type = [&] {
+    const auto outcome = runner(folder.path(), nullptr, never);
+    return outcome ? std::string() : outcome.problem().type;
+  };
+  EXPECT_EQ(type(), "storage-full");
+  EXPECT_FALSE(std::filesystem::exists(store)) << "others may need less";
+  for (int k = 0; k < 12; ++k) EXPECT_EQ(type(), "storage-full");
+  EXPECT_EQ(runs, 1) << "it filled the disk again";
+  problem.reset();
+  EXPECT_EQ(type(), "") << "what it had may have been others' in part: it is tried all the same";
+  EXPECT_EQ(runs, 2);
+  EXPECT_TRUE(std::filesystem::exists(store));
+  problem = proto::Problem{"raster-unreadable", "damaged", "", ""};
+  EXPECT_EQ(type(), "raster-unreadable");
+  EXPECT_TRUE(std::filesystem::exists(store)) << "what it failed for is none of the disk's";
 }
 
 }  // namespace

@@ -84,6 +84,9 @@ TEST_F(LostRegistry, AnotherProgramsOrNoneIsRefused) {
   EXPECT_THAT(refused().detail, HasSubstr("is missing"));
   pipeline::Database(registry().string(), pipeline::Database::Mode::create).execute("CREATE TABLE songs (title TEXT)");
   EXPECT_THAT(refused().detail, HasSubstr("no table of datasets"));
+  fs::remove(registry());
+  pipeline::Database(registry().string(), pipeline::Database::Mode::create).execute("CREATE TABLE datasets (title TEXT)");
+  EXPECT_THAT(refused().detail, HasSubstr("no table of datasets as a server makes it"));
   std::ofstream(registry()) << std::string(5000, 'x');
   EXPECT_THAT(refused().detail, HasSubstr("not a database"));
   EXPECT_TRUE(fs::exists(layout().store(one)));
@@ -92,6 +95,29 @@ TEST_F(LostRegistry, AnotherProgramsOrNoneIsRefused) {
   fs::remove(registry());
   pipeline::Database(registry().string(), pipeline::Database::Mode::create).execute("CREATE TABLE songs (title TEXT)");
   EXPECT_THAT(refused().detail, HasSubstr("another program's"));
+}
+
+TEST_F(LostRegistry, OneThatIsDamagedBehindItsFirstPageIsRefusedAndCanBeMadeAnew) {
+  const std::string one = post();
+  test_.stop();
+  for (const char* suffix : {"-wal", "-shm"}) fs::remove(registry().string() + suffix);
+  const std::string sound = file_text(registry());
+  constexpr std::size_t kPage = 4096;
+  ASSERT_GT(sound.size(), kPage);
+  std::string flipped = sound;
+  for (std::size_t at = kPage; at < flipped.size(); at += 50) flipped[at] = static_cast<char>(flipped[at] ^ 0x55);
+  for (const std::string& damaged : {flipped, sound.substr(0, kPage)}) {
+    std::ofstream(registry(), std::ios::binary) << damaged;
+    const proto::Problem problem = refused();
+    EXPECT_EQ(problem.type, "data-unusable");
+    EXPECT_THAT(problem.detail, HasSubstr("is not the registry of a server"));
+    EXPECT_THAT(problem.accepted, HasSubstr("cordillera adopt"));
+  }
+  const auto made = make_registry(layout());
+  ASSERT_TRUE(made) << made.problem().line();
+  EXPECT_EQ(made->adopted, 1u);
+  test_.start();
+  EXPECT_TRUE(serves(one));
 }
 
 TEST_F(LostRegistry, WithoutItsLogItHasAllThatWasAccepted) {

@@ -80,6 +80,15 @@ TEST(Parts, OfAllAreLimitedButTakeNoPlaceInTheQueue) {
   EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 0);
 }
 
+/// Who sends is told that there is nothing to go on with; "no room" would have him try again.
+TEST(Parts, OneThatIsDeletedWhileAPartArrivesIsUnknown) {
+  TestService test;
+  const std::string one = place_of(begin(test, "192.0.2.1"));
+  const Response answer = slow_part(test, one, "192.0.2.1", [&] { EXPECT_EQ(test.send("DELETE", one).status, 204); });
+  EXPECT_EQ(answer.status, 404);
+  EXPECT_EQ(slug_of(answer), "upload-unknown");
+}
+
 TEST(Parts, ANameIsTextInBase64) {
   TestService test;
   const auto begun = [&](const std::string& metadata) {

@@ -42,7 +42,7 @@ const Slugs kOtherWords = {"accept-encoding", "content-encoding", "content-lengt
                            "data-not-writable", "date-time", "disk-full", "idempotency-key", "if-none-match", "if-range", "keep-alive", "no-cache",
                            "no-store", "sec-fetch-site", "service-desc", "service-doc", "transfer-encoding", "user-defined", "x-forwarded-for", "xdg-open",
                            "retry-after", "tus-resumable", "upload-length", "upload-metadata", "upload-offset",
-                           "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-gzip", "x-request-id"};
+                           "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-gzip", "x-real-ip", "x-request-id"};
 
 std::string source_text() {
   std::string text;

@@ -195,9 +195,9 @@ TEST_F(Updates, AnAddressIsFetchedWithinTheOperatorsList) {
   files.Get("/dems/patch.tif", [&](const httplib::Request&, httplib::Response& answer) { answer.set_content(file_text(path("patch.tif")), "image/tiff"); });
   files.Get("/dems/near.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/dems/patch.tif"); });
   files.Get("/dems/far.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/private/patch.tif"); });
-  files.Get("/dems/deep/beside.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("ok.tif"); });
+  files.Get("/dems/deep/beside.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("./../deep/ok.tif"); });
   files.Get("/dems/deep/ok.tif", [&](const httplib::Request&, httplib::Response& answer) { answer.set_content(file_text(path("patch.tif")), "image/tiff"); });
-  files.Get("/dems/deep/dots.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("..?x"); });
+  files.Get("/dems/deep/dots.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("../../private/patch.tif?x"); });
   const int port = files.bind_to_any_port("127.0.0.1");
   std::thread serving([&] { files.listen_after_bind(); });
   const std::string host = "http://127.0.0.1:" + std::to_string(port);

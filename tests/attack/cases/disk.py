@@ -1,11 +1,16 @@
-"""Finding 6: the share of the disk that stays free, whatever way bytes come. The disk is a small one in memory, seen by its server alone."""
+"""Findings 6 and 16: the share of the disk that stays free, whatever way bytes come and whatever jobs make of them. The disk is a small one in memory, seen by its server alone."""
 import ctypes
+import gzip
+import io
 import json
 import os
 import subprocess
 import threading
+import time
+import zipfile
 
 from attack import PATIENCE_S, case, connect
+from client import cone, noise
 
 MIB = 1 << 20
 NEW_USER, NEW_MOUNTS = 0x10000000, 0x00020000
@@ -85,6 +90,23 @@ def judged(server, statuses):
     return "%s, %s free, alive %d" % (" ".join(sorted(statuses)), "5 % and more" if free(server) >= 5 else "%.1f %%" % free(server), ready)
 
 
+def waits_for_room(server, ending, raster, options="&error=50"):
+    """What becomes of a raster that the disk has no room for, and how much the disk has at the least until that is known."""
+    path = "/v1/datasets?name=dem.%s&crs=EPSG:4326&vertical_datum=ellipsoid&provisional=0%s" % (ending, options)
+    status, _, body = server.ask("POST", path, raster)
+    if status != 202:
+        return str(status)
+    dataset, least, end = json.loads(body)["id"], 100, time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        least = min(least, free(server))
+        now = json.loads(server.ask("GET", "/v1/datasets/" + dataset)[2])
+        problem = (now.get("error") or {}).get("type", "").rsplit(":")[-1]
+        if problem or now["state"] == "ready":
+            return "%s %s, %s free throughout" % (now["state"], problem, "5 % and more" if least >= 5 else "%.1f %%" % least)
+        time.sleep(0.005)
+    return now["state"]
+
+
 if can_mount():
     BOUNDED = "507, 5 % and more free, alive 200"
 
@@ -120,6 +142,20 @@ if can_mount():
         offset = server.ask("HEAD", "/v1/" + location)[1]["upload-offset"]
         status = server.ask("PATCH", "/v1/" + location, b"a" * (90 * MIB - int(offset)), dict(typed, **{"Upload-Offset": offset}))[0]
         return "%s, then %d at the %s" % (first, status, "offset" if int(offset) > MIB else "beginning")
+    @case("16 a small archive that unpacks to more than the disk", expect="queued storage-full, 5 % and more free throughout, then 202")
+    def archive(attack):
+        server, side = start(attack, 40), 2600
+        grid = b"ncols %d\nnrows %d\nxllcorner 10\nyllcorner 46\ncellsize 0.0001\nNODATA_value -9999\n" % (side, side) + (b"100.000 " * side + b"\n") * side
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
+            file.writestr("dem.asc", grid)
+        seen = [waits_for_room(server, "zip", packed.getvalue()), waits_for_room(server, "asc.gz", gzip.compress(grid))]
+        other = server.ask("POST", "/v1/datasets?name=cone.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=5", cone())[0]
+        return "%s, then %d" % (" / ".join(sorted(set(seen))), other)
+
+    @case("16 a build whose tiles are more than the disk", expect="queued storage-full, 5 % and more free throughout")
+    def tiles(attack):
+        return waits_for_room(start(attack, 4), "asc", noise(400), "&error=1&strategy=waves")
 else:
     @case("6 a small disk", expect="skipped: this system gives no user namespace to mount one in")
     def skipped(_attack):
