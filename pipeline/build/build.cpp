@@ -102,11 +102,15 @@ proto::Result<void> build_blocks(const Site& site) {
   const auto take = [&](std::size_t, FinishedTask&& task) {
     auto committed = site.store.commit(task);
     if (committed.ok()) site.teller.committed_block();
-    if (committed.ok() && site.follower && site.follower->take(site.plan, std::move(task))) site.teller.provisional();
+    if (committed.ok() && site.follower) site.follower->take(std::move(task));
     return committed;
   };
+  const std::shared_ptr<void> followed(nullptr, [&](void*) {
+    if (site.follower) site.follower->end();
+  });
+  if (site.follower) site.follower->begin(site.plan, [&] { site.teller.provisional(); });
   auto built = in_flight(blocks.size(), site.builder.tasks_at_once(), make, take);
-  if (built.ok() && site.follower && site.follower->end()) site.teller.provisional();
+  if (site.follower) site.follower->end();
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
   return built;
 }

@@ -18,12 +18,14 @@ namespace cordillera::pipeline {
 class BlockFollower {
  public:
   virtual ~BlockFollower() = default;
-  /// Tiles that were asked for lately, the last first: their blocks are to be made next. Called by any thread, one at a time.
+  /// shown: to be called, by any thread, when other provisional tiles are shown than before. The same thread calls begin(), take() and end().
+  virtual void begin(const proto::Plan& plan, std::function<void()> shown) = 0;
+  /// Tiles that were asked for lately, the last first: their blocks are to be made next. Called by any thread.
   virtual std::vector<proto::TileAddress> looked_at() = 0;
-  /// A block is done, and on disk. True: other provisional tiles are shown than before. This and end() are called by one thread.
-  virtual bool take(const proto::Plan& plan, FinishedTask&& block) = 0;
-  /// All blocks are done.
-  virtual bool end() = 0;
+  /// A block is done, and on disk.
+  virtual void take(FinishedTask&& block) = 0;
+  /// All blocks are done, or the build has ended. When it returns, shown is called no more. May be called again.
+  virtual void end() = 0;
 };
 
 struct BuildRequest {

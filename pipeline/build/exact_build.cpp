@@ -168,8 +168,8 @@ gpu::ParallelFor ExactSimplifiers::on_all_threads() {
 proto::Result<void> ExactSimplifiers::open(const std::string& device, std::size_t at_once) {
   auto simplifier = gpu::exact::make_block_simplifier(device, on_all_threads());
   if (!simplifier.ok()) return simplifier.problem();
-  wanted_ = device;
   device_ = (*simplifier)->device();
+  wanted_ = device_.substr(0, device_.find(' '));  // "auto" might be the CPU the next time
   at_once_ = at_once;
   idle_.push_back(std::move(*simplifier));
   return {};

@@ -26,8 +26,10 @@ proto::Result<std::string> on_lattice(const std::string& drc, std::int64_t side)
   return draco_encode(*mesh);
 }
 
+constexpr std::size_t kTilesAtOnce = 256;
+
 /// Tiles of a level that no done block covers.
-proto::Result<FinishedTask> tiles_beside(const StoreReader& store, const proto::Plan& plan, int z, const std::set<proto::TileAddress>& done) {
+proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& plan, int z, const std::set<proto::TileAddress>& done, StoreWriter& to) {
   FinishedTask task;
   task.node = {z, 0, 0};
   for (proto::TileRecord& record : store.records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
@@ -38,14 +40,18 @@ proto::Result<FinishedTask> tiles_beside(const StoreReader& store, const proto::
     auto drc = on_lattice(blob->bytes, lattice_of(plan).tile_units(z));
     if (!drc.ok()) return drc.problem();
     task.tiles.push_back({std::move(record), std::move(*drc), {}});
+    if (task.tiles.size() < kTilesAtOnce) continue;
+    if (auto committed = to.commit(task); !committed.ok()) return committed;
+    task.tiles.clear();
   }
-  return task;
+  return to.commit(task);
 }
 
 }  // namespace
 
 bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional) {
-  return provisional.provisional() && has_levels_above(plan) && provisional.max_level() >= plan.block_level() && provisional.min_level() == plan.min_level();
+  const bool water = plan.options().has_water() || !plan.options().water_mask().empty();
+  return provisional.provisional() && !water && has_levels_above(plan) && provisional.max_level() >= plan.block_level() && provisional.min_level() == plan.min_level();
 }
 
 proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done, const std::string& next) {
@@ -57,14 +63,11 @@ proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan&
   for (const FinishedTask& task : done) nodes.insert(task.node);
   proto::Manifest manifest = (*shown)->manifest();
   for (int z = static_cast<int>(manifest.min_level()); z <= static_cast<int>(manifest.max_level()); ++z) {
-    auto beside = tiles_beside(**shown, plan, z, nodes);
-    if (!beside.ok()) return beside.problem();
-    if (const auto committed = (*writer)->commit(*beside); !committed.ok()) return committed.problem();
+    if (auto copied = copy_beside(**shown, plan, z, nodes, **writer); !copied.ok()) return copied;
   }
   for (const FinishedTask& task : done) {
     if (const auto committed = (*writer)->commit(task); !committed.ok()) return committed.problem();
   }
-  manifest.mutable_source()->clear_lattice_samples();  // of a level that is there in part: what the share of voids was taken of
   const auto published = (*writer)->publish(std::move(manifest));
   return published.ok() ? proto::Result<void>() : published.problem();
 }

@@ -71,6 +71,8 @@ proto::LevelSummary level_summary(Database& database, const proto::LevelPlan& pl
   return sum;
 }
 
+constexpr int kBounds = 6;  // of a manifest: west, south, east, north, and the heights
+
 struct Longitudes {
   double west_deg = -180, east_deg = 180;
 };
@@ -143,6 +145,8 @@ void make_nodes(Database& database, int finest_level) {
 }
 
 void summarise(Database& database, const proto::Plan& plan, proto::Manifest& manifest) {
+  // A provisional dataset that becomes sharper: its finest level is there in part, and says nothing of the whole.
+  const bool sharper = manifest.provisional() && manifest.bounds_size() == kBounds;
   manifest.clear_levels();
   double geometric_error = 0, triangles = 0, tiles = 0;
   const proto::LevelSummary* finest = nullptr;
@@ -162,12 +166,17 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
     if (sum.tiles() > 0 && finest == nullptr) finest = &sum;
   }
   if (finest == nullptr) throw NothingToPublish();
-  if (!pixels.empty()) *manifest.mutable_source()->mutable_error_at_pixels() = pixels.total();
-  describe_source(*finest, range, *manifest.mutable_source());
-  note_filled(manifest.source().filled_share(), manifest);
-  add_bounds(database, static_cast<int>(finest->level()), manifest);
-  manifest.add_bounds(finest->min_height());
-  manifest.add_bounds(finest->max_height());
+  if (!sharper && !pixels.empty()) *manifest.mutable_source()->mutable_error_at_pixels() = pixels.total();
+  if (sharper) {
+    manifest.set_bounds(4, std::min(manifest.bounds(4), finest->min_height()));
+    manifest.set_bounds(5, std::max(manifest.bounds(5), finest->max_height()));
+  } else {
+    describe_source(*finest, range, *manifest.mutable_source());
+    note_filled(manifest.source().filled_share(), manifest);
+    add_bounds(database, static_cast<int>(finest->level()), manifest);
+    manifest.add_bounds(finest->min_height());
+    manifest.add_bounds(finest->max_height());
+  }
   manifest.set_tiles(static_cast<std::uint32_t>(tiles));
   manifest.set_triangles(static_cast<std::uint32_t>(std::min(triangles, 4294967295.0)));
   manifest.set_bytes(blob_bytes(database, "SELECT drc FROM tiles UNION SELECT glb FROM tiles"));

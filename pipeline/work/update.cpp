@@ -1,6 +1,7 @@
 #include "pipeline/work/update.h"
 
 #include <map>
+#include <memory>
 
 #include "pipeline/build/block_order.h"
 #include "pipeline/build/builder.h"
@@ -91,7 +92,7 @@ proto::Result<void> do_stage(const Site& site, const std::vector<const proto::Wo
     auto committed = site.store.commit(task);
     if (committed.ok() && is_block(k)) site.teller.committed_block();
     if (committed.ok()) site.teller.tell(done += is_block(k) ? tasks[k]->samples() : 1);
-    if (committed.ok() && is_block(k) && site.follower && site.follower->take(site.plan.plan(), std::move(task))) site.teller.provisional();
+    if (committed.ok() && is_block(k) && site.follower) site.follower->take(std::move(task));
     return committed;
   });
 }
@@ -103,8 +104,11 @@ proto::Result<void> do_all(const Site& site) {
     for (const proto::WorkTask* task : tasks) total += s == 0 ? task->samples() : 1;
     if (tasks.empty()) continue;
     site.teller.stage(s == 0 ? "build" : "merge", total);
+    const std::shared_ptr<void> followed(nullptr, [&](void*) {
+      if (site.follower) site.follower->end();
+    });
+    if (s == 0 && site.follower) site.follower->begin(site.plan.plan(), [&] { site.teller.provisional(); });
     if (const auto stage = do_stage(site, tasks); !stage.ok()) return stage;
-    if (s == 0 && site.follower && site.follower->end()) site.teller.provisional();
   }
   return {};
 }

@@ -13,6 +13,8 @@ constexpr auto kLeastPause = std::chrono::milliseconds(50);
 }  // namespace
 
 void LookedAt::note(const std::string& id, const proto::TileAddress& tile) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(layout_.provisional(id), ignored)) return;  // its build has ended meanwhile
   const std::lock_guard lock(mutex_);
   Tiles& tiles = datasets_[id];
   std::erase(tiles.last_first, tile);
@@ -26,8 +28,6 @@ void LookedAt::note(const std::string& id, const proto::TileAddress& tile) {
     std::ofstream file(next);
     for (const auto& [z, x, y] : tiles.last_first) file << z << ' ' << x << ' ' << y << '\n';
   }
-  std::error_code ignored;
-  if (!std::filesystem::exists(layout_.provisional(id), ignored)) std::filesystem::remove(next, ignored);  // its build has ended meanwhile
   // A disk that is full, or a folder that is gone: then blocks are made in their own order.
   std::filesystem::rename(next, folder / kFile, ignored);
 }

@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 constexpr auto kLeastPause = std::chrono::milliseconds(1500);
 constexpr int kShareOfBuild = 4;  // of the time so far, or more, unless somebody looks at a block that is done
 constexpr int kTimesStep = 10;    // of what the last one took
+constexpr std::uintmax_t kTimesStore = 3;  // room for the next step, and as much again for the build
 
 bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) {
   const int up = tile.z - node.z;
@@ -26,74 +27,79 @@ bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) {
 
 }  // namespace
 
-Sharpener::~Sharpener() {
-  if (under_way_.valid()) under_way_.wait();
+void Sharpener::begin(const proto::Plan& plan, std::function<void()> shown) {
+  const auto stands = pipeline::StoreReader::manifest_of((folder_ / kProvisionalStore).string());
+  if (thread_.joinable() || !stands.ok() || !pipeline::can_show_blocks(plan, *stands)) return;
+  plan_ = plan;
+  shown_ = std::move(shown);
+  started_ = step_began_ = Clock::now();
+  thread_ = std::thread([this] { run(); });
 }
 
 std::vector<proto::TileAddress> Sharpener::looked_at() { return read_looked_at(folder_); }
 
-bool Sharpener::can_show(const proto::Plan& plan) {
-  if (use_ != Use::unknown) return use_ == Use::yes;
-  const auto shown = pipeline::StoreReader::manifest_of((folder_ / kProvisionalStore).string());
-  use_ = shown.ok() && pipeline::can_show_blocks(plan, *shown) ? Use::yes : Use::no;
-  plan_ = plan;
-  return use_ == Use::yes;
-}
-
-bool Sharpener::is_due() const {
-  const auto now = Clock::now();
-  const Clock::duration usual = somebody_waits_ ? Clock::duration() : (now - started_) / kShareOfBuild;
-  return now - step_began_ >= std::max({Clock::duration(kLeastPause), usual, step_took_ * kTimesStep});
-}
-
-bool Sharpener::take(const proto::Plan& plan, pipeline::FinishedTask&& block) {
-  if (!can_show(plan)) return false;
+void Sharpener::take(pipeline::FinishedTask&& block) {
+  if (!thread_.joinable()) return;
   block.mesh.reset();
   block.consumed.clear();
-  for (const proto::TileAddress& tile : looked_at()) somebody_waits_ = somebody_waits_ || is_under(tile, block.node);
+  const auto looked = looked_at();
+  const bool wanted = std::any_of(looked.begin(), looked.end(), [&](const proto::TileAddress& tile) { return is_under(tile, block.node); });
+  const std::lock_guard lock(mutex_);
+  if (ending_) return;
   waiting_.push_back(std::move(block));
-  const bool shown = has_ended();
-  if (!under_way_.valid() && is_due()) begin();
-  return shown;
+  somebody_waits_ = somebody_waits_ || wanted;
+  changed_.notify_all();
 }
 
-bool Sharpener::end() {
-  if (use_ != Use::yes) return false;
-  if (under_way_.valid()) under_way_.wait();
-  const bool shown = has_ended();
-  if (waiting_.empty() || !is_due()) return shown;
-  begin();
-  under_way_.wait();
-  return has_ended() || shown;
+void Sharpener::end() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+    changed_.notify_all();
+  }
+  if (thread_.joinable()) thread_.join();
 }
 
-void Sharpener::begin() {
-  step_began_ = Clock::now();
-  somebody_waits_ = false;
-  under_way_ = std::async(std::launch::async, [this, blocks = std::move(waiting_)] { return make_step(blocks); });
-  waiting_.clear();
+Sharpener::Clock::time_point Sharpener::due_at() const {
+  const Clock::duration usual = somebody_waits_ ? Clock::duration() : (Clock::now() - started_) / kShareOfBuild;
+  return step_began_ + std::max({Clock::duration(kLeastPause), usual, step_took_ * kTimesStep});
 }
 
-/// Whether a step came to its end that was under way, and stands.
-bool Sharpener::has_ended() {
-  if (!under_way_.valid() || under_way_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
-  const Took took = under_way_.get();
-  if (took) step_took_ = *took;
-  else use_ = Use::no, waiting_.clear();
-  return took.has_value();
+void Sharpener::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    const bool due = !waiting_.empty() && Clock::now() >= due_at();
+    if (!due && ending_) return;
+    if (!due && waiting_.empty()) changed_.wait(lock);
+    else if (!due) changed_.wait_until(lock, due_at());
+    if (!due) continue;
+    const std::vector<pipeline::FinishedTask> blocks = std::move(waiting_);
+    waiting_.clear();
+    somebody_waits_ = false;
+    step_began_ = Clock::now();
+    lock.unlock();
+    const Took took = make_step(blocks);
+    if (took) shown_();
+    lock.lock();
+    if (!took) ending_ = true;
+    else step_took_ = *took;
+  }
 }
 
 Sharpener::Took Sharpener::make_step(const std::vector<pipeline::FinishedTask>& blocks) const {
-  const fs::path next = folder_ / kNextProvisional;
+  const fs::path shown = folder_ / kProvisionalStore, next = folder_ / kNextProvisional;
   const auto began = Clock::now();
   std::string why;
   try {
     pipeline::remove_database(next.string());  // what an attempt that was ended left
-    const auto made = pipeline::put_done_blocks((folder_ / kProvisionalStore).string(), plan_, blocks, next.string());
-    std::error_code error;
-    if (made.ok()) fs::rename(next, folder_ / kProvisionalStore, error);
-    if (made.ok() && !error) return Clock::now() - began;
-    why = made.ok() ? error.message() : made.problem().line();
+    if (fs::space(folder_).available < kTimesStore * fs::file_size(shown)) {
+      why = "there is little room on the disk";
+    } else {
+      const auto made = pipeline::put_done_blocks(shown.string(), plan_, blocks, next.string());
+      if (made.ok()) fs::rename(next, shown);
+      if (made.ok()) return Clock::now() - began;
+      why = made.problem().line();
+    }
   } catch (const std::exception& error) {  // want of memory, a disk that fails
     why = error.what();
   }

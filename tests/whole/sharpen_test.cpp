@@ -24,16 +24,12 @@ using proto::TileAddress;
 /// Keeps what it is told of.
 struct Blocks final : pipeline::BlockFollower {
   std::vector<TileAddress> looked_at() override { return looked; }
-  bool take(const proto::Plan& of, pipeline::FinishedTask&& block) override {
-    plan = of;
+  void begin(const proto::Plan& of, std::function<void()>) override { plan = of; }
+  void take(pipeline::FinishedTask&& block) override {
     block.mesh.reset();
     if (!block.tiles.empty()) done.push_back(std::move(block));
-    return false;
   }
-  bool end() override {
-    ended = true;
-    return false;
-  }
+  void end() override { ended = true; }
   proto::Plan plan;
   std::vector<pipeline::FinishedTask> done;
   std::vector<TileAddress> looked;
@@ -116,6 +112,9 @@ TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
   };
   EXPECT_TRUE(now->manifest().provisional());
   EXPECT_EQ(now->manifest().max_level(), 13u);
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(now->manifest().bounds(k), before->manifest().bounds(k)) << "those of the whole, not of what is done";
+  EXPECT_LE(now->manifest().bounds(4), before->manifest().bounds(4));
+  EXPECT_GE(now->manifest().bounds(5), before->manifest().bounds(5));
   std::size_t final_tiles = 0, provisional_tiles = 0;
   for (int z = 0; z <= 13; ++z) {
     std::set<TileAddress> expected;
