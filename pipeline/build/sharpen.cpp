@@ -26,23 +26,26 @@ proto::Result<std::string> on_lattice(const std::string& drc, std::int64_t side)
   return draco_encode(*mesh);
 }
 
-constexpr std::size_t kTilesAtOnce = 256;
+constexpr std::size_t kTilesAtOnce = 1024;  // in a transaction
 
-/// Tiles of a level that no done block covers.
-proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& plan, int z, const std::set<proto::TileAddress>& done, StoreWriter& to) {
+/// Tiles that no done block covers.
+proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& plan, const std::set<proto::TileAddress>& done, StoreWriter& to) {
   FinishedTask task;
-  task.node = {z, 0, 0};
-  for (proto::TileRecord& record : store.records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
-    const proto::TileAddress tile{z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
-    if (z >= static_cast<int>(plan.block_level()) && done.contains(block_over(plan, tile))) continue;
-    const auto blob = store.tile(tile, Encoding::drc);
-    if (!blob) continue;
-    auto drc = on_lattice(blob->bytes, lattice_of(plan).tile_units(z));
-    if (!drc.ok()) return drc.problem();
-    task.tiles.push_back({std::move(record), std::move(*drc), {}});
-    if (task.tiles.size() < kTilesAtOnce) continue;
-    if (auto committed = to.commit(task); !committed.ok()) return committed;
-    task.tiles.clear();
+  const int finest = static_cast<int>(store.manifest().max_level());
+  for (int z = static_cast<int>(store.manifest().min_level()); z <= finest; ++z) {
+    task.node = {z, 0, 0};
+    for (proto::TileRecord& record : store.records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
+      const proto::TileAddress tile{z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+      if (z >= static_cast<int>(plan.block_level()) && done.contains(block_over(plan, tile))) continue;
+      const auto blob = store.tile(tile, Encoding::drc);
+      if (!blob) continue;
+      auto drc = on_lattice(blob->bytes, lattice_of(plan).tile_units(z));
+      if (!drc.ok()) return drc.problem();
+      task.tiles.push_back({std::move(record), std::move(*drc), {}});
+      if (task.tiles.size() < kTilesAtOnce) continue;
+      if (auto committed = to.commit(task); !committed.ok()) return committed;
+      task.tiles.clear();
+    }
   }
   return to.commit(task);
 }
@@ -62,9 +65,7 @@ proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan&
   std::set<proto::TileAddress> nodes;
   for (const FinishedTask& task : done) nodes.insert(task.node);
   proto::Manifest manifest = (*shown)->manifest();
-  for (int z = static_cast<int>(manifest.min_level()); z <= static_cast<int>(manifest.max_level()); ++z) {
-    if (auto copied = copy_beside(**shown, plan, z, nodes, **writer); !copied.ok()) return copied;
-  }
+  if (auto copied = copy_beside(**shown, plan, nodes, **writer); !copied.ok()) return copied;
   for (const FinishedTask& task : done) {
     if (const auto committed = (*writer)->commit(task); !committed.ok()) return committed.problem();
   }

@@ -33,6 +33,7 @@ Json tiles_json(const proto::Manifest& manifest) {
   json["provisional"] = manifest.provisional();
   json["levels"] = std::move(levels);
   json["bounds"] = std::vector<double>(manifest.bounds().begin(), manifest.bounds().end());
+  json["tiles"] = manifest.tiles();
   return json;
 }
 

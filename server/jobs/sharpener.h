@@ -26,7 +26,7 @@ class Sharpener final : public pipeline::BlockFollower {
 
  private:
   using Clock = std::chrono::steady_clock;
-  using Took = std::optional<Clock::duration>;  ///< none: it failed
+  using Took = std::optional<Clock::duration>;  ///< of processor time; none: it failed
   void run();
   Clock::time_point due_at() const;
   Took make_step(const std::vector<pipeline::FinishedTask>& blocks) const;

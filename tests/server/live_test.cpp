@@ -84,6 +84,7 @@ TEST_F(Live, EventsTellWhichTilesAreNew) {
   Response stream = test_.get(at(id, "/events"));
   const std::string first = stream.next_piece().value_or("");
   EXPECT_THAT(first, HasSubstr("event: tiles\ndata: {\"provisional\":true,\"levels\":[{\"level\":0,\"x\":[0,0],\"y\":[0,0]}],"));
+  EXPECT_THAT(first, HasSubstr("],\"tiles\":1}")) << "a sharper step has the same levels and bounds";
   EXPECT_THAT(first, HasSubstr("event: progress"));
   test_.service().hub().touch(id);
   EXPECT_THAT(stream.next_piece().value_or(""), Not(HasSubstr("event: tiles"))) << "told already";
