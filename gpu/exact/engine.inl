@@ -479,7 +479,7 @@ std::vector<ErrorSums> Engine<Executor>::measure(const OwnTriangles& own, std::s
 template <class Executor>
 void Engine<Executor>::bound_triangles(const OwnTriangles& own, std::size_t triangles, float tolerance) {
   bounds_.reserve(triangles);
-  executor_->each(triangles, BoundTriangle{own, corners_.data(), tolerance, bounds_.data()});
+  executor_->each_slow(triangles, BoundTriangle{own, corners_.data(), tolerance, bounds_.data()});
   bound_.resize(triangles);
   executor_->copy_out(bound_.data(), bounds_.data(), triangles);
 }

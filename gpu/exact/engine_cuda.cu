@@ -97,6 +97,10 @@ class CudaExecutor : public CudaSteps {
     return {room.data(), columns};
   }
   template <class F>
+  void each_slow(std::size_t n, const F& f) {
+    each(n, f);
+  }
+  template <class F>
   void each_at(int columns, int rows, const F& f) {
     each(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), AtPlace<F>{f, static_cast<std::uint32_t>(columns)});
   }

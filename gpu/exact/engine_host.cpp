@@ -54,6 +54,10 @@ class HostExecutor : public HostSteps {
     in_pieces(n, 8192, [&f](std::size_t i) { f(i); });
   }
   template <class F>
+  void each_slow(std::size_t n, const F& f) {
+    in_pieces(n, 32, [&f](std::size_t i) { f(i); });
+  }
+  template <class F>
   void each_at(int columns, int rows, const F& f) {
     parallel_(static_cast<std::size_t>(rows), [&f, columns](std::size_t y) {
       for (int x = 0; x < columns; ++x) f(x, static_cast<int>(y));

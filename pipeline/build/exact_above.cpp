@@ -154,13 +154,13 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
 
 namespace {
 
-/// Every so many samples both ways is looked at for the RMSE; cells of levels above blocks are wider.
-constexpr int kRmseStep = 4;
+/// What is looked at for the RMSE: every so many samples both ways, and no more of a tile than this.
+constexpr int kRmseStep = 4, kRmseSide = 1024;
 
-/// Squares of a published triangle's errors. A sample on an edge belongs to the triangle east of it, or north.
-void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, gpu::SurfaceError& error) {
-  for (int y = (t.south + kRmseStep - 1) / kRmseStep * kRmseStep; y <= t.north; y += kRmseStep) {
-    for (int x = (t.west + kRmseStep - 1) / kRmseStep * kRmseStep; x <= t.east; x += kRmseStep) {
+/// Squares of a published triangle's errors, at every step-th sample both ways. A sample on an edge belongs to the triangle east of it, or north.
+void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, int step, gpu::SurfaceError& error) {
+  for (int y = (t.south + step - 1) / step * step; y <= t.north; y += step) {
+    for (int x = (t.west + step - 1) / step * step; x <= t.east; x += step) {
       if (!t.owns(x, y, 1, 1) || field.is_void_there(x, y)) continue;
       const double off_m = static_cast<double>(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y))) * proto::kHeightStep_m;
       error.sum_squared_m2 += off_m * off_m;
@@ -169,14 +169,14 @@ void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, 
   }
 }
 
-void measure_squares(const GroundMeter& known, BuiltTile& tile) {
+void measure_squares(const GroundMeter& known, int step, BuiltTile& tile) {
   const proto::TileMesh& mesh = tile.mesh;
   const auto corner = [&](std::uint32_t v) {
     const auto [x, y] = known.on_ground(mesh.x[v], mesh.y[v]);
     return gpu::exact::Corner{x, y, static_cast<float>(mesh.height[v]), false};
   };
   for (const auto& t : mesh.triangles)
-    add_squares(gpu::exact::make_triangle(corner(t[0]), corner(t[1]), corner(t[2]), {0, 0, known.field().curve}), known.field(), tile.measured);
+    add_squares(gpu::exact::make_triangle(corner(t[0]), corner(t[1]), corner(t[2]), {0, 0, known.field().curve}), known.field(), step, tile.measured);
 }
 
 double slope_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t, double unit_m) {
@@ -247,7 +247,7 @@ void state_error(const LevelContext& context, const Ground& ground, BuiltTile& t
     if (refined.inserted + refined.flipped > 0) steep_m = std::max(steep_m, limit_m);
   }
   tile.max_error_m = std::max(tile.max_error_m, steep_m) + gpu::kGrace_m;
-  measure_squares(known, tile);
+  measure_squares(known, std::max(kRmseStep, tile.mesh.side / kRmseSide), tile);
 }
 
 }  // namespace cordillera::pipeline

@@ -69,8 +69,8 @@ struct Resource {
   Compression compression = Compression::none;
   Tag tag = nullptr;       ///< null: only making the document tells
   std::string_view ramps{};  ///< what ?ramp= accepts; empty: the resource takes none
-  std::string_view intervals{};  ///< what ?interval= accepts; empty: the resource takes none
   std::string_view normals{};  ///< what ?normals= accepts, in the same way
+  std::string_view intervals{};  ///< what ?interval= accepts, in the same way
 };
 
 /// Is given every path of a face that has something, in an order that depends on the dataset alone.

@@ -172,7 +172,9 @@ def starved_jobs(program):
         with processes.folder("cordillera-want-") as folder:
             outcome = starved_job(program, folder, raster, mib)
         outcomes.setdefault(outcome, []).append(mib)
-        expect(outcome in (0, "memory-limit") or outcome in (127, -signal.SIGABRT, -signal.SIGSEGV) and 0 not in outcomes,
+        # libnuma, which comes with GDAL, ends a process with 1 where it is loaded and finds no memory.
+        unloaded = outcome == 1 and not outcomes.keys() & {0, "memory-limit"}
+        expect(outcome in (0, "memory-limit") or unloaded or outcome in (127, -signal.SIGABRT, -signal.SIGSEGV) and 0 not in outcomes,
                "with %d MiB a job came to %s" % (mib, outcome))
         if len(outcomes.get(0, [])) == 12:
             break

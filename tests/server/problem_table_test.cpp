@@ -39,7 +39,7 @@ Slugs found_in(const std::string& text, const std::regex& what) {
 const Slugs kOtherWords = {"accept-encoding", "content-encoding", "content-length", "content-type", "cross-site", "strict-origin-when-cross-origin",
                            "cordillera-data", "my-dem", "source-nodata", "at-end", "come-back", "fisher-yates", "lock-down", "lock-first", "most-triangles", "qem-best",
                            "super-independent", "test-first", "vertex-best",
-                           "data-not-writable", "date-time", "disk-full", "idempotency-key", "if-none-match", "if-range", "keep-alive", "no-cache",
+                           "data-not-writable", "looked-at", "date-time", "disk-full", "idempotency-key", "if-none-match", "if-range", "keep-alive", "no-cache",
                            "no-store", "sec-fetch-site", "service-desc", "service-doc", "transfer-encoding", "user-defined", "x-forwarded-for", "xdg-open",
                            "retry-after", "tus-resumable", "upload-length", "upload-metadata", "upload-offset",
                            "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-gzip", "x-real-ip", "x-request-id"};
