@@ -24,6 +24,8 @@ struct TileAddress {
   std::int32_t y = 0;
   friend auto operator<=>(const TileAddress&, const TileAddress&) = default;
   TileAddress parent() const { return {z - 1, x >> 1, y >> 1}; }
+  /// The tile of a level that it lies in: itself, or one above it. level: 0 .. z.
+  TileAddress at_level(int level) const { return {level, x >> (z - level), y >> (z - level)}; }
   /// Child c: bit 0 = east, bit 1 = north.
   TileAddress child(int c) const { return {z + 1, 2 * x + (c & 1), 2 * y + (c >> 1)}; }
 };

@@ -7,7 +7,7 @@
 #include <locale>
 
 #include "raster/share_folder.h"
-#include "server/jobs/spare_disk.h"
+#include "server/jobs/child.h"
 #include "server/client/client_line.h"
 #include "server/cli/commands.h"
 #include "server/doctor/doctor.h"

@@ -19,10 +19,9 @@ std::size_t BlockOrder::next() {
 std::size_t BlockOrder::chosen() const {
   if (!follower_) return first_;
   for (const proto::TileAddress& tile : follower_->looked_at()) {
-    const int up = tile.z - blocks_[first_].z;
-    if (up < 0) continue;  // of many blocks
-    const proto::TileAddress node{tile.z - up, tile.x >> up, tile.y >> up};
-    const auto found = std::find(blocks_.begin(), blocks_.end(), node);
+    const int level = blocks_[first_].z;
+    if (tile.z < level) continue;  // of many blocks
+    const auto found = std::find(blocks_.begin(), blocks_.end(), tile.at_level(level));
     if (found == blocks_.end()) continue;
     const auto k = static_cast<std::size_t>(found - blocks_.begin());
     if (!given_[k]) return k;

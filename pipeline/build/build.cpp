@@ -105,12 +105,8 @@ proto::Result<void> build_blocks(const Site& site) {
     if (committed.ok() && site.follower) site.follower->take(std::move(task));
     return committed;
   };
-  const std::shared_ptr<void> followed(nullptr, [&](void*) {
-    if (site.follower) site.follower->end();
-  });
-  if (site.follower) site.follower->begin(site.plan, [&] { site.teller.provisional(); });
+  const Followed followed(site.follower, site.plan, site.teller);
   auto built = in_flight(blocks.size(), site.builder.tasks_at_once(), make, take);
-  if (site.follower) site.follower->end();
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
   return built;
 }

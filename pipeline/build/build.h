@@ -36,7 +36,7 @@ struct BuildRequest {
   std::string store_path;    ///< an unfinished store of the same plan is continued
   Existing other = Existing::replace;  ///< a store of another plan at store_path
   proto::BuildOptions options;
-  std::int64_t block_samples = 0;  ///< blocks of so many samples of the finest level at most; 0: as many as memory allows
+  std::int64_t block_samples = 0;  ///< blocks of so many samples of the finest level at most; 0: as the plan has them
   std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first
   std::shared_ptr<const raster::Decimation> decimation{};  ///< read in place of the one raster's pixels: what is built is provisional
   BlockFollower* follower = nullptr;  ///< outlives the build; may be null

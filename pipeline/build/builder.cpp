@@ -33,7 +33,7 @@ int height_rounds(const proto::BuildOptions& options) { return options.quality()
 /// How many exact blocks are simplified side by side: the more, the smaller they are.
 std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib) {
   if (threads <= 1) return 1;
-  constexpr double kBytesOfSample = 200;                             // measured: 57 on ground of which 30 % are vertices at first, 190 where 82 % are
+  constexpr double kBytesOfSample = 200;  // measured: 57 on ground of which 30 % are vertices at first, 190 where 82 % are
   constexpr double kSamplesOfThread = 1 << 20, kUsualMemory = 4e9;  // so many samples, and a thread seldom waits
   constexpr std::size_t kMost = 8;
   const double units = static_cast<double>(lattice_of(plan).tile_units(static_cast<int>(plan.block_level())));
@@ -78,7 +78,8 @@ proto::Result<void> Builder::prepare() {
     sources_.push_back(std::move(*source));
   }
   if (plan_.exact()) {
-    if (const auto opened = exact_.open(room_.device, exact_at_once(plan_, workers_.threads(), room_.memory_mib)); !opened.ok() || !has_levels_above(plan_) || merged_at_once(plan_)) return opened;
+    const auto opened = exact_.open(room_.device, exact_at_once(plan_, workers_.threads(), room_.memory_mib));
+    if (!opened.ok() || !has_levels_above(plan_) || merged_at_once(plan_)) return opened;
   }
   return open_simplifiers();
 }

@@ -9,12 +9,6 @@
 namespace cordillera::pipeline {
 namespace {
 
-/// The block that a tile lies in. The tile is not above it.
-proto::TileAddress block_over(const proto::Plan& plan, const proto::TileAddress& tile) {
-  const int up = tile.z - static_cast<int>(plan.block_level());
-  return {tile.z - up, tile.x >> up, tile.y >> up};
-}
-
 /// A tile's bytes with positions that are units of another lattice, of which a side has so many.
 proto::Result<std::string> on_lattice(const std::string& drc, std::int64_t side) {
   auto mesh = draco_decode_lattice(drc);
@@ -31,12 +25,12 @@ constexpr std::size_t kTilesAtOnce = 1024;  // in a transaction
 /// Tiles that no done block covers.
 proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& plan, const std::set<proto::TileAddress>& done, StoreWriter& to) {
   FinishedTask task;
-  const int finest = static_cast<int>(store.manifest().max_level());
+  const int finest = static_cast<int>(store.manifest().max_level()), block_level = static_cast<int>(plan.block_level());
   for (int z = static_cast<int>(store.manifest().min_level()); z <= finest; ++z) {
     task.node = {z, 0, 0};
     for (proto::TileRecord& record : store.records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
       const proto::TileAddress tile{z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
-      if (z >= static_cast<int>(plan.block_level()) && done.contains(block_over(plan, tile))) continue;
+      if (z >= block_level && done.contains(tile.at_level(block_level))) continue;
       const auto blob = store.tile(tile, Encoding::drc);
       if (!blob) continue;
       auto drc = on_lattice(blob->bytes, lattice_of(plan).tile_units(z));

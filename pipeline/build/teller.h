@@ -55,4 +55,20 @@ class Teller {
   double first_ = -1;
 };
 
+/// A build's blocks as its follower sees them: begun and, on every way out, ended. follower: may be null.
+class Followed {
+ public:
+  Followed(BlockFollower* follower, const proto::Plan& plan, Teller& teller) : follower_(follower) {
+    if (follower_) follower_->begin(plan, [&teller] { teller.provisional(); });
+  }
+  ~Followed() {
+    if (follower_) follower_->end();
+  }
+  Followed(const Followed&) = delete;
+  Followed& operator=(const Followed&) = delete;
+
+ private:
+  BlockFollower* const follower_;
+};
+
 }  // namespace cordillera::pipeline

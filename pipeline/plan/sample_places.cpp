@@ -59,7 +59,7 @@ std::vector<proto::TileAddress> filled_nodes(const proto::Plan& plan, const rast
 std::size_t count_at(std::vector<proto::TileAddress> nodes, int level) {
   if (nodes.empty()) return 0;
   if (level >= nodes.front().z) return nodes.size() << (2 * (level - nodes.front().z));
-  for (proto::TileAddress& node : nodes) node = {level, node.x >> (node.z - level), node.y >> (node.z - level)};
+  for (proto::TileAddress& node : nodes) node = node.at_level(level);
   std::sort(nodes.begin(), nodes.end());
   return static_cast<std::size_t>(std::unique(nodes.begin(), nodes.end()) - nodes.begin());
 }

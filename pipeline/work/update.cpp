@@ -1,7 +1,6 @@
 #include "pipeline/work/update.h"
 
 #include <map>
-#include <memory>
 
 #include "pipeline/build/block_order.h"
 #include "pipeline/build/builder.h"
@@ -104,10 +103,7 @@ proto::Result<void> do_all(const Site& site) {
     for (const proto::WorkTask* task : tasks) total += s == 0 ? task->samples() : 1;
     if (tasks.empty()) continue;
     site.teller.stage(s == 0 ? "build" : "merge", total);
-    const std::shared_ptr<void> followed(nullptr, [&](void*) {
-      if (site.follower) site.follower->end();
-    });
-    if (s == 0 && site.follower) site.follower->begin(site.plan.plan(), [&] { site.teller.provisional(); });
+    const Followed followed(s == 0 ? site.follower : nullptr, site.plan.plan(), site.teller);
     if (const auto stage = do_stage(site, tasks); !stage.ok()) return stage;
   }
   return {};

@@ -1,4 +1,4 @@
-#include "server/jobs/spare_disk.h"
+#include "server/jobs/child.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -279,8 +279,6 @@ proto::Result<std::optional<proto::Estimate>> run(const Program& program, const 
 }
 
 }  // namespace
-
-JobRunner child_runner(const std::string& program) { return child_runner(program, 0); }
 
 JobRunner child_runner(const std::string& program, std::uint32_t free_percent) {
   return [program = Program{program, free_percent}](const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop) {

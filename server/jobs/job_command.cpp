@@ -18,7 +18,7 @@
 #include "pipeline/store/sqlite.h"
 #include "raster/free_space.h"
 #include "raster/vertical.h"
-#include "server/jobs/spare_disk.h"
+#include "server/jobs/child.h"
 #include "server/http/json.h"
 #include "server/limits/disk.h"
 #include "server/memory/memory_limit.h"
@@ -154,8 +154,6 @@ std::uint64_t bytes_to_leave(const std::filesystem::path& folder, std::uint32_t 
 }
 
 }  // namespace
-
-int job_main(const std::string& folder, int parent) { return job_main(folder, parent, 0); }
 
 int job_main(const std::string& folder, int parent, std::uint32_t free_percent) {
   // From here on this process ends with its parent; the parent may have ended before.

@@ -195,6 +195,7 @@ std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id, Work w
       const std::lock_guard inner(mutex_);
       running_.erase(id);
     }
+    looked_at_.forget(id);
     delete ended;
     ended_.notify_all();
   };
@@ -321,7 +322,6 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
   }
   if (outcome) keep_store_alone(layout_.dataset(dataset.id));
   forget_posted(dataset.id);
-  looked_at_.forget(dataset.id);
   published_(dataset.id);  // after its provisional tiles have gone, which else somebody might open again
   hub_.ended(dataset.id);
 }

@@ -80,7 +80,6 @@ void JobQueue::end_turn(const Dataset& dataset, const proto::SourceChange& chang
     first_tiles(id, "final");
     std::error_code ignored;
     std::filesystem::remove(layout_.provisional(id), ignored);
-    looked_at_.forget(id);
     published_(id);  // again: somebody may have opened it meanwhile
   }
   const auto noted = ledger_.end(id, change.id(), outcome ? std::nullopt : std::optional(outcome.problem()));

@@ -29,10 +29,7 @@ std::chrono::nanoseconds processor_time() {
   return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
 }
 
-bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) {
-  const int up = tile.z - node.z;
-  return up >= 0 && tile.x >> up == node.x && tile.y >> up == node.y;
-}
+bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) { return tile.z >= node.z && tile.at_level(node.z) == node; }
 
 }  // namespace
 

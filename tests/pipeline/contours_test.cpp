@@ -4,20 +4,18 @@
 #include <gtest/gtest.h>
 #include <ogrsf_frmts.h>
 
-#include <atomic>
 #include <cmath>
 #include <map>
 #include <numbers>
 #include <set>
 
-#include "pipeline/build/build.h"
 #include "pipeline/contours/contour_grid.h"
 #include "pipeline/contours/interval.h"
 #include "pipeline/contours/tile_lines.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/web_mercator.h"
-#include "tests/pipeline/store_synthetic.h"
+#include "tests/pipeline/terrain_made.h"
 #include "vector_tile.pb.h"
 
 namespace cordillera::pipeline::contours {
@@ -31,43 +29,9 @@ constexpr int kPixel = kExtent / faces::kTilePixels;
 
 /// The shipped sample as a build makes it.
 const Terrain& sample() {
-  struct Sample {
-    Sample() {
-      const std::string path = std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif";
-      proto::BuildOptions options;
-      options.set_error(2);
-      options.set_threads(2);
-      options.set_device("cpu");
-      const BuildRequest request{path,   "sample.tif", raster::Trust::operator_file, "sample", folder / "a.db", Existing::replace,
-                                 options};
-      const std::atomic<bool> stop = false;
-      const auto built = build(request, nullptr, stop);
-      if (!built) throw std::runtime_error(built.problem().line());
-      terrain = std::make_unique<Terrain>(StoreReader::open(request.store_path).value());
-    }
-    TemporaryFolder folder;
-    std::unique_ptr<Terrain> terrain;
-  };
-  static const Sample kSample;
+  static const BuiltSample kSample;
   return *kSample.terrain;
 }
-
-/// Tiles of level 7 between two addresses and all above, of synthetic heights.
-class Made {
- public:
-  Made(const proto::TileAddress& first, const proto::TileAddress& last, const Heights& heights) {
-    const proto::Lattice lattice{proto::Scheme::geodetic, 7};
-    auto writer = StoreWriter::open(folder_ / "a.db", synthetic_plan(7, 0));
-    for (FinishedTask& task : synthetic_tasks(lattice, first, last, heights)) EXPECT_TRUE((*writer)->commit(task).ok());
-    EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
-    terrain_ = std::make_unique<Terrain>(StoreReader::open(folder_ / "a.db").value());
-  }
-  const Terrain& terrain() const { return *terrain_; }
-
- private:
-  TemporaryFolder folder_;
-  std::unique_ptr<Terrain> terrain_;
-};
 
 proto::Result<std::optional<faces::Document>> asked(const Terrain& terrain, const std::string& path,
                                                     std::string_view interval = {}) {
@@ -274,7 +238,7 @@ TEST(Contours, OfTilesBesideEachOtherMeet) {
 
 /// At 60 degrees a zoom goes over to finer meshes: the tiles on both sides of it have other heights in one place.
 TEST(Contours, MeetWhereTheLevelChanges) {
-  const Made north({7, 126, 103}, {7, 131, 110}, hills());
+  const Made north({{{7, 126, 103}, {7, 131, 110}}}, hills());
   const auto& manifest = north.terrain().manifest();
   const auto extent = *faces::extent_of(manifest);
   const faces::Zooms zooms = faces::zooms_of(manifest, extent);
@@ -292,7 +256,7 @@ TEST(Contours, MeetWhereTheLevelChanges) {
 }
 
 TEST(Contours, EndWithTheData) {
-  const Made island({7, 126, 80}, {7, 131, 85}, hills());
+  const Made island({{{7, 126, 80}, {7, 131, 85}}}, hills());
   const auto extent = *faces::extent_of(island.terrain().manifest());
   std::size_t points = 0, beside_nothing = 0;
   for (std::int32_t k = 0; k < 64 * 64; ++k) {
@@ -375,7 +339,7 @@ TEST(Interval, IsAMultipleWhereAZoomWantsIt) {
 
 /// Ground that is nothing but walls, at a line every metre if that were allowed.
 TEST(Contours, ATileIsBounded) {
-  const Made walls({7, 126, 80}, {7, 131, 85},
+  const Made walls({{{7, 126, 80}, {7, 131, 85}}},
                    [](std::int64_t x, std::int64_t y) { return (x / 32 + y / 32) % 2 == 0 ? -8000.0 : 8000.0; });
   const auto extent = *faces::extent_of(walls.terrain().manifest());
   const int zoom = faces::zooms_of(walls.terrain().manifest(), extent).last;

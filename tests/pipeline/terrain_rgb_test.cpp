@@ -8,13 +8,12 @@
 #include <numbers>
 #include <set>
 
-#include "pipeline/build/build.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/height_grid.h"
 #include "pipeline/faces/outline_fill.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/encode/json.h"
-#include "tests/pipeline/store_synthetic.h"
+#include "tests/pipeline/terrain_made.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -24,42 +23,10 @@ using proto::TileAddress;
 
 const proto::Lattice kLattice{proto::Scheme::geodetic, 7};
 
-/// A dataset of level 7 and all above it, from blocks of tiles that it is told, opened.
-class Made {
- public:
-  Made(const std::vector<std::pair<TileAddress, TileAddress>>& blocks, const Heights& heights, int coarsest = 0) {
-    auto writer = StoreWriter::open(folder_ / "a.db", synthetic_plan(7, coarsest));
-    EXPECT_TRUE(writer.ok());
-    for (const auto& [first, last] : blocks) {
-      for (FinishedTask& task : synthetic_tasks(kLattice, first, last, heights)) {
-        if (task.node.z < coarsest) task.tiles.clear();
-        EXPECT_TRUE((*writer)->commit(task).ok());
-      }
-    }
-    EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
-    terrain_ = std::make_unique<Terrain>(StoreReader::open(folder_ / "a.db").value());
-  }
-  const Terrain& terrain() const { return *terrain_; }
-
- private:
-  TemporaryFolder folder_;
-  std::unique_ptr<Terrain> terrain_;
-};
-
 /// The shipped sample as a build makes it, and its lattice samples.
-struct Sample {
+struct Sample : BuiltSample {
   Sample() {
-    const std::string path = std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif";
-    proto::BuildOptions options;
-    options.set_error(2);
-    options.set_threads(2);
-    options.set_device("cpu");
-    BuildRequest request{path, "sample.tif", raster::Trust::operator_file, "sample", folder / "a.db", Existing::replace, options};
-    const std::atomic<bool> stop = false;
-    const auto built = build(request, nullptr, stop);
-    if (!built) throw std::runtime_error(built.problem().line());
-    terrain = std::make_unique<Terrain>(StoreReader::open(request.store_path).value());
-    auto source = raster::open_source(path, "sample.tif", request.trust, options).value();
+    auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options).value();
     const auto window = source->window(terrain->lattice());
     const auto columns = static_cast<std::int32_t>(window.east - window.west + 1);
     const auto rows = static_cast<std::int32_t>(window.north - window.south + 1);
@@ -87,8 +54,6 @@ struct Sample {
     return Truth{((1 - t) * low + t * high) * kStep_m, twist * kStep_m, least * kStep_m, most * kStep_m};
   }
 
-  TemporaryFolder folder;
-  std::unique_ptr<Terrain> terrain;
   proto::Samples samples;
 };
 const Sample& sample() {

@@ -107,8 +107,7 @@ TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
   std::set<TileAddress> done;
   for (std::size_t k = 0; k < 5; ++k) done.insert(blocks_.done[k].node);
   const auto is_done = [&](const TileAddress& tile) {
-    const int up = tile.z - block_level;
-    return up >= 0 && done.contains({block_level, tile.x >> up, tile.y >> up});
+    return tile.z >= block_level && done.contains(tile.at_level(block_level));
   };
   EXPECT_TRUE(now->manifest().provisional());
   EXPECT_EQ(now->manifest().max_level(), 13u);
