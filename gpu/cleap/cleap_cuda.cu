@@ -1,6 +1,6 @@
 // The driver on CUDA: the one that the host runs too.
 #include "gpu/cleap/driver.inl"
-#include "gpu/fit/cuda_steps.cuh"
+#include "gpu/fit/steps/cuda_steps.cuh"
 
 namespace cordillera::gpu::cleap {
 

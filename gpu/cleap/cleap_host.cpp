@@ -1,5 +1,5 @@
 #include "gpu/cleap/driver.inl"
-#include "gpu/fit/host_steps.h"
+#include "gpu/fit/steps/host_steps.h"
 
 namespace cordillera::gpu::cleap {
 

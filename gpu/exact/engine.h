@@ -12,8 +12,8 @@
 //   give_back(array)                     what is not needed before the next call
 #include <chrono>
 
-#include "gpu/exact/bounds.h"
-#include "gpu/exact/eight_columns.h"
+#include "gpu/exact/steps/bounds.h"
+#include "gpu/exact/steps/eight_columns.h"
 #include "gpu/exact/levels.h"
 #include "gpu/exact/engine_makers.h"
 #include "gpu/exact/ground.h"

@@ -4,7 +4,7 @@
 
 #include "gpu/device/cuda_device.cuh"
 #include "gpu/device/cuda_steps.cuh"
-#include "gpu/exact/block_team.cuh"
+#include "gpu/exact/steps/block_team.cuh"
 #include "gpu/exact/engine.inl"
 
 namespace cordillera::gpu::exact {

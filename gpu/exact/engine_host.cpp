@@ -3,7 +3,7 @@
 #include <mutex>
 
 #include "gpu/exact/engine.inl"
-#include "gpu/exact/host_team.h"
+#include "gpu/exact/steps/host_team.h"
 #include "gpu/device/host_steps.h"
 
 namespace cordillera::gpu::exact {

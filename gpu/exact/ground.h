@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "gpu/exact/mesh.h"
+#include "gpu/exact/steps/mesh.h"
 #include "gpu/exact/simplify_block.h"
 
 namespace cordillera::gpu::exact {

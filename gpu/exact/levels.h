@@ -1,9 +1,9 @@
 #pragma once
 // What happens to all vertices between passes and levels: from samples to a mesh, packed, made ready for a level, and out as
 // triangles with their true error.
-#include "gpu/exact/coded.h"
+#include "gpu/exact/steps/coded.h"
 #include "gpu/exact/cut.h"
-#include "gpu/exact/start.h"
+#include "gpu/exact/steps/start.h"
 
 namespace cordillera::gpu::exact {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <queue>
 
-#include "gpu/exact/window.h"
+#include "gpu/exact/steps/window.h"
 
 namespace cordillera::gpu::exact {
 namespace {

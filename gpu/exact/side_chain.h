@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "gpu/exact/mesh.h"
+#include "gpu/exact/steps/mesh.h"
 #include "proto/mesh.h"
 
 namespace cordillera::gpu::exact {

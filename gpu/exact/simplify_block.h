@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "gpu/exact/field.h"
+#include "gpu/exact/steps/field.h"
 #include "gpu/simplify.h"
 #include "proto/mesh.h"
 #include "proto/result.h"

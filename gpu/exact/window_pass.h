@@ -8,8 +8,8 @@
 //   measure(w, field, n, work)     work.fail(i) for every i in 0..n-1 of whose triangles one does not fit
 //   pull(w, field, n, work)        adds up the pulls of every i into w.pull and w.pull_weight of its vertex
 // Before measure and pull, and after them, all threads have met.
-#include "gpu/exact/collapse.h"
-#include "gpu/exact/heights.h"
+#include "gpu/exact/steps/collapse.h"
+#include "gpu/exact/steps/heights.h"
 
 namespace cordillera::gpu::exact {
 

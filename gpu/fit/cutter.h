@@ -1,6 +1,6 @@
 #pragma once
 // Of changes that are more than a count bears, those that make it exact: in the order of their keys, as many as fit.
-#include "gpu/fit/lock_steps.h"
+#include "gpu/fit/steps/lock_steps.h"
 #include "gpu/fit/work_mesh.h"
 
 namespace cordillera::gpu::fit {

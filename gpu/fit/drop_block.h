@@ -2,7 +2,7 @@
 // The waves of drops inside a block: a run of vertex numbers that lie near each other in the plan, few enough for a cache. Blocks
 // know nothing of each other: a vertex that has a neighbour outside its own waits. So one team works off all waves of a block
 // before the next, and several teams need no talk.
-#include "gpu/fit/drop_steps.h"
+#include "gpu/fit/steps/drop_steps.h"
 
 namespace cordillera::gpu::fit {
 

@@ -1,5 +1,5 @@
 // The fit on CUDA: the driver that the host runs too.
-#include "gpu/fit/cuda_steps.cuh"
+#include "gpu/fit/steps/cuda_steps.cuh"
 #include "gpu/fit/fitter.inl"
 
 namespace cordillera::gpu::fit {

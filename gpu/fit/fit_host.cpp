@@ -1,5 +1,5 @@
 #include "gpu/fit/fitter.inl"
-#include "gpu/fit/host_steps.h"
+#include "gpu/fit/steps/host_steps.h"
 
 namespace cordillera::gpu::fit {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "gpu/fit/cutter.h"
-#include "gpu/fit/insert_steps.h"
+#include "gpu/fit/steps/insert_steps.h"
 #include "gpu/fit/threshold.h"
 #include "gpu/fit/work_mesh.h"
 

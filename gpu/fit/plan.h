@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "gpu/fit/samples.h"
+#include "gpu/fit/steps/samples.h"
 #include "gpu/fit/simplify_height_mesh.h"
 
 namespace cordillera::gpu::fit {

@@ -2,7 +2,7 @@
 // What each quality does, in numbers. The README tells what each of them brought.
 #include <cstdint>
 
-#include "gpu/fit/relocate.h"
+#include "gpu/fit/steps/relocate.h"
 #include "gpu/fit/simplify_height_mesh.h"
 
 namespace cordillera::gpu::fit {

@@ -1,7 +1,7 @@
 #pragma once
 // The step of relocate.h for a high power of the error: sums of it are all but the maximum, and still smooth. There is no spike
 // guard here: the input's surface between samples would count as much as the samples do.
-#include "gpu/fit/relocate.h"
+#include "gpu/fit/steps/relocate.h"
 
 namespace cordillera::gpu::fit {
 

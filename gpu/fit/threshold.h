@@ -1,6 +1,6 @@
 #pragma once
 // The class of cost up to which a wanted number of vertices lies: a histogram, no sort.
-#include "gpu/fit/progress.h"
+#include "gpu/fit/steps/progress.h"
 
 namespace cordillera::gpu::fit {
 

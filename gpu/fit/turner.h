@@ -1,6 +1,6 @@
 #pragma once
 // A pass of flips over the whole mesh: a few rounds of those that do not touch each other.
-#include "gpu/fit/flip_steps.h"
+#include "gpu/fit/steps/flip_steps.h"
 #include "gpu/fit/work_mesh.h"
 
 namespace cordillera::gpu::fit {

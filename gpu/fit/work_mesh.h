@@ -4,11 +4,11 @@
 #include <optional>
 
 #include "gpu/fit/fitter.h"
-#include "gpu/fit/grid_steps.h"
-#include "gpu/fit/mesh_steps.h"
-#include "gpu/fit/progress.h"
-#include "gpu/fit/steps.h"
-#include "gpu/fit/sweep_steps.h"
+#include "gpu/fit/steps/grid_steps.h"
+#include "gpu/fit/steps/mesh_steps.h"
+#include "gpu/fit/steps/progress.h"
+#include "gpu/fit/steps/steps.h"
+#include "gpu/fit/steps/sweep_steps.h"
 
 namespace cordillera::gpu::fit {
 

@@ -9,7 +9,7 @@
 
 #include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
-#include "pipeline/build/exact_block.h"
+#include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/tile/mesh_record.h"
 #include "pipeline/plan/plan.h"

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "gpu/exact/simplify_block.h"
-#include "pipeline/build/exact_above.h"
-#include "pipeline/build/exact_block.h"
+#include "pipeline/build/exact/exact_above.h"
+#include "pipeline/build/exact/exact_block.h"
 #include "pipeline/store/store.h"
 #include "pipeline/tile/tile_mesh.h"
 #include "pipeline/build/workers.h"

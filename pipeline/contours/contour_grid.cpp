@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "pipeline/faces/height_grid.h"
+#include "pipeline/faces/pictures/height_grid.h"
 #include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::contours {

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "pipeline/build/builder.h"
-#include "pipeline/build/exact_above.h"
+#include "pipeline/build/exact/exact_above.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/build/pilot.h"

@@ -5,19 +5,19 @@
 #include <chrono>
 
 #include "pipeline/store/sqlite.h"
-#include "server/api/browser_pages.h"
+#include "server/api/documents/browser_pages.h"
 #include "server/api/dataset_list.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/api/delivery.h"
+#include "server/api/requests/delivery.h"
 #include "server/http/gzip.h"
 #include "server/log/log.h"
-#include "server/api/openapi.h"
+#include "server/api/documents/openapi.h"
 #include "server/http/request_id.h"
-#include "server/api/typed_by_hand.h"
+#include "server/api/requests/typed_by_hand.h"
 #include "server/api/api_stac.h"
 #include "server/api/api_updates.h"
 #include "server/uploads/tus.h"
-#include "server/api/web.h"
+#include "server/api/documents/web.h"
 
 namespace cordillera::server {
 namespace {

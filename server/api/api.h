@@ -6,7 +6,7 @@
 
 #include "server/http/json.h"
 #include "server/http/message.h"
-#include "server/api/routes.h"
+#include "server/api/requests/routes.h"
 #include "server/service/service.h"
 
 namespace cordillera::server {

@@ -6,7 +6,7 @@
 #include "server/log/log.h"
 #include "server/options/option_values.h"
 #include "server/api/public_address.h"
-#include "server/api/typed_by_hand.h"
+#include "server/api/requests/typed_by_hand.h"
 #include "server/api/api_updates.h"
 
 namespace cordillera::server {

@@ -5,7 +5,7 @@
 
 #include "pipeline/build/provisional.h"
 #include "server/api/api.h"
-#include "server/api/elevation_query.h"
+#include "server/api/requests/elevation_query.h"
 #include "server/jobs/provisional.h"
 
 namespace cordillera::server {

@@ -4,7 +4,7 @@
 
 #include "server/api/api.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/api/delivery.h"
+#include "server/api/requests/delivery.h"
 #include "server/http/digest.h"
 #include "server/http/form_body.h"
 #include "server/http/json.h"
@@ -12,7 +12,7 @@
 #include "server/api/public_address.h"
 #include "server/options/request_policy.h"
 #include "server/options/option_values.h"
-#include "server/api/typed_by_hand.h"
+#include "server/api/requests/typed_by_hand.h"
 #include "server/api/api_updates.h"
 #include "server/datasets/upload.h"
 #include "server/uploads/tus.h"

@@ -1,6 +1,6 @@
 #pragma once
 // GET /stac and what is below it.
-#include "server/api/routes.h"
+#include "server/api/requests/routes.h"
 #include "server/http/message.h"
 #include "server/service/service.h"
 

@@ -6,12 +6,12 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "pipeline/faces/mercator_draco.h"
-#include "pipeline/faces/mercator_mesh.h"
+#include "pipeline/faces/mercator/mercator_draco.h"
+#include "pipeline/faces/mercator/mercator_mesh.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "server/api/api.h"
-#include "server/api/web.h"
+#include "server/api/documents/web.h"
 #include "server/http/gzip.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"

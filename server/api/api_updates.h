@@ -1,11 +1,11 @@
 #pragma once
 // The API of datasets whose rasters can be changed: …/sources, …/versions, …/rollback.
-#include "server/api/delivery.h"
+#include "server/api/requests/delivery.h"
 #include "server/http/json.h"
 #include "server/http/message.h"
 #include "server/datasets/more_rasters.h"
 #include "server/datasets/registry.h"
-#include "server/api/routes.h"
+#include "server/api/requests/routes.h"
 
 namespace cordillera::server::updates {
 

@@ -6,7 +6,7 @@
 
 #include "pipeline/exports/archive_3tz.h"
 #include "pipeline/exports/mbtiles.h"
-#include "pipeline/exports/mesh_output.h"
+#include "pipeline/exports/mesh/mesh_output.h"
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/whole_file.h"
 #include "server/jobs/child.h"

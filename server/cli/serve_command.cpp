@@ -19,7 +19,7 @@
 #include "server/log/log.h"
 #include "server/options/request_policy.h"
 #include "server/sandbox/sandbox.h"
-#include "server/api/web.h"
+#include "server/api/documents/web.h"
 
 namespace cordillera::server {
 

@@ -11,7 +11,7 @@
 #include "server/client/talk.h"
 #include "server/client/tiles.h"
 #include "server/options/option_values.h"
-#include "server/api/routes.h"
+#include "server/api/requests/routes.h"
 
 namespace cordillera::server::client {
 namespace {

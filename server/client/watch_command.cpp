@@ -2,7 +2,7 @@
 
 #include "server/client/commands.h"
 #include "server/client/events.h"
-#include "server/api/routes.h"
+#include "server/api/requests/routes.h"
 
 namespace cordillera::server::client {
 

@@ -8,7 +8,7 @@
 #include "server/doctor/doctor.h"
 #include "server/datasets/layout.h"
 #include "server/limits/disk.h"
-#include "server/api/web.h"
+#include "server/api/documents/web.h"
 
 namespace cordillera::server::doctor {
 namespace {

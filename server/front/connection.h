@@ -7,9 +7,9 @@
 #include <optional>
 #include <string>
 
-#include "server/front/body_framing.h"
+#include "server/front/message/body_framing.h"
 #include "server/front/body_pipe.h"
-#include "server/front/head.h"
+#include "server/front/message/head.h"
 #include "server/front/pace.h"
 #include "server/front/shared.h"
 

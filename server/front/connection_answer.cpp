@@ -6,7 +6,7 @@
 #include <boost/asio/buffer.hpp>
 #include <charconv>
 
-#include "server/front/answer_head.h"
+#include "server/front/message/answer_head.h"
 #include "server/front/connection.h"
 #include "server/front/loop.h"
 #include "server/log/log.h"

@@ -6,7 +6,7 @@
 
 #include "proto/result.h"
 #include "server/api/api.h"
-#include "server/front/limits.h"
+#include "server/front/message/limits.h"
 #include "server/front/served.h"
 
 namespace cordillera::server::front {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "server/front/answer_head.h"
+#include "server/front/message/answer_head.h"
 
 namespace cordillera::server::front {
 namespace {

@@ -3,7 +3,7 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
-#include "server/front/answer_head.h"
+#include "server/front/message/answer_head.h"
 #include "server/front/connection.h"
 #include "server/log/log.h"
 

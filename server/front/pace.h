@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cstdint>
 
-#include "server/front/limits.h"
+#include "server/front/message/limits.h"
 
 namespace cordillera::server::front {
 

@@ -7,7 +7,7 @@
 #include "server/front/client_counts.h"
 #include "server/front/content_coding.h"
 #include "server/front/kept_answers.h"
-#include "server/front/limits.h"
+#include "server/front/message/limits.h"
 #include "server/front/served.h"
 #include "server/front/workers.h"
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/exports/mesh_request.h"
+#include "pipeline/exports/mesh/mesh_request.h"
 #include "server/options/options.h"
 
 namespace cordillera::server {

@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <string_view>
 
-#include "server/api/elevation_query.h"
-#include "server/front/target.h"
+#include "server/api/requests/elevation_query.h"
+#include "server/front/message/target.h"
 #include "server/options/mesh_options.h"
 #include "server/options/options.h"
 #include "server/http/problems.h"
-#include "server/api/routes.h"
+#include "server/api/requests/routes.h"
 
 using namespace cordillera;
 using namespace cordillera::server;

@@ -6,10 +6,10 @@
 #include <string_view>
 
 #include "server/access/client_address.h"
-#include "server/front/body_framing.h"
+#include "server/front/message/body_framing.h"
 #include "server/front/content_coding.h"
-#include "server/front/head.h"
-#include "server/front/target.h"
+#include "server/front/message/head.h"
+#include "server/front/message/target.h"
 #include "server/api/public_address.h"
 #include "server/http/request_id.h"
 

@@ -9,7 +9,7 @@
 
 #include "gpu/cleap/pool_maker.h"
 #include "gpu/cleap/working_mesh.h"
-#include "gpu/fit/host_steps.h"
+#include "gpu/fit/steps/host_steps.h"
 #include "gpu/fit/vertical_error.h"
 #include "tests/bench/mesh_hash.h"
 #include "tests/bench/pyramid/terrain.h"

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <random>
 
-#include "gpu/exact/bounds.h"
-#include "gpu/exact/eight_columns.h"
-#include "gpu/exact/start.h"
+#include "gpu/exact/steps/bounds.h"
+#include "gpu/exact/steps/eight_columns.h"
+#include "gpu/exact/steps/start.h"
 #include "tests/gpu/exact_terrain.h"
 
 namespace cordillera::gpu::exact {

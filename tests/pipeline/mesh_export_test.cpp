@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "pipeline/encode/decode.h"
-#include "pipeline/exports/mesh_extract.h"
-#include "pipeline/exports/mesh_output.h"
+#include "pipeline/exports/mesh/mesh_extract.h"
+#include "pipeline/exports/mesh/mesh_output.h"
 #include "pipeline/encode/glb.h"
 #include "pipeline/encode/json.h"
 #include "proto/mesh_file/mesh_file.h"

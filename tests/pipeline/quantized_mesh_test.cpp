@@ -6,7 +6,7 @@
 #include <random>
 #include <set>
 
-#include "pipeline/faces/layer_json.h"
+#include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "pipeline/encode/json.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"

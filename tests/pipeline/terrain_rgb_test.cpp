@@ -9,7 +9,7 @@
 #include <set>
 
 #include "pipeline/faces/face.h"
-#include "pipeline/faces/height_grid.h"
+#include "pipeline/faces/pictures/height_grid.h"
 #include "pipeline/faces/outline_fill.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/encode/json.h"

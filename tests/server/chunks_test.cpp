@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/front/body_framing.h"
+#include "server/front/message/body_framing.h"
 
 namespace cordillera::server::front {
 namespace {

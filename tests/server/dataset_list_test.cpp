@@ -10,7 +10,7 @@
 #include "fixture.h"
 #include "pipeline/store/sqlite.h"
 #include "server/access/tokens.h"
-#include "server/api/web.h"
+#include "server/api/documents/web.h"
 
 namespace cordillera::server {
 namespace {

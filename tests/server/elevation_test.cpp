@@ -8,7 +8,7 @@
 #include "fixture.h"
 #include "pipeline/build/build.h"
 #include "raster/geodesic.h"
-#include "server/api/elevation_query.h"
+#include "server/api/requests/elevation_query.h"
 
 namespace cordillera::server {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "front_fixture.h"
-#include "server/front/answer_head.h"
+#include "server/front/message/answer_head.h"
 #include "server/front/workers.h"
 
 namespace cordillera::server {

@@ -9,7 +9,7 @@
 #include "pipeline/faces/face.h"
 #include "server/options/mesh_options.h"
 #include "server/http/problems.h"
-#include "server/api/routes.h"
+#include "server/api/requests/routes.h"
 
 namespace cordillera::server {
 namespace {

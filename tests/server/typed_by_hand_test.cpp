@@ -1,5 +1,5 @@
 // HTTP as hands type it: PUT on the collection, slashes too many, JSON, forms; and what browsers ask for by themselves.
-#include "server/api/typed_by_hand.h"
+#include "server/api/requests/typed_by_hand.h"
 
 #include <gmock/gmock.h>
 

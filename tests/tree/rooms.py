@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The rooms of a floor, its folders, include each other in one direction only; CONTRIBUTING.md has the picture of them.
+"""The rooms of a floor, its folders, include each other in one direction only and have few files; CONTRIBUTING.md has the picture of them.
 
   rooms.py ROOT              prints what breaks a rule, a line each; exit code 1 if anything does
   rooms.py ROOT --picture    prints the pictures as CONTRIBUTING.md must have them"""
@@ -12,6 +12,7 @@ import includes
 FLOORS = ("gpu", "pipeline", "server")
 # Doors: the one file of a floor, or of a room, that names what the rooms above it have, for whoever asks by name.
 DOORS = ("gpu/simplifier.cpp", "pipeline/faces/all_faces.cpp")
+MOST_FILES = 30  # of a room, without those of its own rooms: more is a list that nobody reads
 
 
 def arrows(root, floor):
@@ -56,6 +57,13 @@ def circles(root):
     return lines
 
 
+def crowded(root):
+    """A line for each room with more files than somebody looks through."""
+    files = collections.Counter(os.path.dirname(path) for path in includes.sources(root))
+    return [f"{room}/ has {count} files, more than {MOST_FILES}: it is two rooms" for room, count in sorted(files.items())
+            if count > MOST_FILES and room.split(os.sep)[0] in FLOORS]
+
+
 def name(floor, room):
     return floor if room == floor else room[len(floor) + 1:]
 
@@ -73,7 +81,7 @@ def picture(root, floor):
 
 
 def findings(root):
-    found = circles(root)
+    found = circles(root) + crowded(root)
     with open(os.path.join(root, "CONTRIBUTING.md"), encoding="utf-8") as file:
         text = file.read()
     found += [f"CONTRIBUTING.md: the picture of {floor} is not that of the includes: tests/tree/rooms.py . --picture prints it"

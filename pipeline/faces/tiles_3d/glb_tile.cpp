@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "pipeline/faces/tiles_3d/normal_map.h"
-#include "pipeline/faces/webp_image.h"
+#include "pipeline/faces/pictures/webp_image.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -22,11 +22,11 @@
 #include "pipeline/encode/glb.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/encode/region.h"
-#include "pipeline/faces/png_image.h"
+#include "pipeline/faces/pictures/png_image.h"
 #include "pipeline/faces/terrain.h"
 #include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "pipeline/faces/tiles_3d/normal_map.h"
-#include "pipeline/faces/webp_image.h"
+#include "pipeline/faces/pictures/webp_image.h"
 
 using namespace cordillera;
 using namespace cordillera::pipeline;

@@ -13,7 +13,7 @@
 #include "gpu/cleap/cleap.h"
 #include "gpu/cleap/metrics.h"
 #include "gpu/cleap/working_mesh.h"
-#include "gpu/fit/host_steps.h"
+#include "gpu/fit/steps/host_steps.h"
 #include "proto/mesh_file/mesh_file.h"
 
 using namespace cordillera;

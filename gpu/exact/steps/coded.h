@@ -1,0 +1,103 @@
+#pragma once
+// Samples above blocks: a byte each, between the ends of what the plane of their square leaves open. So nearly all that samples know is known,
+// at a quarter of their memory.
+#include "gpu/exact/steps/triangle.h"
+
+namespace cordillera::gpu::exact {
+
+inline constexpr std::uint8_t kCodedVoid = 0;
+inline constexpr float kCodeSteps = 127;  ///< from the plane to either end; the plane itself is 128
+
+/// How far a sample may be from what its byte says, 2^-10 m.
+CORDILLERA_HD inline float code_error(const BoundingPlane& plane) { return 0.5f * plane.off / kCodeSteps + 1; }
+
+/// The bytes of a square of 8, row by row; pads are void.
+struct CodeSamples {
+  Field field;
+  std::uint8_t* code;
+
+  CORDILLERA_HD void operator()(std::size_t i) const {
+    const int across = field.tier_stride[0], west = 8 * static_cast<int>(i % static_cast<std::size_t>(across)),
+              south = 8 * static_cast<int>(i / static_cast<std::size_t>(across));
+    const BoundingPlane plane = field.plane[0][i];
+    for (int k = 0; k < 64; ++k) {
+      const int x = west + (k & 7), y = south + (k >> 3);
+      const bool there = x < field.columns && y < field.rows && !field.is_void_at(x, y);
+      code[64 * i + static_cast<std::size_t>(k)] = there ? code_of(field.height[field.index(x, y)] - plane.at(k & 7, k >> 3), plane.off) : kCodedVoid;
+    }
+  }
+
+ private:
+  CORDILLERA_HD static std::uint8_t code_of(float above, float most) {
+    const float steps = nearest_whole(above / most * kCodeSteps);
+    return static_cast<std::uint8_t>(128 + static_cast<int>(steps < -kCodeSteps ? -kCodeSteps : steps > kCodeSteps ? kCodeSteps : steps));
+  }
+};
+
+/// A row of a square of 8 against a triangle whose tolerance has been lessened by code_error.
+CORDILLERA_HD inline bool coded_row_fits(const Triangle& t, const Field& field, int sx, int y) {
+  const int sy = y >> 3, east = least(8 * sx + 7, t.east);
+  const Depth depth = field.has_voids() ? field.tier_depth[0][sy * field.tier_stride[0] + sx] : Depth{0};
+  for (int x = greatest(8 * sx, t.west); x <= east; ++x) {
+    if (!t.covers(x, y)) continue;
+    // Of a sample's own depth its square's is no less.
+    const bool none = field.is_void_there(x, y);
+    if (!sample_fits(t, none ? 0 : field.height_at(x, y), static_cast<Depth>(depth & (none ? 0xf0 : 0x0f)), x, y)) return false;
+  }
+  return true;
+}
+CORDILLERA_HD inline Triangle less_code_error(Triangle t, const Field& field, int sx, int sy) {
+  const BoundingPlane& plane = field.plane[0][sy * field.tier_stride[0] + sx];
+  if (plane.off >= 0) t.tolerance -= code_error(plane);
+  return t;
+}
+CORDILLERA_HD inline bool coded_samples_fit(const Triangle& t, const Field& field, int sx, int sy) {
+  const Triangle asked = less_code_error(t, field, sx, sy);
+  const int north = least(8 * sy + 7, t.north);
+  for (int y = greatest(8 * sy, t.south); y <= north; ++y) {
+    if (!coded_row_fits(asked, field, sx, y)) return false;
+  }
+  return true;
+}
+
+/// How far the valid samples under a published triangle may be from it, 2^-10 m, if the demand's tolerance was `most`: no more than that is said. Squares
+/// that cannot have more than what is found already are not looked at.
+CORDILLERA_HD inline float bound_under(const Triangle& t, const Field& field, float most) {
+  if (!t.published) return 0;
+  struct Square {
+    std::int16_t x, y;
+    std::int8_t tier;
+  };
+  Square stack[kMostFirstSquares + 15 * kTiers];
+  int waiting = 0;
+  const auto push = [&](const SquareRange& range, int tier) {
+    for (int y = range.south; y <= range.north; ++y) {
+      for (int x = range.west; x <= range.east; ++x) stack[waiting++] = {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y), static_cast<std::int8_t>(tier)};
+    }
+  };
+  const int first = first_tier(t);
+  push(squares_under(t, first), first);
+  Triangle asked = t;
+  asked.rim_reach = kFarthest;  // what rims leave out is not asked here
+  asked.tolerance = 0;
+  while (waiting > 0 && asked.tolerance < most) {
+    const Square s = stack[--waiting];
+    if (square_fits(asked, field, s.tier, s.x, s.y)) continue;
+    if (s.tier > 0) {
+      push(parts_under(t, s.tier, s.x, s.y), s.tier - 1);
+      continue;
+    }
+    const float error = code_error(field.plane[0][s.y * field.tier_stride[0] + s.x]);
+    for (int y = greatest(8 * s.y, t.south); y <= least(8 * s.y + 7, t.north); ++y) {
+      for (int x = greatest(8 * s.x, t.west); x <= least(8 * s.x + 7, t.east); ++x) {
+        if (!t.covers(x, y) || field.is_void_there(x, y)) continue;
+        const float off = magnitude(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y))) + error;
+        if (off > asked.tolerance) asked.tolerance = off;
+      }
+    }
+  }
+  const float hidden = most - t.tolerance;  // what rounding and the earth's curve may add
+  return asked.tolerance + hidden < most ? asked.tolerance + hidden : most;
+}
+
+}  // namespace cordillera::gpu::exact

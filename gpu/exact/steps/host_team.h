@@ -1,0 +1,85 @@
+#pragma once
+// The team of a host: one thread, plain loops; samples eight at a time. See window_pass.h.
+#include "gpu/exact/steps/coded.h"
+#include "gpu/exact/steps/collapse.h"
+#include "gpu/exact/steps/eight_columns.h"
+#include "gpu/exact/steps/heights.h"
+#include "gpu/exact/steps/squares.h"
+
+namespace cordillera::gpu::exact {
+
+inline constexpr int kRowsSoonSeen = 16;  ///< of eight samples
+
+/// Voids are few: squares of 8 that have none are looked at as if there were none at all.
+inline bool has_void(const Field& field, const SquareRange& range) {
+  if (!field.has_voids()) return false;
+  for (int y = range.south; y <= range.north; ++y) {
+    for (int x = range.west; x <= range.east; ++x) {
+      if (has_deep_void(field.tier_depth[0][y * field.tier_stride[0] + x], -1)) return true;
+    }
+  }
+  return false;
+}
+
+/// So few samples that asking what is known of their squares would take longer than looking at them.
+inline bool is_soon_seen(const Triangle& t) { return ((t.east - t.west) / 8 + 1) * (t.north - t.south + 1) <= kRowsSoonSeen; }
+
+struct EightAtOnce {
+  bool operator()(const Triangle& t, const Field& field, int sx, int sy) const {
+    if (!field.height) return coded_samples_fit(t, field, sx, sy);
+    if (!t.published || has_void(field, {sx, sx, sy, sy})) return samples_fit(t, field, sx, sy);
+    return eight_columns_fit(t, field, 8 * sx, greatest(8 * sy, t.south), least(8 * sy + 7, t.north));
+  }
+};
+
+/// All samples under a triangle.
+inline bool fits(const Triangle& t, const Field& field) {
+  if (!can_fit(t)) return false;
+  if (field.height && t.published && is_soon_seen(t) && !has_void(field, squares_under(t, 0))) {
+    for (int west = t.west; west <= t.east; west += 8) {
+      if (!eight_columns_fit(t, field, west, t.south, t.north)) return false;
+    }
+    return true;
+  }
+  const int tier = is_small(t) ? 0 : first_tier(t);
+  return squares_fit(t, field, tier, squares_under(t, tier), EightAtOnce{});
+}
+
+struct HostTeam {
+  template <class F>
+  void each(int n, const F& f) {
+    for (int i = 0; i < n; ++i) f(i);
+  }
+  void sync() {}
+  std::int32_t place(std::int32_t* counter) { return (*counter)++; }
+  void evaluate(const WindowView& w, int n) {
+    for (int i = 0; i < n; ++i) exact::evaluate(w, w.to_evaluate(i), AloneLane{});
+  }
+  template <class Work>
+  void measure(const WindowView&, const Field& field, int n, const Work& work) {
+    for (int i = 0; i < n; ++i) {
+      if (work.has_failed(i)) continue;
+      for (int k = 0; k < work.count(i); ++k) {
+        if (fits(work.triangle(i, k), field)) continue;
+        work.fail(i);
+        break;
+      }
+    }
+  }
+  template <class Work>
+  void pull(const WindowView& w, const Field& field, int n, const Work& work) {
+    for (int i = 0; i < n; ++i) {
+      Pull pull;
+      for (int k = 0; k < work.count(i); ++k) {
+        const PullBox box = work.box(i, k);
+        for (int row = 0; row < box.rows; ++row) {
+          for (int column = 0; column < box.columns; ++column) box.add(field, column, row, pull);
+        }
+      }
+      w.pull(work.vertex(i)) = pull.sum;
+      w.pull_weight(work.vertex(i)) = pull.weight;
+    }
+  }
+};
+
+}  // namespace cordillera::gpu::exact

@@ -1,0 +1,253 @@
+#include "pipeline/build/exact/exact_above.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "gpu/exact/side_chain.h"
+#include "gpu/exact/steps/triangle.h"
+#include "gpu/measure/upright_flips.h"
+#include "gpu/refine/height_step.h"
+#include "pipeline/build/exact/ground_meter.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/tile/border.h"
+#include "pipeline/tile/void_tile.h"
+#include "proto/ellipsoid.h"
+#include "proto/integers.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using gpu::exact::BlockMesh;
+using gpu::exact::Ground;
+using proto::floor_divide;
+
+constexpr double kLeastSteps = 4;  // of height in a tolerance: the engine's bound
+constexpr double kMildSlope = 3;  // metres a metre: what rounding adds to a bound there is set aside, see levels_above
+
+std::int64_t block_units(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
+
+/// Blocks by row and column; those without data get a mesh of void triangles that fits their neighbours.
+class Mosaic {
+ public:
+  Mosaic(const BlockGrid& grid, std::int32_t side, const std::vector<const KeptBlock*>& kept) : grid_(grid), side_(side), kept_(kept) {}
+
+  BlockMesh mesh() {
+    BlockMesh all;
+    std::map<std::uint64_t, std::uint32_t> on_sides;  // where blocks meet
+    for (std::int32_t k = 0; k < grid_.count(); ++k) {
+      const proto::TileMesh stand_in = kept(k) ? proto::TileMesh() : without_data(k);
+      append(kept(k) ? kept(k)->mesh : stand_in, k, on_sides, all);
+    }
+    return all;
+  }
+
+ private:
+  const KeptBlock* kept(std::int32_t k) const { return kept_[static_cast<std::size_t>(k)]; }
+  const KeptBlock* at(std::int32_t column, std::int32_t row) const {
+    return column < 0 || row < 0 || column >= grid_.across || row >= grid_.up ? nullptr : kept(row * grid_.across + column);
+  }
+  proto::TileMesh without_data(std::int32_t k) const {
+    const std::int32_t column = k % grid_.across, row = k / grid_.across;
+    const auto beside = [&](const KeptBlock* block, Side facing) { return block ? border_chain(block->mesh, facing) : void_chain(side_, side_ / gpu::exact::kVoidChords); };
+    std::array<Chain, 4> border;
+    border[static_cast<std::size_t>(Side::west)] = beside(at(column - 1, row), Side::east);
+    border[static_cast<std::size_t>(Side::east)] = beside(at(column + 1, row), Side::west);
+    border[static_cast<std::size_t>(Side::south)] = beside(at(column, row - 1), Side::north);
+    border[static_cast<std::size_t>(Side::north)] = beside(at(column, row + 1), Side::south);
+    return void_tile(side_, border);
+  }
+  void append(const proto::TileMesh& mesh, std::int32_t k, std::map<std::uint64_t, std::uint32_t>& on_sides, BlockMesh& all) const {
+    const std::int32_t west = k % grid_.across * side_, south = k / grid_.across * side_;
+    std::vector<std::uint32_t> number(mesh.vertices());
+    for (std::size_t v = 0; v < number.size(); ++v) {
+      const bool on_side = mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == side_ || mesh.y[v] == side_;
+      const std::int32_t x = west + mesh.x[v], y = south + mesh.y[v];
+      const auto next = static_cast<std::uint32_t>(all.vertices());
+      const std::uint8_t is_void = mesh.mark[v] & proto::kVoid ? 1 : 0;
+      number[v] = next;
+      if (on_side) {
+        const auto [there, added] = on_sides.try_emplace(static_cast<std::uint64_t>(x) << 32 | static_cast<std::uint64_t>(y), next);
+        number[v] = there->second;
+        if (!added) {
+          if (all.height[number[v]] != mesh.height[v] || all.is_void[number[v]] != is_void) throw std::logic_error("exact blocks differ on the side between them");
+          continue;
+        }
+      }
+      all.x.push_back(static_cast<std::uint16_t>(x));
+      all.y.push_back(static_cast<std::uint16_t>(y));
+      all.height.push_back(mesh.height[v]);
+      all.is_void.push_back(is_void);
+    }
+    for (const auto& t : mesh.triangles) all.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
+  }
+
+  const BlockGrid& grid_;
+  const std::int32_t side_;
+  const std::vector<const KeptBlock*>& kept_;
+};
+
+/// A block's squares; its last row and column are its neighbours' first, but at the end of the rectangle.
+void place_squares(const gpu::exact::Squares& from, const BlockGrid& grid, std::int32_t k, std::int32_t side, Ground& ground) {
+  gpu::exact::Squares& to_squares = ground.squares;
+  const std::int32_t column = k % grid.across, row = k / grid.across, squares = side / 8;
+  const std::int32_t columns = squares + (column + 1 == grid.across ? 1 : 0), rows = squares + (row + 1 == grid.up ? 1 : 0);
+  for (std::int32_t y = 0; y < rows; ++y) {
+    const std::size_t to = static_cast<std::size_t>(row * squares + y) * ground.across() + static_cast<std::size_t>(column * squares);
+    const std::size_t of = static_cast<std::size_t>(y) * static_cast<std::size_t>(squares + 1);
+    for (std::int32_t x = 0; x < columns; ++x) {
+      const std::size_t n = static_cast<std::size_t>(x);
+      to_squares.plane[to + n] = from.plane[of + n];
+      std::copy_n(from.code.begin() + static_cast<std::ptrdiff_t>(64 * (of + n)), 64, to_squares.code.begin() + static_cast<std::ptrdiff_t>(64 * (to + n)));
+      if (!to_squares.depth.empty()) to_squares.depth[to + n] = from.depth.empty() ? gpu::exact::valid_depth(gpu::exact::kFarthest) : from.depth[of + n];
+    }
+  }
+}
+
+}  // namespace
+
+BlockPlace place_above(const proto::Plan& plan) {
+  const BlockGrid grid = grid_of(plan);
+  const std::int64_t units = block_units(plan);
+  BlockPlace place;
+  place.west = grid.west * units, place.east = place.west + grid.across * units;
+  place.south = grid.south * units, place.north = place.south + grid.up * units;
+  return place;
+}
+
+Above join_blocks(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept) {
+  const BlockGrid grid = grid_of(plan);
+  const BlockPlace place = place_above(plan);
+  const auto side = static_cast<std::int32_t>(block_units(plan));
+  Above above;
+  Ground& ground = above.ground;
+  ground.west = place.west, ground.south = place.south;
+  ground.columns = grid.across * side + 1, ground.rows = grid.up * side + 1;
+  const std::size_t squares = ground.across() * ground.up();
+  ground.squares.plane.assign(squares, {0, 0, 0, gpu::exact::kNothing});
+  ground.squares.code.assign(64 * squares, 0);
+  const bool voids = std::any_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block || !block->squares.depth.empty(); });
+  if (voids) ground.squares.depth.assign(squares, gpu::exact::void_depth(gpu::exact::kFarthest));
+  for (std::int32_t k = 0; k < grid.count(); ++k) {
+    if (const KeptBlock* const block = kept[static_cast<std::size_t>(k)]) place_squares(block->squares, grid, k, side, ground);
+  }
+  above.start = Mosaic(grid, side, kept).mesh();
+  return above;
+}
+
+gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
+  gpu::exact::BlockPlan levels = levels_of_block(plan, static_cast<int>(plan.min_level()), place_above(plan));
+  const auto below = static_cast<std::ptrdiff_t>(plan.finest_level() - plan.block_level() + 1);
+  levels.levels.erase(levels.levels.begin(), levels.levels.begin() + below);
+  levels.tile_side <<= below;
+  for (std::size_t l = 0; l < levels.levels.size(); ++l) {
+    const proto::LevelPlan& level = level_plan(plan, static_cast<int>(plan.block_level()) - 1 - static_cast<int>(l));
+    gpu::exact::BlockLevel& asked = levels.levels[l];
+    // Where a target is hardly more than what a float32 can tell, the engine is asked for no less than it takes; the error is stated as it is.
+    const double least_m = kLeastSteps * asked.height_step * proto::kHeightStep_m;
+    asked.tolerance_m = std::max({asked.tolerance_m - kMildSlope * level.ecef_step(), asked.tolerance_m / 2, least_m});
+    if (l > 0) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels[l - 1], asked.height_step));
+  }
+  return levels;
+}
+
+namespace {
+
+/// What is looked at for the RMSE: every so many samples both ways, and no more of a tile than this.
+constexpr int kRmseStep = 4, kRmseSide = 1024;
+
+/// Squares of a published triangle's errors, at every step-th sample both ways. A sample on an edge belongs to the triangle east of it, or north.
+void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, int step, gpu::SurfaceError& error) {
+  for (int y = (t.south + step - 1) / step * step; y <= t.north; y += step) {
+    for (int x = (t.west + step - 1) / step * step; x <= t.east; x += step) {
+      if (!t.owns(x, y, 1, 1) || field.is_void_there(x, y)) continue;
+      const double off_m = static_cast<double>(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y))) * proto::kHeightStep_m;
+      error.sum_squared_m2 += off_m * off_m;
+      ++error.samples;
+    }
+  }
+}
+
+void measure_squares(const GroundMeter& known, int step, BuiltTile& tile) {
+  const proto::TileMesh& mesh = tile.mesh;
+  const auto corner = [&](std::uint32_t v) {
+    const auto [x, y] = known.on_ground(mesh.x[v], mesh.y[v]);
+    return gpu::exact::Corner{x, y, static_cast<float>(mesh.height[v]), false};
+  };
+  for (const auto& t : mesh.triangles)
+    add_squares(gpu::exact::make_triangle(corner(t[0]), corner(t[1]), corner(t[2]), {0, 0, known.field().curve}), known.field(), step, tile.measured);
+}
+
+double slope_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t, double unit_m) {
+  const auto [low, high] = std::minmax({mesh.height[t[0]], mesh.height[t[1]], mesh.height[t[2]]});
+  const double ux = mesh.x[t[1]] - mesh.x[t[0]], uy = mesh.y[t[1]] - mesh.y[t[0]], vx = mesh.x[t[2]] - mesh.x[t[0]], vy = mesh.y[t[2]] - mesh.y[t[0]];
+  const double longest = std::sqrt(std::max({ux * ux + uy * uy, vx * vx + vy * vy, (ux - vx) * (ux - vx) + (uy - vy) * (uy - vy)}));
+  return (high - low) * proto::kHeightStep_m * longest / ((ux * vy - uy * vx) * unit_m);
+}
+
+/// Triangles so steep, or so narrow, that points rounded sideways may move them by more than was set aside.
+std::vector<std::uint32_t> steep_triangles(const proto::Lattice& lattice, const BuiltTile& tile) {
+  const std::int64_t middle = lattice.south(tile.tile) + tile.mesh.side / 2;
+  const double unit_m = proto::cell_height_m(lattice, middle) * proto::row_frame(lattice, middle).cos_lat;
+  std::vector<std::uint32_t> steep;
+  for (std::uint32_t t = 0; t < tile.mesh.triangles.size(); ++t) {
+    if (slope_of(tile.mesh, tile.mesh.triangles[t], unit_m) > kMildSlope) steep.push_back(t);
+  }
+  return steep;
+}
+
+std::array<gpu::MeshPoint, 3> corners_of(const proto::TileMesh& mesh, std::uint32_t t) {
+  std::array<gpu::MeshPoint, 3> corners;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t v = mesh.triangles[t][k];
+    corners[k] = {mesh.x[v], mesh.y[v], mesh.height[v]};
+  }
+  return corners;
+}
+
+/// The greatest error of some triangles; those above the limit are appended to over.
+double greatest_error(const gpu::ErrorMeter& meter, const proto::TileMesh& mesh, const std::vector<std::uint32_t>& triangles, double limit_m,
+                      std::vector<std::uint32_t>& over) {
+  double greatest_m = 0;
+  for (const std::uint32_t t : triangles) {
+    const double error_m = meter.error_m(corners_of(mesh, t), limit_m);
+    greatest_m = std::max(greatest_m, error_m);
+    if (error_m > limit_m) over.push_back(t);
+  }
+  return greatest_m;
+}
+
+}  // namespace
+
+void state_error(const LevelContext& context, const Ground& ground, BuiltTile& tile) {
+  const double step_m = context.level->ecef_step(), limit_m = context.level->target() - gpu::kGrace_m;
+  const std::int32_t height_step = pipeline::height_step(*context.level);
+  const GroundMeter known({context.lattice, tile.tile, tile.mesh.side, step_m, height_step}, ground);
+  const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, step_m});
+  tile.composed = true;
+  tile.max_error_m += step_m * (1 + kMildSlope);
+  std::vector<std::uint32_t> over;
+  double steep_m = greatest_error(known, tile.mesh, steep_triangles(*context.lattice, tile), limit_m, over);
+  if (context.promise) {
+    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, tile.mesh);
+    over.insert(over.end(), turned.begin(), turned.end());
+    std::sort(over.begin(), over.end());
+    over.erase(std::unique(over.begin(), over.end()), over.end());
+  }
+  if (context.promise && !over.empty()) {
+    const gpu::UprightMeter in_space(known, upright);
+    const gpu::SteppedMeter meter(in_space, height_step);
+    gpu::Refined refined = gpu::refine(tile.mesh, meter, limit_m, over, SIZE_MAX);
+    refined.flipped += gpu::flip_turned(tile.mesh, upright, known, limit_m);
+    tile.put_back = refined.inserted;
+    std::vector<std::uint32_t> left;
+    // Triangles that came in keep the limit, and that is what is known of them.
+    steep_m = greatest_error(known, tile.mesh, steep_triangles(*context.lattice, tile), limit_m, left);
+    if (refined.inserted + refined.flipped > 0) steep_m = std::max(steep_m, limit_m);
+  }
+  tile.max_error_m = std::max(tile.max_error_m, steep_m) + gpu::kGrace_m;
+  measure_squares(known, std::max(kRmseStep, tile.mesh.side / kRmseSide), tile);
+}
+
+}  // namespace cordillera::pipeline

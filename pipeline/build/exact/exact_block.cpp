@@ -1,0 +1,285 @@
+#include "pipeline/build/exact/exact_block.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+#include "gpu/measure/sample_meter.h"
+#include "gpu/measure/upright_flips.h"
+#include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/tile/tile_error.h"
+#include "pipeline/tile/weld.h"
+#include "proto/ellipsoid.h"
+#include "proto/integers.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using gpu::exact::SideKind;
+
+constexpr double kMostTolerance_m = 16384;  // see gpu::exact::BlockLevel
+constexpr int kRimShare = 64;                   // of the data's narrow side, for what rims may move
+constexpr int kSideReach = 3;                   // rows beyond a shared side, likewise
+
+using proto::floor_divide;
+
+/// From line to line of tiles, at least one tile; first and last are within 0 .. size.
+std::pair<std::int64_t, std::int64_t> to_tile_lines(std::int64_t first, std::int64_t last, std::int64_t size) {
+  constexpr std::int64_t kTile = proto::kTileCells;
+  const std::int64_t from = std::min(first / kTile, size / kTile - 1) * kTile;
+  return {from, std::max((last + kTile - 1) / kTile * kTile, from + kTile)};
+}
+
+/// The rectangle alone; west > east: the window does not touch the node.
+BlockPlace rectangle_of(const proto::Plan& plan, const proto::TileAddress& node) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const raster::Source::Window window = node_window(plan, node);
+  BlockPlace place;
+  if (window.west > window.east || window.south > window.north) {
+    place.west = 1;
+    return place;
+  }
+  const std::int64_t units = lattice.tile_units(node.z), south = lattice.south(node);
+  std::int64_t west = lattice.west(node);  // of the node, on the turn that the window is on
+  west += floor_divide(window.west - west, lattice.columns()) * lattice.columns();
+  const auto columns = to_tile_lines(window.west - west, window.east - west, units), rows = to_tile_lines(window.south - south, window.north - south, units);
+  place.west = west + columns.first, place.east = west + columns.second;
+  place.south = south + rows.first, place.north = south + rows.second;
+  return place;
+}
+
+/// On the turn that the rectangle is on.
+BlockPlace whole_node(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& rectangle) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t units = lattice.tile_units(node.z), west = lattice.west(node);
+  BlockPlace place;
+  place.west = west + floor_divide(rectangle.west - west, lattice.columns()) * lattice.columns();
+  place.south = lattice.south(node);
+  place.east = place.west + units;
+  place.north = place.south + units;
+  place.sides.fill(SideKind::shared);
+  place.merged_above = true;
+  return place;
+}
+
+std::int64_t narrow_side(const proto::Plan& plan) { return std::min(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
+
+bool is_on(std::int64_t line, std::int64_t other, std::int64_t circle) { return (line - other) % circle == 0; }
+
+}  // namespace
+
+proto::Samples BlockPlace::empty_samples() const {
+  proto::Samples samples;
+  samples.west = west - kSideReach;
+  samples.south = south - kSideReach;
+  samples.columns = static_cast<std::int32_t>(east - west + 1 + 2 * kSideReach);
+  samples.rows = static_cast<std::int32_t>(north - south + 1 + 2 * kSideReach);
+  const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
+  samples.height.assign(count, proto::kNoHeight);
+  samples.flat_water.assign(count, 0);
+  return samples;
+}
+
+BlockPlace place_alone(const proto::Plan& plan, const proto::TileAddress& node) { return rectangle_of(plan, node); }
+
+BlockPlace place_of_block(const proto::Plan& plan, const proto::TileAddress& node) {
+  BlockPlace place = rectangle_of(plan, node);
+  if (has_levels_above(plan)) return place.west <= place.east ? whole_node(plan, node, place) : place;
+  const std::int64_t circle = lattice_of(plan).columns();
+  const std::int32_t across = proto::tiles_across(node.z), up = proto::tiles_up(node.z);
+  const auto beside = [&](std::int32_t dx, std::int32_t dy) {
+    return rectangle_of(plan, {node.z, (node.x + dx + across) % across, node.y + dy});
+  };
+  const auto share = [&](gpu::exact::Side side, bool shared) { place.sides[side] = shared ? SideKind::shared : SideKind::outer; };
+  const auto exists = [](const BlockPlace& other) { return other.west <= other.east; };
+  const BlockPlace east = beside(1, 0), west = beside(-1, 0);
+  share(gpu::exact::kEast, exists(east) && is_on(place.east, east.west, circle));
+  share(gpu::exact::kWest, exists(west) && is_on(place.west, west.east, circle));
+  if (node.y > 0) {
+    const BlockPlace south = beside(0, -1);
+    share(gpu::exact::kSouth, exists(south) && south.north == place.south);
+  }
+  if (node.y + 1 < up) {
+    const BlockPlace north = beside(0, 1);
+    share(gpu::exact::kNorth, exists(north) && north.south == place.north);
+  }
+  return place;
+}
+
+namespace {
+
+/// Between the ends of a chord its middle is nearer to the pole than the parallel, by tan(lat) / 8 of the square of its width (an angle on
+/// the ground); a chord that rises from row to row is beside its line by up to tan(lat) / 4 of width times height. A sample between the
+/// two may be shown by the next triangle, whose slope is another one: so more than that.
+float sway_of(const proto::RowFrame& row, double cell_rad) {
+  constexpr double kShare = 3.0 / 8;
+  return static_cast<float>(kShare * cell_rad * std::abs(row.sin_lat) / std::max(row.cos_lat, 1e-3));
+}
+
+}  // namespace
+
+BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place) {
+  // A parallel of radius r = N cos(lat) leaves its tangent by the square of the way over 2 r, of which cos(lat) is upright.
+  const proto::Lattice lattice = lattice_of(plan);
+  const double cell_rad = lattice.cell_deg() * std::numbers::pi / 180, half_squared = cell_rad * cell_rad / 2 / proto::kHeightStep_m;
+  BlockCurve curve;
+  for (const proto::RowFrame& row : proto::row_frames(lattice, place.south, static_cast<std::size_t>(place.north - place.south + 1)))
+    curve.rows.push_back({static_cast<float>(row.radius_m * row.cos_lat * half_squared), sway_of(row, cell_rad)});
+  curve.up = static_cast<float>(proto::kSemiMajor_m * half_squared);
+  return curve;
+}
+
+int most_rim_reach(const proto::Plan& plan) {
+  return std::clamp(std::ilogb(static_cast<double>(narrow_side(plan)) / kRimShare), -1, gpu::exact::kMostRimReach);
+}
+
+namespace {
+
+/// What a step of rounding is in samples, where they are narrowest; of two corners, against each other.
+double least_width(const proto::Lattice& lattice, const BlockPlace& place, double step_m) {
+  constexpr double kBoth = 3.5;  // each moves by up to half of the diagonal of a cube; the area by that times twice the length
+  const double cos_lat = std::min(proto::row_frame(lattice, place.south).cos_lat, proto::row_frame(lattice, place.north).cos_lat);
+  return kBoth * step_m / (proto::cell_height_m(lattice, lattice.rows() / 2) * std::max(cos_lat, 0.05));
+}
+
+}  // namespace
+
+gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, const BlockPlace& place) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::string& quality = plan.options().quality();
+  gpu::exact::BlockPlan levels;
+  levels.tile_side = proto::kTileCells;
+  levels.measured = false;  // tiles are, as they will be decoded
+  levels.quality = quality == "fast"   ? gpu::exact::Quality::fast
+                   : quality == "best" ? gpu::exact::Quality::best
+                                       : gpu::exact::Quality::standard;
+  // One cell of the level, but at the finest level all data is there; small data keeps its outline, however coarse the level.
+  const int most_reach = most_rim_reach(plan);
+  for (int l = static_cast<int>(plan.finest_level()); l >= coarsest; --l) {
+    const proto::LevelPlan& level = level_plan(plan, l);
+    gpu::exact::BlockLevel asked;
+    // Where somebody asks for less than a float32 can tell, rounding takes all of it: half is left, and the error is stated as it is.
+    const double target_m = std::min(level.target(), kMostTolerance_m);
+    asked.tolerance_m = std::max(target_m - gpu::kGrace_m - level.ecef_step(), target_m / 2);
+    asked.height_step = height_step(level);
+    asked.least_width = least_width(lattice, place, level.ecef_step());
+    if (!levels.levels.empty()) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels.back(), asked.height_step));
+    asked.rim_reach = levels.levels.empty() ? -1 : std::min(static_cast<int>(levels.levels.size()), most_reach);
+    levels.levels.push_back(asked);
+  }
+  return levels;
+}
+
+namespace {
+
+/// Triangles of a tile, and the greatest bound of them.
+struct TileTriangles {
+  std::vector<const std::array<std::uint32_t, 3>*> all;
+  float bound = 0;
+};
+
+proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const std::vector<const std::array<std::uint32_t, 3>*>& triangles, std::int64_t dx, std::int64_t dy, std::int32_t side) {
+  std::vector<std::uint32_t> vertices;
+  for (const auto* triangle : triangles) vertices.insert(vertices.end(), triangle->begin(), triangle->end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  proto::TileMesh tile;
+  tile.side = side;
+  for (const std::uint32_t v : vertices) {
+    tile.x.push_back(static_cast<std::int32_t>(mesh.x[v] + dx));
+    tile.y.push_back(static_cast<std::int32_t>(mesh.y[v] + dy));
+    tile.height.push_back(mesh.height[v]);
+    tile.mark.push_back(mesh.is_void[v] ? proto::kVoid : 0);
+  }
+  const auto local = [&](std::uint32_t v) {
+    return static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin());
+  };
+  for (const auto* t : triangles) tile.triangles.push_back({local((*t)[0]), local((*t)[1]), local((*t)[2])});
+  return tile;
+}
+
+}  // namespace
+
+proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32_t side) {
+  proto::TileMesh tile;
+  tile.side = side;
+  tile.x.assign(mesh.x.begin(), mesh.x.end());
+  tile.y.assign(mesh.y.begin(), mesh.y.end());
+  tile.height = mesh.height;
+  for (const std::uint8_t is_void : mesh.is_void) tile.mark.push_back(is_void ? proto::kVoid : 0);
+  tile.triangles = mesh.triangles;
+  return tile;
+}
+
+std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh, TileParts parts) {
+  const proto::Lattice lattice = lattice_of(plan);
+  const std::int64_t units = lattice.tile_units(z);
+  std::map<std::pair<std::int64_t, std::int64_t>, TileTriangles> by_tile;  // row, then column
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& triangle = mesh.triangles[t];
+    if (parts == TileParts::published && (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]])) continue;
+    const std::int64_t x = std::min({mesh.x[triangle[0]], mesh.x[triangle[1]], mesh.x[triangle[2]]}),
+                       y = std::min({mesh.y[triangle[0]], mesh.y[triangle[1]], mesh.y[triangle[2]]});
+    TileTriangles& of_tile = by_tile[{floor_divide(place.south + y, units), floor_divide(place.west + x, units)}];
+    of_tile.all.push_back(&triangle);
+    if (!mesh.bound.empty()) of_tile.bound = std::max(of_tile.bound, mesh.bound[t]);
+  }
+  std::vector<BuiltTile> tiles;
+  for (const auto& [at, triangles] : by_tile) {
+    const std::int64_t across = proto::tiles_across(z);
+    BuiltTile tile;
+    tile.tile = {z, static_cast<std::int32_t>(at.second - floor_divide(at.second, across) * across), static_cast<std::int32_t>(at.first)};
+    tile.max_error_m = triangles.bound * proto::kHeightStep_m;
+    tile.mesh = mesh_of_tile(mesh, triangles.all, place.west - at.second * units, place.south - at.first * units, static_cast<std::int32_t>(units));
+    tiles.push_back(std::move(tile));
+  }
+  std::sort(tiles.begin(), tiles.end(), [](const BuiltTile& a, const BuiltTile& b) { return std::pair(a.tile.y, a.tile.x) < std::pair(b.tile.y, b.tile.x); });
+  return tiles;
+}
+
+double measure_exact(const LevelContext& context, BuiltTile& tile) {
+  gpu::SurfaceErrorInput input;
+  input.lattice = context.lattice;
+  input.tile = tile.tile;
+  input.mesh = &tile.mesh;
+  input.samples = context.samples;
+  input.ecef_step_m = context.level->ecef_step();
+  input.frames = context.frames;
+  const double target_m = context.level->target();
+  tile.measured = gpu::surface_error(input, target_m - gpu::kGrace_m);
+  tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
+  const gpu::Upright upright({context.lattice, tile.tile, tile.mesh.side, context.level->ecef_step()});
+  if (context.promise && (!tile.measured.over_limit.empty() || !gpu::turned_triangles(upright, tile.mesh).empty())) {
+    // Steep walls meet rounded points, and needles the earth's curve: vertices go in there, away from the tile's sides.
+    LevelContext put_back = context;
+    put_back.height_rounds = -1;
+    measure(put_back, tile, target_m);
+    if (tile.turned > 0 && gpu::flip_turned(tile.mesh, upright, gpu::SampleMeter(input, height_step(*context.level)), target_m - gpu::kGrace_m) > 0) {
+      tile.measured = gpu::surface_error(input, target_m - gpu::kGrace_m);
+      tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
+    }
+  }
+  return std::max(0.0, tile.max_error_m - target_m);
+}
+
+void hand_up_exact(const LevelContext& context, const std::vector<BuiltTile>& children, BuiltTile& tile) {
+  std::array<const proto::TileMesh*, 4> meshes{};
+  PreparedTile prepared;
+  prepared.tile = tile.tile;
+  for (const BuiltTile& child : children) {
+    meshes[static_cast<std::size_t>((child.tile.x & 1) + 2 * (child.tile.y & 1))] = &child.mesh;
+    prepared.inherited_error_m = std::max(prepared.inherited_error_m, child.max_error_m);
+  }
+  WeldInput input;
+  input.children = meshes;
+  input.child_side = tile.mesh.side / 2;
+  proto::Result<proto::TileMesh> welded = weld(input);
+  if (!welded.ok()) throw std::logic_error("exact block: " + welded.problem().detail);
+  prepared.input = std::move(*welded);
+  hand_up(context, prepared, tile);
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,84 @@
+#include "pipeline/build/exact/ground_meter.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gpu/exact/steps/coded.h"
+#include "gpu/measure/sample_meter.h"
+#include "proto/integers.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr std::int64_t kMargin = 2;  // units: samples beside a triangle that its chords may show
+constexpr double kRounded = 1;       // of a height to whole steps, and more
+
+/// A meter of one triangle needs its tile's side, and the range of its heights.
+proto::TileMesh mesh_of(std::int32_t side, const std::array<gpu::MeshPoint, 3>& corners) {
+  proto::TileMesh mesh;
+  mesh.side = side;
+  for (const gpu::MeshPoint& p : corners) {
+    mesh.x.push_back(p.x);
+    mesh.y.push_back(p.y);
+    mesh.height.push_back(p.height);
+    mesh.mark.push_back(0);
+  }
+  mesh.triangles.push_back({0, 1, 2});
+  return mesh;
+}
+
+}  // namespace
+
+gpu::exact::Field field_of(const gpu::exact::Ground& ground) {
+  gpu::exact::Field field;
+  field.columns = ground.columns, field.rows = ground.rows;
+  field.tier_stride[0] = static_cast<std::int32_t>(ground.across());
+  field.plane[0] = ground.squares.plane.data();
+  field.code = ground.squares.code.data();
+  field.curve = {ground.curve.empty() ? nullptr : ground.curve.data(), ground.curve_up};
+  return field;
+}
+
+GroundMeter::GroundMeter(const At& at, const gpu::exact::Ground& ground) : at_(at), ground_(ground), field_(field_of(ground)) {
+  const std::int64_t circle = at.lattice->columns();
+  const std::int64_t west = at.lattice->west(at.tile);
+  // On the turn on which the tile has cells of the ground; there is one (merged_at_once).
+  west_ = west + proto::floor_divide(ground.west + ground.columns - 2 - west, circle) * circle - ground.west;
+  south_ = at.lattice->south(at.tile) - ground.south;
+}
+
+GroundMeter::Known GroundMeter::around(const std::array<gpu::MeshPoint, 3>& corners) const {
+  const auto [from_x, to_x] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
+  const auto [from_y, to_y] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
+  const std::int64_t west = std::max<std::int64_t>(west_ + from_x - kMargin, 0), east = std::min<std::int64_t>(west_ + to_x + kMargin, ground_.columns - 1);
+  const std::int64_t south = std::max<std::int64_t>(south_ + from_y - kMargin, 0), north = std::min<std::int64_t>(south_ + to_y + kMargin, ground_.rows - 1);
+  Known known;
+  proto::Samples& samples = known.samples;
+  samples.west = ground_.west + west, samples.south = ground_.south + south;
+  samples.columns = static_cast<std::int32_t>(east - west + 1), samples.rows = static_cast<std::int32_t>(north - south + 1);
+  samples.height.reserve(static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows));
+  float error = 0;
+  for (std::int64_t j = south; j <= north; ++j) {
+    for (std::int64_t i = west; i <= east; ++i) {
+      const int x = static_cast<int>(i), y = static_cast<int>(j);
+      const bool none = field_.is_void_there(x, y);
+      samples.height.push_back(none ? proto::kNoHeight : static_cast<std::int32_t>(std::lround(field_.height_at(x, y))));
+      if (!none) error = std::max(error, gpu::exact::code_error(field_.plane[0][field_.square_of(x, y)]));
+    }
+  }
+  known.error_m = (error + kRounded) * proto::kHeightStep_m;
+  return known;
+}
+
+gpu::TriangleError GroundMeter::measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const {
+  const Known known = around(corners);
+  const proto::TileMesh mesh = mesh_of(at_.side, corners);
+  gpu::TriangleError error =
+      gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_step_m, nullptr}, at_.height_step).measure(corners, limit_m - known.error_m);
+  error.error_m += known.error_m;
+  return error;
+}
+
+double GroundMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance&) const { return measure(corners, INFINITY).error_m; }
+
+}  // namespace cordillera::pipeline

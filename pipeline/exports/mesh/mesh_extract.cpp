@@ -1,0 +1,121 @@
+#include "pipeline/exports/mesh/mesh_extract.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "pipeline/exports/mesh/mesh_weld.h"
+#include "pipeline/encode/published_mesh.h"
+
+namespace cordillera::pipeline::exports {
+namespace {
+
+using proto::Problem;
+
+/// The lattice's vertex in the middle of what the window shows.
+std::array<std::int64_t, 2> middle_of(const faces::Terrain& terrain, const MeshWindow& window) {
+  const std::int64_t side = terrain.lattice().tile_units(window.level);
+  if (window.east > window.west) {
+    return {std::llround((window.west + window.east) / 2), std::llround((window.south + window.north) / 2)};
+  }
+  return {window.x0 * side + side / 2, window.y0 * side + side / 2};
+}
+
+/// Where fans touch in a vertex only, each gets one of its own.
+proto::TriangleMesh split_fans(MeshWelder& welder) {
+  proto::TriangleMesh& all = welder.mesh();
+  proto::TileMesh plain;
+  plain.mark.assign(all.vertices(), 0);
+  plain.triangles = std::move(all.triangles);
+  PublishedMesh split = published_mesh(plain);
+  proto::TriangleMesh out;
+  out.triangles = std::move(split.triangles);
+  for (const auto axis : {&proto::TriangleMesh::x, &proto::TriangleMesh::y, &proto::TriangleMesh::z}) {
+    (out.*axis).reserve(split.source.size());
+    for (const std::uint32_t vertex : split.source) (out.*axis).push_back((all.*axis)[vertex]);
+  }
+  return out;
+}
+
+/// Nothing where the mesh would have more triangles than it may.
+std::optional<ExtractedMesh> extract(const faces::Terrain& terrain, const MeshRequest& request, int level) {
+  const MeshWindow window = window_of(terrain, request, level);
+  const auto [column, row] = middle_of(terrain, window);
+  MeshWelder welder(terrain.lattice(), window, request.frame, {column, row});
+  bool whole = true;
+  each_tile(terrain, window, [&](const proto::TileRecord& record, std::int64_t x) {
+    const auto tile = terrain.mesh({level, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())});
+    if (tile) welder.add(tile->mesh(), x);
+    whole = welder.mesh().triangles.size() <= request.most_triangles;
+    return whole;
+  });
+  if (!whole) return std::nullopt;
+  const proto::Lattice lattice = terrain.lattice();
+  ExtractedMesh out{split_fans(welder), level, request.frame, lattice.longitude_deg(column), lattice.latitude_deg(row),
+                    welder.origin_m()};
+  if (out.longitude_deg > 180) out.longitude_deg -= 360;
+  return out;
+}
+
+std::string range_of(const proto::Manifest& manifest) {
+  return "levels " + std::to_string(manifest.min_level()) + " to " + std::to_string(manifest.max_level());
+}
+
+/// The finest level below `from` that seems to fit; none does where even the coarsest has too many.
+std::optional<int> level_that_fits(const faces::Terrain& terrain, const MeshRequest& request, int from) {
+  for (int level = from; level >= static_cast<int>(terrain.manifest().min_level()); --level) {
+    if (triangles_in(terrain, window_of(terrain, request, level), request.most_triangles) <=
+        static_cast<double>(request.most_triangles))
+      return level;
+  }
+  return std::nullopt;
+}
+
+Problem too_large(const faces::Terrain& terrain, const MeshRequest& request, int level) {
+  const auto fits = request.tile ? std::nullopt : level_that_fits(terrain, request, level - 1);
+  const std::string limit = std::to_string(request.most_triangles);
+  return {"mesh-too-large", "level " + std::to_string(level) + " has more than " + limit + " triangles there",
+          (fits ? "level " + std::to_string(*fits) + " or a coarser one, or a smaller bbox" : "a smaller bbox") +
+              ", of at most " + limit + " triangles",
+          fits ? "level" : "bbox"};
+}
+
+Problem nothing_there(const faces::Terrain& terrain, const MeshRequest& request, int level) {
+  const auto& manifest = terrain.manifest();
+  if (request.tile) {
+    const auto& [z, x, y] = *request.tile;
+    return {"tile-unknown", "there is no tile " + std::to_string(z) + "/" + std::to_string(x) + "/" + std::to_string(y),
+            range_of(manifest) + " within the dataset's bounds (y counts from the south)", "tile"};
+  }
+  std::string bounds;
+  for (int k = 0; k < 4 && manifest.bounds_size() >= 4; ++k) {
+    bounds.append(k == 0 ? "" : ", ").append(std::to_string(manifest.bounds(k)));
+  }
+  return {"bbox-outside-raster", "level " + std::to_string(level) + " has no triangle in the bbox",
+          "a box that touches the dataset: " + bounds, "bbox"};
+}
+
+}  // namespace
+
+proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const MeshRequest& request) {
+  const auto least = static_cast<int>(terrain.manifest().min_level()), most = static_cast<int>(terrain.manifest().max_level());
+  const auto wanted = request.tile ? std::optional(request.tile->z) : request.level;
+  if (wanted && !request.tile && (*wanted < least || *wanted > most)) {
+    return Problem{"option-invalid", "the dataset has no level " + std::to_string(*wanted), range_of(terrain.manifest()),
+                   "level"};
+  }
+  if (request.tile && (*wanted < least || *wanted > most)) return nothing_there(terrain, request, *wanted);
+  const auto first = wanted ? wanted : level_that_fits(terrain, request, most);
+  if (!first) return too_large(terrain, request, least);
+  int level = *first;
+  for (; level >= least; --level) {  // what seemed to fit may not
+    auto mesh = extract(terrain, request, level);
+    if (mesh && mesh->mesh.triangles.empty()) return nothing_there(terrain, request, level);
+    if (mesh) return std::move(*mesh);
+    if (wanted) break;
+  }
+  return too_large(terrain, request, std::max(level, least));
+}
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,22 @@
+#pragma once
+// Tiles of one level welded into one mesh, for programs that know no tiles.
+#include "pipeline/exports/mesh/mesh_request.h"
+#include "proto/ellipsoid.h"
+#include "proto/mesh_file/triangle_mesh.h"
+
+namespace cordillera::pipeline::exports {
+
+struct ExtractedMesh {
+  proto::TriangleMesh mesh;  ///< counter-clockwise seen from above; a manifold: rims that touch have vertices of their own
+  int level = 0;
+  Frame frame = Frame::enu;
+  double longitude_deg = 0, latitude_deg = 0;  ///< the point of the ellipsoid in the middle, a vertex of the lattice
+  proto::Vec3 origin_m;                        ///< the same, earth-centred
+};
+
+/// Tiles that touch share their vertices: they are found as equal integers, so nothing is moved and nothing is doubled. A box
+/// cuts the triangles it crosses; what the cut adds lies on the triangles' flat surface. A pole's row is one vertex, but in
+/// geodetic coordinates.
+proto::Result<ExtractedMesh> extract_mesh(const faces::Terrain& terrain, const MeshRequest& request);
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,85 @@
+#include "pipeline/exports/mesh/mesh_output.h"
+
+#include <array>
+#include <cmath>
+
+#include "pipeline/exports/archive_metadata.h"
+#include "pipeline/encode/json.h"
+#include "proto/mesh_file/mesh_file.h"
+
+namespace cordillera::pipeline::exports {
+namespace {
+
+struct Kind {
+  MeshKind kind;
+  std::string_view ending, type;
+};
+constexpr std::array<Kind, 4> kKinds = {{{MeshKind::glb, "glb", "model/gltf-binary"},
+                                         {MeshKind::ply, "ply", "application/octet-stream"},
+                                         {MeshKind::obj, "obj", "model/obj"},
+                                         {MeshKind::stl, "stl", "model/stl"}}};
+
+std::string frame_sentence(const ExtractedMesh& mesh) {
+  const auto number = [](double value) { return Json(value).dump(); };
+  switch (mesh.frame) {
+    case Frame::ecef: return "metres, earth-centred, earth-fixed (EPSG:4978)";
+    case Frame::geodetic: return "longitude and latitude in degrees, metres above the WGS 84 ellipsoid";
+    default: break;
+  }
+  return "metres east, north and up of longitude " + number(mesh.longitude_deg) + ", latitude " + number(mesh.latitude_deg) +
+         ", height 0 above the WGS 84 ellipsoid";
+}
+
+/// A line each, for the heads of text formats.
+std::vector<std::string> comments_of(const ExtractedMesh& mesh, const proto::Manifest& manifest) {
+  std::vector<std::string> lines = {title_of(manifest), manifest.attribution(), "level " + std::to_string(mesh.level),
+                                    frame_sentence(mesh)};
+  std::erase(lines, "");
+  for (std::string& line : lines) {
+    for (char& c : line) c = c == '\n' || c == '\r' ? ' ' : c;
+  }
+  return lines;
+}
+
+/// Text is short then, and no lattice is as fine.
+void round_to_millimetres(std::vector<double>& axis) {
+  for (double& value : axis) value = std::round(value * 1000) / 1000;
+}
+
+}  // namespace
+
+std::optional<MeshKind> mesh_kind(std::string_view ending) {
+  for (const Kind& kind : kKinds) {
+    if (kind.ending == ending) return kind.kind;
+  }
+  return std::nullopt;
+}
+
+std::string_view media_type(MeshKind kind) { return kKinds[static_cast<std::size_t>(kind)].type; }
+
+proto::Result<void> check_frame(MeshKind kind, Frame frame) {
+  const bool degrees = frame == Frame::geodetic && (kind == MeshKind::glb || kind == MeshKind::stl);
+  if (!degrees && !(frame == Frame::ecef && kind == MeshKind::stl)) return {};
+  const std::string format(kKinds[static_cast<std::size_t>(kind)].ending);
+  return proto::Problem{"options-conflict",
+                        "." + format + " has 32-bit floats, which would move such coordinates by half a metre and more",
+                        kind == MeshKind::stl ? "frame=enu, or ply or obj" : "frame=enu or ecef, or ply or obj", "frame"};
+}
+
+bool write_mesh(std::ostream& out, const ExtractedMesh& mesh, MeshKind kind, const proto::Manifest& manifest) {
+  if (kind == MeshKind::glb) return write_glb(out, mesh, manifest);
+  if (kind == MeshKind::stl) return write_stl(out, mesh, manifest);
+  proto::MeshEncoding encoding;
+  encoding.comments = comments_of(mesh, manifest);
+  if (kind == MeshKind::ply) {
+    encoding.coordinates = mesh.frame == Frame::enu ? proto::CoordinateType::float32 : proto::CoordinateType::float64;
+    return proto::write_mesh(out, mesh.mesh, encoding);
+  }
+  encoding.format = proto::MeshFormat::obj;
+  if (mesh.frame == Frame::geodetic) return proto::write_mesh(out, mesh.mesh, encoding);
+  proto::TriangleMesh rounded = mesh.mesh;
+  for (auto* axis : {&rounded.x, &rounded.y, &rounded.z}) round_to_millimetres(*axis);
+  return proto::write_mesh(out, rounded, encoding);
+}
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,98 @@
+#include "pipeline/exports/mesh/mesh_weld.h"
+
+namespace cordillera::pipeline::exports {
+
+using proto::Vec3;
+
+MeshWelder::MeshWelder(const proto::Lattice& lattice, const MeshWindow& window, Frame frame, std::array<std::int64_t, 2> middle)
+    : lattice_(lattice), window_(window), frame_(frame) {
+  const auto row = proto::row_frame(lattice, middle[1]);
+  const auto column = proto::column_frame(lattice, middle[0]);
+  origin_m_ = proto::ecef(row, column, 0);
+  up_ = proto::normal(row, column);
+  east_ = {0 - column.sin_lon, column.cos_lon, 0};
+  north_ = proto::cross(up_, east_);
+}
+
+std::size_t MeshWelder::Hash::operator()(const Key& key) const {
+  std::uint64_t hash = 0;
+  for (const std::int64_t part : {key.column, key.row, key.height}) {
+    hash = (hash ^ static_cast<std::uint64_t>(part)) * 0x9E3779B97F4A7C15ULL;
+    hash ^= hash >> 29;
+  }
+  return hash;
+}
+
+Vec3 MeshWelder::position(std::int64_t column, std::int64_t row, double height_m) const {
+  if (frame_ == Frame::geodetic) return {lattice_.longitude_deg(column), lattice_.latitude_deg(row), height_m};
+  const Vec3 at = proto::ecef(proto::row_frame(lattice_, row), proto::column_frame(lattice_, column), height_m);
+  if (frame_ == Frame::ecef) return at;
+  const Vec3 from = at - origin_m_;
+  return {dot(from, east_), dot(from, north_), dot(from, up_)};
+}
+
+std::uint32_t MeshWelder::push(const Vec3& position) {
+  mesh_.x.push_back(position.x);
+  mesh_.y.push_back(position.y);
+  mesh_.z.push_back(position.z);
+  return static_cast<std::uint32_t>(mesh_.vertices() - 1);
+}
+
+std::uint32_t MeshWelder::vertex(const Key& at, double height_m, bool shared) {
+  if (!shared) return push(position(at.column, at.row, height_m));
+  Key key = at;
+  if (frame_ != Frame::geodetic) {
+    const bool pole = at.row == 0 || at.row == lattice_.rows();
+    key.column = pole ? 0 : (at.column % lattice_.columns() + lattice_.columns()) % lattice_.columns();
+  }
+  const auto [found, fresh] = sides_.try_emplace(key, 0);
+  if (fresh) found->second = push(position(key.column, key.row, height_m));
+  return found->second;
+}
+
+std::uint32_t MeshWelder::cut(std::uint32_t from, std::uint32_t to, int side, double share) {
+  const auto [found, fresh] = cuts_.try_emplace({from, to, side}, 0);
+  if (!fresh) return found->second;
+  const auto between = [&](const std::vector<double>& axis) { return axis[from] + share * (axis[to] - axis[from]); };
+  found->second = push({between(mesh_.x), between(mesh_.y), between(mesh_.z)});
+  return found->second;
+}
+
+void MeshWelder::push_triangle(const std::array<std::uint32_t, 3>& t) {
+  // At a pole an edge of the lattice has no length.
+  if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh_.triangles.push_back(t);
+}
+
+bool MeshWelder::inside(const LatticeMesh& tile, std::int64_t west, std::int64_t south) const {
+  if (!window_.clipped) return true;
+  return static_cast<double>(west) >= window_.west && static_cast<double>(west + tile.side) <= window_.east &&
+         static_cast<double>(south) >= window_.south && static_cast<double>(south + tile.side) <= window_.north;
+}
+
+void MeshWelder::add(const LatticeMesh& tile, std::int64_t x) {
+  const std::int64_t west = x * tile.side, south = std::int64_t{tile.y} * tile.side;
+  const auto on_a_side = [&](std::int32_t units) { return units == 0 || units == tile.side; };
+  std::vector<std::uint32_t> vertices;
+  vertices.reserve(tile.points.size());
+  for (const auto& [u, v, h] : tile.points) {
+    vertices.push_back(vertex({west + u, south + v, h}, h * tile.height_step, on_a_side(u) || on_a_side(v)));
+  }
+  if (inside(tile, west, south)) {
+    for (const Triangle& t : tile.triangles) push_triangle({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+    return;
+  }
+  const CutEdge cut_edge = [this](std::uint32_t from, std::uint32_t to, int side, double share) {
+    return cut(from, to, side, share);
+  };
+  for (const Triangle& t : tile.triangles) {
+    std::vector<ClipCorner> corners;
+    for (const std::uint32_t v : t) {
+      corners.push_back(
+          {vertices[v], static_cast<double>(west + tile.points[v][0]), static_cast<double>(south + tile.points[v][1])});
+    }
+    corners = clipped(corners, window_, cut_edge);
+    for (std::size_t k = 2; k < corners.size(); ++k) push_triangle({corners[0].vertex, corners[k - 1].vertex, corners[k].vertex});
+  }
+}
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,86 @@
+#include "pipeline/faces/pictures/colour_ramp.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+constexpr std::size_t kColourDigits = 6;
+
+/// The whole text as a number; from_chars has no locale.
+std::optional<double> number(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::optional<Rgb> colour(std::string_view text) {
+  std::uint32_t value = 0;
+  if (text.size() != kColourDigits) return std::nullopt;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return Rgb{static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8), static_cast<std::uint8_t>(value)};
+}
+
+std::optional<RampStop> stop(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  if (colon == text.npos) return std::nullopt;
+  const auto value = number(text.substr(0, colon));
+  const auto rgb = colour(text.substr(colon + 1));
+  return value && rgb ? std::optional(RampStop{*value, *rgb}) : std::nullopt;
+}
+
+proto::Problem refused(std::string_view text, std::string_view accepted) {
+  const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c < 127; });
+  return {"option-invalid", "ramp=" + (printable ? std::string(text.substr(0, 80)) : "(not plain text)") + " is neither the name of a ramp nor a list of stops with increasing values",
+          std::string(accepted), "ramp"};
+}
+
+}  // namespace
+
+Rgb colour_at(const Ramp& ramp, double value) {
+  const auto above = std::upper_bound(ramp.begin(), ramp.end(), value, [](double v, const RampStop& s) { return v < s.value; });
+  if (above == ramp.begin()) return ramp.front().rgb;
+  if (above == ramp.end()) return ramp.back().rgb;
+  const RampStop &a = above[-1], &b = *above;
+  const double share = (value - a.value) / (b.value - a.value);
+  Rgb out{};
+  for (std::size_t k = 0; k < out.size(); ++k) out[k] = static_cast<std::uint8_t>(std::nearbyint(a.rgb[k] + share * (b.rgb[k] - a.rgb[k])));
+  return out;
+}
+
+Ramp stretched(std::span<const RampStop> shares, double low, double high) {
+  Ramp out(shares.begin(), shares.end());
+  for (RampStop& stop : out) stop.value = low + stop.value * (high - low);
+  return out;
+}
+
+proto::Result<Ramp> ramp_stops(std::string_view text, std::string_view accepted) {
+  Ramp ramp;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::size_t comma = rest.find(',');
+    const auto next = stop(rest.substr(0, comma));
+    if (!next || ramp.size() == kMostStops || (!ramp.empty() && next->value <= ramp.back().value)) return refused(text, accepted);
+    ramp.push_back(*next);
+    rest.remove_prefix(comma == rest.npos ? rest.size() : comma + 1);
+  }
+  if (ramp.size() < 2) return refused(text, accepted);
+  return ramp;
+}
+
+Json ramp_json(const Ramp& ramp) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  Json out = Json::array();
+  for (const RampStop& stop : ramp) {
+    std::string colour = "#";
+    for (const std::uint8_t channel : stop.rgb) (colour += kDigits[channel >> 4]) += kDigits[channel & 15];
+    out.push_back({std::round(stop.value * 100) / 100, colour});
+  }
+  return out;
+}
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,98 @@
+#include "pipeline/faces/pictures/raster_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "pipeline/faces/outline_fill.h"
+#include "pipeline/faces/web_mercator.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+proto::Result<std::optional<Document>> nothing() { return std::optional<Document>(); }
+
+std::string path_at(const RasterStyle& style, const Place& place) {
+  Resource tiles;
+  tiles.path = style.path;
+  return path_of(tiles, place);
+}
+
+/// What a tile is kept under: each ramp is another picture.
+std::string kept_name(std::string path, const Place& place) {
+  return place.ramp.empty() ? path : path.append("?").append(place.ramp);
+}
+
+/// A tile that shows something; it is kept, so that whoever lists paths and then fetches them draws once.
+proto::Result<std::optional<Document>> drawn(const Terrain& terrain, const Place& place, const RasterStyle& style) {
+  return terrain.kept(kept_name(path_at(style, place), place), [&]() -> proto::Result<std::optional<Document>> {
+    const auto grid = filled_grid(terrain, place, style.beyond);
+    if (!grid) return grid.problem();
+    if (!*grid || !(*grid)->data) return nothing();
+    return std::optional(document(style.encode(style.pixels(terrain, **grid, place))));
+  });
+}
+
+proto::Result<std::optional<Document>> empty_tile(const Terrain& terrain, const Place& place, const RasterStyle& style) {
+  return terrain.kept(kept_name(std::string(style.path), place), [&]() -> proto::Result<std::optional<Document>> {
+    HeightGrid grid;
+    grid.side = kTilePixels + 2 * kMargin;
+    grid.height_m.assign(grid.side * grid.side, std::numeric_limits<double>::quiet_NaN());
+    return std::optional(document(style.encode(style.pixels(terrain, grid, place))));
+  });
+}
+
+struct Walk {
+  const Terrain& terrain;
+  Beyond beyond;
+  const std::function<void(const Place&)>& found;
+  Extent extent;
+  Zooms zooms;
+
+  /// Whether any mesh, of the level that the tile is drawn from or below it, lies under a tile.
+  bool meshes_under(const Place& p) const {
+    const int level = level_of(terrain.manifest(), zooms, p.z, row_latitude_deg(extent, p.z, p.y));
+    const double tiles_a_degree = std::ldexp(1, level) / 180;
+    const double west = p.x * 360 / std::ldexp(1, p.z), east = (p.x + 1) * 360 / std::ldexp(1, p.z);
+    const double north = pixel_latitude_deg(p.z, double{kTilePixels} * p.y) + 90;
+    const double south = pixel_latitude_deg(p.z, double{kTilePixels} * (p.y + 1)) + 90;
+    const auto index = [&](double deg) { return static_cast<std::int32_t>(deg * tiles_a_degree); };
+    const std::int32_t last = std::min(index(east), proto::tiles_across(level) - 1);
+    return !terrain.store().extents(level, index(west), index(south), last, index(north)).empty();
+  }
+  /// Whether heights that no mesh has can lie in it.
+  bool filled(const Place& p) const {
+    const auto outline = terrain.outline();
+    return outline.ok() && (*outline)->reaches(p.z, p.x, p.y, beyond == Beyond::faded);
+  }
+  void visit(const Place& p) const {
+    if (!touches(extent, p.z, p.x, p.y) || (!meshes_under(p) && !filled(p))) return;
+    if (zooms.holds(p.z)) found(p);
+    if (p.z >= zooms.last) return;
+    for (std::int32_t child = 0; child < 4; ++child) visit({0, p.z + 1, 2 * p.x + (child & 1), 2 * p.y + (child >> 1)});
+  }
+};
+
+}  // namespace
+
+proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style) {
+  auto tile = drawn(terrain, place, style);
+  if (!tile || *tile) return tile;
+  const auto extent = extent_of(terrain.manifest());
+  if (!extent || !touches(*extent, place.z, place.x, place.y)) return nothing();
+  return zooms_of(terrain.manifest(), *extent).holds(place.z) ? empty_tile(terrain, place, style) : nothing();
+}
+
+void each_tile_with_heights(const Terrain& terrain, Beyond beyond, const std::function<void(const Place&)>& visit) {
+  const auto extent = extent_of(terrain.manifest());
+  if (extent) Walk{terrain, beyond, visit, *extent, zooms_of(terrain.manifest(), *extent)}.visit({});
+}
+
+void each_raster_tile(const Terrain& terrain, const RasterStyle& style, const PathSink& sink) {
+  each_tile_with_heights(terrain, style.beyond, [&](const Place& place) {
+    const auto tile = drawn(terrain, place, style);
+    if (!tile || *tile) sink(path_at(style, place));  // a problem is told to whoever fetches it
+  });
+}
+
+}  // namespace cordillera::pipeline::faces

@@ -1,0 +1,127 @@
+#include "pipeline/faces/quantized_mesh/terrain_tileset.h"
+
+#include <array>
+#include <numbers>
+
+#include "pipeline/faces/quantized_mesh/layer_json.h"
+#include "pipeline/faces/quantized_mesh/terrain_tileset_glb.h"
+#include "pipeline/faces/quantized_mesh/terrain_tileset_subtree.h"
+#include "pipeline/tileset/implicit_tile.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/tileset/tileset.h"
+#include "proto/mesh.h"
+
+namespace cordillera::pipeline::faces {
+namespace {
+
+// What CesiumJS expects of a grid of 65 x 65 heights at level 0; it halves from level to level, as the provider does itself.
+constexpr double kLevelZeroError_m = 77067.34;
+
+Json property(const char* semantic, const char* type, int count) {
+  Json out = {{"semantic", semantic}, {"type", type}, {"componentType", "FLOAT64"}, {"required", true}};
+  if (count > 0) {
+    out["array"] = true;
+    out["count"] = count;
+  }
+  return out;
+}
+
+Json schema() {
+  const Json properties = {{"minimum_height", property("TILE_MINIMUM_HEIGHT", "SCALAR", 0)},
+                           {"maximum_height", property("TILE_MAXIMUM_HEIGHT", "SCALAR", 0)},
+                           {"bounding_sphere", property("TILE_BOUNDING_SPHERE", "SCALAR", 4)},
+                           {"horizon_occlusion_point", property("TILE_HORIZON_OCCLUSION_POINT", "VEC3", 0)}};
+  return {{"id", "cordillera_terrain"}, {"classes", {{"tile", {{"properties", properties}}}}}};
+}
+
+Json root_of(const proto::Manifest& manifest, char hemisphere) {
+  const double west = hemisphere == 'W' ? -std::numbers::pi : 0;
+  const std::string side(1, hemisphere);
+  Json out;
+  out["boundingVolume"] = {{"region", Json::array({west, -std::numbers::pi / 2, west + std::numbers::pi, std::numbers::pi / 2,
+                                                   -proto::kMaxHeight_m, proto::kMaxHeight_m})}};
+  out["geometricError"] = kLevelZeroError_m;
+  out["refine"] = "REPLACE";
+  out["content"] = {{"uri", side + "/{level}/{x}/{y}.glb"}};
+  out["implicitTiling"] = {{"subdivisionScheme", "QUADTREE"},
+                           {"subtreeLevels", kTerrainSubtreeLevels},
+                           {"availableLevels", manifest.max_level() + 1},
+                           {"subtrees", {{"uri", "subtrees/" + side + "/{level}/{x}/{y}.subtree"}}}};
+  return out;
+}
+
+proto::Result<std::optional<Document>> tileset(const Terrain& terrain, const Place&) {
+  const proto::Manifest& manifest = terrain.manifest();
+  Json root;
+  root["boundingVolume"] = {{"region", Json::array({-std::numbers::pi, -std::numbers::pi / 2, std::numbers::pi,
+                                                    std::numbers::pi / 2, -proto::kMaxHeight_m, proto::kMaxHeight_m})}};
+  root["geometricError"] = 2 * kLevelZeroError_m;
+  root["refine"] = "REPLACE";
+  root["children"] = Json::array({root_of(manifest, 'W'), root_of(manifest, 'E')});
+  Json out;
+  out["asset"] = tileset_asset(manifest);
+  out["schema"] = schema();
+  out["geometricError"] = 2 * kLevelZeroError_m;
+  out["root"] = std::move(root);
+  return std::optional(document(out.dump(1, ' ', false, Json::error_handler_t::replace)));
+}
+
+std::optional<proto::TileAddress> at(const Terrain& terrain, const Place& place) {
+  const auto tile = absolute_tile(place.root, place.z, place.x, place.y);
+  return tile && has_quantized_tile(GeodeticGrid(terrain), *tile) ? tile : std::nullopt;
+}
+
+proto::Result<std::optional<Document>> subtree_of(const Terrain& terrain, const Place& place);
+proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place);
+
+constexpr std::array<Resource, 3> kResources = {{
+    {"terrain3d/tileset.json", Grid::none, "application/json",
+     "3D Tiles tileset of the terrain surface, for Cesium3DTilesTerrainProvider", tileset},
+    {"terrain3d/subtrees/{root}/{z}/{x}/{y}.subtree", Grid::implicit, "application/octet-stream",
+     "Availability, heights, spheres and horizon points of a part of that tileset", subtree_of},
+    {"terrain3d/{root}/{z}/{x}/{y}.glb", Grid::implicit, "model/gltf-binary", "A tile of it, as binary glTF without compression",
+     tile, Links::relative, Absent::not_found, Compression::gzip},
+}};
+
+proto::Result<std::optional<Document>> subtree_of(const Terrain& terrain, const Place& place) {
+  return terrain.kept(path_of(kResources[1], place), [&]() -> proto::Result<std::optional<Document>> {
+    const auto found = at(terrain, place);
+    auto bytes = found ? terrain_subtree(terrain, *found) : std::nullopt;
+    if (!bytes) return std::optional<Document>();
+    return std::optional(document(std::move(*bytes)));
+  });
+}
+
+proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place) {
+  return terrain.kept(path_of(kResources[2], place), [&]() -> proto::Result<std::optional<Document>> {
+    const auto found = at(terrain, place);
+    if (!found) return std::optional<Document>();
+    return std::optional(document(terrain_glb(quantized_surface(GeodeticGrid(terrain), *found), terrain.manifest().attribution())));
+  });
+}
+
+void each_path(const Terrain& terrain, const PathSink& sink) {
+  const GeodeticGrid grid(terrain);
+  for (int z = 0; z <= grid.finest(); ++z) {
+    for (const TileRange& range : quantized_ranges(grid, z)) {
+      for (std::int32_t y = range.start_y; y <= range.end_y; ++y) {
+        for (std::int32_t x = range.start_x; x <= range.end_x; ++x) {
+          const Place place{hemisphere_of({z, x, y}), z, implicit_x({z, x, y}), y};
+          sink(path_of(kResources[2], place));
+          if (z % kTerrainSubtreeLevels == 0) sink(path_of(kResources[1], place));
+        }
+      }
+    }
+  }
+  sink("terrain3d/tileset.json");
+}
+
+}  // namespace
+
+const Face& terrain_tileset() {
+  static const Face kFace = {"terrain-3d", "CesiumJS' Cesium3DTilesTerrainProvider (experimental)", "terrain3d/tileset.json",
+                             kResources, each_path};
+  return kFace;
+}
+
+}  // namespace cordillera::pipeline::faces

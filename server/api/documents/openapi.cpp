@@ -1,0 +1,49 @@
+#include "server/api/documents/openapi.h"
+
+#include "server/http/digest.h"
+
+namespace cordillera::server {
+namespace {
+
+constexpr const char* kAbout =
+    "Post an elevation model, fetch level-of-detail terrain tiles. One dataset is served in several formats at once; what each "
+    "client reads "
+    "is a family of addresses below the dataset's own. Every resource that has a GET answers a HEAD, and documents and tiles "
+    "carry an ETag. "
+    "Errors are application/problem+json (RFC 9457).";
+
+Json tag(const char* name, const char* about) { return {{"name", name}, {"description", about}}; }
+
+std::string made_document() {
+  Json json;
+  json["openapi"] = "3.1.0";
+  json["info"] = {{"title", "Cordillera"},
+                  {"version", CORDILLERA_VERSION},
+                  {"description", kAbout},
+                  {"license", {{"name", "Apache-2.0"}, {"identifier", "Apache-2.0"}}}};
+  json["servers"] = Json::array({{{"url", "."}, {"description", "where this document is"}}});
+  // Without a token; where the service asks for one, with it.
+  json["security"] = Json::array({Json::object(), {{"bearer", Json::array()}}});
+  json["tags"] = Json::array({tag("datasets", "Posting, watching and removing elevation models"),
+                              tag("uploads", "Rasters that arrive in parts and survive a broken connection"), tag("tiles", "What map and globe clients fetch"),
+                              tag("versions", "The same, at addresses whose content never changes"),
+                              tag("meshes", "Parts of a dataset for other programs"), tag("heights", "Elevation queries"),
+                              tag("stac", "Datasets as a catalog"),
+                              tag("service", "The service itself")});
+  json["paths"] = openapi_paths();
+  json["components"] = openapi_components();
+  return dump(json);
+}
+
+}  // namespace
+
+Response api_description() {
+  static const std::string kDocument = made_document();
+  static const std::string kTag = quoted(digest(kDocument).substr(0, 32));
+  Response response = json_text_response(200, kDocument);
+  response.set("Cache-Control", "public, no-cache");
+  response.set("ETag", kTag);
+  return response;
+}
+
+}  // namespace cordillera::server

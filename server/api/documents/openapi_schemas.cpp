@@ -1,0 +1,210 @@
+// What the paths of the API's description refer to.
+#include "proto/lattice.h"
+#include "server/api/documents/openapi.h"
+#include "server/http/problems.h"
+#include "server/datasets/registry.h"
+
+namespace cordillera::server {
+namespace {
+
+Json text(const char* about) { return {{"type", "string"}, {"description", about}}; }
+Json number(const char* about) { return {{"type", "number"}, {"description", about}}; }
+Json or_null(const char* schema) {
+  return {{"oneOf", Json::array({{{"$ref", std::string("#/components/schemas/") + schema}}, {{"type", "null"}}})}};
+}
+Json list_of(const char* schema) {
+  return {{"type", "array"}, {"items", {{"$ref", std::string("#/components/schemas/") + schema}}}};
+}
+
+Json object(const Json& properties, const Json& required) {
+  return {{"type", "object"}, {"properties", properties}, {"required", required}};
+}
+
+Json problem() {
+  Json types = Json::array();
+  for (const ProblemKind& kind : all_problem_kinds()) types.push_back("urn:cordillera:problem:" + kind.slug);
+  Json properties;
+  properties["type"] = {{"type", "string"}, {"enum", types}, {"description", "stable; what went wrong"}};
+  properties["title"] = text("the type in words");
+  properties["status"] = {{"type", "integer"}, {"description", "the HTTP status"}};
+  properties["detail"] = text("what is wrong, and where");
+  properties["accepted"] = text("what would be accepted instead");
+  properties["parameter"] = text("the parameter at fault, as it was spelt");
+  properties["request_id"] = text("names the request in the service's log; also the header X-Request-Id");
+  properties["reasons"] = {{"type", "array"}, {"items", {{"type", "string"}}}, {"description", "of not-ready, a word each"}};
+  return object(properties, {"type", "title", "status", "detail"});
+}
+
+Json dataset() {
+  Json states = Json::array();
+  for (const State state : {State::queued, State::running, State::ready, State::failed}) states.push_back(to_string(state));
+  Json properties;
+  properties["id"] = text("part of its address");
+  properties["name"] = text("what the raster was called");
+  properties["state"] = {{"type", "string"}, {"enum", states}};
+  properties["created"] = {{"type", "string"}, {"format", "date-time"}};
+  properties["private"] = {{"type", "boolean"}, {"description", "read with a token only"}};
+  properties["provisional"] = {{"type", "boolean"}, {"description", "coarse tiles can be read until the build is done; how far they are off is unknown"}};
+  properties["progress"] = or_null("progress");
+  properties["error"] = or_null("problem");
+  properties["links"] = {
+      {"type", "object"}, {"additionalProperties", {{"type", "string"}}}, {"description", "paths, below the prefix that a proxy told in X-Forwarded-Prefix"}};
+  properties["notes"] = {{"type", "array"}, {"items", {{"type", "string"}}},
+                         {"description", "sentences for people: voids that were filled, options of an older spelling"}};
+  properties["manifest"] = {{"type", Json::array_t{"object", "null"}},
+                            {"description", "once it is ready: title, attribution, levels, bounds, counts"}};
+  properties["updates"] = {{"type", "object"}, {"description", "of a dataset whose rasters can be changed: number of its version, pending changes, the last one"}};
+  properties["version"] = text("once it is ready: names this build in addresses that never change");
+  properties["faces"] = list_of("face");
+  return object(properties, {"id", "name", "state", "created", "progress", "error", "links", "manifest"});
+}
+
+Json progress() {
+  Json properties;
+  properties["stage"] = text("queued, fetch, provisional, open, plan, build, merge or publish");
+  properties["done"] = number("of total");
+  properties["total"] = number("samples, tiles or steps");
+  properties["share"] = number("of all stages together, 0 to 1; never less than before");
+  properties["place"] = {{"type", Json::array_t{"integer", "null"}}, {"description", "in the queue, 1 for the next; null while it is built"}};
+  properties["seconds_left"] = {{"type", Json::array_t{"number", "null"}},
+                                {"description", "of the stage; null while nobody can tell"}};
+  return object(properties, {"stage", "done", "total", "share", "seconds_left", "place"});
+}
+
+Json face() {
+  Json properties;
+  properties["name"] = text("as --formats has it");
+  properties["about"] = text("which clients read it");
+  properties["href"] = text("path of what a client is given");
+  properties["type"] = text("its media type");
+  properties["links"] = list_of("link");
+  return object(properties, {"name", "about", "href", "type", "links"});
+}
+
+Json link() {
+  Json properties;
+  properties["rel"] = text("item: tiles; alternate: a document");
+  properties["href"] = text("a path; braces where it is templated");
+  properties["type"] = text("media type");
+  properties["title"] = text("what it is");
+  properties["templated"] = {{"type", "boolean"}};
+  properties["tileMatrixSetId"] = {{"type", "string"}, {"enum", Json::array_t{"WorldCRS84Quad", "WebMercatorQuad"}}};
+  properties["rows"] = {{"type", "string"}, {"enum", Json::array_t{"north", "south"}}, {"description", "where y counts from"}};
+  return object(properties, {"rel", "href", "type", "title"});
+}
+
+Json elevations() {
+  Json properties;
+  properties["level"] = {{"type", "integer"}, {"description", "of the meshes"}};
+  properties["stated_max_error"] = {{"type", Json::array_t{"number", "null"}}, {"description", "metres, of that level; null of provisional tiles"}};
+  properties["provisional"] = {{"type", "boolean"}, {"description", "true: the build goes on, and these heights are of coarse tiles; else not there"}};
+  properties["points"] = {{"type", "array"},
+                          {"items", {{"type", "object"}}},
+                          {"description", "lon, lat, ellipsoidal_height, orthometric_height; distance along a line"}};
+  return object(properties, Json::array_t{"level", "stated_max_error", "points"});
+}
+
+Json limits() {
+  Json of_one;
+  of_one["value"] = number("at most, min_disk_free apart");
+  of_one["unit"] = text("what it counts");
+  of_one["about"] = text("what it is");
+  Json properties;
+  properties["limits"] = {{"type", "object"}, {"additionalProperties", object(of_one, Json::array_t{"value", "unit", "about"})}};
+  properties["in_use"] = {{"type", "object"}, {"additionalProperties", {{"type", "integer"}}}, {"description", "of some of them, by the same names"}};
+  return object(properties, Json::array_t{"limits", "in_use"});
+}
+
+Json sources_schemas(Json all) {
+  Json source;
+  for (const auto& [name, about] : {std::pair{"id", "its name in addresses"}, {"name", "what it is called"}, {"added", "when it came"}, {"crs", "its CRS"},
+                                    {"vertical_datum", "what its heights count from"}, {"source", "where it was fetched from"}}) {
+    source[name] = text(about);
+  }
+  source["position"] = {{"type", Json::array_t{"integer", "null"}}, {"description", "0 wins"}};
+  source["bytes"] = number("of its file");
+  source["extent"] = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "west, south, east, north in degrees"}};
+  source["resolution"] = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "metres of a pixel, across and up"}};
+  source["options"] = {{"type", "object"}, {"description", "those that were given to this raster"}};
+  all["source"] = object(source, Json::array_t{"name", "position"});
+  Json change;
+  change["id"] = text("names the change");
+  change["kind"] = {{"type", "string"}, {"enum", Json::array_t{"add", "replace", "remove"}}};
+  change["source"] = text("the raster's id");
+  change["state"] = {{"type", "string"}, {"enum", Json::array_t{"pending", "done", "failed"}}};
+  change["version"] = {{"type", "integer"}, {"description", "that comes or came of it"}};
+  change["error"] = or_null("problem");
+  all["change"] = object(change, Json::array_t{"id", "kind", "source", "state", "version", "error"});
+  all["sources"] = object({{"version", {{"type", "integer"}}}, {"block_level", {{"type", "integer"}}}, {"sources", list_of("source")}, {"changes", list_of("change")}},
+                          Json::array_t{"version", "sources", "changes"});
+  Json version;
+  version["number"] = {{"type", "integer"}};
+  version["version"] = text("its name in addresses");
+  version["served"] = {{"type", "boolean"}};
+  version["about"] = text("what made it");
+  version["created"] = text("when");
+  version["href"] = text("its manifest, relative to the dataset");
+  for (const char* count : {"sources", "tiles", "triangles", "bytes"}) version[count] = number("how many");
+  all["versions"] = object({{"versions", {{"type", "array"}, {"items", object(version, Json::array_t{"number", "version", "served"})}}}}, Json::array_t{"versions"});
+  return all;
+}
+
+Json schemas() {
+  Json all;
+  all["problem"] = problem();
+  all["dataset"] = dataset();
+  all["datasets"] = object({{"datasets", list_of("dataset")}, {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "path of the next page; null: this is the last"}}}},
+                            Json::array_t{"datasets", "next"});
+  all["progress"] = progress();
+  all["description"] = object({{"title", text("one that is not empty")}, {"attribution", text("one that is not empty")}, {"private", {{"type", "boolean"}}}}, Json::array_t{});
+  all["face"] = face();
+  all["link"] = link();
+  all["elevations"] = elevations();
+  all["health"] = object({{"status", {{"type", "string"}, {"enum", Json::array_t{"ok"}}}}}, Json::array_t{"status"});
+  all["limits"] = limits();
+  all["estimate"] = {{"type", "object"}, {"description", "levels and targets; tiles, triangles, bytes and seconds as guesses"}};
+  return sources_schemas(std::move(all));
+}
+
+Json in_path(const char* name, const char* about, const Json& schema) {
+  return {{"name", name}, {"in", "path"}, {"required", true}, {"description", about}, {"schema", schema}};
+}
+
+Json parameters() {
+  const Json whole = {{"type", "integer"}, {"minimum", 0}};
+  Json level = whole;
+  level["maximum"] = proto::kMaxLevel;
+  Json all;
+  all["id"] = in_path("id", "the dataset, as POST or the list named it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
+  all["version"] = in_path("version", "the dataset's `version`", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
+  all["source"] = in_path("source", "the raster, as the list of sources has it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
+  all["root"] = in_path("root", "western or eastern hemisphere", {{"type", "string"}, {"enum", Json::array_t{"W", "E"}}});
+  all["z"] = in_path("z", "level", level);
+  all["x"] = in_path("x", "column, from longitude -180 eastward; below a root, from its western side", whole);
+  all["y"] = in_path("y", "row; which end it counts from, the operation says", whole);
+  all["mesh_format"] =
+      in_path("mesh_format", "kind of file", {{"type", "string"}, {"enum", Json::array_t{"glb", "ply", "obj", "stl"}}});
+  all["client"] = in_path("client", "map library", {{"type", "string"}, {"enum", Json::array_t{"cesium", "threejs", "deckgl", "maplibre", "openlayers", "leaflet", "qgis"}}});
+  return all;
+}
+
+}  // namespace
+
+Json openapi_components() {
+  const Json in_text = {{"type", "string"}};
+  Json json;
+  json["schemas"] = schemas();
+  json["parameters"] = parameters();
+  json["responses"]["problem"] = {
+      {"description", "What went wrong"},
+      {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/problem"}}}}}}}};
+  json["securitySchemes"]["bearer"] = {
+      {"type", "http"},
+      {"scheme", "bearer"},
+      {"description", "A token of the operator. Roles: read (private datasets, metrics), write (posting, removing what the token posted), admin."}};
+  json["headers"]["etag"] = {{"description", "a function of the content"}, {"schema", in_text}};
+  json["headers"]["timing"] = {{"description", "milliseconds that making it took"}, {"schema", in_text}};
+  return json;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,136 @@
+#include "server/api/requests/delivery.h"
+
+#include <charconv>
+
+#include "server/http/json.h"
+#include "server/jobs/fetch.h"
+#include "server/uploads/tus.h"
+
+namespace cordillera::server {
+namespace {
+
+constexpr int kLongestWait_s = 600;
+
+proto::Problem body_empty() {
+  return {"body-empty", "the request has no body", "a raster as the body: curl --data-binary @dem.tif …", ""};
+}
+
+template <class T>
+std::optional<T> digits(std::string_view text) {
+  T value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+std::optional<proto::Problem> check_body(const Request& request, RasterIs raster, std::uint64_t limit, Delivery& delivery) {
+  const bool bodiless = !request.header("transfer-encoding") && request.header("content-length").value_or("0") == "0";
+  const char* elsewhere = !delivery.upload.empty() ? "upload" : !delivery.address.empty() ? "source" : "";
+  if (*elsewhere != 0 || raster == RasterIs::optional) {
+    if (bodiless) return std::nullopt;
+    if (*elsewhere != 0) {
+      return proto::Problem{"options-conflict", std::string(elsewhere) + "= names a raster, and the request has a body too",
+                            "one of them", elsewhere};
+    }
+  }
+  delivery.body = true;
+  if (request.header("content-type").value_or("").rfind("multipart/", 0) == 0) {
+    return proto::Problem{"body-form", "the body is a multipart form; the raster itself is wanted, with nothing around it",
+                          "curl --data-binary @dem.tif … (or -T dem.tif -X POST), not -F", ""};
+  }
+  const auto length = request.header("content-length");
+  // A POST that announces neither has no body (RFC 9112, 6.3); waiting for one would only end with the connection.
+  if (!length && !request.header("transfer-encoding")) return body_empty();
+  if (!length) return std::nullopt;
+  const auto bytes = digits<std::uint64_t>(*length);
+  if (!bytes) return proto::Problem{"request-invalid", "Content-Length is not a number", "the number of bytes of the body", ""};
+  if (*bytes == 0) return body_empty();
+  if (*bytes > limit) {
+    return proto::Problem{"body-too-large", "the body has " + *length + " bytes, more than this service takes",
+                          "at most " + std::to_string(limit >> 20) + " MiB", ""};
+  }
+  if (!request.header("content-encoding")) delivery.expected = bytes;
+  return std::nullopt;
+}
+
+std::optional<proto::Problem> check_headers(const Request& request, Delivery& delivery) {
+  delivery.key = request.header("idempotency-key").value_or("");
+  if (delivery.key.size() > 255 || !is_utf8(delivery.key)) {
+    return proto::Problem{"option-invalid", "the Idempotency-Key is too long or not text", "up to 255 characters",
+                          "Idempotency-Key"};
+  }
+  const std::string prefer = request.header("prefer").value_or("");
+  const auto wait = prefer.find("wait=");
+  if (wait == std::string::npos) return std::nullopt;
+  const auto first = wait + 5;
+  const auto seconds = digits<int>(std::string_view(prefer).substr(first, prefer.find_first_not_of("0123456789", first) - first));
+  if (!seconds || *seconds < 0) {
+    return proto::Problem{"option-invalid", "Prefer: wait names no number of seconds", "wait=SECONDS", "Prefer"};
+  }
+  delivery.wait = std::chrono::seconds(std::min(*seconds, kLongestWait_s));
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::uint64_t most_bytes(const Service& service) { return std::uint64_t{service.settings().serve.limits.body_mib} << 20; }
+
+Request watched(const Request& request, limits::Space::Claim& claim, std::string* full) {
+  Request watched = request;
+  watched.read_body = [&request, &claim, full](const Request::Sink& sink) {
+    return request.read_body && request.read_body([&](std::string_view piece) {
+      *full = claim.next(piece.size());
+      return full->empty() && sink(piece);
+    });
+  };
+  return watched;
+}
+
+proto::Problem key_reused(const std::string& what) {
+  return {"idempotency-key-reused", "this Idempotency-Key was used with " + what, "a new key for a new request",
+          "Idempotency-Key"};
+}
+
+proto::Result<Given> other_parameters(const Request& request, Delivery& delivery) {
+  Given others;
+  for (const auto& [name, value] : request.query) {
+    std::string* const place = name == "upload" ? &delivery.upload : name == "source" ? &delivery.address : nullptr;
+    if (place == nullptr) {
+      others.emplace_back(name, value);
+      continue;
+    }
+    if (!place->empty()) return proto::Problem{"option-repeated", name + " is given twice", "one " + name, name};
+    if (value.empty()) return proto::Problem{"option-invalid", name + " is empty", "an address, or the id of an upload", name};
+    *place = value;
+    if (name == "upload" && value.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789") != value.npos)
+      return uploads::unknown_upload(value);
+  }
+  if (!delivery.upload.empty() && !delivery.address.empty()) {
+    return proto::Problem{"options-conflict", "upload= and source= both name a raster", "one of them", "source"};
+  }
+  return others;
+}
+
+std::optional<proto::Problem> check_delivery(const Service& service, const Request& request, RasterIs raster,
+                                             Delivery& delivery) {
+  if (!delivery.address.empty()) {
+    if (const auto allowed = updates::check_address(service.settings().serve, delivery.address); !allowed)
+      return allowed.problem();
+  }
+  if (auto refused = check_headers(request, delivery)) return refused;
+  return check_body(request, raster, most_bytes(service), delivery);
+}
+
+proto::Result<void> take_raster(Service& service, const Delivery& delivery, const Request& request, Upload& upload) {
+  if (!delivery.upload.empty()) {
+    const auto whole = uploads::finished(service.uploads(), delivery.upload, request);
+    return whole ? upload.adopt(service.uploads().bytes_of(delivery.upload)) : whole.problem();
+  }
+  if (!delivery.body) return {};
+  std::string full;
+  const auto claim = service.admission().space().claim(delivery.expected.value_or(0), &full);
+  if (!claim) return limits::storage_full(full);
+  auto received = upload.receive(watched(request, *claim, &full), most_bytes(service), delivery.expected);
+  return received || full.empty() ? received : limits::storage_full(full);
+}
+
+}  // namespace cordillera::server

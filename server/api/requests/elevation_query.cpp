@@ -1,0 +1,209 @@
+#include "server/api/requests/elevation_query.h"
+
+#include <charconv>
+#include <cmath>
+#include <string>
+#include <string_view>
+
+#include "server/http/json.h"
+#include "server/options/option_values.h"
+
+namespace cordillera::server {
+namespace {
+
+using raster::LinePoint;
+
+constexpr const char* kPlaceText = "lon,lat;lon,lat;... in degrees: longitudes -180 to 180, latitudes -90 to 90";
+constexpr const char* kBodyText =
+    R"({"points": [[lon, lat], ...]}, {"line": [[lon, lat], ...]}, or a GeoJSON Point, MultiPoint or LineString; )"
+    "level and samples go with the query";
+
+std::string shown(std::string_view text) { return std::string(1, '\'').append(text.substr(0, 60)).append(1, '\''); }
+
+template <class T>
+std::optional<T> number(std::string_view text) {
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() && !text.empty() ? std::optional(value) : std::nullopt;
+}
+
+bool on_earth(double longitude_deg, double latitude_deg) {
+  return std::abs(longitude_deg) <= 180 && std::abs(latitude_deg) <= 90;
+}
+
+proto::Problem invalid_json(const std::string& what, const std::string& parameter = "") {
+  return {"json-invalid", what, kBodyText, parameter};
+}
+
+std::string no_place(const std::string& parameter, std::size_t before, std::string_view text) {
+  return parameter + ": place " + std::to_string(before + 1) + ", " + shown(text) + ", is no place";
+}
+
+proto::Problem too_many(const std::string& parameter) {
+  return {"option-invalid", parameter + " has more than " + std::to_string(kMostPlaces) + " places",
+          "at most " + std::to_string(kMostPlaces) + " in a request", parameter};
+}
+
+/// "lon,lat;lon,lat"
+proto::Result<std::vector<LinePoint>> places_of(std::string_view text, const std::string& parameter) {
+  std::vector<LinePoint> places;
+  for (bool more = true; more;) {
+    const std::size_t end = text.find(';');
+    const std::string_view place = text.substr(0, end);
+    more = end != text.npos;
+    text.remove_prefix(more ? end + 1 : text.size());
+    const std::size_t comma = place.find(',');
+    const auto longitude = number<double>(place.substr(0, comma));
+    const auto latitude = comma == place.npos ? std::nullopt : number<double>(place.substr(comma + 1));
+    if (!longitude || !latitude || !on_earth(*longitude, *latitude)) {
+      return proto::Problem{"option-invalid", no_place(parameter, places.size(), place), kPlaceText, parameter};
+    }
+    places.push_back({*longitude, *latitude});
+    if (places.size() > kMostPlaces) return too_many(parameter);
+  }
+  return places;
+}
+
+/// [[lon, lat], ...]; a third number, GeoJSON's height, is not read.
+proto::Result<std::vector<LinePoint>> places_of(const Json& list, const std::string& parameter) {
+  if (!list.is_array() || list.empty()) return invalid_json(parameter + " is no list of places", parameter);
+  if (list.size() > kMostPlaces) return too_many(parameter);
+  std::vector<LinePoint> places;
+  for (const Json& place : list) {
+    const bool pair = place.is_array() && place.size() >= 2 && place[0].is_number() && place[1].is_number();
+    if (!pair || !on_earth(place[0].get<double>(), place[1].get<double>())) {
+      const std::string text = place.dump(-1, ' ', false, Json::error_handler_t::replace);
+      return proto::Problem{"json-invalid", no_place(parameter, places.size(), text),
+                            "[longitude, latitude] in degrees, -180 to 180 and -90 to 90", parameter};
+    }
+    places.push_back({place[0].get<double>(), place[1].get<double>()});
+  }
+  return places;
+}
+
+struct Shape {
+  std::vector<LinePoint> places;
+  bool line = false;
+};
+
+proto::Result<Shape> shape_of(const Json& list, const std::string& parameter, bool line) {
+  auto places = places_of(list, parameter);
+  if (!places) return places.problem();
+  return Shape{std::move(*places), line};
+}
+
+/// Of an object that has a type.
+proto::Result<Shape> geometry(const Json& json) {
+  const std::string type = json["type"].is_string() ? json["type"].get<std::string>() : "";
+  const Json coordinates = json.value("coordinates", Json());
+  if (type == "Point") return shape_of(Json::array({coordinates}), "coordinates", false);
+  if (type == "MultiPoint" || type == "LineString") return shape_of(coordinates, "coordinates", type == "LineString");
+  return invalid_json("the GeoJSON type " + shown(type) + " has no elevations", "type");
+}
+
+/// Discarded if it is no JSON, or nests deeper than kMostNested.
+Json json_of(std::string_view text) {
+  bool deep = false;
+  const Json::parser_callback_t within = [&deep](int depth, Json::parse_event_t, Json&) {
+    deep = deep || depth > kMostNested;
+    return !deep;
+  };
+  Json json = Json::parse(text, within, false);
+  return deep ? Json(Json::value_t::discarded) : json;
+}
+
+proto::Result<Shape> shape_of_body(const Request& request) {
+  if (request.header("content-type").value_or("").rfind("multipart/", 0) == 0)
+    return invalid_json("the body is a multipart form; the JSON itself is wanted, with nothing around it");
+  std::string body;
+  const bool whole = request.read_body && request.read_body([&](std::string_view piece) {
+    body.append(piece);
+    return body.size() <= kMostQueryBytes;
+  });
+  if (body.size() > kMostQueryBytes) {
+    return proto::Problem{"body-too-large", "the body of an elevation query is larger than this service takes",
+                          "at most " + std::to_string(kMostQueryBytes >> 10) + " KiB, " + std::to_string(kMostPlaces) + " places", ""};
+  }
+  if (!whole) return proto::Problem{"body-incomplete", "the body ended before its end", "the whole body", ""};
+  const Json json = json_of(body);
+  if (!json.is_object()) return invalid_json("the body is no JSON object, or one of more than " + std::to_string(kMostNested) + " levels");
+  const Json inner = json.value("type", Json()) == "Feature" ? json.value("geometry", Json()) : json;
+  if (!inner.is_object()) return invalid_json("the Feature has no geometry", "geometry");
+  if (inner.contains("type")) return geometry(inner);
+  if (json.size() == 1 && json.contains("points")) return shape_of(json["points"], "points", false);
+  if (json.size() == 1 && json.contains("line")) return shape_of(json["line"], "line", true);
+  return invalid_json("the body names neither points nor a line, or something else beside them");
+}
+
+/// The query's words, each once.
+struct AskedWords {
+  std::optional<std::string> points, line, samples, level;
+
+  std::optional<std::string>* named(std::string_view name) {
+    if (name == "points") return &points;
+    if (name == "line") return &line;
+    if (name == "samples") return &samples;
+    return name == "level" ? &level : nullptr;
+  }
+};
+
+proto::Result<AskedWords> words_of(const Request& request) {
+  AskedWords words;
+  for (const auto& [name, value] : request.query) {
+    const std::string spelt = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
+    std::optional<std::string>* word = words.named(name);
+    if (word == nullptr) {
+      return proto::Problem{"option-unknown", "unknown query parameter '" + spelt + "'", "points, line, samples, level", spelt};
+    }
+    if (*word) return proto::Problem{"option-repeated", spelt + " is given twice", "one " + spelt, spelt};
+    *word = value;
+  }
+  return words;
+}
+
+proto::Result<Shape> shape_of(const Request& request, const AskedWords& words) {
+  const bool posted = request.method == "POST";
+  if (posted && (words.points || words.line)) {
+    return proto::Problem{"options-conflict", "places stand in the query of a POST", "places in its body, or a GET",
+                          words.points ? "points" : "line"};
+  }
+  if (posted) return shape_of_body(request);
+  if (words.points.has_value() == words.line.has_value()) {
+    const char* slug = words.points ? "options-conflict" : "option-invalid";
+    return proto::Problem{slug, "exactly one of points and line is wanted", kPlaceText, "points"};
+  }
+  auto places = places_of(std::string_view(words.points ? *words.points : *words.line), words.points ? "points" : "line");
+  if (!places) return places.problem();
+  return Shape{std::move(*places), words.line.has_value()};
+}
+
+}  // namespace
+
+proto::Result<ElevationQuery> elevation_query(const Request& request, int least_level, int most_level) {
+  const auto words = words_of(request);
+  if (!words) return words.problem();
+  ElevationQuery query;
+  if (words->level) {
+    query.level = number<int>(*words->level);
+    if (!query.level || *query.level < least_level || *query.level > most_level) {
+      return proto::Problem{"option-invalid", "level=" + shown(*words->level) + " is no level of this dataset",
+                            std::to_string(least_level) + " to " + std::to_string(most_level), "level"};
+    }
+  }
+  const auto samples = words->samples ? number<std::size_t>(*words->samples) : std::optional<std::size_t>(0);
+  if (!samples || (words->samples && (*samples < 2 || *samples > kMostPlaces))) {
+    return proto::Problem{"option-invalid", "samples=" + shown(*words->samples) + " is no number of samples",
+                          "2 to " + std::to_string(kMostPlaces), "samples"};
+  }
+  auto shape = shape_of(request, *words);
+  if (!shape) return shape.problem();
+  if (words->samples && (!shape->line || shape->places.size() < 2)) {
+    return proto::Problem{"options-conflict", "samples are places along a line, and there is none",
+                          "samples with a line of two places or more", "samples"};
+  }
+  query.line = shape->line;
+  query.places = query.line ? raster::along_geodesics(shape->places, *samples) : std::move(shape->places);
+  return query;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,36 @@
+#pragma once
+// Which of the datasets a list asks for: the query of GET /v1/datasets.
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "proto/result.h"
+#include "server/datasets/registry.h"
+#include "server/options/option_values.h"
+#include "server/options/options.h"
+
+namespace cordillera::server {
+
+struct ListQuery {
+  std::uint32_t limit = 100;
+  std::int64_t after = kBeforeAll;            ///< only those with a lower number: the end of the page before
+  std::vector<State> states;                  ///< empty: all
+  std::optional<std::array<double, 4>> box;   ///< west, south, east, north, degrees; west above east crosses the antimeridian
+  std::string text;                           ///< in lower case
+};
+
+struct ListOption {
+  std::string name, help, accepted;
+  Complaint (*apply)(std::string_view text, ListQuery& query);
+};
+const std::vector<ListOption>& list_options();
+/// Problems: "option-unknown", "option-repeated", "option-invalid".
+proto::Result<ListQuery> list_query(const Given& given);
+
+/// As a search compares texts: A to Z like a to z.
+std::string in_lower_case(std::string text);
+
+}  // namespace cordillera::server

@@ -1,0 +1,26 @@
+#pragma once
+// Requests as hands type them, said as the API has them: a PUT on the collection, a slash too many, options as JSON.
+#include <optional>
+
+#include <string>
+
+#include "proto/result.h"
+#include "server/http/message.h"
+#include "server/api/requests/routes.h"
+
+namespace cordillera::server {
+
+/// What the request's path means: for one that writes, also with a slash at its end. A PUT of …/v1/datasets/dem.tif, which curl -T makes of
+/// …/v1/datasets/, is one on the collection.
+Route route_meant(const Request& request);
+
+/// Of a request on the collection: the name that curl added to its path, or empty.
+std::string name_in_path(const Request& request);
+
+/// To a GET below /v1 with a slash too many: 308, for relative links in the answer would lead elsewhere. None: there is nothing at the path without it.
+std::optional<Response> without_slash(const Request& request);
+
+/// A body of type application/json, {"source": "https://…", "error": 5}: its members become parameters of the query, and the body is gone.
+proto::Result<Request> with_json_as_query(const Request& request);
+
+}  // namespace cordillera::server

@@ -1,0 +1,106 @@
+#include "server/front/message/target.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "server/access/client_address.h"
+
+namespace cordillera::server::front {
+namespace {
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
+}
+
+enum class Plus { space, itself };
+
+/// %41 to what it means; what is no escape stays.
+std::string decoded(std::string_view text, Plus plus) {
+  std::string out;
+  out.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const int high = text[i] == '%' && i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
+    const int low = high >= 0 ? hex_digit(text[i + 2]) : -1;
+    if (low >= 0 && (high * 16 + low != '/' || plus == Plus::space)) {
+      out += static_cast<char>(high * 16 + low);
+      i += 2;
+    } else {
+      out += text[i] == '+' && plus == Plus::space ? ' ' : text[i];
+    }
+  }
+  return out;
+}
+
+std::vector<std::pair<std::string, std::string>> read_query(std::string_view rest) {
+  std::vector<std::pair<std::string, std::string>> query;
+  while (!rest.empty()) {
+    const std::string_view pair = rest.substr(0, rest.find('&'));
+    rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
+    if (pair.empty()) continue;
+    const auto equals = pair.find('=');
+    query.emplace_back(decoded(pair.substr(0, equals), Plus::space),
+                       equals == pair.npos ? "" : decoded(pair.substr(equals + 1), Plus::space));
+  }
+  return query;
+}
+
+bool begins_with_scheme(std::string_view text, std::string_view scheme) {
+  return text.size() > scheme.size() && std::equal(scheme.begin(), scheme.end(), text.begin(),
+                                                   [](char wanted, char c) { return wanted == (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+}
+
+bool is_port(std::string_view text) {
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return text.empty() || (error == std::errc() && end == text.data() + text.size());
+}
+
+bool is_name(std::string_view text) {
+  static constexpr std::string_view kOthers = "-._~!$&'()*+,;=";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    const bool escape = c == '%' && i + 2 < text.size() && hex_digit(text[i + 1]) >= 0 && hex_digit(text[i + 2]) >= 0;
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || kOthers.find(c) != kOthers.npos;
+    if (!escape && !plain) return false;
+  }
+  return !text.empty();
+}
+
+}  // namespace
+
+bool is_authority(std::string_view text) {
+  const bool literal = text.starts_with('[');
+  const std::size_t size = std::min(text.size(), literal ? text.find(']') : text.find(':'));
+  const std::string_view host = text.substr(0, size);
+  std::string_view rest = text.substr(size);
+  if (literal) {
+    if (rest.empty() || host.find(':') == host.npos || !access::plain_address(host.substr(1))) return false;
+    rest.remove_prefix(1);
+  } else if (!is_name(host)) {
+    return false;
+  }
+  return rest.empty() || (rest[0] == ':' && is_port(rest.substr(1)));
+}
+
+std::optional<Target> read_target(std::string_view text) {
+  Target target;
+  for (const std::string_view scheme : {"http://", "https://"}) {
+    if (!begins_with_scheme(text, scheme)) continue;
+    text.remove_prefix(scheme.size());
+    target.authority = text.substr(0, text.find_first_of("/?#"));
+    text.remove_prefix(target.authority.size());
+    if (!is_authority(target.authority)) return std::nullopt;
+    if (text.empty() || text[0] != '/') target.path += '/';
+  }
+  text = text.substr(0, text.find('#'));
+  if (target.authority.empty() && text != "*" && (text.empty() || text[0] != '/')) return std::nullopt;
+  const auto mark = text.find('?');
+  target.path += decoded(text.substr(0, mark), Plus::itself);
+  if (mark != text.npos) target.query = read_query(text.substr(mark + 1));
+  if (target.path.find('\0') != std::string::npos) return std::nullopt;
+  return target;
+}
+
+}  // namespace cordillera::server::front
