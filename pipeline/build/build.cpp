@@ -102,6 +102,7 @@ proto::Result<void> build_blocks(const Site& site) {
   const auto take = [&](std::size_t, FinishedTask&& task) {
     auto committed = site.store.commit(task);
     if (committed.ok()) site.teller.committed_block();
+    task.mesh.reset();  // a follower shows tiles
     if (committed.ok() && site.follower) site.follower->take(std::move(task));
     return committed;
   };

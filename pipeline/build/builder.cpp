@@ -313,16 +313,16 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
 
 proto::Result<FinishedTask> Builder::merge_at_once(const ChildMesh& mesh_of) {
   const std::vector<proto::TileAddress> below = nodes_below(plan_, {});
-  std::vector<KeptBlock> blocks(below.size());
+  std::vector<std::optional<proto::Result<KeptBlock>>> blocks(below.size());
+  workers_.each(below.size(), [&](std::size_t k, unsigned) {
+    if (const std::optional<std::string> bytes = mesh_of(below[k])) blocks[k] = kept_block_from(*bytes);
+  });
   std::vector<const KeptBlock*> kept(below.size());
   std::vector<proto::TileAddress> consumed;
   for (std::size_t k = 0; k < below.size(); ++k) {
-    const std::optional<std::string> bytes = mesh_of(below[k]);
-    if (!bytes) continue;
-    auto block = kept_block_from(*bytes);
-    if (!block.ok()) return block.problem();
-    blocks[k] = std::move(*block);
-    kept[k] = &blocks[k];
+    if (!blocks[k]) continue;
+    if (!blocks[k]->ok()) return blocks[k]->problem();
+    kept[k] = &**blocks[k];
     consumed.push_back(below[k]);
   }
   auto task = build_exact_above(plan_, kept, exact_, workers_);

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
@@ -138,10 +139,10 @@ proto::Result<void> revise_store(const std::string& from, const std::string& to,
                                  const Revision& revision) {
   const std::string copy = to + ".copy";
   try {
-    remove_database(copy);
-    remove_database(to);
+    remove_store(copy);
+    remove_store(to);
     if (const auto copied = copy_file(from, copy); !copied.ok()) {
-      remove_database(copy);
+      remove_store(copy);
       return copied.problem();
     }
     {
@@ -154,7 +155,7 @@ proto::Result<void> revise_store(const std::string& from, const std::string& to,
     fs::rename(copy, to);
     return {};
   } catch (const std::exception& failed) {
-    remove_database(copy);
+    remove_store(copy);
     return write_problem(to, failed.what());
   }
 }

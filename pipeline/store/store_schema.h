@@ -5,7 +5,7 @@
 //   tiles   a row a tile that has triangles; drc names a row of blobs. glb is empty: tile_glb makes it. In rows of format 1 it names one too
 //   blobs   bytes by content hash
 //   tasks   committed blocks and merges                               } only while it is written
-//   meshes  meshes that wait for their parent's weld                   }   kept in a store that will be built on
+//   meshes  meshes that wait for their parent's weld: hashes of files   }   (mesh_files.h); kept, whole, in a store that will be built on
 //   water   water masks by tile, only of datasets that have any
 //   nodes   a row a tile that has triangles itself or below it, with the region and the error of it all: made when published
 //

@@ -2,6 +2,7 @@
 #include <mutex>
 
 #include "pipeline/store/content_hash.h"
+#include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
 #include "pipeline/store/store_publish.h"
@@ -47,7 +48,7 @@ struct WorkStatements {
 
 class SqliteWriter final : public StoreWriter {
  public:
-  SqliteWriter(std::string path, proto::Plan plan) : path_(std::move(path)), plan_(std::move(plan)) {}
+  SqliteWriter(std::string path, proto::Plan plan) : path_(std::move(path)), plan_(std::move(plan)), files_(path_) {}
 
   /// What is in the file's place. damaged: a store whose manifest cannot be read, so that nobody can use it.
   enum class Found { ours, others, damaged };
@@ -67,6 +68,8 @@ class SqliteWriter final : public StoreWriter {
     database_->execute("PRAGMA journal_mode=WAL");
     if (fresh) create();
     else bring_up_to_date();
+    if (fresh) files_.drop_all();  // another store's, which is gone
+    keeps_meshes_ = has_note(kTasksNote);
     work_ = std::make_unique<WorkStatements>(*database_);
     return Found::ours;
   }
@@ -77,7 +80,8 @@ class SqliteWriter final : public StoreWriter {
     if (!work_) return false;
     const bool there = work_->has_task.bind(node.z, node.y, node.x).step();
     work_->has_task.bind();
-    return there;
+    const auto left = there ? mesh_row(node) : std::nullopt;
+    return there && (!left || !is_hash(*left) || files_.has(node));
   }
 
   proto::Result<void> commit(const FinishedTask& task) override {
@@ -86,15 +90,17 @@ class SqliteWriter final : public StoreWriter {
     if (!work_) return write_problem(path_, "it cannot be read");
     if (auto full = no_room_for(bytes_of(task))) return *full;
     try {
+      if (task.mesh && !keeps_meshes_) files_.put(task.mesh->first, task.mesh->second);  // before the row that tells of it
       Transaction transaction(*database_);
       for (const EncodedTile& tile : task.tiles) put(tile);
       if (task.mesh) {
         const TileAddress& at = task.mesh->first;
-        work_->put_mesh.bind(at.z, at.y, at.x, task.mesh->second).run();
+        work_->put_mesh.bind(at.z, at.y, at.x, keeps_meshes_ ? task.mesh->second : content_hash(task.mesh->second)).run();
       }
       for (const TileAddress& child : task.consumed) work_->drop_mesh.bind(child.z, child.y, child.x).run();
       work_->put_task.bind(task.node.z, task.node.y, task.node.x).run();
       transaction.commit();
+      for (const TileAddress& child : task.consumed) files_.drop(child);
       return {};
     } catch (const StoreError& e) {
       return write_problem(path_, e.what());
@@ -102,10 +108,13 @@ class SqliteWriter final : public StoreWriter {
   }
 
   std::optional<std::string> mesh(const TileAddress& node) const override {
-    const std::lock_guard lock(mutex_);
-    if (published_ || !work_ || !work_->get_mesh.bind(node.z, node.y, node.x).step()) return std::nullopt;
-    std::string bytes(work_->get_mesh.blob(0));
-    work_->get_mesh.bind();
+    const auto left = [&]() -> std::optional<std::string> {
+      const std::lock_guard lock(mutex_);
+      return published_ || !work_ ? std::nullopt : mesh_row(node);
+    }();
+    if (!left || !is_hash(*left)) return left;
+    auto bytes = files_.get(node);
+    if (!bytes || content_hash(*bytes) != *left) throw StoreError("what block " + std::to_string(node.z) + "/" + std::to_string(node.x) + "/" + std::to_string(node.y) + " has left is not as it was written");
     return bytes;
   }
 
@@ -181,7 +190,18 @@ class SqliteWriter final : public StoreWriter {
       if (!mode.step() || mode.blob(0) != "delete") throw StoreError("its log cannot be folded in");
     }
     database_.reset();
+    files_.drop_all();
   }
+
+  /// What meshes has of a node: the bytes, or the hash of a file's.
+  std::optional<std::string> mesh_row(const TileAddress& node) const {
+    if (!work_->get_mesh.bind(node.z, node.y, node.x).step()) return std::nullopt;
+    std::string bytes(work_->get_mesh.blob(0));
+    work_->get_mesh.bind();
+    return bytes;
+  }
+  /// As content_hash has them; no mesh is as short.
+  static bool is_hash(const std::string& row) { return row.size() == 16; }
 
   void create() {
     Transaction transaction(*database_);
@@ -241,6 +261,8 @@ class SqliteWriter final : public StoreWriter {
 
   std::string path_;
   proto::Plan plan_;
+  MeshFiles files_;
+  bool keeps_meshes_ = false;  ///< in the store, for who builds on it
   mutable std::mutex mutex_;
   std::unique_ptr<Database> database_;
   std::unique_ptr<WorkStatements> work_;
@@ -261,7 +283,7 @@ proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string&
       if (other == Existing::refuse)
         return output_exists(path + (damaged ? " holds a damaged build" : " holds a build of another raster or with other options"));
       writer = std::make_unique<SqliteWriter>(path, plan);
-      remove_database(path);
+      remove_store(path);
       if (writer->start() != SqliteWriter::Found::ours) return write_problem(path, "the old file could not be removed");
     }
     return std::unique_ptr<StoreWriter>(std::move(writer));

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "pipeline/build/blank_manifest.h"
-#include "pipeline/store/sqlite.h"
+#include "pipeline/store/mesh_files.h"
 #include "pipeline/build/water_build.h"
 #include "pipeline/build/workers.h"
 #include "pipeline/work/shard.h"
@@ -94,7 +94,7 @@ proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::s
                                        const std::function<void(Progress)>& told) {
   if (const auto there = all_there(plan, folder); !there.ok()) return there.problem();
   const std::string part = store_path + ".publishing";
-  const auto clean = [&] { remove_database(part); };
+  const auto clean = [&] { remove_store(part); };
   clean();
   auto manifest = collect(plan, folder, part, told);
   if (!manifest.ok()) {

@@ -91,6 +91,7 @@ proto::Result<void> do_stage(const Site& site, const std::vector<const proto::Wo
     auto committed = site.store.commit(task);
     if (committed.ok() && is_block(k)) site.teller.committed_block();
     if (committed.ok()) site.teller.tell(done += is_block(k) ? tasks[k]->samples() : 1);
+    task.mesh.reset();  // a follower shows tiles
     if (committed.ok() && is_block(k) && site.follower) site.follower->take(std::move(task));
     return committed;
   });

@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "server/http/json.h"
-#include "server/files/write_all.h"
+#include "raster/write_all.h"
 
 namespace cordillera::server::client {
 namespace {
@@ -65,7 +65,7 @@ void Shelf::read() {
 
 void Shelf::note(const std::string& name, const Known& known) {
   const std::string line = Json{{"file", name}, {"from", known.from}, {"tag", known.tag}, {"state", known.state}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
-  if (write_all(notes_, line)) ++lines_;  // without it the file comes again another time
+  if (raster::write_all(notes_, line)) ++lines_;  // without it the file comes again another time
 }
 
 std::string Shelf::tag(const std::string& name, const std::string& from) const {
@@ -89,7 +89,7 @@ Shelf::Part::~Part() {
   if (!path_.empty()) fs::remove(path_, ignored);
 }
 
-bool Shelf::Part::write(std::string_view bytes) { return descriptor_ >= 0 && write_all(descriptor_, bytes); }
+bool Shelf::Part::write(std::string_view bytes) { return descriptor_ >= 0 && raster::write_all(descriptor_, bytes); }
 
 proto::Result<void> Shelf::Part::put(const std::string& name, const std::string& from, const std::string& tag) {
   const fs::path place = shelf_.folder_ / name;

@@ -8,7 +8,7 @@ namespace cordillera::server {
 bool MoreRasters::begin(const std::string& name) {
   if (!end()) return false;
   rasters_.push_back({name, "more" + std::to_string(rasters_.size() + 1), "", 0});
-  file_ = std::make_unique<NewFile>(folder_ / rasters_.back().file);
+  file_ = std::make_unique<raster::NewFile>(folder_ / rasters_.back().file);
   digest_ = std::make_unique<Digest>();
   return written_ = file_->is_open();
 }

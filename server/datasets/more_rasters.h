@@ -9,7 +9,7 @@
 
 #include "proto/result.h"
 #include "server/http/digest.h"
-#include "server/files/new_file.h"
+#include "raster/new_file.h"
 
 namespace cordillera::server {
 
@@ -34,7 +34,7 @@ class MoreRasters {
 
   std::filesystem::path folder_;
   std::vector<MoreRaster> rasters_;
-  std::unique_ptr<NewFile> file_;
+  std::unique_ptr<raster::NewFile> file_;
   std::unique_ptr<Digest> digest_;
   bool written_ = true;
 };

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "server/http/digest.h"
-#include "server/files/new_file.h"
+#include "raster/new_file.h"
 
 namespace cordillera::server {
 namespace {
@@ -41,7 +41,7 @@ Upload::~Upload() {
 
 proto::Result<void> Upload::receive(const Request& request, std::uint64_t limit, std::optional<std::uint64_t> expected) {
   if (expected && *expected > limit) return too_large(limit);
-  NewFile file(folder_ / raster_);
+  raster::NewFile file(folder_ / raster_);
   if (!file.is_open()) return cannot_write();
   Digest digest;
   std::uint64_t size = 0;

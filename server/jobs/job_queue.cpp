@@ -5,7 +5,7 @@
 #include <chrono>
 #include <fstream>
 
-#include "pipeline/store/sqlite.h"
+#include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
@@ -307,7 +307,7 @@ JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::
   return runner_(folder, progress, stop);
 }
 
-void JobQueue::forget_store(const std::string& id) { pipeline::remove_database(layout_.store(id).string()); }
+void JobQueue::forget_store(const std::string& id) { pipeline::remove_store(layout_.store(id).string()); }
 
 void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome) {
   if (outcome) {

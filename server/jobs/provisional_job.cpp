@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "pipeline/build/provisional.h"
-#include "pipeline/store/sqlite.h"
+#include "pipeline/store/mesh_files.h"
 #include "pipeline/store/store.h"
 #include "server/jobs/child.h"
 
@@ -41,11 +41,11 @@ proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Sou
   if (!small.ok()) return small.problem();
   if (!*small) return false;
   const fs::path next = folder / kNextProvisional;
-  pipeline::remove_database(next.string());  // what an attempt that was ended left
+  pipeline::remove_store(next.string());  // what an attempt that was ended left
   (*small)->store_path = next.string();
   const auto built = pipeline::build(**small, nullptr, stop);
   if (!built.ok()) {
-    pipeline::remove_database(next.string());
+    pipeline::remove_store(next.string());
     return built.problem();
   }
   std::error_code error;

@@ -7,7 +7,7 @@
 #include <exception>
 
 #include "pipeline/build/sharpen.h"
-#include "pipeline/store/sqlite.h"
+#include "pipeline/store/mesh_files.h"
 #include "server/datasets/layout.h"
 #include "server/jobs/looked_at.h"
 
@@ -97,7 +97,7 @@ Sharpener::Took Sharpener::make_step(const std::vector<pipeline::FinishedTask>& 
   const auto began = processor_time();
   std::string why;
   try {
-    pipeline::remove_database(next.string());  // what an attempt that was ended left
+    pipeline::remove_store(next.string());  // what an attempt that was ended left
     if (fs::space(folder_).available < kTimesStore * fs::file_size(shown)) {
       why = "there is little room on the disk";
     } else {
@@ -110,7 +110,7 @@ Sharpener::Took Sharpener::make_step(const std::vector<pipeline::FinishedTask>& 
     why = error.what();
   }
   std::fprintf(stderr, "finished blocks are not shown before the build is done: %s\n", why.c_str());
-  pipeline::remove_database(next.string());
+  pipeline::remove_store(next.string());
   return std::nullopt;
 }
 

@@ -4,7 +4,7 @@
 #include <memory>
 #include <mutex>
 
-#include "pipeline/store/sqlite.h"
+#include "pipeline/store/mesh_files.h"
 #include "server/datasets/ledger.h"
 #include "server/jobs/update_job.h"
 #include "server/limits/disk.h"
@@ -56,7 +56,7 @@ class Starved {
 
 /// Of a version that is served nothing goes.
 void remove_unfinished(const fs::path& folder) {
-  pipeline::remove_database((folder / (updates::is_update(folder) ? updates::kNextStore : kStoreFile)).string());
+  pipeline::remove_store((folder / (updates::is_update(folder) ? updates::kNextStore : kStoreFile)).string());
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/datasets/upload.h"
-#include "server/files/write_all.h"
+#include "raster/write_all.h"
 
 namespace cordillera::server::uploads {
 namespace {
@@ -40,7 +40,7 @@ struct Descriptor {
 
 bool write_file(const fs::path& path, const std::string& text) {
   const Descriptor file{::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)};
-  return file.number >= 0 && write_all(file.number, text) && fsync(file.number) == 0;
+  return file.number >= 0 && raster::write_all(file.number, text) && fsync(file.number) == 0;
 }
 
 }  // namespace
@@ -125,7 +125,7 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
     request.read_body([&](std::string_view piece) {
       too_long = at + piece.size() > file->length;
       if (too_long) return false;
-      failed = !write_all(part.number, piece);
+      failed = !raster::write_all(part.number, piece);
       if (failed) return false;
       at += piece.size();
       failed = at - file->offset >= kNotedEvery && !note();

@@ -94,7 +94,8 @@ std::set<Segment> segments_across(const std::string& bytes, const Place& p, bool
   proto::VectorTile tile;
   std::set<Segment> out;
   if (!tile.ParseFromString(bytes)) throw std::runtime_error("no vector tile");
-  for (const auto& feature : tile.layers_size() > 0 ? tile.layers(0).features() : proto::VectorTileLayer().features()) {
+  if (tile.layers_size() == 0) return out;
+  for (const auto& feature : tile.layers(0).features()) {
     const auto& value = tile.layers(0).values(static_cast<int>(feature.tags(1)));
     std::int64_t x = std::int64_t{kExtent} * p.x, y = std::int64_t{kExtent} * p.y;
     const auto& g = feature.geometry();

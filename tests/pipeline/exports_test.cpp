@@ -190,7 +190,7 @@ TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
     EXPECT_EQ(said["format"], vectors ? "pbf" : tiles.path.substr(tiles.path.rfind('.') + 1));
     EXPECT_EQ(said["type"], vectors ? "overlay" : "baselayer");
     EXPECT_EQ(said.contains("json"), vectors);
-    if (vectors) EXPECT_EQ(Json::parse(said["json"])["vector_layers"][0]["id"], "contours");
+    if (vectors) { EXPECT_EQ(Json::parse(said["json"])["vector_layers"][0]["id"], "contours"); }
     EXPECT_EQ(said["maxzoom"], sqlite_rows(file, "SELECT max(zoom_level) FROM map")[0][0]);
     const int look_from = std::stoi(said["center"].substr(said["center"].rfind(',') + 1));
     EXPECT_GE(look_from, std::stoi(said["minzoom"]));

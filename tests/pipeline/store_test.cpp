@@ -8,6 +8,7 @@
 
 #include "pipeline/encode/decode.h"
 #include "pipeline/tileset/manifest_json.h"
+#include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
 #include "tests/pipeline/store_synthetic.h"
@@ -305,6 +306,40 @@ TEST(Store, MeshesLeaveNoHolesInThePublishedFile) {
   for (FinishedTask& task : work) task.mesh->second.assign(200000, 'm');
   write_store(folder / "big.db", work);
   EXPECT_LT(std::filesystem::file_size(folder / "big.db"), std::filesystem::file_size(folder / "small.db") + 100000);
+}
+
+TEST(Store, WhatTasksLeaveLiesBesideItUntilItIsPublished) {
+  const TemporaryFolder folder;
+  const auto work = tasks();
+  const std::string path = folder / "a.db", kept = MeshFiles::folder_of(path);
+  const auto file_of = [&](const TileAddress& node) { return kept + "/" + std::to_string(node.z) + "-" + std::to_string(node.x) + "-" + std::to_string(node.y); };
+  {
+    auto store = writer(path, synthetic_plan(6));
+    for (std::size_t k = 0; k < 3; ++k) ASSERT_TRUE(store->commit(work[k]).ok());
+    EXPECT_EQ(read_file(file_of(work[1].node)), work[1].mesh->second);
+  }
+  std::filesystem::remove(file_of(work[1].node));
+  std::string damaged = work[2].mesh->second;
+  damaged[100] ^= 1;
+  write_file(file_of(work[2].node), damaged);
+  {
+    auto store = writer(path, synthetic_plan(6));
+    EXPECT_TRUE(store->finished(work[0].node));
+    EXPECT_FALSE(store->finished(work[1].node)) << "its file is gone: it is made again";
+    EXPECT_THROW(store->mesh(work[2].node), StoreError) << "another file";
+    for (std::size_t k = 1; k < work.size(); ++k) ASSERT_TRUE(store->commit(work[k]).ok());
+    ASSERT_TRUE(store->publish(synthetic_manifest()).ok());
+  }
+  EXPECT_FALSE(std::filesystem::exists(kept));
+  EXPECT_EQ(reader(path)->manifest().SerializeAsString(), write_store(folder / "b.db", work).SerializeAsString());
+}
+
+TEST(Store, ARemovedOneLeavesNothingBesideIt) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.db";
+  ASSERT_TRUE(writer(path, synthetic_plan(6))->commit(tasks().front()).ok());
+  remove_store(path);
+  EXPECT_TRUE(std::filesystem::is_empty(std::filesystem::path(path).parent_path()));
 }
 
 TEST(Store, ManyThreadsRead) {

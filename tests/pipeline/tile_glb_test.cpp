@@ -173,7 +173,7 @@ TEST_F(OneEncoding, StoresOfFormat1AreReadAsTheyAre) {
   Database(path, Database::Mode::create).execute("PRAGMA user_version = 1");
   const auto store = reader(path);
   for (const FinishedTask& task : work_) {
-    if (!task.tiles.empty()) EXPECT_EQ(store->tile(task.node, Encoding::glb)->bytes, task.tiles[0].glb);
+    if (!task.tiles.empty()) { EXPECT_EQ(store->tile(task.node, Encoding::glb)->bytes, task.tiles[0].glb); }
   }
   for (const int version : {0, 3}) {
     Database(path, Database::Mode::create).execute("PRAGMA user_version = " + std::to_string(version));

@@ -1,10 +1,10 @@
-#include "server/files/write_all.h"
+#include "raster/write_all.h"
 
 #include <unistd.h>
 
 #include <cerrno>
 
-namespace cordillera::server {
+namespace cordillera::raster {
 
 bool write_all(int descriptor, std::string_view bytes) {
   while (!bytes.empty()) {
@@ -16,4 +16,4 @@ bool write_all(int descriptor, std::string_view bytes) {
   return true;
 }
 
-}  // namespace cordillera::server
+}  // namespace cordillera::raster

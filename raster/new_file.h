@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <string_view>
 
-#include "server/files/write_all.h"
+#include "raster/write_all.h"
 
-namespace cordillera::server {
+namespace cordillera::raster {
 
 class NewFile {
  public:
@@ -33,4 +33,4 @@ class NewFile {
   int descriptor_;
 };
 
-}  // namespace cordillera::server
+}  // namespace cordillera::raster

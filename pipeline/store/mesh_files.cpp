@@ -1,0 +1,76 @@
+#include "pipeline/store/mesh_files.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "pipeline/store/sqlite.h"
+#include "raster/new_file.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& path) { throw StoreError(path + ": " + std::strerror(errno)); }
+
+/// A name is on the disk only with its folder.
+void sync_folder(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+  const int why = errno;
+  if (descriptor >= 0) ::close(descriptor);
+  errno = why;
+  if (!synced) fail(path);
+}
+
+}  // namespace
+
+std::string MeshFiles::path_of(const proto::TileAddress& node) const {
+  return folder_ + "/" + std::to_string(node.z) + "-" + std::to_string(node.x) + "-" + std::to_string(node.y);
+}
+
+void MeshFiles::put(const proto::TileAddress& node, const std::string& bytes) {
+  std::error_code error;
+  if (fs::create_directory(folder_, error)) sync_folder(fs::absolute(folder_).parent_path().string());
+  const std::string path = path_of(node), part = path + ".part";
+  fs::remove(part, error);
+  raster::NewFile file(part);
+  if (!file.is_open() || !file.write(bytes) || !file.close() || ::rename(part.c_str(), path.c_str()) != 0) fail(part);
+  sync_folder(folder_);
+}
+
+bool MeshFiles::has(const proto::TileAddress& node) const {
+  std::error_code error;
+  return fs::exists(path_of(node), error);
+}
+
+std::optional<std::string> MeshFiles::get(const proto::TileAddress& node) const {
+  std::ifstream file(path_of(node), std::ios::binary | std::ios::ate);
+  if (!file) return std::nullopt;
+  std::string bytes(static_cast<std::size_t>(file.tellg()), '\0');
+  file.seekg(0).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  if (!file) throw StoreError(path_of(node) + " cannot be read");
+  return bytes;
+}
+
+void MeshFiles::drop(const proto::TileAddress& node) noexcept {
+  std::error_code ignored;
+  fs::remove(path_of(node), ignored);
+}
+
+void MeshFiles::drop_all() noexcept {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+void remove_store(const std::string& path) {
+  remove_database(path);
+  MeshFiles(path).drop_all();
+}
+
+}  // namespace cordillera::pipeline
