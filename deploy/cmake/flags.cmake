@@ -37,28 +37,44 @@ function(cordillera_precompile target)
   endif()
 endfunction()
 
-# cordillera_precompile_test(target): gtest, gmock and what nearly every test reads, parsed once for all test programs. Two seconds of nearly four for a small one.
+# cordillera_precompile_test(target library...): gtest, gmock and what nearly every test of these libraries reads, parsed once for all test programs of
+# the same kind. A third to a half of the time of a small one.
 function(cordillera_precompile_test target)
   if(CORDILLERA_CCACHE OR CORDILLERA_FUZZ)
     return()
   endif()
-  if(NOT TARGET cordillera_test_headers)
-    add_library(cordillera_test_headers OBJECT ${CMAKE_SOURCE_DIR}/tests/precompiled.cpp)
-    target_link_libraries(cordillera_test_headers PRIVATE cordillera_flags GTest::gmock GTest::gtest_main)
-    target_compile_options(cordillera_test_headers PRIVATE $<$<CONFIG:Release>:-O1>)
-    target_precompile_headers(cordillera_test_headers PRIVATE <algorithm> <cmath> <filesystem> <functional> <map> <memory> <string> <vector>
-                              <gmock/gmock.h> <gtest/gtest.h>)
+  set(kind plain)
+  set(optimise -O1)
+  set(headers <algorithm> <cmath> <filesystem> <functional> <map> <memory> <string> <vector> <gmock/gmock.h> <gtest/gtest.h>)
+  if(cordillera_server IN_LIST ARGN)
+    set(kind server)
+    set(optimise -O0)
+    list(APPEND headers ${CMAKE_SOURCE_DIR}/server/api/api.h ${CMAKE_SOURCE_DIR}/server/http/json.h)
+  elseif(cordillera_pipeline IN_LIST ARGN)
+    set(kind pipeline)
+    list(APPEND headers <nlohmann/json.hpp> ${CMAKE_SOURCE_DIR}/pipeline/store/store.h ${CMAKE_SOURCE_DIR}/pipeline/build/build.h)
   endif()
-  target_precompile_headers(${target} REUSE_FROM cordillera_test_headers)
+  set(precompiled cordillera_${kind}_test_headers)
+  if(NOT TARGET ${precompiled})
+    add_library(${precompiled} OBJECT ${CMAKE_SOURCE_DIR}/tests/precompiled.cpp)
+    target_link_libraries(${precompiled} PRIVATE cordillera_flags GTest::gmock GTest::gtest_main)
+    if(NOT kind STREQUAL plain)
+      target_link_libraries(${precompiled} PRIVATE cordillera_${kind})
+    endif()
+    target_compile_options(${precompiled} PRIVATE $<$<CONFIG:Release>:${optimise}>)
+    target_precompile_headers(${precompiled} PRIVATE ${headers})
+  endif()
+  target_precompile_headers(${target} REUSE_FROM ${precompiled})
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:${optimise}>)
 endfunction()
 
-# A test program: cordillera_test(name SOURCES ... [ALONE source...] LIBS ... [TIMEOUT seconds]). ALONE as for cordillera_unity: thirteen sources of
-# the server's tests take 25 seconds as one, and 110 apart. The limit is of one of its tests, on a machine that is slow and busy; what
-# a test waits for has its own patience of four minutes, so that it says what did not come.
-# Under a sanitizer the program is one test, and has an hour.
+# A test program: cordillera_test(name SOURCES ... [ALONE source...] LIBS ... [TIMEOUT seconds] [APART]). ALONE as for cordillera_unity: thirteen
+# sources of the server's tests take 25 seconds as one, and 110 apart. A program is one test of ctest: one a case would load a hundred libraries, and
+# make the datasets that cases share, a thousand times. APART: those whose cases take long are tests of their own, and so run side by side. The limit
+# is of one test, on a machine that is slow and busy; what a case waits for has its own patience of four minutes, so that it says what did not come.
 # COST: what may take longest begins first, here and in the folders of scripts, so that a run does not end with one long test.
 function(cordillera_test name)
-  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;ALONE;LIBS" ${ARGN})
+  cmake_parse_arguments(T "APART" "TIMEOUT" "SOURCES;ALONE;LIBS" ${ARGN})
   if(NOT T_TIMEOUT)
     set(T_TIMEOUT 300)
   endif()
@@ -67,14 +83,19 @@ function(cordillera_test name)
   endif()
   find_package(GTest REQUIRED)
   add_executable(${name} ${T_SOURCES} ${T_ALONE})
-  cordillera_precompile_test(${name})
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # most of a test runs once: compiling it is what takes time
+  cordillera_precompile_test(${name} ${T_LIBS})
   cordillera_unity(${name} ALONE ${T_ALONE})
   target_link_libraries(${name} PRIVATE cordillera_flags ${T_LIBS} GTest::gmock GTest::gtest_main)
-  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # most of a test runs once: compiling it is what takes time
   target_compile_definitions(${name} PRIVATE CORDILLERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
-  if(CORDILLERA_SANITIZE)  # one process a program: one a test would load a hundred libraries a thousand times, with a slow loader
+  if(CORDILLERA_SANITIZE OR NOT T_APART)
+    if(CORDILLERA_SANITIZE)
+      set(T_TIMEOUT 3600)
+    elseif(T_TIMEOUT LESS 900)
+      set(T_TIMEOUT 900)
+    endif()
     add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
-    set_tests_properties(${name} PROPERTIES TIMEOUT 3600 COST ${T_TIMEOUT})
+    set_tests_properties(${name} PROPERTIES TIMEOUT ${T_TIMEOUT} COST ${T_TIMEOUT})
     return()
   endif()
   include(GoogleTest)

@@ -10,23 +10,35 @@ BlockOrder::BlockOrder(std::vector<proto::TileAddress> blocks, BlockFollower* fo
 std::size_t BlockOrder::next() {
   const std::lock_guard lock(mutex_);
   while (first_ < given_.size() && given_[first_]) ++first_;
-  const std::size_t k = chosen();
+  const std::size_t k = next_looked_at().value_or(first_);
   given_[k] = true;
   return k;
 }
 
+std::vector<std::size_t> BlockOrder::looked_at(std::size_t most) {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::size_t> found;
+  while (found.size() < most) {
+    const auto k = next_looked_at();
+    if (!k) break;
+    given_[*k] = true;
+    found.push_back(*k);
+  }
+  return found;
+}
+
 /// The block under the tile that was looked at last and whose block is still to be made.
-std::size_t BlockOrder::chosen() const {
-  if (!follower_) return first_;
+std::optional<std::size_t> BlockOrder::next_looked_at() const {
+  if (!follower_ || blocks_.empty()) return std::nullopt;
+  const int level = blocks_.front().z;
   for (const proto::TileAddress& tile : follower_->looked_at()) {
-    const int level = blocks_[first_].z;
     if (tile.z < level) continue;  // of many blocks
     const auto found = std::find(blocks_.begin(), blocks_.end(), tile.at_level(level));
     if (found == blocks_.end()) continue;
     const auto k = static_cast<std::size_t>(found - blocks_.begin());
     if (!given_[k]) return k;
   }
-  return first_;
+  return std::nullopt;
 }
 
 }  // namespace cordillera::pipeline

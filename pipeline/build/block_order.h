@@ -2,6 +2,7 @@
 // In what order the blocks of a build are made: as they were given, but those first that somebody looks at.
 #include <cstddef>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "pipeline/build/build.h"
@@ -15,9 +16,11 @@ class BlockOrder {
   BlockOrder(std::vector<proto::TileAddress> blocks, BlockFollower* follower);
   /// An index of blocks. To be called once for each of them, at most.
   std::size_t next();
+  /// At most so many, of those that somebody looks at; none: nobody looks at any that was not given.
+  std::vector<std::size_t> looked_at(std::size_t most);
 
  private:
-  std::size_t chosen() const;
+  std::optional<std::size_t> next_looked_at() const;
 
   const std::vector<proto::TileAddress> blocks_;
   BlockFollower* const follower_;

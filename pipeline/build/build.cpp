@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "gpu/simplify.h"
@@ -79,21 +81,60 @@ std::vector<proto::TileAddress> unfinished(const Site& site, std::vector<proto::
   return nodes;
 }
 
+const proto::Problem kPaused{"paused", "blocks are made when somebody looks at them", "", ""};
+
+// A lazy build's process ends when nobody has looked at another block for so long, and after its turn: others wait for theirs.
+constexpr auto kLinger = std::chrono::seconds(2), kTurn = std::chrono::seconds(20);
+constexpr auto kBetweenLooks = std::chrono::milliseconds(20);
+
+using MakeBlock = std::function<proto::Result<FinishedTask>(const proto::TileAddress&)>;
+using TakeBlock = std::function<proto::Result<void>(std::size_t, FinishedTask&&)>;
+
+/// Those of the blocks that somebody looks at; all of them in the end, or kPaused.
+proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::TileAddress>& blocks, const MakeBlock& make, const TakeBlock& take) {
+  using Clock = std::chrono::steady_clock;
+  BlockOrder order(blocks, site.follower);
+  std::size_t left = blocks.size();
+  const auto began = Clock::now();
+  std::optional<Clock::time_point> made;
+  while (left > 0) {
+    if (site.stop) return kCancelled;
+    if (made && Clock::now() - began > kTurn) return kPaused;
+    const std::vector<std::size_t> wanted = order.looked_at(site.builder.tasks_at_once());
+    if (wanted.empty() && (!made || Clock::now() - *made > kLinger)) return kPaused;
+    if (wanted.empty()) {
+      std::this_thread::sleep_for(kBetweenLooks);
+      continue;
+    }
+    const auto built = in_flight(wanted.size(), wanted.size(), [&](std::size_t k) { return make(blocks[wanted[k]]); }, take);
+    if (!built.ok()) return built;
+    left -= wanted.size();
+    made = Clock::now();
+  }
+  return {};
+}
+
+/// What a process before this one has made, and not shown any more.
+void show_made(const Site& site, const std::vector<proto::TileAddress>& blocks) {
+  for (const proto::TileAddress& node : blocks) {
+    if (site.store.finished(node) && !site.follower->shows(node)) site.follower->take(site.store.block(node));
+  }
+}
+
 proto::Result<void> build_blocks(const Site& site) {
   const auto level = static_cast<int>(site.plan.block_level());
-  std::vector<proto::TileAddress> blocks = unfinished(site, touched_tiles(site.plan, level));
+  const std::vector<proto::TileAddress> all = touched_tiles(site.plan, level);
+  std::vector<proto::TileAddress> blocks = unfinished(site, all);
   // The largest first: a large one at the end would leave most threads without work.
   std::stable_sort(blocks.begin(), blocks.end(), [&](const auto& a, const auto& b) { return samples_of(site.plan, a) > samples_of(site.plan, b); });
   double total = 0, left = 0;
-  for (const proto::TileAddress& node : touched_tiles(site.plan, level)) total += samples_of(site.plan, node);
+  for (const proto::TileAddress& node : all) total += samples_of(site.plan, node);
   for (const proto::TileAddress& node : blocks) left += samples_of(site.plan, node);
   site.teller.stage("build", total);
   Done done(site.teller);
   done.add(total - left);
-  BlockOrder order(blocks, site.follower);
-  const auto make = [&](std::size_t) -> proto::Result<FinishedTask> {
+  const auto make = [&](const proto::TileAddress& node) -> proto::Result<FinishedTask> {
     if (site.stop) return kCancelled;
-    const proto::TileAddress& node = blocks[order.next()];
     const auto tell = done.of(samples_of(site.plan, node));
     auto task = site.builder.block(node, tell);
     if (task.ok()) tell(1);
@@ -107,7 +148,11 @@ proto::Result<void> build_blocks(const Site& site) {
     return committed;
   };
   const Followed followed(site.follower, site.plan, site.teller);
-  auto built = in_flight(blocks.size(), site.builder.tasks_at_once(), make, take);
+  const bool lazy = site.follower && site.follower->lazy();
+  if (lazy) show_made(site, all);
+  BlockOrder order(blocks, site.follower);
+  auto built = lazy ? build_looked_at(site, blocks, make, take)
+                    : in_flight(blocks.size(), site.builder.tasks_at_once(), [&](std::size_t) { return make(blocks[order.next()]); }, take);
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
   return built;
 }

@@ -22,6 +22,10 @@ class BlockFollower {
   virtual void begin(const proto::Plan& plan, std::function<void()> shown) = 0;
   /// Tiles that were asked for lately, the last first: their blocks are to be made next. Called by any thread.
   virtual std::vector<proto::TileAddress> looked_at() = 0;
+  /// Whether blocks are made only under tiles that are looked at. After begin().
+  virtual bool lazy() const { return false; }
+  /// Whether this block's tiles are shown: a process before this one may have made it. After begin().
+  virtual bool shows(const proto::TileAddress& block) = 0;
   /// A block is done, and on disk.
   virtual void take(FinishedTask&& block) = 0;
   /// All blocks are done, or the build has ended. When it returns, shown is called no more. May be called again.
@@ -46,7 +50,8 @@ struct BuildRequest {
 using ProgressCallback = std::function<void(const proto::Progress&)>;
 
 /// Builds and publishes. Same request, same bytes, whatever threads, device, order or restarts. stop: set to leave early
-/// (type "cancelled"); everything committed so far is kept for the next call.
+/// (type "cancelled"). A lazy follower's build ends when nobody has looked at another block for a while, or had its turn (type "paused").
+/// Everything committed so far is kept for the next call.
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop);
 
 /// The request's raster, or the mosaic of its members.

@@ -172,15 +172,16 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   task.node = node;
   const BlockPlace place = alone_ ? place_alone(plan_, node) : place_of_block(plan_, node);
   if (place.west > place.east) return task;
-  proto::Samples samples = place.empty_samples();
+  const raster::Source::Window all = place.window();
   raster::Source::Window window = node_window(plan_, node, 3);
-  window.west = std::max(window.west, samples.west), window.east = std::min(window.east, samples.west + samples.columns - 1);
-  window.south = std::max(window.south, samples.south), window.north = std::min(window.north, samples.south + samples.rows - 1);
+  window.west = std::max(window.west, all.west), window.east = std::min(window.east, all.east);
+  window.south = std::max(window.south, all.south), window.north = std::min(window.north, all.north);
   bool empty = false;
   workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
     empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1);
   });
   if (empty) return task;
+  proto::Samples samples = place.empty_samples();  // not before: pages of blocks without data would take most of the time of a sparse raster
   if (const auto read = read_into(window, samples); !read.ok()) return read.problem();
   if (stop_) return kCancelled;
   if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) return task;

@@ -1,7 +1,5 @@
 #include "pipeline/build/sharpen.h"
 
-#include <set>
-
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
@@ -51,6 +49,15 @@ bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional
   return provisional.provisional() && !water && has_levels_above(plan) && provisional.max_level() >= plan.block_level() && provisional.min_level() == plan.min_level();
 }
 
+std::set<proto::TileAddress> blocks_in(const proto::Manifest& provisional) {
+  std::set<proto::TileAddress> blocks;
+  for (int k = 0; k + 1 < provisional.done_blocks_size(); k += 2) {
+    const auto x = static_cast<std::int32_t>(provisional.done_blocks(k)), y = static_cast<std::int32_t>(provisional.done_blocks(k + 1));
+    blocks.insert({static_cast<int>(provisional.block_level()), x, y});
+  }
+  return blocks;
+}
+
 proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done, const std::string& next) {
   const auto shown = StoreReader::open(store);
   if (!shown.ok()) return shown.problem();
@@ -62,6 +69,13 @@ proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan&
   if (auto copied = copy_beside(**shown, plan, nodes, **writer); !copied.ok()) return copied;
   for (const FinishedTask& task : done) {
     if (const auto committed = (*writer)->commit(task); !committed.ok()) return committed.problem();
+  }
+  nodes.merge(blocks_in(manifest));
+  manifest.set_block_level(plan.block_level());
+  manifest.clear_done_blocks();
+  for (const proto::TileAddress& node : nodes) {
+    manifest.add_done_blocks(static_cast<std::uint32_t>(node.x));
+    manifest.add_done_blocks(static_cast<std::uint32_t>(node.y));
   }
   const auto published = (*writer)->publish(std::move(manifest));
   return published.ok() ? proto::Result<void>() : published.problem();

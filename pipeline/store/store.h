@@ -50,6 +50,8 @@ class StoreWriter {
   virtual ~StoreWriter() = default;
   virtual bool finished(const proto::TileAddress& node) const = 0;   ///< a committed block or merge
   virtual proto::Result<void> commit(const FinishedTask& task) = 0;  ///< all or nothing
+  /// A committed block's tiles, without what it has left; none of a published store.
+  virtual FinishedTask block(const proto::TileAddress& node) const = 0;
   virtual std::optional<std::string> mesh(const proto::TileAddress& node) const = 0;
   /// A tile's water mask, as pack_water has it; tiles that are all land have none.
   struct Water {

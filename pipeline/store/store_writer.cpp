@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <mutex>
 
@@ -49,6 +50,15 @@ struct WorkStatements {
 class SqliteWriter final : public StoreWriter {
  public:
   SqliteWriter(std::string path, proto::Plan plan) : path_(std::move(path)), plan_(std::move(plan)), files_(path_) {}
+  ~SqliteWriter() override {
+    try {
+      if (!work_ || without_data_.empty()) return;
+      Transaction transaction(*database_);
+      put_without_data();
+      transaction.commit();
+    } catch (const StoreError&) {  // they are looked at again, then
+    }
+  }
 
   /// What is in the file's place. damaged: a store whose manifest cannot be read, so that nobody can use it.
   enum class Found { ours, others, damaged };
@@ -78,6 +88,7 @@ class SqliteWriter final : public StoreWriter {
     const std::lock_guard lock(mutex_);
     if (published_) return true;
     if (!work_) return false;
+    if (std::find(without_data_.begin(), without_data_.end(), node) != without_data_.end()) return true;
     const bool there = work_->has_task.bind(node.z, node.y, node.x).step();
     work_->has_task.bind();
     const auto left = there ? mesh_row(node) : std::nullopt;
@@ -88,6 +99,11 @@ class SqliteWriter final : public StoreWriter {
     const std::lock_guard lock(mutex_);
     if (published_) return write_problem(path_, "it is published");
     if (!work_) return write_problem(path_, "it cannot be read");
+    // Nothing is lost with one of these but a look at its place. A sparse raster has thousands, and each sync takes as long as that of a block.
+    if (task.tiles.empty() && !task.mesh && task.consumed.empty() && without_data_.size() < kMostWithoutData) {
+      without_data_.push_back(task.node);
+      return {};
+    }
     if (auto full = no_room_for(bytes_of(task))) return *full;
     try {
       if (task.mesh && !keeps_meshes_) files_.put(task.mesh->first, task.mesh->second);  // before the row that tells of it
@@ -99,12 +115,35 @@ class SqliteWriter final : public StoreWriter {
       }
       for (const TileAddress& child : task.consumed) work_->drop_mesh.bind(child.z, child.y, child.x).run();
       work_->put_task.bind(task.node.z, task.node.y, task.node.x).run();
+      put_without_data();
       transaction.commit();
+      without_data_.clear();
       for (const TileAddress& child : task.consumed) files_.drop(child);
       return {};
     } catch (const StoreError& e) {
       return write_problem(path_, e.what());
     }
+  }
+
+  FinishedTask block(const TileAddress& node) const override {
+    const std::lock_guard lock(mutex_);
+    FinishedTask task{.node = node};
+    if (published_ || !database_) return task;
+    Statement tiles(*database_, "SELECT record, bytes FROM tiles JOIN blobs ON hash = drc WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ?");
+    for (int z = node.z; z <= static_cast<int>(plan_.finest_level()); ++z) {
+      const int below = z - node.z;
+      const auto first = [below](std::int32_t at) { return std::int64_t{at} << below; };
+      const auto last = [below](std::int32_t at) { return ((std::int64_t{at} + 1) << below) - 1; };
+      tiles.bind(z, first(node.y), last(node.y), first(node.x), last(node.x));
+      while (tiles.step()) {
+        EncodedTile tile;
+        const std::string_view record = tiles.blob(0);
+        if (!tile.record.ParseFromArray(record.data(), static_cast<int>(record.size()))) throw StoreError("a tile's record cannot be read");
+        tile.drc = tiles.blob(1);
+        task.tiles.push_back(std::move(tile));
+      }
+    }
+    return task;
   }
 
   std::optional<std::string> mesh(const TileAddress& node) const override {
@@ -158,6 +197,12 @@ class SqliteWriter final : public StoreWriter {
   }
 
  private:
+  static constexpr std::size_t kMostWithoutData = 256;
+
+  void put_without_data() {
+    for (const TileAddress& node : without_data_) work_->put_task.bind(node.z, node.y, node.x).run();
+  }
+
   /// For bytes that go into the log first, and with it into the file.
   std::optional<Problem> no_room_for(std::uint64_t bytes) const {
     std::error_code error;
@@ -262,6 +307,7 @@ class SqliteWriter final : public StoreWriter {
   std::string path_;
   proto::Plan plan_;
   MeshFiles files_;
+  std::vector<TileAddress> without_data_;  ///< finished blocks that the file does not tell of yet
   bool keeps_meshes_ = false;  ///< in the store, for who builds on it
   mutable std::mutex mutex_;
   std::unique_ptr<Database> database_;

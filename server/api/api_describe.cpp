@@ -1,4 +1,5 @@
-// PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, and who may read it.
+// PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, and who may read it. And build=full, after
+// which what a lazy build has not made is made.
 #include <algorithm>
 
 #include "server/api/api.h"
@@ -14,7 +15,7 @@ namespace {
 
 using proto::Problem;
 
-constexpr const char* kDescribable = "title, attribution and private, as JSON or in the query";
+constexpr const char* kDescribable = "title, attribution, private and build, as JSON or in the query";
 
 std::optional<Problem> take_words(const std::string& name, const std::string& value, std::string* into) {
   if (auto wrong = read_text(value, into)) return Problem{"option-invalid", name + ": " + *wrong, "text", name};
@@ -37,6 +38,9 @@ std::optional<Problem> take(const Given& given, Dataset& dataset) {
       wrong = take_words(name, value, dataset.options.mutable_attribution());
     } else if (name == "private") {
       if (auto complaint = read_switch(value, &dataset.is_private)) wrong = Problem{"option-invalid", "private='" + value + "': " + *complaint, "1 or 0", name};
+    } else if (name == "build") {
+      if (value != "full") wrong = Problem{"option-invalid", "build='" + value + "'", "full: all blocks are made from now on", name};
+      dataset.options.clear_build();
     } else {
       return Problem{"option-unknown", "a dataset's '" + name.substr(0, 100) + "' does not change without a build", kDescribable, name.substr(0, 100)};
     }
@@ -70,6 +74,7 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   service.archive_files().forget(dataset.id);
   service.hub().touch(dataset.id);
   log_info("dataset " + dataset.id + ": described anew");
+  if (is_lazy(dataset) && !is_lazy(*now) && now->state != State::ready && now->state != State::failed) service.queue().enqueue(dataset.id, sender(request));
   return status_document(service, request, *now);
 }
 

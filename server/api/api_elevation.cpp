@@ -36,6 +36,18 @@ Json place_json(const pipeline::faces::Terrain& terrain, const raster::LinePoint
   return json;
 }
 
+/// Blocks there are made next. The last of many places alone, as of tiles.
+void look_at_places(Service& service, const Dataset& dataset, const proto::Manifest& shown, const std::vector<raster::LinePoint>& places) {
+  constexpr std::size_t kMostPlaces = 64;
+  const int level = static_cast<int>(shown.max_level());
+  const double tiles_a_degree = std::ldexp(1, level) / 180;
+  const auto in = [](double at, std::int32_t count) { return std::clamp(static_cast<std::int32_t>(std::floor(at)), 0, count - 1); };
+  for (std::size_t k = places.size() - std::min(places.size(), kMostPlaces); k < places.size(); ++k) {
+    const auto x = in((places[k].longitude_deg + 180) * tiles_a_degree, proto::tiles_across(level)), y = in((places[k].latitude_deg + 90) * tiles_a_degree, proto::tiles_up(level));
+    service.queue().look(dataset, {level, x, y}, shown);
+  }
+}
+
 }  // namespace
 
 Response elevation(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
@@ -60,7 +72,9 @@ Response elevation(Service& service, const Dataset& dataset, const Request& requ
   Response response = json_response(200, json);
   response.set("Cache-Control", request.method == "POST" ? "no-store" : cache_control(route));
   if (request.method != "POST") response.set("ETag", quoted(pipeline::faces::document(response.body).etag));
-  if (manifest.provisional()) mark_provisional(response);
+  if (!manifest.provisional()) return response;
+  mark_provisional(response);
+  look_at_places(service, dataset, manifest, query->places);
   return response;
 }
 

@@ -45,6 +45,23 @@ std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
   return std::nullopt;
 }
 
+/// build=lazy shows blocks in the place of provisional tiles. Where the service has it as its default, other posts are built in full.
+std::optional<proto::Problem> take_lazy(bool asked, Posting& posting) {
+  proto::BuildOptions& build = posting.settings.build;
+  if (build.build() != kLazy) return std::nullopt;
+  const char* against = posting.updates                                      ? "updates"
+                        : build.has_provisional() && !build.provisional() ? "provisional"
+                        : build.keep_size() > 0                              ? "keep"
+                                                                             : nullptr;
+  if (against == nullptr) return std::nullopt;
+  if (asked) {
+    return proto::Problem{"options-conflict", std::string("build=lazy makes blocks one by one, in the place of provisional tiles; ") + against + "= does not go with it",
+                          "build=full, or a POST of one raster with error=", "build"};
+  }
+  build.clear_build();
+  return std::nullopt;
+}
+
 proto::Result<Posting> read_posting(Service& service, const Request& request, RasterIs raster) {
   Posting posting;
   posting.folder = public_path(request, "");
@@ -56,6 +73,8 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
   if (!settings) return settings.problem();
   posting.settings = std::move(settings.value());
+  const bool lazy = std::any_of(options->begin(), options->end(), [](const auto& option) { return option.first == "build"; });
+  if (auto refused = take_lazy(lazy, posting)) return *refused;
   if (posting.settings.private_dataset && !service.gate().has_tokens()) {
     return proto::Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read", "private=0, or cordillera serve --tokens FILE",
                           "private"};
@@ -92,9 +111,11 @@ proto::Job dry_job(const Posting& posting, const Upload& upload) {
   return job;
 }
 
+/// Or can be read, where nothing more is to be built before somebody reads it.
 bool is_built(Service& service, const std::string& id) {
   const auto dataset = service.registry().find(id);
-  return !dataset || dataset->state == State::ready || dataset->state == State::failed;
+  if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return true;
+  return is_lazy(*dataset) && service.library().provisional(id) != nullptr;
 }
 
 /// The answer to a POST whose dataset exists, as it is now.
@@ -187,7 +208,7 @@ std::optional<proto::Problem> take_several(const Request& request, Posting& post
   const bool said = std::any_of(request.query.begin(), request.query.end(), [](const auto& option) { return option.first == "updates"; });
   if (said && !posting.updates) return proto::Problem{"options-conflict", "several rasters are kept, as those of updates=1 are", "several files without updates=0", "updates"};
   posting.updates = true;
-  return std::nullopt;
+  return take_lazy(std::any_of(request.query.begin(), request.query.end(), [](const auto& option) { return option.first == "build"; }), posting);
 }
 
 Response post(Service& service, const Request& request, Come* come, const std::string& id = "") {

@@ -30,7 +30,7 @@ Json progress_json(const Dataset& dataset, const ProgressHub::Snapshot& now, std
   json["done"] = progress.done();
   json["total"] = progress.total();
   json["share"] = std::round(1e4 * now.share) / 1e4;
-  json["seconds_left"] = progress.seconds_left() < 0 ? Json(nullptr) : Json(progress.seconds_left());
+  json["seconds_left"] = progress.seconds_left() < 0 || is_lazy(dataset) ? Json(nullptr) : Json(progress.seconds_left());
   json["place"] = place ? Json(*place) : Json(nullptr);
   return json;
 }
@@ -121,6 +121,7 @@ class EventStream {
     if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
     Json data = progress_json(*dataset, now, place_);
     data["state"] = to_string(dataset->state);
+    if (is_lazy(*dataset)) data["build"] = kLazy;
     return tiles + event_text("progress", data);
   }
 
@@ -165,6 +166,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   const bool building = dataset.state == State::queued || dataset.state == State::running;
   const bool provisional = building && service.library().provisional(dataset.id) != nullptr;
   json["provisional"] = provisional;
+  json["build"] = building && is_lazy(dataset) ? kLazy : "full";
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
   if (changes.is_object()) json["updates"] = changes;
   json["notes"] = std::vector<std::string>(dataset.options.warnings().begin(), dataset.options.warnings().end());

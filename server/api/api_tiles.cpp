@@ -160,8 +160,9 @@ std::optional<Response> not_ready(const Dataset& dataset) {
     return problem_response({"dataset-failed", "dataset " + dataset.id + " has nothing to fetch: " + why,
                              "posting a raster that can be built", ""});
   }
-  auto response = problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state),
-                                    "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
+  const bool lazy = is_lazy(dataset);
+  auto response = problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state) + (lazy ? ", and its blocks are made as their tiles are asked for" : ""),
+                                    (lazy ? "PATCH /v1/datasets/" + dataset.id + "?build=full, and " : std::string()) + "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
   response.set("Retry-After", "2");
   return response;
 }
@@ -215,7 +216,7 @@ Response published(Service& service, const Dataset& dataset, const Request& requ
   mark_provisional(response);
   if (route.resource != Resource::face || response.status != 200) return response;
   const auto tile = on_lattice(route.found.resource->grid, route.found.place);
-  if (tile && tile->z > 0) service.queue().looked_at().note(dataset.id, *tile);
+  if (tile && tile->z > 0) service.queue().look(dataset, *tile, opened.terrain->manifest());
   return response;
 }
 

@@ -27,10 +27,11 @@ struct End {
   explicit operator bool() const { return ready || failed; }
 };
 
-/// The status of a dataset as an end. A failed change of its rasters leaves it ready, as it was before.
+/// The status of a dataset as an end. A lazy build has come as far as it does by itself once there are tiles. A failed change of its rasters leaves it ready, as it was before.
 End end_in(const Json& status) {
   const std::string state = status.value("state", "");
   const Json error = status.value("error", Json()), updates = status.value("updates", Json());
+  if (status.value("build", "") == "lazy" && status.value("provisional", false)) return {status, {}};
   if (state == "failed") return {{}, problem_in(error.is_object() ? error : Json::object())};
   if (state != "ready" || (updates.is_object() && updates.value("pending", 0) > 0)) return {};
   const Json last = updates.is_object() ? updates.value("last", Json()) : Json();
@@ -81,6 +82,11 @@ void EventReader::line(std::string_view text) {
   has_data_ = true;
 }
 
+std::string how_it_stands(const Json& status) {
+  const bool ready = status.value("state", "") == "ready";
+  return status.value("id", "") + (ready ? " is ready" : " can be seen; its blocks are made as their tiles are asked for");
+}
+
 proto::Result<Json> follow(Talk& talk, const std::string& id, ProgressBar& bar) {
   const std::string path = "/v1/datasets/" + percent_encoded(id);
   talk.moved();
@@ -88,14 +94,19 @@ proto::Result<Json> follow(Talk& talk, const std::string& id, ProgressBar& bar) 
     // A stream begins with how the dataset stands, so one that broke is simply asked for again.
     EventReader reader;
     End end;
+    bool tiles = false, lazy = false;  // there are some; their blocks are made as they are asked for
     Call call = {"GET", path + "/events"};
     call.take = [&](std::string_view piece) {
       talk.moved();
-      return reader.feed(piece, [&](const Event& event) { return !(end = end_in(event, bar)); });
+      return reader.feed(piece, [&](const Event& event) {
+        tiles = tiles || event.name == "tiles";
+        lazy = tiles && event.name == "progress" && event.data.find(R"("build":"lazy")") != std::string::npos;
+        return !(end = end_in(event, bar)) && !lazy;
+      });
     };
     Answer answer = talk.once(call);
-    if (!end && answer.status != 200 && answer.status != 0) {
-      const Answer status = talk.once({"GET", path});  // too many streams, or a proxy without them
+    if (!end && (lazy || (answer.status != 200 && answer.status != 0))) {
+      const Answer status = talk.once({"GET", path});  // else too many streams, or a proxy without them
       if (status.whole(200)) {
         const Json json = object_in(status);
         end = end_in(json);

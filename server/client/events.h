@@ -29,6 +29,10 @@ class EventReader {
 };
 
 /// Until it is ready, whatever breaks on the way: its last status. A problem: the build failed, or the service cannot be asked.
+/// Or, of a lazy build, until there is something to see.
 proto::Result<Json> follow(Talk& talk, const std::string& id, ProgressBar& bar);
+
+/// What is said of a dataset that was followed: "ID is ready".
+std::string how_it_stands(const Json& status);
 
 }  // namespace cordillera::server::client

@@ -143,7 +143,7 @@ int wait_for(Post& post, Json posted, Show show) {
     return ready ? kDone : exit_code(ready.problem());
   }
   if (!ready) return tell(ready.problem(), show);
-  std::cout << posted["id"].get<std::string>() << " is ready" << std::endl;
+  std::cout << how_it_stands(*ready) << std::endl;
   return kDone;
 }
 

@@ -17,7 +17,7 @@ int watch_command(const WatchLine& line) {
   if (line.show == Show::json) {
     std::cout << ready->dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
   } else if (line.words == Words::all) {
-    std::cout << line.id << " is ready" << std::endl;
+    std::cout << how_it_stands(*ready) << std::endl;
   }
   return kDone;
 }

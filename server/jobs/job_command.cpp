@@ -140,7 +140,7 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
     report(progress);  // in vain only where the parent is dead
     return {};
   }
-  Sharpener sharpener(folder);
+  Sharpener sharpener(folder, job.lazy() ? Sharpener::Blocks::looked_at : Sharpener::Blocks::all);
   if (job.provisional()) request.follower = &sharpener;
   const auto built = pipeline::build(request, sink, g_stop);
   if (!built) return built.problem();

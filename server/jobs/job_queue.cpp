@@ -5,6 +5,7 @@
 #include <chrono>
 #include <fstream>
 
+#include "pipeline/build/sharpen.h"
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/http/json.h"
@@ -44,6 +45,13 @@ std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto:
   return bytes;
 }
 
+/// Whether the tile is one of a block that is done, or above all blocks.
+bool is_shown(const proto::Manifest& shown, const proto::TileAddress& tile) {
+  if (shown.block_level() == 0) return false;  // nobody knows yet
+  const int level = static_cast<int>(shown.block_level());
+  return tile.z < level || pipeline::blocks_in(shown).contains(tile.at_level(level));
+}
+
 proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
 
 proto::Problem cannot_write(const std::filesystem::path& folder) {
@@ -57,6 +65,8 @@ std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(limits.build_seconds, limits.build_base_seconds + mib * limits.build_seconds_per_mib));
 }
 
+bool is_lazy(const Dataset& dataset) { return dataset.options.build() == kLazy; }
+
 proto::Job job_of(const Dataset& dataset) {
   proto::Job job;
   job.set_id(dataset.id);
@@ -64,7 +74,10 @@ proto::Job job_of(const Dataset& dataset) {
   job.set_request_id(dataset.request_id);
   *job.mutable_options() = dataset.options;
   job.set_provisional(!dataset.options.has_provisional() || dataset.options.provisional());
-  job.mutable_options()->clear_provisional();  // no part of what is built
+  job.set_lazy(is_lazy(dataset));
+  // No part of what is built.
+  job.mutable_options()->clear_provisional();
+  job.mutable_options()->clear_build();
   return job;
 }
 
@@ -258,8 +271,10 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     metrics::StageClock clock(metrics_);
     if (attempt > 0 && attempt % kTriesWithOneStore == 0) forget_store(id);
     const auto outcome = build(*dataset, clock, *flag);
-    clock.end(*flag ? "cancelled" : outcome ? "ready" : "failed");
+    const bool paused = !outcome && outcome.problem().type == "paused";
+    clock.end(*flag ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");
     if (*flag) return Next::done;
+    if (paused) return pause(*dataset);
     if (outcome || !is_passing(outcome.problem(), attempt)) return finish(*dataset, outcome), Next::done;
     registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
@@ -267,6 +282,30 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     retry_later({id, client, attempt + 1});
   }
   return Next::done;
+}
+
+void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown) {
+  looked_at_.note(dataset.id, tile);
+  if (!is_lazy(dataset) || is_shown(shown, tile)) return;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto running = running_.find(dataset.id);
+    if (running != running_.end()) running->second.looked_at = true;
+    if (running != running_.end() && !running->second.pauses) return;
+  }
+  enqueue({dataset.id, owner_of(dataset), 0});
+}
+
+/// A lazy build whose job has ended: at the end of the queue, if somebody looked at a block that it has not come to.
+JobQueue::Next JobQueue::pause(const Dataset& dataset) {
+  forget_posted(dataset.id);
+  const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
+  const bool more = shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) { return !is_shown(*shown, tile); });
+  const std::lock_guard lock(mutex_);
+  const auto running = running_.find(dataset.id);
+  if (running == running_.end()) return Next::done;
+  running->second.pauses = true;
+  return more && running->second.looked_at ? Next::again : Next::done;
 }
 
 proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,

@@ -35,6 +35,10 @@ bool is_passing(const proto::Problem& problem, int attempt);
 /// What a build of rasters of so many bytes may take: one that is cheap to send keeps the others waiting for so long at most.
 std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes);
 
+/// build=lazy: blocks are made as their tiles are asked for.
+inline constexpr const char* kLazy = "lazy";
+bool is_lazy(const Dataset& dataset);
+
 /// What a child is told of a dataset, but for its raster and the operator's limits.
 proto::Job job_of(const Dataset& dataset);
 
@@ -64,8 +68,8 @@ class JobQueue {
   void cancel(const std::string& id);
   /// Which of those that wait it is, 1 for the next; nullopt: it does not wait.
   std::optional<std::size_t> place(const std::string& id) const { return turns_.place(id); }
-  /// Is told which tiles people ask for while a dataset is being built.
-  LookedAt& looked_at() { return looked_at_; }
+  /// Somebody has asked for a tile of the lattice, and got what is shown of the dataset while it is built: its block is made next, or at all.
+  void look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown);
   /// What a build of the raster in this folder would make; waits for its turn beside the builds.
   proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const proto::Job& asked);
   /// Ends running builds; their datasets stay unfinished in the registry.
@@ -78,6 +82,8 @@ class JobQueue {
   struct Running {
     std::atomic<bool>* stop = nullptr;
     Work work = Work::build;
+    bool looked_at = false;  ///< a tile whose block is not done, since it began
+    bool pauses = false;     ///< it will not be told of others
   };
   /// The stop flag of a job of this dataset, which runs until the last copy goes; null: another runs, or all are to end.
   std::shared_ptr<std::atomic<bool>> begin(const std::string& id, Work work);
@@ -90,6 +96,7 @@ class JobQueue {
   void enqueue(Turn turn);
   void retry_later(Turn turn);
   Next run(const Turn& turn);
+  Next pause(const Dataset& dataset);
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
   using Outcome = proto::Result<std::optional<proto::Estimate>>;

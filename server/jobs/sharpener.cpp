@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 constexpr auto kLeastPause = std::chrono::milliseconds(1500);
 constexpr int kShareOfBuild = 4;  // of the time so far, or more, unless somebody looks at a block that is done
 constexpr int kTimesStep = 10;    // of the processor time that the last one took
+constexpr auto kLeastLazyPause = std::chrono::milliseconds(500);
 constexpr std::uintmax_t kTimesStore = 3;  // room for the next step, and as much again for the build
 
 /// Of this thread: beside a build on all threads a step takes longer than it costs.
@@ -38,11 +39,22 @@ void Sharpener::begin(const proto::Plan& plan, std::function<void()> shown) {
   if (thread_.joinable() || !stands.ok() || !pipeline::can_show_blocks(plan, *stands)) return;
   plan_ = plan;
   shown_ = std::move(shown);
+  shown_blocks_ = pipeline::blocks_in(*stands);
   started_ = step_began_ = Clock::now();
+  // A step without blocks: from now on the service knows whose tiles wait for one.
+  if (blocks_ == Blocks::looked_at && stands->block_level() == 0) {
+    if (!make_step({})) return;
+    shown_();
+  }
   thread_ = std::thread([this] { run(); });
 }
 
 std::vector<proto::TileAddress> Sharpener::looked_at() { return read_looked_at(folder_); }
+
+bool Sharpener::shows(const proto::TileAddress& block) {
+  const std::lock_guard lock(mutex_);
+  return shown_blocks_.contains(block);
+}
 
 void Sharpener::take(pipeline::FinishedTask&& block) {
   if (!thread_.joinable()) return;
@@ -67,6 +79,7 @@ void Sharpener::end() {
 }
 
 Sharpener::Clock::time_point Sharpener::due_at() const {
+  if (blocks_ == Blocks::looked_at) return step_began_ + std::max<Clock::duration>(kLeastLazyPause, step_took_);
   const Clock::duration usual = somebody_waits_ ? Clock::duration() : (Clock::now() - started_) / kShareOfBuild;
   return step_began_ + std::max({Clock::duration(kLeastPause), usual, step_took_ * kTimesStep});
 }
@@ -74,7 +87,8 @@ Sharpener::Clock::time_point Sharpener::due_at() const {
 void Sharpener::run() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    const bool due = !waiting_.empty() && Clock::now() >= due_at();
+    // A lazy build's last blocks may be its last ones for long.
+    const bool due = !waiting_.empty() && (Clock::now() >= due_at() || (ending_ && blocks_ == Blocks::looked_at));
     if (!due && ending_) return;
     if (!due && waiting_.empty()) changed_.wait(lock);
     else if (!due) changed_.wait_until(lock, due_at());
@@ -89,6 +103,7 @@ void Sharpener::run() {
     lock.lock();
     if (!took) ending_ = true;
     else step_took_ = *took;
+    for (const pipeline::FinishedTask& block : blocks) shown_blocks_.insert(block.node);
   }
 }
 

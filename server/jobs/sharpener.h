@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -13,14 +14,19 @@
 namespace cordillera::server {
 
 /// Puts blocks that are done into the provisional store of a job's folder, from time to time: a new file beside it takes its name when it is whole, as
-/// every step of provisional tiles does. A thread of its own does it, for a tenth of the build's time at most. Without a provisional store, where blocks
+/// every step of provisional tiles does. A thread of its own does it, for a tenth of the build's time at most; of a lazy build, which
+/// has nothing else to do, as soon as it can. Without a provisional store, where blocks
 /// cannot stand in it, and without room on the disk nothing happens. What goes wrong is logged, and no problem of the build.
 class Sharpener final : public pipeline::BlockFollower {
  public:
-  explicit Sharpener(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  enum class Blocks { all, looked_at };
+  Sharpener(std::filesystem::path folder, Blocks blocks) : folder_(std::move(folder)), blocks_(blocks) {}
   ~Sharpener() override { end(); }
   void begin(const proto::Plan& plan, std::function<void()> shown) override;
   std::vector<proto::TileAddress> looked_at() override;
+  /// Where blocks cannot be shown one by one, all are made.
+  bool lazy() const override { return blocks_ == Blocks::looked_at && thread_.joinable(); }
+  bool shows(const proto::TileAddress& block) override;
   void take(pipeline::FinishedTask&& block) override;
   void end() override;
 
@@ -32,10 +38,12 @@ class Sharpener final : public pipeline::BlockFollower {
   Took make_step(const std::vector<pipeline::FinishedTask>& blocks) const;
 
   const std::filesystem::path folder_;
+  const Blocks blocks_;
   proto::Plan plan_;
   std::function<void()> shown_;
   std::thread thread_;
   std::mutex mutex_;  // of all that follows
+  std::set<proto::TileAddress> shown_blocks_;
   std::condition_variable changed_;
   Clock::time_point started_{}, step_began_{};
   Clock::duration step_took_{};

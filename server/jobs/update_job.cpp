@@ -89,7 +89,7 @@ proto::Result<proto::Manifest> build_target(const proto::Job& job, const fs::pat
   order.request.options = job.options();
   if (before) order.before = kStoreFile;
   order.notes.push_back({kVersionNote, version.SerializeAsString()});
-  Sharpener sharpener(".");
+  Sharpener sharpener(".", Sharpener::Blocks::all);
   if (job.provisional() && !before) order.request.follower = &sharpener;
   return work::update(order, progress, stop);
 }

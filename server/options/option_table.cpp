@@ -414,6 +414,12 @@ std::vector<OptionSpec> make_posting_options() {
              auto complaint = read_switch(text, &shown);
              if (!complaint) settings.build.set_provisional(shown);
              return complaint;
+           }},
+          {"build", "BLOCKS", "make all blocks of a raster at once, or each when one of its tiles is asked for", "full or lazy", [](std::string_view text, Settings& settings) {
+             std::string blocks;
+             auto complaint = read_choice(text, {"full", "lazy"}, &blocks);
+             if (!complaint) settings.build.set_build(blocks);
+             return complaint;
            }}};
 }
 

@@ -170,8 +170,8 @@ class LiveProgram : public Program {
     start_server();
   }
   /// Its provisional tiles stand, and its build goes on.
-  std::string posted() {
-    const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=2&threads=1'");
+  std::string posted(const std::string& options = "&error=2") {
+    const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&threads=1" + options + "'");
     const std::string id = answer.value("id", "");
     EXPECT_TRUE(eventually([&] { return status(id)["provisional"] == true; })) << answer.dump() << server_.log();
     return id;
@@ -241,6 +241,64 @@ TEST_F(LiveProgram, ADeletionInTheMiddleLeavesNothing) {
   EXPECT_THAT(shell("curl -q -s -m 500 -D - -X DELETE " + server_.base() + "/v1/datasets/" + id).output, HasSubstr("204"));
   EXPECT_THAT(head(id, "/tileset.json"), HasSubstr("404"));
   EXPECT_FALSE(std::filesystem::exists(folder_of(id)));
+}
+
+/// Of a lazy dataset: where people look there are the finest tiles, elsewhere not, over restarts too; and all of them once somebody wants all.
+class LazyProgram : public LiveProgram {
+ protected:
+  /// A finest tile, so far south-west or north-east of the middle that its block is another.
+  std::string finest(double shift_deg) const {
+    const double tiles = std::ldexp(1, kFinest) / 180;
+    const auto at = [&](double deg) { return std::to_string(static_cast<int>((deg + shift_deg) * tiles)); };
+    return "/tiles/" + std::to_string(kFinest) + "/" + at(10.15 + 180) + "/" + at(46.15 + 90) + ".drc";
+  }
+  bool is_there(const std::string& id, const std::string& path) { return head(id, path).find("200 OK") != std::string::npos; }
+  static constexpr int kFinest = 13;
+  static constexpr double kAway_deg = 0.12;
+  const std::string lazy_ = "&error=8&build=lazy&max_level=" + std::to_string(kFinest);
+};
+
+TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
+  const std::string id = posted(lazy_);
+  ASSERT_TRUE(eventually([&] { return get(id, "/manifest.json").value("block_level", 0) > 0; })) << get(id, "/manifest.json") << server_.log();
+  EXPECT_EQ(status(id)["build"], "lazy");
+  EXPECT_EQ(status(id)["state"], "running");
+  EXPECT_TRUE(status(id)["progress"]["seconds_left"].is_null());
+  EXPECT_FALSE(is_there(id, finest(-kAway_deg)));
+  const int block_level = get(id, "/manifest.json")["block_level"];
+  const double tiles = std::ldexp(1, block_level) / 180;
+  const auto look = [&](double shift_deg) {
+    const auto at = [&](double deg) { return std::to_string(static_cast<int>((deg + shift_deg) * tiles)); };
+    return head(id, "/tiles/" + std::to_string(block_level) + "/" + at(10.15 + 180) + "/" + at(46.15 + 90) + ".glb");
+  };
+  EXPECT_THAT(look(-kAway_deg), HasSubstr("200 OK"));
+  ASSERT_TRUE(eventually([&] { return is_there(id, finest(-kAway_deg)); })) << server_.log();
+  EXPECT_FALSE(is_there(id, finest(kAway_deg))) << "nobody has looked there";
+  server_.end(SIGKILL);
+  start_server();
+  EXPECT_TRUE(is_there(id, finest(-kAway_deg)));
+  EXPECT_FALSE(is_there(id, finest(kAway_deg)));
+  EXPECT_THAT(get(id, "/elevation?points=10.27,46.27").dump(), HasSubstr("ellipsoidal_height"));
+  EXPECT_TRUE(eventually([&] { return is_there(id, finest(kAway_deg)); })) << "a height is a look, too\n" << server_.log();
+  const auto bytes = [&] { return shell("curl -q -s -m 500 " + server_.base() + "/v1/datasets/" + id + finest(kAway_deg) + " | sha256sum").output; };
+  const std::string before = bytes();
+  EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=lazy'")["type"], "/problems/option-invalid");
+  EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=full'").value("id", ""), id);
+  ASSERT_TRUE(is_ready(id)) << server_.log();
+  EXPECT_EQ(bytes(), before);
+  EXPECT_EQ(status(id)["build"], "full");
+}
+
+TEST_F(LazyProgram, SmallRastersAreBuiltAtOnce) {
+  const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy'");
+  EXPECT_TRUE(is_ready(answer.value("id", ""))) << server_.log();
+}
+
+TEST_F(LazyProgram, WhatDoesNotGoWithItIsRefused) {
+  for (const char* against : {"updates=1", "provisional=off", "keep=0.1"}) {
+    const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&build=lazy&" + against + "'");
+    EXPECT_EQ(answer.value("parameter", ""), "build") << against << answer;
+  }
 }
 
 /// Tiles are the same with a first look and without.

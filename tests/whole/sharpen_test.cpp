@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "pipeline/build/block_order.h"
 #include "pipeline/build/provisional.h"
@@ -11,6 +12,7 @@
 #include "pipeline/faces/pixel_window.h"
 #include "pipeline/faces/terrain.h"
 #include "pipeline/faces/web_mercator.h"
+#include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
 #include "tests/whole/built.h"
 #include "tests/whole/bytes.h"
@@ -22,8 +24,11 @@ using pipeline::Encoding;
 using proto::TileAddress;
 
 /// Keeps what it is told of.
-struct Blocks final : pipeline::BlockFollower {
+struct Blocks : pipeline::BlockFollower {
   std::vector<TileAddress> looked_at() override { return looked; }
+  bool shows(const TileAddress& block) override {
+    return std::any_of(done.begin(), done.end(), [&](const pipeline::FinishedTask& task) { return task.node == block; });
+  }
   void begin(const proto::Plan& of, std::function<void()>) override { plan = of; }
   void take(pipeline::FinishedTask&& block) override {
     block.mesh.reset();
@@ -34,6 +39,11 @@ struct Blocks final : pipeline::BlockFollower {
   std::vector<pipeline::FinishedTask> done;
   std::vector<TileAddress> looked;
   bool ended = false;
+};
+
+/// Wants blocks only where it looks.
+struct Lazy final : Blocks {
+  bool lazy() const override { return true; }
 };
 
 class Sharpen : public testing::Test {
@@ -180,6 +190,57 @@ TEST(BlockOrder, blocks_that_are_looked_at_come_first) {
   EXPECT_EQ(order.next(), 2u);
   EXPECT_EQ(order.next(), 3u);
   EXPECT_EQ(order.next(), 1u);
+}
+
+TEST(BlockOrder, those_that_are_looked_at_are_given_once) {
+  Blocks follower;
+  pipeline::BlockOrder order({{5, 1, 1}, {5, 2, 1}, {5, 3, 1}}, &follower);
+  EXPECT_TRUE(order.looked_at(9).empty());
+  follower.looked = {{6, 6, 2}, {7, 13, 5}, {5, 1, 1}};
+  EXPECT_EQ(order.looked_at(1), std::vector<std::size_t>{2});
+  EXPECT_EQ(order.looked_at(9), std::vector<std::size_t>{0}) << "two tiles are of one block";
+  EXPECT_TRUE(order.looked_at(9).empty());
+}
+
+/// Blocks by and by, over several processes: in the end the same bytes as at once.
+TEST_F(Sharpen, a_lazy_build_makes_the_blocks_that_are_looked_at) {
+  const std::vector<pipeline::FinishedTask>& all = blocks_.done;
+  const auto build = [&](Lazy& follower) {
+    request_.follower = &follower;
+    request_.store_path = folder_.path("lazy");
+    const auto built = pipeline::build(request_, nullptr, never_);
+    EXPECT_TRUE(follower.ended);
+    return built.ok() ? std::string("ready") : built.problem().type;
+  };
+  Lazy nobody;
+  EXPECT_EQ(build(nobody), "paused");
+  EXPECT_TRUE(nobody.done.empty());
+  Lazy first;
+  const proto::TileRecord& tile = all[2].tiles.back().record;
+  first.looked = {{static_cast<int>(tile.level()), static_cast<std::int32_t>(tile.x()), static_cast<std::int32_t>(tile.y())}};
+  EXPECT_EQ(build(first), "paused");
+  ASSERT_EQ(first.done.size(), 1u);
+  EXPECT_EQ(first.done[0].node, all[2].node);
+  Lazy later;  // a process that ended before it had shown what it made
+  EXPECT_EQ(build(later), "paused");
+  ASSERT_EQ(later.done.size(), 1u);
+  EXPECT_EQ(later.done[0].node, all[2].node);
+  ASSERT_EQ(later.done[0].tiles.size(), all[2].tiles.size());
+  const auto less = [](const pipeline::EncodedTile& a, const pipeline::EncodedTile& b) { return std::tuple(a.record.level(), a.record.y(), a.record.x()) < std::tuple(b.record.level(), b.record.y(), b.record.x()); };
+  std::vector<pipeline::EncodedTile> expected = all[2].tiles, read = later.done[0].tiles;
+  std::sort(expected.begin(), expected.end(), less);
+  std::sort(read.begin(), read.end(), less);
+  for (std::size_t k = 0; k < read.size(); ++k) EXPECT_EQ(read[k].drc, expected[k].drc);
+  Lazy rest;
+  for (const pipeline::FinishedTask& block : all) rest.looked.push_back(block.node);
+  for (const TileAddress& node : pipeline::touched_tiles(blocks_.plan, static_cast<int>(blocks_.plan.block_level()))) rest.looked.push_back(node);
+  EXPECT_EQ(build(rest), "ready");
+  const auto at_once = opened("final"), by_and_by = opened("lazy");
+  for (int z = 0; z <= 13; ++z) {
+    const auto tiles = tiles_of(*at_once, z);
+    EXPECT_EQ(tiles_of(*by_and_by, z), tiles);
+    for (const TileAddress& tile : tiles) EXPECT_EQ(by_and_by->tile(tile, Encoding::drc)->etag, at_once->tile(tile, Encoding::drc)->etag);
+  }
 }
 
 TEST_F(Sharpen, left_alone_are_one_piece_and_a_pyramid_that_ends_above_the_blocks) {

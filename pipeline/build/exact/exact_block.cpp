@@ -71,12 +71,15 @@ bool is_on(std::int64_t line, std::int64_t other, std::int64_t circle) { return 
 
 }  // namespace
 
+raster::Source::Window BlockPlace::window() const { return {west - kSideReach, south - kSideReach, east + kSideReach, north + kSideReach}; }
+
 proto::Samples BlockPlace::empty_samples() const {
+  const raster::Source::Window all = window();
   proto::Samples samples;
-  samples.west = west - kSideReach;
-  samples.south = south - kSideReach;
-  samples.columns = static_cast<std::int32_t>(east - west + 1 + 2 * kSideReach);
-  samples.rows = static_cast<std::int32_t>(north - south + 1 + 2 * kSideReach);
+  samples.west = all.west;
+  samples.south = all.south;
+  samples.columns = static_cast<std::int32_t>(all.east - all.west + 1);
+  samples.rows = static_cast<std::int32_t>(all.north - all.south + 1);
   const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
   samples.height.assign(count, proto::kNoHeight);
   samples.flat_water.assign(count, 0);

@@ -6,6 +6,7 @@
 #include "cordillera.pb.h"
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/tile/tile_mesh.h"
+#include "raster/source.h"
 
 namespace cordillera::pipeline {
 
@@ -16,6 +17,7 @@ struct BlockPlace {
   bool merged_above = false;  ///< levels above need its mesh
 
   /// With what a shared side looks at.
+  raster::Source::Window window() const;
   proto::Samples empty_samples() const;
 };
 /// Of a node of the plan's block level. Where levels are merged above it, the whole node, all of whose sides are shared: then nothing of a block

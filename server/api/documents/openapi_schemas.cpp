@@ -45,6 +45,7 @@ Json dataset() {
   properties["created"] = {{"type", "string"}, {"format", "date-time"}};
   properties["private"] = {{"type", "boolean"}, {"description", "read with a token only"}};
   properties["provisional"] = {{"type", "boolean"}, {"description", "coarse tiles can be read until the build is done; how far they are off is unknown"}};
+  properties["build"] = {{"type", "string"}, {"enum", {"full", "lazy"}}, {"description", "lazy: blocks are made as their tiles are asked for; until all are, the dataset is running"}};
   properties["progress"] = or_null("progress");
   properties["error"] = or_null("problem");
   properties["links"] = {
@@ -156,7 +157,7 @@ Json schemas() {
   all["datasets"] = object({{"datasets", list_of("dataset")}, {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "path of the next page; null: this is the last"}}}},
                             Json::array_t{"datasets", "next"});
   all["progress"] = progress();
-  all["description"] = object({{"title", text("one that is not empty")}, {"attribution", text("one that is not empty")}, {"private", {{"type", "boolean"}}}}, Json::array_t{});
+  all["description"] = object({{"title", text("one that is not empty")}, {"attribution", text("one that is not empty")}, {"private", {{"type", "boolean"}}}, {"build", {{"type", "string"}, {"enum", {"full"}}}}}, Json::array_t{});
   all["face"] = face();
   all["link"] = link();
   all["elevations"] = elevations();

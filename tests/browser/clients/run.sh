@@ -4,12 +4,15 @@
 #   BUILD      a build folder with bin/cordillera
 #   PICTURES   where the screenshots are left; BUILD/browser/clients by default
 #   ONLY=NAME,NAME in the environment: only these clients
+#   CORDILLERA_ALL_TESTS=1, as tests/run.sh --all has it: all of them. Else the first of each library, one page with its events, and all without a browser
 # Exits with 77, and says what is missing, where it cannot run.
 # The shipped sample and, as a control that the test can fail, a flat raster in its place are posted to a server of its own.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/browser/clients/run.sh BUILD [PICTURES]}" && pwd)
 . "$here/../../real_server.sh" 'The client test'
+first_of_each=cesium-3d-tiles,cesium-terrain,three-3d-tiles,deck-3d-tiles,maplibre,openlayers,leaflet,demo-live,demo-private,demo-cesium,demo-maplibre
+first_of_each+=,folder-view,loaders-gl-draco,loaders-gl-quantized-mesh,loaders-gl-3d-tiles,pmtiles,drc-program
 need_node gdal_create gdal_translate
 need_chromium
 pictures=${2:-$build/browser/clients}
@@ -48,6 +51,9 @@ start python3 -u -m http.server 0 --bind 127.0.0.1 --directory "$work/folder" >"
 plain=$(first_line "$work/plain" | sed 's/.*(\(http.*\)\/).*/\1/')
 start "$build/bin/cordillera" view --no-browser "$work/folder" >"$work/view"
 viewer=$(first_line "$work/view")
+
+: "${ONLY:=${CORDILLERA_ALL_TESTS:-$first_of_each}}"
+[[ $ONLY != "${CORDILLERA_ALL_TESTS:-}" ]] || ONLY=
 
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/../known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
