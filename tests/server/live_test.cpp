@@ -282,7 +282,7 @@ TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
   EXPECT_TRUE(eventually([&] { return is_there(id, finest(kAway_deg)); })) << "a height is a look, too\n" << server_.log();
   const auto bytes = [&] { return shell("curl -q -s -m 500 " + server_.base() + "/v1/datasets/" + id + finest(kAway_deg) + " | sha256sum").output; };
   const std::string before = bytes();
-  EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=lazy'")["type"], "/problems/option-invalid");
+  EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=lazy'")["type"], "urn:cordillera:problem:option-invalid");
   EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=full'").value("id", ""), id);
   ASSERT_TRUE(is_ready(id)) << server_.log();
   EXPECT_EQ(bytes(), before);
