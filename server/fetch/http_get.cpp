@@ -96,7 +96,8 @@ class Exchange {
       if (head.result_int() / 100 == 1) continue;
       Got got;
       got.status = static_cast<int>(head.result_int());
-      got.location = std::string(head[http::field::location]);
+      const auto location = head[http::field::location];
+      got.location.assign(location.data(), location.size());
       if (got.status == 200) got.trouble = take_body(parser, buffer, take);
       return got;
     }
