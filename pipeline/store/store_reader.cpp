@@ -29,7 +29,8 @@ constexpr const char* kPageCache = "PRAGMA cache_size = -512";
 constexpr std::uint64_t kOwnCache_bytes = std::uint64_t{64} << 20;
 // A window of few rows is asked row by row: the key finds each run of columns at once. A tall one is one scan.
 constexpr std::int32_t kFewRows = 256;
-// Tiles that are looked for when a store is opened: 3 ms a thousand.
+// Tiles that are looked for when a store is opened: 3 ms a thousand. Counting alone would be cheaper, but takes every page of the table: 235 ms for a
+// million tiles that the system has in memory, and as long as the disk takes for 330 MB that it has not.
 constexpr std::uint64_t kMostCounted = 20000;
 
 std::string name_of(const TileAddress& tile) {
