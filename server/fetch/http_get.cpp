@@ -19,6 +19,7 @@ namespace http = boost::beast::http;
 using asio::ip::tcp;
 using Error = beast::error_code;
 using Take = std::function<bool(std::string_view)>;
+using Places = tcp::resolver::results_type;
 
 constexpr auto kPatience = std::chrono::seconds(60);  // without a byte
 constexpr std::uint32_t kMostHead = 64u << 10;        // a Location may hold a long signature
@@ -75,7 +76,7 @@ class Exchange {
     return error;
   }
 
-  Error connect(const tcp::resolver::results_type& places) {
+  Error connect(const Places& places) {
     return step([&](auto done) { beast::get_lowest_layer(stream_).async_connect(places, done); });
   }
 
@@ -85,13 +86,15 @@ class Exchange {
     request.set(http::field::accept_encoding, "identity");
     request.set(http::field::user_agent, std::string("cordillera/") + CORDILLERA_VERSION);
     request.set(http::field::connection, "close");
-    if (const Error error = step([&](auto done) { http::async_write(stream_, request, done); })) return failed("it takes no request", error);
+    if (const Error error = step([&](auto done) { http::async_write(stream_, request, done); }))
+      return failed("it takes no request", error);
     beast::flat_buffer buffer;
     for (int interim = 0; interim <= kMostInterim; ++interim) {
       http::response_parser<http::buffer_body> parser;
       parser.header_limit(kMostHead);
       parser.body_limit(boost::none);  // take knows it
-      if (const Error error = step([&](auto done) { http::async_read_header(stream_, buffer, parser, done); })) return failed("it sends no answer that can be read", error);
+      if (const Error error = step([&](auto done) { http::async_read_header(stream_, buffer, parser, done); }))
+        return failed("it sends no answer that can be read", error);
       const auto& head = parser.get();
       if (head.result_int() / 100 == 1) continue;
       Got got;
@@ -126,7 +129,7 @@ class Exchange {
   Stream& stream_;
 };
 
-Got by_tls(asio::io_context& context, const Origin& origin, const tcp::resolver::results_type& places, const std::string& target, const Take& take) {
+Got by_tls(asio::io_context& context, const Origin& origin, const Places& places, const std::string& target, const Take& take) {
   asio::ssl::context trust(asio::ssl::context::tls_client);
   trust.set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 | asio::ssl::context::no_tlsv1_1);
   trust.set_default_verify_paths();
@@ -135,7 +138,8 @@ Got by_tls(asio::io_context& context, const Origin& origin, const tcp::resolver:
   stream.set_verify_callback(asio::ssl::host_name_verification(origin.host));
   Error no_number;
   asio::ip::make_address(origin.host, no_number);
-  if (no_number && SSL_set_tlsext_host_name(stream.native_handle(), origin.host.c_str()) != 1) return failed("its name cannot be asked for", no_number);
+  if (no_number && SSL_set_tlsext_host_name(stream.native_handle(), origin.host.c_str()) != 1)
+    return failed("its name cannot be asked for", no_number);
   Exchange<beast::ssl_stream<beast::tcp_stream>> exchange(context, stream);
   if (const Error error = exchange.connect(places)) return failed("no connection could be made", error);
   if (const Error error = exchange.step([&](auto done) { stream.async_handshake(asio::ssl::stream_base::client, done); }))
@@ -143,7 +147,7 @@ Got by_tls(asio::io_context& context, const Origin& origin, const tcp::resolver:
   return exchange.get(origin, target, take);
 }
 
-Got in_plain(asio::io_context& context, const Origin& origin, const tcp::resolver::results_type& places, const std::string& target, const Take& take) {
+Got in_plain(asio::io_context& context, const Origin& origin, const Places& places, const std::string& target, const Take& take) {
   beast::tcp_stream stream(context);
   Exchange<beast::tcp_stream> exchange(context, stream);
   if (const Error error = exchange.connect(places)) return failed("no connection could be made", error);
