@@ -8,6 +8,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/ssl.hpp>
 #include <chrono>
+#include <limits>
 #include <memory>
 
 namespace cordillera::server::updates {
@@ -92,7 +93,7 @@ class Exchange {
     for (int interim = 0; interim <= kMostInterim; ++interim) {
       http::response_parser<http::buffer_body> parser;
       parser.header_limit(kMostHead);
-      parser.body_limit(boost::none);  // take knows it
+      parser.body_limit(std::numeric_limits<std::uint64_t>::max());  // take knows it; in Boost 1.74 none is less than any length
       if (const Error error = step([&](auto done) { http::async_read_header(stream_, buffer, parser, done); }))
         return failed("it sends no answer that can be read", error);
       const auto& head = parser.get();

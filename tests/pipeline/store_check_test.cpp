@@ -16,7 +16,7 @@ namespace {
 
 using namespace testing;
 
-constexpr int kFinest = 4;
+constexpr int kCheckedFinest = 4;
 
 std::string read_whole(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -36,10 +36,10 @@ std::string findings_of(const std::string& path) {
 class CheckedStore : public ::testing::Test {
  protected:
   void SetUp() override {
-    const proto::Lattice lattice{proto::Scheme::geodetic, kFinest};
-    auto store = StoreWriter::open(path_, synthetic_plan(kFinest));
+    const proto::Lattice lattice{proto::Scheme::geodetic, kCheckedFinest};
+    auto store = StoreWriter::open(path_, synthetic_plan(kCheckedFinest));
     ASSERT_TRUE(store.ok());
-    for (const FinishedTask& task : synthetic_tasks(lattice, {kFinest, 15, 9}, {kFinest, 16, 10}, hills())) ASSERT_TRUE((*store)->commit(task).ok());
+    for (const FinishedTask& task : synthetic_tasks(lattice, {kCheckedFinest, 15, 9}, {kCheckedFinest, 16, 10}, hills())) ASSERT_TRUE((*store)->commit(task).ok());
     ASSERT_TRUE((*store)->publish(synthetic_manifest()).ok());
   }
   void change(const std::string& sql) { Database(path_, Database::Mode::create).execute(sql); }
@@ -107,11 +107,11 @@ TEST_F(CheckedStore, SaysInItsManifestWhatSuchAStoreHas) {
 class KeptStore : public ::testing::Test {
  protected:
   void SetUp() override {
-    const proto::Lattice lattice{proto::Scheme::geodetic, kFinest};
-    const auto tasks = synthetic_tasks(lattice, {kFinest, 15, 9}, {kFinest, 16, 10}, hills());
+    const proto::Lattice lattice{proto::Scheme::geodetic, kCheckedFinest};
+    const auto tasks = synthetic_tasks(lattice, {kCheckedFinest, 15, 9}, {kCheckedFinest, 16, 10}, hills());
     proto::WorkPlan work;
     work.set_format(1);
-    *work.mutable_plan() = synthetic_plan(kFinest);
+    *work.mutable_plan() = synthetic_plan(kCheckedFinest);
     proto::WorkStage& stage = *work.add_stages();
     for (const FinishedTask& task : tasks) {
       proto::WorkTask& one = *stage.add_tasks();
@@ -119,8 +119,8 @@ class KeptStore : public ::testing::Test {
       one.set_x(static_cast<std::uint32_t>(task.node.x));
       one.set_y(static_cast<std::uint32_t>(task.node.y));
     }
-    ASSERT_TRUE(begin_store(path_, synthetic_plan(kFinest), {{kTasksNote, work.SerializeAsString()}, {"version", "of somebody else"}}).ok());
-    auto store = StoreWriter::open(path_, synthetic_plan(kFinest));
+    ASSERT_TRUE(begin_store(path_, synthetic_plan(kCheckedFinest), {{kTasksNote, work.SerializeAsString()}, {"version", "of somebody else"}}).ok());
+    auto store = StoreWriter::open(path_, synthetic_plan(kCheckedFinest));
     ASSERT_TRUE(store.ok());
     for (FinishedTask task : tasks) {
       task.consumed.clear();

@@ -157,7 +157,7 @@ TEST_F(Fetched, ACertificateHasToBeTrustedAndOfThisName) {
   EXPECT_NE(said_.find("no TLS could be agreed on"), std::string::npos) << said_;
   {
     const TrustedFile trust(certificate.file());
-    EXPECT_EQ(fetch(host, "/dems/a.tif"), std::string(3'000'000, 'r')) << said_;
+    EXPECT_TRUE(fetch(host, "/dems/a.tif") == std::string(3'000'000, 'r')) << said_;
     const std::string number = "https://127.0.0.1" + host.address().substr(host.address().rfind(':'));
     EXPECT_EQ(fetch(number + "/dems/a.tif", number + "/dems/"), "source-unreachable") << "the certificate is of another name";
   }
