@@ -4,6 +4,7 @@
 #include "pipeline/check/border_laws.h"
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
+#include "pipeline/check/store_laws.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/sqlite.h"
@@ -54,6 +55,8 @@ class StoreCheck {
       while (rows.step()) report_.findings.add(std::string(table) + " " + std::string(rows.blob(0)), "this row is not as it was written");
     }
   }
+
+  void tables() { check_tables(database_, plan_, report_.findings); }
 
   void checksums() {
     Statement rows(database_, "SELECT hash, bytes FROM blobs");
@@ -112,8 +115,7 @@ class StoreCheck {
   void manifest() {
     proto::Manifest again = manifest_;
     summarise(database_, plan_, again);
-    const auto text = [](const proto::Manifest& m) { return m.SerializeAsString(); };
-    if (text(again) != text(manifest_)) report_.findings.add("manifest", "its levels, sums or bounds are not those of the tiles");
+    check_manifest(again, manifest_, plan_, report_.findings);
     for (const proto::LevelSummary& level : manifest_.levels()) {
       // A rim may leave no room for the promise; then the README says to compare both, and so both must be there.
       if (level.tiles() > 0 && !(level.geometric_error() >= level.stated_max_error())) {
@@ -178,6 +180,7 @@ proto::Result<Report> check_store(const std::string& path, const std::string& ra
       if (!opened) return opened.problem();
       errors = std::move(*opened);
     }
+    check.tables();
     check.sums();
     check.checksums();
     check.tiles(errors.get());

@@ -16,7 +16,7 @@
 #include "server/options/options.h"
 #include "server/datasets/progress_hub.h"
 #include "server/datasets/registry.h"
-#include "server/jobs/fetch.h"
+#include "server/fetch/fetch.h"
 #include "server/jobs/looked_at.h"
 #include "server/datasets/ledger.h"
 

@@ -1,6 +1,6 @@
 #include "server/jobs/source_json.h"
 
-#include "server/jobs/fetch.h"
+#include "server/fetch/addresses.h"
 
 namespace cordillera::server::updates {
 namespace {

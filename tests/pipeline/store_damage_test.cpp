@@ -231,6 +231,36 @@ TEST_F(DamagedStore, IsFoundByCheckInThePlanToo) {
   EXPECT_TRUE(std::any_of(found.begin(), found.end(), [](const check::Finding& finding) { return finding.where == "meta plan"; }));
 }
 
+/// 20,001 tiles are more than are looked for when a store is opened: those of its finest level are not.
+TEST(LargeStore, IsCountedDownToTheLevelThatIsTooLarge) {
+  constexpr int kDeep = 8;
+  const TemporaryFolder folder;
+  const std::string path = folder / "a.sqlite";
+  const proto::Lattice lattice{proto::Scheme::geodetic, kDeep};
+  {
+    auto store = StoreWriter::open(path, synthetic_plan(kDeep));
+    ASSERT_TRUE(store.ok());
+    for (const FinishedTask& task : synthetic_tasks(lattice, {kDeep, 255, 150}, {kDeep, 255, 150}, hills())) ASSERT_TRUE((*store)->commit(task).ok());
+  }
+  Database(path, Database::Mode::create)
+      .execute("WITH RECURSIVE n(k) AS (SELECT 0 UNION ALL SELECT k + 1 FROM n WHERE k < 19999) "
+               "INSERT INTO tiles SELECT level, k / 200, k % 200, record, drc, glb, error, west, south, east, north, low, high, "
+               "row_sum(level, k / 200, k % 200, record, drc, glb) FROM n, tiles WHERE level = 8");
+  ASSERT_TRUE((*StoreWriter::open(path, synthetic_plan(kDeep)))->publish(synthetic_manifest()).ok());
+  const std::string sound = bytes_of(path);
+  ASSERT_EQ(StoreReader::manifest_of(path)->levels(0).tiles(), 20'001U);
+  const auto after = [&](const std::string& damage) {
+    put_bytes(path, sound);
+    Database(path, Database::Mode::create).execute(damage);
+    const auto store = StoreReader::open(path);
+    return store ? "opened" : store.problem().type;
+  };
+  EXPECT_EQ(after("SELECT 1"), "opened");
+  EXPECT_EQ(after("DELETE FROM tiles WHERE level = 7"), "store-damaged");
+  EXPECT_EQ(after("DELETE FROM nodes WHERE level = 0"), "store-damaged");
+  EXPECT_EQ(after("DELETE FROM tiles WHERE level = 8 AND y = 9 AND x = 9"), "opened") << "check counts those too";
+}
+
 TEST(UnfinishedStore, OfAnEarlierVersionGetsItsSums) {
   const TemporaryFolder folder;
   const std::string path = folder / "a.sqlite";

@@ -1,7 +1,11 @@
-// Addresses that rasters are fetched from: which are refused, and where a redirect leads.
-#include "server/jobs/fetch.h"
+// Addresses that rasters are fetched from: which are refused, where a redirect leads, and what is asked for on the way.
+#include "server/fetch/fetch.h"
 
 #include <gtest/gtest.h>
+
+#include "server/fetch/addresses.h"
+#include "tests/server/fixture.h"
+#include "tests/server/raster_host.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -62,13 +66,102 @@ TEST(Fetch, RedirectsAreResolvedAgainstTheAddress) {
   EXPECT_EQ(resolved("https://host", "ok.tif"), "https://host/ok.tif");
 }
 
-/// Of a signature each escape counts. A slash is the same in a query with and without.
-TEST(Fetch, EscapesOfARedirectArePutBack) {
+/// Of a signature each escape counts. What stands in no address gets escapes.
+TEST(Fetch, EscapesOfARedirectStayAndBlanksGetSome) {
   const std::string from = "https://host/tiles/a.tif";
-  EXPECT_EQ(resolved(from, "ok.tif?sig=a/b+c d=&x=100%"), "https://host/tiles/ok.tif?sig=a/b%2Bc%20d=&x=100%25");
-  EXPECT_EQ(resolved(from, "a+b c.tif"), "https://host/tiles/a+b%20c.tif");
+  EXPECT_EQ(resolved(from, "a%20b.tif?sig=a%2Fb%26c%3D+d&x=100%25"), "https://host/tiles/a%20b.tif?sig=a%2Fb%26c%3D+d&x=100%25");
+  EXPECT_EQ(resolved(from, "a b%26c.tif?x= "), "https://host/tiles/a%20b%26c.tif?x=%20");
   EXPECT_EQ(resolved(from, "h\xc3\xb6he.tif"), "https://host/tiles/h%C3%B6he.tif");
-  EXPECT_EQ(resolved(from, "a.tif?sig=a%2Fb+c"), "https://host/tiles/a.tif?sig=a%2Fb+c");
+  EXPECT_EQ(resolved(from, "a.tif?x=100%"), "https://host/tiles/a.tif?x=100%");
+}
+
+class Fetched : public testing::Test {
+ protected:
+  /// What came of it: the raster's bytes, or the problem's name.
+  std::string fetch(const std::string& address, const std::string& prefix) {
+    ServeSettings settings;
+    settings.source_allow = {prefix};
+    limits::Space space([] { return std::nullopt; }, 5);
+    const std::filesystem::path file = folder_.path() / "raster";
+    std::filesystem::remove(file);
+    const auto fetched = fetcher(settings, space)(address, file, stop_);
+    EXPECT_EQ(std::filesystem::exists(file), fetched.ok());
+    EXPECT_FALSE(std::filesystem::exists(file.string() + ".part"));
+    said_ = fetched ? "" : fetched.problem().detail;
+    return fetched ? file_text(file) : fetched.problem().type;
+  }
+  std::string fetch(const RasterHost& host, const std::string& target) { return fetch(host.address() + target, host.address() + "/dems/"); }
+
+  const TempFolder folder_;
+  std::atomic<bool> stop_{false};
+  std::string said_;
+};
+
+TEST_F(Fetched, ARedirectIsAskedForAsItWasSent) {
+  RasterHost host;
+  const std::string signed_one = "/dems/b%20c.tif?sig=a%2Fb%26c%3D%2B&x=1+2&y=100%25", last = "/dems/d;v=%26.tif?X-Amz-Credential=K%2F20261125%2Fs3";
+  host.leads("/dems/a.tif", signed_one);
+  host.leads(signed_one, "d;v=%26.tif?X-Amz-Credential=K%2F20261125%2Fs3");
+  host.has(last, "the raster");
+  EXPECT_EQ(fetch(host, "/dems/a.tif#part"), "the raster") << said_;
+  EXPECT_EQ(host.asked(), (std::vector<std::string>{"/dems/a.tif", signed_one, last}));
+}
+
+TEST_F(Fetched, EachHopIsHeldAgainstTheList) {
+  RasterHost host;
+  host.leads("/dems/out.tif", "/private/a.tif");
+  host.leads("/dems/hidden.tif", "%2e%2e/private/a.tif");
+  host.leads("/dems/slash.tif", "..%2Fprivate/a.tif");
+  host.leads("/dems/host.tif", "http://127.0.0.1:1/dems/a.tif");
+  host.has("/private/a.tif", "a secret");
+  for (const char* name : {"out", "hidden", "slash", "host"}) EXPECT_EQ(fetch(host, "/dems/" + std::string(name) + ".tif"), "option-forbidden") << name;
+  for (const std::string& target : host.asked()) EXPECT_TRUE(target.starts_with("/dems/")) << target;
+}
+
+TEST_F(Fetched, ACircleEnds) {
+  RasterHost host;
+  host.leads("/dems/a.tif", "b.tif");
+  host.leads("/dems/b.tif", "a.tif");
+  EXPECT_EQ(fetch(host, "/dems/a.tif"), "source-unreachable");
+  EXPECT_EQ(host.asked().size(), 6u) << "the address, and five redirects";
+}
+
+TEST_F(Fetched, WhatIsNotWholeIsSaid) {
+  RasterHost host;
+  host.breaks_off("/dems/short.tif", "half of");
+  host.has("/dems/empty.tif", "");
+  EXPECT_EQ(fetch(host, "/dems/short.tif"), "source-unreachable");
+  EXPECT_NE(said_.find("it broke off after 7 bytes"), std::string::npos) << said_;
+  EXPECT_EQ(fetch(host, "/dems/empty.tif"), "source-unreachable");
+  EXPECT_EQ(fetch(host, "/dems/none.tif"), "source-unreachable");
+  EXPECT_NE(said_.find("it answers 404"), std::string::npos) << said_;
+  EXPECT_EQ(fetch("http://127.0.0.1:1/a.tif", "http://127.0.0.1:1/"), "source-unreachable");
+  EXPECT_NE(said_.find("no connection could be made"), std::string::npos) << said_;
+  EXPECT_EQ(fetch("http://127.0.0.1:http/a.tif", "http://127.0.0.1:"), "source-unreachable") << "a port is a number";
+}
+
+TEST_F(Fetched, WhoCancelsNeedsNoMore) {
+  RasterHost host;
+  host.has("/dems/a.tif", "the raster");
+  stop_ = true;
+  EXPECT_EQ(fetch(host, "/dems/a.tif"), "cancelled");
+}
+
+TEST_F(Fetched, ACertificateHasToBeTrustedAndOfThisName) {
+  const OwnCertificate certificate(folder_.path(), "DNS:localhost");
+  RasterHost host(certificate);
+  const std::string redirect = "/dems/b.tif?sig=%2F%26";
+  host.leads("/dems/a.tif", redirect);
+  host.has(redirect, std::string(3'000'000, 'r'));
+  EXPECT_EQ(fetch(host, "/dems/a.tif"), "source-unreachable");
+  EXPECT_NE(said_.find("no TLS could be agreed on"), std::string::npos) << said_;
+  {
+    const TrustedFile trust(certificate.file());
+    EXPECT_TRUE(fetch(host, "/dems/a.tif") == std::string(3'000'000, 'r')) << said_;
+    const std::string number = "https://127.0.0.1" + host.address().substr(host.address().rfind(':'));
+    EXPECT_EQ(fetch(number + "/dems/a.tif", number + "/dems/"), "source-unreachable") << "the certificate is of another name";
+  }
+  EXPECT_EQ(host.asked(), (std::vector<std::string>{"/dems/a.tif", redirect}));
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ WITHOUT_PROTOBUF = ("proto", "gpu")
 # Headers of packages, and the only files that may include them: another library should cost a file or two.
 HOMES = [
     ("execinfo.h", ["server/cli/serve_command.cpp"]),
-    ("httplib.h", ["server/client/connection.cpp", "server/jobs/fetch.cpp"]),
+    ("httplib.h", ["server/client/connection.cpp"]),
     ("brotli/*", ["server/front/codec.cpp"]),
     ("CLI/*", ["server/main.cpp", "server/options/option_words.*", "server/options/shell_words.*", "server/cli/work_line.*", "server/client/client_line.*"]),
     ("seccomp.h", ["server/sandbox/calls.cpp"]),
@@ -34,8 +34,8 @@ HOMES = [
     ("openssl/*", ["pipeline/store/content_hash.cpp", "server/http/digest.cpp"]),
     ("zlib.h", ["raster/archive.cpp", "pipeline/exports/gzip.cpp", "pipeline/store/water_mask.cpp", "server/front/codec.cpp"]),
     ("sqlite3.h", ["pipeline/store/sqlite.*", "pipeline/store/sqlite_object.cpp", "server/datasets/registry_file.cpp"]),
-    ("boost/beast*", ["server/front/message/beast.cpp"]),
-    ("boost/asio*", ["pipeline/build/workers.cpp", "server/front/*", "server/jobs/job_queue.*", "server/cli/serve_command.cpp"]),
+    ("boost/beast*", ["server/front/message/beast.cpp", "server/fetch/http_get.cpp"]),
+    ("boost/asio*", ["pipeline/build/workers.cpp", "server/front/*", "server/fetch/http_get.cpp", "server/jobs/job_queue.*", "server/cli/serve_command.cpp"]),
     ("draco/*", ["pipeline/encode/draco_*"]),
     ("png.h", ["pipeline/faces/pictures/png_image.cpp"]),
     ("webp/*", ["pipeline/faces/pictures/webp_image.cpp"]),

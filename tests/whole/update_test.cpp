@@ -4,6 +4,7 @@
 #include <atomic>
 #include <filesystem>
 
+#include "pipeline/check/check.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store_revise.h"
 #include "pipeline/work/publish.h"
@@ -84,6 +85,22 @@ class Update : public testing::Test {
   std::atomic<bool> stop_ = false;
   int built_ = 0, stop_at_ = 0, scratches_ = 0;
 };
+
+/// What a version keeps for the next one is no finding.
+TEST_F(Update, each_version_is_sound) {
+  const auto found = [&](const std::string& name) {
+    const auto report = pipeline::check::check_store(folder_.path(name), "");
+    std::string lines = report ? "" : report.problem().line();
+    if (report) {
+      for (const auto& finding : report->findings.kept()) lines += finding.where + ": " + finding.what + "\n";
+    }
+    return lines;
+  };
+  make("first.sqlite", {"base.tif"});
+  EXPECT_EQ(found("first.sqlite"), "");
+  make("second.sqlite", {"patch.tif", "base.tif"}, "first.sqlite");
+  EXPECT_EQ(found("second.sqlite"), "");
+}
 
 TEST_F(Update, a_patch_gives_the_bytes_of_a_build_from_nothing) {
   make("1.sqlite", {"base.tif"});

@@ -3,7 +3,7 @@
 #include <charconv>
 
 #include "server/http/json.h"
-#include "server/jobs/fetch.h"
+#include "server/fetch/addresses.h"
 #include "server/uploads/tus.h"
 
 namespace cordillera::server {

@@ -19,13 +19,4 @@ using Fetch = std::function<proto::Result<void>(const std::string& address, cons
 /// "body-too-large", "storage-full", "cancelled".
 Fetch fetcher(const ServeSettings& settings, limits::Space& space);
 
-/// What of an address anybody may see: its query, and what stands behind a ";" in its path, may be a signature that opens it.
-std::string without_query(const std::string& address);
-
-/// Where a redirect of an address leads (RFC 3986, 5.2), without "." and "..": what is checked is what is asked for.
-std::string resolved(const std::string& address, const std::string& location);
-
-/// Whether the operator lets it be fetched.
-proto::Result<void> check_address(const ServeSettings& settings, const std::string& address);
-
 }  // namespace cordillera::server::updates

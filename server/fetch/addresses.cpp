@@ -1,0 +1,136 @@
+#include "server/fetch/addresses.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "server/options/option_values.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+using proto::Problem;
+
+std::string before_query(const std::string& address) { return address.substr(0, address.find_first_of("?#")); }
+
+/// "https://host:1/a?b" -> "https://host:1" and "/a?b".
+std::pair<std::string, std::string> split(const std::string& address) {
+  const std::size_t path = address.find('/', address.find("://") + 3);
+  return {address.substr(0, path), path == std::string::npos ? "/" : address.substr(path, address.find('#', path) - path)};
+}
+
+bool has_prefix(const ServeSettings& settings, const std::string& address) {
+  return std::any_of(settings.source_allow.begin(), settings.source_allow.end(),
+                     [&](const std::string& prefix) { return address.starts_with(prefix); });
+}
+
+/// "." or "..", also with parameters: some servers take "..;x" for "..".
+bool has_dots(const std::string& path) {
+  for (std::size_t from = 0; from <= path.size();) {
+    const std::size_t end = std::min(path.find('/', from), path.size());
+    const std::string name = path.substr(from, std::min(path.find_first_of(";?#", from), end) - from);
+    if (name == "." || name == "..") return true;
+    from = end + 1;
+  }
+  return false;
+}
+
+/// Whether its path could lead out of a prefix, or two programs could read it in two ways. What is no text would be written down without the
+/// bytes that are wrong: another address. What follows the path leads nowhere, and a signature may hold %2F.
+bool is_crooked(const std::string& address) {
+  if (!is_utf8(address)) return true;
+  if (std::any_of(address.begin(), address.end(), [](unsigned char c) { return c <= ' ' || c == 127 || c == '\\' || c == '@'; })) return true;
+  std::string path = address.starts_with("s3://") ? address : before_query(address);  // a key may have any character
+  std::transform(path.begin(), path.end(), path.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::size_t host = path.find("://") + 3;
+  if (path.find('/', host) == std::string::npos) return true;  // a query right after the host: some would take it for a part of the name
+  for (const char* hidden : {"%2e", "%2f", "%5c", "%3b"}) {
+    if (path.find(hidden) != std::string::npos) return true;
+  }
+  return has_dots(path.substr(host));
+}
+
+/// "https:" of "https://host", empty of what has no scheme (RFC 3986, 3.1).
+std::string scheme_of(const std::string& reference) {
+  const std::size_t colon = reference.find(':');
+  if (colon == std::string::npos || colon == 0 || !std::isalpha(static_cast<unsigned char>(reference.front()))) return "";
+  const bool plain = std::all_of(reference.begin(), reference.begin() + static_cast<std::ptrdiff_t>(colon),
+                                 [](unsigned char c) { return std::isalnum(c) || c == '+' || c == '-' || c == '.'; });
+  return plain ? reference.substr(0, colon + 1) : "";
+}
+
+/// Where a reference leads, with its dots still in it.
+std::string joined(const std::string& address, const std::string& location) {
+  if (!scheme_of(location).empty()) return location;
+  if (location.starts_with("//")) return scheme_of(address) + location;
+  const auto [host, query] = split(address);
+  const std::string path = before_query(query);
+  if (location.starts_with("/")) return host + location;
+  if (location.starts_with("?")) return host + path + location;
+  if (location.empty() || location.starts_with("#")) return host + query;
+  return host + path.substr(0, path.rfind('/') + 1) + location;
+}
+
+/// RFC 3986, 5.2.4, of a path that begins with "/": none leads above it.
+std::string climbed(const std::string& path) {
+  std::string out;
+  for (std::size_t from = 0; from < path.size();) {
+    const std::size_t end = std::min(path.find('/', from + 1), path.size());
+    const std::string step = path.substr(from, end - from);
+    const bool last = end == path.size();
+    if (step == "/..") out.resize(std::min(out.rfind('/'), out.size()));
+    if (step != "/.." && step != "/.") out += step;
+    else if (last) out += '/';
+    from = end;
+  }
+  return out;
+}
+
+/// The scheme in small letters, and the path without "." and "..".
+std::string without_dots(const std::string& address) {
+  std::string scheme = scheme_of(address);
+  std::transform(scheme.begin(), scheme.end(), scheme.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string rest = address.substr(scheme.size()), plain = before_query(rest);
+  const std::size_t path = rest.starts_with("//") ? plain.find('/', 2) : std::string::npos;
+  if (path == std::string::npos) return scheme + rest;
+  return scheme + plain.substr(0, path) + climbed(plain.substr(path)) + rest.substr(plain.size());
+}
+
+/// Some servers send blanks and letters beyond ASCII as they are. Nothing else is touched.
+std::string with_escapes(const std::string& location) {
+  constexpr const char* kHex = "0123456789ABCDEF";
+  std::string out;
+  for (const char letter : location) {
+    const auto c = static_cast<unsigned char>(letter);
+    if (c == ' ' || c >= 0x80) out += {'%', kHex[c >> 4], kHex[c & 15]};
+    else out += letter;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string without_query(const std::string& address) {
+  std::string shown;
+  bool parameter = false;
+  for (const char c : before_query(address)) {
+    parameter = c == ';' || (parameter && c != '/');
+    if (!parameter) shown += c;
+  }
+  return shown;
+}
+
+std::string resolved(const std::string& address, const std::string& location) { return without_dots(joined(address, with_escapes(location))); }
+
+proto::Result<void> check_address(const ServeSettings& settings, const std::string& address) {
+  std::string accepted = "a raster in the body";
+  for (const std::string& prefix : settings.source_allow) accepted += ", or below " + prefix;
+  const auto forbidden = [&](const std::string& why) { return Problem{"option-forbidden", why, accepted, "source"}; };
+  if (settings.source_allow.empty())
+    return forbidden("this service fetches no rasters; cordillera serve --source-allow says from where one may");
+  const bool known = address.starts_with("https://") || address.starts_with("http://") || address.starts_with("s3://");
+  if (!known || is_crooked(address) || !has_prefix(settings, address))
+    return forbidden("the operator does not allow fetching from " + without_query(address).substr(0, 300));
+  return {};
+}
+
+}  // namespace cordillera::server::updates

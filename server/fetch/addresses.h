@@ -1,0 +1,20 @@
+#pragma once
+// Addresses that rasters are fetched from: which are allowed, what of them is shown, and where redirects lead.
+#include <string>
+
+#include "proto/result.h"
+#include "server/options/options.h"
+
+namespace cordillera::server::updates {
+
+/// What of an address anybody may see: its query, and what stands behind a ";" in its path, may be a signature that opens it.
+std::string without_query(const std::string& address);
+
+/// Where a redirect of an address leads (RFC 3986, 5.2), without "." and "..": what is checked is what is asked for. location: as it was sent. Its
+/// escapes stay as they are; blanks and what is beyond ASCII, which stand in no address, get some.
+std::string resolved(const std::string& address, const std::string& location);
+
+/// Whether the operator lets it be fetched.
+proto::Result<void> check_address(const ServeSettings& settings, const std::string& address);
+
+}  // namespace cordillera::server::updates

@@ -1,0 +1,139 @@
+#include "server/fetch/fetch.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <optional>
+
+#include "raster/storage.h"
+#include "server/datasets/upload.h"
+#include "server/fetch/addresses.h"
+#include "server/fetch/http_get.h"
+#include "server/limits/space.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+constexpr int kMostRedirects = 5;
+constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
+
+Problem unreachable(const std::string& address, const std::string& why) {
+  return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
+}
+
+/// Takes what comes, within what the operator lets a raster have.
+class Sink {
+ public:
+  Sink(const ServeSettings& settings, limits::Space& space, const fs::path& file, const std::atomic<bool>& stop)
+      : settings_(settings),
+        claim_(space.claim(0, &full_)),
+        stop_(stop),
+        end_(std::chrono::steady_clock::now() + std::chrono::seconds(settings.limits.build_seconds)),
+        descriptor_(open(file.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)) {}
+  ~Sink() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  Sink(const Sink&) = delete;
+  Sink& operator=(const Sink&) = delete;
+
+  /// False: no more; problem() says why.
+  bool put(const char* bytes, std::size_t count) {
+    size_ += count;
+    if (stop_) return fail({"cancelled", "the build was cancelled", "", ""});
+    if (size_ > std::uint64_t{settings_.limits.body_mib} << 20) {
+      return fail({"body-too-large", "the raster is larger than this service takes",
+                   "at most " + std::to_string(settings_.limits.body_mib) + " MiB", "source"});
+    }
+    if (std::chrono::steady_clock::now() > end_)
+      return fail({"build-time-limit", "fetching took longer than a build may", "a nearer or a smaller raster", "source"});
+    if (claim_) full_ = claim_->next(count);
+    if (!full_.empty()) return fail({"storage-full", full_, "trying again when there is room", ""});
+    while (count > 0) {
+      const ssize_t written = write(descriptor_, bytes, count);
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0)
+        return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
+      bytes += written;
+      count -= static_cast<std::size_t>(written);
+    }
+    return true;
+  }
+  bool synced() const { return descriptor_ >= 0 && fsync(descriptor_) == 0; }
+  std::uint64_t size() const { return size_; }
+  const std::optional<Problem>& problem() const { return problem_; }
+
+ private:
+  bool fail(Problem problem) {
+    problem_ = std::move(problem);
+    return false;
+  }
+  const ServeSettings& settings_;
+  std::string full_;  ///< why there is no room; before claim_, which may fill it
+  const std::unique_ptr<limits::Space::Claim> claim_;
+  const std::atomic<bool>& stop_;
+  const std::chrono::steady_clock::time_point end_;
+  int descriptor_;
+  std::uint64_t size_ = 0;
+  std::optional<Problem> problem_;
+};
+
+proto::Result<void> fetch_http(const ServeSettings& settings, std::string address, Sink& sink) {
+  for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
+    const Got got = http_get(address, [&](std::string_view piece) { return sink.put(piece.data(), piece.size()); });
+    if (sink.problem()) return *sink.problem();
+    if (got.status == 200)
+      return got.trouble.empty() ? proto::Result<void>() : unreachable(address, "it broke off after " + std::to_string(sink.size()) + " bytes");
+    if (got.status == 0) return unreachable(address, got.trouble);
+    if (got.status / 100 != 3 || got.location.empty()) return unreachable(address, "it answers " + std::to_string(got.status));
+    address = resolved(address, got.location);
+    if (const auto allowed = check_address(settings, address); !allowed) return allowed;
+  }
+  return unreachable(address, "it leads on and on");
+}
+
+proto::Result<void> fetch_object(const std::string& address, Sink& sink) {
+  const std::string path = "/vsis3/" + address.substr(std::string("s3://").size());
+  const auto size = raster::size_of(path);
+  if (!size) return unreachable(address, "there is no such object, or it may not be read");
+  for (std::uint64_t at = 0; at < *size;) {
+    const auto piece = raster::read_range(path, at, std::min(kPiece, *size - at));
+    if (!piece || !*piece || (*piece)->empty())
+      return unreachable(address, "it broke off after " + std::to_string(at) + " bytes");
+    if (!sink.put((*piece)->data(), (*piece)->size())) return *sink.problem();
+    at += (*piece)->size();
+  }
+  return {};
+}
+
+}  // namespace
+
+Fetch fetcher(const ServeSettings& settings, limits::Space& space) {
+  return [settings, &space](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) -> proto::Result<void> {
+    if (const auto allowed = check_address(settings, address); !allowed) return allowed;  // it may have been taken back
+    const fs::path part = file.string() + ".part";
+    std::error_code error;
+    {
+      Sink sink(settings, space, part, stop);
+      auto fetched = address.starts_with("s3://") ? fetch_object(address, sink) : fetch_http(settings, address, sink);
+      if (fetched && sink.size() == 0) fetched = unreachable(address, "it is empty");
+      if (fetched && !sink.synced())
+        fetched = Problem{"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""};
+      if (!fetched) {
+        fs::remove(part, error);
+        return fetched;
+      }
+    }
+    fs::rename(part, file, error);
+    if (!error && sync_folder(file.parent_path())) return {};
+    return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+  };
+}
+
+}  // namespace cordillera::server::updates

@@ -1,0 +1,134 @@
+#pragma once
+// A host that rasters are fetched from, in this process: it does what a test says, and keeps what it was asked for, byte for byte.
+#include <httplib.h>
+#include <openssl/pem.h>
+#include <openssl/x509v3.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace cordillera::server {
+
+/// A key, and a certificate that it signed itself, in a file. name: "DNS:localhost".
+class OwnCertificate {
+ public:
+  OwnCertificate(const std::filesystem::path& folder, const std::string& name) : file_((folder / "certificate.pem").string()) {
+    X509_set_version(certificate_.get(), 2);
+    ASN1_INTEGER_set(X509_get_serialNumber(certificate_.get()), 1);
+    X509_gmtime_adj(X509_getm_notBefore(certificate_.get()), -3600);
+    X509_gmtime_adj(X509_getm_notAfter(certificate_.get()), 24 * 3600);
+    X509_set_pubkey(certificate_.get(), key_.get());
+    X509_NAME* const subject = X509_get_subject_name(certificate_.get());
+    X509_NAME_add_entry_by_txt(subject, "O", MBSTRING_ASC, reinterpret_cast<const unsigned char*>("a test"), -1, -1, 0);
+    X509_set_issuer_name(certificate_.get(), subject);
+    X509_EXTENSION* const names = X509V3_EXT_conf_nid(nullptr, nullptr, NID_subject_alt_name, name.c_str());
+    X509_add_ext(certificate_.get(), names, -1);
+    X509_EXTENSION_free(names);
+    X509_sign(certificate_.get(), key_.get(), EVP_sha256());
+    std::FILE* const out = std::fopen(file_.c_str(), "w");
+    PEM_write_X509(out, certificate_.get());
+    std::fclose(out);
+  }
+  X509* certificate() const { return certificate_.get(); }
+  EVP_PKEY* key() const { return key_.get(); }
+  const std::string& file() const { return file_; }
+
+ private:
+  const std::string file_;
+  const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key_{EVP_EC_gen("P-256"), &EVP_PKEY_free};
+  const std::unique_ptr<X509, decltype(&X509_free)> certificate_{X509_new(), &X509_free};
+};
+
+/// Certificates that OpenSSL trusts, while it lives.
+class TrustedFile {
+ public:
+  explicit TrustedFile(const std::string& file) {
+    if (const char* before = getenv(kName)) before_ = before;
+    setenv(kName, file.c_str(), 1);
+  }
+  ~TrustedFile() { before_ ? setenv(kName, before_->c_str(), 1) : unsetenv(kName); }
+  TrustedFile(const TrustedFile&) = delete;
+  TrustedFile& operator=(const TrustedFile&) = delete;
+
+ private:
+  static constexpr const char* kName = "SSL_CERT_FILE";
+  std::optional<std::string> before_;
+};
+
+class RasterHost {
+ public:
+  RasterHost() : RasterHost(std::make_unique<httplib::Server>(), "http://127.0.0.1:") {}
+  explicit RasterHost(const OwnCertificate& own) : RasterHost(std::make_unique<httplib::SSLServer>(own.certificate(), own.key()), "https://localhost:") {}
+  ~RasterHost() {
+    server_->stop();
+    serving_.join();
+  }
+  RasterHost(const RasterHost&) = delete;
+  RasterHost& operator=(const RasterHost&) = delete;
+
+  /// Without a slash at its end.
+  const std::string& address() const { return address_; }
+  void leads(const std::string& target, const std::string& location) { put(target, {302, location, Ends::well}); }
+  void has(const std::string& target, const std::string& bytes) { put(target, {200, bytes, Ends::well}); }
+  /// Says that there are more bytes than it sends.
+  void breaks_off(const std::string& target, const std::string& bytes) { put(target, {200, bytes, Ends::early}); }
+  /// Targets of all requests, as they came.
+  std::vector<std::string> asked() const {
+    const std::lock_guard lock(mutex_);
+    return asked_;
+  }
+
+ private:
+  enum class Ends { well, early };
+  struct Said {
+    int status;
+    std::string text;
+    Ends ends;
+  };
+
+  RasterHost(std::unique_ptr<httplib::Server> server, const std::string& origin) : server_(std::move(server)) {
+    server_->set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& answer) {
+      say(take(request.target), answer);
+      return httplib::Server::HandlerResponse::Handled;
+    });
+    address_ = origin + std::to_string(server_->bind_to_any_port("127.0.0.1"));
+    serving_ = std::thread([this] { server_->listen_after_bind(); });
+    while (!server_->is_running()) std::this_thread::yield();  // one that does not run yet cannot be stopped
+  }
+
+  void put(const std::string& target, const Said& said) {
+    const std::lock_guard lock(mutex_);
+    said_[target] = said;
+  }
+  Said take(const std::string& target) {
+    const std::lock_guard lock(mutex_);
+    asked_.push_back(target);
+    const auto found = said_.find(target);
+    return found == said_.end() ? Said{404, "", Ends::well} : found->second;
+  }
+  static void say(const Said& said, httplib::Response& answer) {
+    answer.status = said.status;
+    if (said.status == 302) answer.set_header("Location", said.text);
+    if (said.status != 200) return;
+    if (said.ends == Ends::well) return answer.set_content(said.text, "image/tiff");
+    answer.set_content_provider(2 * said.text.size(), "image/tiff", [text = said.text](std::size_t from, std::size_t, httplib::DataSink& sink) {
+      return from == 0 && sink.write(text.data(), text.size());
+    });
+  }
+
+  const std::unique_ptr<httplib::Server> server_;
+  std::string address_;
+  std::thread serving_;
+  mutable std::mutex mutex_;
+  std::map<std::string, Said> said_;
+  std::vector<std::string> asked_;
+};
+
+}  // namespace cordillera::server
