@@ -23,6 +23,13 @@ export function read_link() {
   }
 }
 
+// What a control has at first depends on the dataset. What the address does not name is as it is at first, and goes with it.
+export function begin_with(name, value) {
+  const [id, property] = kControls[name];
+  if (named(name) === null) element(id)[property] = value;
+  first[name] = value;
+}
+
 // changes: dataset, camera; what is not named stays.
 export function write_link(changes = {}) {
   const url = new URL(window.location.href);

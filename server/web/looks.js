@@ -1,4 +1,5 @@
 // How the terrain is shown: its colours, its triangles, how high, how fine.
+import { pixel_at, shaded_relief } from "./shaded_relief.js";
 import { as_drawn, height_tint, plain_ambient } from "./terrain_style.js";
 import { ask, asked_by_cesium } from "./token.js";
 
@@ -17,10 +18,12 @@ export const kPictures = {
 const kDrawnWithLight = ["relief", "hillshade", "slope", "aspect"];
 
 export class Looks {
-  constructor(scene, tileset, manifest, base) {
-    Object.assign(this, { scene, tileset, manifest, base, look: "plain", turn: 0 });
+  // normal_maps: the tiles have them.
+  constructor(scene, tileset, manifest, { base, normal_maps }) {
+    Object.assign(this, { scene, tileset, manifest, base, normal_maps, look: "plain", turn: 0 });
     this.tint = height_tint(manifest.bounds[4], manifest.bounds[5]);
     this.drawn = as_drawn();
+    this.shaded = shaded_relief();
     tileset.environmentMapManager.enabled = false;
     tileset.imageBasedLighting = plain_ambient();
     tileset.colorBlendMode = Cesium.Cesium3DTileColorBlendMode.REPLACE;
@@ -40,17 +43,29 @@ export class Looks {
   // cannot be had it fails with the reason, and the terrain is coloured by height here.
   async show(look, { imagery = "", ramp = "" } = {}) {
     const turn = ++this.turn;
-    const about = look in kPictures ? await this.about(look, ramp).catch((error) => { if (turn === this.turn) this.paint("height"); throw error; }) : null;
+    const about = look in kPictures ? await this.about(this.picture_of(look), ramp).catch((error) => { if (turn === this.turn) this.paint("height"); throw error; }) : null;
     if (turn !== this.turn) return null;  // another look was chosen meanwhile
     this.paint(look);
+    if (about) this.shaded.setUniform("u_finest_m", pixel_at(about.maxzoom));
     if (about) this.tileset.imageryLayers.add(picture(about));
     if (look === "imagery" && imagery) this.tileset.imageryLayers.add(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery })));
     return about;
   }
 
+  // With normal maps the relief is shaded here, over colours that have no light.
+  picture_of(look) {
+    return look === "relief" && this.normal_maps ? "color-relief" : look;
+  }
+
+  shader_of(look) {
+    if (look === "height") return this.tint;
+    if (look === "relief" && this.normal_maps) return this.shaded;
+    return kDrawnWithLight.includes(look) ? this.drawn : undefined;
+  }
+
   paint(look) {
     this.look = look;
-    this.tileset.customShader = look === "height" ? this.tint : kDrawnWithLight.includes(look) ? this.drawn : undefined;
+    this.tileset.customShader = this.shader_of(look);
     // White would replace the imagery, not light it.
     this.tileset.colorBlendMode = look === "levels" ? Cesium.Cesium3DTileColorBlendMode.REPLACE : Cesium.Cesium3DTileColorBlendMode.HIGHLIGHT;
     this.tileset.imageryLayers.removeAll();
@@ -65,6 +80,7 @@ export class Looks {
 
   exaggerate(factor) {
     this.scene.verticalExaggeration = factor;
+    this.shaded.setUniform("u_exaggeration", factor);
     this.tint.setUniform("u_low", this.manifest.bounds[4] * factor);
     this.tint.setUniform("u_range", Math.max(this.manifest.bounds[5] - this.manifest.bounds[4], 1) * factor);
   }

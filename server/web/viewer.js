@@ -5,7 +5,7 @@ import {
 } from "./globe.js";
 import { steer_by_keys } from "./keyboard.js";
 import { hide_legend, legend_of, show_legend, show_scale } from "./legend.js";
-import { camera_named, named, read_link, write_link } from "./link_state.js";
+import { begin_with, camera_named, named, read_link, write_link } from "./link_state.js";
 import { kPictures, Looks } from "./looks.js";
 import { Profile } from "./profile.js";
 import { hide_welcome, show_welcome } from "./sample.js";
@@ -84,6 +84,19 @@ function preloaded(tileset) {
   }).finally(() => { if (!tileset.isDestroyed()) tileset.show = true; });
 }
 
+// The error that is asked for at first, as log2 of pixels. Shading shows what stated errors leave out, which normal maps put back.
+const kFirstDetail = { normal_maps: "0", vertices: "-1" };
+
+// The address of the tileset: with normal maps where the service makes them. A folder of finished tiles has the one kind that it was built
+// with, and names no other whatever is asked for. Provisional tiles are gone before a map would be worth its time.
+async function tiles_of(base, { provisional }) {
+  const plain = `${base}/tileset.json`, lit = `${plain}?normals=texture`;
+  if (provisional) return { url: plain, normal_maps: false };
+  const response = await ask(lit);
+  const normal_maps = response.ok && (await response.text()).includes(".glb?normals=texture");
+  return { url: normal_maps ? lit : plain, normal_maps };
+}
+
 // Later answers of an earlier call must not take the place of a later one's.
 let showing = 0;
 
@@ -92,10 +105,13 @@ async function show_dataset(id, camera) {
   const again = page.manifest?.id === id;  // its other tiles take the place of those that are seen: neither flash nor flight
   if (!again) page.tilesLoaded = false;
   const manifest = await fetch_json(`${base}/manifest.json`);
-  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(`${base}/tileset.json`), { enablePick: true, enableDebugWireframe: true });
+  const { url, normal_maps } = await tiles_of(base, manifest);
+  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { enablePick: true, enableDebugWireframe: true });
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
-  const looks = new Looks(page.scene, tileset, manifest, base);
+  const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps });
+  begin_with("detail", kFirstDetail[normal_maps ? "normal_maps" : "vertices"]);
+  panel.show_values();
   apply_look({ looks });
   apply_controls({ tileset, looks });
   if (again) await preloaded(tileset);

@@ -34,3 +34,19 @@ export async function try_folding(page) {
   assert.ok((await share_of(page)) < 0.1, "it does not fold again");
   await page.setViewportSize(before);
 }
+
+// A laptop's window holds the panel, with a name that takes two lines; the name ends its line behind a _.
+export async function try_low_window(page) {
+  const before = page.viewportSize();
+  await page.setViewportSize({ width: 1100, height: 750 });
+  await page.reload();
+  await page.waitForFunction(() => !document.getElementById("details").hidden);
+  const { seen, whole, lines } = await page.evaluate(() => {
+    const panel = document.getElementById("panel"), range = document.createRange();
+    range.selectNodeContents(document.getElementById("title"));
+    return { seen: panel.clientHeight, whole: panel.scrollHeight, lines: new Set([...range.getClientRects()].map(({ top }) => top)).size };
+  });
+  assert.ok(whole <= seen, `${whole - seen} px of the panel are cut off`);
+  assert.equal(lines, 2, "the title is not broken where it may be");
+  await page.setViewportSize(before);
+}
