@@ -1,6 +1,6 @@
 // How the terrain is shown: its colours, its triangles, how high, how fine.
-import { pixel_at, shaded_relief } from "./shaded_relief.js";
-import { as_drawn, height_tint, plain_ambient } from "./terrain_style.js";
+import { follow_detail, shaded_relief } from "./shaded_relief.js";
+import { as_drawn, follow_camera, height_tint, plain_ambient } from "./terrain_style.js";
 import { ask, asked_by_cesium } from "./token.js";
 
 const Cesium = window.Cesium;
@@ -46,7 +46,6 @@ export class Looks {
     const about = look in kPictures ? await this.about(this.picture_of(look), ramp).catch((error) => { if (turn === this.turn) this.paint("height"); throw error; }) : null;
     if (turn !== this.turn) return null;  // another look was chosen meanwhile
     this.paint(look);
-    if (about) this.shaded.setUniform("u_finest_m", pixel_at(about.maxzoom));
     if (about) this.tileset.imageryLayers.add(picture(about));
     if (look === "imagery" && imagery) this.tileset.imageryLayers.add(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery })));
     return about;
@@ -76,6 +75,12 @@ export class Looks {
     const body = await response.json().catch(() => ({}));
     if (!response.ok) throw Object.assign(new Error(body.detail || `${look}: HTTP ${response.status}`), { type: body.type });
     return { ...body, url: `${this.base}/${look}/{z}/{x}/{y}.png${ramp ? `?ramp=${encodeURIComponent(ramp)}` : ""}` };
+  }
+
+  // What shaders cannot know: to be called before each frame.
+  follow(camera) {
+    follow_camera(this.tint, camera, Cesium.Ellipsoid.WGS84);
+    if (this.normal_maps) follow_detail(this.shaded, this.manifest.levels[0], this.tileset.maximumScreenSpaceError);
   }
 
   exaggerate(factor) {

@@ -1,5 +1,5 @@
-// The service's relief, shaded here: the colours of a picture under the shades of four lights, from tiles' normal maps. A map has a
-// normal for every cell of its tile, of heights two levels finer, so coarse tiles show relief that their triangles do not have.
+// The service's relief, shaded here: colours of a picture under shades of four lights, from the normal maps of tiles. A map has
+// a normal for every cell of its tile, of heights two levels finer, so coarse tiles show relief that their triangles do not have.
 // Lights, weights and shadows are those of the service's own picture (pipeline/faces/pictures/styles.cpp): both look alike.
 const { CustomShader, LightingModel, UniformType } = window.Cesium;
 
@@ -7,7 +7,8 @@ export const shaded_relief = () => new CustomShader({
   lightingModel: LightingModel.UNLIT,
   uniforms: {
     u_exaggeration: { type: UniformType.FLOAT, value: 1 },
-    u_finest_m: { type: UniformType.FLOAT, value: 0 },  // a pixel of the picture at its last zoom
+    u_finest_m: { type: UniformType.FLOAT, value: 0 },  // a cell of the finest level
+    u_cells: { type: UniformType.FLOAT, value: 1 },  // a cell of what is drawn, in pixels of the screen
   },
   fragmentShaderText: `
     // A byte cannot say zero: level ground leans by half a step of the map.
@@ -31,10 +32,11 @@ export const shaded_relief = () => new CustomShader({
       return dot(weight, max(1.0 - along, 0.0)) / (2.0 * sqrt(1.0 + square));
     }
 
-    // Coarse heights are smooth and would look flat. The picture has a step for each zoom; here it follows the size of a pixel.
+    // Coarse heights are smooth and would look flat. The picture has a step for each zoom. Here it follows the distance: with a step
+    // for each tile, tiles of two levels would differ where they meet.
     float steepening(vec3 position) {
-      float pixel_m = max(czm_metersPerPixel(vec4(position, 1.0)), u_finest_m);
-      return clamp(sqrt(pixel_m / 25.0), 1.2, 8.0);
+      float cell_m = max(u_cells * czm_metersPerPixel(vec4(position, 1.0)), u_finest_m);
+      return clamp(sqrt(cell_m / 25.0), 1.2, 8.0);
     }
 
     // Shadows take light away, blue last; what faces the light goes towards white.
@@ -51,5 +53,14 @@ export const shaded_relief = () => new CustomShader({
     }`,
 });
 
-const kAround_m = 2 * Math.PI * 6378137, kTilePixels = 256;
-export const pixel_at = (zoom) => kAround_m / (kTilePixels * 2 ** zoom);
+const kCellsAcross = 256, kHalfAround_m = Math.PI * 6378137;
+const kLeastError_m = 1e-3;  // of level ground
+const kShare = 0.5;  // of the coarsest cell that the error allows: tiles are often finer
+
+// To be called before each frame. Cells and stated errors grow alike from level to level, so the error that is asked for tells how
+// large the cells are that are drawn.
+export function follow_detail(shader, { level, stated_max_error: error_m }, error_px) {
+  const finest_m = kHalfAround_m / kCellsAcross / 2 ** level;
+  shader.setUniform("u_finest_m", finest_m);
+  shader.setUniform("u_cells", (kShare * error_px * finest_m) / Math.max(error_m, kLeastError_m));
+}

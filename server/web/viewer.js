@@ -11,7 +11,7 @@ import { Profile } from "./profile.js";
 import { hide_welcome, show_welcome } from "./sample.js";
 import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
-import { follow_camera, relief_light } from "./terrain_style.js";
+import { relief_light } from "./terrain_style.js";
 import { ask, asked_by_cesium, take_token } from "./token.js";
 import { post_raster, take_files, watch_build } from "./upload.js";
 
@@ -182,9 +182,7 @@ const follow = (own) => ({
 });
 
 function watch_frames(scene) {
-  scene.preUpdate.addEventListener(() => {
-    if (page.looks) follow_camera(page.looks.tint, scene.camera, Cesium.Ellipsoid.WGS84);
-  });
+  scene.preUpdate.addEventListener(() => page.looks?.follow(scene.camera));
   scene.postRender.addEventListener(() => {
     const { tileset } = page;
     page.tilesLoaded = is_loaded(tileset);

@@ -24,9 +24,9 @@ sample=$repository/deploy/sample/white_mountains_srtm3.tif
 gdal_translate -q -srcwin 300 200 200 200 "$sample" "$work/part.tif"
 "$cordillera" build "$work/part.tif" -o "$work/folder" --formats 3d-tiles,relief --quiet
 start_server "$build" --mount "folder=$work/folder"
-gdal_create -q -of GTiff -ot Int16 -outsize 150 150 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr 10 46.15 10.15 46 "$work/flat.tif"
+gdal_create -q -of GTiff -ot Int16 -outsize 150 150 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr 10 46.15 10.15 46 "$work/flat_ground_at_500_metres_in_the_alps.tif"
 terrain=$(post "$sample")
-flat=$(post "$work/flat.tif")
+flat=$(post "$work/flat_ground_at_500_metres_in_the_alps.tif")
 
 # Two uploads that fail: what is no raster is found out by the build.
 printf 'no raster' >"$work/bad.tif"
