@@ -1,6 +1,7 @@
 // What the address names: the dataset and the look in the query, the camera behind the #. What is as it is at first is left out.
 const kControls = {  // name in the address: [element, property]
   look: ["look", "value"], ramp: ["ramp", "value"], imagery: ["imagery", "value"], heights: ["exaggeration", "value"], detail: ["detail", "value"],
+  seen_from: ["viewshed-place", "value"], eyes: ["viewshed-eye", "value"], radius: ["viewshed-radius", "value"],
   triangles: ["wireframe", "checked"], borders: ["borders", "checked"],
 };
 const element = (id) => document.getElementById(id);

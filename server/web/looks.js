@@ -4,7 +4,7 @@ import { as_drawn, follow_camera, height_tint, plain_ambient } from "./terrain_s
 import { ask, asked_by_cesium } from "./token.js";
 
 const Cesium = window.Cesium;
-const { Color, ImageryLayer, Rectangle, UrlTemplateImageryProvider } = Cesium;
+const { Color, ImageryLayer, Rectangle, SingleTileImageryProvider, UrlTemplateImageryProvider } = Cesium;
 
 // Of neighbouring levels, clearly different.
 const kLevelColours = ["#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#76b7b2", "#edc948", "#b07aa1", "#9c755f"].map((css) => Color.fromCssColorString(css));
@@ -17,10 +17,12 @@ export const kPictures = {
 // Those with their own light; the others are lit by the scene.
 const kDrawnWithLight = ["relief", "hillshade", "slope", "aspect"];
 
+const kThrough = 0.4;
+
 export class Looks {
   // normal_maps: the tiles have them.
   constructor(scene, tileset, manifest, { base, normal_maps }) {
-    Object.assign(this, { scene, tileset, manifest, base, normal_maps, look: "plain", turn: 0 });
+    Object.assign(this, { scene, tileset, manifest, base, normal_maps, look: "plain", turn: 0, overlay: null });
     this.tint = height_tint(manifest.bounds[4], manifest.bounds[5]);
     this.drawn = as_drawn();
     this.shaded = shaded_relief();
@@ -46,8 +48,8 @@ export class Looks {
     const about = look in kPictures ? await this.about(this.picture_of(look), ramp).catch((error) => { if (turn === this.turn) this.paint("height"); throw error; }) : null;
     if (turn !== this.turn) return null;  // another look was chosen meanwhile
     this.paint(look);
-    if (about) this.tileset.imageryLayers.add(picture(about));
-    if (look === "imagery" && imagery) this.tileset.imageryLayers.add(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery })));
+    if (about) this.put_below(picture(about));
+    if (look === "imagery" && imagery) this.put_below(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery })));
     return about;
   }
 
@@ -65,9 +67,34 @@ export class Looks {
   paint(look) {
     this.look = look;
     this.tileset.customShader = this.shader_of(look);
-    // White would replace the imagery, not light it.
-    this.tileset.colorBlendMode = look === "levels" ? Cesium.Cesium3DTileColorBlendMode.REPLACE : Cesium.Cesium3DTileColorBlendMode.HIGHLIGHT;
-    this.tileset.imageryLayers.removeAll();
+    this.blend();
+    const layers = this.tileset.imageryLayers;
+    for (let k = layers.length - 1; k >= 0; --k) if (layers.get(k) !== this.overlay) layers.remove(layers.get(k));
+  }
+
+  // White would replace the imagery, not light it. Colours of levels and of heights replace it, but for some of it where there is an overlay.
+  blend() {
+    const { REPLACE, HIGHLIGHT, MIX } = Cesium.Cesium3DTileColorBlendMode;
+    this.tileset.colorBlendMode = this.look !== "levels" ? HIGHLIGHT : this.overlay ? MIX : REPLACE;
+    this.tileset.colorBlendAmount = 1 - kThrough;
+    this.tint.setUniform("u_through", this.overlay ? kThrough : 0);
+  }
+
+  // Under the overlay, which stays as it is when the look changes.
+  put_below(layer) {
+    const { imageryLayers } = this.tileset;
+    imageryLayers.add(layer);
+    if (this.overlay) imageryLayers.raiseToTop(this.overlay);
+  }
+
+  // One picture over whatever look there is, or null. rectangle: west, south, east and north, degrees; size: pixels across and down.
+  lay_over(picture) {
+    const { imageryLayers } = this.tileset;
+    if (this.overlay) imageryLayers.remove(this.overlay);
+    this.overlay = picture && new ImageryLayer(new SingleTileImageryProvider({
+      url: picture.url, rectangle: Rectangle.fromDegrees(...picture.rectangle), tileWidth: picture.size, tileHeight: picture.size }));
+    if (this.overlay) imageryLayers.add(this.overlay);
+    this.blend();
   }
 
   async about(look, ramp) {
