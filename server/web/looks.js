@@ -4,7 +4,7 @@ import { as_drawn, follow_camera, height_tint, plain_ambient } from "./terrain_s
 import { ask, asked_by_cesium } from "./token.js";
 
 const Cesium = window.Cesium;
-const { Color, ImageryLayer, Rectangle, SingleTileImageryProvider, UrlTemplateImageryProvider } = Cesium;
+const { Color, ImageryLayer, Rectangle, UrlTemplateImageryProvider } = Cesium;
 
 // Of neighbouring levels, clearly different.
 const kLevelColours = ["#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#76b7b2", "#edc948", "#b07aa1", "#9c755f"].map((css) => Color.fromCssColorString(css));
@@ -87,12 +87,11 @@ export class Looks {
     if (this.overlay) imageryLayers.raiseToTop(this.overlay);
   }
 
-  // One picture over whatever look there is, or null. rectangle: west, south, east and north, degrees; size: pixels across and down.
+  // One picture over whatever look there is, or null.
   lay_over(picture) {
     const { imageryLayers } = this.tileset;
     if (this.overlay) imageryLayers.remove(this.overlay);
-    this.overlay = picture && new ImageryLayer(new SingleTileImageryProvider({
-      url: picture.url, rectangle: Rectangle.fromDegrees(...picture.rectangle), tileWidth: picture.size, tileHeight: picture.size }));
+    this.overlay = picture && single_picture(picture);
     if (this.overlay) imageryLayers.add(this.overlay);
     this.blend();
   }
@@ -120,3 +119,12 @@ export class Looks {
 
 const picture = ({ bounds, minzoom, maxzoom, url }) => new ImageryLayer(new UrlTemplateImageryProvider({
   url: asked_by_cesium(url), rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom }));
+
+// rectangle: west, south, east and north in metres of Web Mercator; size: pixels across and down. Tilesets ask for one level less than a provider
+// has, so CesiumJS's own provider of single pictures, which has one, shows nothing on them.
+function single_picture({ url, rectangle: [west, south, east, north], size }) {
+  const tilingScheme = new Cesium.WebMercatorTilingScheme({
+    rectangleSouthwestInMeters: new Cesium.Cartesian2(west, south), rectangleNortheastInMeters: new Cesium.Cartesian2(east, north) });
+  const provider = new UrlTemplateImageryProvider({ url, tilingScheme, rectangle: tilingScheme.rectangle, maximumLevel: 1, tileWidth: size, tileHeight: size });
+  return new ImageryLayer(provider);
+}

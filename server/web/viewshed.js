@@ -62,7 +62,7 @@ export class Viewshed {
     this.show(cells, window);
     const error = about.zooms?.find(({ zoom }) => zoom === window.zoom)?.stated_max_error;
     element("viewshed-words").textContent = `${square_km(this.found.area)} km² are seen within ${radius_m / 1000} km`;
-    element("viewshed-error").textContent = `cells of ${metres(window.cell_m)}, heights ${error === undefined ? "of an error not known yet" : `± ${metres(error)}`}`;
+    element("viewshed-error").textContent = `· cells of ${metres(window.cell_m)}, heights ${error === undefined ? "of an error not known yet" : `± ${metres(error)}`}`;
     element("viewshed").hidden = false;
     this.on_change("");
   }

@@ -10,6 +10,7 @@ import { kSmall, try_bad_upload, try_keys, try_link, try_link_of_controls, try_l
 import { try_live } from "./live.mjs";
 import { try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
+import { try_viewshed } from "./viewshed.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
 
 // Shades of a hillshade spread; a flat raster has one shade. Of 255; the sample has 12, the flat raster 0.
@@ -113,6 +114,7 @@ async function use_controls(browser) {
   await check("controls: looks are different pictures", () => try_looks(page));
   await check("controls: height and stated error under the pointer, however exaggerated", () => try_pointer(page));
   await check("controls: two clicks give a profile, with its error", () => try_profile(page));
+  await check("controls: one click says what is seen, as GDAL has it", () => try_viewshed(browser, page, given.url, given.terrain));
   await check("controls: a link leads to the same view", () => try_link(browser, page));
   await check("controls: a link has the look, its colours and the sliders", () => try_link_of_controls(browser, page));
   await check("controls: keys move the camera", () => try_keys(page));

@@ -8,7 +8,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/browser/run.sh BUILD [PICTURES]}" && pwd)
 . "$here/../real_server.sh" 'The browser test'
-need_node gdal_create gdal_translate
+need_node gdal_create gdal_translate gdal_viewshed
 need_chromium
 [[ -e $build/share/web/complete ]] || leave_out "the viewer in $build/share/web"
 pictures=${2:-$build/browser}
