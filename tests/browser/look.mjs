@@ -114,7 +114,7 @@ async function use_controls(browser) {
   await check("controls: looks are different pictures", () => try_looks(page));
   await check("controls: height and stated error under the pointer, however exaggerated", () => try_pointer(page));
   await check("controls: two clicks give a profile, with its error", () => try_profile(page));
-  await check("controls: one click says what is seen, as GDAL has it", () => try_viewshed(browser, page, given.url, given.terrain));
+  await check("controls: one click says what is seen, as lines of sight and GDAL have it", () => try_viewshed(browser, page, given.url, given.terrain));
   await check("controls: a link leads to the same view", () => try_link(browser, page));
   await check("controls: a link has the look, its colours and the sliders", () => try_link_of_controls(browser, page));
   await check("controls: keys move the camera", () => try_keys(page));
