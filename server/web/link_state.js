@@ -20,7 +20,7 @@ export function read_link() {
     const before = control[property];
     if (id === "ramp") control.append(new Option(wanted, wanted));  // its choices are known with the look
     control[property] = typeof before === "boolean" ? wanted === "1" : wanted;
-    if (id === "look" && control.selectedIndex < 0) control[property] = before;  // a look that there is not
+    if (control.selectedIndex < 0) control[property] = before;  // a look, or a radius, that there is not
   }
 }
 

@@ -56,13 +56,15 @@ export class Viewshed {
     if (!response.ok) throw new Error(about.detail || `no heights: HTTP ${response.status}`);
     const window = window_around(about, place, radius_m), heights = await this.heights_of(base, window, about);
     if (turn !== this.turn) return;
-    const cells = visible_cells({ heights, side: window.side, cell_m: window.cell_m, eye_m: Number(element("viewshed-eye").value) });
+    const eye_m = Math.max(Number(element("viewshed-eye").value), 0);
+    const cells = visible_cells({ heights, side: window.side, cell_m: window.cell_m, eye_m });
     if (!cells) throw new Error("There is no data at this place.");
     this.found = { window, heights, cells, area: area_of(cells, kSeen, window) };
     this.show(cells, window);
     const error = about.zooms?.find(({ zoom }) => zoom === window.zoom)?.stated_max_error;
+    const known = (error ?? null) !== null;  // not of provisional tiles
     element("viewshed-words").textContent = `${square_km(this.found.area)} km² are seen within ${radius_m / 1000} km`;
-    element("viewshed-error").textContent = `· cells of ${metres(window.cell_m)}, heights ${error === undefined ? "of an error not known yet" : `± ${metres(error)}`}`;
+    element("viewshed-error").textContent = `· cells of ${metres(window.cell_m)}, heights ${known ? `± ${metres(error)}` : "of an error not known yet"}`;
     element("viewshed").hidden = false;
     this.on_change("");
   }

@@ -1,4 +1,5 @@
-// What is seen from a place: the button, the picture and the link of it, its heights against the service's, its cells against lines of sight and GDAL's.
+// What is seen from a place: the button, the picture and the link of it, its heights against the service's, its cells against lines of
+// sight and GDAL's.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -8,7 +9,7 @@ import { join } from "node:path";
 import { open_page, tiles_loaded } from "./browser.mjs";
 import { kTiny } from "./controls.mjs";
 import { lines_of_sight } from "./lines_of_sight.mjs";
-import { look_straight_down } from "./views.mjs";
+import { look_straight_down, mean_colour } from "./views.mjs";
 
 const kLeastAgreement = 0.97;
 // Of cells that one or the other sees. Most cells are hidden to both, and would agree whatever was seen.
@@ -80,16 +81,26 @@ const layers = (page) => page.evaluate(() => {
   return [tileset.imageryLayers.length, looks.overlay ? tileset.imageryLayers.indexOf(looks.overlay) : null];
 });
 
+// How much of the picture's colour is on the screen.
+async function violet(page) {
+  await tiles_loaded(page);
+  const [red, green, blue] = await mean_colour(page);
+  return (red + blue) / 2 - green;
+}
+
 export async function try_viewshed(browser, page, url, id) {
   const { width, height } = page.viewportSize();
   await page.click("#fold");
   await look_straight_down(page, { share: 0.7, error_px: 2 });
   await page.selectOption("#viewshed-radius", "5", { force: true });
+  const bare = await violet(page);
   await page.click("#look-around");
   assert.equal(await page.getAttribute("#look-around", "aria-pressed"), "true");
   await page.mouse.click(width * 0.55, height * 0.45);
   await found(page);
   const grid = await found_of(page);
+  const once = await violet(page);
+  assert.ok(once > bare + 0.5, `what is seen has no colour: ${bare}, ${once}`);
   assert_alike(grid, lines_of_sight(grid, kPerson_m), "lines of sight");
   await assert_heights(page, url, id, grid);
   assert.match(grid.words, /^[\d.,]+ km² are seen within 5 km$/);
@@ -100,6 +111,7 @@ export async function try_viewshed(browser, page, url, id) {
   await page.fill("#viewshed-eye", String(kTower_m));
   await page.press("#viewshed-eye", "Enter");
   await page.waitForFunction((area) => window.cordillera.viewshed.found?.area > area, before);  // from a tower more is seen
+  assert.ok((await violet(page)) > once, "the picture is still that of a person");
   const from_tower = await found_of(page), { words } = from_tower;
   assert_alike(from_tower, lines_of_sight(from_tower, kTower_m), "lines of sight, from a tower");
   assert_alike(from_tower, seen_by_gdal(from_tower, kTower_m), "GDAL, from a tower");
@@ -118,6 +130,7 @@ export async function try_viewshed(browser, page, url, id) {
 
   await page.click("#viewshed-close");
   assert.deepEqual(await layers(page), [1, null], "the picture is still there");
+  assert.ok(Math.abs((await violet(page)) - bare) < 0.1, "its colour is still there");
   assert.equal(await page.getAttribute("#look-around", "aria-pressed"), "false");
   assert.equal(await page.evaluate(() => new URL(window.location.href).searchParams.get("seen_from")), null);
 
