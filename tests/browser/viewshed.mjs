@@ -91,6 +91,7 @@ async function violet(page) {
 export async function try_viewshed(browser, page, url, id) {
   const { width, height } = page.viewportSize();
   await page.click("#fold");
+  await page.selectOption("#look", "relief", { force: true });
   await look_straight_down(page, { share: 0.7, error_px: 2 });
   await page.selectOption("#viewshed-radius", "5", { force: true });
   const bare = await violet(page);
