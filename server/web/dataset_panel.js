@@ -63,9 +63,12 @@ function pixels_text(source) {
   return error && `at most ${metres(error.max)} off the raster’s pixels, 99 % within ${metres(error.p99)}`;
 }
 
+// Names of files have no spaces to break a line at: behind a _ or a - it may end.
+const breakable = (text) => text.split(/(?<=[_-])/).flatMap((part, k) => (k === 0 ? [part] : [make("wbr", ""), part]));
+
 export function show_manifest(manifest) {
   const source = manifest.source || {};
-  element("title").textContent = label_of(manifest);
+  element("title").replaceChildren(...breakable(label_of(manifest)));
   element("facts").textContent = [
     `${source.columns} × ${source.rows} pixels`, source.crs, heights_text(source), pixels_text(source),
     `${manifest.triangles.toLocaleString("en")} triangles in ${manifest.tiles.toLocaleString("en")} tiles`, ...(manifest.notes || [])].filter(Boolean).join(" · ");
@@ -116,23 +119,23 @@ export function fill_ramps(names, wanted) {
   element("ramp-row").hidden = names.length === 0;
 }
 
-// The error of what is drawn, in pixels: stated errors are maxima, seldom seen, and shading shows what they leave out, so half a pixel is
-// asked for at first and not Cesium's 16.
+// error_px: the error of what is drawn, in pixels.
 export const controls = () => ({
   wireframe: element("wireframe").checked, borders: element("borders").checked,
   exaggeration: Number(element("exaggeration").value), error_px: 2 ** Number(element("detail").value),
 });
 
+export function show_values() {
+  element("exaggeration-value").textContent = element("exaggeration").value;
+  element("detail-value").textContent = `${controls().error_px} px`;
+  element("imagery-row").hidden = element("look").value !== "imagery";
+}
+
 // look(), controls(): something was changed. link(): the address to copy.
 export function on_controls(on) {
-  const show_values = () => {
-    element("exaggeration-value").textContent = element("exaggeration").value;
-    element("detail-value").textContent = `${controls().error_px} px`;
-    element("imagery-row").hidden = element("look").value !== "imagery";
-  };
   for (const id of ["look", "imagery", "ramp"]) element(id).onchange = () => { show_values(); on.look(id); };
   for (const id of ["wireframe", "borders", "exaggeration", "detail"]) element(id).oninput = () => { show_values(); on.controls(); };
-  for (const id of ["home", "closer", "farther", "north", "measure"]) element(id).onclick = on[id];
+  for (const id of ["home", "closer", "farther", "north", "measure", "look-around"]) element(id).onclick = on[id];
   element("link").onclick = () => copy_link(on.link());
   show_values();
 }

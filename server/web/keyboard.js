@@ -2,7 +2,7 @@
 const kTurn_rad = 0.05;
 const kMoveShare = 0.06, kZoomShare = 0.2;
 
-export function steer_by_keys(element, camera, go_home) {
+export function steer_by_keys(element, camera, go_home, take_middle) {
   const height = () => Math.max(Math.abs(camera.positionCartographic.height), 20);
   const move = (share) => height() * share;
   const keys = {
@@ -12,7 +12,7 @@ export function steer_by_keys(element, camera, go_home) {
     "-": () => camera.moveBackward(move(kZoomShare)),
     PageUp: () => camera.lookUp(kTurn_rad), PageDown: () => camera.lookDown(kTurn_rad),
     "[": () => camera.lookLeft(kTurn_rad), "]": () => camera.lookRight(kTurn_rad),
-    Home: go_home,
+    Home: go_home, Enter: take_middle,
   };
   element.addEventListener("keydown", (event) => {
     if (!keys[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;

@@ -1,6 +1,7 @@
 // What the address names: the dataset and the look in the query, the camera behind the #. What is as it is at first is left out.
 const kControls = {  // name in the address: [element, property]
   look: ["look", "value"], ramp: ["ramp", "value"], imagery: ["imagery", "value"], heights: ["exaggeration", "value"], detail: ["detail", "value"],
+  seen_from: ["viewshed-place", "value"], eyes: ["viewshed-eye", "value"], radius: ["viewshed-radius", "value"],
   triangles: ["wireframe", "checked"], borders: ["borders", "checked"],
 };
 const element = (id) => document.getElementById(id);
@@ -19,8 +20,15 @@ export function read_link() {
     const before = control[property];
     if (id === "ramp") control.append(new Option(wanted, wanted));  // its choices are known with the look
     control[property] = typeof before === "boolean" ? wanted === "1" : wanted;
-    if (id === "look" && control.selectedIndex < 0) control[property] = before;  // a look that there is not
+    if (control.selectedIndex < 0) control[property] = before;  // a look, or a radius, that there is not
   }
+}
+
+// What a control has at first depends on the dataset. What the address does not name is as it is at first, and goes with it.
+export function begin_with(name, value) {
+  const [id, property] = kControls[name];
+  if (named(name) === null) element(id)[property] = value;
+  first[name] = value;
 }
 
 // changes: dataset, camera; what is not named stays.

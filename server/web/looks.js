@@ -1,5 +1,6 @@
 // How the terrain is shown: its colours, its triangles, how high, how fine.
-import { as_drawn, height_tint, plain_ambient } from "./terrain_style.js";
+import { follow_detail, shaded_relief } from "./shaded_relief.js";
+import { as_drawn, follow_camera, height_tint, plain_ambient } from "./terrain_style.js";
 import { ask, asked_by_cesium } from "./token.js";
 
 const Cesium = window.Cesium;
@@ -16,11 +17,15 @@ export const kPictures = {
 // Those with their own light; the others are lit by the scene.
 const kDrawnWithLight = ["relief", "hillshade", "slope", "aspect"];
 
+const kThrough = 0.4;
+
 export class Looks {
-  constructor(scene, tileset, manifest, base) {
-    Object.assign(this, { scene, tileset, manifest, base, look: "plain", turn: 0 });
+  // normal_maps: the tiles have them.
+  constructor(scene, tileset, manifest, { base, normal_maps }) {
+    Object.assign(this, { scene, tileset, manifest, base, normal_maps, look: "plain", turn: 0, overlay: null });
     this.tint = height_tint(manifest.bounds[4], manifest.bounds[5]);
     this.drawn = as_drawn();
+    this.shaded = shaded_relief();
     tileset.environmentMapManager.enabled = false;
     tileset.imageBasedLighting = plain_ambient();
     tileset.colorBlendMode = Cesium.Cesium3DTileColorBlendMode.REPLACE;
@@ -40,20 +45,55 @@ export class Looks {
   // cannot be had it fails with the reason, and the terrain is coloured by height here.
   async show(look, { imagery = "", ramp = "" } = {}) {
     const turn = ++this.turn;
-    const about = look in kPictures ? await this.about(look, ramp).catch((error) => { if (turn === this.turn) this.paint("height"); throw error; }) : null;
+    const about = look in kPictures ? await this.about(this.picture_of(look), ramp).catch((error) => { if (turn === this.turn) this.paint("height"); throw error; }) : null;
     if (turn !== this.turn) return null;  // another look was chosen meanwhile
     this.paint(look);
-    if (about) this.tileset.imageryLayers.add(picture(about));
-    if (look === "imagery" && imagery) this.tileset.imageryLayers.add(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery })));
+    if (about) this.put_below(picture(about));
+    if (look === "imagery" && imagery) this.put_below(new ImageryLayer(new UrlTemplateImageryProvider({ url: imagery })));
     return about;
+  }
+
+  // With normal maps the relief is shaded here, over colours that have no light.
+  picture_of(look) {
+    return look === "relief" && this.normal_maps ? "color-relief" : look;
+  }
+
+  shader_of(look) {
+    if (look === "height") return this.tint;
+    if (look === "relief" && this.normal_maps) return this.shaded;
+    return kDrawnWithLight.includes(look) ? this.drawn : undefined;
   }
 
   paint(look) {
     this.look = look;
-    this.tileset.customShader = look === "height" ? this.tint : kDrawnWithLight.includes(look) ? this.drawn : undefined;
-    // White would replace the imagery, not light it.
-    this.tileset.colorBlendMode = look === "levels" ? Cesium.Cesium3DTileColorBlendMode.REPLACE : Cesium.Cesium3DTileColorBlendMode.HIGHLIGHT;
-    this.tileset.imageryLayers.removeAll();
+    this.tileset.customShader = this.shader_of(look);
+    this.blend();
+    const layers = this.tileset.imageryLayers;
+    for (let k = layers.length - 1; k >= 0; --k) if (layers.get(k) !== this.overlay) layers.remove(layers.get(k));
+  }
+
+  // White would replace the imagery, not light it. Colours of levels and of heights replace it, but for some of it where there is an overlay.
+  blend() {
+    const { REPLACE, HIGHLIGHT, MIX } = Cesium.Cesium3DTileColorBlendMode;
+    this.tileset.colorBlendMode = this.look !== "levels" ? HIGHLIGHT : this.overlay ? MIX : REPLACE;
+    this.tileset.colorBlendAmount = 1 - kThrough;
+    this.tint.setUniform("u_through", this.overlay ? kThrough : 0);
+  }
+
+  // Under the overlay, which stays as it is when the look changes.
+  put_below(layer) {
+    const { imageryLayers } = this.tileset;
+    imageryLayers.add(layer);
+    if (this.overlay) imageryLayers.raiseToTop(this.overlay);
+  }
+
+  // One picture over whatever look there is, or null.
+  lay_over(picture) {
+    const { imageryLayers } = this.tileset;
+    if (this.overlay) imageryLayers.remove(this.overlay);
+    this.overlay = picture && single_picture(picture);
+    if (this.overlay) imageryLayers.add(this.overlay);
+    this.blend();
   }
 
   async about(look, ramp) {
@@ -63,8 +103,15 @@ export class Looks {
     return { ...body, url: `${this.base}/${look}/{z}/{x}/{y}.png${ramp ? `?ramp=${encodeURIComponent(ramp)}` : ""}` };
   }
 
+  // What shaders cannot know: to be called before each frame.
+  follow(camera) {
+    follow_camera(this.tint, camera, Cesium.Ellipsoid.WGS84);
+    if (this.normal_maps) follow_detail(this.shaded, this.manifest.levels[0], this.tileset.maximumScreenSpaceError);
+  }
+
   exaggerate(factor) {
     this.scene.verticalExaggeration = factor;
+    this.shaded.setUniform("u_exaggeration", factor);
     this.tint.setUniform("u_low", this.manifest.bounds[4] * factor);
     this.tint.setUniform("u_range", Math.max(this.manifest.bounds[5] - this.manifest.bounds[4], 1) * factor);
   }
@@ -72,3 +119,12 @@ export class Looks {
 
 const picture = ({ bounds, minzoom, maxzoom, url }) => new ImageryLayer(new UrlTemplateImageryProvider({
   url: asked_by_cesium(url), rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom }));
+
+// rectangle: west, south, east and north in metres of Web Mercator; size: pixels across and down. Tilesets ask for one level less than a provider
+// has, so CesiumJS's own provider of single pictures, which has one, shows nothing on them.
+function single_picture({ url, rectangle: [west, south, east, north], size }) {
+  const tilingScheme = new Cesium.WebMercatorTilingScheme({
+    rectangleSouthwestInMeters: new Cesium.Cartesian2(west, south), rectangleNortheastInMeters: new Cesium.Cartesian2(east, north) });
+  const provider = new UrlTemplateImageryProvider({ url, tilingScheme, rectangle: tilingScheme.rectangle, maximumLevel: 1, tileWidth: size, tileHeight: size });
+  return new ImageryLayer(provider);
+}

@@ -34,6 +34,7 @@ export function height_tint(min_height_m, max_height_m) {
       u_camera_up: { type: UniformType.VEC3, value: new Cartesian3(0, 0, 1) },
       u_camera_height: { type: UniformType.FLOAT, value: 0 },
       u_low: { type: UniformType.FLOAT, value: min_height_m },
+      u_through: { type: UniformType.FLOAT, value: 0 },  // how much of a picture on the terrain is seen
       u_range: { type: UniformType.FLOAT, value: Math.max(max_height_m - min_height_m, 1) },
     },
     fragmentShaderText: `
@@ -55,7 +56,7 @@ export function height_tint(min_height_m, max_height_m) {
       }
       void fragmentMain(FragmentInput fsInput, inout czm_modelMaterial material) {
         float share = (height_above_ellipsoid(fsInput.attributes.positionEC) - u_low) / u_range;
-        material.diffuse = tint(clamp(share, 0.0, 1.0));
+        material.diffuse = mix(tint(clamp(share, 0.0, 1.0)), material.diffuse, u_through);
       }`,
   });
 }

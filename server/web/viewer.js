@@ -5,14 +5,15 @@ import {
 } from "./globe.js";
 import { steer_by_keys } from "./keyboard.js";
 import { hide_legend, legend_of, show_legend, show_scale } from "./legend.js";
-import { camera_named, named, read_link, write_link } from "./link_state.js";
+import { begin_with, camera_named, named, read_link, write_link } from "./link_state.js";
 import { kPictures, Looks } from "./looks.js";
 import { Profile } from "./profile.js";
 import { hide_welcome, show_welcome } from "./sample.js";
 import { SeaLevel } from "./sea_level.js";
 import { snippets_for } from "./snippets.js";
-import { follow_camera, relief_light } from "./terrain_style.js";
+import { relief_light } from "./terrain_style.js";
 import { ask, asked_by_cesium, take_token } from "./token.js";
+import { Viewshed } from "./viewshed.js";
 import { post_raster, take_files, watch_build } from "./upload.js";
 
 const Cesium = window.Cesium;
@@ -84,6 +85,19 @@ function preloaded(tileset) {
   }).finally(() => { if (!tileset.isDestroyed()) tileset.show = true; });
 }
 
+// The error that is asked for at first, as log2 of pixels. Shading shows what stated errors leave out, which normal maps put back.
+const kFirstDetail = { normal_maps: "0", vertices: "-1" };
+
+// The address of the tileset: with normal maps where the service makes them. A folder of finished tiles has the one kind that it was built
+// with, and names no other whatever is asked for. Provisional tiles are gone before a map would be worth its time.
+async function tiles_of(base, { provisional }) {
+  const plain = `${base}/tileset.json`, lit = `${plain}?normals=texture`;
+  if (provisional) return { url: plain, normal_maps: false };
+  const response = await ask(lit);
+  const normal_maps = response.ok && (await response.text()).includes(".glb?normals=texture");
+  return { url: normal_maps ? lit : plain, normal_maps };
+}
+
 // Later answers of an earlier call must not take the place of a later one's.
 let showing = 0;
 
@@ -92,10 +106,13 @@ async function show_dataset(id, camera) {
   const again = page.manifest?.id === id;  // its other tiles take the place of those that are seen: neither flash nor flight
   if (!again) page.tilesLoaded = false;
   const manifest = await fetch_json(`${base}/manifest.json`);
-  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(`${base}/tileset.json`), { enablePick: true, enableDebugWireframe: true });
+  const { url, normal_maps } = await tiles_of(base, manifest);
+  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { enablePick: true, enableDebugWireframe: true });
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
-  const looks = new Looks(page.scene, tileset, manifest, base);
+  const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps });
+  begin_with("detail", kFirstDetail[normal_maps ? "normal_maps" : "vertices"]);
+  panel.show_values();
   apply_look({ looks });
   apply_controls({ tileset, looks });
   if (again) await preloaded(tileset);
@@ -108,7 +125,8 @@ async function show_dataset(id, camera) {
   page.scene.light = relief_light(data_sphere(manifest.bounds).center);
   page.scene.requestRender();
   panel.show_manifest(manifest);
-  if (!again) page.profile.stop();
+  if (!again) stop_tools();
+  else if (page.viewshed.place) page.viewshed.take(page.viewshed.place);  // from the finer heights
   panel.show_demos(base);
   panel.show_snippets(snippets_for(new URL(base, document.baseURI).href, manifest.bounds));
   if (!set_camera(page.scene.camera, camera) && !again) home();
@@ -166,9 +184,7 @@ const follow = (own) => ({
 });
 
 function watch_frames(scene) {
-  scene.preUpdate.addEventListener(() => {
-    if (page.looks) follow_camera(page.looks.tint, scene.camera, Cesium.Ellipsoid.WGS84);
-  });
+  scene.preUpdate.addEventListener(() => page.looks?.follow(scene.camera));
   scene.postRender.addEventListener(() => {
     const { tileset } = page;
     page.tilesLoaded = is_loaded(tileset);
@@ -199,14 +215,35 @@ function point_again() {
   panel.show_position(pointed, page.manifest, page.sea);
 }
 
+// What a click takes, for those who have keys.
+function take_middle() {
+  const { clientWidth, clientHeight } = page.widget.canvas;
+  if (page.tileset) tool_on()?.take(place_under(page.widget, page.tileset, new Cesium.Cartesian2(clientWidth / 2, clientHeight / 2)));
+}
+
 function watch_pointer(widget) {
   const { MOUSE_MOVE, LEFT_CLICK } = Cesium.ScreenSpaceEventType;
   widget.screenSpaceEventHandler.setInputAction(({ endPosition }) => point_at(endPosition), MOUSE_MOVE);
   widget.screenSpaceEventHandler.setInputAction(({ position }) => {
     point_at(position);  // a finger does not hover
-    if (page.profile.on) page.profile.take(pointed);
+    tool_on()?.take(pointed);
   }, LEFT_CLICK);
 }
+
+// What a click on the terrain is for, if it is for anything: one tool at a time.
+const tool_on = () => [page.profile, page.viewshed].find((tool) => tool.on);
+const stop_tools = () => { for (const tool of [page.profile, page.viewshed]) tool.stop(); };
+function toggle(tool) {
+  const on = !tool.on;
+  stop_tools();
+  if (on) tool.start();
+}
+
+const make_viewshed = () => new Viewshed({
+  base: () => base_of(page.manifest.id), on_error: report,
+  on_picture: (picture) => { page.looks?.lay_over(picture); page.scene.requestRender(); },
+  on_change: (words) => { panel.press("look-around", page.viewshed?.on); panel.say(words); write_link(); },
+});
 
 const make_profile = () => new Profile(page.scene, {
   base: () => base_of(page.manifest.id), factor: () => page.scene.verticalExaggeration, on_error: report,
@@ -225,7 +262,7 @@ const on_page = {
   home, link: () => window.location.href,
   closer: () => zoom(page.widget, page.tileset, kCloser), farther: () => zoom(page.widget, page.tileset, 1 / kCloser),
   north: () => face_north(page.widget, page.tileset),
-  measure: () => (page.profile.on ? page.profile.stop() : page.profile.start()),
+  measure: () => toggle(page.profile), "look-around": () => toggle(page.viewshed),
 };
 
 async function start() {
@@ -237,8 +274,9 @@ async function start() {
   watch_frames(page.scene);
   draw_after_moves(page.scene);
   page.profile = make_profile();
+  page.viewshed = make_viewshed();
   watch_pointer(page.widget);
-  steer_by_keys(document.getElementById("globe"), page.scene.camera, home);
+  steer_by_keys(document.getElementById("globe"), page.scene.camera, home, take_middle);
   panel.on_controls(on_page);
   const send = (file) => panel.on_cancel(post_raster(file, follow(true)));
   take_files(send);
@@ -252,7 +290,9 @@ async function start() {
   if (going) watch_build(going.id, follow(going.id === wanted));
   if (!chosen) return going ? undefined : show_welcome((file) => { hide_welcome(); send(file); }, report);
   panel.select_dataset(chosen);
+  const [longitude, latitude] = (named("seen_from") ?? "").split(",").map(Number);  // before another dataset's is forgotten
   await show_dataset(chosen, camera_named());
+  if (Number.isFinite(longitude) && Number.isFinite(latitude)) page.viewshed.take({ longitude, latitude });
 }
 
 start().catch(report);

@@ -36,13 +36,14 @@ function collect_complaints(page, url) {
   return complaints;
 }
 
-// A page of the server, as soon as it stands.
+// A page of the server, as soon as it stands. asked: the addresses of its requests, as they come.
 export async function open_page(browser, url, how = {}) {
   const page = await browser.newPage({ viewport: { width: 450, height: 300 }, ...how });
   page.setDefaultTimeout(kPatience_ms);
-  const complaints = collect_complaints(page, new URL(url).origin);
+  const complaints = collect_complaints(page, new URL(url).origin), asked = [];
+  page.on("request", (request) => asked.push(request.url()));
   await page.goto(url);
-  return { page, complaints };
+  return { page, complaints, asked };
 }
 
 export async function open_dataset(browser, url, id, how = {}) {

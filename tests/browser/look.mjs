@@ -1,6 +1,6 @@
 // Looks at the viewer as a person would: does it load, is there relief, are there cracks, is it in the right place?
 //   node look.mjs --chromium PATH --url URL --empty URL --terrain ID --flat ID --failed ID,ID --known known.json
-//     --raster FILE --bad FILE --held ID --job PROCESS --pictures FOLDER
+//     --folder ID --raster FILE --bad FILE --held ID --job PROCESS --pictures FOLDER
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
@@ -8,7 +8,9 @@ import { parseArgs } from "node:util";
 import { open_dataset, with_browser } from "./browser.mjs";
 import { kSmall, try_bad_upload, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
 import { try_live } from "./live.mjs";
-import { try_failed_uploads, try_folding } from "./panel.mjs";
+import { try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
+import { try_relief, try_relief_of_folder } from "./relief.mjs";
+import { try_viewshed } from "./viewshed.mjs";
 import { crack_share, heights_at, load_everything, luminance_deviation, look_straight_down, set_background } from "./views.mjs";
 
 // Shades of a hillshade spread; a flat raster has one shade. Of 255; the sample has 12, the flat raster 0.
@@ -16,7 +18,7 @@ const kLeastRelief = 6;
 // Geoid interpolation, float32 positions, and steps of 2^-10 m.
 const kHeightTolerance_m = 0.2;
 
-const names = ["chromium", "url", "empty", "terrain", "flat", "failed", "known", "raster", "bad", "held", "job", "pictures"];
+const names = ["chromium", "url", "empty", "terrain", "flat", "failed", "known", "folder", "raster", "bad", "held", "job", "pictures"];
 const { values: given } = parseArgs({ options: Object.fromEntries(names.map((name) => [name, { type: "string" }])) });
 
 let last = Date.now();
@@ -102,6 +104,7 @@ async function look_at_flat(browser) {
   await check("panel: failed uploads stand apart, with their reason, and can be deleted", () => try_failed_uploads(page, given.url, failed));
   await page.screenshot({ path: `${given.pictures}/failed.png` });
   await check("panel: folds, and is small on a small window", () => try_folding(page));
+  await check("panel: a window of 750 px holds all of it", () => try_low_window(page));
   await page.close();
 }
 
@@ -111,6 +114,7 @@ async function use_controls(browser) {
   await check("controls: looks are different pictures", () => try_looks(page));
   await check("controls: height and stated error under the pointer, however exaggerated", () => try_pointer(page));
   await check("controls: two clicks give a profile, with its error", () => try_profile(page));
+  await check("controls: one click says what is seen, as lines of sight and GDAL have it", () => try_viewshed(browser, page, given.url, given.terrain));
   await check("controls: a link leads to the same view", () => try_link(browser, page));
   await check("controls: a link has the look, its colours and the sliders", () => try_link_of_controls(browser, page));
   await check("controls: keys move the camera", () => try_keys(page));
@@ -126,6 +130,8 @@ async function use_controls(browser) {
 
 await with_browser(given.chromium, async (browser) => {
   await check("live: final tiles take the place of provisional ones without a flash", () => try_live(browser, given.url, given.held, Number(given.job)));
+  await check("relief: shaded from normal maps, as the service's picture is", () => try_relief(browser, given.url, given.terrain));
+  await check("relief: a folder of finished tiles has the picture", () => try_relief_of_folder(browser, given.url, given.folder));
   await look_at_terrain(browser);
   await look_at_flat(browser);
   await use_controls(browser);

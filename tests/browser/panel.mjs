@@ -34,3 +34,21 @@ export async function try_folding(page) {
   assert.ok((await share_of(page)) < 0.1, "it does not fold again");
   await page.setViewportSize(before);
 }
+
+// A laptop's window holds the panel, with a name that takes two lines; the name ends its line behind a _.
+export async function try_low_window(page) {
+  const before = page.viewportSize();
+  await page.setViewportSize({ width: 1100, height: 750 });
+  await page.reload();
+  await page.waitForFunction(() => !document.getElementById("details").hidden);
+  const { seen, whole, lines } = await page.evaluate(() => {
+    const panel = document.getElementById("panel"), range = document.createRange();
+    const parts = [...document.getElementById("title").childNodes].filter(({ nodeType }) => nodeType === Node.TEXT_NODE);
+    const tops = parts.map((part) => { range.selectNode(part); return [...range.getClientRects()].map(({ top }) => top); });
+    return { seen: panel.clientHeight, whole: panel.scrollHeight, lines: tops };
+  });
+  assert.ok(whole <= seen, `${whole - seen} px of the panel are cut off`);
+  assert.ok(new Set(lines.flat()).size > 1, "the title has one line");
+  assert.ok(lines.every((tops) => tops.length === 1), "a line of the title ends within a word");
+  await page.setViewportSize(before);
+}

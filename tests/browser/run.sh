@@ -8,7 +8,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/browser/run.sh BUILD [PICTURES]}" && pwd)
 . "$here/../real_server.sh" 'The browser test'
-need_node gdal_create gdal_translate
+need_node gdal_create gdal_translate gdal_viewshed
 need_chromium
 [[ -e $build/share/web/complete ]] || leave_out "the viewer in $build/share/web"
 pictures=${2:-$build/browser}
@@ -19,14 +19,14 @@ cp "$here"/*.mjs "$modules"
 
 server_data=$work/empty start_server "$build"
 empty=$url
-start_server "$build"
 sample=$repository/deploy/sample/white_mountains_srtm3.tif
-gdal_create -q -of GTiff -ot Int16 -outsize 150 150 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr 10 46.15 10.15 46 "$work/flat.tif"
-terrain=$(post "$sample")
-flat=$(post "$work/flat.tif")
-
-# What the page itself is to post: some of the sample.
+# What the page itself is to post: some of the sample. And a folder of finished tiles of it.
 gdal_translate -q -srcwin 300 200 200 200 "$sample" "$work/part.tif"
+"$cordillera" build "$work/part.tif" -o "$work/folder" --formats 3d-tiles,relief --quiet
+start_server "$build" --mount "folder=$work/folder"
+gdal_create -q -of GTiff -ot Int16 -outsize 150 150 -bands 1 -burn 500 -a_srs EPSG:4326 -a_ullr 10 46.15 10.15 46 "$work/flat_ground_at_500_metres_in_the_alps.tif"
+terrain=$(post "$sample")
+flat=$(post "$work/flat_ground_at_500_metres_in_the_alps.tif")
 
 # Two uploads that fail: what is no raster is found out by the build.
 printf 'no raster' >"$work/bad.tif"
@@ -44,4 +44,4 @@ hold "$sample" --error 1
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"
 node "$modules/look.mjs" --chromium "$chromium" --url "$url" --empty "$empty" --terrain "$terrain" --flat "$flat" --failed "$failed" --known "$work/known.json" \
-  --raster "$work/part.tif" --bad "$work/bad.tif" --held "$held" --job "$held_job" --pictures "$pictures"
+  --folder folder --raster "$work/part.tif" --bad "$work/bad.tif" --held "$held" --job "$held_job" --pictures "$pictures"
