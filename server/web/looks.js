@@ -19,6 +19,11 @@ const kDrawnWithLight = ["relief", "hillshade", "slope", "aspect"];
 
 const kThrough = 0.4;
 
+// The error that is asked for at first, as log2 of pixels. Shading shows what stated errors leave out; normal maps put it back. Pictures
+// on tiles are as fine as the tiles.
+const kFirstDetail = { shaded: "0", pictures: "-1" };
+const kPicturesAlone = ["hillshade", "slope", "aspect", "imagery"];
+
 export class Looks {
   // normal_maps: the tiles have them.
   constructor(scene, tileset, manifest, { base, normal_maps }) {
@@ -62,6 +67,10 @@ export class Looks {
     if (look === "height") return this.tint;
     if (look === "relief" && this.normal_maps) return this.shaded;
     return kDrawnWithLight.includes(look) ? this.drawn : undefined;
+  }
+
+  first_detail(look) {
+    return this.normal_maps && !kPicturesAlone.includes(look) ? kFirstDetail.shaded : kFirstDetail.pictures;
   }
 
   paint(look) {

@@ -56,6 +56,12 @@ async function apply_look(on = page) {
   page.scene.requestRender();
 }
 
+// What the slider of errors has, until somebody moves it.
+function begin_detail(looks) {
+  begin_with("detail", looks.first_detail(panel.look().look));
+  panel.show_values();
+}
+
 function apply_controls(on = page) {
   const { wireframe, borders, exaggeration, error_px } = panel.controls();
   on.tileset.debugWireframe = wireframe;
@@ -85,9 +91,6 @@ function preloaded(tileset) {
   }).finally(() => { if (!tileset.isDestroyed()) tileset.show = true; });
 }
 
-// The error that is asked for at first, as log2 of pixels. Shading shows what stated errors leave out, which normal maps put back.
-const kFirstDetail = { normal_maps: "0", vertices: "-1" };
-
 // The address of the tileset: with normal maps where the service makes them. A folder of finished tiles has the one kind that it was built
 // with, and names no other whatever is asked for. Provisional tiles are gone before a map would be worth its time.
 async function tiles_of(base, { provisional }) {
@@ -111,8 +114,7 @@ async function show_dataset(id, camera) {
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
   const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps });
-  begin_with("detail", kFirstDetail[normal_maps ? "normal_maps" : "vertices"]);
-  panel.show_values();
+  begin_detail(looks);
   apply_look({ looks });
   apply_controls({ tileset, looks });
   if (again) await preloaded(tileset);
@@ -254,7 +256,11 @@ const kCloser = 0.6;
 const on_page = {
   // Another look has other colours.
   look: (changed) => {
-    if (changed === "look") panel.fill_ramps([], "");
+    if (changed === "look") {
+      panel.fill_ramps([], "");
+      begin_detail(page.looks);
+      apply_controls();
+    }
     write_link();
     return apply_look();
   },

@@ -27,6 +27,13 @@ const draw_with = (page, pixels_a_point) => page.evaluate((wanted) => {
   window.cordillera.widget.resize();
 }, pixels_a_point);
 
+// What tests leave out, because it takes long in software.
+const as_people_see_it = (page) => page.evaluate(() => {
+  const { scene } = window.cordillera;
+  scene.msaaSamples = 4;
+  scene.skyAtmosphere.show = scene.globe.showGroundAtmosphere = true;
+});
+
 // The backdrop, which a tileset does not wait for.
 const globe_loaded = async (page) => {
   while (!(await page.evaluate(() => {
@@ -43,6 +50,7 @@ async function take(browser, name, { how, query = "", camera = "", empty, hover,
   await draw_with(page, kCheap);
   if (!empty) await tiles_loaded(page);
   await globe_loaded(page);
+  await as_people_see_it(page);
   await draw_with(page, how.deviceScaleFactor ?? 1);
   await globe_loaded(page);
   if (hover) await page.mouse.move(...hover);

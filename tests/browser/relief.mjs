@@ -44,6 +44,10 @@ export async function try_relief(browser, url, id) {
   const { page, complaints, asked } = await open_dataset(browser, url, id, kTiny);
   assert.deepEqual(kinds(asked), { tiles: ["texture"], pictures: ["color-relief"] });
   assert.equal(await page.textContent("#detail-value"), "1 px");
+  await page.selectOption("#look", "slope", { force: true });  // a picture on tiles is as fine as they are
+  assert.equal(await page.textContent("#detail-value"), "0.5 px");
+  await page.selectOption("#look", "relief", { force: true });
+  assert.equal(await page.textContent("#detail-value"), "1 px");
   assert.equal(await page.getAttribute("#legend", "hidden"), null, "nothing says what the colours mean");
   await look_straight_down(page, { share: 0.5, error_px: kCoarse_px });
 
