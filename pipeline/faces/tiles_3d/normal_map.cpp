@@ -17,9 +17,9 @@ using proto::Vec3;
 /// Rings around the surface that get its normals: rims of two levels differ by a cell or so, and clients mix neighbouring pixels.
 constexpr int kRings = 2;
 /// Pixels of the surroundings on each side: what the outermost ring of a pixel on the side depends on.
-constexpr std::int32_t kMargin = kRings;
+constexpr std::int32_t kAround = kRings;
 constexpr auto kPixels = static_cast<std::int32_t>(kNormalMapSide);
-constexpr std::int32_t kSide = kPixels + 2 * kMargin;
+constexpr std::int32_t kSide = kPixels + 2 * kAround;
 /// Heights are half a pixel apart, and go half a pixel further on each side.
 constexpr std::int32_t kHeights = 2 * kSide + 1;
 
@@ -29,7 +29,7 @@ std::size_t index(std::int32_t row, std::int32_t column) {
 }
 
 LatticeWindow window_of(const proto::Lattice& half, const proto::TileAddress& tile) {
-  const std::int64_t step = half.cell_units(tile.z) / 2, beyond = 2 * kMargin + 1;
+  const std::int64_t step = half.cell_units(tile.z) / 2, beyond = 2 * kAround + 1;
   return {
       half.west(tile) - beyond * step, half.south(tile) + half.tile_units(tile.z) + beyond * step, step, kHeights, kHeights, {}};
 }
@@ -116,7 +116,7 @@ std::vector<std::uint8_t> normal_map(const Terrain& terrain, const proto::TileAd
   out.reserve(std::size_t{3} * kNormalMapSide * kNormalMapSide);
   for (std::int32_t r = 0; r < kPixels; ++r) {
     for (std::int32_t c = 0; c < kPixels; ++c) {
-      const Vec3 n = normals[index(r + kMargin, c + kMargin)].value_or(Vec3{0, 0, 1});
+      const Vec3 n = normals[index(r + kAround, c + kAround)].value_or(Vec3{0, 0, 1});
       for (const double v : {n.x, n.y, n.z}) out.push_back(byte_of(v));
     }
   }
