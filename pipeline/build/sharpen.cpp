@@ -1,5 +1,7 @@
 #include "pipeline/build/sharpen.h"
 
+#include <algorithm>
+
 #include "pipeline/encode/draco_mesh.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
@@ -51,9 +53,9 @@ bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional
 
 std::set<proto::TileAddress> blocks_in(const proto::Manifest& provisional) {
   std::set<proto::TileAddress> blocks;
-  for (int k = 0; k + 1 < provisional.done_blocks_size(); k += 2) {
-    const auto x = static_cast<std::int32_t>(provisional.done_blocks(k)), y = static_cast<std::int32_t>(provisional.done_blocks(k + 1));
-    blocks.insert({static_cast<int>(provisional.block_level()), x, y});
+  const proto::DoneBlocks& done = provisional.done_blocks();
+  for (int k = 0; k < std::min(done.x_size(), done.y_size()); ++k) {
+    blocks.insert({static_cast<int>(done.level()), static_cast<std::int32_t>(done.x(k)), static_cast<std::int32_t>(done.y(k))});
   }
   return blocks;
 }
@@ -71,11 +73,11 @@ proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan&
     if (const auto committed = (*writer)->commit(task); !committed.ok()) return committed.problem();
   }
   nodes.merge(blocks_in(manifest));
-  manifest.set_block_level(plan.block_level());
   manifest.clear_done_blocks();
+  manifest.mutable_done_blocks()->set_level(plan.block_level());
   for (const proto::TileAddress& node : nodes) {
-    manifest.add_done_blocks(static_cast<std::uint32_t>(node.x));
-    manifest.add_done_blocks(static_cast<std::uint32_t>(node.y));
+    manifest.mutable_done_blocks()->add_x(static_cast<std::uint32_t>(node.x));
+    manifest.mutable_done_blocks()->add_y(static_cast<std::uint32_t>(node.y));
   }
   const auto published = (*writer)->publish(std::move(manifest));
   return published.ok() ? proto::Result<void>() : published.problem();

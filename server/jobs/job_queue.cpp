@@ -47,8 +47,8 @@ std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto:
 
 /// Whether the tile is one of a block that is done, or above all blocks.
 bool is_shown(const proto::Manifest& shown, const proto::TileAddress& tile) {
-  if (shown.block_level() == 0) return false;  // nobody knows yet
-  const int level = static_cast<int>(shown.block_level());
+  if (!shown.has_done_blocks()) return false;  // nobody knows yet where blocks lie
+  const int level = static_cast<int>(shown.done_blocks().level());
   return tile.z < level || pipeline::blocks_in(shown).contains(tile.at_level(level));
 }
 

@@ -42,7 +42,7 @@ void Sharpener::begin(const proto::Plan& plan, std::function<void()> shown) {
   shown_blocks_ = pipeline::blocks_in(*stands);
   started_ = step_began_ = Clock::now();
   // A step without blocks: from now on the service knows whose tiles wait for one.
-  if (blocks_ == Blocks::looked_at && stands->block_level() == 0) {
+  if (blocks_ == Blocks::looked_at && !stands->has_done_blocks()) {
     if (!make_step({})) return;
     shown_();
   }

@@ -260,12 +260,12 @@ class LazyProgram : public LiveProgram {
 
 TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
   const std::string id = posted(lazy_);
-  ASSERT_TRUE(eventually([&] { return get(id, "/manifest.json").value("block_level", 0) > 0; })) << get(id, "/manifest.json") << server_.log();
+  ASSERT_TRUE(eventually([&] { return get(id, "/manifest.json")["done_blocks"].is_object(); })) << get(id, "/manifest.json") << server_.log();
   EXPECT_EQ(status(id)["build"], "lazy");
   EXPECT_EQ(status(id)["state"], "running");
   EXPECT_TRUE(status(id)["progress"]["seconds_left"].is_null());
   EXPECT_FALSE(is_there(id, finest(-kAway_deg)));
-  const int block_level = get(id, "/manifest.json")["block_level"];
+  const int block_level = get(id, "/manifest.json")["done_blocks"]["level"];
   const double tiles = std::ldexp(1, block_level) / 180;
   const auto look = [&](double shift_deg) {
     const auto at = [&](double deg) { return std::to_string(static_cast<int>((deg + shift_deg) * tiles)); };

@@ -27,6 +27,7 @@ const Slugs kInternal = {
     "bad-target",         // likewise, for simplify
     "chain-not-in-mesh",  // these two are defects of the builder: it throws, and the problem is "internal"
     "weld-mismatch",      //
+    "paused",             // ends the job of a lazy build, which goes on with the next look
 };
 
 Slugs found_in(const std::string& text, const std::regex& what) {
