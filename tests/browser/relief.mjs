@@ -46,6 +46,7 @@ export async function try_relief(browser, url, id) {
   assert.equal(await page.textContent("#detail-value"), "1 px");
   await page.selectOption("#look", "slope", { force: true });  // a picture on tiles is as fine as they are
   assert.equal(await page.textContent("#detail-value"), "0.5 px");
+  await tiles_loaded(page);
   await page.selectOption("#look", "relief", { force: true });
   assert.equal(await page.textContent("#detail-value"), "1 px");
   assert.equal(await page.getAttribute("#legend", "hidden"), null, "nothing says what the colours mean");
