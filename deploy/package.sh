@@ -6,7 +6,7 @@
 #   cordillera-VERSION-py3-none-any.whl        the Python client
 #   sbom.json                                  what they are made of
 # The same sources, compiler and folder give the same bytes: every file gets the time of the last commit ($SOURCE_DATE_EPOCH).
-# CORDILLERA_BUILD: a build folder that is packed as it is.
+# CORDILLERA_BUILD_FOLDER: a build folder that is packed as it is.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 fail() { printf 'package: %s\n' "$*" >&2; exit 1; }
@@ -15,7 +15,7 @@ if [[ -z ${SOURCE_DATE_EPOCH:-} ]]; then
   SOURCE_DATE_EPOCH=$(git -C "$root" log -1 --format=%ct 2>/dev/null) || fail "no git here: set SOURCE_DATE_EPOCH, the seconds that files shall bear"
 fi
 export SOURCE_DATE_EPOCH
-build=${CORDILLERA_BUILD:-}
+build=${CORDILLERA_BUILD_FOLDER:-}
 if [[ -z $build ]]; then
   "$root/deploy/build.sh" cordillera
   build=$root/build/release

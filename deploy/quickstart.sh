@@ -6,7 +6,7 @@
 # Without a DEM the sample beside this script is taken. Other options are those of `cordillera post`:
 # --error 2, --crs EPSG:2056, --vertical-datum ellipsoid, ... The data folder is the server's own: ./cordillera-data or $CORDILLERA_DATA.
 # --once stops the server at the end; the exit code is 0 only if a tile that was fetched can be decoded.
-# CORDILLERA_BUILD names a build folder that is used as it is instead of building in build/release.
+# CORDILLERA_BUILD_FOLDER names a build folder that is used as it is instead of building in build/release.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(dirname "$here")
@@ -38,7 +38,7 @@ dem=${dem:-$here/sample/white_mountains_srtm3.tif}
 [[ -z $port || $port =~ ^[0-9]+$ ]] || fail "--port $port: a number from 1 to 65535 is needed"
 
 # --- build ---
-build=${CORDILLERA_BUILD:-}
+build=${CORDILLERA_BUILD_FOLDER:-}
 if [[ -z $build ]]; then
   say "Packages"
   "$here/install.sh" --web
@@ -46,7 +46,7 @@ if [[ -z $build ]]; then
   build=$root/build/release
   "$here/build.sh" cordillera
 fi
-build=$(cd "$build" 2>/dev/null && pwd) || fail "no such build folder: CORDILLERA_BUILD=$CORDILLERA_BUILD"
+build=$(cd "$build" 2>/dev/null && pwd) || fail "no such build folder: CORDILLERA_BUILD_FOLDER=$CORDILLERA_BUILD_FOLDER"
 cordillera=$build/bin/cordillera
 [[ -x $cordillera ]] || fail "no program at $cordillera"
 if [[ ! -e $build/share/web/complete ]]; then

@@ -9,20 +9,22 @@ const { Color, ImageryLayer, Rectangle, UrlTemplateImageryProvider } = Cesium;
 // Of neighbouring levels, clearly different.
 const kLevelColours = ["#4e79a7", "#f28e2b", "#59a14f", "#e15759", "#76b7b2", "#edc948", "#b07aa1", "#9c755f"].map((css) => Color.fromCssColorString(css));
 
+// The relief once more, shaded here from normal maps: half of the triangles, but facets where a coarse dataset's finest tiles are near.
+export const kShadedRelief = "shaded-relief";
+
 // Pictures that the service draws, and the colours that each may have; the first are its own.
 export const kPictures = {
-  relief: ["atlas", "land", "viridis", "grey"], "color-relief": ["atlas", "land", "viridis", "grey"], hillshade: [],
+  relief: ["atlas", "land", "viridis", "grey"], [kShadedRelief]: ["atlas", "land", "viridis", "grey"], "color-relief": ["atlas", "land", "viridis", "grey"], hillshade: [],
   slope: ["steep", "grey"], aspect: ["compass", "grey"],
 };
 // Those with their own light; the others are lit by the scene.
-const kDrawnWithLight = ["relief", "hillshade", "slope", "aspect"];
+const kDrawnWithLight = ["relief", kShadedRelief, "hillshade", "slope", "aspect"];
 
 const kThrough = 0.4;
 
 // The error that is asked for at first, as log2 of pixels. Shading shows what stated errors leave out; normal maps put it back. Pictures
 // on tiles are as fine as the tiles.
 const kFirstDetail = { shaded: "0", pictures: "-1" };
-const kPicturesAlone = ["hillshade", "slope", "aspect", "imagery"];
 
 export class Looks {
   // normal_maps: the tiles have them.
@@ -58,19 +60,20 @@ export class Looks {
     return about;
   }
 
-  // With normal maps the relief is shaded here, over colours that have no light.
+  // With normal maps the relief is shaded here, over colours that have no light; without, it is the service's picture.
   picture_of(look) {
-    return look === "relief" && this.normal_maps ? "color-relief" : look;
+    if (look !== kShadedRelief) return look;
+    return this.normal_maps ? "color-relief" : "relief";
   }
 
   shader_of(look) {
     if (look === "height") return this.tint;
-    if (look === "relief" && this.normal_maps) return this.shaded;
+    if (look === kShadedRelief && this.normal_maps) return this.shaded;
     return kDrawnWithLight.includes(look) ? this.drawn : undefined;
   }
 
   first_detail(look) {
-    return this.normal_maps && !kPicturesAlone.includes(look) ? kFirstDetail.shaded : kFirstDetail.pictures;
+    return look === kShadedRelief && this.normal_maps ? kFirstDetail.shaded : kFirstDetail.pictures;
   }
 
   paint(look) {

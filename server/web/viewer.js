@@ -6,7 +6,7 @@ import {
 import { steer_by_keys } from "./keyboard.js";
 import { hide_legend, legend_of, show_legend, show_scale } from "./legend.js";
 import { begin_with, camera_named, named, read_link, write_link } from "./link_state.js";
-import { kPictures, Looks } from "./looks.js";
+import { kPictures, kShadedRelief, Looks } from "./looks.js";
 import { Profile } from "./profile.js";
 import { hide_welcome, show_welcome } from "./sample.js";
 import { SeaLevel } from "./sea_level.js";
@@ -91,11 +91,11 @@ function preloaded(tileset) {
   }).finally(() => { if (!tileset.isDestroyed()) tileset.show = true; });
 }
 
-// The address of the tileset: with normal maps where the service makes them. A folder of finished tiles has the one kind that it was built
+// The address of the tileset: with normal maps for the look that is shaded from them, where the service makes them. A folder of finished tiles has the one kind that it was built
 // with, and names no other whatever is asked for. Provisional tiles are gone before a map would be worth its time.
 async function tiles_of(base, { provisional }) {
   const plain = `${base}/tileset.json`, lit = `${plain}?normals=texture`;
-  if (provisional) return { url: plain, normal_maps: false };
+  if (provisional || panel.look().look !== kShadedRelief) return { url: plain, normal_maps: false };
   const response = await ask(lit);
   const normal_maps = response.ok && (await response.text()).includes(".glb?normals=texture");
   return { url: normal_maps ? lit : plain, normal_maps };
@@ -114,6 +114,7 @@ async function show_dataset(id, camera) {
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
   const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps });
+  looks.shaded_look = panel.look().look === kShadedRelief;
   begin_detail(looks);
   apply_look({ looks });
   apply_controls({ tileset, looks });
@@ -256,6 +257,11 @@ const kCloser = 0.6;
 const on_page = {
   // Another look has other colours.
   look: (changed) => {
+    const shaded = panel.look().look === kShadedRelief;
+    if (changed === "look" && page.manifest && shaded !== page.looks.shaded_look) {  // other tiles
+      write_link();
+      return show_dataset(page.manifest.id).catch(report);
+    }
     if (changed === "look") {
       panel.fill_ramps([], "");
       begin_detail(page.looks);

@@ -1,4 +1,4 @@
-// The relief: shaded here where tiles have normal maps, as the service's own picture has it; that picture itself where they have none.
+// The relief that is shaded here, where tiles have normal maps, as the service's own picture has it; that picture itself where they have none.
 import assert from "node:assert/strict";
 
 import { open_dataset, tiles_loaded } from "./browser.mjs";
@@ -40,15 +40,23 @@ function kinds(asked) {
   };
 }
 
+const kShaded = "shaded-relief";
+
+// Other tiles, or other pictures, of another look; they take the place of those that are seen when they are there.
+async function choose(page, look, error) {
+  await page.selectOption("#look", look, { force: true });
+  await page.waitForFunction(([wanted, text]) => window.cordillera.looks.look === wanted && document.querySelector("#detail-value").textContent === text, [look, error]);
+  await tiles_loaded(page);
+}
+
 export async function try_relief(browser, url, id) {
   const { page, complaints, asked } = await open_dataset(browser, url, id, kTiny);
+  assert.deepEqual(kinds(asked), { tiles: [null], pictures: ["relief"] }, "the first look");
+  asked.length = 0;
+  await choose(page, kShaded, "1 px");
   assert.deepEqual(kinds(asked), { tiles: ["texture"], pictures: ["color-relief"] });
-  assert.equal(await page.textContent("#detail-value"), "1 px");
-  await page.selectOption("#look", "slope", { force: true });  // a picture on tiles is as fine as they are
-  assert.equal(await page.textContent("#detail-value"), "0.5 px");
-  await tiles_loaded(page);
-  await page.selectOption("#look", "relief", { force: true });
-  assert.equal(await page.textContent("#detail-value"), "1 px");
+  await choose(page, "slope", "0.5 px");  // a picture on tiles is as fine as they are
+  await choose(page, kShaded, "1 px");
   assert.equal(await page.getAttribute("#legend", "hidden"), null, "nothing says what the colours mean");
   await look_straight_down(page, { share: 0.5, error_px: kCoarse_px });
 
@@ -64,7 +72,7 @@ export async function try_relief(browser, url, id) {
   const pictured = await show(() => {
     const { looks } = window.cordillera;
     looks.normal_maps = false;
-    return looks.show("relief");
+    return looks.show("shaded-relief");
   });
   const shades = ([...seen]) => seen.map((light, k) => light / Math.max(level[k], 1));
   const [alike, opposite] = [shaded, turned].map((seen) => correlation(shades(seen), shades(pictured)));
@@ -81,7 +89,7 @@ export async function try_relief(browser, url, id) {
 
 // A folder of finished tiles answers ?normals=texture with what it has: its relief is the picture.
 export async function try_relief_of_folder(browser, url, id) {
-  const { page, complaints, asked } = await open_dataset(browser, url, id, kTiny);
+  const { page, complaints, asked } = await open_dataset(browser, url, `${id}&look=${kShaded}`, kTiny);
   assert.deepEqual(kinds(asked), { tiles: [null], pictures: ["relief"] });
   assert.equal(await page.textContent("#detail-value"), "0.5 px");
   assert.deepEqual(complaints, [], "the browser complained");

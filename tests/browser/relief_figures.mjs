@@ -11,9 +11,6 @@ const kWindow = { width: 1440, height: 900 };
 const kCheap = 0.125;  // tiles are the same however few pixels are drawn
 const kFinest = "-2";
 
-// As a folder of finished tiles answers: then the relief is the service's picture.
-const without_normal_maps = (page) => page.route("**/tileset.json?normals=texture", (route) => route.continue({ url: route.request().url().split("?")[0] }));
-
 const draw_with = (page, scale) => page.evaluate((wanted) => {
   window.cordillera.widget.resolutionScale = wanted;
   window.cordillera.widget.resize();
@@ -26,8 +23,7 @@ async function take(browser, name, { plain, query = "" }) {
     const { pathname } = new URL(response.url()), kind = pathname.endsWith(".glb") ? "tiles" : /^\/v1\/.*\.png$/.test(pathname) ? "pictures" : null;
     if (kind) bodies.push(response.body().then((body) => { bytes[kind] += body.length; }));
   });
-  if (plain) await without_normal_maps(page);
-  await page.goto(`${given.url}/?dataset=${given.dataset}${query}`);
+  await page.goto(`${given.url}/?dataset=${given.dataset}&look=${plain ? "relief" : "shaded-relief"}${query}`);
   await page.waitForFunction(() => window.cordillera?.tileset);
   await draw_with(page, kCheap);
   await tiles_loaded(page);

@@ -9,7 +9,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 fail() { printf 'package: %s\n' "$*" >&2; exit 1; }
 for tool in cpack dpkg-deb dpkg-shlibdeps readelf gcc curl; do command -v $tool >/dev/null || leave_out $tool; done
 
-export SOURCE_DATE_EPOCH=1700000000 CORDILLERA_BUILD=$build
+export SOURCE_DATE_EPOCH=1700000000 CORDILLERA_BUILD_FOLDER=$build
 "$repository/deploy/package.sh" >"$work/first"
 "$repository/deploy/package.sh" >"$work/second"  # it takes more than a second, so the time of day is another
 cmp "$work/first" "$work/second" || fail "two packages of one build differ"

@@ -8,7 +8,7 @@ trap 'rm -rf "$work"' EXIT
 expect() { grep -qE "$1" "$work/words" || { printf 'quickstart did not print: %s\n' "$1" >&2; exit 1; }; }
 
 port=$(python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])')
-CORDILLERA_BUILD=$1 CORDILLERA_DATA=$work/data "$root/deploy/quickstart.sh" --once --port "$port" --error 4 2>&1 | tee "$work/words"
+CORDILLERA_BUILD_FOLDER=$1 CORDILLERA_DATA=$work/data "$root/deploy/quickstart.sh" --once --port "$port" --error 4 2>&1 | tee "$work/words"
 
 expect '^level +tiles +triangles'
 expect '^ +0 +1 '

@@ -8,7 +8,7 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 refuses() {
   local words=$1
   shift
-  if CORDILLERA_BUILD=$build CORDILLERA_DATA=$work/data "$root/deploy/quickstart.sh" --once "$@" >"$work/out" 2>&1; then
+  if CORDILLERA_BUILD_FOLDER=$build CORDILLERA_DATA=$work/data "$root/deploy/quickstart.sh" --once "$@" >"$work/out" 2>&1; then
     printf 'accepted: %s\n' "$*" >&2
     exit 1
   fi
