@@ -150,7 +150,7 @@ Given environment_layer(const std::vector<OptionSpec>& table) {
 
 std::vector<std::string> unread_variables() {
   // What raster, the client's commands, deploy/ and the tests read, and every option: a server's variables may be set where something is built.
-  std::vector<std::string> known = {"CACHE", "BUILD", "CMAKE_ARGS", "JOB_ENVIRONMENT", "TEST_DATA", "SERVER", "TOKEN", "TOKEN_FILE"};
+  std::vector<std::string> known = {"CACHE", "BUILD_FOLDER", "ALL_TESTS", "CMAKE_ARGS", "JOB_ENVIRONMENT", "TEST_DATA", "SERVER", "TOKEN", "TOKEN_FILE"};
   for (const OptionSpec& option : all_options()) {
     known.push_back(spelt(option, Spelling::environment).substr(kVariable.size()));
     if (!option.alias.empty()) known.push_back(alias_spelt(option, Spelling::environment).substr(kVariable.size()));
