@@ -27,6 +27,17 @@ std::vector<std::size_t> BlockOrder::looked_at(std::size_t most) {
   return found;
 }
 
+std::vector<std::size_t> BlockOrder::those(const std::function<bool(const proto::TileAddress&)>& are, std::size_t most) {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::size_t> found;
+  for (std::size_t k = 0; k < blocks_.size() && found.size() < most; ++k) {
+    if (given_[k] || !are(blocks_[k])) continue;
+    given_[k] = true;
+    found.push_back(k);
+  }
+  return found;
+}
+
 /// The block under the tile that was looked at last and whose block is still to be made.
 std::optional<std::size_t> BlockOrder::next_looked_at() const {
   if (!follower_ || blocks_.empty()) return std::nullopt;

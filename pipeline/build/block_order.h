@@ -1,6 +1,7 @@
 #pragma once
 // In what order the blocks of a build are made: as they were given, but those first that somebody looks at.
 #include <cstddef>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <vector>
@@ -18,6 +19,8 @@ class BlockOrder {
   std::size_t next();
   /// At most so many, of those that somebody looks at; none: nobody looks at any that was not given.
   std::vector<std::size_t> looked_at(std::size_t most);
+  /// At most so many of these, which need not be looked at.
+  std::vector<std::size_t> those(const std::function<bool(const proto::TileAddress&)>& are, std::size_t most);
 
  private:
   std::optional<std::size_t> next_looked_at() const;

@@ -82,6 +82,7 @@ std::vector<proto::TileAddress> unfinished(const Site& site, std::vector<proto::
 }
 
 const proto::Problem kPaused{"paused", "blocks are made when somebody looks at them", "", ""};
+const proto::Problem kTurnIsOver{"paused", "other builds have their turn", "", "turn"};
 
 // A lazy build's process ends when nobody has looked at another block for so long, and after its turn: others wait for theirs.
 constexpr auto kLinger = std::chrono::seconds(2), kTurn = std::chrono::seconds(20);
@@ -90,17 +91,25 @@ constexpr auto kBetweenLooks = std::chrono::milliseconds(20);
 using MakeBlock = std::function<proto::Result<FinishedTask>(const proto::TileAddress&)>;
 using TakeBlock = std::function<proto::Result<void>(std::size_t, FinishedTask&&)>;
 
-/// Those of the blocks that somebody looks at; all of them in the end, or kPaused.
+/// Those of the blocks that somebody looks at. In the end all of them; or kPaused, kTurnIsOver.
 proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::TileAddress>& blocks, const MakeBlock& make, const TakeBlock& take) {
   using Clock = std::chrono::steady_clock;
-  BlockOrder order(blocks, site.follower);
-  std::size_t left = blocks.size();
+  BlockFollower& follower = *site.follower;
+  const auto has_tiles = [&](const proto::TileAddress& block) { return follower.has_tiles(block); };
+  BlockOrder order(blocks, &follower);
+  auto left = std::count_if(blocks.begin(), blocks.end(), has_tiles);
+  const std::size_t at_once = site.builder.tasks_at_once();
   const auto began = Clock::now();
   std::optional<Clock::time_point> made;
-  while (left > 0) {
+  for (;;) {
     if (site.stop) return kCancelled;
-    if (made && Clock::now() - began > kTurn) return kPaused;
-    const std::vector<std::size_t> wanted = order.looked_at(site.builder.tasks_at_once());
+    if (made && Clock::now() - began > kTurn) return kTurnIsOver;
+    std::vector<std::size_t> wanted = order.looked_at(at_once);
+    // What is shown of a store that was lost is nobody's wish any more, and is missing all the same.
+    if (wanted.empty()) wanted = order.those([&](const proto::TileAddress& block) { return follower.shows(block); }, at_once);
+    // Those of which nothing can be seen are no reason to wait.
+    if (wanted.empty() && left == 0) wanted = order.those([](const proto::TileAddress&) { return true; }, at_once);
+    if (wanted.empty() && left == 0) return {};
     if (wanted.empty() && (!made || Clock::now() - *made > kLinger)) return kPaused;
     if (wanted.empty()) {
       std::this_thread::sleep_for(kBetweenLooks);
@@ -108,10 +117,9 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
     }
     const auto built = in_flight(wanted.size(), wanted.size(), [&](std::size_t k) { return make(blocks[wanted[k]]); }, take);
     if (!built.ok()) return built;
-    left -= wanted.size();
+    left -= std::count_if(wanted.begin(), wanted.end(), [&](std::size_t k) { return has_tiles(blocks[k]); });
     made = Clock::now();
   }
-  return {};
 }
 
 /// What a process before this one has made, and not shown any more.

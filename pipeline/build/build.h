@@ -26,6 +26,8 @@ class BlockFollower {
   virtual bool lazy() const { return false; }
   /// Whether this block's tiles are shown: a process before this one may have made it. After begin().
   virtual bool shows(const proto::TileAddress& block) = 0;
+  /// Whether something of this block can be looked at before it is made. After begin().
+  virtual bool has_tiles(const proto::TileAddress&) { return true; }
   /// A block is done, and on disk.
   virtual void take(FinishedTask&& block) = 0;
   /// All blocks are done, or the build has ended. When it returns, shown is called no more. May be called again.
@@ -50,7 +52,7 @@ struct BuildRequest {
 using ProgressCallback = std::function<void(const proto::Progress&)>;
 
 /// Builds and publishes. Same request, same bytes, whatever threads, device, order or restarts. stop: set to leave early
-/// (type "cancelled"). A lazy follower's build ends when nobody has looked at another block for a while, or had its turn (type "paused").
+/// (type "cancelled"). A lazy follower's build ends when nobody has looked at another block for a while (type "paused"), or after its turn (the same, parameter "turn").
 /// Everything committed so far is kept for the next call.
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop);
 

@@ -74,7 +74,7 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   service.archive_files().forget(dataset.id);
   service.hub().touch(dataset.id);
   log_info("dataset " + dataset.id + ": described anew");
-  if (is_lazy(dataset) && !is_lazy(*now) && now->state != State::ready && now->state != State::failed) service.queue().enqueue(dataset.id, sender(request));
+  if (is_lazy(dataset) && !is_lazy(*now) && now->state == State::running) service.queue().enqueue(dataset.id, sender(request));
   return status_document(service, request, *now);
 }
 

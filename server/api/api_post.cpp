@@ -115,7 +115,8 @@ proto::Job dry_job(const Posting& posting, const Upload& upload) {
 bool is_built(Service& service, const std::string& id) {
   const auto dataset = service.registry().find(id);
   if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return true;
-  return is_lazy(*dataset) && service.library().provisional(id) != nullptr;
+  const auto shown = is_lazy(*dataset) ? service.library().provisional(id) : nullptr;
+  return shown && shown->manifest().has_done_blocks();
 }
 
 /// The answer to a POST whose dataset exists, as it is now.

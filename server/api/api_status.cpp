@@ -35,6 +35,13 @@ Json progress_json(const Dataset& dataset, const ProgressHub::Snapshot& now, std
   return json;
 }
 
+/// Blocks that cannot be shown one by one are made at once, whatever was asked for.
+bool is_built_lazily(Service& service, const Dataset& dataset) {
+  if (!is_lazy(dataset)) return false;
+  const auto shown = service.library().provisional(dataset.id);
+  return shown && shown->manifest().has_done_blocks();
+}
+
 /// What can be read of a dataset.
 enum class Readable : std::uint8_t { nothing, provisional, all };
 
@@ -121,7 +128,7 @@ class EventStream {
     if (dataset->state == State::failed) return event_text("failed", problem_json(dataset->problem.value_or(proto::Problem{})));
     Json data = progress_json(*dataset, now, place_);
     data["state"] = to_string(dataset->state);
-    if (is_lazy(*dataset)) data["build"] = kLazy;
+    if (is_built_lazily(service_, *dataset)) data["build"] = kLazy;
     return tiles + event_text("progress", data);
   }
 
@@ -166,7 +173,7 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   const bool building = dataset.state == State::queued || dataset.state == State::running;
   const bool provisional = building && service.library().provisional(dataset.id) != nullptr;
   json["provisional"] = provisional;
-  json["build"] = building && is_lazy(dataset) ? kLazy : "full";
+  json["build"] = building && is_built_lazily(service, dataset) ? kLazy : "full";
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
   if (changes.is_object()) json["updates"] = changes;
   json["notes"] = std::vector<std::string>(dataset.options.warnings().begin(), dataset.options.warnings().end());

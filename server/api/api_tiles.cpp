@@ -214,7 +214,9 @@ Response published(Service& service, const Dataset& dataset, const Request& requ
   if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(opened.terrain);
   if (!opened.terrain->manifest().provisional()) return response;
   mark_provisional(response);
-  if (route.resource != Resource::face || response.status != 200) return response;
+  // Of a lazy dataset, a tile that is not there yet is a look, too.
+  const bool looks = response.status == 200 || (response.status == 404 && is_lazy(dataset));
+  if (route.resource != Resource::face || !looks) return response;
   const auto tile = on_lattice(route.found.resource->grid, route.found.place);
   if (tile && tile->z > 0) service.queue().look(dataset, *tile, opened.terrain->manifest());
   return response;

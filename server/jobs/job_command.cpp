@@ -141,7 +141,7 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
     return {};
   }
   Sharpener sharpener(folder, job.lazy() ? Sharpener::Blocks::looked_at : Sharpener::Blocks::all);
-  if (job.provisional()) request.follower = &sharpener;
+  if (job.provisional() || job.lazy()) request.follower = &sharpener;
   const auto built = pipeline::build(request, sink, g_stop);
   if (!built) return built.problem();
   return {};

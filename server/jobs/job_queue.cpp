@@ -5,10 +5,10 @@
 #include <chrono>
 #include <fstream>
 
-#include "pipeline/build/sharpen.h"
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/http/json.h"
+#include "server/jobs/provisional.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 
@@ -45,11 +45,19 @@ std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto:
   return bytes;
 }
 
-/// Whether the tile is one of a block that is done, or above all blocks.
-bool is_shown(const proto::Manifest& shown, const proto::TileAddress& tile) {
-  if (!shown.has_done_blocks()) return false;  // nobody knows yet where blocks lie
-  const int level = static_cast<int>(shown.done_blocks().level());
-  return tile.z < level || pipeline::blocks_in(shown).contains(tile.at_level(level));
+/// Whether a look at the tile changes anything: not above all blocks, beside them, nor where they are done.
+bool waits_for_block(const proto::Manifest& shown, const proto::TileAddress& tile) {
+  if (!shown.has_done_blocks()) return true;  // nobody knows yet where blocks lie
+  const proto::DoneBlocks& done = shown.done_blocks();
+  const int level = static_cast<int>(done.level());
+  const auto touched = touched_by_bounds(shown, level);
+  if (tile.z < level || !touched) return false;
+  const proto::TileAddress block = tile.at_level(level);
+  if (block.x < touched->west || block.x > touched->east || block.y < touched->south || block.y > touched->north) return false;
+  for (int k = 0; k < std::min(done.x_size(), done.y_size()); ++k) {
+    if (static_cast<std::int32_t>(done.x(k)) == block.x && static_cast<std::int32_t>(done.y(k)) == block.y) return false;
+  }
+  return true;
 }
 
 proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
@@ -100,6 +108,13 @@ JobQueue::JobQueue(Parts parts, unsigned concurrency)
 
 JobQueue::~JobQueue() { stop(); }
 
+/// A lazy build that has come as far as it does by itself: a look wakes it.
+bool JobQueue::waits_for_looks(const Dataset& dataset) const {
+  if (!is_lazy(dataset)) return false;
+  const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
+  return shown.ok() && shown->has_done_blocks();
+}
+
 void JobQueue::resume() {
   const std::vector<Row> all = registry_.list();
   for (auto row = all.rbegin(); row != all.rend(); ++row) {
@@ -109,6 +124,7 @@ void JobQueue::resume() {
       enqueue(dataset->id, owner_of(*dataset));
     }
     if (dataset->state != State::queued && dataset->state != State::running) continue;
+    if (dataset->state == State::running && waits_for_looks(*dataset)) continue;
     log_info("dataset " + dataset->id + " was unfinished: queued again");
     registry_.set_state(dataset->id, State::queued, std::nullopt);
     enqueue(dataset->id, owner_of(*dataset));
@@ -208,7 +224,6 @@ std::shared_ptr<std::atomic<bool>> JobQueue::begin(const std::string& id, Work w
       const std::lock_guard inner(mutex_);
       running_.erase(id);
     }
-    looked_at_.forget(id);
     delete ended;
     ended_.notify_all();
   };
@@ -265,6 +280,7 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   if (const auto dataset = registry_.find(id)) {
     const LogScope job("job", id), request("request", dataset->request_id);
     if (ledger_.holds(id)) return take_change(*dataset, turn, *flag);
+    if (dataset->state == State::ready || dataset->state == State::failed) return Next::done;  // an earlier turn's work: its raster is gone
     registry_.set_state(id, State::running, std::nullopt);
     hub_.touch(id);
     log_info("dataset " + id + ": build started");
@@ -274,7 +290,7 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     const bool paused = !outcome && outcome.problem().type == "paused";
     clock.end(*flag ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");
     if (*flag) return Next::done;
-    if (paused) return pause(*dataset);
+    if (paused) return pause(*dataset, outcome.problem());
     if (outcome || !is_passing(outcome.problem(), attempt)) return finish(*dataset, outcome), Next::done;
     registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
@@ -285,8 +301,10 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
 }
 
 void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown) {
-  looked_at_.note(dataset.id, tile);
-  if (!is_lazy(dataset) || is_shown(shown, tile)) return;
+  if (!is_lazy(dataset)) return looked_at_.note(dataset.id, tile, LookedAt::Tell::now_and_then);
+  if (!waits_for_block(shown, tile)) return;
+  looked_at_.note(dataset.id, tile, LookedAt::Tell::now);
+  if (dataset.state == State::queued) return;  // its turn comes, or another attempt
   {
     const std::lock_guard lock(mutex_);
     const auto running = running_.find(dataset.id);
@@ -297,15 +315,20 @@ void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, cons
 }
 
 /// A lazy build whose job has ended: at the end of the queue, if somebody looked at a block that it has not come to.
-JobQueue::Next JobQueue::pause(const Dataset& dataset) {
+JobQueue::Next JobQueue::pause(const Dataset& dataset, const proto::Problem& why) {
   forget_posted(dataset.id);
+  bool looked_at = false;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto running = running_.find(dataset.id);
+    if (running == running_.end()) return Next::done;
+    running->second.pauses = true;  // from here on a look asks for a turn of its own
+    looked_at = running->second.looked_at;
+  }
+  if (why.parameter == "turn") return Next::again;
   const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
-  const bool more = shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) { return !is_shown(*shown, tile); });
-  const std::lock_guard lock(mutex_);
-  const auto running = running_.find(dataset.id);
-  if (running == running_.end()) return Next::done;
-  running->second.pauses = true;
-  return more && running->second.looked_at ? Next::again : Next::done;
+  const bool more = shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) { return waits_for_block(*shown, tile); });
+  return more && looked_at ? Next::again : Next::done;
 }
 
 proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,
@@ -361,6 +384,7 @@ void JobQueue::finish(const Dataset& dataset, const proto::Result<std::optional<
   }
   if (outcome) keep_store_alone(layout_.dataset(dataset.id));
   forget_posted(dataset.id);
+  looked_at_.forget(dataset.id);
   published_(dataset.id);  // after its provisional tiles have gone, which else somebody might open again
   hub_.ended(dataset.id);
 }

@@ -96,7 +96,8 @@ class JobQueue {
   void enqueue(Turn turn);
   void retry_later(Turn turn);
   Next run(const Turn& turn);
-  Next pause(const Dataset& dataset);
+  Next pause(const Dataset& dataset, const proto::Problem& why);
+  bool waits_for_looks(const Dataset& dataset) const;
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
   using Outcome = proto::Result<std::optional<proto::Estimate>>;

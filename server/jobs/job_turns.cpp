@@ -81,6 +81,7 @@ void JobQueue::end_turn(const Dataset& dataset, const proto::SourceChange& chang
     std::error_code ignored;
     std::filesystem::remove(layout_.provisional(id), ignored);
     published_(id);  // again: somebody may have opened it meanwhile
+    looked_at_.forget(id);
   }
   const auto noted = ledger_.end(id, change.id(), outcome ? std::nullopt : std::optional(outcome.problem()));
   if (!noted) throw RegistryError(noted.problem().detail);  // tried again: what is done is seen to be done

@@ -8,31 +8,39 @@ namespace {
 
 constexpr const char* kNotesFile = "looked-at";
 constexpr std::size_t kMostTiles = 64;  // what a screen shows
+constexpr auto kBetweenNotes = std::chrono::milliseconds(50);
 
 }  // namespace
 
-void LookedAt::note(const std::string& id, const proto::TileAddress& tile) {
+void LookedAt::note(const std::string& id, const proto::TileAddress& tile, Tell tell) {
   std::error_code ignored;
   if (!std::filesystem::exists(layout_.provisional(id), ignored)) return;  // its build has ended meanwhile
-  const std::lock_guard lock(mutex_);
-  std::deque<proto::TileAddress>& tiles = datasets_[id];
-  if (!tiles.empty() && tiles.front() == tile) return;
-  std::erase(tiles, tile);
-  tiles.push_front(tile);
-  if (tiles.size() > kMostTiles) tiles.pop_back();
   const std::filesystem::path folder = layout_.dataset(id), next = folder / (std::string(kNotesFile) + "-next");
+  const std::lock_guard lock(mutex_);
+  const auto [dataset, added] = datasets_.try_emplace(id);
+  Tiles& tiles = dataset->second;
+  if (added) {
+    for (const proto::TileAddress& earlier : read_looked_at(folder)) tiles.last_first.push_back(earlier);  // of a service before this one
+  }
+  std::erase(tiles.last_first, tile);
+  tiles.last_first.push_front(tile);
+  if (tiles.last_first.size() > kMostTiles) tiles.last_first.pop_back();
+  const auto now = Clock::now();
+  if (tell == Tell::now_and_then && now - tiles.written < kBetweenNotes) return;  // the next one tells of this one, too
+  tiles.written = now;
   {
     std::ofstream file(next);
-    for (const auto& [z, x, y] : tiles) file << z << ' ' << x << ' ' << y << '\n';
+    for (const auto& [z, x, y] : tiles.last_first) file << z << ' ' << x << ' ' << y << '\n';
+    file.close();
+    if (!file) return;  // a disk that is full, or a folder that is gone: what was told before stays
   }
-  // A disk that is full, or a folder that is gone: then blocks are made in their own order.
   std::filesystem::rename(next, folder / kNotesFile, ignored);
 }
 
 bool LookedAt::any_of(const std::string& id, const std::function<bool(const proto::TileAddress&)>& is) const {
   const std::lock_guard lock(mutex_);
   const auto found = datasets_.find(id);
-  return found != datasets_.end() && std::any_of(found->second.begin(), found->second.end(), is);
+  return found != datasets_.end() && std::any_of(found->second.last_first.begin(), found->second.last_first.end(), is);
 }
 
 void LookedAt::forget(const std::string& id) {

@@ -1,5 +1,6 @@
 #pragma once
 // Where people look while a dataset is being built: its job makes the blocks there first. A hint: nothing depends on it but the order.
+#include <chrono>
 #include <deque>
 #include <filesystem>
 #include <functional>
@@ -17,16 +18,22 @@ namespace cordillera::server {
 class LookedAt {
  public:
   explicit LookedAt(Layout layout) : layout_(std::move(layout)) {}
-  /// A tile of the lattice was asked for, and the dataset is being built.
-  void note(const std::string& id, const proto::TileAddress& tile);
+  enum class Tell { now, now_and_then };
+  /// A tile of the lattice was asked for, and the dataset is being built. now_and_then: another look may have to tell of it.
+  void note(const std::string& id, const proto::TileAddress& tile, Tell tell);
   /// Of those that were asked for lately.
   bool any_of(const std::string& id, const std::function<bool(const proto::TileAddress&)>& is) const;
   void forget(const std::string& id);
 
  private:
+  using Clock = std::chrono::steady_clock;
+  struct Tiles {
+    std::deque<proto::TileAddress> last_first;
+    Clock::time_point written{};
+  };
   const Layout layout_;
   mutable std::mutex mutex_;
-  std::map<std::string, std::deque<proto::TileAddress>> datasets_;  ///< that are being built: tiles, the last first
+  std::map<std::string, Tiles> datasets_;  ///< that are being built
 };
 
 /// The job's side: what the file in its folder says, the last first; nothing where there is none.

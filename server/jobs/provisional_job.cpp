@@ -6,6 +6,7 @@
 #include "pipeline/build/provisional.h"
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/store.h"
+#include "proto/version.h"
 #include "server/jobs/child.h"
 
 namespace cordillera::server {
@@ -58,7 +59,9 @@ proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Sou
 void make_provisional(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder, const pipeline::ProgressCallback& report,
                       const std::atomic<bool>& stop) {
   const std::vector<std::int64_t> steps = steps_of(request, source);
-  if (pipeline::StoreReader::manifest_of((folder / kProvisionalStore).string()).ok()) return report(provisional(steps.size(), steps.size()));
+  // Those of another version of the program are not mixed with what this one makes.
+  const auto stands = pipeline::StoreReader::manifest_of((folder / kProvisionalStore).string());
+  if (stands.ok() && stands->program() == proto::kProgram) return report(provisional(steps.size(), steps.size()));
   report(provisional(0, steps.size()));
   for (std::size_t step = 0; step < steps.size() && !stop; ++step) {
     const auto stands = make_step(request, source, folder, steps[step], stop);

@@ -30,6 +30,15 @@ std::chrono::nanoseconds processor_time() {
   return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
 }
 
+std::set<proto::TileAddress> tiles_of_block_level(const std::string& store, int z) {
+  std::set<proto::TileAddress> tiles;
+  const auto reader = pipeline::StoreReader::open(store);
+  if (!reader.ok()) return tiles;
+  for (const proto::TileRecord& record : (*reader)->records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1))
+    tiles.insert({z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())});
+  return tiles;
+}
+
 bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) { return tile.z >= node.z && tile.at_level(node.z) == node; }
 
 }  // namespace
@@ -38,6 +47,7 @@ void Sharpener::begin(const proto::Plan& plan, std::function<void()> shown) {
   const auto stands = pipeline::StoreReader::manifest_of((folder_ / kProvisionalStore).string());
   if (thread_.joinable() || !stands.ok() || !pipeline::can_show_blocks(plan, *stands)) return;
   plan_ = plan;
+  can_show_ = true;
   shown_ = std::move(shown);
   shown_blocks_ = pipeline::blocks_in(*stands);
   started_ = step_began_ = Clock::now();
@@ -46,6 +56,7 @@ void Sharpener::begin(const proto::Plan& plan, std::function<void()> shown) {
     if (!make_step({})) return;
     shown_();
   }
+  if (blocks_ == Blocks::looked_at) with_tiles_ = tiles_of_block_level((folder_ / kProvisionalStore).string(), static_cast<int>(plan.block_level()));
   thread_ = std::thread([this] { run(); });
 }
 

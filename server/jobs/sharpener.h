@@ -25,8 +25,9 @@ class Sharpener final : public pipeline::BlockFollower {
   void begin(const proto::Plan& plan, std::function<void()> shown) override;
   std::vector<proto::TileAddress> looked_at() override;
   /// Where blocks cannot be shown one by one, all are made.
-  bool lazy() const override { return blocks_ == Blocks::looked_at && thread_.joinable(); }
+  bool lazy() const override { return blocks_ == Blocks::looked_at && can_show_; }
   bool shows(const proto::TileAddress& block) override;
+  bool has_tiles(const proto::TileAddress& block) override { return with_tiles_.empty() || with_tiles_.contains(block); }
   void take(pipeline::FinishedTask&& block) override;
   void end() override;
 
@@ -40,6 +41,8 @@ class Sharpener final : public pipeline::BlockFollower {
   const std::filesystem::path folder_;
   const Blocks blocks_;
   proto::Plan plan_;
+  bool can_show_ = false;
+  std::set<proto::TileAddress> with_tiles_;  ///< blocks that have provisional tiles; of a lazy build
   std::function<void()> shown_;
   std::thread thread_;
   std::mutex mutex_;  // of all that follows

@@ -13,7 +13,7 @@ class StageClock {
  public:
   explicit StageClock(ServiceMetrics& metrics) : metrics_(metrics), build_start_(Clock::now()), stage_start_(build_start_) {}
   void report(const proto::Progress& now);
-  /// outcome: ready, failed or cancelled.
+  /// outcome: ready, failed, cancelled or, of a lazy build that waits for looks, paused.
   void end(const std::string& outcome);
 
  private:

@@ -290,8 +290,30 @@ TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
 }
 
 TEST_F(LazyProgram, SmallRastersAreBuiltAtOnce) {
-  const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy'");
-  EXPECT_TRUE(is_ready(answer.value("id", ""))) << server_.log();
+  const std::string post = "--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy'";
+  const std::string id = curl(post).value("id", "");
+  EXPECT_TRUE(eventually([&] { return status(id)["state"] != "queued"; }));
+  curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=full'");
+  EXPECT_TRUE(is_ready(id)) << server_.log();
+  EXPECT_TRUE(is_ready(curl(post).value("id", ""))) << "what waited before it has had its turn";
+  EXPECT_EQ(status(id)["state"], "ready") << "a second turn finds a dataset that is built\n" << server_.log();
+}
+
+TEST_F(LazyProgram, PlacesBesideTheDataWakeNobody) {
+  const std::string id = posted(lazy_);
+  ASSERT_TRUE(eventually([&] { return get(id, "/manifest.json")["done_blocks"].is_object() && server_.log().find("outcome=paused") != std::string::npos; })) << server_.log();
+  const auto begun = [&] {
+    const std::string log = server_.log(), words = "build started";
+    int count = 0;
+    for (auto at = log.find(words); at != log.npos; at = log.find(words, at + 1)) ++count;
+    return count;
+  };
+  const int before = begun();
+  get(id, "/elevation?points=0,0");
+  EXPECT_FALSE(is_there(id, "/tiles/13/0/0.drc"));
+  EXPECT_FALSE(is_there(id, finest(0)));  // that one does
+  EXPECT_TRUE(eventually([&] { return is_there(id, finest(0)); })) << "a tile that is not there yet is made\n" << server_.log();
+  EXPECT_EQ(begun(), before + 1);
 }
 
 TEST_F(LazyProgram, WhatDoesNotGoWithItIsRefused) {
