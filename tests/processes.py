@@ -16,16 +16,22 @@ _started = []
 def start(words, limits=None, **how):
     """As subprocess.Popen; limits: called in the process before the program. From the main thread: the kernel ends the process with its thread."""
     owner = os.getpid()
+    # One that came between the process's beginning and its place in the list would leave it to the kernel, which ends it a moment later.
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT})
 
     def prepare():
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != owner:
             os._exit(127)
         if limits:
             limits()
 
-    process = subprocess.Popen(words, preexec_fn=prepare, **how)
-    _started.append(process)
+    try:
+        process = subprocess.Popen(words, preexec_fn=prepare, **how)
+        _started.append(process)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
     return process
 
 
