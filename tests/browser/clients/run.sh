@@ -11,8 +11,8 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 build=$(cd "${1:?usage: tests/browser/clients/run.sh BUILD [PICTURES]}" && pwd)
 . "$here/../../real_server.sh" 'The client test'
-first_of_each=cesium-3d-tiles,cesium-terrain,three-3d-tiles,deck-3d-tiles,maplibre,openlayers,leaflet,demo-live,demo-private,demo-cesium,demo-maplibre
-first_of_each+=,folder-view,loaders-gl-draco,loaders-gl-quantized-mesh,loaders-gl-3d-tiles,pmtiles,drc-program
+first_of_each=cesium-3d-tiles,cesium-terrain,three-3d-tiles,deck-3d-tiles,maplibre,openlayers,leaflet,demo-live,demo-private
+first_of_each+=,loaders-gl-draco,loaders-gl-quantized-mesh,loaders-gl-3d-tiles,pmtiles,drc-program
 need_node gdal_create gdal_translate
 need_chromium
 pictures=${2:-$build/browser/clients}
