@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""From a look at a block to its final tiles, of a dataset with build=lazy.
+
+    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5]
+
+The raster is posted to a server of its own. Its provisional tiles stand when the manifest names finished blocks, none as yet. Then, at places spread over
+the data, one after the other: a tile of the blocks' level is asked for, and the seconds count until the manifest names its block. At the end build=full makes
+the rest. Prints a line for each.
+"""
+import argparse
+import os
+import sys
+import tempfile
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from bench import Server  # noqa: E402
+
+PAUSE_S = 0.02
+SPREAD = 0.618  # of the golden section: places that never fall together
+
+
+def until(found):
+    while not (result := found()):
+        time.sleep(PAUSE_S)
+    return result
+
+
+def block_at(manifest, share_x, share_y):
+    """Level, column and row of the block at a place inside the bounds."""
+    west, south, east, north = manifest["bounds"][:4]
+    level = manifest["done_blocks"]["level"]
+    tiles_a_degree = 2 ** level / 180
+    return level, int((west + (east - west) * share_x + 180) * tiles_a_degree), int((south + (north - south) * share_y + 90) * tiles_a_degree)
+
+
+def is_done(manifest, block):
+    done = manifest["done_blocks"]
+    return block[1:] in zip(done["x"], done["y"])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build")
+    parser.add_argument("raster")
+    parser.add_argument("--looks", type=int, default=4)
+    parser.add_argument("--options", default="")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        server = Server(os.path.join(given.build, "bin", "cordillera"), folder)
+        dataset, sent = server.post(given.raster, "build=lazy" + ("&" + given.options if given.options else ""))
+
+        def manifest():
+            return server.json(dataset + "/manifest.json")
+
+        until(manifest)
+        print("first tiles after %.1f s" % (time.monotonic() - sent))
+        known = until(lambda: (found := manifest()) and found.get("done_blocks") and found)
+        print("levels known after %.1f s" % (time.monotonic() - sent))
+        for k in range(given.looks):
+            block = block_at(known, (0.5 + k * SPREAD) % 1, (0.5 + k * SPREAD * SPREAD) % 1)
+            looked = time.monotonic()
+            status, _ = server.get(dataset + "/tiles/%d/%d/%d.glb" % block)
+            if status != 200 or is_done(manifest(), block):
+                print("block %d/%d/%d has no tile, or is done already" % block)
+                continue
+            until(lambda: is_done(manifest(), block))
+            print("block %d/%d/%d: final tiles after %.1f s" % (*block, time.monotonic() - looked))
+        begun = time.monotonic()
+        server.connection.request("PATCH", dataset + "?build=full")
+        server.connection.getresponse().read()
+        until(lambda: server.json(dataset)["state"] == "ready")
+        print("the rest, by build=full, after %.1f s" % (time.monotonic() - begun))
+        server.process.terminate()
+        server.process.wait()
+
+
+if __name__ == "__main__":
+    main()
