@@ -23,7 +23,8 @@ class BlockOrder {
   std::vector<std::size_t> those(const std::function<bool(const proto::TileAddress&)>& are, std::size_t most);
 
  private:
-  std::optional<std::size_t> next_looked_at() const;
+  std::vector<proto::TileAddress> looked_at_now() const;
+  std::optional<std::size_t> next_under(const std::vector<proto::TileAddress>& tiles) const;
 
   const std::vector<proto::TileAddress> blocks_;
   BlockFollower* const follower_;

@@ -92,11 +92,11 @@ using MakeBlock = std::function<proto::Result<FinishedTask>(const proto::TileAdd
 using TakeBlock = std::function<proto::Result<void>(std::size_t, FinishedTask&&)>;
 
 /// Those of the blocks that somebody looks at. In the end all of them; or kPaused, kTurnIsOver.
-proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::TileAddress>& blocks, const MakeBlock& make, const TakeBlock& take) {
+proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::TileAddress>& blocks, BlockOrder& order, const MakeBlock& make,
+                                    const TakeBlock& take) {
   using Clock = std::chrono::steady_clock;
   BlockFollower& follower = *site.follower;
   const auto has_tiles = [&](const proto::TileAddress& block) { return follower.has_tiles(block); };
-  BlockOrder order(blocks, &follower);
   auto left = std::count_if(blocks.begin(), blocks.end(), has_tiles);
   const std::size_t at_once = site.builder.tasks_at_once();
   const auto began = Clock::now();
@@ -159,7 +159,7 @@ proto::Result<void> build_blocks(const Site& site) {
   const bool lazy = site.follower && site.follower->lazy();
   if (lazy) show_made(site, all);
   BlockOrder order(blocks, site.follower);
-  auto built = lazy ? build_looked_at(site, blocks, make, take)
+  auto built = lazy ? build_looked_at(site, blocks, order, make, take)
                     : in_flight(blocks.size(), site.builder.tasks_at_once(), [&](std::size_t) { return make(blocks[order.next()]); }, take);
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
   return built;

@@ -52,8 +52,8 @@ struct BuildRequest {
 using ProgressCallback = std::function<void(const proto::Progress&)>;
 
 /// Builds and publishes. Same request, same bytes, whatever threads, device, order or restarts. stop: set to leave early
-/// (type "cancelled"). A lazy follower's build ends when nobody has looked at another block for a while (type "paused"), or after its turn (the same, parameter "turn").
-/// Everything committed so far is kept for the next call.
+/// (type "cancelled"). A lazy follower's build ends when nobody has looked at another block for a while (type "paused"), or after its turn (the
+/// same, parameter "turn"). Everything committed so far is kept for the next call.
 proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop);
 
 /// The request's raster, or the mosaic of its members.

@@ -28,8 +28,8 @@ proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& pla
   const int finest = static_cast<int>(store.manifest().max_level()), block_level = static_cast<int>(plan.block_level());
   for (int z = static_cast<int>(store.manifest().min_level()); z <= finest; ++z) {
     task.node = {z, 0, 0};
-    for (proto::TileRecord& record : store.records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
-      const proto::TileAddress tile{z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+    for (proto::TileRecord& record : store.records_of(z)) {
+      const proto::TileAddress tile = address_of(record);
       if (z >= block_level && done.contains(tile.at_level(block_level))) continue;
       const auto blob = store.tile(tile, Encoding::drc);
       if (!blob) continue;

@@ -136,7 +136,7 @@ proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRe
   if (!decoded) return decoded.problem();
   const proto::Lattice lattice{proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
   BuiltTile built;
-  built.tile = {static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+  built.tile = address_of(record);
   if (proto::TileAddress{decoded->z, decoded->x, decoded->y} != built.tile || decoded->side != lattice.tile_units(built.tile.z))
     return damaged("its .drc is another tile's");
   built.mesh = tile_mesh_of(in_mesh_steps(std::move(*decoded)));

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "pipeline/store/content_hash.h"
 #include "pipeline/store/store_revise.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/work/work_plan.h"
@@ -14,7 +15,6 @@ namespace cordillera::pipeline::check {
 namespace {
 
 constexpr std::array kTables = {"meta", "tiles", "blobs", "nodes", "water", "meshes", "tasks"};
-constexpr std::size_t kHashBytes = 16;  // of a file beside a store that is being built; no mesh is as short
 
 class Tables {
  public:
@@ -53,6 +53,7 @@ class Tables {
     std::int64_t files = 0, strangers = 0;
     Statement rows(database_, "SELECT level, x, y, length(bytes) FROM meshes");
     while (rows.step()) {
+      // The hash of a file beside a store that is being built; no mesh is as short.
       files += rows.integer(3) == static_cast<std::int64_t>(kHashBytes);
       strangers += !kept->contains({static_cast<int>(rows.integer(0)), static_cast<std::int32_t>(rows.integer(1)), static_cast<std::int32_t>(rows.integer(2))});
     }

@@ -14,7 +14,7 @@ std::string content_hash(std::string_view bytes) {
   std::array<unsigned char, SHA256_DIGEST_LENGTH> digest;
   // OpenSSL 3 takes memory for it. Without any it leaves the digest as it is.
   if (SHA256(reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), digest.data()) == nullptr) throw std::bad_alloc();
-  return {digest.begin(), digest.begin() + 16};
+  return {digest.begin(), digest.begin() + kHashBytes};
 }
 
 std::string md5(std::string_view bytes) {

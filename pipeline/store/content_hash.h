@@ -1,11 +1,14 @@
 #pragma once
 // The name of bytes: equal bytes are stored once, and an ETag stays the same over a rebuild that changes nothing.
+#include <cstddef>
 #include <string>
 #include <string_view>
 
 namespace cordillera::pipeline {
 
-/// First 16 bytes of SHA-256.
+inline constexpr std::size_t kHashBytes = 16;
+
+/// First kHashBytes of SHA-256.
 std::string content_hash(std::string_view bytes);
 /// 16 bytes; for formats that ask for it, never to tell contents apart.
 std::string md5(std::string_view bytes);

@@ -25,6 +25,10 @@ struct EncodedTile {
   std::string glb;  ///< empty, unless a build of store format 1 made it: see tile_glb.h
 };
 
+inline proto::TileAddress address_of(const proto::TileRecord& record) {
+  return {static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+}
+
 /// What a block or a merge hands to the store in one transaction.
 struct FinishedTask {
   proto::TileAddress node;                                     ///< the block or the merged parent
@@ -103,6 +107,8 @@ class StoreReader {
   virtual std::optional<proto::TileRecord> record(const proto::TileAddress& tile) const = 0;
   /// Every record of a level between x and y bounds (inclusive), ordered by y then x.
   virtual std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const = 0;
+  /// Every record of a level.
+  std::vector<proto::TileRecord> records_of(int level) const { return records(level, 0, 0, proto::tiles_across(level) - 1, proto::tiles_up(level) - 1); }
   /// Every node of a level between bounds (inclusive), ordered by y then x. Unless overridden: those that have records.
   virtual std::vector<TileExtent> extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const;
 };

@@ -246,7 +246,7 @@ class SqliteWriter final : public StoreWriter {
     return bytes;
   }
   /// As content_hash has them; no mesh is as short.
-  static bool is_hash(const std::string& row) { return row.size() == 16; }
+  static bool is_hash(const std::string& row) { return row.size() == kHashBytes; }
 
   void create() {
     Transaction transaction(*database_);

@@ -110,6 +110,8 @@ void make_absolute(const Request& request, Response& response);
 Response status_document(Service& service, const Request& request, const Dataset& dataset);
 /// PATCH /v1/datasets/{id}: title, attribution, private.
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset);
+/// Whether blocks are made as their tiles are asked for. Those that cannot be shown one by one are made at once, whatever was asked for.
+bool is_built_lazily(Service& service, const Dataset& dataset);
 /// State, progress, error, links and, once it is ready, a summary. path: the dataset's, as the client sees it (public_path).
 Json status_json(Service& service, const Dataset& dataset, const std::string& path);
 

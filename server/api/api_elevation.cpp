@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "pipeline/build/provisional.h"
 #include "server/api/api.h"
@@ -13,16 +14,18 @@ namespace {
 
 double to_millimetres(double metres) { return std::round(metres * 1e3) / 1e3; }
 
+proto::TileAddress tile_at(const raster::LinePoint& place, int level) {
+  const double tiles_a_degree = std::ldexp(1, level) / 180;
+  const auto among = [](double at, std::int32_t count) { return std::clamp(static_cast<std::int32_t>(std::floor(at)), 0, count - 1); };
+  return {level, among((place.longitude_deg + 180) * tiles_a_degree, proto::tiles_across(level)),
+          among((place.latitude_deg + 90) * tiles_a_degree, proto::tiles_up(level))};
+}
+
 /// Places of one tile together: a mesh is decoded once, however the places are strewn.
 std::vector<std::size_t> by_tile(const std::vector<raster::LinePoint>& places, int level) {
-  const double tiles_a_degree = std::ldexp(1, level) / 180;
-  const auto tile = [&](std::size_t k) {
-    const double row = (places[k].latitude_deg + 90) * tiles_a_degree, column = (places[k].longitude_deg + 180) * tiles_a_degree;
-    return std::pair(std::floor(row), std::floor(column));
-  };
   std::vector<std::size_t> order(places.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tile(a) < tile(b); });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tile_at(places[a], level) < tile_at(places[b], level); });
   return order;
 }
 
@@ -40,11 +43,11 @@ Json place_json(const pipeline::faces::Terrain& terrain, const raster::LinePoint
 void look_at_places(Service& service, const Dataset& dataset, const proto::Manifest& shown, const std::vector<raster::LinePoint>& places) {
   constexpr std::size_t kMostPlaces = 64;
   const int level = static_cast<int>(shown.max_level());
-  const double tiles_a_degree = std::ldexp(1, level) / 180;
-  const auto in = [](double at, std::int32_t count) { return std::clamp(static_cast<std::int32_t>(std::floor(at)), 0, count - 1); };
+  std::optional<proto::TileAddress> last;  // a line has many places in each
   for (std::size_t k = places.size() - std::min(places.size(), kMostPlaces); k < places.size(); ++k) {
-    const auto x = in((places[k].longitude_deg + 180) * tiles_a_degree, proto::tiles_across(level)), y = in((places[k].latitude_deg + 90) * tiles_a_degree, proto::tiles_up(level));
-    service.queue().look(dataset, {level, x, y}, shown);
+    const proto::TileAddress tile = tile_at(places[k], level);
+    if (last != tile) service.queue().look(dataset, tile, shown);
+    last = tile;
   }
 }
 

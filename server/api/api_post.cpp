@@ -31,6 +31,10 @@ struct Posting {
   std::string id;        ///< what the dataset is to be called; empty: a name of its own
 };
 
+bool is_given(const Given& options, std::string_view name) {
+  return std::any_of(options.begin(), options.end(), [&](const auto& option) { return option.first == name; });
+}
+
 /// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of updates=1 are.
 std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
   posting.updates = !posting.delivery.address.empty();
@@ -67,14 +71,12 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   posting.folder = public_path(request, "");
   auto options = other_parameters(request, posting.delivery);
   if (!options) return options.problem();
-  const bool named = std::any_of(options->begin(), options->end(), [](const auto& option) { return option.first == "name"; });
-  if (const std::string name = name_in_path(request); !named && !name.empty()) options->emplace_back("name", name);
+  if (const std::string name = name_in_path(request); !name.empty() && !is_given(*options, "name")) options->emplace_back("name", name);
   if (auto refused = take_updates(*options, posting)) return *refused;
   auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
   if (!settings) return settings.problem();
   posting.settings = std::move(settings.value());
-  const bool lazy = std::any_of(options->begin(), options->end(), [](const auto& option) { return option.first == "build"; });
-  if (auto refused = take_lazy(lazy, posting)) return *refused;
+  if (auto refused = take_lazy(is_given(*options, "build"), posting)) return *refused;
   if (posting.settings.private_dataset && !service.gate().has_tokens()) {
     return proto::Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read", "private=0, or cordillera serve --tokens FILE",
                           "private"};
@@ -114,9 +116,7 @@ proto::Job dry_job(const Posting& posting, const Upload& upload) {
 /// Or can be read, where nothing more is to be built before somebody reads it.
 bool is_built(Service& service, const std::string& id) {
   const auto dataset = service.registry().find(id);
-  if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return true;
-  const auto shown = is_lazy(*dataset) ? service.library().provisional(id) : nullptr;
-  return shown && shown->manifest().has_done_blocks();
+  return !dataset || dataset->state == State::ready || dataset->state == State::failed || is_built_lazily(service, *dataset);
 }
 
 /// The answer to a POST whose dataset exists, as it is now.
@@ -206,10 +206,9 @@ struct Come {
 /// Several rasters are kept, as those of updates=1 are.
 std::optional<proto::Problem> take_several(const Request& request, Posting& posting) {
   if (posting.settings.dry_run) return proto::Problem{"options-conflict", "a dry run looks at one raster, and the form has several", "one of them", "dry_run"};
-  const bool said = std::any_of(request.query.begin(), request.query.end(), [](const auto& option) { return option.first == "updates"; });
-  if (said && !posting.updates) return proto::Problem{"options-conflict", "several rasters are kept, as those of updates=1 are", "several files without updates=0", "updates"};
+  if (is_given(request.query, "updates") && !posting.updates) return proto::Problem{"options-conflict", "several rasters are kept, as those of updates=1 are", "several files without updates=0", "updates"};
   posting.updates = true;
-  return take_lazy(std::any_of(request.query.begin(), request.query.end(), [](const auto& option) { return option.first == "build"; }), posting);
+  return take_lazy(is_given(request.query, "build"), posting);
 }
 
 Response post(Service& service, const Request& request, Come* come, const std::string& id = "") {
@@ -308,8 +307,7 @@ Response post_form(Service& service, const Request& request, FormReader form) {
   for (const auto& [key, value] : plain.query) {
     if (key == "name") name = value;
   }
-  const bool named = std::any_of(plain.query.begin(), plain.query.end(), [](const auto& pair) { return pair.first == "name"; });
-  if (!named && !name.empty()) plain.query.emplace_back("name", name);
+  if (!name.empty() && !is_given(plain.query, "name")) plain.query.emplace_back("name", name);
   if (const auto renamed = upload.rename(suffix_of(name)); !renamed) return problem_response(renamed.problem());
   std::string hash = upload.body_hash();
   for (const MoreRaster& raster : *more) hash = digest(hash + raster.hash);

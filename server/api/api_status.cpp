@@ -35,13 +35,6 @@ Json progress_json(const Dataset& dataset, const ProgressHub::Snapshot& now, std
   return json;
 }
 
-/// Blocks that cannot be shown one by one are made at once, whatever was asked for.
-bool is_built_lazily(Service& service, const Dataset& dataset) {
-  if (!is_lazy(dataset)) return false;
-  const auto shown = service.library().provisional(dataset.id);
-  return shown && shown->manifest().has_done_blocks();
-}
-
 /// What can be read of a dataset.
 enum class Readable : std::uint8_t { nothing, provisional, all };
 
@@ -156,6 +149,12 @@ class EventStream {
 };
 
 }  // namespace
+
+bool is_built_lazily(Service& service, const Dataset& dataset) {
+  if (!is_lazy(dataset)) return false;
+  const auto shown = service.library().provisional(dataset.id);
+  return shown && shown->manifest().has_done_blocks();
+}
 
 Json status_json(Service& service, const Dataset& dataset, const std::string& path) {
   Json json;

@@ -27,11 +27,14 @@ struct End {
   explicit operator bool() const { return ready || failed; }
 };
 
-/// The status of a dataset as an end. A lazy build has come as far as it does by itself once there are tiles. A failed change of its rasters leaves it ready, as it was before.
+bool is_lazy(const Json& status) { return status.is_object() && status.value("build", "") == "lazy"; }
+
+/// The status of a dataset as an end. A lazy build has come as far as it does by itself once there are tiles. A failed change of its rasters
+/// leaves it ready, as it was before.
 End end_in(const Json& status) {
   const std::string state = status.value("state", "");
   const Json error = status.value("error", Json()), updates = status.value("updates", Json());
-  if (status.value("build", "") == "lazy" && status.value("provisional", false)) return {status, {}};
+  if (is_lazy(status) && status.value("provisional", false)) return {status, {}};
   if (state == "failed") return {{}, problem_in(error.is_object() ? error : Json::object())};
   if (state != "ready" || (updates.is_object() && updates.value("pending", 0) > 0)) return {};
   const Json last = updates.is_object() ? updates.value("last", Json()) : Json();
@@ -39,12 +42,12 @@ End end_in(const Json& status) {
   return {status, {}};
 }
 
-End end_in(const Event& event, ProgressBar& bar) {
-  const Json json = Json::parse(event.data, nullptr, false);
+/// What an event says; nothing of use if it is no object.
+End end_in(const std::string& event, const Json& json, ProgressBar& bar) {
   if (!json.is_object()) return {};
-  if (event.name == "ready") return end_in(json);
-  if (event.name == "failed") return {{}, problem_in(json)};
-  if (event.name == "progress") bar.show(progress_in(json));
+  if (event == "ready") return end_in(json);
+  if (event == "failed") return {{}, problem_in(json)};
+  if (event == "progress") bar.show(progress_in(json));
   return {};
 }
 
@@ -99,9 +102,10 @@ proto::Result<Json> follow(Talk& talk, const std::string& id, ProgressBar& bar) 
     call.take = [&](std::string_view piece) {
       talk.moved();
       return reader.feed(piece, [&](const Event& event) {
+        const Json json = Json::parse(event.data, nullptr, false);
         tiles = tiles || event.name == "tiles";
-        lazy = tiles && event.name == "progress" && event.data.find(R"("build":"lazy")") != std::string::npos;
-        return !(end = end_in(event, bar)) && !lazy;
+        lazy = tiles && event.name == "progress" && is_lazy(json);
+        return !(end = end_in(event.name, json, bar)) && !lazy;
       });
     };
     Answer answer = talk.once(call);

@@ -79,11 +79,9 @@ proto::Result<std::string> build(const Settings& settings, const fs::path& folde
   const proto::Manifest& manifest = (*reader)->manifest();
   int tiles = 0;
   const int finest = static_cast<int>(manifest.max_level());
-  const auto records = (*reader)->records(finest, 0, 0, proto::tiles_across(finest) - 1, proto::tiles_up(finest) - 1);
+  const auto records = (*reader)->records_of(finest);
   for (const proto::TileRecord& record : records) {
-    const auto tile = (*reader)->tile(
-        {static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())},
-        pipeline::Encoding::drc);
+    const auto tile = (*reader)->tile(pipeline::address_of(record), pipeline::Encoding::drc);
     const auto decoded = tile ? pipeline::decode_drc(tile->bytes) : proto::Problem{"tile-damaged", "a tile is missing", "", ""};
     if (!decoded) return decoded.problem();
     ++tiles;

@@ -12,12 +12,6 @@ using proto::Problem;
 
 std::string before_query(const std::string& address) { return address.substr(0, address.find_first_of("?#")); }
 
-/// "https://host:1/a?b" -> "https://host:1" and "/a?b".
-std::pair<std::string, std::string> split(const std::string& address) {
-  const std::size_t path = address.find('/', address.find("://") + 3);
-  return {address.substr(0, path), path == std::string::npos ? "/" : address.substr(path, address.find('#', path) - path)};
-}
-
 bool has_prefix(const ServeSettings& settings, const std::string& address) {
   return std::any_of(settings.source_allow.begin(), settings.source_allow.end(),
                      [&](const std::string& prefix) { return address.starts_with(prefix); });
@@ -62,7 +56,7 @@ std::string scheme_of(const std::string& reference) {
 std::string joined(const std::string& address, const std::string& location) {
   if (!scheme_of(location).empty()) return location;
   if (location.starts_with("//")) return scheme_of(address) + location;
-  const auto [host, query] = split(address);
+  const auto [host, query] = host_and_target(address);
   const std::string path = before_query(query);
   if (location.starts_with("/")) return host + location;
   if (location.starts_with("?")) return host + path + location;
@@ -108,6 +102,13 @@ std::string with_escapes(const std::string& location) {
 }
 
 }  // namespace
+
+std::pair<std::string, std::string> host_and_target(const std::string& address) {
+  const std::size_t path = address.find_first_of("/?#", address.find("://") + 3);
+  if (path == std::string::npos || address[path] == '#') return {address.substr(0, path), "/"};
+  const std::string target = address.substr(path, address.find('#', path) - path);
+  return {address.substr(0, path), target.starts_with('/') ? target : "/" + target};
+}
 
 std::string without_query(const std::string& address) {
   std::string shown;

@@ -1,11 +1,15 @@
 #pragma once
 // Addresses that rasters are fetched from: which are allowed, what of them is shown, and where redirects lead.
 #include <string>
+#include <utility>
 
 #include "proto/result.h"
 #include "server/options/options.h"
 
 namespace cordillera::server::updates {
+
+/// "https://host:1/a?b#c" -> "https://host:1" and what a request asks that host for, "/a?b".
+std::pair<std::string, std::string> host_and_target(const std::string& address);
 
 /// What of an address anybody may see: its query, and what stands behind a ";" in its path, may be a signature that opens it.
 std::string without_query(const std::string& address);

@@ -11,6 +11,8 @@
 #include <limits>
 #include <memory>
 
+#include "server/fetch/addresses.h"
+
 namespace cordillera::server::updates {
 namespace {
 
@@ -33,25 +35,17 @@ struct Origin {
   std::string host, port;
 };
 
-Origin origin_of(const std::string& address) {
+/// host: with its scheme, as host_and_target gives it.
+Origin origin_of(const std::string& host) {
   Origin origin;
-  origin.secure = address.starts_with("https://");
-  const std::size_t from = address.find("://") + 3;
-  origin.authority = address.substr(from, address.find_first_of("/?#", from) - from);
+  origin.secure = host.starts_with("https://");
+  origin.authority = host.substr(host.find("://") + 3);
   const std::size_t name_end = origin.authority.starts_with('[') ? origin.authority.find(']') : 0;  // [::1]:8080
   const std::size_t colon = origin.authority.find(':', std::min(name_end, origin.authority.size()));
   origin.host = origin.authority.substr(0, colon);
   if (origin.host.starts_with('[') && origin.host.ends_with(']')) origin.host = origin.host.substr(1, origin.host.size() - 2);
   origin.port = colon == std::string::npos ? (origin.secure ? "443" : "80") : origin.authority.substr(colon + 1);
   return origin;
-}
-
-/// "https://host/a?b#c" -> "/a?b".
-std::string target_of(const std::string& address) {
-  const std::size_t path = address.find_first_of("/?#", address.find("://") + 3);
-  if (path == std::string::npos || address[path] == '#') return "/";
-  const std::string target = address.substr(path, address.find('#', path) - path);
-  return target.starts_with('/') ? target : "/" + target;
 }
 
 Got failed(const std::string& what, const Error& error) {
@@ -158,12 +152,13 @@ Got in_plain(asio::io_context& context, const Origin& origin, const Places& plac
 }  // namespace
 
 Got http_get(const std::string& address, const Take& take) {
-  const Origin origin = origin_of(address);
+  const auto [host, target] = host_and_target(address);
+  const Origin origin = origin_of(host);
   asio::io_context context(1);
   Error error;
   const auto places = tcp::resolver(context).resolve(origin.host, origin.port, tcp::resolver::numeric_service, error);
   if (error) return failed("its host is not known", error);
-  return (origin.secure ? by_tls : in_plain)(context, origin, places, target_of(address), take);
+  return (origin.secure ? by_tls : in_plain)(context, origin, places, target, take);
 }
 
 }  // namespace cordillera::server::updates

@@ -8,7 +8,6 @@
 #include "pipeline/store/mesh_files.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/http/json.h"
-#include "server/jobs/provisional.h"
 #include "server/log/log.h"
 #include "server/metrics/stage_clock.h"
 
@@ -29,9 +28,6 @@ constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown a
 
 std::chrono::seconds wait_before(int attempt) { return std::min(kLongestWait, kFirstWait * (1 << std::min(attempt, 10))); }
 
-/// Whose turn a build is that a former process left unfinished.
-std::string owner_of(const Dataset& dataset) { return dataset.owner.empty() ? "" : "token " + dataset.owner; }
-
 /// Of all rasters that a job may read.
 std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
   std::error_code error;
@@ -43,21 +39,6 @@ std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto:
   if (!job.raster().empty()) add(folder / job.raster());
   for (const auto& entry : std::filesystem::directory_iterator(folder / updates::kSources, error)) add(entry.path());
   return bytes;
-}
-
-/// Whether a look at the tile changes anything: not above all blocks, beside them, nor where they are done.
-bool waits_for_block(const proto::Manifest& shown, const proto::TileAddress& tile) {
-  if (!shown.has_done_blocks()) return true;  // nobody knows yet where blocks lie
-  const proto::DoneBlocks& done = shown.done_blocks();
-  const int level = static_cast<int>(done.level());
-  const auto touched = touched_by_bounds(shown, level);
-  if (tile.z < level || !touched) return false;
-  const proto::TileAddress block = tile.at_level(level);
-  if (block.x < touched->west || block.x > touched->east || block.y < touched->south || block.y > touched->north) return false;
-  for (int k = 0; k < std::min(done.x_size(), done.y_size()); ++k) {
-    if (static_cast<std::int32_t>(done.x(k)) == block.x && static_cast<std::int32_t>(done.y(k)) == block.y) return false;
-  }
-  return true;
 }
 
 proto::Problem stopped() { return {"service-stopping", "the service is stopping", "trying again later", ""}; }
@@ -72,8 +53,6 @@ std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {
   const std::uint64_t mib = (raster_bytes >> 20) + 1;
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(limits.build_seconds, limits.build_base_seconds + mib * limits.build_seconds_per_mib));
 }
-
-bool is_lazy(const Dataset& dataset) { return dataset.options.build() == kLazy; }
 
 proto::Job job_of(const Dataset& dataset) {
   proto::Job job;
@@ -107,13 +86,6 @@ JobQueue::JobQueue(Parts parts, unsigned concurrency)
       published_(std::move(parts.published)), concurrency_(concurrency), dry_runs_free_(concurrency), looks_(1), pool_(concurrency) {}
 
 JobQueue::~JobQueue() { stop(); }
-
-/// A lazy build that has come as far as it does by itself: a look wakes it.
-bool JobQueue::waits_for_looks(const Dataset& dataset) const {
-  if (!is_lazy(dataset)) return false;
-  const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
-  return shown.ok() && shown->has_done_blocks();
-}
 
 void JobQueue::resume() {
   const std::vector<Row> all = registry_.list();
@@ -298,37 +270,6 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     retry_later({id, client, attempt + 1});
   }
   return Next::done;
-}
-
-void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown) {
-  if (!is_lazy(dataset)) return looked_at_.note(dataset.id, tile, LookedAt::Tell::now_and_then);
-  if (!waits_for_block(shown, tile)) return;
-  looked_at_.note(dataset.id, tile, LookedAt::Tell::now);
-  if (dataset.state == State::queued) return;  // its turn comes, or another attempt
-  {
-    const std::lock_guard lock(mutex_);
-    const auto running = running_.find(dataset.id);
-    if (running != running_.end()) running->second.looked_at = true;
-    if (running != running_.end() && !running->second.pauses) return;
-  }
-  enqueue({dataset.id, owner_of(dataset), 0});
-}
-
-/// A lazy build whose job has ended: at the end of the queue, if somebody looked at a block that it has not come to.
-JobQueue::Next JobQueue::pause(const Dataset& dataset, const proto::Problem& why) {
-  forget_posted(dataset.id);
-  bool looked_at = false;
-  {
-    const std::lock_guard lock(mutex_);
-    const auto running = running_.find(dataset.id);
-    if (running == running_.end()) return Next::done;
-    running->second.pauses = true;  // from here on a look asks for a turn of its own
-    looked_at = running->second.looked_at;
-  }
-  if (why.parameter == "turn") return Next::again;
-  const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
-  const bool more = shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) { return waits_for_block(*shown, tile); });
-  return more && looked_at ? Next::again : Next::done;
 }
 
 proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,

@@ -42,6 +42,9 @@ bool is_lazy(const Dataset& dataset);
 /// What a child is told of a dataset, but for its raster and the operator's limits.
 proto::Job job_of(const Dataset& dataset);
 
+/// Whose turn a build is that nobody asks for at the moment.
+inline std::string owner_of(const Dataset& dataset) { return dataset.owner.empty() ? "" : "token " + dataset.owner; }
+
 class JobQueue {
  public:
   struct Parts {

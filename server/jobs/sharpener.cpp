@@ -34,8 +34,7 @@ std::set<proto::TileAddress> tiles_of_block_level(const std::string& store, int 
   std::set<proto::TileAddress> tiles;
   const auto reader = pipeline::StoreReader::open(store);
   if (!reader.ok()) return tiles;
-  for (const proto::TileRecord& record : (*reader)->records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1))
-    tiles.insert({z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())});
+  for (const proto::TileRecord& record : (*reader)->records_of(z)) tiles.insert(pipeline::address_of(record));
   return tiles;
 }
 
@@ -112,8 +111,11 @@ void Sharpener::run() {
     const Took took = make_step(blocks);
     if (took) shown_();
     lock.lock();
-    if (!took) ending_ = true;
-    else step_took_ = *took;
+    if (!took) {
+      ending_ = true;
+      continue;
+    }
+    step_took_ = *took;
     for (const pipeline::FinishedTask& block : blocks) shown_blocks_.insert(block.node);
   }
 }

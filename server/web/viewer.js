@@ -91,8 +91,9 @@ function preloaded(tileset) {
   }).finally(() => { if (!tileset.isDestroyed()) tileset.show = true; });
 }
 
-// The address of the tileset: with normal maps for the look that is shaded from them, where the service makes them. A folder of finished tiles has the one kind that it was built
-// with, and names no other whatever is asked for. Provisional tiles are gone before a map would be worth its time.
+// The address of the tileset: with normal maps for the look that is shaded from them, where the service makes them. A folder of finished
+// tiles has the one kind that it was built with, and names no other whatever is asked for. Provisional tiles are gone before a map would
+// be worth its time.
 async function tiles_of(base, { provisional }) {
   const plain = `${base}/tileset.json`, lit = `${plain}?normals=texture`;
   if (provisional || panel.look().look !== kShadedRelief) return { url: plain, normal_maps: false };
@@ -114,7 +115,6 @@ async function show_dataset(id, camera) {
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
   const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps });
-  looks.shaded_look = panel.look().look === kShadedRelief;
   begin_detail(looks);
   apply_look({ looks });
   apply_controls({ tileset, looks });
@@ -258,7 +258,7 @@ const on_page = {
   // Another look has other colours.
   look: (changed) => {
     const shaded = panel.look().look === kShadedRelief;
-    if (changed === "look" && page.manifest && shaded !== page.looks.shaded_look) {  // other tiles
+    if (changed === "look" && page.manifest && shaded !== page.looks.normal_maps) {  // other tiles
       write_link();
       return show_dataset(page.manifest.id).catch(report);
     }

@@ -1,7 +1,5 @@
 #pragma once
 // The dataset that exports are tested on: level 7 on both sides of Greenwich, with lakes of nothing if wanted.
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 
@@ -37,11 +35,6 @@ inline const ExportDataset& plain_dataset() {
 inline const ExportDataset& holed_dataset() {
   static const ExportDataset kDataset(hills_with_voids());
   return kDataset;
-}
-
-inline std::string bytes_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 }  // namespace cordillera::pipeline::testing

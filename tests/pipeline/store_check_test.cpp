@@ -1,9 +1,6 @@
 // What check says of a store's tables, notes and manifest: what is there, and what is expected.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
-
 #include "pipeline/check/check.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
@@ -17,12 +14,6 @@ namespace {
 using namespace testing;
 
 constexpr int kCheckedFinest = 4;
-
-std::string read_whole(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-void write_whole(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
 
 /// What check says of a store, a line a finding.
 std::string findings_of(const std::string& path) {
@@ -49,7 +40,7 @@ class CheckedStore : public ::testing::Test {
 };
 
 TEST_F(CheckedStore, HasNoTablesOfABuild) {
-  const std::string sound = read_whole(path_);
+  const std::string sound = bytes_of(path_);
   const struct {
     const char* damage;
     const char* finding;
@@ -65,7 +56,7 @@ TEST_F(CheckedStore, HasNoTablesOfABuild) {
   const std::string before = findings_of(path_);
   EXPECT_EQ(before.find("table"), std::string::npos) << before;
   for (const auto& row : kRows) {
-    write_whole(path_, sound);
+    put_bytes(path_, sound);
     change(row.damage);
     EXPECT_NE(findings_of(path_).find(row.finding), std::string::npos) << row.damage << "\n" << findings_of(path_);
   }
@@ -127,10 +118,10 @@ class KeptStore : public ::testing::Test {
       ASSERT_TRUE((*store)->commit(task).ok());
     }
     ASSERT_TRUE((*store)->publish(synthetic_manifest()).ok());
-    sound_ = read_whole(path_);
+    sound_ = bytes_of(path_);
   }
   std::string after(const std::string& damage) {
-    write_whole(path_, sound_);
+    put_bytes(path_, sound_);
     Database(path_, Database::Mode::create).execute(damage);
     return findings_of(path_);
   }

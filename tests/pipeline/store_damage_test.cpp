@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <random>
 
@@ -24,12 +22,6 @@ constexpr int kFinest = 4;
 constexpr TileAddress kTile{4, 16, 10}, kNeighbour{4, 17, 10};
 constexpr const char* kHere = "level = 4 AND y = 10 AND x = 16";
 constexpr const char* kThere = "level = 4 AND y = 10 AND x = 17";
-
-std::string bytes_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-void put_bytes(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
 
 class DamagedStore : public ::testing::Test {
  protected:

@@ -4,6 +4,8 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 
@@ -27,6 +29,13 @@ class TemporaryFolder {
  private:
   std::filesystem::path path_;
 };
+
+/// A file's bytes.
+inline std::string bytes_of(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+inline void put_bytes(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
 
 inline proto::Plan synthetic_plan(int finest, int coarsest = 0) {
   proto::Plan plan;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <random>
 #include <thread>
 
@@ -48,12 +47,6 @@ proto::Manifest write_store(const std::string& path, const std::vector<FinishedT
 std::string problem_type(const std::string& path) {
   auto opened = StoreReader::open(path);
   return opened ? "" : opened.problem().type;
-}
-
-void write_file(const std::string& path, const std::string& bytes) { std::ofstream(path, std::ios::binary) << bytes; }
-std::string read_file(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
 TEST(Store, GivesBackWhatWasPutIn) {
@@ -234,20 +227,20 @@ TEST(Store, RefusesWhatIsNoPublishedStore) {
   const TemporaryFolder folder;
   EXPECT_EQ(problem_type(folder / "nothing.db"), "store-missing");
   EXPECT_EQ(problem_type(folder / "."), "store-unknown");
-  write_file(folder / "empty.db", "");
+  put_bytes(folder / "empty.db", "");
   EXPECT_EQ(problem_type(folder / "empty.db"), "store-unknown");
-  write_file(folder / "text.db", std::string(5000, 'x'));
+  put_bytes(folder / "text.db", std::string(5000, 'x'));
   EXPECT_EQ(problem_type(folder / "text.db"), "store-damaged");
   EXPECT_FALSE(StoreWriter::open(folder / "text.db", synthetic_plan(6)).ok());
-  EXPECT_EQ(read_file(folder / "text.db").size(), 5000U) << "somebody else's file was touched";
+  EXPECT_EQ(bytes_of(folder / "text.db").size(), 5000U) << "somebody else's file was touched";
 
   write_store(folder / "a.db", tasks());
-  const std::string whole = read_file(folder / "a.db");
+  const std::string whole = bytes_of(folder / "a.db");
   for (int tenth = 1; tenth < 10; ++tenth) {
-    write_file(folder / "cut.db", whole.substr(0, whole.size() * static_cast<std::size_t>(tenth) / 10));
+    put_bytes(folder / "cut.db", whole.substr(0, whole.size() * static_cast<std::size_t>(tenth) / 10));
     EXPECT_NE(problem_type(folder / "cut.db"), "") << tenth;
   }
-  write_file(folder / "a.db-journal", "something");
+  put_bytes(folder / "a.db-journal", "something");
   EXPECT_EQ(problem_type(folder / "a.db"), "store-unpublished");
 }
 
@@ -257,12 +250,12 @@ TEST(Store, ADamagedManifestIsInTheWayOnlyOfWhoReplacesNothing) {
   write_store(path, tasks());
   Database(path, Database::Mode::create).execute("UPDATE meta SET value = x'0aff' WHERE key = 'manifest'");
   ASSERT_EQ(problem_type(path), "store-damaged");
-  const std::size_t bytes = read_file(path).size();
+  const std::size_t bytes = bytes_of(path).size();
   const auto refused = StoreWriter::open(path, synthetic_plan(6), Existing::refuse);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.problem().type, "output-exists");
   EXPECT_NE(refused.problem().detail.find("damaged"), std::string::npos) << refused.problem().line();
-  EXPECT_EQ(read_file(path).size(), bytes) << "a refusal throws nothing away";
+  EXPECT_EQ(bytes_of(path).size(), bytes) << "a refusal throws nothing away";
   write_store(path, tasks());
   EXPECT_EQ(problem_type(path), "");
 }
@@ -316,12 +309,12 @@ TEST(Store, WhatTasksLeaveLiesBesideItUntilItIsPublished) {
   {
     auto store = writer(path, synthetic_plan(6));
     for (std::size_t k = 0; k < 3; ++k) ASSERT_TRUE(store->commit(work[k]).ok());
-    EXPECT_EQ(read_file(file_of(work[1].node)), work[1].mesh->second);
+    EXPECT_EQ(bytes_of(file_of(work[1].node)), work[1].mesh->second);
   }
   std::filesystem::remove(file_of(work[1].node));
   std::string damaged = work[2].mesh->second;
   damaged[100] ^= 1;
-  write_file(file_of(work[2].node), damaged);
+  put_bytes(file_of(work[2].node), damaged);
   {
     auto store = writer(path, synthetic_plan(6));
     EXPECT_TRUE(store->finished(work[0].node));

@@ -46,7 +46,7 @@ TEST_P(Pole, is_one_point) {
   dem.crs = GetParam();
   dem.height = [](int c, int r) { return 2000 + 300 * std::cos(0.1 * c) * std::sin(0.13 * r) - 0.2 * std::hypot(c - 59.5, r - 59.5); };
   proto::BuildOptions options = with_error(20);
-  options.set_max_level(5);
+  options.set_max_level(6);
   const Built built = build_dem(dem, options);
   EXPECT_THAT(judge(built, {20000, 0}), IsEmpty());
   const std::int64_t row = north ? built.lattice.rows() : 0;

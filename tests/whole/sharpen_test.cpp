@@ -75,8 +75,7 @@ class Sharpen : public testing::Test {
   }
   static std::set<TileAddress> tiles_of(const pipeline::StoreReader& store, int z) {
     std::set<TileAddress> tiles;
-    for (const auto& record : store.records(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1))
-      tiles.insert({z, static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())});
+    for (const auto& record : store.records_of(z)) tiles.insert(pipeline::address_of(record));
     return tiles;
   }
   void put(const std::vector<pipeline::FinishedTask>& done, const std::string& from, const std::string& to) const {
@@ -216,8 +215,7 @@ TEST_F(Sharpen, a_lazy_build_makes_the_blocks_that_are_looked_at) {
   EXPECT_EQ(build(nobody), "paused");
   EXPECT_TRUE(nobody.done.empty());
   Lazy first;
-  const proto::TileRecord& tile = all[2].tiles.back().record;
-  first.looked = {{static_cast<int>(tile.level()), static_cast<std::int32_t>(tile.x()), static_cast<std::int32_t>(tile.y())}};
+  first.looked = {pipeline::address_of(all[2].tiles.back().record)};
   EXPECT_EQ(build(first), "paused");
   ASSERT_EQ(first.done.size(), 1u);
   EXPECT_EQ(first.done[0].node, all[2].node);
