@@ -11,11 +11,13 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr int kRounds = 4;
+constexpr int kRounds = 12;
 constexpr std::int64_t kApron = kRounds + 1;  // a round carries what the window's end lacks one vertex farther
 // Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and Gordon 2001). So it
 // converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no vertices.
 constexpr double kStep = 1.1;
+// Nearer to a pixel than so much, no vertex is moved for it: a 256th of a quarter of a cell, which is the greatest default target, or 16 mm.
+constexpr double kNearCells = 0x1p-10, kNear_m = 0x1p-6;
 // Sums are of integers, so that their order does not matter.
 constexpr double kGrain = 0x1p20;  // a metre
 
@@ -30,8 +32,9 @@ struct Hold {
 /// A window of samples on its way.
 class Sheet {
  public:
-  Sheet(const proto::Lattice& lattice, proto::Samples& samples) : lattice_(lattice), samples_(samples), height_m_(samples.height.size()), pixels_(height_m_.size(), 0) {
-    for (std::size_t k = 0; k < height_m_.size(); ++k) height_m_[k] = samples.height[k] == proto::kNoHeight ? 0 : samples.height[k] * proto::kHeightStep_m;
+  Sheet(const proto::Lattice& lattice, proto::Samples& samples)
+      : lattice_(lattice), samples_(samples), near_m_(std::min(kNear_m, kNearCells * proto::cell_height_m(lattice, lattice.rows() / 2))), height_m_(samples.height.size()), pixels_(height_m_.size(), 0), moved_(height_m_.size(), 1) {
+    for (std::size_t k = 0; k < height_m_.size(); ++k) height_m_[k] = is_void(k) ? 0 : samples.height[k] * proto::kHeightStep_m;
   }
 
   void hold(const std::vector<PixelPoint>& pixels) {
@@ -44,15 +47,20 @@ class Sheet {
     }
   }
 
+  /// Pixels around which nothing moved in the round before are as near as they were.
   void round() {
     std::vector<std::int64_t> sums(height_m_.size(), 0);
     for (const Hold& h : holds_) {
+      if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) == 0) continue;
       const double surface_m = h.weight[0] * height_m_[h.vertex[0]] + h.weight[1] * height_m_[h.vertex[1]] + h.weight[2] * height_m_[h.vertex[2]];
-      const double grains = (h.height_m - surface_m) * h.share * kGrain;
+      const double missing_m = h.height_m - surface_m;
+      if (std::abs(missing_m) <= near_m_) continue;
+      const double grains = missing_m * h.share * kGrain;
       for (std::size_t k = 0; k < 3; ++k) sums[h.vertex[k]] += std::llrint(h.weight[k] * grains);
     }
     for (std::size_t k = 0; k < sums.size(); ++k) {
-      if (moves(k)) height_m_[k] = std::clamp(height_m_[k] + static_cast<double>(sums[k]) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
+      moved_[k] = sums[k] != 0 && moves(k) ? 1 : 0;
+      if (moved_[k] != 0) height_m_[k] = std::clamp(height_m_[k] + static_cast<double>(sums[k]) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
     }
   }
 
@@ -63,35 +71,40 @@ class Sheet {
   }
 
  private:
+  bool is_void(std::size_t k) const { return samples_.height[k] == proto::kNoHeight; }
   bool moves(std::size_t k) const {
     const std::int64_t row = samples_.south + static_cast<std::int64_t>(k) / samples_.columns;
-    return samples_.flat_water[k] == 0 && row > 0 && row < lattice_.rows();
+    return (samples_.flat_water[k] & proto::kFlatWater) == 0 && row > 0 && row < lattice_.rows();
   }
 
   /// Not where a corner is void: no triangle is there.
   void hold(const PixelPoint& pixel) {
-    const double west = std::floor(pixel.x), south = std::min(std::floor(pixel.y), static_cast<double>(samples_.rows - 2));
-    const double fx = pixel.x - west, fy = pixel.y - south;
-    const auto columns = static_cast<std::uint32_t>(samples_.columns);
-    const std::uint32_t sw = static_cast<std::uint32_t>(south) * columns + static_cast<std::uint32_t>(west), ne = sw + columns + 1;
-    Hold h;
-    h.vertex = {sw, fx >= fy ? sw + 1 : sw + columns, ne};
-    const double far = std::max(fx, fy), near = std::min(fx, fy);
-    h.weight = {1 - far, far - near, near};
+    Hold h = triangle_of(pixel);
+    if (is_void(h.vertex[0]) || is_void(h.vertex[1]) || is_void(h.vertex[2])) return;
     h.height_m = pixel.height_m;
-    for (const std::uint32_t v : h.vertex) {
-      if (samples_.height[v] == proto::kNoHeight) return;
-    }
     for (std::size_t k = 0; k < 3; ++k) {
       if (h.weight[k] > 0) ++pixels_[h.vertex[k]];
     }
     holds_.push_back(h);
   }
 
+  Hold triangle_of(const PixelPoint& pixel) const {
+    const double west = std::floor(pixel.x), south = std::min(std::floor(pixel.y), static_cast<double>(samples_.rows - 2));
+    const double fx = pixel.x - west, fy = pixel.y - south;
+    const auto columns = static_cast<std::uint32_t>(samples_.columns);
+    const std::uint32_t sw = static_cast<std::uint32_t>(south) * columns + static_cast<std::uint32_t>(west), se = sw + 1, nw = sw + columns, ne = nw + 1;
+    if (fx + fy <= 1 && is_void(ne)) return {{sw, se, nw}, {1 - fx - fy, fx, fy}};
+    if (fx + fy >= 1 && is_void(sw)) return {{ne, nw, se}, {fx + fy - 1, 1 - fx, 1 - fy}};
+    const double far = std::max(fx, fy), near = std::min(fx, fy);
+    return {{sw, fx >= fy ? se : nw, ne}, {1 - far, far - near, near}};
+  }
+
   const proto::Lattice& lattice_;
   proto::Samples& samples_;
+  const double near_m_;
   std::vector<double> height_m_;       ///< indexed by sample
   std::vector<std::uint32_t> pixels_;  ///< likewise: how many move it
+  std::vector<std::uint8_t> moved_;    ///< likewise: 1 if the last round did
   std::vector<Hold> holds_;
 };
 

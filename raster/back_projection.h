@@ -10,12 +10,13 @@
 
 namespace cordillera::raster {
 
-/// What pixels= of a build may be; the first is the default.
+/// What pixels= of a build may be. The program asks for exact; where a plan or a store of an earlier version says nothing, it is lattice.
 inline constexpr const char* kPixelChoices[] = {"lattice", "exact"};
 inline bool meets_pixels(const proto::BuildOptions& options) { return options.pixels() == kPixelChoices[1]; }
 
-/// Greatest spacing of a lattice whose surface can meet all pixels: then hardly two of them lie in one triangle.
-inline constexpr double kMeetingSpacing = 0.7;
+/// Greatest spacing of a lattice whose surface is moved to the pixels: there are no fewer vertices than pixels then. Below 0.7 hardly two pixels
+/// lie in one triangle, and four rounds meet them all; up to 1 it takes more, and single pixels stay off.
+inline constexpr double kMeetingSpacing = 1;
 
 /// Cells of the lattice in pixels of the source, the greater of both directions, at the source's centre.
 inline double spacing(const proto::Source& source, const proto::Lattice& lattice) {
@@ -26,9 +27,10 @@ inline double spacing(const proto::Source& source, const proto::Lattice& lattice
 }
 
 /// The same source, but the samples of lattices that are no coarser than the pixels are moved. The surface is the one between vertices, each
-/// cell cut from south-west to north-east. What is missing at a pixel's centre is spread onto the three vertices around it, four times over.
-/// A sample depends on raster and lattice alone: on the pixels and vertices up to five cells around. Stay as they are: still water, poles,
-/// voids, and vertices beside which no pixel lies. What would leave the range of heights is held to it.
+/// cell cut from south-west to north-east; where the cell's only void is one of these two, the other way. What is missing at a pixel's centre is
+/// spread onto the three vertices around it, kRounds times over. A sample depends on raster and lattice alone: on the pixels and vertices up to
+/// kRounds + 1 cells around. Stay as they are: still water, poles, voids, and vertices beside which no pixel lies. Voids that are filled move.
+/// What would leave the range of heights is held to it.
 std::unique_ptr<Source> project_back(std::unique_ptr<Source> source);
 
 }  // namespace cordillera::raster

@@ -71,4 +71,9 @@ class Source {
 proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust,
                                                    const proto::BuildOptions& options);
 
+/// The same as a build of this raster alone reads it: voids that data encloses are filled, and then its samples are moved to its pixels, as options
+/// (voids, fill_limit, pixels) ask. open_source moves them, too, but fills nothing: among several rasters another one may have data there.
+proto::Result<std::unique_ptr<Source>> open_filled_source(const std::string& path, const std::string& name, Trust trust,
+                                                          const proto::BuildOptions& options);
+
 }  // namespace cordillera::raster

@@ -23,6 +23,15 @@ class SteppedMeter final : public ErrorMeter {
 
   double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override { return meter_.error_m(corners, asked); }
 
+  std::optional<std::array<MeshPoint, 3>> wanted(const std::array<MeshPoint, 3>& corners, double limit_m) const override {
+    auto triangle = meter_.wanted(corners, limit_m);
+    if (!triangle) return triangle;
+    for (MeshPoint& p : *triangle) {
+      if (p.height != proto::kNoHeight) p.height = rounded_height(p.height, step_);
+    }
+    return triangle;
+  }
+
  private:
   const ErrorMeter& meter_;
   std::int32_t step_;

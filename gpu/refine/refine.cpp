@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <queue>
@@ -21,10 +22,14 @@ constexpr Id kNone = kNoTriangle;
 constexpr std::uint32_t kReserve = 2;  // places at a vertex that edges turned for shape leave to insertions
 constexpr int kMostSteps = 64;         // of a walk from triangle to triangle
 constexpr int kMostHarms = 32;         // at a vertex: edges turned to make room, or away from needles, might turn back for ever
+constexpr std::uint32_t kCrowd = 4;    // neighbours more than its valence allows that a vertex has for a while in a crowded place
+constexpr std::size_t kMostCrowded = 16;  // points that go in there at a time
+constexpr std::size_t kMostTurns = 256;  // of edges that cross one that is to be there
 
 class Refinement {
  public:
-  Refinement(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m) : mesh_(mesh), meter_(meter), limit_m_(limit_m), across_(neighbours(mesh.triangles)) {
+  Refinement(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::uint32_t crowd = 0)
+      : mesh_(mesh), meter_(meter), limit_m_(limit_m), crowd_(crowd), across_(neighbours(mesh.triangles)) {
     error_.resize(mesh_.triangles.size());
     known_.assign(mesh_.triangles.size(), 0);
     stamp_.assign(mesh_.triangles.size(), 0);
@@ -54,6 +59,38 @@ class Refinement {
     return result_;
   }
 
+  bool is_over(Id t) { return error(t).error_m > limit_m_; }
+
+  /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines what that has left
+  /// over the limit. False: some is left, or a vertex has too many neighbours.
+  bool make_triangle(Id t, const std::array<MeshPoint, 3>& corners) {
+    if (std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; })) return take_off_rim(t);
+    std::array<std::uint32_t, 3> v{};
+    for (unsigned k = 0; k < 3; ++k) {
+      if (!make_vertex(t, corners[k], v[k])) return false;
+    }
+    for (unsigned k = 0; k < 3; ++k) {
+      if (!make_edge(v[k], v[after(k)])) return false;
+    }
+    std::vector<Id> changed;
+    for (Id u = 0; u < mesh_.triangles.size(); ++u) {
+      if (stamp_[u] > 0) changed.push_back(u);
+    }
+    run(changed, kMostCrowded);
+    return !is_over(worst_known()) && disperse();
+  }
+
+  /// Turns edges until no vertex has more neighbours than it may have without a crowd. False: that could not be done.
+  bool disperse() {
+    crowd_ = 0;
+    for (std::uint32_t v = 0; v < valence_.size(); ++v) {
+      while (valence_[v] > cap(v)) {
+        if (!take_neighbour(v)) return false;
+      }
+    }
+    return true;
+  }
+
  private:
   struct Entry {
     double error_m;
@@ -66,7 +103,7 @@ class Refinement {
 
   bool is_void(std::uint32_t v) const { return (mesh_.mark[v] & proto::kVoid) != 0; }
   bool published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }
-  std::uint32_t cap(std::uint32_t v) const { return most_neighbours(mesh_, v, kWeldedCaps); }
+  std::uint32_t cap(std::uint32_t v) const { return most_neighbours(mesh_, v, kWeldedCaps) + crowd_; }
   bool has_room(std::uint32_t v, std::uint32_t reserve = 0) const { return valence_[v] + reserve < cap(v); }
 
   MeshPoint point(std::uint32_t v) const { return {mesh_.x[v], mesh_.y[v], mesh_.height[v]}; }
@@ -227,14 +264,20 @@ class Refinement {
     std::uint32_t a = 0, b = 0, c = 0, d = 0;
     unsigned k = 0, j = 0;
   };
-  // Convex, and with room for the other diagonal.
-  bool fits(Id t, unsigned k, Quad& q, std::uint32_t reserve) const {
+  // There is a triangle beyond that edge.
+  Quad quad(Id t, unsigned k) const {
+    Quad q;
     q.t = t, q.k = k, q.u = across_[t][k];
-    if (q.u == kNone) return false;
     const Triangle& c = mesh_.triangles[t];
     q.a = c[k], q.b = c[after(k)], q.c = c[before(k)];
     q.j = corner_of(q.u, q.b);
     q.d = mesh_.triangles[q.u][before(q.j)];
+    return q;
+  }
+  // Convex, and with room for the other diagonal.
+  bool fits(Id t, unsigned k, Quad& q, std::uint32_t reserve) const {
+    if (across_[t][k] == kNone) return false;
+    q = quad(t, k);
     return has_room(q.c, reserve) && has_room(q.d, reserve) && area(q.a, q.d, q.c) > 0 && area(q.d, q.b, q.c) > 0;
   }
   bool can_flip(Id t, unsigned k, Quad& q, std::uint32_t reserve) const {
@@ -321,6 +364,18 @@ class Refinement {
     if (!best || now.greater_m() < best->greater_m()) best = now;
   }
 
+  // Of twice the area of 1: no sample lies in it or on its sides, so none is uncovered.
+  bool take_off_rim(Id t) {
+    const Triangle& c = mesh_.triangles[t];
+    for (unsigned k = 0; k < 3; ++k) {
+      Quad q;
+      if (area(c[0], c[1], c[2]) != 1 || !fits(t, k, q, 0) || !is_void(q.d) || is_void(q.a) || is_void(q.b) || is_void(q.c)) continue;
+      flip(turned(q));
+      return true;
+    }
+    return false;
+  }
+
   bool shed(Id t) {
     for (unsigned k = 0; k < 3; ++k) {
       Quad q;
@@ -354,6 +409,69 @@ class Refinement {
     } while (t != kNone && t != start);
     if (best && may_harm(v)) flip_and_queue(*best);
   }
+  // The vertex at p, which becomes one if there is none. t: a triangle near it.
+  bool make_vertex(Id t, const MeshPoint& p, std::uint32_t& v) {
+    const auto find = [&] {
+      for (v = 0; v < mesh_.vertices(); ++v) {
+        if (mesh_.x[v] == p.x && mesh_.y[v] == p.y) return !is_void(v);
+      }
+      return false;
+    };
+    if (find()) return true;
+    for (int k = 0; k < 3; ++k) {  // to make room, the triangle itself may be turned first
+      const Id at = triangle_with(p, t);
+      if (at == kNone || !split(at, p)) return false;
+      if (find()) return true;
+    }
+    return false;
+  }
+
+  bool crosses(std::uint32_t u, std::uint32_t w, std::uint32_t a, std::uint32_t b) const {
+    const auto side = [](std::int64_t area) { return area > 0 ? 1 : area < 0 ? -1 : 0; };
+    return side(area(a, b, u)) * side(area(a, b, w)) < 0 && side(area(u, w, a)) * side(area(u, w, b)) < 0;
+  }
+  // The edge a - b, by turning those that cross it (S. W. Sloan, "A fast algorithm for generating constrained Delaunay triangulations", 1993).
+  bool make_edge(std::uint32_t a, std::uint32_t b) {
+    for (std::size_t turns = 0; turns < kMostTurns; ++turns) {
+      std::vector<Quad> crossing, clearing;  // convex ones; those whose other diagonal is out of the way
+      bool crossed = false;
+      for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+        for (unsigned k = 0; k < 3; ++k) {
+          Quad q;
+          if (!crosses(mesh_.triangles[t][k], mesh_.triangles[t][after(k)], a, b)) continue;
+          crossed = true;
+          if (!can_flip(t, k, q, 0)) continue;
+          crossing.push_back(q);
+          if (!crosses(q.c, q.d, a, b)) clearing.push_back(q);
+        }
+      }
+      if (!crossed) return true;
+      if (crossing.empty()) return false;
+      flip(turned(clearing.empty() ? crossing[turns % crossing.size()] : clearing.front()));  // another one each time, not one back and forth
+    }
+    return false;
+  }
+
+  // Of the triangles that were measured.
+  Id worst_known() const {
+    Id worst = 0;
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      if (known_[t] && (!known_[worst] || error_[t].error_m > error_[worst].error_m)) worst = t;
+    }
+    return worst;
+  }
+
+  // Takes a neighbour from v where both triangles stay within the limit.
+  bool take_neighbour(std::uint32_t v) {
+    std::optional<Turned> best;
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      const Triangle& c = mesh_.triangles[t];
+      if (c[0] == v || c[1] == v || c[2] == v) prefer(t, corner_of(t, v), best);
+    }
+    if (!best || best->greater_m() > limit_m_) return false;
+    flip(*best);
+    return true;
+  }
   // The corner of u that its neighbour t does not have.
   std::uint32_t opposite(Id u, Id t) const {
     const unsigned j = across_[u][0] == t ? 0 : across_[u][1] == t ? 1 : 2;
@@ -369,6 +487,7 @@ class Refinement {
   proto::TileMesh& mesh_;
   const ErrorMeter& meter_;
   double limit_m_;
+  std::uint32_t crowd_;
   std::vector<std::array<Id, 3>> across_;
   std::vector<TriangleError> error_;
   std::vector<char> known_;
@@ -384,6 +503,24 @@ class Refinement {
 Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over,
                std::size_t most) {
   return over.empty() ? Refined{} : Refinement(mesh, meter, limit_m).run(over, most);
+}
+
+Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over) {
+  Refined all;
+  for (const std::uint32_t t : over) {
+    const Triangle& c = mesh.triangles[t];
+    const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
+    const auto wanted = meter.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m);
+    if (!wanted) continue;
+    proto::TileMesh trial = mesh;
+    if (!Refinement(trial, meter, limit_m, kCrowd).make_triangle(t, *wanted)) {
+      ++all.over;
+      continue;
+    }
+    all.inserted += static_cast<std::uint32_t>(trial.vertices() - mesh.vertices());
+    mesh = std::move(trial);
+  }
+  return all;
 }
 
 }  // namespace cordillera::gpu

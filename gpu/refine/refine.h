@@ -6,6 +6,7 @@
 // triangles. Collapses see one vertex at a time; this is what makes an error in metres a promise.
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "gpu/mesh/mesh_point.h"
@@ -37,6 +38,9 @@ class ErrorMeter {
   virtual TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const = 0;
   /// The error alone, as far as it is asked for.
   virtual double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const = 0;
+  /// The smallest triangle of the lattice whose being there would mend these corners' error over the limit, counter-clockwise; a corner without
+  /// data has kNoHeight, and no triangle should be there. None: that error is within the limit, or has no such triangle.
+  virtual std::optional<std::array<MeshPoint, 3>> wanted(const std::array<MeshPoint, 3>& /*corners*/, double /*limit_m*/) const { return std::nullopt; }
 };
 
 struct Refined {
@@ -51,5 +55,10 @@ struct Refined {
 /// its border; and valences: kMostValence inside, on sides and at corners
 /// what fits a row when welded.
 Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over, std::size_t most);
+
+/// For triangles that refine has left over, one after the other: the triangle that the meter wants there is made, with more neighbours for a while
+/// than a vertex has room for, and what is over limit_m then is refined. Where it wants none, a triangle without samples goes from the rim. What does not come to within limit_m, with valences as they must be,
+/// stays as it was. Costs a copy of the mesh a triangle. Laws and `over` as for refine.
+Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over);
 
 }  // namespace cordillera::gpu

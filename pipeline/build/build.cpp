@@ -230,8 +230,8 @@ std::optional<std::pair<double, double>> heights_out_of_range(const BuildRequest
 proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request) {
   const std::uint32_t limit_cells = raster::fill_limit_cells(request.options);
   if (!request.members.empty()) return raster::fill_enclosed_voids(raster::make_mosaic(request.members, request.options.feather()), limit_cells);
-  auto source = request.decimation ? raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation)
-                                   : raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
+  if (!request.decimation) return raster::open_filled_source(request.raster_path, request.raster_name, request.trust, request.options);
+  auto source = raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation);
   return source.ok() ? raster::fill_enclosed_voids(std::move(*source), limit_cells) : std::move(source);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -167,6 +168,22 @@ class PixelMeter final : public gpu::ErrorMeter {
     return error;
   }
 
+  /// Of the lattice's surface, around the worst pixel.
+  std::optional<std::array<gpu::MeshPoint, 3>> wanted(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override {
+    double worst_m = limit_m;
+    std::optional<std::uint32_t> worst;
+    pixels_.each_error(corners, [&](std::uint32_t k, double error_m) {
+      if (error_m > worst_m) worst_m = error_m, worst = k;
+      return true;
+    });
+    if (!worst) return std::nullopt;
+    const raster::PixelPoint& pixel = pixels_[*worst];
+    const std::int32_t x = std::min(static_cast<std::int32_t>(pixel.x), side_ - 1), y = std::min(static_cast<std::int32_t>(pixel.y), side_ - 1);
+    const auto at = [&](std::int32_t dx, std::int32_t dy) { return gpu::MeshPoint{x + dx, y + dy, sample(west_ + x + dx, south_ + y + dy)}; };
+    const gpu::MeshPoint third = pixel.x - x >= pixel.y - y ? at(1, 0) : at(0, 1);
+    return third.y == y ? std::array{at(0, 0), third, at(1, 1)} : std::array{at(0, 0), at(1, 1), third};
+  }
+
  private:
   // The nearest first; those that are vertices already are passed over.
   void offer_around(const raster::PixelPoint& pixel, gpu::TriangleError& error) const {
@@ -196,6 +213,18 @@ class PixelMeter final : public gpu::ErrorMeter {
   const std::int64_t west_, south_, circle_;
   const std::int32_t side_;
 };
+
+/// Indices of the triangles that are farther than the limit from a pixel.
+std::vector<std::uint32_t> triangles_over(const PlacedPixels& pixels, const proto::TileMesh& mesh, double limit_m) {
+  std::vector<std::uint32_t> over;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!is_published(mesh, mesh.triangles[t])) continue;
+    bool far = false;
+    pixels.each_error(corners_of(mesh, mesh.triangles[t]), [&](std::uint32_t, double error_m) { return !(far = error_m > limit_m); });
+    if (far) over.push_back(t);
+  }
+  return over;
+}
 
 }  // namespace
 
@@ -240,13 +269,7 @@ std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const p
 std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels) {
   const PlacedPixels placed(*context.lattice, built.tile, built.mesh.side, pixels);
   const double limit_m = context.level->target() - gpu::kGrace_m;
-  std::vector<std::uint32_t> over;
-  for (std::uint32_t t = 0; t < built.mesh.triangles.size(); ++t) {
-    if (!is_published(built.mesh, built.mesh.triangles[t])) continue;
-    bool far = false;
-    placed.each_error(corners_of(built.mesh, built.mesh.triangles[t]), [&](std::uint32_t, double error_m) { return !(far = error_m > limit_m); });
-    if (far) over.push_back(t);
-  }
+  const std::vector<std::uint32_t> over = triangles_over(placed, built.mesh, limit_m);
   if (over.empty()) return 0;
   gpu::SurfaceErrorInput input;
   input.lattice = context.lattice;
@@ -261,19 +284,25 @@ std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const s
   const gpu::UprightMeter in_space(samples, upright);
   const PixelMeter at_pixels(in_space, placed, built.tile, *context.lattice, *context.samples);
   const proto::TileMesh before = built.mesh;
-  std::uint32_t inserted = gpu::refine(built.mesh, gpu::SteppedMeter(at_pixels, step), limit_m, over, SIZE_MAX).inserted;
-  // The promise at samples comes first. Where valences left no room for both, samples alone are asked; where that does not help, all stays as it was.
-  const auto broken = [&] {
-    std::vector<std::uint32_t> all = gpu::triangles_over(input, limit_m);
-    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, built.mesh);
+  const gpu::SteppedMeter stepped(at_pixels, step);
+  const gpu::Refined refined = gpu::refine(built.mesh, stepped, limit_m, over, SIZE_MAX);
+  std::uint32_t inserted = refined.inserted;
+  if (refined.over > 0) inserted += gpu::refine_stuck(built.mesh, stepped, limit_m, triangles_over(placed, built.mesh, limit_m)).inserted;
+  // The promise at samples comes first. Where valences left no room for both, samples alone are asked; where that does not help, all stays as it was,
+  // but for steep walls that broke it before, which measure_exact mends.
+  const auto broken = [&](const proto::TileMesh& mesh) {
+    gpu::SurfaceErrorInput asked = input;
+    asked.mesh = &mesh;
+    std::vector<std::uint32_t> all = gpu::triangles_over(asked, limit_m);
+    const std::vector<std::uint32_t> turned = gpu::turned_triangles(upright, mesh);
     all.insert(all.end(), turned.begin(), turned.end());
     std::sort(all.begin(), all.end());
     all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
   };
-  if (const auto left = broken(); !left.empty()) {
+  if (const auto left = broken(built.mesh); !left.empty()) {
     inserted += gpu::refine(built.mesh, gpu::SteppedMeter(in_space, step), limit_m, left, SIZE_MAX).inserted;
-    if (!broken().empty()) {
+    if (broken(built.mesh).size() > broken(before).size()) {
       built.mesh = before;
       return 0;
     }

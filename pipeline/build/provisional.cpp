@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "pipeline/plan/plan.h"
+#include "raster/back_projection.h"
 #include "raster/decimation.h"
 
 namespace cordillera::pipeline {
@@ -23,6 +24,7 @@ proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int leve
   options.set_strategy("waves");
   options.set_quality("fast");
   options.set_device("cpu");  // a GPU would still be starting
+  options.set_pixels(raster::kPixelChoices[0]);
   options.clear_keep();
   options.clear_water_mask();
   options.set_max_level(static_cast<std::uint32_t>(level));

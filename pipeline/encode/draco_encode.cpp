@@ -76,9 +76,9 @@ namespace {
 void quantise_frame(draco::Encoder& encoder) {
   constexpr float kLow[4] = {-1, -1, -1, -1};
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::GENERIC, kFrameBits, 4, kLow, 2);
-  constexpr float kPixels = kNormalMapSide, kFirst[2] = {0.5F / kPixels, 0.5F / kPixels};
+  constexpr float kMapSide = kNormalMapSide, kFirst[2] = {0.5F / kMapSide, 0.5F / kMapSide};
   constexpr int kBits = std::bit_width(static_cast<unsigned>(kPlacesAcross));
-  constexpr float kPlace = (kPixels - 1) / kPixels / kPlacesAcross;
+  constexpr float kPlace = (kMapSide - 1) / kMapSide / kPlacesAcross;
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::TEX_COORD, kBits, 2, kFirst, kPlace * ((1 << kBits) - 1));
 }
 

@@ -64,9 +64,9 @@ void make_provisional(const pipeline::BuildRequest& request, raster::Source& sou
   if (stands.ok() && stands->program() == proto::kProgram) return report(provisional(steps.size(), steps.size()));
   report(provisional(0, steps.size()));
   for (std::size_t step = 0; step < steps.size() && !stop; ++step) {
-    const auto stands = make_step(request, source, folder, steps[step], stop);
-    if (!stands.ok() && !stop) std::fprintf(stderr, "no provisional tiles: %s\n", stands.problem().line().c_str());
-    if (!stands.ok() || !*stands) return;
+    const auto made = make_step(request, source, folder, steps[step], stop);
+    if (!made.ok() && !stop) std::fprintf(stderr, "no provisional tiles: %s\n", made.problem().line().c_str());
+    if (!made.ok() || !*made) return;
     report(provisional(step + 1, steps.size()));
   }
 }

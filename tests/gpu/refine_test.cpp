@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <optional>
 
 #include "gpu/refine/height_step.h"
 #include "tests/gpu/measured_tile.h"
@@ -61,6 +63,65 @@ TEST_P(Refine, leaves_nothing_over_the_limit) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Terrains, Refine, testing::Values(kHills, kWalls, kSpike));
+
+/// At a place between four samples the surface is right in one triangle of the lattice alone, and no sample near it tells.
+class Pixel final : public ErrorMeter {
+ public:
+  static constexpr std::array<MeshPoint, 3> kRight{{{100, 100, 0}, {101, 100, 0}, {101, 101, 0}}};
+  explicit Pixel(const ErrorMeter& samples) : samples_(samples) {}
+
+  TriangleError measure(const std::array<MeshPoint, 3>& corners, double limit_m) const override {
+    TriangleError error = samples_.measure(corners, limit_m);
+    if (is_wrong(corners)) error.error_m = 1000, error.count = 0;
+    return error;
+  }
+  double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override { return is_wrong(corners) ? 1000 : samples_.error_m(corners, asked); }
+  std::optional<std::array<MeshPoint, 3>> wanted(const std::array<MeshPoint, 3>& corners, double) const override {
+    if (!is_wrong(corners)) return std::nullopt;
+    std::array<MeshPoint, 3> right = kRight;
+    for (MeshPoint& p : right) p.height = static_cast<std::int32_t>(std::lround(kHills(p.x, p.y) * 1024));
+    return right;
+  }
+  static bool is_right(const std::array<MeshPoint, 3>& corners) {
+    return std::all_of(kRight.begin(), kRight.end(), [&](const MeshPoint& p) {
+      return std::any_of(corners.begin(), corners.end(), [&](const MeshPoint& c) { return c.x == p.x && c.y == p.y; });
+    });
+  }
+
+ private:
+  static bool is_wrong(const std::array<MeshPoint, 3>& c) {
+    constexpr double kX = 100.6, kY = 100.3;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const MeshPoint &a = c[k], &b = c[(k + 1) % 3];
+      if ((b.x - a.x) * (kY - a.y) - (b.y - a.y) * (kX - a.x) < 0) return false;
+    }
+    return !is_right(c);
+  }
+  const ErrorMeter& samples_;
+};
+
+TEST(refine, makes_the_triangle_that_the_lattice_has_where_insertions_do_not_help) {
+  const proto::Samples samples = samples_of(kHills);
+  for (const int cells : {2, 16, 64}) {
+    TileMesh mesh = coarse(samples, cells);
+    const TileMesh crude = mesh;
+    const SampleMeter at_samples(input_of(crude, samples));
+    const Pixel meter(at_samples);
+    const double limit_m = cells == 2 ? 200 : 30;
+    std::vector<std::uint32_t> all(mesh.triangles.size());
+    std::iota(all.begin(), all.end(), 0U);
+    EXPECT_EQ(refine(mesh, meter, limit_m, all, SIZE_MAX).over, 1u) << "no point is offered for it";
+    all.resize(mesh.triangles.size());
+    std::iota(all.begin(), all.end(), 0U);
+    EXPECT_EQ(refine_stuck(mesh, meter, limit_m, all).over, 0u) << cells;
+    expect_lawful(mesh);
+    EXPECT_EQ(over(mesh, samples, limit_m).size(), 0u);
+    EXPECT_TRUE(std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
+      const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], 0}; };
+      return Pixel::is_right({point(t[0]), point(t[1]), point(t[2])});
+    }));
+  }
+}
 
 TEST(refine, puts_in_no_more_than_it_may) {
   const proto::Samples samples = samples_of(kHills);

@@ -121,6 +121,44 @@ TEST_F(Pixels, BackProjectionIsNearerWhereTheLatticeIsTooCoarseToMeetThem) {
   EXPECT_EQ(whole(*plain, lattice(kLevel - 1)).height, whole(*moved, lattice(kLevel - 1)).height) << "cells of two pixels stay as they are";
 }
 
+// Heights of points are valid between four of them alone, so a line of single ones in a void was painted over by the fill.
+TEST_F(Pixels, WhatAFillClosesMeetsPixelsInIt) {
+  Spec spec = rough_utm();
+  spec.point = true;
+  spec.nodata = -1;
+  spec.value = [](int c, int r) { return c > 20 && c < 60 && r > 20 && r < 60 && r != 40 ? -1 : rough(c, r) + (r == 40 ? 300 : 0); };
+  const std::string file = write(spec);
+  proto::BuildOptions options = exact();
+  options.set_voids("fill");
+  const auto filled = raster::open_filled_source(file, "dem.tif", raster::Trust::operator_file, options);
+  ASSERT_TRUE(filled.ok()) << filled.problem().line();
+  const Off closed = off(**filled, kLevel);
+  EXPECT_EQ(closed.pixels, off(*must_open(file), kLevel).pixels + 39) << "all those of the line";
+  EXPECT_LT(closed.greatest_m, 1);
+}
+
+TEST_F(Pixels, BesideAVoidCornerTheOtherThreeMeetThem) {
+  Spec spec = rough_utm();
+  spec.nodata = -1;
+  spec.value = [](int c, int r) { return (c * 7 + r * 11) % 23 == 0 ? -1 : rough(c, r); };
+  const auto source = must_open(write(spec), exact());
+  const proto::Samples samples = whole(*source, lattice(kLevel));
+  const auto pixels = source->pixels(lattice(kLevel), {samples.west, samples.south, samples.west + samples.columns - 1, samples.south + samples.rows - 1});
+  ASSERT_TRUE(pixels.ok());
+  int met = 0, near = 0;
+  for (const raster::PixelPoint& p : *pixels) {
+    const auto c = static_cast<std::int64_t>(p.x), r = static_cast<std::int64_t>(p.y);
+    const double fx = p.x - static_cast<double>(c), fy = p.y - static_cast<double>(r);
+    const auto at = [&](std::int64_t dc, std::int64_t dr) { return samples.at(samples.west + c + dc, samples.south + r + dr); };
+    if (r + 1 >= samples.rows || c + 1 >= samples.columns || at(1, 1) != proto::kNoHeight || fx + fy > 1) continue;
+    if (at(0, 0) == proto::kNoHeight || at(1, 0) == proto::kNoHeight || at(0, 1) == proto::kNoHeight) continue;
+    ++met;
+    near += std::abs(((1 - fx - fy) * at(0, 0) + fx * at(1, 0) + fy * at(0, 1)) * proto::kHeightStep_m - p.height_m) < 1 ? 1 : 0;
+  }
+  EXPECT_GT(met, 20);
+  EXPECT_EQ(near, met);
+}
+
 TEST_F(Pixels, BackProjectionDoesNotDependOnTheWindow) {
   Spec spec = rough_utm();
   spec.nodata = -1;

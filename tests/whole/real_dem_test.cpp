@@ -12,6 +12,7 @@ namespace {
 
 using testing::IsEmpty;
 
+constexpr double kMostPixels = 0.9e6;  ///< larger ones take too long
 constexpr double kMostSamples = 1.0e6;  ///< larger ones are built to a coarser level
 
 std::vector<std::string> files() {
@@ -48,6 +49,26 @@ TEST_P(RealDem, obeys_the_laws) {
   const Built built = build_file(path, options);
   EXPECT_THAT(judge(built, {8000, 0}), IsEmpty());
   EXPECT_GT(built.triangles(built.lattice.finest_level), 100u);
+}
+
+// As the program builds it unless told otherwise. Larger ones: docs/design/accuracy.md has what came out.
+TEST_P(RealDem, keeps_its_target_at_its_own_pixels) {
+  if (GetParam().empty()) GTEST_SKIP() << "no real elevation models: set CORDILLERA_TEST_DATA to a folder of them";
+  proto::BuildOptions options;
+  options.set_threads(2);
+  options.set_device("cpu");
+  options.set_pixels("exact");
+  const std::string path = real_dems() + "/" + GetParam();
+  {
+    const auto source = raster::open_source(path, GetParam(), raster::Trust::operator_file, options);
+    ASSERT_TRUE(source.ok()) << source.problem().line();
+    const proto::Source& said = (*source)->description();
+    if (static_cast<double>(said.columns()) * static_cast<double>(said.rows()) > kMostPixels) GTEST_SKIP() << "too large for a test";
+  }
+  const Built built = build_file(path, options);
+  const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
+  EXPECT_GT(stated.pixels(), 1000);
+  EXPECT_LE(stated.max(), 1.1 * pipeline::level_plan(built.plan, built.lattice.finest_level).target());
 }
 INSTANTIATE_TEST_SUITE_P(whole, RealDem, testing::ValuesIn(files()), [](const auto& param) {
   std::string name = param.param.empty() ? "absent" : param.param;
