@@ -57,6 +57,7 @@ class StoreCheck {
   }
 
   void tables() { check_tables(database_, plan_, report_.findings); }
+  void version_note(const std::string& path) { check_version_note(database_, path, report_.findings); }
 
   void checksums() {
     Statement rows(database_, "SELECT hash, bytes FROM blobs");
@@ -181,6 +182,7 @@ proto::Result<Report> check_store(const std::string& path, const std::string& ra
       errors = std::move(*opened);
     }
     check.tables();
+    check.version_note(path);
     check.sums();
     check.checksums();
     check.tiles(errors.get());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <string>
@@ -103,6 +104,19 @@ void check_tables(Database& database, const proto::Plan& plan, Findings& finding
   tables.format();
   tables.tasks();
   tables.meshes();
+}
+
+void check_version_note(Database& database, const std::string& path, Findings& findings) {
+  std::error_code error;
+  if (!std::filesystem::exists(std::filesystem::path(path).parent_path() / kChangesFile, error)) return;
+  const std::string where = "note " + std::string(kVersionNote);
+  Statement row(database, "SELECT value FROM meta WHERE key = CAST(? AS TEXT)");
+  if (!row.bind(std::string(kVersionNote)).step()) {
+    return findings.add(where, "it is missing, and beside the store lies " + std::string(kChangesFile) + "; expected: the rasters that the store was made of");
+  }
+  proto::DatasetVersion version;
+  if (version.ParseFromArray(row.blob(0).data(), static_cast<int>(row.blob(0).size())) && version.number() > 0 && version.sources_size() > 0) return;
+  findings.add(where, "it cannot be read; expected: the rasters that the store was made of");
 }
 
 void check_manifest(const proto::Manifest& expected, const proto::Manifest& found, const proto::Plan& plan, Findings& findings) {

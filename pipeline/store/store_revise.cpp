@@ -122,14 +122,22 @@ void put_notes(const std::string& path, const std::vector<Note>& notes) {
 
 }  // namespace
 
-std::optional<std::string> note_in(const std::string& store_path, const std::string& key) {
+std::optional<std::string> sound_note_in(const std::string& store_path, const std::string& key) {
   std::error_code error;
-  if (!fs::exists(store_path, error)) return std::nullopt;
+  if (!fs::exists(store_path, error)) {
+    if (error) throw StoreError(store_path + " cannot be looked for: " + error.message());
+    return std::nullopt;
+  }
+  Database database(store_path, Database::Mode::published);
+  Statement row(database, "SELECT value, " + std::string(has_sums(database) ? kSoundMeta : "1") + " FROM meta WHERE key = CAST(? AS TEXT)");
+  if (!row.bind(key).step()) return std::nullopt;
+  if (row.integer(1) == 0) throw StoreError("the note '" + key + "' of " + store_path + " is not as it was written");
+  return std::string(row.blob(0));
+}
+
+std::optional<std::string> note_in(const std::string& store_path, const std::string& key) {
   try {
-    Database database(store_path, Database::Mode::published);
-    Statement row(database, "SELECT value, " + std::string(has_sums(database) ? kSoundMeta : "1") + " FROM meta WHERE key = CAST(? AS TEXT)");
-    if (!row.bind(key).step() || row.integer(1) == 0) return std::nullopt;  // none at all is better than another
-    return std::string(row.blob(0));
+    return sound_note_in(store_path, key);
   } catch (const StoreError&) {
     return std::nullopt;  // whoever opens it for its tiles says why
   }

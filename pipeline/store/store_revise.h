@@ -13,9 +13,15 @@ namespace cordillera::pipeline {
 /// Texts that a store carries for whoever builds on it, by key. A store with the note kTasksNote keeps the meshes of all its
 /// tasks when it is published.
 inline constexpr const char* kTasksNote = "tasks";
+/// Of a store whose rasters can be changed: which ones it was made of. Beside such a store lies the list of changes.
+inline constexpr const char* kVersionNote = "version";
+inline constexpr const char* kChangesFile = "changes.json";
 
 /// nullopt: no such file or note, or one that is not as it was written. The store may be unfinished; nobody writes it meanwhile.
 std::optional<std::string> note_in(const std::string& store_path, const std::string& key);
+/// For who must not take damage for none. nullopt: no such file or note. Throws StoreError where the file cannot be read, or the note is not as it was
+/// written.
+std::optional<std::string> sound_note_in(const std::string& store_path, const std::string& key);
 
 struct Note {
   std::string key, text;

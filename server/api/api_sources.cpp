@@ -2,6 +2,7 @@
 // version of it.
 #include <filesystem>
 
+#include "pipeline/store/sqlite.h"
 #include "pipeline/work/update.h"
 #include "server/api/api.h"
 #include "server/log/log.h"
@@ -112,7 +113,7 @@ struct Reply {
 };
 
 /// The answer to a change that is noted, as it is now.
-Response answer_now(Service& service, const Dataset& dataset, const std::string& change_id, const Reply& reply) {
+Response answer_now(Service& service, const Dataset& dataset, const std::string& change_id, const Reply& reply) try {
   const proto::SourceChanges changes = service.ledger().read(dataset.id);
   const auto change = change_in(changes, change_id);
   if (!change) return problem_response(unknown_dataset(dataset.id));
@@ -122,6 +123,15 @@ Response answer_now(Service& service, const Dataset& dataset, const std::string&
   if (change->kind() != "remove") response.set("Location", reply.path + "/sources/" + change->source().id());
   response.set("Cache-Control", "no-store");
   return response;
+} catch (const pipeline::StoreError& error) {  // who waits is beyond the request that would say so
+  return problem_response(service.library().damaged(dataset.id, error.what()));
+}
+
+/// The change has not come to its end, as far as the list can be read.
+bool is_pending(Service& service, const std::string& id, const std::string& change) try {
+  return state_of(service.ledger().read(id), change) == std::string("pending");
+} catch (const pipeline::StoreError&) {
+  return false;
 }
 
 Response accepted(Service& service, const Dataset& dataset, const std::string& change, const Delivery& delivery, const Reply& reply) {
@@ -131,7 +141,7 @@ Response accepted(Service& service, const Dataset& dataset, const std::string& c
   response.later = [&service, dataset, change, waiting, reply, wait = delivery.wait,
                     end = std::chrono::steady_clock::now() + delivery.wait](Patience patience) -> std::optional<Response> {
     const bool over = patience == Patience::none || service.stopping() || std::chrono::steady_clock::now() >= end;
-    if (!over && state_of(service.ledger().read(dataset.id), change) == std::string("pending")) return std::nullopt;
+    if (!over && is_pending(service, dataset.id, change)) return std::nullopt;
     Response come = answer_now(service, dataset, change, reply);
     come.set("Preference-Applied", "wait=" + std::to_string(wait.count()));
     return come;

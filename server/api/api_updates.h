@@ -13,7 +13,7 @@ namespace cordillera::server::updates {
 /// where it lies then.
 /// more: rasters behind it, in the upload's folder.
 proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload, const std::vector<MoreRaster>& more);
-/// What a raster is called by its address: "dem.tif" of https://example.org/dem.tif?x=1.
+/// What a raster is called by its address: "dem.tif" of https://example.org/dem.tif?x=1 and of …/dem.tif;x=1.
 std::string name_in(const std::string& address);
 
 /// …/sources and …/sources/{source}: the rasters, the one that wins first, and changes of them.
@@ -23,7 +23,8 @@ Response versions(Service& service, const Dataset& dataset);
 /// POST …/rollback: back to a kept version.
 Response rollback(Service& service, const Request& request, const Dataset& dataset);
 
-/// For a dataset's status: its number of changes under way and how the last one ended; null of one whose rasters are fixed.
+/// For a dataset's status: its number of changes under way and how the last one ended; null of one whose rasters are fixed,
+/// and where that is damaged.
 Json status(Service& service, const std::string& id);
 /// Whether a change is pending.
 bool is_busy(Service& service, const std::string& id);

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "pipeline/store/sqlite.h"
 #include "server/api/api.h"
+#include "server/fetch/addresses.h"
 #include "server/log/log.h"
 #include "server/options/option_values.h"
 #include "server/api/api_updates.h"
@@ -57,6 +59,8 @@ proto::Result<void> go_back(Service& service, const std::string& id, std::option
                    number ? "version " + std::to_string(*number) + " is not kept" : std::string("no earlier version is kept"),
                    "a number of GET …/versions", "to"};
   }
+  const auto version = version_in(kept_store(service.layout().dataset(id), *found));
+  if (!version) throw pipeline::StoreError(version.problem().detail);
   const auto back = roll_back(service.layout(), id, *found);
   service.library().forget(id);
   service.archive().forget(id);
@@ -91,9 +95,10 @@ Response versions(Service& service, const Dataset& dataset) {
   const fs::path folder = service.layout().dataset(dataset.id);
   for (const std::uint32_t number : kept_numbers(folder)) {
     const auto version = version_in(kept_store(folder, number));
+    if (!version) (void)service.library().damaged(dataset.id, version.problem().detail);  // the others are there
     const auto terrain = service.archive().open(dataset.id, number);
-    if (version && terrain && number != served.number())
-      json["versions"].push_back(version_json(*version, terrain->manifest(), false));
+    if (version && *version && terrain && number != served.number())
+      json["versions"].push_back(version_json(**version, terrain->manifest(), false));
   }
   Response response = json_response(200, json);
   response.set("Cache-Control", "no-store");
@@ -123,7 +128,7 @@ bool is_busy(Service& service, const std::string& id) {
   return service.ledger().holds(id) && service.ledger().first(id).has_value();
 }
 
-Json status(Service& service, const std::string& id) {
+Json status(Service& service, const std::string& id) try {
   if (!service.ledger().holds(id)) return nullptr;
   const proto::SourceChanges changes = service.ledger().read(id);
   Json json;
@@ -133,6 +138,9 @@ Json status(Service& service, const std::string& id) {
                      ? Json(nullptr)
                      : change_json(*changes.ended().rbegin(), changes.ended().rbegin()->has_problem() ? "failed" : "done");
   return json;
+} catch (const pipeline::StoreError& error) {  // its tiles are served all the same
+  (void)service.library().damaged(id, error.what());
+  return nullptr;
 }
 
 proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload, const std::vector<MoreRaster>& more) {
@@ -165,7 +173,7 @@ proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Up
 }
 
 std::string name_in(const std::string& address) {
-  const std::string path = address.substr(0, address.find_first_of("?#"));
+  const std::string path = without_query(address);  // everybody reads the name, and a signature may stand behind ';' too
   const std::string name = path.substr(path.rfind('/') + 1);
   return name.empty() ? "raster" : name;
 }

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <set>
 
+#include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
 #include "server/http/digest.h"
 #include "server/http/json.h"
@@ -73,9 +74,10 @@ class Copy {
   std::vector<fs::path> names_of(const std::string& id, bool ready, const std::string& raster) const {
     const fs::path folder = from_.dataset(id);
     if (!updates::is_changeable(folder)) return {ready ? fs::path(kStoreFile) : fs::path(raster)};
-    std::vector<fs::path> names = {updates::kChangesFile};
-    if (ready) names.emplace_back(kStoreFile);
+    std::vector<fs::path> names;
     std::error_code gone;
+    if (fs::exists(folder / updates::kChangesFile, gone)) names.emplace_back(updates::kChangesFile);
+    if (ready) names.emplace_back(kStoreFile);
     for (const auto& entry : fs::directory_iterator(folder / updates::kSources, gone)) names.push_back(fs::path(updates::kSources) / entry.path().filename());
     return names;
   }
@@ -164,6 +166,7 @@ proto::Result<BackedUp> backup(const Layout& layout, const fs::path& to) {
   if (!fs::exists(layout.registry(), error)) {
     return proto::Problem{"data-unusable", layout.root.string() + " is no data folder", "the folder that a server was given with --data", "path"};
   }
+  if (auto lost = lost_registry(layout)) return *lost;  // a backup of nothing would take the place of a good one
   return in_place(to, [&](const fs::path& work) { return copy_into(layout, work); });
 }
 

@@ -88,8 +88,10 @@ bool is_marked_deleted(const fs::path& folder) {
 bool is_built(const Layout& layout, const Dataset& dataset) {
   std::error_code error;
   const fs::path folder = layout.dataset(dataset.id);
-  // A raster that is there belongs to a build that did not end; what it committed is its own to judge. Rasters of changes are kept for good.
-  if (!updates::is_changeable(folder) && !dataset.raster.empty() && fs::exists(folder / dataset.raster, error)) return false;
+  // Rasters of changes are kept for good, and a version is put into its place whole: one that cannot be read is damaged, not unfinished.
+  if (updates::is_changeable(folder)) return fs::exists(layout.store(dataset.id), error);
+  // A raster that is there belongs to a build that did not end; what it committed is its own to judge.
+  if (!dataset.raster.empty() && fs::exists(folder / dataset.raster, error)) return false;
   return fs::exists(layout.store(dataset.id), error) && pipeline::StoreReader::manifest_of(layout.store(dataset.id).string()).ok();
 }
 

@@ -6,10 +6,11 @@
 #include <set>
 #include <sstream>
 
-#include "pipeline/store/store_revise.h"
+#include "pipeline/store/sqlite.h"
 #include "raster/storage.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/http/json.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -19,13 +20,33 @@ using proto::Problem;
 
 constexpr int kMostEnded = 50;  // changes whose end is remembered
 
-proto::SourceChanges read_file(const fs::path& folder) {
-  std::ifstream file(folder / kChangesFile);
+Problem damaged(const fs::path& file, const std::string& why) {
+  return {"store-damaged", file.string() + " " + why, "a backup", ""};
+}
+
+/// Where it is not there and nothing says that it was, an empty one: the dataset may have been deleted meanwhile.
+proto::Result<proto::SourceChanges> read_file(const fs::path& folder) {
+  proto::SourceChanges changes;
+  if (!is_changeable(folder)) return changes;
+  const fs::path place = folder / kChangesFile;
+  std::ifstream file(place);
   std::ostringstream text;
   text << file.rdbuf();
-  proto::SourceChanges changes;
-  from_json(text.str(), &changes);
-  return changes;
+  if (file && from_json(text.str(), &changes)) return changes;
+  return damaged(place, "is missing or cannot be read");
+}
+
+template <class T>
+T value_of(proto::Result<T> read) {
+  if (!read) throw pipeline::StoreError(read.problem().detail);
+  return std::move(read).value();
+}
+
+/// The version that is served. A change that came to its end has left one, for nothing comes behind a first change that fails.
+proto::Result<std::optional<proto::DatasetVersion>> served_in(const fs::path& folder, const proto::SourceChanges& changes) {
+  auto version = version_in(folder / kStoreFile);
+  if (version && !*version && changes.ended_size() > 0) return damaged(folder / kStoreFile, "is missing");
+  return version;
 }
 
 proto::Result<void> write_file(const fs::path& folder, const proto::SourceChanges& changes) {
@@ -51,7 +72,7 @@ void insert(std::vector<proto::DatasetSource>& sources, std::size_t position, co
 
 bool is_changeable(const fs::path& folder) {
   std::error_code error;
-  return fs::exists(folder / kChangesFile, error);
+  return fs::exists(folder / kChangesFile, error) || fs::exists(folder / kSources, error);
 }
 
 fs::path kept_store(const fs::path& folder, std::uint32_t number) {
@@ -69,11 +90,17 @@ std::vector<std::uint32_t> kept_numbers(const fs::path& folder) {
   return numbers;
 }
 
-std::optional<proto::DatasetVersion> version_in(const fs::path& store) {
-  const auto bytes = pipeline::note_in(store.string(), kVersionNote);
-  proto::DatasetVersion version;
-  if (!bytes || !version.ParseFromString(*bytes)) return std::nullopt;
-  return version;
+proto::Result<std::optional<proto::DatasetVersion>> version_in(const fs::path& store) {
+  try {
+    const auto bytes = pipeline::sound_note_in(store.string(), kVersionNote);
+    std::error_code error;
+    if (!bytes && !fs::exists(store, error)) return std::optional<proto::DatasetVersion>();
+    proto::DatasetVersion version;
+    if (bytes && version.ParseFromString(*bytes) && version.number() > 0 && version.sources_size() > 0) return std::optional(version);
+    return damaged(store, "does not say of which rasters it was made");
+  } catch (const pipeline::StoreError& error) {
+    return damaged(store, std::string("cannot be read: ") + error.what());
+  }
 }
 
 proto::Result<void> begin(const fs::path& folder, proto::SourceChange change) {
@@ -114,11 +141,15 @@ proto::Result<std::vector<proto::DatasetSource>> applied(std::vector<proto::Data
 
 proto::SourceChanges Ledger::read(const std::string& id) const {
   const std::lock_guard lock(mutex_);
-  return read_file(layout_.dataset(id));
+  return value_of(read_file(layout_.dataset(id)));
 }
 
 proto::DatasetVersion Ledger::current(const std::string& id) const {
-  return version_in(layout_.store(id)).value_or(proto::DatasetVersion{});
+  if (!holds(id)) return {};
+  const fs::path folder = layout_.dataset(id);
+  // Without the lock, which who asks may hold: the file is replaced whole. The list before the version: a change may end in between.
+  const proto::SourceChanges changes = value_of(read_file(folder));
+  return value_of(served_in(folder, changes)).value_or(proto::DatasetVersion{});
 }
 
 std::vector<proto::DatasetSource> Ledger::expected(const std::string& id) const {
@@ -135,7 +166,7 @@ std::vector<proto::DatasetSource> Ledger::expected(const std::string& id) const 
 
 proto::Result<void> Ledger::change(const std::string& id, const std::function<proto::Result<void>(proto::SourceChanges&)>& edit) {
   const std::lock_guard lock(mutex_);
-  proto::SourceChanges changes = read_file(layout_.dataset(id));
+  proto::SourceChanges changes = value_of(read_file(layout_.dataset(id)));
   if (const auto edited = edit(changes); !edited.ok()) return edited;
   return write_file(layout_.dataset(id), changes);
 }
@@ -159,8 +190,9 @@ proto::Result<proto::SourceChange> Ledger::add(const std::string& id, proto::Sou
 }
 
 std::optional<proto::SourceChange> Ledger::first(const std::string& id) const {
-  const proto::SourceChanges changes = read(id);
-  return changes.pending_size() > 0 ? std::optional(changes.pending(0)) : std::nullopt;
+  const std::lock_guard lock(mutex_);
+  const auto changes = read_file(layout_.dataset(id));
+  return changes && changes->pending_size() > 0 ? std::optional(changes->pending(0)) : std::nullopt;
 }
 
 proto::Result<void> Ledger::amend(const std::string& id, const proto::SourceChange& amended) {
@@ -187,27 +219,38 @@ proto::Result<void> Ledger::end(const std::string& id, const std::string& ended,
 void Ledger::tidy(const std::string& id, std::size_t keep) {
   const std::lock_guard lock(mutex_);  // a raster that was just brought is not yet named
   const fs::path folder = layout_.dataset(id);
+  const auto keep_all = [&](const Problem& why) { log_warning("dataset " + id + ": " + why.detail + "; none of its rasters is removed"); };
+  const auto changes = read_file(folder);
+  if (!changes) return keep_all(changes.problem());
+  const auto served = served_in(folder, *changes);
+  if (!served) return keep_all(served.problem());
   std::set<fs::path> named = {folder / kChangesFile, folder / kSources, folder / kVersions, folder / kStoreFile, folder / kRecordFile, folder / kDeletedFile};
   const auto name_sources = [&](const auto& sources) {
     for (const proto::DatasetSource& source : sources) named.insert(folder / source.spec().path());
   };
-  if (const auto current = version_in(folder / kStoreFile)) name_sources(current->sources());
+  if (*served) name_sources((*served)->sources());
+  std::vector<fs::path> places = {folder, folder / kVersions};
+  bool all_named = true;
   std::vector<std::uint32_t> kept = kept_numbers(folder);
   kept.resize(std::min(keep, kept.size()));
   for (const std::uint32_t number : kept) {
     named.insert(kept_store(folder, number));
-    if (const auto version = version_in(kept_store(folder, number))) name_sources(version->sources());
+    const auto version = version_in(kept_store(folder, number));
+    if (version && *version) name_sources((*version)->sources());
+    if (version) continue;
+    all_named = false;
+    keep_all(version.problem());
   }
-  const proto::SourceChanges changes = read_file(folder);
-  for (const proto::SourceChange& change : changes.pending()) {
+  if (all_named) places.push_back(folder / kSources);
+  for (const proto::SourceChange& change : changes->pending()) {
     named.insert(folder / change.source().spec().path());
     name_sources(change.more());
   }
   // What is being built goes on there.
-  if (changes.pending_size() > 0)
+  if (changes->pending_size() > 0)
     named.insert({folder / kTargetFile, folder / kJobFile, folder / kNextStore, folder / (std::string(kNextStore) + "-wal")});
   std::error_code ignored;
-  for (const fs::path& place : {folder, folder / kSources, folder / kVersions}) {
+  for (const fs::path& place : places) {
     for (const auto& entry : fs::directory_iterator(place, ignored)) {
       if (!named.contains(entry.path())) fs::remove_all(entry.path(), ignored);
     }
@@ -221,7 +264,7 @@ void Ledger::apart(const std::function<void()>& work) {
 
 bool Ledger::while_idle(const std::string& id, const std::function<void()>& work) {
   const std::lock_guard lock(mutex_);
-  if (read_file(layout_.dataset(id)).pending_size() > 0) return false;
+  if (value_of(read_file(layout_.dataset(id))).pending_size() > 0) return false;
   work();
   return true;
 }

@@ -2,11 +2,14 @@
 // What is to become of datasets whose rasters can be changed: for each the changes that were asked for, in a file of its folder.
 // A change that is in it is done, after a kill too; one that is not was never answered.
 //
-//   changes.json         pending changes and how the last ones ended: where it is, rasters can be changed
+//   changes.json         pending changes and how the last ones ended: where it or sources/ is, rasters can be changed
 //   sources/             rasters of the versions that are there and of pending changes
 //   dataset.sqlite       the version that is served; says of which rasters it was made (note kVersionNote)
 //   versions/N.sqlite    earlier ones
 //   target.json, next.sqlite    the version that is being built
+//
+// A note or list that is damaged is not an empty one: who took it for that would remove all rasters. Then nothing is removed, and
+// nothing is built.
 #include <filesystem>
 #include <functional>
 #include <mutex>
@@ -14,26 +17,27 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/store/store_revise.h"
 #include "proto/result.h"
 #include "server/datasets/layout.h"
 #include "work.pb.h"
 
 namespace cordillera::server::updates {
 
-inline constexpr const char* kChangesFile = "changes.json";
+using pipeline::kChangesFile;
+using pipeline::kVersionNote;
 inline constexpr const char* kTargetFile = "target.json";
 inline constexpr const char* kNextStore = "next.sqlite";
 inline constexpr const char* kSources = "sources";
 inline constexpr const char* kVersions = "versions";
-inline constexpr const char* kVersionNote = "version";
 
 /// Whether rasters of the dataset in the folder can be changed.
 bool is_changeable(const std::filesystem::path& folder);
 std::filesystem::path kept_store(const std::filesystem::path& folder, std::uint32_t number);
 /// Of earlier versions, greatest first.
 std::vector<std::uint32_t> kept_numbers(const std::filesystem::path& folder);
-/// Of what a store was made; nullopt: no such file, or of one raster for good.
-std::optional<proto::DatasetVersion> version_in(const std::filesystem::path& store);
+/// Of what the store of a dataset whose rasters can be changed was made; nullopt: no such file. Problem: "store-damaged".
+proto::Result<std::optional<proto::DatasetVersion>> version_in(const std::filesystem::path& store);
 
 /// Puts the first change of a dataset into a folder that nobody knows of yet.
 proto::Result<void> begin(const std::filesystem::path& folder, proto::SourceChange change);
@@ -42,14 +46,15 @@ proto::Result<void> begin(const std::filesystem::path& folder, proto::SourceChan
 proto::Result<std::vector<proto::DatasetSource>> applied(std::vector<proto::DatasetSource> sources,
                                                          const proto::SourceChange& change);
 
-/// Thread-safe. Times are UTC.
+/// Thread-safe. Times are UTC. Throws pipeline::StoreError where the list is damaged, or the note of the version that is served;
+/// first() and tidy() do not.
 class Ledger {
  public:
   explicit Ledger(Layout layout) : layout_(std::move(layout)) {}
 
   bool holds(const std::string& id) const { return is_changeable(layout_.dataset(id)); }
   proto::SourceChanges read(const std::string& id) const;
-  /// Of the version that is served; without one, none.
+  /// Of the version that is served; without one, and of one raster for good, none.
   proto::DatasetVersion current(const std::string& id) const;
   /// What the rasters will be when all that is pending has been done.
   std::vector<proto::DatasetSource> expected(const std::string& id) const;
@@ -58,13 +63,14 @@ class Ledger {
   /// if it has one. Problems: those of applied() and of bring, "queue-full" beyond `most` pending ones.
   using Bring = std::function<proto::Result<void>()>;
   proto::Result<proto::SourceChange> add(const std::string& id, proto::SourceChange change, std::size_t most, const Bring& bring);
-  /// The one whose turn it is.
+  /// The one whose turn it is; none where the list is damaged.
   std::optional<proto::SourceChange> first(const std::string& id) const;
   /// Something was found out about a pending change.
   proto::Result<void> amend(const std::string& id, const proto::SourceChange& change);
   /// The first change came to its end.
   proto::Result<void> end(const std::string& id, const std::string& change, const std::optional<proto::Problem>& problem);
-  /// Removes what neither a version nor a pending change names; versions/ keeps the newest `keep`.
+  /// Removes what neither a version nor a pending change names; versions/ keeps the newest `keep`. Where it cannot be told what
+  /// they name, no raster goes.
   void tidy(const std::string& id, std::size_t keep);
   /// Runs while no change comes or goes.
   void apart(const std::function<void()>& work);

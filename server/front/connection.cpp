@@ -18,8 +18,8 @@ constexpr auto kLinger = std::chrono::seconds(30);
 
 }  // namespace
 
-Connection::Connection(Loop& loop, tcp::socket socket, ClientCounts::Share share)
-    : loop_(loop), shared_(loop.shared()), socket_(std::move(socket)), share_(std::move(share)), since_(Clock::now()),
+Connection::Connection(Loop& loop, tcp::socket socket, std::shared_ptr<void> place, ClientCounts::Share share)
+    : loop_(loop), shared_(loop.shared()), place_(std::move(place)), socket_(std::move(socket)), share_(std::move(share)), since_(Clock::now()),
       body_pace_(shared_.limits), answer_pace_(shared_.limits) {
   Error ignored;
   socket_.non_blocking(true, ignored);
@@ -89,6 +89,7 @@ void Connection::begin(Head head) {
   keep_ = head.keep_alive && !shared_.stopping;
   old_ = head.old;
   by_front_ = false;
+  begun_ = false;
   state_ = State::handling;
   const bool takes_body = request_.method == "POST" || request_.method == "PUT" || request_.method == "PATCH";
   if (head.body != Head::Body::none && takes_body) return begin_with_body(std::move(head));
@@ -139,6 +140,7 @@ void Connection::tick(Clock::time_point now) {
         body_late_ = true;
         end_body(BodyPipe::End::broken);
       }
+      leave_if_unwanted(now);
       break;
     case State::waiting: ask_again(client_left() ? Patience::none : Patience::more); break;
     case State::writing:
@@ -176,6 +178,7 @@ void Connection::close() {
   Error ignored;
   socket_.shutdown(tcp::socket::shutdown_both, ignored);
   socket_.close(ignored);
+  place_ = nullptr;
   loop_.forget(self);
   if (answering) report(false);  // last: it may throw
 }

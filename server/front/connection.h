@@ -21,7 +21,8 @@ class Loop;
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
   /// share: of the client's connections; null: it has too many, and is told so.
-  Connection(Loop& loop, boost::asio::ip::tcp::socket socket, ClientCounts::Share share);
+  /// place: of the socket, given back when that is closed.
+  Connection(Loop& loop, boost::asio::ip::tcp::socket socket, std::shared_ptr<void> place, ClientCounts::Share share);
 
   void start();
   /// Says why instead of serving.
@@ -82,6 +83,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void respond_with(const proto::Problem& problem);
   void ask_again(Patience patience = Patience::more);
   bool client_left();
+  void leave_if_unwanted(Clock::time_point now);
   void pump();
   bool take_out(Response& response);
   void write();
@@ -98,6 +100,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   Loop& loop_;
   Shared& shared_;
+  std::shared_ptr<void> place_;  ///< goes after the socket
   boost::asio::ip::tcp::socket socket_;
   std::string peer_;
   ClientCounts::Share share_, stream_share_;
@@ -114,6 +117,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool keep_ = true, linger_ = false, old_ = false;
   bool by_front_ = false;  ///< the answer is no answer of the API
   std::atomic<bool> failed_{false};  ///< there will be none
+  std::atomic<bool> begun_{false};   ///< a worker makes it, or nobody will
 
   std::shared_ptr<BodyPipe> pipe_;
   std::optional<BodyFraming> framing_;

@@ -14,6 +14,7 @@
 namespace cordillera::server::front {
 namespace {
 
+constexpr auto kToBegin = std::chrono::seconds(2);  // who has only closed his side reads still, and seldom has to wait for so long
 constexpr std::size_t kLarge = std::size_t{64} << 10;  // less is soon in the system's own buffers
 
 std::string chunk(const std::string& piece) {
@@ -82,6 +83,7 @@ bool Connection::take_out(Response& response) {
 
 /// On a worker's thread.
 void Connection::make_answer() {
+  if (begun_.exchange(true)) return;
   try {
     later([self = shared_from_this(), response = answer_of(shared_, request_)]() mutable { self->respond(std::move(response)); });
   } catch (const std::exception&) {
@@ -95,6 +97,12 @@ bool Connection::client_left() {
   if (poll(&socket, 1, 0) <= 0) return false;
   keep_ = false;
   return true;
+}
+
+/// What only reads and waits for a worker is not made for a client that has left: others wait behind it. A change is made all the same.
+void Connection::leave_if_unwanted(Clock::time_point now) {
+  const bool reads = request_.method == "GET" || request_.method == "HEAD";
+  if (reads && !begun_ && now - asked_ > kToBegin && client_left() && !begun_.exchange(true)) close();
 }
 
 void Connection::ask_again(Patience patience) {

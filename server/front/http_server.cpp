@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/front/loop.h"
+#include "server/limits/descriptors.h"
 #include "server/memory/heap.h"
 #include "server/log/log.h"
 
@@ -23,7 +24,8 @@ constexpr auto kNoDescriptors = std::chrono::milliseconds(100);
 
 class AsioServer final : public HttpServer {
  public:
-  AsioServer(Api& api, const Limits& limits, OnServed on_served) : shared_(api, limits, std::move(on_served)) {
+  AsioServer(Api& api, const Limits& limits, OnServed on_served)
+      : shared_(api, limits, std::move(on_served)), most_sockets_(limits.connections + limits::refused_sockets(limits.connections)) {
     for (std::size_t k = 0; k < limits.loops; ++k) loops_.push_back(std::make_unique<Loop>(shared_));
     acceptor_ = std::make_unique<tcp::acceptor>(loops_[0]->io());
     retry_ = std::make_unique<boost::asio::steady_timer>(loops_[0]->io());
@@ -85,6 +87,9 @@ class AsioServer final : public HttpServer {
 
  private:
   void accept() {
+    if (!acceptor_->is_open()) return;
+    // Who comes now waits in the system's queue, where it takes none of the descriptors that jobs and stores need.
+    if (shared_.sockets >= most_sockets_) return make_room(0);
     Loop& loop = *loops_[next_++ % running_];
     acceptor_->async_accept(loop.io(), [this, &loop](const Error& error, tcp::socket socket) {
       if (!acceptor_->is_open()) return;
@@ -101,8 +106,7 @@ class AsioServer final : public HttpServer {
     });
   }
 
-  /// Without a descriptor left nobody comes in any more. The loops are asked in turn to close the connection that has been idle for longest
-  /// with them.
+  /// Without a descriptor or a place left nobody comes in any more. The loops are asked in turn to close the connection that can be spared best.
   void make_room(std::size_t asked) {
     if (asked == running_) return accept_later();
     loops_[(next_ + asked) % running_]->make_room([this, asked](Loop::Room room) {
@@ -118,6 +122,7 @@ class AsioServer final : public HttpServer {
   }
 
   Shared shared_;
+  const std::size_t most_sockets_;
   std::vector<std::unique_ptr<Loop>> loops_;
   std::unique_ptr<tcp::acceptor> acceptor_;
   std::unique_ptr<boost::asio::steady_timer> retry_;

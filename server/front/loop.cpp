@@ -14,6 +14,12 @@ constexpr auto kTick = std::chrono::milliseconds(250);
 constexpr auto kNews = std::chrono::milliseconds(50);  // a build that reports often is told of twenty times a second
 constexpr std::size_t kScratch = std::size_t{256} << 10;
 
+/// One more, until the pointer goes.
+std::shared_ptr<void> counted(std::atomic<std::size_t>& sockets) {
+  ++sockets;
+  return {&sockets, [](void* count) { --*static_cast<std::atomic<std::size_t>*>(count); }};
+}
+
 }  // namespace
 
 Loop::Loop(Shared& shared) : shared_(shared), work_(io_.get_executor()), ticks_(io_), news_(io_), scratch_(kScratch), date_(http_date()) {}
@@ -38,16 +44,15 @@ void Loop::run() {
 }
 
 void Loop::adopt(boost::asio::ip::tcp::socket socket) {
-  boost::asio::post(io_, [this, socket = std::move(socket)]() mutable {
+  // Here already: a loop that has much to do must not let them pile up uncounted.
+  boost::asio::post(io_, [this, place = counted(shared_.sockets), socket = std::move(socket)]() mutable {
     boost::system::error_code error;
     const auto peer = socket.remote_endpoint(error);
     if (error || stopping_) return;
-    // Those that are told why they are refused take a place for a moment too.
-    if (connections_.size() > shared_.limits.connections && make_room() == Room::none) return;
     const bool room = shared_.connections.all() < shared_.limits.connections || make_room() == Room::made;
     auto share = room ? shared_.connections.take(peer.address().to_string(), shared_.limits.connections_per_client) : nullptr;
     const bool welcome = share != nullptr;
-    const auto connection = std::make_shared<Connection>(*this, std::move(socket), std::move(share));
+    const auto connection = std::make_shared<Connection>(*this, std::move(socket), std::move(place), std::move(share));
     connections_.insert(connection);
     if (welcome) return connection->guarded([&] { connection->start(); });
     const auto why = room ? proto::Problem{"too-many-connections", "this address has too many connections open",

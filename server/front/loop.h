@@ -30,7 +30,7 @@ class Loop {
   void run();
 
   // From any thread.
-  /// The socket must be of io().
+  /// The socket must be of io(). It counts among Shared::sockets from here on.
   void adopt(boost::asio::ip::tcp::socket socket);
   void changed();
   void stop();

@@ -239,6 +239,13 @@ class Watch {
   bool silent_ = false, late_ = false;
 };
 
+/// What the system lacks at the moment is no fault of the raster.
+proto::Problem cannot_start(int error) {
+  const std::string why = "the process that builds cannot be started: " + std::string(strerror(error));
+  if (error == EMFILE || error == ENFILE || error == ENOMEM || error == EAGAIN) return {"service-busy", why, "trying again later", ""};
+  return {"job-crashed", why, "posting again later", ""};
+}
+
 proto::Problem crashed(int status, bool late) {
   // The clock that the job has set itself has no handler, so that nothing of its libraries can be in the way.
   if (late || (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)) {
@@ -257,8 +264,7 @@ proto::Problem crashed(int status, bool late) {
 proto::Result<std::optional<proto::Estimate>> run(const Program& program, const std::filesystem::path& folder,
                                                   const ProgressSink& progress, const std::atomic<bool>& stop) {
   const auto child = spawn(program, folder.string());
-  if (!child)
-    return proto::Problem{"job-crashed", "the process that builds cannot be started: " + std::string(strerror(errno)), "posting again later", ""};
+  if (!child) return cannot_start(errno);
   log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
   Report report{progress, {}, {}, {}};
   Watch watch(*child, folder, stop);

@@ -28,7 +28,7 @@ using JobRunner = std::function<proto::Result<std::optional<proto::Estimate>>(co
 /// Runs `program job FOLDER` in a session of its own. The child gets no descriptor but stdin (empty), a pipe as stderr, whose
 /// lines are logged, and the report; of the environment what sandbox/environment.cpp names. stop: SIGTERM, then SIGKILL. A child
 /// that ends without saying why is a Problem "job-crashed" that names the signal or exit code. free_percent: of its folder's disk, that it leaves free;
-/// where that is too little for it, it says "storage-full".
+/// where that is too little for it, it says "storage-full". "service-busy": the system had no descriptor, process or memory to start it with.
 JobRunner child_runner(const std::string& program, std::uint32_t free_percent = 0);
 
 /// What the child does: `cordillera job FOLDER`. Returns the exit code.

@@ -45,8 +45,8 @@ void limit(__rlimit_resource resource, rlim_t value) {
   setrlimit(resource, &now);
 }
 
-/// What a raster from a stranger may cost, and reach.
-void restrict_process(const proto::Job& job, const std::filesystem::path& folder, proto::BuildOptions& options) {
+/// What a raster from a stranger may cost, and reach. False: it reaches more than this system could keep it from.
+bool restrict_process(const proto::Job& job, const std::filesystem::path& folder, proto::BuildOptions& options) {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_FSIZE, 1024 * 1024 * kMiB);
   limit(RLIMIT_NOFILE, kMostFiles);
@@ -64,7 +64,8 @@ void restrict_process(const proto::Job& job, const std::filesystem::path& folder
   setenv("HDF5_USE_FILE_LOCKING", "FALSE", 1);  // NetCDF would give up where flock() is refused; nobody else has the raster
   alarm(job.max_seconds());                  // a confined process cannot ask for another clock
   const sandbox::Gpu gpu = may_use_cuda(options) ? sandbox::Gpu::allowed : sandbox::Gpu::none;
-  sandbox::confine({folder, temporary, raster::geoid_places(), gpu});
+  const sandbox::Confined offered = sandbox::offered(), confined = sandbox::confine({folder, temporary, raster::geoid_places(), gpu});
+  return (confined.files || !offered.files) && (confined.syscalls || !offered.syscalls);
 }
 
 /// False when the parent is dead: the pipe has no reader.
@@ -169,7 +170,9 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   proto::Job job;
   if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
   raster::keep_free(bytes_to_leave(folder, free_percent));
-  restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
+  if (!restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options())) {
+    return fail({"internal", "the job cannot be confined as this system offers", "cordillera doctor, which says what it offers", ""});
+  }
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
   try {

@@ -70,7 +70,7 @@ proto::Job job_of(const Dataset& dataset) {
 
 bool is_passing(const proto::Problem& problem, int attempt) {
   if (problem.type == "crs-tables-unreadable") return attempt < kTriesWithTables;
-  return problem.type == "store-write" || problem.type == "storage-full";
+  return problem.type == "store-write" || problem.type == "storage-full" || problem.type == "service-busy";
 }
 
 void keep_store_alone(const std::filesystem::path& folder) {
@@ -83,7 +83,10 @@ void keep_store_alone(const std::filesystem::path& folder) {
 JobQueue::JobQueue(Parts parts, unsigned concurrency)
     : layout_(std::move(parts.layout)), looked_at_(layout_), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(std::move(parts.runner)),
       limits_(parts.limits), ledger_(parts.ledger), fetch_(std::move(parts.fetch)), keep_versions_(parts.keep_versions),
-      published_(std::move(parts.published)), concurrency_(concurrency), dry_runs_free_(concurrency), looks_(1), pool_(concurrency) {}
+      published_(std::move(parts.published)), concurrency_(concurrency), dry_runs_free_(concurrency), looks_(1), pool_(concurrency) {
+  // A pool takes descriptors for its clocks with the first one. When that is needed there may be none.
+  const boost::asio::steady_timer first(pool_);
+}
 
 JobQueue::~JobQueue() { stop(); }
 
@@ -138,10 +141,12 @@ void JobQueue::forget_posted(const std::string& id) {
 }
 
 void JobQueue::enqueue(Turn added) {
-  if (!turns_.add(std::move(added))) return;
+  if (turns_.add(std::move(added))) serve_next();
+}
+
+void JobQueue::serve_next() {
   ++unfinished_;
-  boost::asio::post(pool_, [this] {
-    const std::shared_ptr<void> over(nullptr, [this](void*) { --unfinished_; });
+  boost::asio::post(pool_, [this, over = std::shared_ptr<void>(nullptr, [this](void*) { --unfinished_; })] {
     const auto turn = turns_.next();
     if (!turn) return;
     try {
@@ -153,16 +158,35 @@ void JobQueue::enqueue(Turn added) {
   });
 }
 
-void JobQueue::retry_later(Turn turn) {
-  const auto wait = wait_before(turn.attempt);
-  later(wait, std::move(turn));
+void JobQueue::retry_later(const Turn& turn) { later(wait_before(turn.attempt), turn); }
+
+void JobQueue::later(std::chrono::milliseconds wait, const Turn& turn) {
+  try {
+    auto timer = std::make_shared<boost::asio::steady_timer>(pool_, wait);
+    timer->async_wait([this, timer, turn](const boost::system::error_code& error) {
+      if (!error) come_back(turn);
+    });
+  } catch (const std::exception&) {  // want of memory: without a clock this thread waits itself
+    stand_still(wait);
+    come_back(turn);
+  }
 }
 
-void JobQueue::later(std::chrono::milliseconds wait, Turn turn) {
-  auto timer = std::make_shared<boost::asio::steady_timer>(pool_, wait);
-  timer->async_wait([this, timer, turn = std::move(turn)](const boost::system::error_code& error) {
-    if (!error) enqueue(turn);
-  });
+/// On a thread of the pool: an exception would end the process.
+void JobQueue::come_back(const Turn& turn) {
+  while (!stopping_) {
+    try {
+      turns_.add(turn);
+      return serve_next();  // one too many finds nothing to do
+    } catch (const std::exception&) {
+      stand_still(kFirstWait);
+    }
+  }
+}
+
+void JobQueue::stand_still(std::chrono::milliseconds longest) {
+  std::unique_lock lock(mutex_);
+  ended_.wait_for(lock, std::min<std::chrono::milliseconds>(longest, kFirstWait), [this] { return stopping_.load(); });
 }
 
 void JobQueue::cancel(const std::string& id) {

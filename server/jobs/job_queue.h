@@ -29,7 +29,8 @@ class StageClock;
 /// And its record, of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed leaves more than that.
 void keep_store_alone(const std::filesystem::path& folder);
 
-/// What is the disk's fault and not the raster's: the upload was accepted, so the build waits for better days. attempt: how many were in vain.
+/// What is the disk's or the system's fault and not the raster's: the upload was accepted, so the build waits for better days.
+/// attempt: how many were in vain.
 bool is_passing(const proto::Problem& problem, int attempt);
 
 /// What a build of rasters of so many bytes may take: one that is cheap to send keeps the others waiting for so long at most.
@@ -97,7 +98,8 @@ class JobQueue {
   void forget_posted(const std::string& id);
   enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
   void enqueue(Turn turn);
-  void retry_later(Turn turn);
+  void serve_next();
+  void retry_later(const Turn& turn);
   Next run(const Turn& turn);
   Next pause(const Dataset& dataset, const proto::Problem& why);
   bool waits_for_looks(const Dataset& dataset) const;
@@ -105,7 +107,9 @@ class JobQueue {
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
   using Outcome = proto::Result<std::optional<proto::Estimate>>;
   Outcome run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop);
-  void later(std::chrono::milliseconds wait, Turn turn);
+  void later(std::chrono::milliseconds wait, const Turn& turn);
+  void come_back(const Turn& turn);
+  void stand_still(std::chrono::milliseconds longest);
   // Of datasets whose rasters can be changed: one change, then the others' turns.
   Next take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   Outcome take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock, const std::atomic<bool>& stop);

@@ -36,11 +36,18 @@ proto::Result<void> moved(const fs::path& from, const fs::path& to) {
 
 bool is_done(const Layout& layout, const std::string& id, const proto::SourceChange& change) {
   const auto served = version_in(layout.store(id));
-  return served && served->change() == change.id();
+  return served && *served && (*served)->change() == change.id();
 }
 
 proto::Result<void> prepare(const Layout& layout, const std::string& id, const proto::SourceChange& change) {
-  const auto served = version_in(layout.store(id)).value_or(proto::DatasetVersion{});
+  proto::DatasetVersion served;
+  // Nothing is before the first change. Whatever lies in its place is replaced, which harms nobody; a refusal would cost the
+  // rasters that were posted.
+  if (change.number() > 1) {
+    auto before = version_in(layout.store(id));
+    if (!before) return proto::Problem{"store-damaged", "of which rasters dataset " + id + " was made cannot be read", before.problem().accepted, ""};
+    if (*before) served = std::move(**before);
+  }
   const auto sources = applied({served.sources().begin(), served.sources().end()}, change);
   if (!sources.ok()) return sources.problem();
   proto::DatasetVersion version;
@@ -56,8 +63,8 @@ proto::Result<void> prepare(const Layout& layout, const std::string& id, const p
 proto::Result<void> publish(const Layout& layout, const std::string& id, std::size_t keep) {
   const fs::path folder = layout.dataset(id), store = layout.store(id);
   const auto served = version_in(store);
-  if (served && keep > 0) {
-    const fs::path kept = kept_store(folder, served->number());
+  if (served && *served && keep > 0) {
+    const fs::path kept = kept_store(folder, (*served)->number());
     std::error_code ignored;
     fs::create_directory(kept.parent_path(), ignored);
     // Two names of one file until the rename: it costs no room.

@@ -1,5 +1,6 @@
 #pragma once
 // Descriptors of this process: every connection, upload and open dataset takes some.
+#include <algorithm>
 #include <cstddef>
 #include <string>
 
@@ -9,6 +10,9 @@ namespace cordillera::server::limits {
 
 /// As many as the system lets us have. Returns how many.
 std::size_t raise_descriptor_limit();
+
+/// Sockets beyond so many connections that may be open for a moment: of clients that are told why they are refused.
+constexpr std::size_t refused_sockets(std::size_t connections) { return std::clamp<std::size_t>(connections / 8, 1, 32); }
 
 /// Lowers the numbers of connections, uploads and open datasets until all of them together have descriptors. A sentence that says so;
 /// empty: there are enough.

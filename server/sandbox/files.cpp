@@ -46,6 +46,10 @@ constexpr const char* kReadable[] = {
     "/sys/devices/system"};
 constexpr const char* kOfTheGpu[] = {"/proc/driver", "/sys", "/etc/nvidia", "/proc/modules", "/proc/devices"};
 
+bool lies_in(const fs::path& inner, const fs::path& outer) {
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
 class Rules {
  public:
   explicit Rules(int abi) {
@@ -67,6 +71,20 @@ class Rules {
   Rules(const Rules&) = delete;
   Rules& operator=(const Rules&) = delete;
 
+  /// A folder that jobs may read, and what is in it: but not what lies in `data`, the service's folder. Landlock knows no exceptions,
+  /// so each thing beside it gets a rule.
+  void allow_reading(const fs::path& path, const fs::path& data) {
+    std::error_code error;
+    const fs::path real = fs::canonical(path, error);
+    if (error) return;
+    if (!lies_in(data, real)) return allow(real, kRead);
+    if (real == data) return;
+    for (fs::directory_iterator entry(real, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
+      // What a link leads to has its own place: a link back up would have no end.
+      std::error_code gone;
+      if (!entry->is_symlink(gone)) allow_reading(entry->path(), data);
+    }
+  }
   /// What is not there needs no rule.
   void allow(const fs::path& path, std::uint64_t access) {
     if (descriptor_ < 0 || path.empty()) return;
@@ -104,12 +122,15 @@ int landlock_abi() {
 
 bool confine_files(const Needs& needs) {
   Rules rules(landlock_abi());
-  for (const char* path : kReadable) rules.allow(path, kRead);
-  for (const fs::path& path : needs.readable) rules.allow(path, kRead);
+  std::error_code ignored;
+  // The service may have its folder in /opt or /usr: a job's own is data/datasets/ID or data/incoming/NAME.
+  const fs::path data = fs::weakly_canonical(needs.folder, ignored).parent_path().parent_path();
+  for (const char* path : kReadable) rules.allow_reading(path, data);
+  for (const fs::path& path : needs.readable) rules.allow_reading(path, data);
   for (const char* name : {"PROJ_DATA", "PROJ_LIB", "GDAL_DATA"}) {
     const char* list = std::getenv(name);
     std::istringstream folders(list == nullptr ? "" : list);
-    for (std::string folder; std::getline(folders, folder, ':');) rules.allow(folder, kRead);
+    for (std::string folder; std::getline(folders, folder, ':');) rules.allow_reading(folder, data);
   }
   rules.allow("/dev/null", kRead | kWriteFile);
   rules.allow(needs.folder, kRead | kChange | kTruncate);

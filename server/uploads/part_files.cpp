@@ -112,7 +112,7 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
     return full(strerror(errno));
   }
   std::uint64_t at = offset;
-  bool too_long = false, failed = false;
+  bool too_long = false, failed = false, whole = true;
   const auto note = [&] {
     if (fsync(part.number) != 0) return false;
     PartFile noted = *file;
@@ -122,7 +122,7 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
     return true;
   };
   if (request.read_body) {
-    request.read_body([&](std::string_view piece) {
+    whole = request.read_body([&](std::string_view piece) {
       too_long = at + piece.size() > file->length;
       if (too_long) return false;
       failed = !raster::write_all(part.number, piece);
@@ -134,8 +134,10 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
   }
   const int why = errno;
   if (too_long) return Problem{"body-too-large", "more bytes came than Upload-Length announced", "the " + std::to_string(file->length) + " bytes of it", ""};
-  if (!failed && at > file->offset && note()) return *file;
-  if (!failed && at == file->offset) return *file;
+  if (!failed && (at == file->offset || note())) {
+    if (whole) return *file;
+    return Problem{"body-incomplete", "the part broke off before its end; what came before is kept", "going on at Upload-Offset: " + std::to_string(file->offset), ""};
+  }
   // Somebody may have deleted it meanwhile; then nothing can be gone on with.
   std::error_code error;
   if (!fs::exists(folder_ / id / kDescription, error)) return unknown(id);

@@ -88,9 +88,24 @@ Response state(const PartFile& file) {
   return with_version(std::move(response));
 }
 
+/// Upload-Offset counts the raster's own bytes, and a part goes on wherever it broke off: of a compressed one no client could tell
+/// where that is.
+bool is_coded(const Request& request) {
+  std::string coding = request.header("content-encoding").value_or("");
+  for (char& c : coding) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return !coding.empty() && coding != "identity";
+}
+
 Response patch(PartFiles& files, const std::string& id, const Request& request) {
   if (request.header("content-type").value_or("") != "application/offset+octet-stream") {
     return refused({"upload-type", "a part of an upload has a type of its own", "Content-Type: application/offset+octet-stream", "Content-Type"});
+  }
+  if (is_coded(request)) {
+    Response response = refused({"coding-unknown", "a part of an upload is taken as it is, and this one is compressed", "no Content-Encoding, or identity", "Content-Encoding"});
+    response.set("Accept-Encoding", "identity");
+    return response;
   }
   const auto offset = number(request.header("upload-offset"));
   if (!offset) return refused({"upload-invalid", "Upload-Offset is missing or no number", "the offset that a HEAD of the upload tells", "Upload-Offset"});

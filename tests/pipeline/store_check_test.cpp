@@ -5,6 +5,7 @@
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
 #include "pipeline/store/store_revise.h"
+#include "pipeline/store/store_schema.h"
 #include "tests/pipeline/store_synthetic.h"
 #include "work.pb.h"
 
@@ -146,6 +147,26 @@ TEST_F(KeptStore, HasTheMeshesOfItsTasksAndNoOthers) {
   finds("UPDATE meta SET value = x'ff', sum = row_sum(key, x'ff') WHERE key = 'tasks'", "note tasks: it cannot be read; expected: the plan of the build, with its tasks");
   finds("UPDATE meta SET value = x'0807', sum = row_sum(key, x'0807') WHERE key = 'tasks'", "note tasks: its format is 7; expected: 1");
   finds("UPDATE meta SET value = x'0801', sum = row_sum(key, x'0801') WHERE key = 'tasks'", "note tasks: it is of another plan; expected: the plan in meta");
+}
+
+TEST_F(KeptStore, SaysOfWhichRastersItWasMadeWhereTheListOfChangesIs) {
+  EXPECT_EQ(findings_of(path_).find("note version"), std::string::npos) << "whose note it is cannot be told";
+  put_bytes(folder_ / kChangesFile, "{}");
+  const auto with = [&](const std::string& value) {
+    Database database(path_, Database::Mode::create);
+    Statement(database, kPutMeta).bind(std::string(kVersionNote), value).run();
+    return findings_of(path_);
+  };
+  proto::DatasetVersion version;
+  version.set_number(1);
+  EXPECT_NE(with(version.SerializeAsString()).find("note version: it cannot be read"), std::string::npos) << "of no raster";
+  version.add_sources()->set_id("one");
+  const std::string sound = with(version.SerializeAsString());
+  EXPECT_EQ(sound.find("note version"), std::string::npos) << sound;
+  EXPECT_NE(with("\xff").find("note version: it cannot be read; expected: the rasters that the store was made of"), std::string::npos);
+  sound_ = bytes_of(path_);
+  const std::string found = after("DELETE FROM meta WHERE key = 'version'");
+  EXPECT_NE(found.find("note version: it is missing, and beside the store lies changes.json"), std::string::npos) << found;
 }
 
 }  // namespace

@@ -204,6 +204,8 @@ TEST_F(DamagedStore, GivesNoNoteInPlaceOfAnother) {
   ASSERT_TRUE(note_in(path_, "plan"));
   change("UPDATE meta SET value = (SELECT value FROM meta WHERE key = 'manifest') WHERE key = 'plan'");
   EXPECT_FALSE(note_in(path_, "plan"));
+  EXPECT_THROW((void)sound_note_in(path_, "plan"), StoreError) << "it is none of none";
+  EXPECT_FALSE(sound_note_in(path_, "nothing"));
   EXPECT_TRUE(note_in(path_, "manifest"));
   take_sums_away();
   EXPECT_TRUE(note_in(path_, "plan")) << "who has no sums cannot tell";

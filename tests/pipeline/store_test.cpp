@@ -181,6 +181,32 @@ TEST(Store, TheSourcesRangeIsThatOfItsSamplesAndNotOfMeshes) {
   EXPECT_EQ(manifest.levels(0).max_height(), 1600) << "of its mesh";
 }
 
+TEST(Store, AnotherDatumThanTheRasterDeclaresIsNotedOnce) {
+  const TemporaryFolder folder;
+  const auto published = [&](const proto::Manifest& blank) {
+    auto store = writer(folder / (std::to_string(blank.ByteSizeLong()) + ".db"), synthetic_plan(6));
+    for (const FinishedTask& task : tasks()) EXPECT_TRUE(store->commit(task).ok());
+    auto manifest = store->publish(blank);
+    EXPECT_TRUE(manifest.ok()) << manifest.problem().line();
+    return std::vector<std::string>(manifest->notes().begin(), manifest->notes().end());
+  };
+  const auto fill = [](const char* declared, const char* used, proto::Source* source) {
+    source->set_vertical_datum_declared(declared);
+    source->set_vertical_datum(used);
+  };
+  using Notes = std::vector<std::string>;
+  proto::Manifest other = synthetic_manifest(), same = synthetic_manifest(), silent = synthetic_manifest(), several = synthetic_manifest();
+  fill("NAVD88 height", "EGM96", other.mutable_source());
+  fill("EGM96", "EGM96", same.mutable_source());
+  fill("", "EGM96", silent.mutable_source());
+  fill("mixed", "EGM96", several.mutable_source());
+  for (const char* declared : {"NAVD88 height", "EGM2008", "EGM96", "NAVD88 height"}) fill(declared, "EGM96", several.add_sources());
+  EXPECT_EQ(published(other), Notes{"NAVD88 height declared, EGM96 used"});
+  EXPECT_EQ(published(same), Notes{});
+  EXPECT_EQ(published(silent), Notes{});
+  EXPECT_EQ(published(several), (Notes{"NAVD88 height declared, EGM96 used", "EGM2008 declared, EGM96 used"}));
+}
+
 TEST(Store, BoundsCrossTheAntimeridian) {
   const TemporaryFolder folder;
   auto store = writer(folder / "a.db", synthetic_plan(6));

@@ -2,7 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <set>
+
 #include "fixture.h"
+#include "pipeline/tileset/manifest_json.h"
 
 namespace cordillera::server {
 namespace {
@@ -62,7 +67,7 @@ TEST(Api, DocumentsHoldOnlyRelativeAddresses) {
   TestService test;
   const std::string id = posted_id(test.post("GOOD", {}, kWait));
   const std::string base = "/v1/datasets/" + id;
-  for (const std::string& path : {std::string("/v1"), base + "/tileset.json"}) EXPECT_THAT(test.get(path).body, Not(HasSubstr("\"/"))) << path;
+  EXPECT_THAT(test.get(base + "/tileset.json").body, Not(HasSubstr("\"/")));
   for (const std::string& path : {std::string("/v1"), std::string("/v1/datasets"), base, base + "/tileset.json"}) {
     EXPECT_THAT(test.get(path).body, Not(HasSubstr("http://"))) << path;
   }
@@ -75,9 +80,53 @@ TEST(Api, LinksArePathsBelowThePublicPrefix) {
   for (const auto& [told, prefix] : rows) {
     const Json status = body_of(test.get(base, {{"x-forwarded-prefix", told}})), list = body_of(test.get("/v1/datasets", {{"x-forwarded-prefix", told}}));
     EXPECT_EQ(status["links"]["self"], prefix + base) << told;
+    const Json index = body_of(test.get("/v1", {{"x-forwarded-prefix", told}}))["links"];
+    EXPECT_EQ(index["datasets"], prefix + std::string("/v1/datasets")) << told;
+    EXPECT_EQ(index["viewer"], prefix + std::string("/")) << told;
+    for (const auto& [name, path] : index.items()) {
+      const std::string here = path.get<std::string>().substr(std::string(prefix).size());
+      EXPECT_TRUE(name == "viewer" || test.get(here).status == 200) << name;
+    }
     EXPECT_EQ(status["faces"][0]["href"], prefix + base + "/manifest.json") << told;
     EXPECT_EQ(list["datasets"][0]["links"]["self"], prefix + base) << told << ": the list's texts are kept";
   }
+}
+
+std::set<std::string> names_in(const Json& links) {
+  std::set<std::string> names;
+  for (const auto& [name, link] : links.items()) names.insert(name);
+  return names;
+}
+
+TEST(Api, AMountedFolderListsWhatLiesInIt) {
+  const TempFolder folder;
+  const auto put = [&](const std::string& path, const std::string& bytes) {
+    std::filesystem::create_directories((folder.path() / path).parent_path());
+    std::ofstream(folder.path() / path) << bytes;
+  };
+  proto::Manifest manifest;
+  for (const double side : {-72.0, 44.0, -71.0, 45.0, 0.0, 100.0}) manifest.add_bounds(side);
+  put("manifest.json", pipeline::manifest_json(manifest));
+  for (const char* path : {"tileset.json", "subtrees/W/0/0/0.subtree", "tiles/W/0/0/0.glb"}) put(path, "{}");
+  Settings settings;
+  settings.serve.mounts = {{"x", folder.path().string()}};
+  TestService test(settings);
+  const auto faces = [&](const Json& status) {
+    std::string names;
+    for (const Json& face : status["faces"]) names += face["name"].get<std::string>() + " ";
+    return names;
+  };
+  const Json status = body_of(test.get("/v1/datasets/x"));
+  EXPECT_EQ(names_in(status["links"]), (std::set<std::string>{"self", "events", "manifest", "tileset"}));
+  EXPECT_EQ(faces(status), "3d-tiles ");
+  EXPECT_EQ(status["faces"][0]["links"].size(), 3u) << "there is no tiles/{z}/{x}/{y}.glb";
+  const Json item = body_of(test.get("/stac/collections/datasets/items/x"));
+  EXPECT_EQ(names_in(item["assets"]), (std::set<std::string>{"3d-tiles", "manifest"}));
+  for (const auto& [name, asset] : item["assets"].items()) EXPECT_EQ(test.get(asset["href"].get<std::string>()).status, 200) << name;
+  EXPECT_EQ(body_of(test.get("/v1/datasets"))["datasets"][0]["links"], status["links"]);
+  put("tiles/1/1/1.drc", "a tile");
+  EXPECT_EQ(names_in(body_of(test.get("/v1/datasets/x"))["links"]), (std::set<std::string>{"self", "events", "manifest", "tileset", "drc"}));
+  EXPECT_EQ(faces(body_of(test.get("/v1/datasets/x"))), "drc 3d-tiles ");
 }
 
 TEST(Api, UnchangedTilesCostA304) {

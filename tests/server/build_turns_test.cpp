@@ -2,6 +2,7 @@
 #include "server/jobs/build_turns.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "server/jobs/job_queue.h"
 #include "tests/server/fixture.h"
@@ -100,6 +101,38 @@ TEST(PassingTrouble, OfTheTablesIsTriedAgain) {
   };
   EXPECT_EQ(post({}, runner, "GOOD"), 201);
   EXPECT_EQ(tries, 2);
+}
+
+/// The queue needs its first clock when no descriptor is left.
+TEST(PassingTrouble, OfDescriptorsIsTriedAgain) {
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  std::atomic<bool> posted{false};
+  const auto runner = [&](const std::filesystem::path&, const ProgressSink&, const std::atomic<bool>&) {
+    eventually([&] { return posted.load(); });
+    const rlimit none{0, before.rlim_max};
+    setrlimit(RLIMIT_NOFILE, &none);
+    return proto::Result<std::optional<proto::Estimate>>(proto::Problem{"service-busy", "no descriptor is left", "", ""});
+  };
+  TempFolder folder;
+  Settings settings;
+  settings.serve.data = (folder.path() / "data").string();
+  auto service = Service::open(settings, runner);
+  ASSERT_TRUE(service);
+  Api api(**service);
+  const std::shared_ptr<void> after(nullptr, [&](void*) { setrlimit(RLIMIT_NOFILE, &before); });  // first of all: a folder that is removed is opened
+  Request request;
+  request.method = "POST";
+  request.path = "/v1/datasets";
+  request.headers = {{"content-length", "4"}};
+  request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
+  EXPECT_EQ(api.handle(request).status, 202);
+  posted = true;
+  // The second attempt cannot even write what it is to do.
+  EXPECT_TRUE(eventually([&] {
+    const auto rows = (*service)->registry().list();
+    return rows.size() == 1 && rows[0]->problem && rows[0]->problem->type == "storage-full";
+  }));
 }
 
 TEST(PassingTrouble, EndsWhereItDoesNotPass) {

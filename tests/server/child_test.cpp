@@ -4,9 +4,11 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include "fixture.h"
+#include "server/jobs/job_queue.h"
 
 namespace cordillera::server {
 namespace {
@@ -148,6 +150,19 @@ TEST_F(Children, ThatCannotStartAreAProblem) {
   ASSERT_FALSE(outcome);
   EXPECT_EQ(outcome.problem().type, "job-crashed") << "it is tried once more";
   EXPECT_THAT(outcome.problem().detail, HasSubstr("cannot be started: No such file or directory"));
+}
+
+TEST_F(Children, ThatCannotStartForWantOfDescriptorsAreTriedAgain) {
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{0, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  const auto outcome = child_runner("/bin/true")(folder_.path(), nullptr, stop_);
+  setrlimit(RLIMIT_NOFILE, &before);
+  ASSERT_FALSE(outcome);
+  EXPECT_EQ(outcome.problem().type, "service-busy") << "the raster is not to blame";
+  EXPECT_TRUE(is_passing(outcome.problem(), 100));
+  EXPECT_TRUE(child_runner("/bin/true")(folder_.path(), nullptr, stop_));
 }
 
 }  // namespace

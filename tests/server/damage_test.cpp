@@ -1,7 +1,13 @@
 // What a damaged disk makes of answers.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
 #include "pipeline/store/sqlite.h"
+#include "pipeline/store/store_schema.h"
+#include "server/datasets/ledger.h"
 #include "tests/server/fixture.h"
 
 namespace cordillera::server {
@@ -47,6 +53,124 @@ TEST_F(DamagedDataset, IsToldWhereItsManifestIsAnothersToo) {
   change("UPDATE meta SET value = CAST(value || 'x' AS BLOB) WHERE key = 'manifest'");
   EXPECT_EQ(slug_of(get("manifest.json")), "store-damaged");
   EXPECT_EQ(slug_of(get("tiles/0/0/0.drc")), "store-damaged");
+}
+
+namespace fs = std::filesystem;
+
+/// A dataset whose rasters can be changed. Only its note and its list say which rasters are its own: whatever becomes of these, no raster goes.
+class DamagedNote : public testing::Test {
+ protected:
+  void SetUp() override {
+    id_ = body_of(service_.post("GOOD", {{"name", "one"}}, {{"prefer", "wait=60"}}))["id"];
+    service_.stop();
+    fs::create_directory(folder() / updates::kSources);
+    for (const char* name : {"one.tif", "two.tif"}) std::ofstream(raster(name)) << "GOOD";
+    fs::create_directory(folder() / updates::kVersions);
+    fs::copy_file(store(), kept());
+    put_version(store(), 2, "one.tif");
+    put_version(kept(), 1, "two.tif");
+    proto::SourceChanges changes;
+    changes.set_last_number(2);
+    changes.add_ended()->set_id("second");
+    put_changes(changes);
+  }
+  fs::path folder() const { return Layout{service_.data()}.dataset(id_); }
+  fs::path store() const { return folder() / kStoreFile; }
+  fs::path kept() const { return updates::kept_store(folder(), 1); }
+  fs::path raster(const std::string& name) const { return folder() / updates::kSources / name; }
+  bool both_there() const { return fs::exists(raster("one.tif")) && fs::exists(raster("two.tif")); }
+  std::string path() const { return "/v1/datasets/" + id_; }
+
+  static void put_version(const fs::path& store, std::uint32_t number, const std::string& name) {
+    proto::DatasetVersion version;
+    version.set_number(number);
+    version.set_change(number == 2 ? "second" : "first");
+    proto::DatasetSource& source = *version.add_sources();
+    source.set_id("one");
+    source.mutable_spec()->set_path(std::string(updates::kSources) + "/" + name);
+    const std::string bytes = version.SerializeAsString();
+    pipeline::Database database(store.string(), pipeline::Database::Mode::create);
+    pipeline::Statement(database, pipeline::kPutMeta).bind(std::string(updates::kVersionNote), bytes).run();
+  }
+  void put_changes(const proto::SourceChanges& changes) const { std::ofstream(folder() / updates::kChangesFile) << to_json_line(changes); }
+  static std::function<void(const fs::path&)> sql(const std::string& text) {
+    return [text](const fs::path& store) { pipeline::Database(store.string(), pipeline::Database::Mode::create).execute(text); };
+  }
+  static constexpr const char* kFlip = "UPDATE meta SET value = CAST(x'09' || substr(value, 2) AS BLOB) WHERE key = 'version'";
+
+  TestService service_;
+  std::string id_;
+};
+
+TEST_F(DamagedNote, RemovesNoRasterAndIsTold) {
+  service_.start();
+  EXPECT_EQ(body_of(service_.get(path() + "/sources"))["sources"].size(), 1U);
+  EXPECT_TRUE(both_there());
+  service_.stop();
+  const fs::path list = folder() / updates::kChangesFile;
+  const std::string whole = file_text(store()), told = file_text(list);
+  const std::pair<const char*, std::function<void(const fs::path&)>> kDamages[] = {
+      {"a bit of its value", sql(kFlip)},
+      {"a bit of its key", sql("UPDATE meta SET key = 'wersion' WHERE key = 'version'")},
+      {"its row", sql("DELETE FROM meta WHERE key = 'version'")},
+      {"a value that no program wrote", sql("UPDATE meta SET value = x'ff', sum = row_sum(key, x'ff') WHERE key = 'version'")},
+      {"the file's head", [](const fs::path& store) { std::ofstream(store, std::ios::in | std::ios::out) << "no store at all"; }},
+      {"the file", [](const fs::path& store) { fs::remove(store); }},
+      {"the list's words", [&](const fs::path&) { std::ofstream(list) << told.substr(0, told.size() / 2); }},
+      {"all of the list", [&](const fs::path&) { std::ofstream(list).close(); }},
+      {"the list", [&](const fs::path&) { fs::remove(list); }},
+  };
+  for (const auto& [what, damage] : kDamages) {
+    damage(store());
+    service_.start();
+    EXPECT_TRUE(both_there()) << what;
+    const Response asked = service_.get(path() + "/sources");
+    EXPECT_EQ(asked.status, 500) << what << asked.body;
+    EXPECT_EQ(slug_of(asked), "store-damaged") << what;
+    EXPECT_EQ(asked.body.find(service_.data().string()), std::string::npos) << what;
+    EXPECT_EQ(body_of(service_.get("/readyz")).value("damaged_datasets", 0), 1) << what;
+    for (const char* below : {"/sources", "/rollback"}) EXPECT_EQ(slug_of(service_.send("POST", path() + below)), "store-damaged") << what << below;
+    EXPECT_EQ(slug_of(service_.send("DELETE", path() + "/sources/one")), "store-damaged") << what;
+    EXPECT_EQ(service_.get(path()).status, 200) << what;
+    EXPECT_TRUE(both_there()) << what;
+    service_.stop();
+    std::ofstream(store(), std::ios::binary) << whole;
+    std::ofstream(list, std::ios::binary) << told;
+  }
+  service_.start();
+  EXPECT_EQ(body_of(service_.get(path() + "/sources"))["sources"].size(), 1U) << "with the file put back all is as it was";
+  EXPECT_TRUE(both_there());
+}
+
+TEST_F(DamagedNote, OfAKeptVersionKeepsItsRasters) {
+  sql(kFlip)(kept());
+  service_.start();
+  EXPECT_TRUE(both_there());
+  EXPECT_EQ(body_of(service_.get(path() + "/versions"))["versions"].size(), 1U) << "the one that is served";
+  EXPECT_EQ(body_of(service_.get("/readyz")).value("damaged_datasets", 0), 1);
+  EXPECT_EQ(slug_of(service_.send("POST", path() + "/rollback")), "store-damaged");
+  EXPECT_TRUE(fs::exists(kept()));
+}
+
+/// It would be built of its own raster alone, and would take the place of the others.
+TEST_F(DamagedNote, EndsAChangeThatIsPending) {
+  proto::SourceChanges changes;
+  changes.set_last_number(3);
+  changes.add_ended()->set_id("second");
+  proto::SourceChange& change = *changes.add_pending();
+  change.set_id("third");
+  change.set_kind("add");
+  change.set_number(3);
+  change.mutable_source()->set_id("two");
+  change.mutable_source()->mutable_spec()->set_path("sources/two.tif");
+  put_changes(changes);
+  sql(kFlip)(store());
+  const std::string before = file_text(store());
+  service_.start();
+  ASSERT_TRUE(eventually([&] { return service_.service().ledger().read(id_).ended_size() == 2; }));
+  EXPECT_NE(service_.service().ledger().read(id_).ended(1).problem().type().find("store-damaged"), std::string::npos);
+  EXPECT_EQ(file_text(store()), before);
+  EXPECT_TRUE(both_there());
 }
 
 }  // namespace

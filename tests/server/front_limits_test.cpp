@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <filesystem>
+#include <iterator>
 
 #include "front_fixture.h"
 
@@ -146,6 +148,24 @@ TEST(FrontLimits, AnAddressHasItsShareOfConnections) {
     again.say(get("/healthz", "Connection: close\r\n"));
     return count_of(again.rest(), "\"ok\"") == 1;
   }));
+}
+
+std::size_t descriptors() {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator()));
+}
+
+TEST(FrontLimits, RefusedConnectionsTakeFewDescriptorsToo) {
+  front::Limits limits;
+  limits.loops = 4;
+  limits.connections = 20;
+  limits.connections_per_client = 3;
+  const Front front(limits);
+  const std::size_t before = descriptors();
+  std::vector<RawClient> held;
+  for (int i = 0; i < 60; ++i) held.push_back(front.client());
+  held.back().say(get("/healthz"));
+  EXPECT_TRUE(held.back().until("HTTP/1.1 ")) << "it came last, so all others have been looked at";
+  EXPECT_LE(descriptors(), before + held.size() + 30) << "20, and a few that are told why they are refused";
 }
 
 TEST(FrontLimits, WhereAllPlacesAreTakenTheLongestIdleMakesRoom) {

@@ -64,6 +64,10 @@ TEST_F(LostRegistry, AnEmptyOneIsRefusedAndCanBeMadeAnew) {
   EXPECT_THAT(problem.detail, HasSubstr("registry.sqlite is empty, and beside it are 2 folders"));
   EXPECT_THAT(problem.accepted, HasSubstr("cordillera adopt"));
   EXPECT_EQ(vacuum(layout(), Orphans::remove).problem().type, "data-unusable");
+  const auto copied = backup(layout(), test_.folder() / "backup");
+  ASSERT_FALSE(copied) << "a backup of nothing";
+  EXPECT_THAT(copied.problem().detail, HasSubstr("registry.sqlite is empty, and beside it are 2 folders"));
+  EXPECT_FALSE(fs::exists(test_.folder() / "backup"));
   for (const std::string& id : {one, two}) EXPECT_TRUE(fs::exists(layout().store(id)));
 
   const auto made = make_registry(layout());

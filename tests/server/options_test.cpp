@@ -1,4 +1,5 @@
 // The one table of options, through every door that leads to it.
+#include "server/options/option_groups.h"
 #include "server/options/options.h"
 
 #include <gmock/gmock.h>
@@ -292,6 +293,10 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
     EXPECT_EQ(settings.problem().parameter, name);
     EXPECT_FALSE(settings.problem().accepted.empty());
   }
+}
+
+TEST(Options, EachHasItsGroupInHelp) {
+  for (const OptionSpec& option : all_options()) EXPECT_NE(group_of(option), "Others") << option.name << " is in no group of option_groups.cpp";
 }
 
 TEST(Options, AnUnknownNameSuggestsItsNeighbour) {

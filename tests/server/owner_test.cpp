@@ -142,12 +142,17 @@ TEST_F(Owners, ASignatureIsShownToWhoMayChangeTheDataset) {
 
 /// Nor in the words of a problem, which everybody reads.
 TEST_F(Owners, AnUnreachableAddressKeepsItsSignature) {
-  const Given query = {{"updates", "1"}, {"source", "http://127.0.0.1:1/dem.tif?sig=SECRET"}};
-  const std::string id = body_of(test_.post("", query, of(alice())))["id"];
-  ASSERT_TRUE(eventually([&] { return test_.service().registry().find(id)->problem.has_value(); }));
-  EXPECT_THAT(ask("GET", "/v1/datasets/" + id).body, HasSubstr("http://127.0.0.1:1/dem.tif cannot be fetched"));
-  for (const std::string& path : {"/v1/datasets/" + id, "/v1/datasets/" + id + "/sources", std::string("/v1/datasets")}) {
-    EXPECT_THAT(ask("GET", path).body, Not(HasSubstr("SECRET"))) << path;
+  for (const char* signature : {"?sig=SECRET", ";sig=SECRET", "#SECRET"}) {
+    const Given query = {{"updates", "1"}, {"source", std::string("http://127.0.0.1:1/dem.tif") + signature}};
+    const Json posted = body_of(test_.post("", query, of(alice())));
+    const std::string id = posted["id"];
+    EXPECT_EQ(posted["name"], "dem.tif") << signature;
+    EXPECT_THAT(id, testing::StartsWith("dem-")) << signature;
+    ASSERT_TRUE(eventually([&] { return test_.service().registry().find(id)->problem.has_value(); }));
+    EXPECT_THAT(ask("GET", "/v1/datasets/" + id).body, HasSubstr("http://127.0.0.1:1/dem.tif cannot be fetched"));
+    for (const std::string& path : {"/v1/datasets/" + id, "/v1/datasets/" + id + "/sources", std::string("/v1/datasets")}) {
+      EXPECT_THAT(ask("GET", path).body, Not(HasSubstr("SECRET"))) << path;
+    }
   }
 }
 

@@ -89,6 +89,39 @@ TEST(Parts, OneThatIsDeletedWhileAPartArrivesIsUnknown) {
   EXPECT_EQ(slug_of(answer), "upload-unknown");
 }
 
+/// The offset counts bytes of the raster: of a compressed part nobody could tell where to go on.
+TEST(Parts, ACompressedOneIsRefused) {
+  TestService test;
+  const std::string one = place_of(begin(test, "192.0.2.1"));
+  Request part = part_of(one, "192.0.2.1");
+  for (const char* coding : {"gzip", "GZip", "br", "deflate", "identity, gzip"}) {
+    part.headers["content-encoding"] = coding;
+    const Response answer = test.api().handle(part);
+    EXPECT_EQ(answer.status, 415) << coding;
+    EXPECT_EQ(slug_of(answer), "coding-unknown") << coding;
+    EXPECT_EQ(answer.header("Accept-Encoding"), "identity");
+  }
+  EXPECT_EQ(test.get(one).header("Upload-Offset"), "0");
+  part.headers["content-encoding"] = "Identity";
+  EXPECT_EQ(test.api().handle(part).status, 204);
+}
+
+TEST(Parts, OneThatBreaksOffIsToldAndKeptAsFarAsItCame) {
+  TestService test;
+  const std::string one = place_of(begin(test, "192.0.2.1"));
+  Request part = part_of(one, "192.0.2.1");
+  part.read_body = [](const Request::Sink& sink) { return sink("GO") && false; };
+  const Response answer = test.api().handle(part);
+  EXPECT_EQ(answer.status, 400);
+  EXPECT_EQ(slug_of(answer), "body-incomplete");
+  EXPECT_EQ(test.get(one).header("Upload-Offset"), "2");
+  part.headers["upload-offset"] = "2";
+  part.read_body = [](const Request::Sink&) { return false; };
+  EXPECT_EQ(test.api().handle(part).status, 400) << "not a byte of it";
+  part.read_body = [](const Request::Sink& sink) { return sink("OD"); };
+  EXPECT_EQ(test.api().handle(part).status, 204);
+}
+
 TEST(Parts, ANameIsTextInBase64) {
   TestService test;
   const auto begun = [&](const std::string& metadata) {

@@ -55,6 +55,27 @@ TEST_F(Program, WhatIsMisspeltIsToldItsNeighbour) {
   }
 }
 
+TEST_F(Program, AnUnknownOptionIsOneSentence) {
+  EXPECT_EQ(shell(kProgram + " build dem.tif --frobnicate 3 -o out").output, "cordillera: unknown option '--frobnicate'; see `cordillera help build`\n");
+  EXPECT_EQ(shell(kProgram + " serve --frobnicate").output, "cordillera: unknown option '--frobnicate'; see `cordillera help serve`\n");
+  EXPECT_THAT(shell(kProgram + " build dem.tif --eror 3").output, HasSubstr("did you mean --error?\n"));
+}
+
+TEST_F(Program, HelpHasOptionsInGroups) {
+  const std::string help = shell(kProgram + " help build").output;
+  const char* const before[][2] = {{"\nOutput:", "\n  -o,--output"}, {"\nRaster:", "\n  --crs "}, {"\nHeights and voids:", "\n  --vertical-datum "},
+                                   {"\nLevels and errors:", "\n  --error "}, {"\nMachine:", "\n  --threads "}};
+  for (const auto& [group, option] : before) {
+    const std::size_t heading = help.find(group), line = help.find(option);
+    ASSERT_NE(heading, help.npos) << group;
+    ASSERT_NE(line, help.npos) << option;
+    EXPECT_LT(heading, line) << option;
+    EXPECT_GT(help.find("\n\n", heading + 1), line) << option << " is not under " << group;
+  }
+  EXPECT_EQ(help.find("\nOutput:"), help.rfind("\nOutput:")) << "one heading, wherever its options come from";
+  EXPECT_THAT(shell(kProgram + " help serve").output, HasSubstr("\nLimits:"));
+}
+
 TEST_F(Program, AnotherBuildInThePlaceIsReplacedOnlyWhenAsked) {
   const std::string folder = (folder_.path() / "out").string();
   for (const std::string& out : {folder, folder + ".sqlite"}) {

@@ -37,6 +37,8 @@ TEST(SpokenWords, ABoxInAnotherOrderIsToldTheRightOne) {
     return settings ? "" : settings.problem().detail;
   };
   EXPECT_THAT(said("10,47,11,46"), HasSubstr("south is not below north; in the order west,south,east,north it may be 10,46,11,47"));
+  EXPECT_THAT(said("6.2,49.9,5.8,49.6"), HasSubstr("may be 5.8,49.6,6.2,49.9")) << "not around the earth";
+  EXPECT_THAT(said("179,-16,-179,-18"), HasSubstr("may be 179,-18,-179,-16")) << "over the antimeridian";
   EXPECT_THAT(said("44,-120,45,-119"), HasSubstr("may be -120,44,-119,45"));
   EXPECT_THAT(said("100,100,110,110"), testing::Not(HasSubstr("may be")));
   EXPECT_EQ(said("10,46,11,47"), "");

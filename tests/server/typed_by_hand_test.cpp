@@ -171,6 +171,14 @@ TEST(TypedByHand, ASlashTooManyIsNoMistake) {
     EXPECT_EQ(moved.header("Location"), "../" + path.substr(path.rfind('/') + 1));
   }
   EXPECT_EQ(test.get("/v1/other/").status, 404);
+  for (const char* path : {"/docs", "/openapi.json", "/api", "/version", "/healthz", "/readyz", "/metrics", "/stac/collections", "/favicon.ico"}) {
+    ASSERT_EQ(test.get(path).status, 200) << path;
+    const Response moved = test.get(std::string(path) + "/");
+    EXPECT_EQ(moved.status, 308) << path;
+    EXPECT_EQ(moved.header("Location"), "../" + std::string(path).substr(std::string(path).rfind('/') + 1)) << path;
+  }
+  EXPECT_EQ(test.get("/stac/").status, 200);
+  EXPECT_NE(test.get("/other/").status, 308);
   EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id + "/").status, 204);
 }
 
@@ -182,10 +190,54 @@ TEST(TypedByHand, OptionsMayBeJson) {
   EXPECT_EQ(slug_of(source), "option-forbidden");
   EXPECT_THAT(source.body, HasSubstr("this service fetches no rasters"));
   EXPECT_THAT(posted(R"({"source": "https://example.org/dem.tif", "bbox": [10, 46.5, 11]})").body, HasSubstr("bbox='10,46.5,11': 3 numbers instead of 4"));
-  EXPECT_EQ(slug_of(posted(R"({"eror": true})")), "option-unknown");
+  const Response unknown = posted(R"({"eror": true})");
+  EXPECT_EQ(slug_of(unknown), "option-unknown");
+  EXPECT_EQ(body_of(unknown)["detail"], "unknown member 'eror'; did you mean error?");
+  EXPECT_THAT(std::string(body_of(unknown)["accepted"]), testing::StartsWith("source, upload, updates, name"));
+  EXPECT_THAT(posted(R"({"sorce": "https://example.org/dem.tif"})").body, HasSubstr("did you mean source?"));
   EXPECT_EQ(slug_of(posted(R"({"error": 5})")), "body-empty");
   for (const char* bad : {"", "[]", "{", R"({"error": {"a": 1}})", R"({"bbox": [[1]]})"}) EXPECT_EQ(slug_of(posted(bad)), "json-invalid") << bad;
   EXPECT_EQ(slug_of(posted("{\"title\": \"" + std::string(70000, 'x') + "\"}")), "json-invalid");
+}
+
+TEST(TypedByHand, OptionsMayBeWhatCurlSendsWithD) {
+  TestService test;
+  const auto posted = [&](const std::string& body, const Given& query = {}) { return test.post(body, query, {{"content-type", "application/x-www-form-urlencoded"}, {"prefer", "wait=100"}}); };
+  // Nothing is fetched here, for no address is allowed: that it is asked for is what counts.
+  for (const char* body : {"source=https://example.org/dem.tif", "source=https%3A%2F%2Fexample.org%2fdem.tif&error=5\n", R"({"source": "https://example.org/dem.tif"})"}) {
+    const Response asked = posted(body);
+    EXPECT_EQ(slug_of(asked), "option-forbidden") << body;
+    EXPECT_THAT(asked.body, HasSubstr("this service fetches no rasters")) << body;
+  }
+  EXPECT_THAT(posted("title=a+b%20c&bbox=10,46").body, HasSubstr("bbox='10,46': 2 numbers instead of 4"));
+  EXPECT_THAT(posted("eror=5").body, HasSubstr("unknown field 'eror'; did you mean error?"));
+  EXPECT_EQ(slug_of(posted("error=5")), "body-empty");
+  EXPECT_EQ(test.leftovers(), 0u);
+}
+
+TEST(TypedByHand, ARasterMayBeCalledAForm) {
+  TestService test;
+  const auto posted = [&](const std::string& body) { return test.post(body, {{"name", "a.tif"}}, {{"content-type", "application/x-www-form-urlencoded"}}); };
+  const std::string bodies[] = {"SLOW", "SLOW a=b", "SLOW" + std::string(100000, 'x'), "SLOW {\"error\": 5}"};
+  for (const std::string& body : bodies) {
+    const Response made = posted(body);
+    ASSERT_EQ(made.status, 202) << made.body;
+    const std::string id = body_of(made)["id"];
+    const auto dataset = test.service().registry().find(id);
+    EXPECT_EQ(file_text(test.service().layout().dataset(id) / dataset->raster), body) << "as curl --data-binary @dem.tif sends it";
+    EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
+  }
+  EXPECT_EQ(slug_of(posted("")), "body-empty");
+}
+
+TEST(TypedByHand, AFormMayNameItsRasterAlone) {
+  TestService test;
+  const auto posted = [&](const std::string& form) { return test.post(form, {}, {{"content-type", kForm}}); };
+  const Response source = posted(part("name=source", "https://example.org/dem.tif") + part("name=error", "5") + kEnd);
+  EXPECT_EQ(slug_of(source), "option-forbidden");
+  EXPECT_THAT(source.body, HasSubstr("this service fetches no rasters"));
+  EXPECT_THAT(posted(part("name=eror", "5") + file("GOOD") + kEnd).body, HasSubstr("unknown field 'eror'; did you mean error?"));
+  EXPECT_EQ(test.leftovers(), 0u);
 }
 
 TEST(TypedByHand, BrowsersGetTheirPages) {

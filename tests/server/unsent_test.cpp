@@ -92,12 +92,14 @@ TEST(Descriptors, EverythingFitsIntoFewOfThem) {
     settings.limits.loops = 16;  // of a large machine: each takes four
     EXPECT_THAT(limits::fit_to_descriptors(settings, descriptors), HasSubstr(" " + std::to_string(descriptors) + " descriptors"));
     const Limits& now = settings.limits;
-    EXPECT_LE(now.connections + now.uploads + 4 * now.open_datasets, descriptors);
+    EXPECT_LE(now.connections + limits::refused_sockets(now.connections) + now.uploads + 4 * now.open_datasets, descriptors);
     for (const std::uint32_t limit : {now.connections, now.client_connections, now.uploads, now.open_datasets}) EXPECT_GE(limit, 1u) << descriptors;
     EXPECT_GE(now.connections, descriptors / 8);
     EXPECT_GE(now.loops, 2u);
     EXPECT_LT(now.connections, most.connections);
     EXPECT_LT(now.client_connections, now.connections) << "nobody takes all";
+    EXPECT_LE(now.client_uploads, std::max(1u, now.uploads / 2)) << "nor all uploads";
+    EXPECT_GE(now.client_uploads, 1u);
   }
   ServeSettings settings;
   EXPECT_EQ(limits::fit_to_descriptors(settings, 1 << 20), "");

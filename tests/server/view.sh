@@ -66,6 +66,21 @@ for path in tiles/10/0/0.drc:tile-unknown layer.json:not-in-folder 'elevation?po
   is 404 "$(status --path-as-is "$one/${path%:*}")" "$path"
   is "${path##*:}" "$(told)" "$path"
 done
+# What is advertised is there: nothing is made of a folder when it is asked for.
+advertised() { python3 -c '
+import json, sys
+status, item = (json.load(open(name)) for name in sys.argv[1:])
+names = sorted(face["name"] for face in status["faces"])
+assert names == ["3d-tiles", "drc", "terrain-rgb"] == sorted(set(item["assets"]) - {"manifest"}), (names, item["assets"].keys())
+assert not {"mesh", "pmtiles", "version"} & set(status["links"]), status["links"]
+hrefs = list(status["links"].values()) + [link["href"] for face in status["faces"] for link in face["links"]] + [asset["href"] for asset in item["assets"].values()]
+print(*sorted({href[href.index("/v1/"):] for href in hrefs if "{" not in href and not href.endswith("/events")}), sep="\n")' status.json item.json; }
+curl -s "$one" >status.json
+curl -s "${url}stac/collections/datasets/items/my-dem" >item.json
+paths=$(advertised) || fail "links of a folder: $(cat status.json)"
+while read -r path; do
+  is 200 "$(status "${url%/}$path")" "the link $path"
+done <<<"$paths"
 is 405 "$(status -X DELETE "$one")" 'deleting a folder'
 [[ -e 'My DEM/manifest.json' ]] || fail 'the folder is gone'
 is 200 "$(status "${url}v1/datasets/dem/elevation?points=-71.3,44.2")" 'heights of the file beside it'

@@ -2,12 +2,13 @@
 import atexit
 import json
 import os
+import re
 import resource
 import signal
 import socket
 import time
 
-from attack import PATIENCE_S, case, connect, request, statuses
+from attack import PATIENCE_S, case, connect, received, request, statuses
 from client import cone, noise
 
 
@@ -43,6 +44,26 @@ def no_descriptors(attack):
     for client in idle:
         client.close()
     return seen
+
+
+@case("10 posts beside idle connections beyond ulimit -n 256", expect="201 201 201 201 201, alive")
+def posts_beside_idle(attack):
+    server = attack.start(limits=soft(resource.RLIMIT_NOFILE, 256))
+
+    def silent(number):
+        return socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE_S, source_address=("127.0.1.%d" % (1 + number % 2), 0))
+
+    idle = [silent(number) for number in range(400)]
+    body, seen = cone(), []
+    for turn in range(5):
+        for number in range(turn, 400, 5):  # those that were closed to make room come back
+            idle[number].close()
+            idle[number] = silent(number)
+        seen.append(str(server.ask("POST", "/v1/datasets?name=a%d.asc&crs=EPSG:4326&vertical_datum=ellipsoid" % turn, body, {"Prefer": "wait=60"})[0]))
+    alive = server.process.poll() is None
+    for client in idle:
+        client.close()
+    return " ".join(seen) + (", alive" if alive else ", dead")
 
 
 @case("10 a raster beyond the limit of a file's size", expect="507 200")
@@ -112,3 +133,22 @@ def waiting(attack):
     until(lambda: in_use() == 0)
     with post(1) as client:
         return first + ", then " + statuses(client.recv(65536))
+
+
+@case("10 meshes for clients who left", expect="most of 200 not made", holds=lambda made: made < 100)
+def unwanted(attack):
+    # On one core, so that most wait on any machine.
+    server = attack.start(limits=lambda: os.sched_setaffinity(0, {min(os.sched_getaffinity(0))}))
+    status, _, answer = server.ask("POST", "/v1/datasets?crs=EPSG:4326&vertical_datum=ellipsoid&name=a.asc", noise(301), {"Prefer": "wait=60"})
+    assert status == 201, answer
+    path = "/v1/datasets/%s/mesh.stl" % json.loads(answer)["id"]
+    clients = [connect(server) for _ in range(200)]
+    for client in clients:
+        client.sendall(request("GET " + path))
+    for client in clients:
+        client.close()
+    with connect(server) as client:  # waits behind them: this address has one turn after the other
+        client.sendall(request("GET /v1/datasets"))
+        assert statuses(received(client)) == "200"
+    counts = re.findall(r'^cordillera_http_requests_total\{.*mesh.*\} ([0-9]+)', server.ask("GET", "/metrics")[2].decode(), re.MULTILINE)
+    return sum(int(count) for count in counts)

@@ -206,6 +206,25 @@ INSTANTIATE_TEST_SUITE_P(Kernels, Sandboxed,
                                          Case{"GpuPlainAbi2", User::plain, 2, true}),
                          [](const auto& one) { return std::string(one.param.name); });
 
+/// As where the data lie in /opt: what is beside them stays readable, and they do not become so.
+TEST_F(TakenOver, ReadsNoOtherDatasetWhereTheDataLieInAFolderThatJobsMayRead) {
+  if (syscall(SYS_landlock_create_ruleset, nullptr, 0, 1) < 1) GTEST_SKIP() << "this kernel has no Landlock switched on";
+  const TempFolder beside;
+  std::ofstream(beside.path() / "grid") << "grid";
+  fs::permissions(beside.path(), fs::perms::owner_all | fs::perms::group_all | fs::perms::others_all);
+  ASSERT_EQ(beside.path().parent_path(), folder_.path().parent_path());
+  setenv("CORDILLERA_GEOIDS", folder_.path().parent_path().c_str(), 1);
+  std::ofstream(at("data/job") / probe::kOrders) << "0 0 " << at("data/other").string() << ' ' << beside.path().string() << ' ' << at("share/egm96-15.pgm").string() << '\n';
+  const Findings found = findings(User::plain);
+  ASSERT_TRUE(found.ended);
+  for (const char* name : {"read another dataset", "the folder of datasets", "write another dataset"}) {
+    ASSERT_TRUE(found.attacks.contains(name)) << name;
+    EXPECT_THAT(found.attacks.at(name), testing::StartsWith("refused")) << name;
+  }
+  ASSERT_TRUE(found.works.contains("read a grid"));
+  EXPECT_EQ(found.works.at("read a grid"), "yes") << "beside the data";
+}
+
 /// The same tries by a process without a sandbox: that they are refused is no property of the tries.
 TEST_F(TakenOver, IsWhatTheSandboxIsFor) {
   order(0, false);
