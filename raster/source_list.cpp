@@ -161,6 +161,14 @@ bool holds_raster(const std::string& geopackage) {
   return GDALDatasetUniquePtr(GDALDataset::Open(geopackage.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr)) != nullptr;
 }
 
+/// One with neither rasters nor outlines is damaged: it is told so as the raster that it was.
+bool holds_outlines(const std::string& geopackage) {
+  const GdalScope scope(Trust::operator_file);
+  const char* const only[] = {"GPKG", nullptr};
+  const GDALDatasetUniquePtr index(GDALDataset::Open(geopackage.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, only, nullptr, nullptr));
+  return index && index->GetLayerCount() > 0;
+}
+
 Listed in_index(const std::string& list) {
   const GdalScope scope(Trust::operator_file);
   const GDALDatasetUniquePtr index(GDALDataset::Open(list.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
@@ -182,7 +190,7 @@ Listed list_sources(const std::string& word) {
   const std::string extension = extension_of(word);
   constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
   const bool geojson = extension == ".geojson", text = is_one_of(extension, kTexts), json = extension == ".json" || geojson;
-  const bool index = is_one_of(extension, kIndices) && !(extension == ".gpkg" && holds_raster(word));
+  const bool index = is_one_of(extension, kIndices) && !(extension == ".gpkg" && (holds_raster(word) || !holds_outlines(word)));
   if (index) return in_index(word);
   if (!text && !json) return Sources{{resolved(word, ""), {}}};
   const auto bytes = read_whole(word);

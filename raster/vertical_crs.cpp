@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <sstream>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "raster/crs.h"
@@ -96,7 +99,38 @@ class OperationGeoid : public Geoid {
 struct Grids {
   std::string names;    ///< separated by blanks
   std::string missing;  ///< the first that is not installed, and where it can be had
+  int missing_count = 0;
+  int year = 0;  ///< of the first that is not installed
 };
+
+/// A way that could be gone; lower is better: first all that is known well, then what is only near.
+enum class Way : std::uint8_t { exact, near, none };
+
+/// A ballpark step leaves coordinates as they are. Heights would then not be shifted at all, so such a way is none. Where the last step alone is one,
+/// and of longitude and latitude, it only turns places on the ground to the base's datum: the height is done by then, and an undulation hardly
+/// changes over metres. An earlier one would take heights above another ellipsoid for those of this one. PROJ tells the steps only in the name.
+Way way_kind(PJ_CONTEXT* context, const PJ* operation) {
+  if (proj_coordoperation_has_ballpark_transformation(context, operation) == 0) return Way::exact;
+  constexpr std::string_view kHorizontal = "ballpark geographic offset", kAny = "ballpark", kNextStep = " + ";
+  const std::string name = lower(proj_get_name(operation));
+  const std::size_t first = name.find(kAny), step = name.rfind(kNextStep);
+  const bool only = first != std::string::npos && name.find(kAny, first + 1) == std::string::npos;
+  return only && step != std::string::npos && step < first && name.compare(first, kHorizontal.size(), kHorizontal) == 0 ? Way::near : Way::none;
+}
+
+/// The year that grids carry in their names, to ask for the newest: g2018u0, geoid09, RAF20; 0: none.
+int year_in(const std::string& name) {
+  int of_two_digits = 0;
+  for (std::size_t at = 0; at < name.size();) {
+    std::size_t end = at;
+    while (end < name.size() && std::isdigit(static_cast<unsigned char>(name[end])) != 0) ++end;
+    const int number = end > at && end - at <= 4 ? std::stoi(name.substr(at, end - at)) : 0;
+    if (end - at == 4 && number >= 1900 && number < 2100) return number;
+    if (end - at == 2 && of_two_digits == 0) of_two_digits = number < 50 ? 2000 + number : 1900 + number;
+    at = std::max(end, at + 1);
+  }
+  return of_two_digits;
+}
 
 Grids grids_of(PJ_CONTEXT* context, const PJ* operation) {
   Grids grids;
@@ -107,8 +141,9 @@ Grids grids_of(PJ_CONTEXT* context, const PJ* operation) {
     if (name == nullptr) continue;
     if (!grids.names.empty()) grids.names += ' ';
     grids.names += name;
-    if (available != 0 || !grids.missing.empty()) continue;
+    if (available != 0 || grids.missing_count++ > 0) continue;
     grids.missing = name;
+    grids.year = year_in(name);
     if (url != nullptr && *url != 0) grids.missing.append(" (").append(url).append(")");
   }
   return grids;
@@ -185,23 +220,24 @@ proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const Ver
   Context context = make_context();
   const Object vertical(proj_create(context.get(), crs.definition.c_str()));
   const List ways = vertical ? operations(context.get(), crs.definition, base_wkt, area) : nullptr;
-  std::string missing;
-  for (int k = 0; ways && k < proj_list_get_count(ways.get()); ++k) {
-    const Object way(proj_list_get(context.get(), ways.get(), k));
-    // A ballpark transformation leaves the height as it is.
-    if (proj_coordoperation_has_ballpark_transformation(context.get(), way.get()) != 0) continue;
-    const Grids grids = grids_of(context.get(), way.get());
-    if (!grids.missing.empty()) {
-      if (missing.empty()) missing = grids.missing;
-      continue;
+  Grids wanted;  // of the way that needs least: one grid before two, then the newest, then as PROJ has them
+  for (const Way kind : {Way::exact, Way::near}) {
+    for (int k = 0; ways && k < proj_list_get_count(ways.get()); ++k) {
+      const Object way(proj_list_get(context.get(), ways.get(), k));
+      if (way_kind(context.get(), way.get()) != kind) continue;
+      const Grids grids = grids_of(context.get(), way.get());
+      if (grids.missing_count > 0) {
+        if (wanted.missing_count == 0 || std::pair(grids.missing_count, -grids.year) < std::pair(wanted.missing_count, -wanted.year)) wanted = grids;
+        continue;
+      }
+      Object degrees(proj_normalize_for_visualization(context.get(), way.get()));
+      if (!degrees) continue;
+      auto geoid = std::make_unique<OperationGeoid>(make_context(), degrees.get(), metres_of_axis(context.get(), vertical.get()));
+      if (!covers(*geoid, area)) return geoid_does_not_cover(grids.names.empty() ? crs.name : grids.names, area);
+      return std::optional(VerticalTransformation{std::move(geoid), grids.names});
     }
-    Object degrees(proj_normalize_for_visualization(context.get(), way.get()));
-    if (!degrees) continue;
-    auto geoid = std::make_unique<OperationGeoid>(make_context(), degrees.get(), metres_of_axis(context.get(), vertical.get()));
-    if (!covers(*geoid, area)) return geoid_does_not_cover(grids.names.empty() ? crs.name : grids.names, area);
-    return std::optional(VerticalTransformation{std::move(geoid), grids.names});
   }
-  if (!missing.empty()) return not_installed(crs, missing);
+  if (wanted.missing_count > 0) return not_installed(crs, wanted.missing);
   return std::optional<VerticalTransformation>();
 }
 

@@ -81,12 +81,18 @@ int say(const std::string& text) {
   return std::cout ? kDone : kFailed;
 }
 
-/// A word nobody knows is a problem that names its neighbour.
-proto::Problem unknown_word(const std::string& kind, const std::string& word, const std::vector<std::string>& names) {
+/// A command nobody knows is a problem that names its neighbour.
+proto::Problem unknown_command(const std::string& word, const std::vector<std::string>& names) {
   std::string all;
   for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   const auto nearest = nearest_name(word, names);
-  return {"usage", "unknown " + kind + " '" + word + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all, word};
+  return {"usage", "unknown command '" + word + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all, word};
+}
+
+/// The same of an option. A command has up to a hundred: help has them in groups, one line has not.
+proto::Problem unknown_option(const std::string& word, const std::vector<std::string>& names, const std::string& command) {
+  const auto nearest = nearest_name(word, names);
+  return {"usage", "unknown option '" + word + "'; " + (nearest ? "did you mean " + *nearest + "?" : "see `cordillera help " + command + "`"), "", word};
 }
 
 /// The first word that is no command, if there is one.
@@ -97,7 +103,7 @@ std::optional<proto::Problem> check_command(const CLI::App& app, const std::stri
     if (command->get_name() == word) return std::nullopt;
     if (!command->get_group().empty()) names.push_back(command->get_name());
   }
-  return unknown_word("command", word, names);
+  return unknown_command(word, names);
 }
 
 /// What the command did not take: an option nobody knows, or a word too many. A command that lacks a word cannot run either.
@@ -108,7 +114,7 @@ std::optional<proto::Problem> check_words(const CLI::App& command) {
   }
   const std::string help = "see cordillera " + command.get_name() + " --help";
   for (const std::string& word : command.remaining()) {
-    if (word.rfind("-", 0) == 0) return unknown_word("option", word.substr(0, word.find('=')), names);
+    if (word.rfind("-", 0) == 0) return unknown_option(word.substr(0, word.find('=')), names, command.get_name());
     return proto::Problem{"usage", "unexpected '" + word + "'", help, word};
   }
   for (const CLI::Option* option : command.get_options()) {
@@ -224,11 +230,12 @@ int main(int count, char** words) {
   auto* build = app.add_subcommand("build", "make a static folder of tiles that any web server can host");
   build->add_option("raster", line.rasters, "the elevation model: GeoTIFF, .hgt, NetCDF, .img, DTED, XYZ or another, also in a .zip or .gz; or several, folders and lists of them, "
                     "the one that wins where they overlap first")->expected(1, -1);
-  build->add_option("-o,--output", line.output, "folder to write, or a file called *.sqlite");
+  constexpr const char* kOutput = "Output";  // a group of the table's, too
+  build->add_option("-o,--output", line.output, "folder to write, or a file called *.sqlite")->group(kOutput);
   build->add_flag("--overwrite,--force", overwrite, "replace another build that is there; without it, only an unfinished one of the same "
-                  "raster and options goes on");
-  build->add_option("--formats", formats, "what the folder holds [" + face_names() + "; more than one separated by commas]")->type_name("NAMES");
-  build->add_option("--normals", normals, kNormalsHelp)->type_name("NAME");
+                  "raster and options goes on")->group(kOutput);
+  build->add_option("--formats", formats, "what the folder holds [" + face_names() + "; more than one separated by commas]")->type_name("NAMES")->group(kOutput);
+  build->add_option("--normals", normals, kNormalsHelp)->type_name("NAME")->group(kOutput);
   build->add_flag("-q,--quiet", quiet, "say nothing but problems");
   add_options(*build, build_options(), build_reading);
 

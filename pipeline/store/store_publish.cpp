@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <string>
 #include <vector>
 
 #include "pipeline/encode/encode.h"
@@ -136,6 +137,20 @@ void note_filled(double share, proto::Manifest& manifest) {
   if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
 }
 
+/// The raster's words and what was used in their place: who reads the status alone is told, too. Of several rasters each pair once.
+void note_datum(const proto::Source& source, proto::Manifest& manifest) {
+  const std::string &declared = source.vertical_datum_declared(), &used = source.vertical_datum();
+  if (declared.empty() || used.empty() || declared == used) return;
+  const std::string text = declared + " declared, " + used + " used";
+  const auto& notes = manifest.notes();
+  if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
+}
+
+void note_datums(proto::Manifest& manifest) {
+  if (manifest.sources().empty()) note_datum(manifest.source(), manifest);
+  for (const proto::Source& source : manifest.sources()) note_datum(source, manifest);
+}
+
 }  // namespace
 
 void make_nodes(Database& database, int finest_level) {
@@ -147,6 +162,8 @@ void make_nodes(Database& database, int finest_level) {
 void summarise(Database& database, const proto::Plan& plan, proto::Manifest& manifest) {
   // A provisional dataset that becomes sharper: its finest level is there in part, and says nothing of the whole.
   const bool sharper = manifest.provisional() && manifest.bounds_size() == kBounds;
+  // Once, when it is published first: a check sums up what is there, and what earlier versions published has no such note.
+  if (manifest.levels_size() == 0) note_datums(manifest);
   manifest.clear_levels();
   double geometric_error = 0, triangles = 0, tiles = 0;
   const proto::LevelSummary* finest = nullptr;

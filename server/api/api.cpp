@@ -251,8 +251,10 @@ Response Api::dispatch(const Request& request, const Route& route) {
     if (route.resource == Resource::uploads || route.resource == Resource::upload) uploads::announce(response, bounds);
     return response;
   }
+  if (route.resource == Resource::none || route.resource == Resource::page) {
+    if (auto moved = without_slash(request, [](const std::string& path) { return browser_page(path).has_value(); })) return *moved;
+  }
   if (route.resource == Resource::none) {
-    if (auto moved = without_slash(request)) return *moved;
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
                              "/v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, elevation, demo/{client}.html, mesh.glb (.ply, .obj, .stl)" + face_paths(),
                              ""});
@@ -260,7 +262,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
   if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);
   switch (route.resource) {
     case Resource::index:
-      return index();
+      return index(request);
     case Resource::health:
       return alive();
     case Resource::readiness:
@@ -297,8 +299,8 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   if (route.resource == Resource::dataset && request.method == "DELETE") return remove(request, *dataset);
   if (route.resource == Resource::dataset && request.method == "PATCH") return describe_dataset(service_, request, *dataset);
   if (route.resource == Resource::dataset) return status_document(service_, request, *dataset);
-  if (route.resource == Resource::rollback) return updates::rollback(service_, request, *dataset);
   const auto read = [&]() -> Response {
+    if (route.resource == Resource::rollback) return updates::rollback(service_, request, *dataset);
     if (route.resource == Resource::events) return event_stream(service_, request, *dataset);
     if (route.resource == Resource::elevation) return elevation(service_, *dataset, request, route);
     if (route.resource == Resource::sources || route.resource == Resource::source) return updates::sources(service_, request, *dataset, route);

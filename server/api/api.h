@@ -57,7 +57,7 @@ bool only_reads(const std::string& method, Resource resource);
 bool may_see(const Request& request, const Dataset& dataset);
 
 /// GET /v1, /healthz, /readyz, /metrics, /v1/limits.
-Response index();
+Response index(const Request& request);
 Response alive();
 Response readiness(Service& service);
 Response metrics_text(Service& service);
@@ -115,8 +115,17 @@ bool is_built_lazily(Service& service, const Dataset& dataset);
 /// State, progress, error, links and, once it is ready, a summary. path: the dataset's, as the client sees it (public_path).
 Json status_json(Service& service, const Dataset& dataset, const std::string& path);
 
+/// Whether it is a mounted folder of finished tiles: nothing is made of it when it is asked for.
+bool is_folder(Service& service, const std::string& id);
+/// A face that a dataset has, with those of its resources that there are.
+struct Part {
+  const pipeline::faces::Face* face;
+  std::vector<const pipeline::faces::Resource*> resources;
+};
+/// All faces; of a mounted folder those that lie in it.
+std::vector<Part> parts_of(Service& service, const std::string& id);
 /// What there is to fetch of a dataset, a face each, with links as OGC API names them. path as above.
-Json faces_json(const std::string& path);
+Json faces_json(const std::vector<Part>& parts, const std::string& path);
 
 /// Whether If-None-Match names the tag, which stands in quotes.
 bool names_tag(const std::string& if_none_match, const std::string& tag);

@@ -74,7 +74,11 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   if (const std::string name = name_in_path(request); !name.empty() && !is_given(*options, "name")) options->emplace_back("name", name);
   if (auto refused = take_updates(*options, posting)) return *refused;
   auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
-  if (!settings) return settings.problem();
+  if (!settings) {
+    proto::Problem problem = settings.problem();
+    if (problem.type == "option-unknown") problem.accepted = post_names();  // what was taken out before belongs to the list, too
+    return problem;
+  }
   posting.settings = std::move(settings.value());
   if (auto refused = take_lazy(is_given(*options, "build"), posting)) return *refused;
   if (posting.settings.private_dataset && !service.gate().has_tokens()) {
@@ -260,6 +264,9 @@ struct FormFiles {
   std::uint64_t came = 0;  ///< bytes of the body so far
 };
 
+/// Whether one field says where the raster is: then the form needs no file.
+bool names_raster(const FormReader& form) { return is_given(form.fields(), "source") || is_given(form.fields(), "upload"); }
+
 /// Problems: of the form, of the disk, and of a body that is too large.
 proto::Result<void> receive_files(Service& service, const Request& request, FormReader& form, FormFiles& files) {
   const std::uint64_t most = most_bytes(service);
@@ -282,6 +289,7 @@ proto::Result<void> receive_files(Service& service, const Request& request, Form
   };
   const auto received = files.first.receive(first, most, std::nullopt);
   if (form.problem()) return *form.problem();
+  if (form.ended() && form.file_names().empty() && names_raster(form)) return {};
   if (form.ended() && form.file_names().empty()) return proto::Problem{"form-invalid", "the form has no file", "curl -F file=@dem.tif, with the sign before the name", "file"};
   if (files.came > most) return proto::Problem{"body-too-large", "the form is larger than this service takes", "at most " + std::to_string(most >> 20) + " MiB", ""};
   if (!full.empty()) return limits::storage_full(full);
@@ -300,9 +308,15 @@ Response post_form(Service& service, const Request& request, FormReader form) {
   if (const auto received = receive_files(service, request, form, files); !received) return problem_response(received.problem());
   auto more = files.more.finish();
   if (!more) return problem_response(more.problem());
+  if (auto unknown = unknown_in_body(form.fields(), "field")) return problem_response(*unknown);
   Request plain = request;
   plain.query.insert(plain.query.end(), form.fields().begin(), form.fields().end());
   for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) plain.headers.erase(gone);
+  if (form.file_names().empty()) {
+    plain.read_body = nullptr;
+    place->reset();  // it asks for one of its own, as a POST whose query names the raster
+    return post(service, plain, nullptr);
+  }
   std::string name = form.file_names().front();
   for (const auto& [key, value] : plain.query) {
     if (key == "name") name = value;
@@ -322,9 +336,14 @@ std::string sender(const Request& request) { return request.who.name.empty() ? r
 Response post_dataset(Service& service, const Request& request, const std::string& id) {
   const std::string type = request.header("content-type").value_or("");
   if (auto form = FormReader::of(type)) return post_form(service, request, std::move(*form));
-  if (!type.starts_with("application/json")) return post(service, request, nullptr, id);
-  const auto plain = with_json_as_query(request);
-  return plain ? post(service, *plain, nullptr) : problem_response(plain.problem());
+  const bool json = type.starts_with("application/json");
+  if (!json && !type.starts_with("application/x-www-form-urlencoded")) return post(service, request, nullptr, id);
+  const auto plain = json ? with_json_as_query(request) : with_typed_body_as_query(request);
+  if (!plain) return problem_response(plain.problem());
+  if (plain->read_body) return post(service, *plain, nullptr, id);  // a raster after all
+  const Given told(plain->query.begin() + static_cast<std::ptrdiff_t>(request.query.size()), plain->query.end());
+  if (auto unknown = unknown_in_body(told, json ? "member" : "field")) return problem_response(*unknown);
+  return post(service, *plain, nullptr);
 }
 
 }  // namespace cordillera::server

@@ -1,5 +1,6 @@
 // What the service says of itself.
 #include "server/api/api.h"
+#include "server/api/public_address.h"
 #include "server/http/json.h"
 #include "server/limits/disk.h"
 #include "server/metrics/gpu_memory.h"
@@ -43,16 +44,20 @@ void look_around(Service& service) {
 
 }  // namespace
 
-Response index() {
+Response index(const Request& request) {
+  const std::string root = public_prefix(request);
   Json json;
   json["name"] = "Cordillera";
   json["version"] = CORDILLERA_VERSION;
-  json["links"] = {{"datasets", "v1/datasets"}, {"limits", "v1/limits"}, {"stac", "stac"}, {"health", "healthz"}, {"readiness", "readyz"},
-                   {"metrics", "metrics"},      {"viewer", "."},         {"description", "api"}};
+  const std::pair<const char*, const char*> kLinks[] = {{"datasets", "/v1/datasets"}, {"limits", "/v1/limits"}, {"stac", "/stac"}, {"health", "/healthz"}, {"readiness", "/readyz"},
+                                                        {"metrics", "/metrics"},      {"viewer", "/"},          {"description", "/api"}};
+  for (const auto& [name, path] : kLinks) json["links"][name] = root + path;
   for (const OptionSpec& option : post_options()) {
     json["options"][spelt(option, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};
   }
-  return json_response(200, json);
+  Response response = json_response(200, json);
+  response.set("Vary", kAddressHeaders);
+  return response;
 }
 
 Response alive() { return not_cached(json_response(200, {{"status", "ok"}})); }

@@ -1,5 +1,8 @@
 // How far a dataset is: as a document, and as a stream of events.
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include "server/api/api.h"
@@ -49,6 +52,51 @@ Json links_json(const std::string& path, Readable readable) {
   links["tileset"] = path + "/tileset.json";
   links["drc"] = path + "/tiles/{z}/{x}/{y}.drc";
   links["glb"] = path + "/tiles/{z}/{x}/{y}.glb";
+  return links;
+}
+
+/// The folder of a dataset that is one; else empty.
+std::string folder_of(Service& service, const std::string& id) { return service.mounts().has(id) ? service.mounts().folder(id) : ""; }
+
+/// Whether a name can stand for one of the braces.
+bool fits(const std::string& brace, const std::string& name) {
+  if (brace == "{root}") return name == "W" || name == "E";
+  return std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isdigit(c) != 0; });
+}
+
+/// Whether a file of the folder has such a path. Tiles of one format lie at the same depth, so the first way down tells.
+bool holds(const std::filesystem::path& folder, std::string_view path) {
+  std::filesystem::path at = folder;
+  while (path.find('{') != path.npos) {
+    const std::string part(path.substr(0, path.find('/')));
+    if (part.size() == path.size()) break;
+    path.remove_prefix(part.size() + 1);
+    if (part.front() != '{') {
+      at /= part;
+      continue;
+    }
+    std::error_code error;
+    std::filesystem::directory_iterator child(at, error), end;
+    while (!error && child != end && !fits(part, child->path().filename().string())) child.increment(error);
+    if (error || child == end) return false;
+    at = child->path();
+  }
+  std::error_code error;
+  const std::size_t brace = path.rfind('}');
+  if (brace == path.npos) return std::filesystem::is_regular_file(at / path, error);
+  const std::string_view suffix = path.substr(brace + 1);
+  std::filesystem::directory_iterator child(at, error), end;
+  while (!error && child != end && !child->path().filename().string().ends_with(suffix)) child.increment(error);
+  return !error && child != end;
+}
+
+/// Of what a folder has, without what is made on request.
+Json only_in_folder(Json links, const std::string& folder) {
+  const std::pair<const char*, const char*> kFiles[] = {{"tileset", "tileset.json"}, {"drc", "tiles/{z}/{x}/{y}.drc"}, {"glb", "tiles/{z}/{x}/{y}.glb"}};
+  for (const char* made : {"mesh", "pmtiles"}) links.erase(made);
+  for (const auto& [name, path] : kFiles) {
+    if (!holds(folder, path)) links.erase(name);
+  }
   return links;
 }
 
@@ -174,6 +222,8 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   json["provisional"] = provisional;
   json["build"] = building && is_built_lazily(service, dataset) ? kLazy : "full";
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
+  const std::string folder = folder_of(service, dataset.id);
+  if (!folder.empty()) json["links"] = only_in_folder(json["links"], folder);
   if (changes.is_object()) json["updates"] = changes;
   json["notes"] = std::vector<std::string>(dataset.options.warnings().begin(), dataset.options.warnings().end());
   json["manifest"] = nullptr;
@@ -184,24 +234,44 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
     json["manifest"] = summary_json(manifest);
     json["notes"] = std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
     json["version"] = (*summary)->version;
-    json["links"]["version"] = path + "/versions/" + (*summary)->version;
+    if (folder.empty()) json["links"]["version"] = path + "/versions/" + (*summary)->version;
   } else {
     json["error"] = problem_json(summary.problem());
   }
   return json;
 }
 
-Json faces_json(const std::string& path) {
-  Json faces = Json::array();
+bool is_folder(Service& service, const std::string& id) { return !folder_of(service, id).empty(); }
+
+std::vector<Part> parts_of(Service& service, const std::string& id) {
+  using pipeline::faces::Grid;
+  const std::string folder = folder_of(service, id);
+  std::vector<Part> parts;
   for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
-    const auto entry = pipeline::faces::find(face->entry);
+    Part part{face, {}};
+    bool tiles = false, of_tiles = false;  // a document that other formats have, too, is no format
+    for (const auto& resource : face->resources) {
+      const bool there = folder.empty() || holds(folder, resource.path);
+      if (there) part.resources.push_back(&resource);
+      of_tiles = of_tiles || resource.grid != Grid::none;
+      tiles = tiles || (there && resource.grid != Grid::none);
+    }
+    if (tiles == of_tiles && (folder.empty() || holds(folder, face->entry))) parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+Json faces_json(const std::vector<Part>& parts, const std::string& path) {
+  Json faces = Json::array();
+  for (const Part& part : parts) {
+    const auto entry = pipeline::faces::find(part.face->entry);
     Json json;
-    json["name"] = std::string(face->name);
-    json["about"] = std::string(face->about);
-    json["href"] = path + "/" + std::string(face->entry);
+    json["name"] = std::string(part.face->name);
+    json["about"] = std::string(part.face->about);
+    json["href"] = path + "/" + std::string(part.face->entry);
     json["type"] = entry ? std::string(entry->resource->type) : "application/json";
     json["links"] = Json::array();
-    for (const auto& resource : face->resources) json["links"].push_back(link_json(path, resource));
+    for (const pipeline::faces::Resource* resource : part.resources) json["links"].push_back(link_json(path, *resource));
     faces.push_back(std::move(json));
   }
   return faces;
@@ -210,7 +280,7 @@ Json faces_json(const std::string& path) {
 Response status_document(Service& service, const Request& request, const Dataset& dataset) {
   const std::string path = public_path(request, dataset.id);
   Json json = status_json(service, dataset, path);
-  if (dataset.state == State::ready || json["provisional"] == true) json["faces"] = faces_json(path);
+  if (dataset.state == State::ready || json["provisional"] == true) json["faces"] = faces_json(parts_of(service, dataset.id), path);
   Response response = json_response(200, json);
   response.set("Cache-Control", "no-store");
   return response;

@@ -114,7 +114,11 @@ Complaint apply_bbox(std::string_view text, Settings& settings) {
     const bool turned = std::abs(box[0]) <= 90 && std::abs(box[2]) <= 90 && box[0] < box[2];
     return "a latitude is beyond a pole" + (turned ? in_order(box[1], box[0], box[3], box[2]) : "");
   }
-  if (box[1] > box[3]) return "south is not below north" + in_order(box[0], box[3], box[2], box[1]);
+  if (box[1] > box[3]) {
+    // Both corners may be turned. A box over the antimeridian is left as it is: it is the narrower of the two that the longitudes can mean.
+    const bool turned = box[0] > box[2] && box[0] - box[2] < 180;
+    return "south is not below north" + in_order(turned ? box[2] : box[0], box[3], turned ? box[0] : box[2], box[1]);
+  }
   if (box[1] == box[3]) return "south equals north";
   if (std::abs(box[0]) > 180 || std::abs(box[2]) > 180) return "a longitude is outside -180 to 180";
   if (box[0] == box[2]) return "west equals east";
@@ -292,7 +296,7 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"fast", "default", "best"}, settings.build.mutable_quality());
        }},
-      {"pixels", "PIXELS", "exact: the finest level is fine enough to meet the raster's own pixels, and its samples are moved until it does",
+      {"pixels", "PIXELS", "exact: the finest level keeps its error at the raster's own pixels, too; lattice: at the samples of the level alone, with fewer triangles",
        "lattice or exact",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {raster::kPixelChoices[0], raster::kPixelChoices[1]}, settings.build.mutable_pixels());

@@ -1,5 +1,7 @@
 #include "server/options/option_words.h"
 
+#include "server/options/option_groups.h"
+
 namespace cordillera::server {
 namespace {
 
@@ -20,6 +22,7 @@ void add_table(CLI::App& command, const std::vector<OptionSpec>& table, Given& g
       return true;
     };
     auto* added = command.add_option(with_habits(option), take, option.help + " [" + option.accepted + "]");
+    added->group(group_of(option));
     added->type_name(option.value)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     if (option.value.empty()) {
       added->expected(0, 1);

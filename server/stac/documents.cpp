@@ -59,14 +59,15 @@ Json asset(const std::string& href, std::string_view type, std::string_view titl
 }
 
 /// What a client of each format is given, and files of the whole.
-Json assets_of(const std::string& path) {
+Json assets_of(const std::string& path, const Offered& offered) {
   Json assets;
-  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) {
+  for (const pipeline::faces::Face* face : offered.faces) {
     const auto entry = pipeline::faces::find(face->entry);
     const std::string_view type = entry ? entry->resource->type : std::string_view(kJson);
     assets[std::string(face->name)] = asset(path + "/" + std::string(face->entry), type, face->about, "data");
   }
   assets["manifest"] = asset(path + "/manifest.json", kJson, "What was read and assumed, and the error of every level", "metadata");
+  if (!offered.archive) return assets;
   assets["pmtiles"] = asset(path + ".pmtiles", "application/vnd.pmtiles", "Pictures of heights (Terrain-RGB) in one archive", "data");
   return assets;
 }
@@ -106,7 +107,7 @@ Json collections(const Place& place) {
           {"links", Json::array({link("self", home(place) + "/collections", kJson), link("root", home(place), kJson)})}};
 }
 
-Json item(const Place& place, const Dataset& dataset, const proto::Manifest& manifest) {
+Json item(const Place& place, const Dataset& dataset, const proto::Manifest& manifest, const Offered& offered) {
   const std::string path = place.root + "/v1/datasets/" + dataset.id, here = home_of_collection(place);
   const auto box = box_of(manifest);
   Json json = {{"type", "Feature"}, {"stac_version", kVersion}, {"id", dataset.id}, {"collection", "datasets"}};
@@ -122,7 +123,7 @@ Json item(const Place& place, const Dataset& dataset, const proto::Manifest& man
   if (manifest.bounds_size() >= 6) about["cordillera:heights"] = {manifest.bounds(4), manifest.bounds(5)};
   json["links"] = Json::array({link("self", here + "/items/" + dataset.id, kGeoJson), link("root", home(place), kJson), link("parent", here, kJson),
                                link("collection", here, kJson), link("via", path, kJson, "The dataset in this service's own API")});
-  json["assets"] = assets_of(path);
+  json["assets"] = assets_of(path, offered);
   return json;
 }
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/faces/face.h"
 #include "server/http/json.h"
 #include "server/datasets/library.h"
 #include "server/datasets/registry.h"
@@ -15,12 +16,18 @@ struct Place {
   std::string root;
 };
 
+/// What there is to fetch of a dataset.
+struct Offered {
+  std::vector<const pipeline::faces::Face*> faces;
+  bool archive = true;  ///< as one file, made when it is asked for
+};
+
 Json landing_page(const Place& place);
 Json conformance();
 Json collection(const Place& place);
 Json collections(const Place& place);
 /// Of a dataset that is ready.
-Json item(const Place& place, const Dataset& dataset, const proto::Manifest& manifest);
+Json item(const Place& place, const Dataset& dataset, const proto::Manifest& manifest, const Offered& offered);
 /// A page; next: the query of the one behind it, or empty.
 Json item_list(const Place& place, const std::vector<Json>& items, const std::string& next);
 

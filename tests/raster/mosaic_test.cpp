@@ -154,6 +154,22 @@ TEST_F(SourceList, stac_items_give_their_data_asset) {
   EXPECT_EQ((*listed)[1].path, "/vsis3/bucket/two.tif");
 }
 
+/// What it held can be said of the raster alone, in the words that HTTP has for it.
+TEST_F(SourceList, a_damaged_geopackage_is_told_as_a_raster) {
+  const std::string zeros = write_text(std::string("SQLite format 3\0", 16) + std::string(500, '\0'), "zeros.gpkg");
+  EXPECT_EQ(names(zeros), Names{"zeros.gpkg"});
+  const auto refused = open(zeros);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "raster-unreadable");
+  EXPECT_NE(refused.problem().detail.find("begins as a GeoPackage"), std::string::npos) << refused.problem().detail;
+  Spec whole;
+  whole.driver = "GPKG", whole.create = {"TILE_FORMAT=TIFF"};
+  const std::string cut = write(whole, "cut.gpkg");
+  EXPECT_EQ(names(cut), Names{"cut.gpkg"});
+  std::filesystem::resize_file(cut, 5000);
+  EXPECT_EQ(names(cut), Names{"cut.gpkg"});
+}
+
 TEST_F(SourceList, a_list_that_is_none_is_refused) {
   EXPECT_EQ(names(path("missing.txt")), Names{"sources-invalid"});
   EXPECT_EQ(names(write_text("a.tif crs\n", "a.txt")), Names{"sources-invalid"});

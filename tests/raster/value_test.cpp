@@ -85,6 +85,19 @@ TEST_F(Value, UnitOfTheVerticalAxis) {
   EXPECT_NEAR(pixel_m(*source, 1, 1), 100 * 1200.0 / 3937, 0.0005);
 }
 
+TEST_F(Value, DepthsAreHeightsBelowZero) {
+  Spec spec = aligned("Float32");
+  spec.value = [](int, int) { return -4321.5; };
+  const auto sea = must_open(write(spec, "heights.tif"));
+  ASSERT_TRUE(sea);
+  EXPECT_NEAR(pixel_m(*sea, 1, 1), -4321.5, 0.0005);
+  spec.crs = "EPSG:4326+5715";  // MSL depth: its axis points down
+  spec.value = [](int, int) { return 4321.5; };
+  const auto turned = must_open(write(spec, "depths.tif"));
+  ASSERT_TRUE(turned);
+  EXPECT_NEAR(pixel_m(*turned, 1, 1), -4321.5, 0.0005);
+}
+
 TEST_F(Value, NodataInAllItsForms) {
   const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
   const struct { const char* type; std::optional<double> nodata; double raw; } cases[] = {

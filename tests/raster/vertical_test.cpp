@@ -164,6 +164,34 @@ TEST_F(HeightSystem, DeclaredByTheRasterIsTakenToTheEllipsoid) {
   expect_height(*source, 1500);
 }
 
+/// The usual form of data of the United States. PROJ has the grid for NAD83(2011), and no exact way from there to NAD83: within a metre on the ground.
+TEST_F(HeightSystem, OnAnOlderDatumTakesTheSameGrid) {
+  install_grid();
+  const auto declared = must_open(write(colorado("EPSG:4269+5703"), "declared.tif"), {});
+  ASSERT_TRUE(declared);
+  EXPECT_EQ(declared->description().vertical_datum(), "NAVD88 height");
+  EXPECT_EQ(declared->description().vertical_grid(), "us_noaa_g2018u0.tif");
+  expect_height(*declared, 1500);
+  proto::BuildOptions options;
+  options.set_vertical_datum("NAVD88");
+  Spec utm = colorado("EPSG:26913");
+  utm.geotransform = {490000, 1000, 0, 4327000, 0, -1000};
+  for (const Spec& spec : {colorado("EPSG:4269"), utm}) {
+    SCOPED_TRACE(spec.crs);
+    const auto requested = must_open(write(spec, spec.crs.substr(5) + ".tif"), options);
+    ASSERT_TRUE(requested);
+    EXPECT_EQ(requested->description().vertical_grid(), "us_noaa_g2018u0.tif");
+    expect_height(*requested, 1500);
+  }
+}
+
+TEST_F(HeightSystem, OnAnOlderDatumAsksForTheNewestGridAlone) {
+  const auto refused = open(write(colorado("EPSG:4269+5703")), {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "geoid-not-found");
+  EXPECT_THAT(refused.problem().detail, ::testing::HasSubstr("us_noaa_g2018u0.tif"));
+}
+
 TEST_F(HeightSystem, InFeetIsTakenToMetresOnce) {
   install_grid();
   const auto source = must_open(write(colorado("EPSG:6318+6360")), {});

@@ -96,9 +96,9 @@ void add_datasets(Json& paths) {
     good[status]["headers"]["Location"] = {{"description", "the path of the dataset"}, {"schema", {{"type", "string"}}}};
   }
   all["post"] = operation(Operation{
-      "post_dataset", "datasets", "Build tiles from a raster: the body is the raster itself, a form with rasters as its files and options as fields, or options as JSON. Several files become one dataset, the first wins. A PUT does the same", good, post_parameters()});
+      "post_dataset", "datasets", "Build tiles from a raster: the body is the raster itself, a form with rasters as its files and options as fields, or options as JSON or as fields of a plain form. Several files become one dataset, the first wins. A PUT does the same", good, post_parameters()});
   all["post"]["requestBody"] = {{"required", false}, {"content", content_of("application/octet-stream", nullptr)}};
-  for (const char* type : {"multipart/form-data", "application/json"}) all["post"]["requestBody"]["content"][type]["schema"] = {{"type", "object"}};
+  for (const char* type : {"multipart/form-data", "application/json", "application/x-www-form-urlencoded"}) all["post"]["requestBody"]["content"][type]["schema"] = {{"type", "object"}};
 
   all["put"] = all["post"];
   all["put"]["operationId"] = "put_dataset";

@@ -1,5 +1,6 @@
 #include "server/api/requests/delivery.h"
 
+#include <algorithm>
 #include <charconv>
 
 #include "server/http/json.h"
@@ -70,7 +71,39 @@ std::optional<proto::Problem> check_headers(const Request& request, Delivery& de
   return std::nullopt;
 }
 
+/// source first: without a raster in the body nothing goes without it.
+const std::vector<std::string>& names_of_post() {
+  static const std::vector<std::string> kNames = [] {
+    std::vector<std::string> names = {"source", "upload", "updates"};
+    for (const OptionSpec& option : post_options()) names.push_back(spelt(option, Spelling::query));
+    return names;
+  }();
+  return kNames;
+}
+
+bool is_older_name(const std::string& name) {
+  const std::vector<OptionSpec> options = post_options();
+  return !name.empty() && std::any_of(options.begin(), options.end(), [&](const OptionSpec& option) { return alias_spelt(option, Spelling::query) == name; });
+}
+
 }  // namespace
+
+std::string post_names() {
+  std::string all;
+  for (const std::string& name : names_of_post()) all += (all.empty() ? "" : ", ") + name;
+  return all;
+}
+
+std::optional<proto::Problem> unknown_in_body(const Given& options, const std::string& kind) {
+  const std::vector<std::string>& names = names_of_post();
+  for (const auto& [name, value] : options) {
+    if (std::find(names.begin(), names.end(), name) != names.end() || is_older_name(name)) continue;
+    const auto nearest = nearest_name(name, names);
+    const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
+    return proto::Problem{"option-unknown", "unknown " + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), post_names(), shown};
+  }
+  return std::nullopt;
+}
 
 std::uint64_t most_bytes(const Service& service) { return std::uint64_t{service.settings().serve.limits.body_mib} << 20; }
 

@@ -25,6 +25,10 @@ enum class RasterIs { needed, optional };
 
 /// Takes upload= and source= out of the query; gives the other parameters.
 proto::Result<Given> other_parameters(const Request& request, Delivery& delivery);
+/// All that a POST takes, its upload=, source= and updates= among them, as problems list it.
+std::string post_names();
+/// The first of options that came in a body and that a POST does not have. kind: what it is there, "member" of JSON, "field" of a form.
+std::optional<proto::Problem> unknown_in_body(const Given& options, const std::string& kind);
 /// Reads the headers, and checks that what was announced may come.
 std::optional<proto::Problem> check_delivery(const Service& service, const Request& request, RasterIs raster, Delivery& delivery);
 /// The largest body that the operator takes.

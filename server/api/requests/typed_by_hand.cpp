@@ -1,5 +1,8 @@
 #include "server/api/requests/typed_by_hand.h"
 
+#include <algorithm>
+#include <charconv>
+
 #include "server/http/json.h"
 
 namespace cordillera::server {
@@ -12,7 +15,7 @@ constexpr std::size_t kMostJson = std::size_t{64} << 10;
 
 bool reads(const Request& request) { return request.method == "GET" || request.method == "HEAD"; }
 
-bool has_slash(const std::string& path) { return path.starts_with("/v1/") && path.ends_with('/'); }
+bool has_slash(const std::string& path) { return path.size() > 1 && path.ends_with('/'); }
 
 std::string stripped(std::string path) {
   path.pop_back();
@@ -34,6 +37,68 @@ std::optional<std::string> query_value(const Json& value) {
   return text;
 }
 
+Problem not_json(const std::string& what, const std::string& member = "") {
+  return {"json-invalid", what, "an object of options, such as {\"source\": \"https://example.org/dem.tif\", \"error\": 5}", member};
+}
+
+/// The request without its body: it is in the query now.
+Request bodiless(Request request) {
+  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) request.headers.erase(gone);
+  request.read_body = nullptr;
+  return request;
+}
+
+proto::Result<Request> with_members(const Request& request, const Json& json) {
+  Request plain = bodiless(request);
+  for (const auto& [name, member] : json.items()) {
+    if (member.is_null()) continue;
+    const auto value = query_value(member);
+    if (!value) return not_json("the member " + name.substr(0, 100) + " is neither text, a number, true or false, nor a list of these", name.substr(0, 100));
+    plain.query.emplace_back(name, *value);
+  }
+  return plain;
+}
+
+/// A body of at most kMostJson bytes, whose length is known.
+bool is_short(const Request& request) {
+  const std::string length = request.header("content-length").value_or("");
+  std::size_t bytes = 0;
+  const auto [end, error] = std::from_chars(length.data(), length.data() + length.size(), bytes);
+  return !length.empty() && error == std::errc() && end == length.data() + length.size() && bytes <= kMostJson && request.read_body;
+}
+
+/// name=… of one line: no raster begins so and goes on without control characters.
+bool is_fields(std::string_view text) {
+  const auto in_name = [](char c) { return (c >= 'a' && c <= 'z') || c == '_' || c == '-'; };
+  const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  const std::size_t equals = text.find('=');
+  if (equals == 0 || equals == text.npos) return false;
+  return std::all_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(equals), in_name) && std::none_of(text.begin(), text.end(), control);
+}
+
+/// + is a space, %41 a letter. A sign that is not followed by two digits stands for itself.
+std::string unescaped(std::string_view text) {
+  std::string out;
+  for (std::size_t k = 0; k < text.size(); ++k) {
+    unsigned byte = 0;
+    const bool escape = text[k] == '%' && k + 2 < text.size() && std::from_chars(text.data() + k + 1, text.data() + k + 3, byte, 16).ptr == text.data() + k + 3;
+    out += escape ? static_cast<char>(byte) : text[k] == '+' ? ' ' : text[k];
+    if (escape) k += 2;
+  }
+  return out;
+}
+
+Request with_fields(const Request& request, std::string_view text) {
+  Request plain = bodiless(request);
+  while (!text.empty()) {
+    const std::string_view field = text.substr(0, text.find('&'));
+    text.remove_prefix(std::min(text.size(), field.size() + 1));
+    const std::size_t equals = std::min(field.find('='), field.size());
+    if (!field.empty()) plain.query.emplace_back(unescaped(field.substr(0, equals)), unescaped(field.substr(std::min(equals + 1, field.size()))));
+  }
+  return plain;
+}
+
 }  // namespace
 
 Route route_meant(const Request& request) {
@@ -51,10 +116,11 @@ std::string name_in_path(const Request& request) {
   return name.find('/') == name.npos ? name : "";
 }
 
-std::optional<Response> without_slash(const Request& request) {
+std::optional<Response> without_slash(const Request& request, const std::function<bool(const std::string& path)>& is_page) {
   if (!reads(request) || !has_slash(request.path)) return std::nullopt;
   const std::string path = stripped(request.path);
-  if (parse_route(path).resource == Resource::none) return std::nullopt;
+  const Resource resource = parse_route(path).resource;
+  if (resource == Resource::none || (resource == Resource::page && !is_page(path))) return std::nullopt;
   Response response;
   response.status = 308;
   response.set("Location", "../" + path.substr(path.rfind('/') + 1));
@@ -64,25 +130,30 @@ std::optional<Response> without_slash(const Request& request) {
 }
 
 proto::Result<Request> with_json_as_query(const Request& request) {
-  const std::string accepted = "an object of options, such as {\"source\": \"https://example.org/dem.tif\", \"error\": 5}";
   std::string text;
   const bool ended = request.read_body && request.read_body([&](std::string_view piece) {
     text += piece;
     return text.size() <= kMostJson;
   });
-  if (text.size() > kMostJson) return Problem{"json-invalid", "the JSON has more than 64 KiB", accepted, ""};
+  if (text.size() > kMostJson) return not_json("the JSON has more than 64 KiB");
   const Json json = Json::parse(text, nullptr, false);
-  if (!ended || !json.is_object()) return Problem{"json-invalid", "the body is no JSON object", accepted, ""};
-  Request plain = request;
-  for (const auto& [name, member] : json.items()) {
-    if (member.is_null()) continue;
-    const auto value = query_value(member);
-    if (!value) return Problem{"json-invalid", "the member " + name.substr(0, 100) + " is neither text, a number, true or false, nor a list of these", accepted, name.substr(0, 100)};
-    plain.query.emplace_back(name, *value);
-  }
-  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) plain.headers.erase(gone);
-  plain.read_body = nullptr;
-  return plain;
+  if (!ended || !json.is_object()) return not_json("the body is no JSON object");
+  return with_members(request, json);
+}
+
+proto::Result<Request> with_typed_body_as_query(const Request& request) {
+  if (!is_short(request)) return request;
+  std::string bytes;
+  const bool ended = request.read_body([&](std::string_view piece) {
+    bytes += piece;
+    return bytes.size() <= kMostJson;
+  });
+  const std::string_view line = std::string_view(bytes).substr(0, bytes.find_last_not_of("\r\n") + 1);
+  if (ended && is_fields(line)) return with_fields(request, line);
+  if (const Json json = ended && line.starts_with('{') ? Json::parse(line, nullptr, false) : Json(); json.is_object()) return with_members(request, json);
+  Request again = request;
+  again.read_body = [bytes = std::move(bytes), ended](const Request::Sink& sink) { return (bytes.empty() || sink(bytes)) && ended; };
+  return again;
 }
 
 }  // namespace cordillera::server

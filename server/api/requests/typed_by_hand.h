@@ -1,7 +1,7 @@
 #pragma once
 // Requests as hands type them, said as the API has them: a PUT on the collection, a slash too many, options as JSON.
+#include <functional>
 #include <optional>
-
 #include <string>
 
 #include "proto/result.h"
@@ -17,10 +17,15 @@ Route route_meant(const Request& request);
 /// Of a request on the collection: the name that curl added to its path, or empty.
 std::string name_in_path(const Request& request);
 
-/// To a GET below /v1 with a slash too many: 308, for relative links in the answer would lead elsewhere. None: there is nothing at the path without it.
-std::optional<Response> without_slash(const Request& request);
+/// To a GET with a slash too many: 308, for relative links in the answer would lead elsewhere. None: there is nothing at the path without it.
+/// is_page: of paths outside of the API.
+std::optional<Response> without_slash(const Request& request, const std::function<bool(const std::string& path)>& is_page);
 
 /// A body of type application/json, {"source": "https://…", "error": 5}: its members become parameters of the query, and the body is gone.
 proto::Result<Request> with_json_as_query(const Request& request);
+
+/// A body of type application/x-www-form-urlencoded. What curl -d sends, source=…&error=5 or the JSON above, becomes parameters in the same way.
+/// curl --data-binary says that type of a raster, too: any other body stays, as it came.
+proto::Result<Request> with_typed_body_as_query(const Request& request);
 
 }  // namespace cordillera::server
