@@ -214,6 +214,9 @@ class PixelMeter final : public gpu::ErrorMeter {
   const std::int32_t side_;
 };
 
+/// Of a tile. Ground has a handful; noise has thousands, each of which costs a copy of the mesh.
+constexpr std::size_t kMostStuck = 64;
+
 /// Indices of the triangles that are farther than the limit from a pixel.
 std::vector<std::uint32_t> triangles_over(const PlacedPixels& pixels, const proto::TileMesh& mesh, double limit_m) {
   std::vector<std::uint32_t> over;
@@ -287,7 +290,10 @@ std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const s
   const gpu::SteppedMeter stepped(at_pixels, step);
   const gpu::Refined refined = gpu::refine(built.mesh, stepped, limit_m, over, SIZE_MAX);
   std::uint32_t inserted = refined.inserted;
-  if (refined.over > 0) inserted += gpu::refine_stuck(built.mesh, stepped, limit_m, triangles_over(placed, built.mesh, limit_m)).inserted;
+  if (refined.over > 0) {
+    const std::vector<std::uint32_t> left = triangles_over(placed, built.mesh, limit_m);
+    if (left.size() <= kMostStuck) inserted += gpu::refine_stuck(built.mesh, stepped, limit_m, left).inserted;
+  }
   // The promise at samples comes first. Where valences left no room for both, samples alone are asked; where that does not help, all stays as it was,
   // but for steep walls that broke it before, which measure_exact mends.
   const auto broken = [&](const proto::TileMesh& mesh) {
