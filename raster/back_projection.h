@@ -10,13 +10,13 @@
 
 namespace cordillera::raster {
 
-/// What pixels= of a build may be. The program asks for exact; where a plan or a store of an earlier version says nothing, it is lattice.
+/// What pixels= of a build may be; the first is the default.
 inline constexpr const char* kPixelChoices[] = {"lattice", "exact"};
 inline bool meets_pixels(const proto::BuildOptions& options) { return options.pixels() == kPixelChoices[1]; }
 
-/// Greatest spacing of a lattice whose surface is moved to the pixels: there are no fewer vertices than pixels then. Below 0.7 hardly two pixels
-/// lie in one triangle, and four rounds meet them all; up to 1 it takes more, and single pixels stay off.
-inline constexpr double kMeetingSpacing = 1;
+/// Greatest spacing of a lattice whose surface can meet all pixels: then hardly two of them lie in one triangle. Up to a spacing of 1 they can be
+/// met, too, but samples go up and down between them, and shaded relief shows a weave.
+inline constexpr double kMeetingSpacing = 0.7;
 
 /// Cells of the lattice in pixels of the source, the greater of both directions, at the source's centre.
 inline double spacing(const proto::Source& source, const proto::Lattice& lattice) {

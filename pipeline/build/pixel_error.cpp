@@ -215,7 +215,7 @@ class PixelMeter final : public gpu::ErrorMeter {
 };
 
 /// Of a tile. Ground has a handful; noise has thousands, each of which costs a copy of the mesh.
-constexpr std::size_t kMostStuck = 64;
+constexpr std::size_t kMostStuck = 256;
 
 /// Indices of the triangles that are farther than the limit from a pixel.
 std::vector<std::uint32_t> triangles_over(const PlacedPixels& pixels, const proto::TileMesh& mesh, double limit_m) {

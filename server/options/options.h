@@ -69,16 +69,9 @@ struct ServeSettings {
   Limits limits;
 };
 
-/// What a build is asked for where nobody says otherwise. All else that is empty in BuildOptions means its default.
-inline proto::BuildOptions usual_build() {
-  proto::BuildOptions build;
-  build.set_pixels("exact");  // a plan that says nothing is one of an earlier version, without it
-  return build;
-}
-
 /// Everything that options can say.
 struct Settings {
-  proto::BuildOptions build = usual_build();
+  proto::BuildOptions build;
   bool dry_run = false;
   bool private_dataset = false;  ///< read with a token only
   ServeSettings serve;

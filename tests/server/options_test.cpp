@@ -110,7 +110,7 @@ const Given kOneOfEach = {{"name", "a.tif"}, {"band", "2"}, {"error", "2.5"}, {"
                           {"vertical-datum", "EGM2008"}, {"nodata", "-9999"}, {"voids", "12.5"}, {"fill-limit", "40"}, {"strategy", "waves"}, {"device", "cpu"},
                           {"threads", "3"}, {"memory", "512"}, {"bbox", "10,46,11,47"}, {"min-level", "3"},
                           {"max-level", "12"}, {"z-scale", "0.5"}, {"z-offset", "-7"}, {"title", "two words"},
-                          {"attribution", "me = mine"}, {"quality", "fast"}, {"pixels", "lattice"}, {"water", "0"}, {"water-mask", "sea.tif"},
+                          {"attribution", "me = mine"}, {"quality", "fast"}, {"pixels", "exact"}, {"water", "0"}, {"water-mask", "sea.tif"},
                           {"feather", "30"}, {"dry-run", "1"}};
 
 Given through_config_file(const Given& given) {

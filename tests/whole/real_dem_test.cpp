@@ -51,7 +51,7 @@ TEST_P(RealDem, obeys_the_laws) {
   EXPECT_GT(built.triangles(built.lattice.finest_level), 100u);
 }
 
-// As the program builds it unless told otherwise. Larger ones: docs/design/accuracy.md has what came out.
+// Larger ones: docs/design/accuracy.md has what came out.
 TEST_P(RealDem, keeps_its_target_at_its_own_pixels) {
   if (GetParam().empty()) GTEST_SKIP() << "no real elevation models: set CORDILLERA_TEST_DATA to a folder of them";
   proto::BuildOptions options;
