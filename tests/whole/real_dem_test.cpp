@@ -12,7 +12,7 @@ namespace {
 
 using testing::IsEmpty;
 
-constexpr double kMostPixels = 0.9e6;  ///< larger ones take too long
+constexpr double kMostPixels = 0.3e6;  ///< larger ones take too long
 constexpr double kMostSamples = 1.0e6;  ///< larger ones are built to a coarser level
 
 std::vector<std::string> files() {
