@@ -154,18 +154,15 @@ Listed in_json(const std::string& list, const std::string& text) {
   return sources;
 }
 
-/// A GeoPackage may hold both: rasters before outlines of rasters.
-bool holds_raster(const std::string& geopackage) {
+/// A GeoPackage may hold both: rasters go before outlines of rasters. One with neither is damaged: it is told so as the raster that it was.
+bool lists_rasters(const std::string& geopackage) {
   const GdalScope scope(Trust::operator_file);
-  const char* const only[] = {"GPKG", nullptr};
-  return GDALDatasetUniquePtr(GDALDataset::Open(geopackage.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr)) != nullptr;
-}
-
-/// One with neither rasters nor outlines is damaged: it is told so as the raster that it was.
-bool holds_outlines(const std::string& geopackage) {
-  const GdalScope scope(Trust::operator_file);
-  const char* const only[] = {"GPKG", nullptr};
-  const GDALDatasetUniquePtr index(GDALDataset::Open(geopackage.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, only, nullptr, nullptr));
+  const auto opened = [&](unsigned kind) {
+    const char* const only[] = {"GPKG", nullptr};
+    return GDALDatasetUniquePtr(GDALDataset::Open(geopackage.c_str(), kind | GDAL_OF_READONLY, only, nullptr, nullptr));
+  };
+  if (opened(GDAL_OF_RASTER)) return false;
+  const auto index = opened(GDAL_OF_VECTOR);
   return index && index->GetLayerCount() > 0;
 }
 
@@ -190,7 +187,7 @@ Listed list_sources(const std::string& word) {
   const std::string extension = extension_of(word);
   constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
   const bool geojson = extension == ".geojson", text = is_one_of(extension, kTexts), json = extension == ".json" || geojson;
-  const bool index = is_one_of(extension, kIndices) && !(extension == ".gpkg" && (holds_raster(word) || !holds_outlines(word)));
+  const bool index = is_one_of(extension, kIndices) && (extension != ".gpkg" || lists_rasters(word));
   if (index) return in_index(word);
   if (!text && !json) return Sources{{resolved(word, ""), {}}};
   const auto bytes = read_whole(word);

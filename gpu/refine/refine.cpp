@@ -59,8 +59,6 @@ class Refinement {
     return result_;
   }
 
-  bool is_over(Id t) { return error(t).error_m > limit_m_; }
-
   /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines what that has left
   /// over the limit. False: some is left, or a vertex has too many neighbours.
   bool make_triangle(Id t, const std::array<MeshPoint, 3>& corners) {
@@ -78,17 +76,6 @@ class Refinement {
     }
     run(changed, kMostCrowded);
     return !is_over(worst_known()) && disperse();
-  }
-
-  /// Turns edges until no vertex has more neighbours than it may have without a crowd. False: that could not be done.
-  bool disperse() {
-    crowd_ = 0;
-    for (std::uint32_t v = 0; v < valence_.size(); ++v) {
-      while (valence_[v] > cap(v)) {
-        if (!take_neighbour(v)) return false;
-      }
-    }
-    return true;
   }
 
  private:
@@ -117,8 +104,9 @@ class Refinement {
     }
     return error_[t];
   }
+  bool is_over(Id t) { return error(t).error_m > limit_m_; }
   void queue(Id t) {
-    if (error(t).error_m > limit_m_) worst_.push({error(t).error_m, t, stamp_[t]});
+    if (is_over(t)) worst_.push({error(t).error_m, t, stamp_[t]});
   }
   void set(Id t, const Triangle& corners, const std::array<Id, 3>& across) {
     mesh_.triangles[t] = corners;
@@ -286,10 +274,12 @@ class Refinement {
   bool makes_needle(const Quad& q) const {
     return !has_body(point(q.a), point(q.d), point(q.c)) || !has_body(point(q.d), point(q.b), point(q.c));
   }
+  // With that edge turned neither triangle is published.
+  bool is_on_rim(Id t, unsigned k, Quad& q) const { return fits(t, k, q, 0) && is_void(q.d) && !is_void(q.a) && !is_void(q.b) && !is_void(q.c); }
   // A needle along a rim, outside of which there is no data: with its rim edge turned it is not published, and the rim moves by less than
   // half a unit.
   bool can_shed(Id t, unsigned k, Quad& q) const {
-    return fits(t, k, q, 0) && is_void(q.d) && !is_void(q.a) && !is_void(q.b) && !is_void(q.c) && all_but_on(point(q.a), point(q.b), point(q.c));
+    return is_on_rim(t, k, q) && all_but_on(point(q.a), point(q.b), point(q.c));
   }
   // What the greater error of two triangles must stay below for their edge to be turned; none when there is no reason to. Over the limit
   // the error has to fall; below it the shape may improve. So refinement ends: the errors over the limit only ever fall.
@@ -367,9 +357,10 @@ class Refinement {
   // Of twice the area of 1: no sample lies in it or on its sides, so none is uncovered.
   bool take_off_rim(Id t) {
     const Triangle& c = mesh_.triangles[t];
+    if (area(c[0], c[1], c[2]) != 1) return false;
     for (unsigned k = 0; k < 3; ++k) {
       Quad q;
-      if (area(c[0], c[1], c[2]) != 1 || !fits(t, k, q, 0) || !is_void(q.d) || is_void(q.a) || is_void(q.b) || is_void(q.c)) continue;
+      if (!is_on_rim(t, k, q)) continue;
       flip(turned(q));
       return true;
     }
@@ -409,6 +400,7 @@ class Refinement {
     } while (t != kNone && t != start);
     if (best && may_harm(v)) flip_and_queue(*best);
   }
+
   // The vertex at p, which becomes one if there is none. t: a triangle near it.
   bool make_vertex(Id t, const MeshPoint& p, std::uint32_t& v) {
     const auto find = [&] {
@@ -461,6 +453,16 @@ class Refinement {
     return worst;
   }
 
+  // Turns edges until no vertex has more neighbours than it may have without a crowd. False: that could not be done.
+  bool disperse() {
+    crowd_ = 0;
+    for (std::uint32_t v = 0; v < valence_.size(); ++v) {
+      while (valence_[v] > cap(v)) {
+        if (!take_neighbour(v)) return false;
+      }
+    }
+    return true;
+  }
   // Takes a neighbour from v where both triangles stay within the limit.
   bool take_neighbour(std::uint32_t v) {
     std::optional<Turned> best;

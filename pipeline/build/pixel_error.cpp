@@ -154,30 +154,20 @@ class PixelMeter final : public gpu::ErrorMeter {
 
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override {
     gpu::TriangleError error = at_samples_.measure(corners, limit_m);
-    double worst_m = -1;
-    std::uint32_t worst = 0;
-    pixels_.each_error(corners, [&](std::uint32_t k, double error_m) {
-      if (error_m > worst_m) worst_m = error_m, worst = k;
-      return true;
-    });
-    if (worst_m <= error.error_m) return error;
-    error.error_m = worst_m;
-    if (worst_m <= limit_m) return error;
+    const auto worst = worst_over(corners, error.error_m);
+    if (!worst) return error;
+    error.error_m = worst->error_m;
+    if (worst->error_m <= limit_m) return error;
     error.count = 0;
-    offer_around(pixels_[worst], error);
+    offer_around(pixels_[worst->pixel], error);
     return error;
   }
 
   /// Of the lattice's surface, around the worst pixel.
   std::optional<std::array<gpu::MeshPoint, 3>> wanted(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override {
-    double worst_m = limit_m;
-    std::optional<std::uint32_t> worst;
-    pixels_.each_error(corners, [&](std::uint32_t k, double error_m) {
-      if (error_m > worst_m) worst_m = error_m, worst = k;
-      return true;
-    });
+    const auto worst = worst_over(corners, limit_m);
     if (!worst) return std::nullopt;
-    const raster::PixelPoint& pixel = pixels_[*worst];
+    const raster::PixelPoint& pixel = pixels_[worst->pixel];
     const std::int32_t x = std::min(static_cast<std::int32_t>(pixel.x), side_ - 1), y = std::min(static_cast<std::int32_t>(pixel.y), side_ - 1);
     const auto at = [&](std::int32_t dx, std::int32_t dy) { return gpu::MeshPoint{x + dx, y + dy, sample(west_ + x + dx, south_ + y + dy)}; };
     const gpu::MeshPoint third = pixel.x - x >= pixel.y - y ? at(1, 0) : at(0, 1);
@@ -185,6 +175,20 @@ class PixelMeter final : public gpu::ErrorMeter {
   }
 
  private:
+  struct Worst {
+    std::uint32_t pixel;
+    double error_m;
+  };
+  // Of the pixels that are farther off than that.
+  std::optional<Worst> worst_over(const std::array<gpu::MeshPoint, 3>& corners, double least_m) const {
+    std::optional<Worst> worst;
+    pixels_.each_error(corners, [&](std::uint32_t k, double error_m) {
+      if (error_m > (worst ? worst->error_m : least_m)) worst = Worst{k, error_m};
+      return true;
+    });
+    return worst;
+  }
+
   // The nearest first; those that are vertices already are passed over.
   void offer_around(const raster::PixelPoint& pixel, gpu::TriangleError& error) const {
     const auto x = static_cast<std::int32_t>(pixel.x), y = static_cast<std::int32_t>(pixel.y);

@@ -60,7 +60,7 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
 
 void ErrorLaws::finish(const proto::Source& stated, Report& report) const {
   if (!stated.has_error_at_pixels()) return;  // an earlier version's
-  // Decoded corners of a global level are some millimetres beside those that the build measured.
+  // Measured again, sums of a global raster differ in the sixth digit: an RMSE of 329.213 m for 329.211.
   static constexpr double kGrace_m = 1.0 / 1024, kGraceShare = 1e-5;
   const proto::ErrorAtPixels found = pixels_.total();
   const proto::ErrorAtPixels& said = stated.error_at_pixels();

@@ -311,7 +311,7 @@ Response post_form(Service& service, const Request& request, FormReader form) {
   if (auto unknown = unknown_in_body(form.fields(), "field")) return problem_response(*unknown);
   Request plain = request;
   plain.query.insert(plain.query.end(), form.fields().begin(), form.fields().end());
-  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) plain.headers.erase(gone);
+  forget_body_headers(plain);
   if (form.file_names().empty()) {
     plain.read_body = nullptr;
     place->reset();  // it asks for one of its own, as a POST whose query names the raster

@@ -43,7 +43,7 @@ Problem not_json(const std::string& what, const std::string& member = "") {
 
 /// The request without its body: it is in the query now.
 Request bodiless(Request request) {
-  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) request.headers.erase(gone);
+  forget_body_headers(request);
   request.read_body = nullptr;
   return request;
 }
@@ -100,6 +100,10 @@ Request with_fields(const Request& request, std::string_view text) {
 }
 
 }  // namespace
+
+void forget_body_headers(Request& request) {
+  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) request.headers.erase(gone);
+}
 
 Route route_meant(const Request& request) {
   Route route = parse_route(request.path);

@@ -27,5 +27,7 @@ proto::Result<Request> with_json_as_query(const Request& request);
 /// A body of type application/x-www-form-urlencoded. What curl -d sends, source=…&error=5 or the JSON above, becomes parameters in the same way.
 /// curl --data-binary says that type of a raster, too: any other body stays, as it came.
 proto::Result<Request> with_typed_body_as_query(const Request& request);
+/// Takes out what the headers say of a body whose parts have gone elsewhere.
+void forget_body_headers(Request& request);
 
 }  // namespace cordillera::server
