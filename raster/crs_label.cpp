@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "proto/letters.h"
 #include "proto/utf8.h"
 
 namespace cordillera::raster {
@@ -14,9 +15,7 @@ std::string text_of(const char* text) { return text == nullptr ? "" : text; }
 
 /// What drivers write where there is no name: "unnamed", "unknown", "Unknown based on WGS 84 ellipsoid", "undefined", …
 bool names_nothing(std::string name) {
-  for (char& c : name) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
+  name = proto::lower(name);
   if (name.empty()) return true;
   const auto starts = [&](const char* word) { return name.rfind(word, 0) == 0; };
   return starts("unnamed") || starts("unknown") || starts("undefined") || starts("user-defined") || starts("user defined");

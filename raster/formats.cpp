@@ -5,6 +5,7 @@
 #include <cctype>
 #include <filesystem>
 
+#include "proto/letters.h"
 #include "proto/utf8.h"
 
 namespace cordillera::raster {
@@ -47,9 +48,7 @@ std::string shell_word(const std::string& name) {
 std::span<const Format> formats() { return kFormats; }
 
 std::string extension_of(const std::string& name) {
-  std::string extension = std::filesystem::path(name).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+  return proto::lower(std::filesystem::path(name).extension().string());
 }
 
 bool is_raster_extension(std::string_view extension) {

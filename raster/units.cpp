@@ -4,6 +4,8 @@
 #include <cctype>
 #include <string_view>
 
+#include "proto/letters.h"
+
 namespace cordillera::raster {
 namespace {
 
@@ -40,7 +42,7 @@ constexpr std::array kSpellings{
 std::optional<HeightUnit> height_unit(const std::string& text) {
   std::string letters;
   for (const char c : text)
-    if (std::isalpha(static_cast<unsigned char>(c))) letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (std::isalpha(static_cast<unsigned char>(c))) letters += proto::lower(c);
   for (int plural = 0; plural < 2; ++plural) {
     for (const Spelling& s : kSpellings)
       if (s.text == letters) return HeightUnit{std::string(s.name), s.metres};

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "proto/letters.h"
 #include "proto/mesh_file/formats.h"
 
 namespace cordillera::proto {
@@ -16,9 +17,7 @@ constexpr const char* kEndings = ".ply, .off or .obj";
 
 /// ".ply" of "Hill.PLY".
 std::string ending_of(const std::string& name) {
-  std::string ending = fs::path(name).extension().string();
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return ending;
+  return lower(fs::path(name).extension().string());
 }
 
 /// Next to the file, so that the rename is within one file system.

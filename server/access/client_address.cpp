@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <array>
 
+#include "proto/letters.h"
+
 namespace cordillera::server::access {
 namespace {
 
@@ -39,9 +41,7 @@ std::string client_address(const Request& request, const std::vector<std::string
 bool is_loopback(std::string_view host) {
   if (const auto address = plain_address(host)) return address->starts_with("127.") || *address == "::1";
   if (host.ends_with('.')) host.remove_suffix(1);
-  constexpr std::string_view kName = "localhost";
-  return std::equal(host.begin(), host.end(), kName.begin(), kName.end(),
-                    [](char c, char wanted) { return (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) == wanted; });
+  return proto::same_letters(host, "localhost");
 }
 
 std::string host_of(std::string_view authority) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "proto/letters.h"
 #include "server/access/client_address.h"
 
 namespace cordillera::server::access {
@@ -16,11 +17,7 @@ constexpr const char* kHeader = "a header Authorization: Bearer TOKEN, with a to
 std::optional<std::string> bearer_of(const Request& request) {
   const auto header = request.header("authorization");
   if (!header || header->size() < 7) return std::nullopt;
-  std::string scheme = header->substr(0, 7);
-  for (char& c : scheme) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return scheme == "bearer " ? std::optional(header->substr(7)) : std::nullopt;
+  return proto::same_letters(header->substr(0, 7), "bearer ") ? std::optional(header->substr(7)) : std::nullopt;
 }
 
 /// "https://host:port" -> "host:port".

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "proto/letters.h"
 #include "server/api/api.h"
 #include "server/http/json.h"
 #include "server/api/public_address.h"
@@ -34,7 +35,7 @@ bool lies_in(const proto::Manifest& manifest, const std::array<double, 4>& box) 
   return manifest.bounds(1) <= box[3] && box[1] <= manifest.bounds(3) && meet(manifest.bounds(0), manifest.bounds(2), box[0], box[2]);
 }
 
-bool contains(const std::string& text, const std::string& wanted) { return in_lower_case(text).find(wanted) != std::string::npos; }
+bool contains(const std::string& text, const std::string& wanted) { return proto::lower(text).find(wanted) != std::string::npos; }
 
 bool is_wanted(Service& service, const Dataset& dataset, const ListQuery& query) {
   if (!query.states.empty() && std::find(query.states.begin(), query.states.end(), dataset.state) == query.states.end()) return false;

@@ -9,6 +9,7 @@
 #include "pipeline/exports/mesh/mesh_output.h"
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/whole_file.h"
+#include "proto/letters.h"
 #include "server/jobs/child.h"
 #include "server/cli/export_command.h"
 #include "server/options/mesh_options.h"
@@ -34,8 +35,7 @@ constexpr Archive kArchives[] = {
     {"pmtiles", fits_pmtiles, write_pmtiles}, {"mbtiles", fits_mbtiles, write_mbtiles}, {"3tz", fits_3tz, write_3tz}};
 
 std::string ending_of(const std::string& path) {
-  std::string ending = fs::path(path).extension().string();
-  for (char& c : ending) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  const std::string ending = proto::lower(fs::path(path).extension().string());
   return ending.empty() ? ending : ending.substr(1);
 }
 

@@ -5,19 +5,16 @@
 
 #include <algorithm>
 
+#include "proto/letters.h"
+
 namespace cordillera::server::client {
 namespace {
 
 constexpr std::size_t kPiece = std::size_t{256} << 10;  // of a body, between two looks at the connection
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 void take_head(const httplib::Response& response, Answer& answer) {
   answer.status = response.status;
-  for (const auto& [name, value] : response.headers) answer.headers.emplace(lower(name), value);
+  for (const auto& [name, value] : response.headers) answer.headers.emplace(proto::lower(name), value);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "proto/letters.h"
 #include "server/http/digest.h"
 #include "raster/new_file.h"
 
@@ -23,8 +24,6 @@ proto::Problem cannot_write() {
 }
 
 bool plain(char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); }
-
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 }  // namespace
 
@@ -124,8 +123,8 @@ std::string suffix_of(const std::string& name) {
   if (dot == std::string::npos || name.size() - dot - 1 > 8 || name.size() - dot == 1) return "";
   std::string suffix = ".";
   for (const char c : name.substr(dot + 1)) {
-    if (!plain(lower(c))) return "";
-    suffix += lower(c);
+    if (!plain(proto::lower(c))) return "";
+    suffix += proto::lower(c);
   }
   return suffix;
 }
@@ -133,8 +132,8 @@ std::string suffix_of(const std::string& name) {
 std::string id_stem(const std::string& file) {
   std::string id;
   for (const char c : file.substr(0, file.size() - suffix_of(file).size())) {
-    if (plain(lower(c))) {
-      id += lower(c);
+    if (plain(proto::lower(c))) {
+      id += proto::lower(c);
     } else if (!id.empty() && id.back() != '-') {
       id += '-';
     }

@@ -13,13 +13,6 @@ std::string compressed(std::string_view coding, const std::string& bytes) {
   return coding == "br" ? brotli(bytes) : pipeline::exports::gzip(bytes, pipeline::exports::kQuick);
 }
 
-/// Codings have no case. Empty: the bytes are as they are.
-std::string coding_of(std::string_view header) {
-  std::string coding;
-  for (const char c : header) coding += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return coding == "identity" ? "" : coding;
-}
-
 }  // namespace
 
 std::shared_ptr<const std::string> ContentCoder::kept(const std::string& name, const std::function<std::string()>& make) {

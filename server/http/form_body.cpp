@@ -2,17 +2,14 @@
 
 #include <algorithm>
 
+#include "proto/letters.h"
+
 namespace cordillera::server {
 namespace {
 
 constexpr std::size_t kMostHead = std::size_t{8} << 10;     // of a part
 constexpr std::size_t kMostFields = std::size_t{64} << 10;  // of all together
 constexpr std::size_t kLongestBoundary = 70;                // RFC 2046, 5.1.1
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 /// The value of a parameter of a header, `; name=value` or `; name="a \"quoted\" one"`; none: it is not there.
 std::optional<std::string> parameter(const std::string& header, const std::string& name) {
@@ -25,7 +22,7 @@ std::optional<std::string> parameter(const std::string& header, const std::strin
     if (header[at] == '"') quoted = !quoted;
     if (header[at] != ';' || quoted) continue;
     std::size_t begin = header.find_first_not_of(" \t", at + 1);
-    if (begin == header.npos || lower(header.substr(begin, name.size() + 1)) != name + "=") continue;
+    if (begin == header.npos || proto::lower(header.substr(begin, name.size() + 1)) != name + "=") continue;
     begin += name.size() + 1;
     if (begin >= header.size() || header[begin] != '"') {
       const std::string value = header.substr(begin, header.find(';', begin) - begin);
@@ -48,7 +45,7 @@ std::string disposition(const std::string& head) {
   for (std::size_t at = 0; at < head.size();) {
     const std::size_t end = std::min(head.find("\r\n", at), head.size());
     const std::string line = head.substr(at, end - at);
-    if (lower(line).starts_with("content-disposition:")) return line;
+    if (proto::lower(line).starts_with("content-disposition:")) return line;
     at = end + 2;
   }
   return "";
@@ -57,7 +54,7 @@ std::string disposition(const std::string& head) {
 }  // namespace
 
 std::optional<FormReader> FormReader::of(const std::string& content_type) {
-  if (!lower(content_type).starts_with("multipart/form-data")) return std::nullopt;
+  if (!proto::lower(content_type).starts_with("multipart/form-data")) return std::nullopt;
   const auto boundary = parameter(content_type, "boundary");
   if (!boundary || boundary->empty() || boundary->size() > kLongestBoundary) return std::nullopt;
   return FormReader(*boundary);

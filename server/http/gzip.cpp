@@ -7,6 +7,7 @@
 
 #include "pipeline/exports/gzip.h"
 #include "pipeline/faces/face.h"
+#include "proto/letters.h"
 
 namespace cordillera::server {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 std::string lower_without_spaces(std::string_view text) {
   std::string out;
   for (const char c : text) {
-    if (c != ' ' && c != '\t') out += c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    if (c != ' ' && c != '\t') out += proto::lower(c);
   }
   return out;
 }
@@ -25,6 +26,11 @@ double quality(std::string_view item) {
 }
 
 }  // namespace
+
+std::string coding_of(std::string_view content_encoding) {
+  const std::string coding = proto::lower(content_encoding);
+  return coding == "identity" ? "" : coding;
+}
 
 bool accepts_gzip(const Request& request) { return accepts(request, "gzip"); }
 

@@ -1,5 +1,6 @@
 #pragma once
 // What may be compressed for whom. Text and JSON are compressed at the socket; here, documents of other types that clients expect so.
+#include <string>
 #include <string_view>
 
 #include "pipeline/faces/terrain.h"
@@ -12,6 +13,9 @@ namespace cordillera::server {
 bool accepts_gzip(const Request& request);
 /// The same for gzip or br.
 bool accepts(const Request& request, std::string_view coding);
+
+/// What a Content-Encoding means, in small letters. Empty: the bytes are as they are.
+std::string coding_of(std::string_view content_encoding);
 
 /// Media types that the socket compresses.
 bool is_compressible(std::string_view type);

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <vector>
 
+#include "proto/paths.h"
 #include "proto/utf8.h"
 #include "raster/formats.h"
 #include "raster/storage.h"
@@ -29,11 +30,6 @@ constexpr int kMissedLooks = 2;             // before a file counts as gone: a p
 constexpr std::size_t kMostFiles = 10'000;  // what a look takes is a fraction of the pause
 constexpr std::size_t kPiece = 1 << 20;
 constexpr const char* kWho = "live folder";
-
-bool is_within(const fs::path& inner, const fs::path& outer) {
-  const auto [end, ignored] = std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end());
-  return end == outer.end();
-}
 
 /// Reads a file in pieces; what has become a link meanwhile is not followed. False: it cannot be read, or the sink wants no more.
 bool read_pieces(const fs::path& file, const Request::Sink& sink) {
@@ -84,7 +80,7 @@ std::optional<Problem> refuse_live_folder(const fs::path& folder, const fs::path
   std::error_code error;
   if (!fs::is_directory(folder, error)) return Problem{"option-invalid", folder.string() + " is no folder", "a folder that rasters are put into", "--live"};
   const fs::path live = fs::weakly_canonical(folder, error), own = fs::weakly_canonical(data, error);
-  if (!is_within(live, own) && !is_within(own, live)) return std::nullopt;
+  if (!proto::lies_in(live, own) && !proto::lies_in(own, live)) return std::nullopt;
   return Problem{"options-conflict", "the data folder " + own.string() + " and " + live.string() + " lie in each other", "folders of their own", "--live"};
 }
 

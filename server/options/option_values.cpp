@@ -6,18 +6,11 @@
 #include <numeric>
 #include <utility>
 
+#include "proto/letters.h"
 #include "proto/utf8.h"
 
 namespace cordillera::server {
 namespace {
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return out;
-}
 
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t");
@@ -94,7 +87,7 @@ Complaint read_numbers(std::string_view text, NumberRange range, std::vector<dou
 
 Complaint read_choice(std::string_view text, const std::vector<std::string>& choices, std::string* out) {
   for (const std::string& choice : choices) {
-    if (lower(choice) == lower(trimmed(text))) {
+    if (proto::lower(choice) == proto::lower(trimmed(text))) {
       *out = choice;
       return std::nullopt;
     }
@@ -104,7 +97,7 @@ Complaint read_choice(std::string_view text, const std::vector<std::string>& cho
 }
 
 Complaint read_switch(std::string_view text, bool* out) {
-  const std::string word = lower(trimmed(text));
+  const std::string word = proto::lower(trimmed(text));
   const std::vector<std::string> on = {"", "1", "true", "yes", "on"}, off = {"0", "false", "no", "off"};
   if (std::find(on.begin(), on.end(), word) != on.end()) {
     *out = true;
@@ -127,7 +120,7 @@ Complaint read_text(std::string_view text, std::string* out) {
 }
 
 Complaint read_device(std::string_view text, std::string* out) {
-  const std::string word = lower(trimmed(text));
+  const std::string word = proto::lower(trimmed(text));
   std::uint32_t index = 0;
   const bool numbered = word.rfind("cuda:", 0) == 0 && !read_whole(word.substr(5), {0, 255}, &index);
   if (word != "auto" && word != "cpu" && word != "cuda" && !numbered) return "no such device";
@@ -138,11 +131,11 @@ Complaint read_device(std::string_view text, std::string* out) {
 bool is_utf8(std::string_view text) { return proto::is_utf8(text); }
 
 std::optional<std::string> nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
-  const std::string wanted = lower(name.substr(0, 64));
+  const std::string wanted = proto::lower(name.substr(0, 64));
   std::optional<std::string> best;
   std::size_t best_distance = std::max<std::size_t>(1, wanted.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
-    const std::size_t distance = edits_between(wanted, lower(candidate));
+    const std::size_t distance = edits_between(wanted, proto::lower(candidate));
     if (distance < best_distance) {
       best_distance = distance;
       best = candidate;

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "proto/paths.h"
+
 namespace cordillera::server::sandbox {
 namespace {
 
@@ -46,10 +48,6 @@ constexpr const char* kReadable[] = {
     "/sys/devices/system"};
 constexpr const char* kOfTheGpu[] = {"/proc/driver", "/sys", "/etc/nvidia", "/proc/modules", "/proc/devices"};
 
-bool lies_in(const fs::path& inner, const fs::path& outer) {
-  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
-}
-
 class Rules {
  public:
   explicit Rules(int abi) {
@@ -77,7 +75,7 @@ class Rules {
     std::error_code error;
     const fs::path real = fs::canonical(path, error);
     if (error) return;
-    if (!lies_in(data, real)) return allow(real, kRead);
+    if (!proto::lies_in(data, real)) return allow(real, kRead);
     if (real == data) return;
     for (fs::directory_iterator entry(real, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
       // What a link leads to has its own place: a link back up would have no end.

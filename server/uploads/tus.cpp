@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 
+#include "server/http/gzip.h"
 #include "server/http/json.h"
 #include "server/options/option_values.h"
 
@@ -90,13 +91,7 @@ Response state(const PartFile& file) {
 
 /// Upload-Offset counts the raster's own bytes, and a part goes on wherever it broke off: of a compressed one no client could tell
 /// where that is.
-bool is_coded(const Request& request) {
-  std::string coding = request.header("content-encoding").value_or("");
-  for (char& c : coding) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return !coding.empty() && coding != "identity";
-}
+bool is_coded(const Request& request) { return !coding_of(request.header("content-encoding").value_or("")).empty(); }
 
 Response patch(PartFiles& files, const std::string& id, const Request& request) {
   if (request.header("content-type").value_or("") != "application/offset+octet-stream") {

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "pipeline/tileset/html_text.h"
+#include "proto/paths.h"
 #include "server/access/safe_headers.h"
 #include "server/http/gzip.h"
 #include "server/http/json.h"
@@ -72,8 +73,7 @@ std::optional<fs::path> inside(const std::string& folder, const std::string& pat
   if (error || path.find('\0') != std::string::npos) return std::nullopt;
   const fs::path file = fs::canonical(root / fs::path(path).relative_path(), error);
   if (error || !fs::is_regular_file(file, error)) return std::nullopt;
-  const auto [end, ignored] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
-  return end == root.end() ? std::optional(file) : std::nullopt;
+  return proto::lies_in(file, root) ? std::optional(file) : std::nullopt;
 }
 
 /// A file of the folder, as it is or as the build compressed it; nullopt: it cannot be read.

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "proto/letters.h"
+
 namespace cordillera::server {
 namespace {
 
 constexpr std::uint32_t kMostRows = 1000;  // of a page
-
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 Complaint apply_limit(std::string_view text, ListQuery& query) { return read_whole(text, {1, kMostRows}, &query.limit); }
 
@@ -46,16 +46,11 @@ Complaint apply_bbox(std::string_view text, ListQuery& query) {
 
 Complaint apply_text(std::string_view text, ListQuery& query) {
   auto complaint = read_text(text, &query.text);
-  query.text = in_lower_case(query.text);
+  query.text = proto::lower(query.text);
   return complaint;
 }
 
 }  // namespace
-
-std::string in_lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), lower);
-  return text;
-}
 
 const std::vector<ListOption>& list_options() {
   static const std::vector<ListOption> kOptions = {

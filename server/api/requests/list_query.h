@@ -30,7 +30,4 @@ const std::vector<ListOption>& list_options();
 /// Problems: "option-unknown", "option-repeated", "option-invalid".
 proto::Result<ListQuery> list_query(const Given& given);
 
-/// As a search compares texts: A to Z like a to z.
-std::string in_lower_case(std::string text);
-
 }  // namespace cordillera::server

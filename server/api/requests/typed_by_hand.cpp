@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "server/http/json.h"
+#include "server/http/percent.h"
 
 namespace cordillera::server {
 namespace {
@@ -76,25 +77,14 @@ bool is_fields(std::string_view text) {
   return std::all_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(equals), in_name) && std::none_of(text.begin(), text.end(), control);
 }
 
-/// + is a space, %41 a letter. A sign that is not followed by two digits stands for itself.
-std::string unescaped(std::string_view text) {
-  std::string out;
-  for (std::size_t k = 0; k < text.size(); ++k) {
-    unsigned byte = 0;
-    const bool escape = text[k] == '%' && k + 2 < text.size() && std::from_chars(text.data() + k + 1, text.data() + k + 3, byte, 16).ptr == text.data() + k + 3;
-    out += escape ? static_cast<char>(byte) : text[k] == '+' ? ' ' : text[k];
-    if (escape) k += 2;
-  }
-  return out;
-}
-
 Request with_fields(const Request& request, std::string_view text) {
   Request plain = bodiless(request);
   while (!text.empty()) {
     const std::string_view field = text.substr(0, text.find('&'));
     text.remove_prefix(std::min(text.size(), field.size() + 1));
     const std::size_t equals = std::min(field.find('='), field.size());
-    if (!field.empty()) plain.query.emplace_back(unescaped(field.substr(0, equals)), unescaped(field.substr(std::min(equals + 1, field.size()))));
+    const auto decoded = [&](std::size_t from, std::size_t count) { return percent_decoded(field.substr(std::min(from, field.size()), count), AddressPart::query); };
+    if (!field.empty()) plain.query.emplace_back(decoded(0, equals), decoded(equals + 1, field.npos));
   }
   return plain;
 }

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cstring>
 
+#include "proto/letters.h"
 #include "server/front/message/beast.h"
 #include "server/front/message/target.h"
 
@@ -30,14 +31,6 @@ Problem head_too_large(const Limits& limits) {
           "at most " + std::to_string(limits.fields) + " headers of " + std::to_string(limits.head_bytes >> 10) + " KiB in all", ""};
 }
 
-char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) c = lower(c);
-  return out;
-}
-
 bool is_known_method(std::string_view method) {
   static constexpr std::string_view kKnown[] = {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"};
   return std::find(std::begin(kKnown), std::end(kKnown), method) != std::end(kKnown);
@@ -57,7 +50,7 @@ bool lists(const Request& request, const char* header, std::string_view word) {
   while (!rest.empty()) {
     const std::string_view item = rest.substr(0, rest.find(','));
     rest.remove_prefix(std::min(rest.size(), item.size() + 1));
-    if (lower(trimmed(item)) == word) return true;
+    if (proto::lower(trimmed(item)) == word) return true;
   }
   return false;
 }
@@ -87,7 +80,7 @@ std::optional<Problem> read_request_line(const RawHead& raw, const Limits& limit
 
 std::optional<Problem> read_fields(const RawHead& raw, Head& head) {
   for (const auto& [name, value] : raw.fields) {
-    auto [place, fresh] = head.request.headers.try_emplace(lower(name), value);
+    auto [place, fresh] = head.request.headers.try_emplace(proto::lower(name), value);
     if (fresh) continue;
     if (place->first == "content-length") return invalid("Content-Length stands there twice");
     if (place->first == "host") return invalid("Host stands there twice");
@@ -100,7 +93,7 @@ std::optional<Problem> read_framing(Head& head) {
   const auto coding = head.request.header("transfer-encoding"), length = head.request.header("content-length");
   if (coding && length) return invalid("Content-Length and Transfer-Encoding exclude each other");
   if (coding) {
-    if (lower(*coding) != "chunked" || head.old) return invalid("the only Transfer-Encoding is chunked, of HTTP/1.1");
+    if (proto::lower(*coding) != "chunked" || head.old) return invalid("the only Transfer-Encoding is chunked, of HTTP/1.1");
     head.body = Head::Body::chunked;
   }
   if (length) {

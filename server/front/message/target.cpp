@@ -3,35 +3,12 @@
 #include <algorithm>
 #include <charconv>
 
+#include "proto/letters.h"
 #include "server/access/client_address.h"
+#include "server/http/percent.h"
 
 namespace cordillera::server::front {
 namespace {
-
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
-}
-
-enum class Plus { space, itself };
-
-/// %41 to what it means; what is no escape stays.
-std::string decoded(std::string_view text, Plus plus) {
-  std::string out;
-  out.reserve(text.size());
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const int high = text[i] == '%' && i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
-    const int low = high >= 0 ? hex_digit(text[i + 2]) : -1;
-    if (low >= 0 && (high * 16 + low != '/' || plus == Plus::space)) {
-      out += static_cast<char>(high * 16 + low);
-      i += 2;
-    } else {
-      out += text[i] == '+' && plus == Plus::space ? ' ' : text[i];
-    }
-  }
-  return out;
-}
 
 std::vector<std::pair<std::string, std::string>> read_query(std::string_view rest) {
   std::vector<std::pair<std::string, std::string>> query;
@@ -40,15 +17,14 @@ std::vector<std::pair<std::string, std::string>> read_query(std::string_view res
     rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
     if (pair.empty()) continue;
     const auto equals = pair.find('=');
-    query.emplace_back(decoded(pair.substr(0, equals), Plus::space),
-                       equals == pair.npos ? "" : decoded(pair.substr(equals + 1), Plus::space));
+    query.emplace_back(percent_decoded(pair.substr(0, equals), AddressPart::query),
+                       equals == pair.npos ? "" : percent_decoded(pair.substr(equals + 1), AddressPart::query));
   }
   return query;
 }
 
 bool begins_with_scheme(std::string_view text, std::string_view scheme) {
-  return text.size() > scheme.size() && std::equal(scheme.begin(), scheme.end(), text.begin(),
-                                                   [](char wanted, char c) { return wanted == (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c); });
+  return text.size() > scheme.size() && proto::same_letters(text.substr(0, scheme.size()), scheme);
 }
 
 bool is_port(std::string_view text) {
@@ -61,9 +37,8 @@ bool is_name(std::string_view text) {
   static constexpr std::string_view kOthers = "-._~!$&'()*+,;=";
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
-    const bool escape = c == '%' && i + 2 < text.size() && hex_digit(text[i + 1]) >= 0 && hex_digit(text[i + 2]) >= 0;
     const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || kOthers.find(c) != kOthers.npos;
-    if (!escape && !plain) return false;
+    if (!plain && !escape_at(text, i)) return false;
   }
   return !text.empty();
 }
@@ -97,7 +72,7 @@ std::optional<Target> read_target(std::string_view text) {
   text = text.substr(0, text.find('#'));
   if (target.authority.empty() && text != "*" && (text.empty() || text[0] != '/')) return std::nullopt;
   const auto mark = text.find('?');
-  target.path += decoded(text.substr(0, mark), Plus::itself);
+  target.path += percent_decoded(text.substr(0, mark), AddressPart::path);
   if (mark != text.npos) target.query = read_query(text.substr(mark + 1));
   if (target.path.find('\0') != std::string::npos) return std::nullopt;
   return target;

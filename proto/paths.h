@@ -1,0 +1,21 @@
+#pragma once
+// What two paths have to do with each other.
+#include <algorithm>
+#include <filesystem>
+#include <string>
+
+namespace cordillera::proto {
+
+/// Whether `inner` is `outer` or something below it. By their names alone: both are absolute, without links and dots.
+inline bool lies_in(const std::filesystem::path& inner, const std::filesystem::path& outer) {
+  return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end();
+}
+
+/// What a library said of a path, under the name by which others know it.
+inline std::string without_path(std::string text, const std::string& path, const std::string& name) {
+  for (std::size_t at = text.find(path); !path.empty() && at != std::string::npos; at = text.find(path, at + name.size()))
+    text.replace(at, path.size(), name);
+  return text;
+}
+
+}  // namespace cordillera::proto
