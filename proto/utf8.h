@@ -46,11 +46,27 @@ inline std::string cut_text(std::string text, std::size_t most_bytes) {
 
 inline constexpr std::size_t kMostShown_bytes = 240;  ///< of a stranger's text in a message or a document: a line
 
-/// What is shown of a text that a stranger's file holds: it may hold a million letters.
-inline std::string shown_text(std::string_view text) {
+/// Blanks in place of control characters and of what else ends a line in some program (U+0080 to U+009F, U+2028, U+2029).
+/// text: UTF-8.
+inline std::string one_line(std::string_view text) {
+  std::string out;
+  out.reserve(text.size());
+  for (std::size_t i = 0; i < text.size();) {
+    const auto at = [&](std::size_t k) { return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0u; };
+    const bool control = at(0) < 0x20 || at(0) == 0x7f, late = at(0) == 0xc2 && at(1) >= 0x80 && at(1) < 0xa0;
+    const bool separator = at(0) == 0xe2 && at(1) == 0x80 && (at(2) == 0xa8 || at(2) == 0xa9);
+    if (control || late || separator) out += ' ';
+    else out += text[i];
+    i += late ? 2 : separator ? 3 : 1;
+  }
+  return out;
+}
+
+/// What is shown of a text that a stranger's file holds, on one line: it may hold a million letters, and any character.
+inline std::string shown_text(std::string_view text, std::size_t most_bytes = kMostShown_bytes) {
   // Four bytes a letter at most, so that what is left out here is left out below too.
-  const bool long_one = text.size() > 4 * kMostShown_bytes && !is_utf8(text);
-  return cut_text(as_utf8(long_one ? text.substr(0, 4 * kMostShown_bytes) : text), kMostShown_bytes);
+  const bool long_one = text.size() > 4 * most_bytes && !is_utf8(text);
+  return one_line(cut_text(as_utf8(long_one ? text.substr(0, 4 * most_bytes) : text), most_bytes));
 }
 
 }  // namespace cordillera::proto

@@ -139,7 +139,7 @@ proto::Result<std::vector<Entry>> entries_of(const std::string& zip, const std::
 Problem not_one(const std::string& name, const std::vector<Entry>& found, const std::string& what) {
   constexpr std::size_t kNamed = 6;
   std::string names;
-  for (std::size_t k = 0; k < std::min(found.size(), kNamed); ++k) names += (k == 0 ? "" : ", ") + proto::cut_text(proto::as_utf8(found[k].path), 60);
+  for (std::size_t k = 0; k < std::min(found.size(), kNamed); ++k) names += (k == 0 ? "" : ", ") + proto::shown_text(found[k].path, 60);
   if (found.size() > kNamed) names += ", …";
   return {"archive-rasters", name + " holds " + what + (names.empty() ? "" : ": " + names), kOneRaster, ""};
 }
@@ -182,7 +182,7 @@ proto::Result<void> extract(const std::string& zip, const Entry& entry, const st
   VSIFCloseL(file);
   if (copied == Copied::too_much) return bound.passed();
   if (copied == Copied::no_room) return no_space(name, to);
-  if (copied == Copied::damaged || come != entry.bytes) return damaged(name, scope.failed() ? scope.message(zip, name) : entry.name() + " ends early");
+  if (copied == Copied::damaged || come != entry.bytes) return damaged(name, scope.failed() ? scope.message(zip, name) : proto::shown_text(entry.name()) + " ends early");
   return {};
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "proto/utf8.h"
 #include "raster/archive.h"
 #include "raster/formats.h"
 #include "raster/free_space.h"
@@ -87,7 +88,7 @@ proto::Result<AtHand> make_unpacked(const std::string& path, const std::string& 
   if (!folder->made()) return no_room(name);
   const auto member = unpack(path, name, *folder);
   if (!member) return member.problem();
-  return AtHand{member->path, name == member->name ? name : name + "/" + member->name, member->name, folder};
+  return AtHand{member->path, name == member->name ? name : name + "/" + proto::shown_text(member->name), member->name, folder};
 }
 
 proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <optional>
 
+#include "proto/letters.h"
 #include "proto/utf8.h"
 #include "raster/dataset.h"
 #include "raster/formats.h"
@@ -35,18 +36,13 @@ std::vector<Part> parts_of(GDALDataset& dataset) {
   return parts;
 }
 
-std::string small_letters(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 bool names_heights(const std::string& name) {
-  return std::find(kHeightNames.begin(), kHeightNames.end(), small_letters(name)) != kHeightNames.end();
+  return std::find(kHeightNames.begin(), kHeightNames.end(), proto::lower(name)) != kHeightNames.end();
 }
 
 std::string listed(const std::vector<std::string>& names) {
   std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + proto::cut_text(proto::as_utf8(name), 40);
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + proto::shown_text(name, 40);
   return proto::shown_text(list);
 }
 

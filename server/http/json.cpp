@@ -14,6 +14,8 @@ namespace {
 // Of a problem that a job reports or that is written down: it stands in every list. Both ways, for a job may have been taken over.
 constexpr std::size_t kMostKept_bytes = 2000, kLongestSlug_bytes = 100;
 
+std::string kept(const std::string& text) { return proto::cut_text(proto::one_line(text), kMostKept_bytes); }
+
 }  // namespace
 
 std::string to_json_line(const google::protobuf::Message& message) {
@@ -26,9 +28,9 @@ std::string to_json_line(const google::protobuf::Message& message) {
 
 Json to_json(const google::protobuf::Message& message) { return Json::parse(to_json_line(message), nullptr, false); }
 
-bool from_json(const std::string& text, google::protobuf::Message* message) {
+bool from_json(const std::string& text, google::protobuf::Message* message, Unknown unknown) {
   google::protobuf::util::JsonParseOptions options;
-  options.ignore_unknown_fields = true;
+  options.ignore_unknown_fields = unknown == Unknown::ignored;
   return google::protobuf::util::JsonStringToMessage(text, message, options).ok();
 }
 
@@ -47,15 +49,14 @@ Json problem_json(const proto::Problem& problem) {
 proto::Error to_error(const proto::Problem& problem) {
   proto::Error error;
   error.set_type(proto::cut_text(problem.type, kLongestSlug_bytes));
-  error.set_detail(proto::cut_text(problem.detail, kMostKept_bytes));
-  error.set_accepted(proto::cut_text(problem.accepted, kMostKept_bytes));
-  error.set_parameter(proto::cut_text(problem.parameter, kMostKept_bytes));
+  error.set_detail(kept(problem.detail));
+  error.set_accepted(kept(problem.accepted));
+  error.set_parameter(kept(problem.parameter));
   return error;
 }
 
 proto::Problem to_problem(const proto::Error& error) {
-  return {proto::cut_text(error.type(), kLongestSlug_bytes), proto::cut_text(error.detail(), kMostKept_bytes), proto::cut_text(error.accepted(), kMostKept_bytes),
-          proto::cut_text(error.parameter(), kMostKept_bytes)};
+  return {proto::cut_text(error.type(), kLongestSlug_bytes), kept(error.detail()), kept(error.accepted()), kept(error.parameter())};
 }
 
 Json plain_numbers(Json json) {

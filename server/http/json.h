@@ -1,5 +1,6 @@
 #pragma once
 // JSON of the service: proto messages in proto's JSON with their field names and defaults printed, problems as RFC 9457 has them.
+#include <cstdint>
 #include <string>
 
 #include "cordillera.pb.h"
@@ -14,8 +15,10 @@ using pipeline::Json;
 /// One line of JSON. Doubles that are not finite and text that is not UTF-8 do not occur in our messages.
 std::string to_json_line(const google::protobuf::Message& message);
 Json to_json(const google::protobuf::Message& message);
+/// Of members that the message does not have: a later program may have written the text.
+enum class Unknown : std::uint8_t { ignored, refused };
 /// False if the text is not such a message.
-bool from_json(const std::string& text, google::protobuf::Message* message);
+bool from_json(const std::string& text, google::protobuf::Message* message, Unknown unknown = Unknown::ignored);
 
 /// type, title, status, detail, accepted, parameter.
 Json problem_json(const proto::Problem& problem);

@@ -47,5 +47,13 @@ TEST(Utf8, IsShownAsALineWhateverAStrangerWrote) {
   }
 }
 
+TEST(Utf8, IsShownOnOneLine) {
+  EXPECT_EQ(shown_text("a\nb\r\tc\0d\x1b[1m\x7f"s), "a b  c d [1m ");
+  EXPECT_EQ(shown_text("a\x85\xe8"), "a è") << "the next line of Latin-1";
+  EXPECT_EQ(shown_text("a\xc2\x9f\xe2\x80\xa8\xe2\x80\xa9z"), "a   z");
+  EXPECT_EQ(shown_text("\xc2\xa0\xe2\x80\xa7è\xe2\x80\xaa"), "\xc2\xa0\xe2\x80\xa7è\xe2\x80\xaa") << "what ends no line stays";
+  EXPECT_EQ(shown_text("abcdef", 3), "abc…");
+}
+
 }  // namespace
 }  // namespace cordillera::proto

@@ -80,6 +80,7 @@ TEST_F(Archive, OneRasterAndNoOther) {
   const proto::Problem two = refused(zipped({{"a.tif", tiff_}, {"b/c.tif", tiff_}}), "two.zip");
   EXPECT_EQ(two.type, "archive-rasters");
   EXPECT_EQ(two.detail, "two.zip holds 2 rasters: a.tif, b/c.tif");
+  EXPECT_EQ(refused(zipped({{"a\nb.tif", tiff_}, {"c\r.tif", tiff_}}), "lines.zip").detail, "lines.zip holds 2 rasters: a b.tif, c .tif");
   EXPECT_EQ(refused(zipped({{"a.pdf", "%PDF"}, {"b.txt", "x"}}), "none.zip").type, "archive-rasters");
   EXPECT_EQ(refused(zipped({{"inner.zip", "PK\x03\x04nothing"}}), "nested.zip").type, "raster-format-unsupported");
   EXPECT_EQ(refused(write_text("PK\x03\x04 and no list", "cut.zip"), "cut.zip").type, "archive-unreadable");
