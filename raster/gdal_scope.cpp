@@ -9,7 +9,9 @@
 #include <string_view>
 #include <utility>
 
+#include "proto/paths.h"
 #include "proto/utf8.h"
+#include "raster/proj_context.h"
 
 namespace cordillera::raster {
 namespace {
@@ -31,14 +33,11 @@ void start_gdal() {
 }
 
 thread_local int g_scopes = 0;
-thread_local bool g_tables_failed = false;  // since the outermost scope began
 
-/// PROJ goes on without an answer of its tables as if there were none: what it says meanwhile is the only sign.
-void listen(CPLErr, CPLErrorNum, const char* message) {
+void listen(CPLErr kind, CPLErrorNum, const char* message) {
+  constexpr std::string_view kOfProj = "PROJ: ";
   const std::string_view said = message;
-  if (!said.starts_with("PROJ: ")) return;
-  const bool unopened = said.find("Open of ") != said.npos && said.ends_with("proj.db failed");
-  if (unopened || said.find("Cannot find proj.db") != said.npos || said.find("SQLite error on ") != said.npos) g_tables_failed = true;
+  if (said.starts_with(kOfProj)) hear_proj(said.substr(kOfProj.size()), kind >= CE_Failure ? Said::as_error : Said::aside);
 }
 
 struct Setting {
@@ -49,6 +48,8 @@ struct Setting {
 constexpr std::array<Setting, GdalScope::kSettingCount> kSettings{{
     // GeoTIFF 1.0 files name their vertical CRS only on request; without it a declared datum would be lost.
     {"GTIFF_REPORT_COMPD_CS", "YES", false},
+    // What PROJ says aside reaches listen() only so: of a compound CRS it tells nowhere else that its tables could not be read.
+    {"CPL_DEBUG", "PROJ", false},
     {"GDAL_DISABLE_READDIR_ON_OPEN", "EMPTY_DIR", true},
     {"GDAL_PAM_ENABLED", "NO", true},
     // A world file beside a posted TIFF would be somebody else's. (As an option of Open the other drivers would complain of it.)
@@ -60,7 +61,7 @@ constexpr std::array<Setting, GdalScope::kSettingCount> kSettings{{
 GdalScope::GdalScope(Trust trust) {
   static std::once_flag once;
   std::call_once(once, start_gdal);
-  if (g_scopes++ == 0) g_tables_failed = false;
+  if (g_scopes++ == 0) forget_proj();
   CPLPushErrorHandler(listen);
   CPLErrorReset();
   for (std::size_t k = 0; k < kSettings.size(); ++k) {
@@ -77,15 +78,12 @@ GdalScope::~GdalScope() {
   --g_scopes;
 }
 
-bool GdalScope::tables_failed() const { return g_tables_failed; }
+bool GdalScope::tables_failed() const { return proj_tables_failed(); }
 
 bool GdalScope::failed() const { return CPLGetLastErrorType() >= CE_Failure; }
 
 std::string GdalScope::message(const std::string& path, const std::string& name) const {
-  std::string text = CPLGetLastErrorMsg();
-  for (std::size_t at = text.find(path); !path.empty() && at != std::string::npos; at = text.find(path, at + name.size()))
-    text.replace(at, path.size(), name);
-  return proto::shown_text(text);  // drivers quote what they do not understand
+  return proto::shown_text(proto::without_path(CPLGetLastErrorMsg(), path, name));  // drivers quote what they do not understand
 }
 
 }  // namespace cordillera::raster

@@ -12,6 +12,8 @@
 #include <mutex>
 #include <sstream>
 
+#include "proto/paths.h"
+
 namespace cordillera::raster {
 namespace {
 
@@ -121,7 +123,7 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_pgm(const std::string& path, co
   try {
     return std::unique_ptr<Geoid>(new PgmGeoid(path, columns, area));
   } catch (const std::exception& error) {  // GeographicLib speaks in exceptions: they end here
-    return Problem{"geoid-invalid", "the geoid grid " + name + " cannot be read: " + error.what(), "a complete GeographicLib PGM", "vertical_datum"};
+    return Problem{"geoid-invalid", "the geoid grid " + name + " cannot be read: " + proto::without_path(error.what(), path, name), "a complete GeographicLib PGM", "vertical_datum"};
   }
 }
 

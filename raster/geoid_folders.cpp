@@ -19,4 +19,9 @@ std::vector<std::filesystem::path> geoid_folders() {
   return folders;
 }
 
+std::string geoid_home(Trust trust) {
+  const std::string named = "a folder named by CORDILLERA_GEOIDS";
+  return trust == Trust::posted_file ? named : geoid_folders().front().string() + " or " + named;
+}
+
 }  // namespace cordillera::raster

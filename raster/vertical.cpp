@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "proto/letters.h"
 #include "proto/utf8.h"
 #include "raster/geoid_folders.h"
 #include "raster/vertical_crs.h"
@@ -29,10 +30,6 @@ const std::array<KnownDatum, 3>& known_datums() {
   return known;
 }
 
-bool same_letters(const std::string& a, const std::string& b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
-}
-
 std::string find_in_folders(const std::string& file) {
   std::error_code error;
   for (const fs::path& folder : geoid_folders())
@@ -44,23 +41,22 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid(const std::string& path, const 
   return fs::path(path).extension() == ".pgm" ? open_geoid_pgm(path, area) : open_geoid_grid(path, area);
 }
 
-proto::Result<std::unique_ptr<Geoid>> open_known(const KnownDatum& datum, const Area& area) {
+proto::Result<std::unique_ptr<Geoid>> open_known(const KnownDatum& datum, const Area& area, Trust trust) {
   std::string files;
   for (const char* file : datum.files) {
     if (const std::string path = find_in_folders(file); !path.empty()) return open_geoid(path, area);
     files += (files.empty() ? "" : ", ") + std::string(file);
   }
-  if (same_letters(datum.name, "EGM96"))
+  if (proto::same_letters(datum.name, "EGM96"))
     if (const std::string path = egm96_path(); !path.empty()) return open_geoid(path, area);
   return Problem{"geoid-not-found",
-                 "heights above " + std::string(datum.name) + " need a grid that is not installed: put one of " + files + " into " +
-                     geoid_folders().front().string() + " or a folder named by CORDILLERA_GEOIDS",
+                 "heights above " + std::string(datum.name) + " need a grid that is not installed: put one of " + files + " into " + geoid_home(trust),
                  kAcceptedDatums, "vertical_datum"};
 }
 
 const KnownDatum* known(const std::string& name) {
   for (const KnownDatum& datum : known_datums())
-    if (same_letters(datum.name, name) || same_letters(datum.name + std::string(" height"), name)) return &datum;
+    if (proto::same_letters(datum.name, name) || proto::same_letters(datum.name + std::string(" height"), name)) return &datum;
   return nullptr;
 }
 
@@ -71,8 +67,8 @@ std::string grid_file(const std::string& name, Trust trust) {
   return name.find_first_of("/\\") == std::string::npos ? find_in_folders(name) : "";
 }
 
-proto::Result<VerticalDatum> of_known(const KnownDatum& known, const std::string& from, const Area& area) {
-  auto geoid = open_known(known, area);
+proto::Result<VerticalDatum> of_known(const KnownDatum& known, const std::string& from, const Area& area, Trust trust) {
+  auto geoid = open_known(known, area, trust);
   if (!geoid) return geoid.problem();
   return VerticalDatum{known.name, from, "", std::move(*geoid)};
 }
@@ -88,8 +84,8 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
   if (!crs)
     return Problem{"geoid-not-found", "vertical_datum=" + proto::shown_text(name) + " is neither a height system known here nor a grid file that may be read",
                    kAcceptedDatums, "vertical_datum"};
-  if (const KnownDatum* datum = known(crs->name)) return of_known(*datum, "request", area);
-  auto way = open_vertical_crs(*crs, asked.base_wkt, area);
+  if (const KnownDatum* datum = known(crs->name)) return of_known(*datum, "request", area, trust);
+  auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
   if (!way) return way.problem();
   if (!*way)
     return Problem{"geoid-not-found", "PROJ knows no way from " + proto::shown_text(crs->name) + " to the ellipsoid here", kAcceptedDatums, "vertical_datum"};
@@ -97,10 +93,10 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
 }
 
 /// Nullopt: nothing that could be used.
-proto::Result<std::optional<VerticalDatum>> of_source(const VerticalAsked& asked, const Area& area) {
+proto::Result<std::optional<VerticalDatum>> of_source(const VerticalAsked& asked, const Area& area, Trust trust) {
   const auto crs = asked.compound_wkt.empty() ? std::nullopt : vertical_part(asked.compound_wkt);
   if (!crs) return std::optional<VerticalDatum>();
-  auto way = open_vertical_crs(*crs, asked.base_wkt, area);
+  auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
   if (!way) return way.problem();
   if (!*way) return std::optional<VerticalDatum>();
   return std::optional(VerticalDatum{crs->name, "source", (*way)->grid, std::move((*way)->geoid)});
@@ -117,13 +113,13 @@ std::vector<fs::path> geoid_places() {
 proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area) {
   const std::string& name = asked.requested.empty() ? asked.declared : asked.requested;
   const std::string from = asked.requested.empty() ? "source" : "request";
-  if (same_letters(name, "ellipsoid")) return VerticalDatum{"ellipsoid", from, "", nullptr};
-  if (const KnownDatum* datum = known(name)) return of_known(*datum, from, area);
+  if (proto::same_letters(name, "ellipsoid")) return VerticalDatum{"ellipsoid", from, "", nullptr};
+  if (const KnownDatum* datum = known(name)) return of_known(*datum, from, area, trust);
   if (!asked.requested.empty()) return of_request(asked, trust, area);
-  auto declared = of_source(asked, area);
+  auto declared = of_source(asked, area, trust);
   if (!declared) return declared.problem();
   if (*declared) return std::move(**declared);
-  return of_known(*known(kDefaultDatum), "default", area);
+  return of_known(*known(kDefaultDatum), "default", area, trust);
 }
 
 }  // namespace cordillera::raster

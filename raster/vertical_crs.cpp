@@ -8,13 +8,15 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <sstream>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "proto/letters.h"
+#include "proto/utf8.h"
 #include "raster/crs.h"
 #include "raster/geoid_folders.h"
+#include "raster/proj_context.h"
 
 namespace cordillera::raster {
 namespace {
@@ -28,37 +30,15 @@ struct Deleter {
     Free(object);
   }
 };
-using Context = std::unique_ptr<PJ_CONTEXT, Deleter<proj_context_destroy>>;
 using Object = std::unique_ptr<PJ, Deleter<proj_destroy>>;
 using List = std::unique_ptr<PJ_OBJ_LIST, Deleter<proj_list_destroy>>;
 using Factory = std::unique_ptr<PJ_OPERATION_FACTORY_CONTEXT, Deleter<proj_operation_factory_context_destroy>>;
-
-/// Silent, without network, and with the operator's folders before PROJ's own.
-Context make_context() {
-  Context context(proj_context_create());
-  proj_log_level(context.get(), PJ_LOG_NONE);
-  proj_context_set_enable_network(context.get(), 0);
-  std::vector<std::string> folders;
-  for (const auto& folder : geoid_folders()) folders.push_back(folder.string());
-  std::istringstream own(proj_info().searchpath == nullptr ? "" : proj_info().searchpath);
-  for (std::string folder; std::getline(own, folder, ':');)
-    if (!folder.empty()) folders.push_back(folder);
-  std::vector<const char*> paths;
-  for (const std::string& folder : folders) paths.push_back(folder.c_str());
-  proj_context_set_search_paths(context.get(), static_cast<int>(paths.size()), paths.data());
-  return context;
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 std::optional<VerticalCrs> described(PJ_CONTEXT* context, const PJ* crs) {
   if (crs == nullptr || proj_get_type(crs) != PJ_TYPE_VERTICAL_CRS) return std::nullopt;
   const char* const wkt = proj_as_wkt(context, crs, PJ_WKT2_2019, nullptr);
   if (wkt == nullptr) return std::nullopt;
-  return VerticalCrs{proj_get_name(crs), wkt};
+  return VerticalCrs{proto::shown_text(proj_get_name(crs)), wkt};  // a raster may say what it likes
 }
 
 /// EPSG:5703: authority and code.
@@ -75,7 +55,7 @@ double metres_of_axis(PJ_CONTEXT* context, const PJ* vertical) {
   const char* direction = nullptr;
   double factor = 1;
   if (!axes || proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, &direction, &factor, nullptr, nullptr, nullptr) == 0) return 1;
-  return direction != nullptr && lower(direction) == "down" ? -factor : factor;
+  return direction != nullptr && proto::lower(direction) == "down" ? -factor : factor;
 }
 
 /// The operation takes longitude, latitude and height above WGS 84 to the base CRS and the height system. Where the ellipsoid's own height is 0,
@@ -83,7 +63,7 @@ double metres_of_axis(PJ_CONTEXT* context, const PJ* vertical) {
 class OperationGeoid : public Geoid {
  public:
   /// Takes a copy of the operation, in a context of its own.
-  OperationGeoid(Context context, const PJ* operation, double metres)
+  OperationGeoid(ProjContext context, const PJ* operation, double metres)
       : context_(std::move(context)), operation_(proj_clone(context_.get(), operation)), metres_(metres) {}
   double undulation_m(double latitude_deg, double longitude_deg) const override {
     const PJ_COORD out = proj_trans(operation_.get(), PJ_FWD, proj_coord(std::remainder(longitude_deg, 360.0), latitude_deg, 0, HUGE_VAL));
@@ -91,7 +71,7 @@ class OperationGeoid : public Geoid {
   }
 
  private:
-  Context context_;  // before what is made in it
+  ProjContext context_;  // before what is made in it
   Object operation_;
   double metres_;
 };
@@ -112,7 +92,7 @@ enum class Way : std::uint8_t { exact, near, none };
 Way way_kind(PJ_CONTEXT* context, const PJ* operation) {
   if (proj_coordoperation_has_ballpark_transformation(context, operation) == 0) return Way::exact;
   constexpr std::string_view kHorizontal = "ballpark geographic offset", kAny = "ballpark", kNextStep = " + ";
-  const std::string name = lower(proj_get_name(operation));
+  const std::string name = proto::lower(proj_get_name(operation));
   const std::size_t first = name.find(kAny), step = name.rfind(kNextStep);
   const bool only = first != std::string::npos && name.find(kAny, first + 1) == std::string::npos;
   return only && step != std::string::npos && step < first && name.compare(first, kHorizontal.size(), kHorizontal) == 0 ? Way::near : Way::none;
@@ -149,9 +129,9 @@ Grids grids_of(PJ_CONTEXT* context, const PJ* operation) {
   return grids;
 }
 
-Problem not_installed(const VerticalCrs& crs, const std::string& grid) {
+Problem not_installed(const VerticalCrs& crs, const std::string& grid, Trust trust) {
   return {"geoid-not-found", "heights above " + crs.name + " need the grid " + grid + ", which is not installed",
-          "the grid in " + geoid_folders().front().string() + " or a folder named by CORDILLERA_GEOIDS; or vertical_datum=EGM96, to take the heights as if above EGM96",
+          "the grid in " + geoid_home(trust) + "; or vertical_datum=EGM96, to take the heights as if above EGM96",
           "vertical_datum"};
 }
 
@@ -191,7 +171,7 @@ List operations(PJ_CONTEXT* context, const std::string& vertical, const std::str
 }  // namespace
 
 std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {
-  const Context context = make_context();
+  const ProjContext context = make_proj_context();
   if (const auto code = code_of(text)) {
     const Object crs(proj_create_from_database(context.get(), code->first.c_str(), code->second.c_str(), PJ_CATEGORY_CRS, 0, nullptr));
     if (crs && proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS) return described(context.get(), Object(proj_crs_get_sub_crs(context.get(), crs.get(), 1)).get());
@@ -200,24 +180,24 @@ std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {
   const PJ_TYPE type = PJ_TYPE_VERTICAL_CRS;
   const List found(proj_create_from_name(context.get(), nullptr, text.c_str(), &type, 1, 1, 0, nullptr));
   const int count = found ? proj_list_get_count(found.get()) : 0;
-  for (const std::string& wanted : {lower(text), lower(text) + " height"}) {
+  for (const std::string& wanted : {proto::lower(text), proto::lower(text) + " height"}) {
     for (int k = 0; k < count; ++k) {
       const Object crs(proj_list_get(context.get(), found.get(), k));
-      if (lower(proj_get_name(crs.get())) == wanted) return described(context.get(), crs.get());
+      if (proto::lower(proj_get_name(crs.get())) == wanted) return described(context.get(), crs.get());
     }
   }
   return count == 1 ? described(context.get(), Object(proj_list_get(context.get(), found.get(), 0)).get()) : std::nullopt;
 }
 
 std::optional<VerticalCrs> vertical_part(const std::string& compound_wkt) {
-  const Context context = make_context();
+  const ProjContext context = make_proj_context();
   const Object compound(proj_create(context.get(), compound_wkt.c_str()));
   if (!compound || proj_get_type(compound.get()) != PJ_TYPE_COMPOUND_CRS) return std::nullopt;
   return described(context.get(), Object(proj_crs_get_sub_crs(context.get(), compound.get(), 1)).get());
 }
 
-proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt, const Area& area) {
-  Context context = make_context();
+proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt, const Area& area, Trust trust) {
+  ProjContext context = make_proj_context();
   const Object vertical(proj_create(context.get(), crs.definition.c_str()));
   const List ways = vertical ? operations(context.get(), crs.definition, base_wkt, area) : nullptr;
   Grids wanted;  // of the way that needs least: one grid before two, then the newest, then as PROJ has them
@@ -232,12 +212,12 @@ proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const Ver
       }
       Object degrees(proj_normalize_for_visualization(context.get(), way.get()));
       if (!degrees) continue;
-      auto geoid = std::make_unique<OperationGeoid>(make_context(), degrees.get(), metres_of_axis(context.get(), vertical.get()));
+      auto geoid = std::make_unique<OperationGeoid>(make_proj_context(), degrees.get(), metres_of_axis(context.get(), vertical.get()));
       if (!covers(*geoid, area)) return geoid_does_not_cover(grids.names.empty() ? crs.name : grids.names, area);
       return std::optional(VerticalTransformation{std::move(geoid), grids.names});
     }
   }
-  if (wanted.missing_count > 0) return not_installed(crs, wanted.missing);
+  if (wanted.missing_count > 0) return not_installed(crs, wanted.missing, trust);
   return std::optional<VerticalTransformation>();
 }
 

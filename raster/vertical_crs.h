@@ -6,6 +6,7 @@
 
 #include "proto/result.h"
 #include "raster/geoid.h"
+#include "raster/source.h"
 
 namespace cordillera::raster {
 
@@ -30,6 +31,6 @@ struct VerticalTransformation {
 /// The way from a height system to the WGS 84 ellipsoid that PROJ takes for the best in the area, among those whose grids are installed. base_wkt:
 /// the raster's horizontal CRS, since some national datums belong to one; empty: WGS 84. Nullopt when PROJ knows no way at all. Problems:
 /// geoid-not-found, which names the grid that is missing; geoid-does-not-cover.
-proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt, const Area& area);
+proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt, const Area& area, Trust trust);
 
 }  // namespace cordillera::raster

@@ -1,6 +1,7 @@
 // Files that are broken, hostile or something else: a Problem, never a crash, a hang or nonsense.
 #include <ogr_srs_api.h>
 
+#include <algorithm>
 #include <cmath>
 #include <ctime>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <thread>
 
 #include "fixture.h"
+#include "raster/proj_context.h"
 
 namespace cordillera::raster_test {
 namespace {
@@ -172,6 +174,29 @@ TEST_F(BadInput, TextsOfARasterAreCut) {
   EXPECT_LT(accepted->description().unit().size(), kLine);
 }
 
+TEST_F(BadInput, TextsOfARasterStayOnTheirLine) {
+  const auto is_line = [](const std::string& text) { return std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }); };
+  Spec spec;
+  spec.unit = "cubits\nX-Injected: 1\r\x1b[2J";
+  const std::string file = write(spec);
+  const auto refused = open(file, plain_options(), Trust::posted_file);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "unit-unknown");
+  EXPECT_NE(refused.problem().detail.find("cubits X-Injected: 1"), std::string::npos) << refused.problem().detail;
+  EXPECT_TRUE(is_line(refused.problem().line()));
+  auto options = plain_options();
+  options.set_z_scale(2);
+  const auto accepted = must_open(file, options, Trust::posted_file);
+  ASSERT_NE(accepted, nullptr);
+  EXPECT_TRUE(is_line(accepted->description().unit())) << accepted->description().unit();
+  spec.unit = "";
+  spec.crs = "LOCAL_CS[\"a\nb\",UNIT[\"metre\",1]]";
+  const auto local = open(write(spec, "local.tif"), plain_options(), Trust::posted_file);
+  ASSERT_FALSE(local.ok());
+  EXPECT_EQ(local.problem().type, "crs-unsupported");
+  EXPECT_TRUE(is_line(local.problem().line())) << local.problem().line();
+}
+
 TEST_F(BadInput, NamesOfACrsAreCut) {
   Spec spec;
   spec.crs = "LOCAL_CS[\"" + std::string(9000, 'n') + "\",UNIT[\"metre\",1]]";
@@ -189,23 +214,35 @@ TEST_F(BadInput, ARefusalTellsOfTheFileAndNotOfOurOptions) {
 }
 
 /// In a thread of its own, which opens PROJ's tables anew.
-std::string problem_of_a_thread(const std::string& file) {
+std::string problem_of_a_thread(const std::string& file, const proto::BuildOptions& options = plain_options()) {
   std::string type;
-  std::thread([&] { type = problem_type(file, plain_options(), Trust::posted_file); }).join();
+  std::thread([&] { type = problem_type(file, options, Trust::posted_file); }).join();
   return type;
 }
 
-/// PROJ looks for its tables in a folder of ours while this lives.
+/// GDAL, and we where we ask PROJ ourselves, look for its tables in a folder of ours while this lives.
 class OtherTables {
  public:
   explicit OtherTables(const std::string& folder) {
     const char* const folders[] = {folder.c_str(), nullptr};
     OSRSetPROJSearchPaths(folders);
+    setenv("CORDILLERA_GEOIDS", folder.c_str(), 1);
   }
-  ~OtherTables() { OSRSetPROJSearchPaths(nullptr); }
+  ~OtherTables() {
+    OSRSetPROJSearchPaths(nullptr);
+    unsetenv("CORDILLERA_GEOIDS");
+  }
   OtherTables(const OtherTables&) = delete;
   OtherTables& operator=(const OtherTables&) = delete;
 };
+
+std::string tables_of_proj() { return bytes_of("/usr/share/proj/proj.db"); }
+
+/// A good start, then rubbish, as from a disk that fails.
+std::string with_rubbish(std::string tables, std::size_t good) {
+  tables.replace(good, tables.size() - good, tables.size() - good, '\x55');
+  return tables;
+}
 
 TEST_F(BadInput, TablesThatCannotBeReadAreNotTheRastersFault) {
   Spec spec;
@@ -213,17 +250,73 @@ TEST_F(BadInput, TablesThatCannotBeReadAreNotTheRastersFault) {
   spec.geotransform = {500000, 100, 0, 5000000, 0, -100};
   const std::string file = write(spec);
   EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file), "");
-  const std::string tables = bytes_of("/usr/share/proj/proj.db");
+  const std::string tables = tables_of_proj();
   ASSERT_GT(tables.size(), 1U << 20);
-  // A header that can be read, then rubbish, as from a disk that fails; and none at all.
   for (const std::size_t good : {std::size_t{4096}, std::size_t{65536}, tables.size() / 2}) {
-    std::string damaged = tables;
-    damaged.replace(good, damaged.size() - good, damaged.size() - good, '\x55');
-    write_text(damaged, "proj.db");
+    write_text(with_rubbish(tables, good), "proj.db");
     const OtherTables other(path(""));
     EXPECT_EQ(problem_of_a_thread(file), "crs-tables-unreadable") << good;
   }
   EXPECT_EQ(problem_of_a_thread(file), "");
+}
+
+/// Of these PROJ complains in other words, or aside alone.
+TEST_F(BadInput, TablesThatACompoundCrsNeedsAreNotTheRastersFaultEither) {
+  Spec spec;
+  spec.geotransform = {500000, 100, 0, 5000000, 0, -100};
+  spec.crs = "EPSG:25832+5773";
+  const std::string declared = write(spec, "declared.tif");
+  spec.crs = "";
+  const std::string bare = write(spec, "bare.tif");
+  auto asked = plain_options();
+  asked.set_crs("EPSG:25832+5773");
+  EXPECT_EQ(problem_of_a_thread(declared), "");
+  EXPECT_EQ(problem_of_a_thread(bare, asked), "");
+  const std::string tables = tables_of_proj();
+  ASSERT_GT(tables.size(), 1U << 20);
+  for (const char* kind : {"an empty file", "a folder", "rubbish", "half rubbish"}) {
+    std::filesystem::remove_all(path("proj.db"));
+    if (kind == std::string("a folder")) std::filesystem::create_directory(path("proj.db"));
+    else write_text(kind == std::string("an empty file") ? "" : with_rubbish(tables, kind == std::string("rubbish") ? 4096 : tables.size() / 2), "proj.db");
+    const OtherTables other(path(""));
+    EXPECT_EQ(problem_of_a_thread(declared), "crs-tables-unreadable") << kind;
+    EXPECT_EQ(problem_of_a_thread(bare, asked), "crs-tables-unreadable") << kind;
+  }
+}
+
+/// For these we ask PROJ ourselves. Without its answer a declared height system would be taken for the default one.
+TEST_F(BadInput, TablesThatAHeightSystemNeedsAreNotTheRastersFaultEither) {
+  Spec spec;
+  spec.crs = "EPSG:4326";
+  const std::string plain = write(spec, "plain.tif");
+  spec.crs = "EPSG:4269+5703";
+  const std::string declared = write(spec, "declared.tif");
+  auto source_decides = plain_options();
+  source_decides.clear_vertical_datum();
+  auto asked = plain_options();
+  asked.set_vertical_datum("EPSG:5703");
+  write_text(with_rubbish(tables_of_proj(), 4096), "proj.db");
+  setenv("CORDILLERA_GEOIDS", path("").c_str(), 1);  // GDAL reads its own tables, which are sound
+  EXPECT_EQ(problem_of_a_thread(plain, asked), "crs-tables-unreadable");
+  EXPECT_EQ(problem_of_a_thread(declared, source_decides), "crs-tables-unreadable");
+  unsetenv("CORDILLERA_GEOIDS");
+  EXPECT_EQ(problem_of_a_thread(plain, asked), "geoid-not-found");
+}
+
+/// In the words of a PROJ that this test does not know.
+TEST_F(BadInput, WhateverProjComplainsOfAWellKnownCrsIsTried) {
+  const auto failed = [] {
+    bool out = false;
+    std::thread([&] {
+      raster::hear_proj("something else is wrong", raster::Said::as_error);
+      out = raster::proj_tables_failed();
+    }).join();
+    return out;
+  };
+  EXPECT_FALSE(failed());
+  write_text("", "proj.db");
+  const OtherTables other(path(""));
+  EXPECT_TRUE(failed());
 }
 
 TEST_F(BadInput, AFileThatSpeaksOfTablesIsRefusedAllTheSame) {

@@ -224,6 +224,14 @@ TEST_F(HeightSystem, WithoutItsGridIsRefusedByName) {
   EXPECT_THAT(refused.problem().accepted, ::testing::AllOf(::testing::HasSubstr(path("grids")), ::testing::HasSubstr("vertical_datum=EGM96")));
 }
 
+/// The operator's folders are nobody's business who posts.
+TEST_F(HeightSystem, WithoutItsGridTellsWhoPostedOfNoFolder) {
+  const auto refused = open(write(colorado("EPSG:6318+5703")), {}, raster::Trust::posted_file, "dem.tif");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "geoid-not-found");
+  EXPECT_THAT(refused.problem().line(), ::testing::AllOf(::testing::HasSubstr("CORDILLERA_GEOIDS"), ::testing::Not(::testing::HasSubstr(path("")))));
+}
+
 TEST_F(HeightSystem, IsOverruledByTheRequestAndStillTold) {
   proto::BuildOptions options;
   options.set_vertical_datum("EGM96");
@@ -262,7 +270,15 @@ TEST_F(Vertical, MissingAndWrongGrids) {
     if (refused.ok()) continue;  // this machine has the grid
     EXPECT_EQ(refused.problem().type, "geoid-not-found");
     EXPECT_EQ(refused.problem().parameter, "vertical_datum");
+    EXPECT_THAT(open(dem, options, raster::Trust::posted_file, "dem.tif").problem().line(), ::testing::Not(::testing::HasSubstr(path("none"))));
   }
+  setenv("CORDILLERA_GEOIDS", path("").c_str(), 1);
+  write_text("P5\n# Origin 90N 0E\n# Offset 0\n# Scale 1\n4 3\n65535\n01", "cut.pgm");
+  options.set_vertical_datum("cut.pgm");
+  const auto cut = open(dem, options, raster::Trust::posted_file, "dem.tif");
+  ASSERT_FALSE(cut.ok());
+  EXPECT_EQ(cut.problem().type, "geoid-invalid");
+  EXPECT_THAT(cut.problem().line(), ::testing::Not(::testing::HasSubstr(path(""))));
   unsetenv("CORDILLERA_GEOIDS");
   options.set_vertical_datum(write_text("P5\n# Origin 44N 9E\n4 4\n65535\n0123456789012345678901234567890", "regional.pgm"));
   EXPECT_EQ(problem_type(dem, options), "geoid-invalid");

@@ -43,7 +43,7 @@ HOMES = [
     ("ogr*", ["raster/*"]),
     ("cpl_*", ["raster/*"]),
     ("GeographicLib/*", ["raster/*"]),
-    ("proj.h", ["raster/vertical_crs.cpp"]),
+    ("proj.h", ["raster/proj_context.cpp", "raster/vertical_crs.cpp"]),
     ("cuda*", ["gpu/*.cu", "gpu/*.cuh"]),
     ("cub/*", ["gpu/*.cu", "gpu/*.cuh"]),
     ("thrust/*", ["gpu/*.cu", "gpu/*.cuh"]),
