@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "proto/letters.h"
+#include "server/http/percent.h"
 #include "server/options/option_values.h"
 
 namespace cordillera::server::updates {
@@ -17,13 +19,34 @@ bool has_prefix(const ServeSettings& settings, const std::string& address) {
                      [&](const std::string& prefix) { return address.starts_with(prefix); });
 }
 
-/// "." or "..", also with parameters: some servers take "..;x" for "..".
+/// "." or "..", also with parameters or blanks behind: some servers take "..;x" for "..".
 bool has_dots(const std::string& path) {
   for (std::size_t from = 0; from <= path.size();) {
     const std::size_t end = std::min(path.find('/', from), path.size());
-    const std::string name = path.substr(from, std::min(path.find_first_of(";?#", from), end) - from);
+    std::string name = path.substr(from, std::min(path.find_first_of(";?#", from), end) - from);
+    while (name.ends_with("%20")) name.resize(name.size() - 3);
     if (name == "." || name == "..") return true;
     from = end + 1;
+  }
+  return false;
+}
+
+bool is_control(char c) { return static_cast<unsigned char>(c) < ' ' || c == 127; }
+
+/// "%252e" to "%2e", however often that was done: a server behind another decodes once more.
+std::string escaped_once(std::string path) {
+  for (std::size_t at = path.find("%25"); at != path.npos; at = path.find("%25", at)) {
+    if (escape_at("%" + path.substr(at + 3, 2), 0)) path.erase(at + 1, 2);
+    else at += 3;
+  }
+  return path;
+}
+
+/// An escape that means what ends a name or a text, or makes dots of it.
+bool hides_something(const std::string& path) {
+  for (std::size_t at = 0; at < path.size(); ++at) {
+    const auto byte = escape_at(path, at);
+    if (byte && (is_control(*byte) || std::string_view("./\\;").find(*byte) != std::string_view::npos)) return true;
   }
   return false;
 }
@@ -32,15 +55,11 @@ bool has_dots(const std::string& path) {
 /// bytes that are wrong: another address. What follows the path leads nowhere, and a signature may hold %2F.
 bool is_crooked(const std::string& address) {
   if (!is_utf8(address)) return true;
-  if (std::any_of(address.begin(), address.end(), [](unsigned char c) { return c <= ' ' || c == 127 || c == '\\' || c == '@'; })) return true;
-  std::string path = address.starts_with("s3://") ? address : before_query(address);  // a key may have any character
-  std::transform(path.begin(), path.end(), path.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (std::any_of(address.begin(), address.end(), [](char c) { return is_control(c) || c == ' ' || c == '\\' || c == '@'; })) return true;
+  const std::string path = escaped_once(address.starts_with("s3://") ? address : before_query(address));  // a key may have any character
   const std::size_t host = path.find("://") + 3;
   if (path.find('/', host) == std::string::npos) return true;  // a query right after the host: some would take it for a part of the name
-  for (const char* hidden : {"%2e", "%2f", "%5c", "%3b"}) {
-    if (path.find(hidden) != std::string::npos) return true;
-  }
-  return has_dots(path.substr(host));
+  return hides_something(path) || has_dots(path.substr(host));
 }
 
 /// "https:" of "https://host", empty of what has no scheme (RFC 3986, 3.1).
@@ -81,8 +100,7 @@ std::string climbed(const std::string& path) {
 
 /// The scheme in small letters, and the path without "." and "..".
 std::string without_dots(const std::string& address) {
-  std::string scheme = scheme_of(address);
-  std::transform(scheme.begin(), scheme.end(), scheme.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string scheme = proto::lower(scheme_of(address));
   const std::string rest = address.substr(scheme.size()), plain = before_query(rest);
   const std::size_t path = rest.starts_with("//") ? plain.find('/', 2) : std::string::npos;
   if (path == std::string::npos) return scheme + rest;

@@ -22,6 +22,10 @@ TEST(Fetch, NoAddressLeadsOutOfItsPrefix) {
         "https://host/tiles/..", "https://host/tiles/../secret.tif", "https://host/tiles/./a.tif", "https://host/tiles/%2e%2e/a.tif", "https://host/tiles/..%2Fa.tif",
         "https://host/tiles/..%3b/a.tif", "https://host/tiles/..\\a.tif", "https://host/tiles/a.tif?x=\\", "https://me@host/tiles/a.tif", "https://host/tiles/a b.tif",
         "https://host/tiles/a\n.tif", "https://host/tiles/\xff.tif", "https://host/secret/a.tif", "https://host", "https://host?/tiles/", "http://host/tiles/a.tif",
+        // What ends a text for one program and not for another, and escapes for who decodes twice.
+        "https://host/tiles/..%00/x", "https://host/tiles/..%09/x", "https://host/tiles/a%0a.tif", "https://host/tiles/a%7F.tif", "https://host/tiles/..%20/x",
+        "https://host/tiles/%252e%252e/x", "https://host/tiles/%25252E./x", "https://host/tiles/..%252fx", "https://host/tiles/..%255cx", "https://host/tiles/..%253bx",
+        "https://host/tiles/..%2500/x", "https://host/tiles/%2525252525252e%2e/x", "s3://bucket/tiles/%252e%252e/x", "s3://bucket/tiles/..%00/x",
         "s3://bucket/tiles/..", "s3://bucket/tiles/../a.tif", "s3://bucket/tiles/..?x", "s3://bucket/a.tif", "file:///tiles/a.tif"}) {
     const auto refused = check_address(allowing(), address);
     ASSERT_FALSE(refused) << address;
@@ -32,7 +36,8 @@ TEST(Fetch, NoAddressLeadsOutOfItsPrefix) {
 TEST(Fetch, WhatOnlyLooksLikeItIsAllowed) {
   for (const char* address :
        {"https://host/tiles/a.tif", "https://host/tiles/..a/b..c/...tif", "https://host/tiles/a;v=1/b.tif", "https://host/tiles/a.tif?sig=ab%2Fcd%3D&p=../x",
-        "https://host/tiles/a.tif#/../x", "s3://bucket/tiles/a..b.tif"}) {
+        "https://host/tiles/a.tif#/../x", "s3://bucket/tiles/a..b.tif", "https://host/tiles/a%20b%C3%A9.tif", "https://host/tiles/100%25.tif",
+        "https://host/tiles/100%25/a%2520b.tif", "https://host/tiles/a.tif?sig=%252e%00"}) {
     EXPECT_TRUE(check_address(allowing(), address)) << address;
   }
 }
