@@ -9,6 +9,7 @@
 #include "pipeline/store/sqlite.h"
 #include "raster/storage.h"
 #include "server/datasets/dataset_folder.h"
+#include "server/http/digest.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
 
@@ -21,7 +22,24 @@ using proto::Problem;
 constexpr int kMostEnded = 50;  // changes whose end is remembered
 
 Problem damaged(const fs::path& file, const std::string& why) {
-  return {"store-damaged", file.string() + " " + why, "a backup", ""};
+  return {"store-damaged", file.filename().string() + " " + why, "a backup", ""};
+}
+
+// The last member of the list: the SHA-256 of all before it.
+constexpr std::string_view kSum = ",\"sum\":\"", kEnd = "\"}\n";
+
+std::string with_sum(std::string json) {
+  json.pop_back();  // its last brace
+  const std::string sum = digest(json);
+  return json.append(kSum).append(sum).append(kEnd);
+}
+
+/// A list without a sum was written before there were sums. False: damaged.
+bool read_list(const std::string& text, proto::SourceChanges* changes) {
+  const std::size_t end = text.rfind(kSum);
+  if (end == text.npos) return from_json(text, changes, Unknown::refused);
+  const std::string json = text.substr(0, end) + "}";
+  return text == with_sum(json) && from_json(json, changes);
 }
 
 /// Where it is not there and nothing says that it was, an empty one: the dataset may have been deleted meanwhile.
@@ -32,7 +50,7 @@ proto::Result<proto::SourceChanges> read_file(const fs::path& folder) {
   std::ifstream file(place);
   std::ostringstream text;
   text << file.rdbuf();
-  if (file && from_json(text.str(), &changes)) return changes;
+  if (file && read_list(text.str(), &changes)) return changes;
   return damaged(place, "is missing or cannot be read");
 }
 
@@ -50,7 +68,7 @@ proto::Result<std::optional<proto::DatasetVersion>> served_in(const fs::path& fo
 }
 
 proto::Result<void> write_file(const fs::path& folder, const proto::SourceChanges& changes) {
-  const auto written = raster::write_whole((folder / kChangesFile).string(), to_json_line(changes) + "\n");
+  const auto written = raster::write_whole((folder / kChangesFile).string(), with_sum(to_json_line(changes)));
   if (written.ok()) return {};
   return Problem{"storage-full", "the change cannot be written down: the disk is full or fails",
                  "trying again when there is room", ""};

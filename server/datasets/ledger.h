@@ -2,7 +2,7 @@
 // What is to become of datasets whose rasters can be changed: for each the changes that were asked for, in a file of its folder.
 // A change that is in it is done, after a kill too; one that is not was never answered.
 //
-//   changes.json         pending changes and how the last ones ended: where it or sources/ is, rasters can be changed
+//   changes.json         with a sum, pending changes and how the last ones ended: where it or sources/ is, rasters can be changed
 //   sources/             rasters of the versions that are there and of pending changes
 //   dataset.sqlite       the version that is served; says of which rasters it was made (note kVersionNote)
 //   versions/N.sqlite    earlier ones

@@ -173,5 +173,38 @@ TEST_F(DamagedNote, EndsAChangeThatIsPending) {
   EXPECT_TRUE(both_there());
 }
 
+/// With a flipped bit the list would say something else: another raster, another number, no change at all.
+TEST(DamagedList, IsToldOfEveryBit) {
+  TempFolder place;
+  const Layout layout{place.path()};
+  const fs::path folder = layout.dataset("one"), list = folder / updates::kChangesFile;
+  fs::create_directories(folder);
+  proto::SourceChange change;
+  change.set_id("first");
+  change.set_kind("add");
+  change.mutable_source()->set_id("one");
+  change.mutable_source()->set_bytes(1234.5);
+  change.mutable_source()->mutable_spec()->set_path("sources/one.tif");
+  ASSERT_TRUE(updates::begin(folder, change));
+  const updates::Ledger ledger(layout);
+  const std::string whole = file_text(list);
+  const auto read = [&](const std::string& text) {
+    std::ofstream(list, std::ios::binary) << text;
+    return ledger.read("one");
+  };
+  ASSERT_EQ(read(whole).pending(0).source().id(), "one");
+  for (std::size_t k = 0; k < 8 * whole.size(); ++k) {
+    std::string flipped = whole;
+    flipped[k / 8] = static_cast<char>(flipped[k / 8] ^ 1 << k % 8);
+    EXPECT_THROW((void)read(flipped), pipeline::StoreError) << "bit " << k << ": " << flipped;
+  }
+  EXPECT_THROW((void)read(whole + whole), pipeline::StoreError);
+  EXPECT_THROW((void)read(whole.substr(0, whole.size() - 1)), pipeline::StoreError);
+  proto::SourceChanges of_before;
+  *of_before.add_pending() = change;
+  const std::string without = to_json_line(of_before) + "\n";
+  EXPECT_EQ(read(without).pending(0).id(), "first") << "as it was written before there were sums";
+}
+
 }  // namespace
 }  // namespace cordillera::server
