@@ -6,6 +6,7 @@
 #include "pipeline/exports/pmtiles.h"
 #include "server/api/api.h"
 #include "server/http/byte_range.h"
+#include "server/log/log.h"
 
 namespace cordillera::server {
 namespace {
@@ -49,6 +50,12 @@ class Pieces {
   ByteRange part_;
 };
 
+Response still_made() {
+  Response response = problem_response({"archive-not-ready", "the archive is being made", "asking again in a minute", ""});
+  response.set("Retry-After", "60");
+  return response;
+}
+
 Response answer_file(const Request& request, const std::shared_ptr<const ArchiveFile>& file, const Route& route) {
   Response response;
   response.set("Content-Type", "application/vnd.pmtiles");
@@ -68,16 +75,15 @@ Response answer_file(const Request& request, const std::shared_ptr<const Archive
   if (request.method == "HEAD" || part.size > kAtOnce_bytes) response.length = part.size;
   if (request.method == "HEAD") return response;
   if (part.size <= kAtOnce_bytes) {
-    response.body = file->read(part.first, static_cast<std::size_t>(part.size));
+    try {
+      response.body = file->read(part.first, static_cast<std::size_t>(part.size));
+    } catch (const ArchiveDamaged& damaged) {  // who asks again finds another
+      log_warning("dataset " + route.id + ": " + damaged.what() + "; it is made anew");
+      return still_made();
+    }
     return response;
   }
   response.next_piece = [pieces = std::make_shared<Pieces>(file, part)] { return pieces->next(); };
-  return response;
-}
-
-Response still_made() {
-  Response response = problem_response({"archive-not-ready", "the archive is being made", "asking again in a minute", ""});
-  response.set("Retry-After", "60");
   return response;
 }
 

@@ -6,7 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <stdexcept>
+#include <cerrno>
 
 #include "pipeline/exports/pmtiles.h"
 #include "server/http/digest.h"
@@ -21,6 +21,11 @@ namespace fs = std::filesystem;
 using proto::Problem;
 
 std::string file_of(const ArchiveOrder& order) { return order.id + "." + order.version + "." + std::string(order.face->name) + ".pmtiles"; }
+
+constexpr std::size_t kBlock_bytes = std::size_t{64} << 10;  // read and compared at once: what clients ask for is about as large
+constexpr std::size_t kSum_letters = 16;                     // of a block's SHA-256: against damage, and 4 MiB for all that is kept
+
+std::string sum_of(const std::string& block) { return digest(block).substr(0, kSum_letters); }
 
 Problem too_many(std::uint64_t tiles) {
   return {"export-too-large", "the archive would have " + std::to_string(tiles) + " tiles",
@@ -40,23 +45,61 @@ proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, c
 
 std::shared_ptr<const ArchiveFile> ArchiveFile::open(const fs::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  struct stat now {};
   if (descriptor < 0) return nullptr;
-  const std::string hash = fstat(descriptor, &now) == 0 ? digest_of_file(path) : "";
-  std::shared_ptr<const ArchiveFile> file(new ArchiveFile(descriptor, static_cast<std::uint64_t>(now.st_size), quoted(hash.substr(0, 32))));
-  return hash.empty() ? nullptr : file;
+  const std::shared_ptr<ArchiveFile> file(new ArchiveFile(descriptor));
+  try {
+    file->take_sums();
+  } catch (const ArchiveDamaged&) {
+    return nullptr;
+  }
+  return file;
 }
 
 ArchiveFile::~ArchiveFile() { ::close(descriptor_); }
 
-std::string ArchiveFile::read(std::uint64_t first, std::size_t count) const {
-  std::string bytes(count, '\0');
-  for (std::size_t at = 0; at < count;) {
-    const ssize_t got = pread(descriptor_, bytes.data() + at, count - at, static_cast<off_t>(first + at));
-    if (got <= 0) throw std::runtime_error("an archive cannot be read");
+void ArchiveFile::take_sums() {
+  struct stat now {};
+  if (fstat(descriptor_, &now) != 0) throw ArchiveDamaged("an archive cannot be read");
+  size_ = static_cast<std::uint64_t>(now.st_size);
+  Digest all;
+  for (std::uint64_t number = 0; number * kBlock_bytes < size_; ++number) {
+    const std::string bytes = block(number);
+    all.add(bytes);
+    sums_ += sum_of(bytes);
+  }
+  etag_ = quoted(all.finish().substr(0, 32));
+}
+
+/// As it is on the disk.
+std::string ArchiveFile::block(std::uint64_t number) const {
+  const std::uint64_t first = number * kBlock_bytes;
+  if (first >= size_) throw ArchiveDamaged("an archive ends early");
+  std::string bytes(static_cast<std::size_t>(std::min<std::uint64_t>(kBlock_bytes, size_ - first)), '\0');
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t got = pread(descriptor_, bytes.data() + at, bytes.size() - at, static_cast<off_t>(first + at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) throw ArchiveDamaged("an archive cannot be read");
     at += static_cast<std::size_t>(got);
   }
   return bytes;
+}
+
+std::string ArchiveFile::read(std::uint64_t first, std::size_t count) const {
+  try {
+    std::string bytes;
+    bytes.reserve(count);
+    for (std::uint64_t number = first / kBlock_bytes; bytes.size() < count; ++number) {
+      const std::string whole = block(number);
+      if (sums_.compare(static_cast<std::size_t>(number) * kSum_letters, kSum_letters, sum_of(whole)) != 0)
+        throw ArchiveDamaged("an archive is not what was written");
+      const std::size_t skip = bytes.empty() ? static_cast<std::size_t>(first - number * kBlock_bytes) : 0;
+      bytes.append(whole, skip, count - bytes.size());
+    }
+    return bytes;
+  } catch (const ArchiveDamaged&) {
+    damaged_ = true;
+    throw;
+  }
 }
 
 ArchiveFiles::ArchiveFiles(fs::path folder, limits::Space& space, Told made) : folder_(std::move(folder)), space_(space), made_(std::move(made)) {
@@ -78,7 +121,13 @@ ArchiveFiles::~ArchiveFiles() {
 proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const ArchiveOrder& order) {
   const std::string name = file_of(order);
   const std::lock_guard lock(mutex_);
-  const auto known = entries_.find(name);
+  auto known = entries_.find(name);
+  if (known != entries_.end() && known->second->file && known->second->file->damaged()) {  // it is made anew
+    std::error_code ignored;
+    fs::remove(known->second->path, ignored);
+    entries_.erase(known);
+    known = entries_.end();
+  }
   if (known == entries_.end()) {
     if (waiting_.size() >= kMostWaiting) return Problem{"service-busy", "too many archives are waiting to be made", "asking again later", ""};
     const auto entry = std::make_shared<Entry>(Entry{order, nullptr, std::nullopt, folder_ / name, ++clock_});

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <thread>
 
@@ -17,6 +18,10 @@
 #include "server/limits/space.h"
 
 namespace cordillera::server {
+
+class ArchiveDamaged : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// An archive on disk, open: it can be read as long as somebody holds it, removed or not.
 class ArchiveFile {
@@ -28,14 +33,20 @@ class ArchiveFile {
   ArchiveFile& operator=(const ArchiveFile&) = delete;
   std::uint64_t size() const { return size_; }
   const std::string& etag() const { return etag_; }  ///< of its bytes, in quotes
-  /// Throws std::runtime_error where they are not there.
+  /// Throws ArchiveDamaged where they are not there, or not those that were there when it was opened.
   std::string read(std::uint64_t first, std::size_t count) const;
+  /// Whether a read has found that.
+  bool damaged() const { return damaged_; }
 
  private:
-  ArchiveFile(int descriptor, std::uint64_t size, std::string etag) : descriptor_(descriptor), size_(size), etag_(std::move(etag)) {}
+  explicit ArchiveFile(int descriptor) : descriptor_(descriptor) {}
+  void take_sums();
+  std::string block(std::uint64_t number) const;
   int descriptor_;
-  std::uint64_t size_;
+  std::uint64_t size_ = 0;
   std::string etag_;
+  std::string sums_;  ///< of its blocks, kSum_letters each
+  mutable std::atomic<bool> damaged_{false};
 };
 
 /// What an archive is of.

@@ -55,6 +55,7 @@ class Built {
     base_ = "/v1/datasets/" + body_of(response)["id"].get<std::string>();
   }
   Api& api() { return *api_; }
+  std::filesystem::path data() const { return folder_.path() / "data"; }
   const std::string& base() const { return base_; }
 
  private:
@@ -348,6 +349,43 @@ TEST(RasterFaces, OutsideTheDataHeightsAreRefusedAndPicturesAreEmpty) {
   EXPECT_EQ(get("hillshade/30/0/0.png").status, 204);
   EXPECT_EQ(get("terrain-rgb/0/0/0.png").header("Content-Type"), "image/png");
   EXPECT_EQ(get("terrarium/0/0/0.webp").header("Content-Type"), "image/webp");
+}
+
+Response archive(const std::map<std::string, std::string>& headers = {}) {
+  Request request;
+  request.path = built().base() + ".pmtiles";
+  request.headers = headers;
+  Response answer = TestService::settled(built().api().handle(request));
+  while (answer.next_piece) {
+    const auto piece = answer.next_piece();
+    if (!piece) break;
+    answer.body += *piece;
+  }
+  return answer;
+}
+
+/// Whichever part is asked for, what is damaged is not served: another is made.
+TEST(KeptArchive, IsNotServedDamaged) {
+  const Response whole = archive();
+  ASSERT_EQ(whole.status, 200) << whole.body;
+  ASSERT_GT(whole.body.size(), 100'000U);
+  const std::filesystem::path folder = Layout{built().data()}.archives();
+  for (const std::size_t place : {std::size_t{50}, whole.body.size() - 1}) {
+    const std::string part = "bytes=" + std::to_string(place - 20) + "-" + std::to_string(place);
+    const Response before = archive({{"range", part}});
+    EXPECT_EQ(before.status, 206);
+    EXPECT_EQ(before.body, whole.body.substr(place - 20, 21));
+    const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(static_cast<std::streamoff>(place)).put(static_cast<char>(whole.body[place] ^ 4));
+    EXPECT_EQ(archive({{"range", "bytes=70000-90000"}}).body, whole.body.substr(70000, 20001)) << "what is sound is served";
+    const Response damaged = archive({{"range", part}});
+    EXPECT_EQ(damaged.status, 503) << place;
+    EXPECT_EQ(slug_of(damaged), "archive-not-ready");
+    const Response again = archive();
+    EXPECT_EQ(again.status, 200);
+    EXPECT_EQ(again.body, whole.body);
+    EXPECT_EQ(again.header("ETag"), whole.header("ETag"));
+  }
 }
 
 }  // namespace
