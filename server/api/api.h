@@ -71,7 +71,7 @@ Response post_dataset(Service& service, const Request& request, const std::strin
 bool delete_dataset(Service& service, const std::string& id);
 
 /// What a build of the raster in the folder would make; nothing is kept.
-Response dry_run(Service& service, const proto::Job& job, const std::filesystem::path& folder);
+Response dry_run(Service& service, const Request& request, const proto::Job& job, const std::filesystem::path& folder);
 
 /// GET …/events.
 Response event_stream(Service& service, const Request& request, const Dataset& dataset);

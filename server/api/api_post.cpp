@@ -250,7 +250,7 @@ Response post(Service& service, const Request& request, Come* come, const std::s
   if (const auto taken = take_raster(service, posting->delivery, request, upload); !taken) return problem_response(taken.problem());
   const std::string hash = come != nullptr ? come->hash : upload.body_hash();
   if (earlier && earlier->body_hash != hash) return problem_response(key_reused("another raster"));
-  if (posting->settings.dry_run) return dry_run(service, dry_job(*posting, upload), upload.folder());
+  if (posting->settings.dry_run) return dry_run(service, request, dry_job(*posting, upload), upload.folder());
   if (!earlier) return create(service, *posting, {upload, more, hash}, request, std::move(*place));
   place->reset();
   key.reset();

@@ -45,4 +45,49 @@ std::optional<std::size_t> BuildTurns::place(const std::string& id) const {
   return place;
 }
 
+/// With the lock. It takes no memory: who waits would wait for good.
+void DryTurns::let_begin() {
+  while (free_ > 0) {
+    const auto turn = waiting_.next();
+    if (!turn) return;
+    const auto place = places_.find(turn->id);
+    if (place == places_.end()) continue;  // it waits no longer
+    place->second = true;
+    --free_;
+    changed_.notify_all();
+  }
+}
+
+void DryTurns::end(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  const auto place = places_.find(id);
+  if (place == places_.end()) return;  // there was no memory for it
+  if (place->second) ++free_;
+  places_.erase(place);
+  let_begin();
+}
+
+std::shared_ptr<void> DryTurns::take(const std::string& id, const std::string& client) {
+  const std::shared_ptr<void> turn(this, [this, id](void*) { end(id); });  // before the lock, which its end takes
+  std::unique_lock lock(mutex_);
+  const bool& begun = places_.emplace(id, false).first->second;
+  waiting_.add({id, client, 0});
+  let_begin();
+  changed_.wait(lock, [&] { return stopping_ || begun; });
+  return begun ? turn : nullptr;
+}
+
+std::size_t DryTurns::waiting() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<std::size_t>(std::count_if(places_.begin(), places_.end(), [](const auto& place) { return !place.second; }));
+}
+
+void DryTurns::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+}
+
 }  // namespace cordillera::server

@@ -1,8 +1,10 @@
 #pragma once
 // Whose build is next: clients take turns, so that one who posts a hundred rasters, or changes one a hundred times, delays another's by one.
+#include <condition_variable>
 #include <deque>
 #include <list>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -29,6 +31,28 @@ class BuildTurns {
   std::map<std::string, std::deque<Entry>> waiting_;  ///< by client; none is empty
   std::list<std::string> turns_;                      ///< the clients in it, each once
   std::map<std::string, std::string> clients_;        ///< by dataset
+};
+
+/// Dry runs, a bounded number at a time, in the same order. Thread-safe.
+class DryTurns {
+ public:
+  explicit DryTurns(unsigned most) : free_(most) {}
+  /// Waits for a turn, which ends with what is returned. Null: all are to end. id: another's than of those that wait.
+  std::shared_ptr<void> take(const std::string& id, const std::string& client);
+  void stop();
+  /// How many wait.
+  std::size_t waiting() const;
+
+ private:
+  void let_begin();
+  void end(const std::string& id);
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  bool stopping_ = false;
+  unsigned free_;
+  BuildTurns waiting_;
+  std::map<std::string, bool> places_;  ///< of those that wait or run, and whether they have begun
 };
 
 }  // namespace cordillera::server

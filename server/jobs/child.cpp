@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "proto/paths.h"
 #include "server/jobs/job_words.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
@@ -284,7 +285,31 @@ proto::Result<std::optional<proto::Estimate>> run(const Program& program, const 
   return crashed(status, watch.late());
 }
 
+/// The folder may be named as it is, from the root or without its links.
+std::string without_folder(std::string text, const std::filesystem::path& folder) {
+  std::error_code ignored;
+  for (const auto& spelt : {std::filesystem::weakly_canonical(folder, ignored), std::filesystem::absolute(folder, ignored), folder}) {
+    text = proto::without_path(std::move(text), spelt.string() + "/", "");
+    text = proto::without_path(std::move(text), spelt.string(), "the job's folder");
+  }
+  return text;
+}
+
 }  // namespace
+
+JobRunner telling_no_places(JobRunner runner) {
+  return [runner = std::move(runner)](const std::filesystem::path& folder, const ProgressSink& progress,
+                                      const std::atomic<bool>& stop) {
+    auto outcome = runner(folder, progress, stop);
+    if (outcome) return outcome;
+    proto::Problem problem = outcome.problem();
+    problem.detail = without_folder(problem.detail, folder);
+    problem.accepted = without_folder(problem.accepted, folder);
+    const std::string all = outcome.problem().line();
+    if (problem.line() != all) log_warning("job " + folder.filename().string() + ": " + all);
+    return JobOutcome(problem);
+  };
+}
 
 JobRunner child_runner(const std::string& program, std::uint32_t free_percent) {
   return [program = Program{program, free_percent}](const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop) {

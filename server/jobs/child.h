@@ -20,16 +20,20 @@ inline constexpr int kReportDescriptor = 3;
 inline constexpr const char* kTemporaryFolder = "tmp";
 
 using ProgressSink = std::function<void(const proto::Progress&)>;
+using JobOutcome = proto::Result<std::optional<proto::Estimate>>;
 /// Does the job in a folder; the estimate is there if it was a dry run. stop: leave early (type "cancelled").
-using JobRunner = std::function<proto::Result<std::optional<proto::Estimate>>(const std::filesystem::path& folder,
-                                                                             const ProgressSink& progress,
-                                                                             const std::atomic<bool>& stop)>;
+using JobRunner = std::function<JobOutcome(const std::filesystem::path& folder, const ProgressSink& progress,
+                                           const std::atomic<bool>& stop)>;
 
 /// Runs `program job FOLDER` in a session of its own. The child gets no descriptor but stdin (empty), a pipe as stderr, whose
 /// lines are logged, and the report; of the environment what sandbox/environment.cpp names. stop: SIGTERM, then SIGKILL. A child
 /// that ends without saying why is a Problem "job-crashed" that names the signal or exit code. free_percent: of its folder's disk, that it leaves free;
 /// where that is too little for it, it says "storage-full". "service-busy": the system had no descriptor, process or memory to start it with.
 JobRunner child_runner(const std::string& program, std::uint32_t free_percent = 0);
+
+/// The same runner, whose problems tell clients no place on the operator's disk: what lies in the job's folder has its name
+/// there. The log has all.
+JobRunner telling_no_places(JobRunner runner);
 
 /// What the child does: `cordillera job FOLDER`. Returns the exit code.
 int job_main(const std::string& folder, int parent, std::uint32_t free_percent = 0);

@@ -81,9 +81,9 @@ void keep_store_alone(const std::filesystem::path& folder) {
 }
 
 JobQueue::JobQueue(Parts parts, unsigned concurrency)
-    : layout_(std::move(parts.layout)), looked_at_(layout_), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(std::move(parts.runner)),
+    : layout_(std::move(parts.layout)), looked_at_(layout_), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(telling_no_places(std::move(parts.runner))),
       limits_(parts.limits), ledger_(parts.ledger), fetch_(std::move(parts.fetch)), keep_versions_(parts.keep_versions),
-      published_(std::move(parts.published)), concurrency_(concurrency), dry_runs_free_(concurrency), looks_(1), pool_(concurrency) {
+      published_(std::move(parts.published)), concurrency_(concurrency), dry_turns_(concurrency), looks_(1), pool_(concurrency) {
   // A pool takes descriptors for its clocks with the first one. When that is needed there may be none.
   const boost::asio::steady_timer first(pool_);
 }
@@ -206,6 +206,7 @@ void JobQueue::stop() {
     for (auto& [id, job] : running_) *job.stop = true;
   }
   ended_.notify_all();
+  dry_turns_.stop();
   for (boost::asio::thread_pool* pool : {&looks_, &pool_}) {
     pool->stop();
     pool->join();
@@ -360,22 +361,13 @@ void JobQueue::limit(proto::Job& job, const std::filesystem::path& folder) const
   job.set_max_seconds(build_seconds(limits_, bytes_of_rasters(folder, job)));
 }
 
-proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const proto::Job& asked) {
+proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const std::string& client, const proto::Job& asked) {
   proto::Job job = asked;
   limit(job, folder);
-  {
-    std::unique_lock lock(mutex_);
-    ended_.wait(lock, [&] { return stopping_ || dry_runs_free_ > 0; });
-    if (stopping_) return stopped();
-    --dry_runs_free_;
-  }
-  auto outcome = write_job(folder, job) ? runner_(folder, nullptr, stopping_)
-                                        : proto::Result<std::optional<proto::Estimate>>(cannot_write(folder));
-  {
-    const std::lock_guard lock(mutex_);
-    ++dry_runs_free_;
-  }
-  ended_.notify_all();
+  const auto turn = dry_turns_.take(folder.filename().string(), client);
+  if (!turn) return stopped();
+  const auto outcome = write_job(folder, job) ? runner_(folder, nullptr, stopping_)
+                                              : proto::Result<std::optional<proto::Estimate>>(cannot_write(folder));
   if (!outcome && outcome.problem().type == "cancelled") return stopped();
   if (!outcome) return outcome.problem();
   if (!*outcome) return proto::Problem{"internal", "the dry run gave no estimate", "", ""};

@@ -74,8 +74,9 @@ class JobQueue {
   std::optional<std::size_t> place(const std::string& id) const { return turns_.place(id); }
   /// Somebody has asked for a tile of the lattice, and got what is shown of the dataset while it is built: its block is made next, or at all.
   void look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown);
-  /// What a build of the raster in this folder would make; waits for its turn beside the builds.
-  proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const proto::Job& asked);
+  /// What a build of the raster in this folder would make; waits for its client's turn beside the builds.
+  proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const std::string& client, const proto::Job& asked);
+  std::size_t waiting_dry_runs() const { return dry_turns_.waiting(); }
   /// Ends running builds; their datasets stay unfinished in the registry.
   void stop();
 
@@ -136,7 +137,7 @@ class JobQueue {
   std::atomic<bool> stopping_{false};
   const unsigned concurrency_;
   std::atomic<unsigned> unfinished_{0};  ///< turns that wait or run
-  unsigned dry_runs_free_;
+  DryTurns dry_turns_;
   BuildTurns turns_;
   boost::asio::thread_pool looks_;  ///< at rasters whose builds wait: one at a time
   boost::asio::thread_pool pool_;  ///< last: its threads use the rest

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <mutex>
+#include <thread>
+
 #include "server/jobs/job_queue.h"
 #include "tests/server/fixture.h"
 
@@ -140,6 +143,118 @@ TEST(PassingTrouble, EndsWhereItDoesNotPass) {
   EXPECT_TRUE(is_passing(tables, 0));
   EXPECT_FALSE(is_passing(tables, 100)) << "an installation without tables";
   EXPECT_FALSE(is_passing({"crs-not-transformable", "", "", ""}, 0));
+}
+
+/// One client asks for many; another that comes behind waits for one of them.
+TEST(DryTurns, GoFromClientToClient) {
+  DryTurns turns(1);
+  std::shared_ptr<void> running = turns.take("a0", "alice");
+  ASSERT_TRUE(running);
+  std::mutex mutex;
+  std::string order;
+  std::vector<std::thread> threads;
+  const auto ask = [&](const std::string& id, const std::string& client) {
+    threads.emplace_back([&, id, client] {
+      const auto turn = turns.take(id, client);
+      const std::lock_guard lock(mutex);
+      order += turn ? id + " " : "";
+    });
+    ASSERT_TRUE(eventually([&] { return turns.waiting() == threads.size(); }));
+  };
+  for (const char* id : {"a1", "a2", "a3"}) ask(id, "alice");
+  ask("b1", "bob");
+  ask("c1", "carol");
+  running.reset();
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(order, "a1 b1 c1 a2 a3 ");
+}
+
+TEST(DryTurns, EndWithTheService) {
+  DryTurns turns(1);
+  const std::shared_ptr<void> running = turns.take("a0", "alice");
+  std::shared_ptr<void> other = running;
+  std::thread waits([&] { other = turns.take("b0", "bob"); });
+  EXPECT_TRUE(eventually([&] { return turns.waiting() == 1; }));
+  turns.stop();
+  waits.join();
+  EXPECT_FALSE(other);
+}
+
+/// A flood of dry runs of one client, over HTTP: another's is second.
+TEST(DryTurns, AreTheSendersOverHttp) {
+  std::mutex mutex;
+  std::vector<std::string> order;
+  std::atomic<bool> go{false};
+  const auto runner = [&](const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop) {
+    proto::Job job;
+    from_json(file_text(folder / kJobFile), &job);
+    {
+      const std::lock_guard lock(mutex);
+      order.push_back(job.name());
+    }
+    eventually([&] { return go || stop; });
+    return play_job(folder, progress, stop);
+  };
+  TempFolder folder;
+  Settings settings;
+  settings.serve.data = (folder.path() / "data").string();
+  settings.serve.jobs = 1;
+  auto service = Service::open(settings, runner);
+  ASSERT_TRUE(service);
+  Api api(**service);
+  std::vector<std::thread> threads;
+  const auto ask = [&](const std::string& name, const std::string& client) {
+    threads.emplace_back([&api, name, client] {
+      Request request;
+      request.method = "POST";
+      request.path = "/v1/datasets";
+      request.client = client;
+      request.query = {{"dry_run", "1"}, {"name", name}};
+      request.headers = {{"content-length", "4"}};
+      request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
+      EXPECT_EQ(TestService::settled(api.handle(request)).status, 200);
+    });
+    ASSERT_TRUE(eventually([&] {
+      const std::lock_guard lock(mutex);
+      return order.size() + (*service)->queue().waiting_dry_runs() == threads.size();
+    }));
+  };
+  for (const char* name : {"a0", "a1", "a2", "a3"}) ask(name, "192.0.2.1");
+  ask("b0", "192.0.2.2");
+  go = true;
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(order, (std::vector<std::string>{"a0", "a1", "b0", "a2", "a3"}));
+}
+
+/// What a job says of its files, whichever way their folder is named; over HTTP they have no place.
+TEST(Places, OfTheOperatorsDiskAreNotTold) {
+  TempFolder folder;
+  std::filesystem::create_directory(folder.path() / "real");
+  std::filesystem::create_symlink(folder.path() / "real", folder.path() / "link");
+  Settings settings;
+  settings.serve.data = (folder.path() / "link").string();
+  const auto runner = [&](const std::filesystem::path& job, const ProgressSink&, const std::atomic<bool>&) -> JobOutcome {
+    const std::string real = std::filesystem::canonical(job).string();
+    return proto::Problem{"raster-unreadable", "the store " + (job / kStoreFile).string() + " cannot be written: [" + real + "/x] in " + real,
+                          "room in " + job.string(), ""};
+  };
+  auto service = Service::open(settings, runner);
+  ASSERT_TRUE(service) << service.problem().line();
+  Api api(**service);
+  Request request;
+  request.method = "POST";
+  request.path = "/v1/datasets";
+  request.headers = {{"content-length", "4"}, {"prefer", "wait=600"}};
+  for (const char* dry : {"0", "1"}) {
+    request.query = {{"dry_run", dry}};
+    request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
+    const Response answer = TestService::settled(api.handle(request));
+    EXPECT_EQ(answer.body.find(folder.path().string()), std::string::npos) << answer.body;
+    EXPECT_NE(answer.body.find("the store dataset.sqlite cannot be written: [x] in the job's folder"), std::string::npos) << answer.body;
+  }
+  Request list;
+  list.path = "/v1/datasets";
+  EXPECT_EQ(std::string(api.handle(list).bytes()).find(folder.path().string()), std::string::npos);
 }
 
 }  // namespace
