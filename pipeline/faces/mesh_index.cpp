@@ -114,23 +114,31 @@ struct Facet {
   double height_m(const Ground& ground) const {
     const Vec3 ab = at[1] - at[0], ac = at[2] - at[0], bc = at[2] - at[1], across = cross(ab, ac);
     const double rise = dot(across, ground.up);
-    if (rise <= 0) return (low_m + high_m) / 2;  // of no width, or on a pole's row, which is one point
+    if (rise <= 0) return (low_m + high_m) / 2;  // of no width
     const double edge2_m2 = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
     return gpu::height_range(low_m, high_m, edge2_m2, 0).clamp(dot(across, at[0] - ground.foot) / rise);
   }
 
-  /// The edge, from corner k to the next, that the normal passes by on the outer side, farthest; none where it meets the triangle.
-  std::optional<std::size_t> passed(const Ground& ground) const {
-    std::optional<std::size_t> edge;
-    double farthest = 0;
+  /// With two corners at a pole, which are one point: nothing is there to meet.
+  bool is_line() const {
+    const Vec3 across = cross(at[1] - at[0], at[2] - at[0]);
+    return dot(across, across) == 0;
+  }
+
+  /// An edge, from corner `edge` to the next, and how far outside of it the normal passes, in metres.
+  struct Passed {
+    std::size_t edge = 0;
+    double beside_m = 0;
+  };
+  /// The edge that it passes by on the outer side, farthest; none where it meets the triangle.
+  std::optional<Passed> passed(const Ground& ground) const {
+    std::optional<Passed> farthest;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 a = at[k] - ground.foot, b = at[(k + 1) % 3] - ground.foot, ab = b - a;
-      const double beside = dot(ground.up, cross(a, b)) / std::sqrt(dot(ab, ab));
-      if (!(beside < farthest)) continue;
-      farthest = beside;
-      edge = k;
+      const double beside_m = -dot(ground.up, cross(a, b)) / std::sqrt(dot(ab, ab));
+      if (beside_m > (farthest ? farthest->beside_m : 0)) farthest = Passed{k, beside_m};
     }
-    return edge;
+    return farthest;
   }
 
   /// A point in plan just beyond an edge, as near to (u, v) as may be.
@@ -145,6 +153,23 @@ struct Facet {
 
 }  // namespace
 
+// Beside a pole triangles that are far apart in plan touch in space, and no walk leads from one to the other.
+double MeshIndex::height_of_nearest_m(double longitude_deg, double latitude_deg, std::uint32_t below) const {
+  const Ground ground(longitude_deg, latitude_deg);
+  std::uint32_t nearest = below;
+  double least_m = INFINITY;
+  for (std::uint32_t t = 0; t < mesh_.triangles.size() && least_m > 0; ++t) {
+    const Facet facet(mesh_, t);
+    if (facet.is_line()) continue;
+    const auto passed = facet.passed(ground);
+    const double beside_m = passed ? passed->beside_m : 0;
+    if (beside_m >= least_m) continue;
+    least_m = beside_m;
+    nearest = t;
+  }
+  return Facet(mesh_, nearest).height_m(ground);
+}
+
 std::optional<double> MeshIndex::height_m(double longitude_deg, double latitude_deg) const {
   const double units_a_degree = mesh_.side * std::ldexp(1, mesh_.z) / 180;
   const double u = (longitude_deg + 180) * units_a_degree - static_cast<double>(mesh_.x) * mesh_.side;
@@ -157,14 +182,15 @@ std::optional<double> MeshIndex::height_m(double longitude_deg, double latitude_
   std::uint32_t triangle = *below;
   for (int step = 0; step < kMostSteps; ++step) {
     const Facet facet(mesh_, triangle);
-    const auto edge = facet.passed(ground);
-    if (!edge) return facet.height_m(ground);
-    const auto [beside_u, beside_v] = facet.beyond(*edge, u, v);
+    if (facet.is_line()) break;
+    const auto passed = facet.passed(ground);
+    if (!passed) return facet.height_m(ground);
+    const auto [beside_u, beside_v] = facet.beyond(passed->edge, u, v);
     const auto next = triangle_at(beside_u, beside_v);
     if (!next || *next == triangle) break;
     triangle = *next;
   }
-  return Facet(mesh_, *below).height_m(ground);
+  return height_of_nearest_m(longitude_deg, latitude_deg, *below);
 }
 
 }  // namespace cordillera::pipeline::faces

@@ -29,6 +29,7 @@ class MeshIndex {
 
  private:
   std::int32_t cell_of(double units) const;
+  double height_of_nearest_m(double longitude_deg, double latitude_deg, std::uint32_t below) const;
 
   LatticeMesh mesh_;
   std::int32_t cells_ = 1;                  // a side

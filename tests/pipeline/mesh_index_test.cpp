@@ -43,15 +43,32 @@ LatticeMesh valley() {
 
 double longitude(double u) { return 45 + u * 45 / 256; }
 double latitude(double v) { return v * 45 / 256; }
+double latitude(const LatticeMesh& mesh, double v) { return (mesh.y - 2) * 45 + latitude(v); }
+
+/// A tile of 45 degrees up to the north pole, which is one point in a hollow: of its 33 vertices triangles to two of three others are lines.
+LatticeMesh hollow_at_pole() {
+  LatticeMesh mesh;
+  mesh.z = 2, mesh.x = 5, mesh.y = 3;
+  mesh.side = 256;
+  mesh.height_step = 1;
+  mesh.points = {{0, 0, 0}, {256, 0, 0}, {0, 240, 9000}, {100, 248, 3000}, {256, 240, 6000}};
+  mesh.triangles = {{0, 1, 3}, {0, 3, 2}, {1, 4, 3}, {2, 3, 5}, {3, 4, 21}};
+  for (std::uint32_t k = 0; k <= 32; ++k) {
+    mesh.points.push_back({static_cast<std::int32_t>(8 * k), 256, 0});
+    if (k < 32) mesh.triangles.push_back({k < 16 ? 3u : 4u, 6 + k, 5 + k});
+  }
+  return mesh;
+}
+constexpr std::size_t kNoLines = 5;  // of its triangles
 
 /// Where the normal meets a triangle, by Cramer's rule; none where it passes by.
 std::optional<double> met(const LatticeMesh& mesh, std::size_t triangle, double u, double v) {
   std::array<Point, 3> corner;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto& p = mesh.points[mesh.triangles[triangle][k]];
-    corner[k] = at(longitude(p[0]), latitude(p[1]), p[2]);
+    corner[k] = at(longitude(p[0]), latitude(mesh, p[1]), p[2]);
   }
-  const Point foot = at(longitude(u), latitude(v), 0), up = up_at(longitude(u), latitude(v));
+  const Point foot = at(longitude(u), latitude(mesh, v), 0), up = up_at(longitude(u), latitude(mesh, v));
   const Point ab = minus(corner[1], corner[0]), ac = minus(corner[2], corner[0]), away = minus(foot, corner[0]);
   const double all = dot(up, cross(ab, ac)), b = dot(up, cross(away, ac)) / all, c = dot(up, cross(ab, away)) / all;
   if (b < 0 || c < 0 || b + c > 1) return std::nullopt;
@@ -76,6 +93,29 @@ TEST(MeshIndex, height_is_of_the_triangle_that_the_normal_meets) {
   }
   EXPECT_GT(inside, 3000);
   EXPECT_GT(elsewhere, 50) << "an edge of 60 degrees is far from the straight line in plan";
+}
+
+// Over the pole's row plan has triangles that are lines in space, and a walk from them leads nowhere.
+TEST(MeshIndex, height_beside_a_pole_is_of_the_triangle_that_the_normal_meets) {
+  const LatticeMesh mesh = hollow_at_pole();
+  const MeshIndex index(mesh);
+  int inside = 0, over_lines = 0;
+  for (double v = 236.25; v < 256; v += 0.25) {
+    for (double u = 2.5; u < 256; u += 3) {
+      for (std::size_t triangle = 0; triangle < kNoLines; ++triangle) {
+        const auto expected = met(mesh, triangle, u, v);
+        if (!expected) continue;
+        const auto found = index.height_m(longitude(u), latitude(mesh, v));
+        ASSERT_TRUE(found);
+        EXPECT_NEAR(*found, *expected, 0.001) << u << ", " << v;
+        ++inside;
+        over_lines += index.triangle_at(u, v).value_or(0) >= kNoLines ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(inside, 5000);
+  EXPECT_GT(over_lines, 2000);
+  EXPECT_NEAR(index.height_m(60, 90).value_or(NAN), 0, 0.001);
 }
 
 }  // namespace
