@@ -48,7 +48,7 @@ bool Upright::cannot_turn(const std::array<MeshPoint, 3>& c) const {
 }
 
 bool Upright::is(const std::array<MeshPoint, 3>& corners) const {
-  if (std::any_of(corners.begin(), corners.end(), [&](const MeshPoint& p) { return at_pole(p); }) || cannot_turn(corners)) return true;
+  if (std::count_if(corners.begin(), corners.end(), [&](const MeshPoint& p) { return at_pole(p); }) > 1 || cannot_turn(corners)) return true;
   std::array<Vec3, 3> exact, rounded, up;
   for (std::size_t k = 0; k < 3; ++k) {
     const proto::RowFrame row = proto::row_frame(*at_.lattice, south_ + corners[k].y);

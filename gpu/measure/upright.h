@@ -19,8 +19,8 @@ struct TilePlace {
 class Upright {
  public:
   explicit Upright(const TilePlace& place);
-  /// Seen along the normal at each corner, is the triangle the right way up, its points exact and rounded? One with a corner at a pole counts
-  /// as if it were. Corners are counter-clockwise in plan.
+  /// Seen along the normal at each corner, is the triangle the right way up, its points exact and rounded? One with two corners at a pole counts
+  /// as if it were: it is a line, and nobody sees it. Corners are counter-clockwise in plan.
   bool is(const std::array<MeshPoint, 3>& corners) const;
 
  private:

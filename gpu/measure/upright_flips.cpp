@@ -1,6 +1,7 @@
 #include "gpu/measure/upright_flips.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 #include <vector>
@@ -12,36 +13,42 @@
 namespace cordillera::gpu {
 namespace {
 
-constexpr int kRounds = 32;  // a fan of needles goes from its ends
-
 class Flipper {
  public:
   Flipper(proto::TileMesh& mesh, const Upright& upright, const ErrorMeter& meter, double limit_m)
-      : mesh_(mesh), upright_(upright), meter_(meter), limit_m_(limit_m), valence_(mesh.vertices(), 0) {
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-    for (const auto& t : mesh.triangles) {
-      for (unsigned k = 0; k < 3; ++k) edges.emplace_back(t[k], t[after(k)]), edges.emplace_back(t[after(k)], t[k]);
-    }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-    for (const auto& edge : edges) ++valence_[edge.first];
+      : mesh_(mesh), upright_(upright), meter_(meter), limit_m_(limit_m), across_(neighbours(mesh.triangles)), around_(mesh.vertices()) {
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
+      for (const std::uint32_t v : mesh.triangles[t]) around_[v].push_back(t);
   }
 
+  // What turns or goes leaves upright triangles alone, so the list only gets shorter. A fan of needles goes from its ends.
   std::uint32_t run() {
-    std::uint32_t flipped = 0;
-    for (int round = 0; round < kRounds; ++round) {
-      const std::vector<std::uint32_t> turned = turned_triangles(upright_, mesh_);
-      std::uint32_t now = 0;
-      for (const std::uint32_t t : turned) now += flip_one(t) ? 1 : 0;
-      if (now == 0 && !turned.empty()) now = collapse_one(turned) ? 1 : 0;
-      flipped += now;
+    std::uint32_t steps = 0;
+    turned_ = turned_triangles(upright_, mesh_);
+    is_turned_.assign(mesh_.triangles.size(), 0);
+    for (const std::uint32_t t : turned_) is_turned_[t] = 1;
+    while (!turned_.empty()) {
+      std::uint32_t now = each_turned([this](std::uint32_t t) { return flip_one(t); });
+      if (now == 0) now = each_turned([this](std::uint32_t t) { return collapse_one(t); });
+      steps += now;
       if (now == 0) break;
     }
-    return flipped + leave_out();
+    std::erase(mesh_.triangles, kGone);
+    return steps + leave_out();
   }
 
  private:
   using Triangle = std::array<std::uint32_t, 3>;
+  static constexpr Triangle kGone{0, 0, 0};
+
+  /// How often step, asked for each triangle that is turned over, did something.
+  template <class Step>
+  std::uint32_t each_turned(const Step& step) {
+    std::uint32_t done = 0;
+    for (const std::uint32_t t : turned_) done += is_turned_[t] && step(t) ? 1 : 0;
+    std::erase_if(turned_, [this](std::uint32_t t) { return is_turned_[t] == 0; });
+    return done;
+  }
   std::array<MeshPoint, 3> corners(const Triangle& t) const {
     const auto at = [&](std::uint32_t v) { return MeshPoint{mesh_.x[v], mesh_.y[v], mesh_.height[v]}; };
     return {at(t[0]), at(t[1]), at(t[2])};
@@ -50,56 +57,76 @@ class Flipper {
   bool is_published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }
   bool fits(const Triangle& t) const {
     const auto c = corners(t);
-    return twice_area(c[0], c[1], c[2]) > 0 && upright_.is(c) && meter_.error_m(c, limit_m_) <= limit_m_;
+    return twice_area(c[0], c[1], c[2]) > 0 && upright_.is(c) && (std::isinf(limit_m_) || meter_.error_m(c, limit_m_) <= limit_m_);
   }
-  /// A corner inside the mesh moves into another one of its triangle, the nearest first.
-  bool collapse_one(const std::vector<std::uint32_t>& turned) {
-    if (std::any_of(mesh_.mark.begin(), mesh_.mark.end(), [](std::uint8_t mark) { return (mark & proto::kVoid) != 0; })) return false;
-    for (const std::uint32_t t : turned) {
-      const Triangle corner = mesh_.triangles[t];
-      std::array<std::pair<std::uint32_t, std::uint32_t>, 6> ways;
-      for (unsigned k = 0; k < 3; ++k) ways[2 * k] = {corner[k], corner[after(k)]}, ways[2 * k + 1] = {corner[after(k)], corner[k]};
-      const auto apart2 = [&](const auto& way) {
-        const double dx = mesh_.x[way.first] - mesh_.x[way.second], dy = mesh_.y[way.first] - mesh_.y[way.second];
-        return dx * dx + dy * dy;
-      };
-      std::stable_sort(ways.begin(), ways.end(), [&](const auto& a, const auto& b) { return apart2(a) < apart2(b); });
-      if (std::any_of(ways.begin(), ways.end(), [&](const auto& way) { return collapse(way.first, way.second); })) return true;
-    }
-    return false;
+  /// Ascending.
+  std::vector<std::uint32_t> neighbours_of(std::uint32_t v) const {
+    std::vector<std::uint32_t> found;
+    for (const std::uint32_t t : around_[v])
+      for (const std::uint32_t u : mesh_.triangles[t])
+        if (u != v) found.push_back(u);
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+  void put(std::uint32_t t, const Triangle& corners) {
+    for (const std::uint32_t v : mesh_.triangles[t]) std::erase(around_[v], t);
+    for (const std::uint32_t v : corners) around_[v].push_back(t);
+    mesh_.triangles[t] = corners;
+    is_turned_[t] = 0;
+  }
+  void take_out(std::uint32_t t) {
+    for (const std::uint32_t v : mesh_.triangles[t]) std::erase(around_[v], t);
+    mesh_.triangles[t] = kGone;
+    is_turned_[t] = 0;
+  }
+  void relink(std::uint32_t t, std::uint32_t old, std::uint32_t now) {
+    if (t != kNoTriangle) std::replace(across_[t].begin(), across_[t].end(), old, now);
+  }
+
+  /// A corner inside the mesh, with data all around, moves into another one of its triangle, the nearest first.
+  bool collapse_one(std::uint32_t t) {
+    const Triangle corner = mesh_.triangles[t];
+    std::array<std::pair<std::uint32_t, std::uint32_t>, 6> ways;
+    for (unsigned k = 0; k < 3; ++k) ways[2 * k] = {corner[k], corner[after(k)]}, ways[2 * k + 1] = {corner[after(k)], corner[k]};
+    const auto apart2 = [&](const auto& way) {
+      const double dx = mesh_.x[way.first] - mesh_.x[way.second], dy = mesh_.y[way.first] - mesh_.y[way.second];
+      return dx * dx + dy * dy;
+    };
+    std::stable_sort(ways.begin(), ways.end(), [&](const auto& a, const auto& b) { return apart2(a) < apart2(b); });
+    return std::any_of(ways.begin(), ways.end(), [&](const auto& way) { return collapse(way.first, way.second); });
   }
   bool collapse(std::uint32_t from, std::uint32_t to) {
     if (sides_of(mesh_, from) > 0) return false;
-    std::vector<std::uint32_t> around, shared;
-    std::vector<std::uint32_t> next, of_from, of_to;  // neighbours
-    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+    const std::vector<std::uint32_t> of_from = neighbours_of(from), of_to = neighbours_of(to);
+    if (std::any_of(of_from.begin(), of_from.end(), [this](std::uint32_t v) { return is_void(v); })) return false;
+    std::vector<std::uint32_t> moving, shared, both;
+    for (const std::uint32_t t : around_[from]) {
       const Triangle& c = mesh_.triangles[t];
-      const auto has = [&c](std::uint32_t v) { return c[0] == v || c[1] == v || c[2] == v; };
-      if (has(to)) of_to.insert(of_to.end(), c.begin(), c.end());
-      if (!has(from)) continue;
-      of_from.insert(of_from.end(), c.begin(), c.end());
-      (has(to) ? shared : around).push_back(t);
+      (std::find(c.begin(), c.end(), to) != c.end() ? shared : moving).push_back(t);
     }
-    for (auto* list : {&of_from, &of_to}) {
-      std::sort(list->begin(), list->end());
-      list->erase(std::unique(list->begin(), list->end()), list->end());
-    }
-    std::set_intersection(of_from.begin(), of_from.end(), of_to.begin(), of_to.end(), std::back_inserter(next));
-    // A closed fan, which meets that of the other in two neighbours alone (and the two themselves).
-    if (shared.size() != 2 || next.size() != 4 || of_from.size() != around.size() + 3) return false;
-    const std::size_t neighbours_after = of_from.size() + of_to.size() - next.size() - 1;
-    if (neighbours_after > most_neighbours(mesh_, to, kWeldedCaps)) return false;
+    std::set_intersection(of_from.begin(), of_from.end(), of_to.begin(), of_to.end(), std::back_inserter(both));
+    // A closed fan, which meets that of the other in two neighbours alone.
+    if (shared.size() != 2 || both.size() != 2 || of_from.size() != moving.size() + 2) return false;
+    if (of_from.size() + of_to.size() - 4 > most_neighbours(mesh_, to, kWeldedCaps)) return false;
     std::vector<Triangle> moved;
-    for (const std::uint32_t t : around) {
-      Triangle c = mesh_.triangles[t];
-      std::replace(c.begin(), c.end(), from, to);
-      if (!fits(c)) return false;
-      moved.push_back(c);
+    for (const std::uint32_t t : moving) {
+      moved.push_back(mesh_.triangles[t]);
+      std::replace(moved.back().begin(), moved.back().end(), from, to);
+      if (!fits(moved.back())) return false;
     }
-    for (std::size_t k = 0; k < around.size(); ++k) mesh_.triangles[around[k]] = moved[k];
-    for (auto t = shared.rbegin(); t != shared.rend(); ++t) mesh_.triangles.erase(mesh_.triangles.begin() + *t);
-    valence_[to] = static_cast<std::uint32_t>(neighbours_after);
-    for (const std::uint32_t v : next) valence_[v] -= v != from && v != to ? 1 : 0;
+    for (const std::uint32_t t : shared) {  // what lay beyond its two other edges meets
+      std::array<std::uint32_t, 2> beyond{kNoTriangle, kNoTriangle};
+      for (unsigned k = 0; k < 3; ++k) {
+        const std::uint32_t a = mesh_.triangles[t][k], b = mesh_.triangles[t][after(k)];
+        if (a != from && b != from) beyond[0] = across_[t][k];
+        if (a != to && b != to) beyond[1] = across_[t][k];
+      }
+      relink(beyond[0], t, beyond[1]);
+      relink(beyond[1], t, beyond[0]);
+      take_out(t);
+    }
+    for (std::size_t k = 0; k < moving.size(); ++k) put(moving[k], moved[k]);
     return true;
   }
 
@@ -128,11 +155,11 @@ class Flipper {
     const auto same = [](std::int32_t p, std::int32_t q, std::int32_t line) { return p == line && q == line; };
     return same(mesh_.x[a], mesh_.x[b], 0) || same(mesh_.x[a], mesh_.x[b], mesh_.side) || same(mesh_.y[a], mesh_.y[b], 0) || same(mesh_.y[a], mesh_.y[b], mesh_.side);
   }
-  bool has_room(std::uint32_t v) const { return valence_[v] + 1 <= most_neighbours(mesh_, v, kWeldedCaps); }
+  std::size_t valence(std::uint32_t v) const { return around_[v].size() + (sides_of(mesh_, v) > 0 ? 1 : 0); }
+  bool has_room(std::uint32_t v) const { return valence(v) + 1 <= most_neighbours(mesh_, v, kWeldedCaps); }
 
   /// The first of its edges that may be turned, the longest first.
   bool flip_one(std::uint32_t t) {
-    const auto across = neighbours(mesh_.triangles);
     const auto c = corners(mesh_.triangles[t]);
     std::array<unsigned, 3> edge{0, 1, 2};
     const auto long2 = [&](unsigned k) {
@@ -140,19 +167,26 @@ class Flipper {
       return dx * dx + dy * dy;
     };
     std::sort(edge.begin(), edge.end(), [&](unsigned a, unsigned b) { return long2(a) > long2(b); });
-    return std::any_of(edge.begin(), edge.end(), [&](unsigned k) { return flip(t, k, across[t][k]); });
+    return std::any_of(edge.begin(), edge.end(), [&](unsigned k) { return flip(t, k); });
   }
-  bool flip(std::uint32_t t, unsigned k, std::uint32_t other) {
+  bool flip(std::uint32_t t, unsigned k) {
+    const std::uint32_t other = across_[t][k];
     if (other == kNoTriangle) return false;
     const Triangle here = mesh_.triangles[t], there = mesh_.triangles[other];
     const std::uint32_t a = here[k], b = here[after(k)], apex = here[before(k)];
-    const std::uint32_t beyond = there[0] != a && there[0] != b ? there[0] : there[1] != a && there[1] != b ? there[1] : there[2];
+    const unsigned j = there[0] == b ? 0 : there[1] == b ? 1 : 2;  // it runs from b to a, then to what is beyond
+    const std::uint32_t beyond = there[before(j)];
     const Triangle first{apex, a, beyond}, second{beyond, b, apex};
     if (!is_published(here) || !is_published(there) || !is_published(first) || !is_published(second)) return false;
-    if (!has_room(apex) || !has_room(beyond) || valence_[a] <= 3 || valence_[b] <= 3 || !fits(first) || !fits(second)) return false;
-    mesh_.triangles[t] = first;
-    mesh_.triangles[other] = second;
-    --valence_[a], --valence_[b], ++valence_[apex], ++valence_[beyond];
+    if (!has_room(apex) || !has_room(beyond) || valence(a) <= 3 || valence(b) <= 3 || !fits(first) || !fits(second)) return false;
+    const std::uint32_t b_apex = across_[t][after(k)], apex_a = across_[t][before(k)];
+    const std::uint32_t a_beyond = across_[other][after(j)], beyond_b = across_[other][before(j)];
+    put(t, first);
+    put(other, second);
+    across_[t] = {apex_a, a_beyond, other};
+    across_[other] = {beyond_b, b_apex, t};
+    relink(a_beyond, other, t);
+    relink(b_apex, t, other);
     return true;
   }
 
@@ -160,7 +194,10 @@ class Flipper {
   const Upright& upright_;
   const ErrorMeter& meter_;
   const double limit_m_;
-  std::vector<std::uint32_t> valence_;
+  std::vector<std::array<std::uint32_t, 3>> across_;    ///< indexed by triangle: see neighbours()
+  std::vector<std::vector<std::uint32_t>> around_;      ///< indexed by vertex: its triangles
+  std::vector<std::uint32_t> turned_;                   ///< triangles that are, ascending
+  std::vector<std::uint8_t> is_turned_;                 ///< indexed by triangle
 };
 
 }  // namespace

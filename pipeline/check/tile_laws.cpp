@@ -149,27 +149,27 @@ std::size_t lines_at_pole(const DecodedDrc& mesh, const TileBytes& bytes) {
   return static_cast<std::size_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) { return at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]) > 1; }));
 }
 
-/// Seen along the ellipsoid's normal at each corner. A triangle with a corner at a pole may be seen from anywhere, but it may not have two, unless
-/// the tile has no other. In the row of tiles at a pole single triangles are left, along rims that run aslant to the meridians.
+/// Seen along the ellipsoid's normal at each corner every triangle is the right way up, but for those within a pole's own row of the level's cells,
+/// where columns may be closer than any step. None has two corners at a pole, unless the tile has no other.
 void check_orientation(const DecodedGlb& mesh, const proto::TileAddress& tile, Findings& findings) {
+  const double cell_rad = std::numbers::pi / (static_cast<double>(proto::kTileCells) * proto::tiles_up(tile.z));
   std::vector<Vec3> up;
-  up.reserve(mesh.points.size());
+  std::vector<std::uint8_t> in_pole_row;
   for (const Vec3& p : mesh.points) {
     const Geodetic at = geodetic(p);
     up.push_back({std::cos(at.latitude) * std::cos(at.longitude), std::cos(at.latitude) * std::sin(at.longitude), std::sin(at.latitude)});
+    in_pole_row.push_back(std::numbers::pi / 2 - std::abs(at.latitude) < 1.001 * cell_rad ? 1 : 0);
   }
   std::size_t turned = 0, lines = 0;
   for (const Triangle& t : mesh.triangles) {
     const auto at_pole = [&](std::uint32_t v) { return mesh.points[v].x == 0 && mesh.points[v].y == 0; };
-    const int corners_there = at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]);
-    if (corners_there > 1) ++lines;
-    if (corners_there > 0) continue;
+    if (at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]) > 1) ++lines;
+    if (std::all_of(t.begin(), t.end(), [&](std::uint32_t v) { return in_pole_row[v] != 0; })) continue;
     const Vec3 normal = cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]);
     if (std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return !(dot(normal, up[v]) > 0); })) ++turned;
   }
   const std::string where = name_of(tile);
-  const bool polar = tile.y == 0 || tile.y + 1 == proto::tiles_up(tile.z);
-  if (turned > 0 && !polar) findings.add(where, std::to_string(turned) + " triangles of its .glb are upside down, seen along the normal");
+  if (turned > 0) findings.add(where, std::to_string(turned) + " triangles of its .glb are upside down, seen along the normal");
   if (lines > 0 && lines < mesh.triangles.size()) findings.add(where, std::to_string(lines) + " triangles of its .glb have two corners at a pole");
 }
 

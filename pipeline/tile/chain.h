@@ -48,7 +48,7 @@ struct ChainRule {
   /// Void vertices at multiples of this stay: nobody sees them, and dense rims beside an edge need something to hold on to. Twice as much
   /// a level upwards, so that chains stay nested. 0: one vertex a run.
   std::int32_t void_gap_units = 0;
-  /// The same on a pole's row, which is one point, for all vertices: the row beside it is all around it.
+  /// The same on a pole's row, which is one point, for all vertices: the row beside it is all around it, and no vertex can have it all.
   std::int32_t pole_gap_units = 1;
 };
 

@@ -8,6 +8,7 @@
 #include "gpu/refine/height_step.h"
 #include "gpu/measure/sample_meter.h"
 #include "gpu/measure/upright.h"
+#include "gpu/measure/upright_flips.h"
 #include "gpu/refine/thin.h"
 #include "pipeline/bound/composed_error.h"
 #include "pipeline/bound/loose.h"
@@ -18,6 +19,13 @@ namespace {
 
 gpu::Upright upright_of(const LevelContext& context, const BuiltTile& built) {
   return gpu::Upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
+}
+
+/// In a tile at a pole, collapses make fans of needles that plan has the right way up and space has not. A vertex more in each makes them thinner;
+/// turning their edges first does not. Errors are for refinement to mend.
+void stand_up(BuiltTile& built, const gpu::Upright& upright, const gpu::ErrorMeter& meter) {
+  const bool at_pole = built.tile.y == 0 || built.tile.y + 1 == proto::tiles_up(built.tile.z);
+  if (at_pole) gpu::flip_turned(built.mesh, upright, meter, INFINITY);
 }
 
 /// Ascending lists as one.
@@ -39,10 +47,11 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
   input.frames = context.frames;
   limit_m -= gpu::kGrace_m;
   const gpu::Upright upright = upright_of(context, built);
+  const std::int32_t step = height_step(*context.level);
+  const gpu::SampleMeter samples(input, step);
+  stand_up(built, upright, samples);
   if (context.promise) {
     const std::vector<std::uint32_t> over = both(gpu::triangles_over(input, limit_m), gpu::turned_triangles(upright, built.mesh));
-    const std::int32_t step = height_step(*context.level);
-    const gpu::SampleMeter samples(input, step);
     const gpu::UprightMeter in_space(samples, upright);
     const gpu::SteppedMeter meter(in_space, step);
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m, over, SIZE_MAX).inserted;
@@ -67,6 +76,7 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   const gpu::UprightMeter in_space(nearer, upright);
   const std::int32_t step = height_step(*context.level);
   const gpu::SteppedMeter errors(nearer, step), meter(in_space, step);
+  stand_up(built, upright, nearer);
   const double left_m = std::max(limit_m, truth.least_m() + kLeastStepShare * limit_m);
   std::vector<std::uint32_t> over, still_over;
   double greatest_m = greatest_error_m(errors, built.mesh, left_m, over);

@@ -26,6 +26,9 @@ namespace {
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
 constexpr int kAttempts = 20;  // to empty the border of what its chain dropped
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
+// Between vertices of a pole's row, of the level's cells. Each must have triangles of its own, and they fill up the vertices around the pole: with
+// one a cell, needles were left between these that no edge could part. With one in 32, single ones were left.
+constexpr std::int64_t kPoleGapCells = 16;
 // Of these, how many make the inside denser. Where that does not help, corners are full of it: the others make it sparser, rims too, and
 // refinement puts back what the promise needs.
 constexpr int kCarefulAttempts = 6;
@@ -70,7 +73,7 @@ ChainRule chain_rule(const LevelContext& context) {
   rule.tolerance_m = context.level->chain_tolerance();
   rule.rim_units = static_cast<std::int32_t>(context.level->rim_tolerance());
   rule.void_gap_units = void_gap(context, static_cast<int>(context.level->level()));
-  rule.pole_gap_units = static_cast<std::int32_t>(context.lattice->cell_units(static_cast<int>(context.level->level())));
+  rule.pole_gap_units = static_cast<std::int32_t>(kPoleGapCells * context.lattice->cell_units(static_cast<int>(context.level->level())));
   return rule;
 }
 

@@ -121,6 +121,14 @@ TEST(laws, no_lines_at_a_pole) {
   EXPECT_THAT(space_violation(surface_of(cap)), Optional(HasSubstr("two corners at a pole")));
   cap.u = {0, 64, 32}, cap.v = {40, 40, 64}, cap.triangles = {{0, 1, 2}};
   EXPECT_EQ(space_violation(surface_of(cap)), std::nullopt);
+  // In plan the pole is east of what is a meridian, and then a line that runs a little east of the pole.
+  cap.u = {16, 16, 48}, cap.v = {60, 40, 64};
+  EXPECT_EQ(plan_violation(cap, Holes::allowed), std::nullopt);
+  EXPECT_THAT(space_violation(surface_of(cap)), Optional(HasSubstr("1 triangles are upside down")));
+  EXPECT_EQ(space_violation(surface_of(cap), 24 * 45.0 / 64 + 0.001), std::nullopt) << "all of it";
+  EXPECT_NE(space_violation(surface_of(cap), 24 * 45.0 / 64 - 0.001), std::nullopt);
+  cap.u = {17, 16, 48};
+  EXPECT_THAT(space_violation(surface_of(cap)), Optional(HasSubstr("1 triangles are upside down")));
 }
 
 TEST(laws, cover) {

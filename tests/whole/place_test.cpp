@@ -1,9 +1,13 @@
 // Places where lattices break: the antimeridian, the poles, far projections. And rough ground on many seeds.
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
+#include "pipeline/build/build.h"
+#include "pipeline/check/check.h"
+#include "tests/whole/dem.h"
 #include "tests/whole/judge.h"
 
 namespace cordillera::whole {
@@ -62,6 +66,49 @@ TEST_P(Pole, is_one_point) {
     EXPECT_TRUE(height.has_value()) << "level " << z;
   }
 }
+/// 2,400 km across, relief and noise: parallels turn within a triangle, and each vertex matters.
+Dem cap(const std::string& crs) {
+  Dem dem;
+  dem.columns = dem.rows = 120;
+  dem.geotransform = {-1200000, 20000, 0, 1200000, 0, -20000};
+  dem.crs = crs;
+  const HeightOf noise = rough(5);
+  dem.height = [noise](int c, int r) { return 1500 + 1500 * std::sin(0.07 * c + 0.02 * r) * std::cos(0.06 * r - 0.01 * c) + 0.1 * noise(c, r); };
+  return dem;
+}
+TEST_P(Pole, nothing_is_upside_down_on_a_cap) { EXPECT_THAT(judge(build_dem(cap(GetParam()), with_error(60)), {20000, 0}), IsEmpty()); }
+
+TEST_P(Pole, a_cap_is_sound_beside_its_raster) {
+  const Folder folder;
+  write(cap(GetParam()), folder.path("dem.tif"));
+  pipeline::BuildRequest request;
+  request.raster_path = folder.path("dem.tif");
+  request.raster_name = "dem.tif";
+  request.id = "cap";
+  request.store_path = folder.path("cap.sqlite");
+  request.options = with_error(60);
+  const std::atomic<bool> stop = false;
+  const auto built = pipeline::build(request, nullptr, stop);
+  ASSERT_TRUE(built.ok()) << built.problem().line();
+  const auto report = pipeline::check::check_store(request.store_path, request.raster_path);
+  ASSERT_TRUE(report.ok()) << report.problem().line();
+  for (const auto& finding : report->findings.kept()) ADD_FAILURE() << finding.where << ": " << finding.what;
+  EXPECT_EQ(report->unmeasured, 0u);
+  EXPECT_GT(report->measured, 10u);
+}
+
+// Columns are far closer than pixels of this raster are long, and each of its columns is another one.
+TEST(place, a_plate_up_to_a_pole) {
+  Dem dem;
+  dem.columns = dem.rows = 100;
+  dem.geotransform = {10, 0.1, 0, 90, 0, -0.1};
+  const HeightOf noise = rough(9);
+  dem.height = [noise](int c, int r) { return 3000 + noise(c, r) + 300 * std::sin(2.0 * c); };
+  proto::BuildOptions options = with_error(60);
+  options.set_pixels("lattice");  // what a vertex of the lattice is, the raster alone says
+  EXPECT_THAT(judge(build_dem(dem, options), {20000, 0}), IsEmpty());
+}
+
 INSTANTIATE_TEST_SUITE_P(place, Pole, testing::Values("EPSG:3413", "EPSG:3031"));
 
 TEST(place, rotated_in_utm) {
