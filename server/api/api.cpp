@@ -46,7 +46,7 @@ Response preflight(Resource resource, Foreign pages) {
   response.set("Access-Control-Allow-Methods", all ? allowed_methods(resource) : "GET, HEAD, OPTIONS");
   std::string headers = kReadingHeaders;
   if (pages == Foreign::writes) headers.append(", ").append(kWritingHeaders);
-  else if (asked_by_post) headers.append(", Content-Type");
+  else headers.append(asked_by_post ? ", Prefer, Content-Type" : ", Prefer");
   response.set("Access-Control-Allow-Headers", headers);
   response.set("Access-Control-Max-Age", "86400");
   return response;
@@ -163,6 +163,7 @@ struct Api::Asked {
   Route route;
   std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
   std::uint64_t received = 0;
+  std::string body;                 ///< of a query that may wait: it is asked again
   std::shared_ptr<void> in_flight;  ///< counted as long as it lives
 };
 
@@ -175,9 +176,11 @@ Response Api::handle(Request request) {
   asked->route = route_meant(asked->request);
   const LogScope scope("request", asked->request.id);
   if (auto& read = asked->request.read_body) {
-    read = [counted = std::move(read), counter = &asked->received](const Request::Sink& sink) {
+    const bool keeps = asked->route.resource == Resource::elevation && asked->request.headers.contains("prefer");
+    read = [counted = std::move(read), to = asked.get(), keeps](const Request::Sink& sink) {
       return counted([&](std::string_view piece) {
-        *counter += piece.size();
+        to->received += piece.size();
+        if (keeps) to->body.append(piece);
         return sink(piece);
       });
     };
@@ -218,6 +221,7 @@ Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
     };
     return response;
   }
+  if (response.anew) return asked_anew(asked, std::move(response));
   const Route& route = asked->route;
   if (route.resource == Resource::face && route.found.resource->links == pipeline::faces::Links::tile_templates) make_absolute(asked->request, response);
   mark_variants(response);
@@ -226,6 +230,22 @@ Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - asked->start;
   finish(service_, {asked->request, route, asked->received, took.count()}, response);
   return response;
+}
+
+/// Who may what and which datasets there are is looked up once more: it may be minutes later.
+Response Api::asked_anew(const std::shared_ptr<Asked>& asked, Response response) {
+  Response put_off;
+  put_off.rest = [this, asked, told = std::move(response.headers)] {
+    const LogScope scope("request", asked->request.id);
+    asked->request.waited = true;
+    asked->request.read_body = [whole = asked.get()](const Request::Sink& sink) {
+      return whole->body.empty() || sink(whole->body);
+    };
+    Response come = answer(asked->request, asked->route);
+    come.headers.insert(come.headers.end(), told.begin(), told.end());
+    return finished(asked, std::move(come));
+  };
+  return put_off;
 }
 
 void Api::given_again(const Request& request, const metrics::KeptCounts& counts, Response& response) {

@@ -1,8 +1,11 @@
 #pragma once
 // The HTTP API as a function: Request -> Response. Thread-safe. What waits for a build gives a Response that is asked again.
+#include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/http/json.h"
 #include "server/http/message.h"
@@ -34,6 +37,7 @@ class Api {
   Response answer(Request& request, const Route& route);
   struct Asked;
   Response finished(const std::shared_ptr<Asked>& asked, Response response);
+  Response asked_anew(const std::shared_ptr<Asked>& asked, Response response);
   Response dispatch(const Request& request, const Route& route);
   Response of_dataset(const Request& request, const Route& route);
   Response remove(const Request& request, const Dataset& dataset);
@@ -86,6 +90,31 @@ Opened open_published(Service& service, const Dataset& dataset, const Route& rou
 Opened open_readable(Service& service, const Dataset& dataset, const Route& route);
 /// Of a document or a tile: for ever below a version; else a client asks each time, and what has not changed costs it a 304.
 const char* cache_control(const Route& route);
+
+/// How long a request may wait for what is still to be made: as its Prefer says, within the operator's limit, or else so long.
+struct MayWait {
+  std::chrono::seconds longest{0};
+  bool preferred = false;  ///< the client says so itself
+};
+/// A problem: Prefer cannot be read.
+proto::Result<MayWait> may_wait(Service& service, const Request& request);
+
+/// Tiles that one request looks at; it looks at others when these are made.
+inline constexpr std::size_t kMostLooks = 64;
+/// What a request waits for, of a dataset that is being built.
+struct Awaited {
+  std::vector<proto::TileAddress> tiles;  ///< that are looked at for as long
+  /// Of what is shown of the dataset: whether it still lacks something of that. shown: null where nothing is shown yet.
+  std::function<bool(const Dataset& dataset, const proto::Manifest* shown)> lacks;
+};
+/// An answer that is still to come: when all is there the API is asked anew, and when the time is over it is not_made_yet().
+/// None: the request is not to wait, has waited, or too many do.
+std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,
+                                 Awaited awaited);
+/// 503, and when to ask again.
+Response not_made_yet(const Dataset& dataset);
+/// Whether a tile is still to come in its final form. Of a lazy dataset those above all blocks are not: no look makes them.
+bool is_to_come(const Dataset& dataset, const proto::Manifest* shown, const proto::TileAddress& tile);
 
 /// The manifest and the faces of a dataset that is ready, or provisional ones.
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route);

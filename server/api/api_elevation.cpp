@@ -39,16 +39,31 @@ Json place_json(const pipeline::faces::Terrain& terrain, const raster::LinePoint
   return json;
 }
 
-/// Blocks there are made next. The last of many places alone, as of tiles.
-void look_at_places(Service& service, const Dataset& dataset, const proto::Manifest& shown, const std::vector<raster::LinePoint>& places) {
-  constexpr std::size_t kMostPlaces = 64;
-  const int level = static_cast<int>(shown.max_level());
-  std::optional<proto::TileAddress> last;  // a line has many places in each
-  for (std::size_t k = places.size() - std::min(places.size(), kMostPlaces); k < places.size(); ++k) {
-    const proto::TileAddress tile = tile_at(places[k], level);
-    if (last != tile) service.queue().look(dataset, tile, shown);
-    last = tile;
-  }
+/// The blocks that the places are in, each once; where nobody knows yet how large these are, tiles that lie in one each.
+std::vector<proto::TileAddress> tiles_at(const std::vector<raster::LinePoint>& places, const proto::Manifest& shown) {
+  const int level = shown.has_done_blocks() ? static_cast<int>(shown.done_blocks().level()) : proto::kMaxLevel;
+  std::vector<proto::TileAddress> tiles;
+  for (const raster::LinePoint& place : places) tiles.push_back(tile_at(place, level));
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  return tiles;
+}
+
+/// Blocks there are made next. Gives those that are still to come.
+std::vector<proto::TileAddress> look_at_places(Service& service, const Dataset& dataset, const proto::Manifest& shown,
+                                               const std::vector<raster::LinePoint>& places, JobQueue::Who who) {
+  std::vector<proto::TileAddress> tiles = tiles_at(places, shown);
+  std::erase_if(tiles, [&](const proto::TileAddress& tile) { return !is_to_come(dataset, &shown, tile); });
+  for (std::size_t k = 0; k < std::min(tiles.size(), kMostLooks); ++k) service.queue().look(dataset, tiles[k], shown, who);
+  return tiles;
+}
+
+Awaited awaited(std::vector<proto::TileAddress> tiles) {
+  const auto lacks = [tiles](const Dataset& dataset, const proto::Manifest* shown) {
+    return std::any_of(tiles.begin(), tiles.end(),
+                       [&](const proto::TileAddress& tile) { return is_to_come(dataset, shown, tile); });
+  };
+  return {std::move(tiles), lacks};
 }
 
 }  // namespace
@@ -60,6 +75,16 @@ Response elevation(Service& service, const Dataset& dataset, const Request& requ
   const proto::Manifest& manifest = terrain.manifest();
   const auto query = elevation_query(request, static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level()));
   if (!query) return problem_response(query.problem());
+  const bool sharpens = manifest.provisional() && route.version.empty();
+  const auto wait = may_wait(service, request);
+  if (sharpens && !wait) return problem_response(wait.problem());
+  if (sharpens) {
+    auto to_come =
+        look_at_places(service, dataset, manifest, query->places, wait->preferred ? JobQueue::Who::waits : JobQueue::Who::passes);
+    const bool waits = wait->preferred && !to_come.empty();
+    if (auto later = waits ? wait_for(service, request, dataset, *wait, awaited(std::move(to_come))) : std::nullopt)
+      return std::move(*later);
+  }
   const int level = query->level.value_or(static_cast<int>(manifest.max_level()));
   std::vector<Json> points(query->places.size());
   for (const std::size_t k : by_tile(query->places, level)) points[k] = place_json(terrain, query->places[k], level, query->line);
@@ -75,9 +100,7 @@ Response elevation(Service& service, const Dataset& dataset, const Request& requ
   Response response = json_response(200, json);
   response.set("Cache-Control", request.method == "POST" ? "no-store" : cache_control(route));
   if (request.method != "POST") response.set("ETag", quoted(pipeline::faces::document(response.body).etag));
-  if (!manifest.provisional()) return response;
-  mark_provisional(response);
-  look_at_places(service, dataset, manifest, query->places);
+  if (manifest.provisional()) mark_provisional(response);
   return response;
 }
 

@@ -27,6 +27,7 @@ void look_around(Service& service) {
   all.uploads.set(static_cast<double>(service.admission().in_use().uploads));
   all.datasets_damaged.set(static_cast<double>(service.library().damaged_count()));
   all.waiting.set(service.waiting());
+  all.tile_waiting.set(service.waiting(Service::WaitsFor::tiles));
   const FrontCounts front = service.front();
   all.connections.set(static_cast<double>(front.connections));
   all.unsent_bytes.set(static_cast<double>(front.unsent_bytes));
@@ -110,11 +111,13 @@ Response limits_in_effect(Service& service) {
   };
   add("jobs", service.settings().serve.jobs, "builds", "builds that run at the same time");
   add("waiting_clients", kMostWaiting, "clients", "clients that may wait for progress");
+  add("waiting_for_tiles", kMostWaitingForTiles, "requests", "requests that may wait for tiles which are still to be made");
   json["in_use"] = {{"max_datasets", now.datasets},
                     {"max_queue", now.queue},
                     {"max_uploads", now.uploads},
                     {"max_unsent", service.front().unsent_bytes >> 20},
-                    {"waiting_clients", service.waiting()}};
+                    {"waiting_clients", service.waiting()},
+                    {"waiting_for_tiles", service.waiting(Service::WaitsFor::tiles)}};
   return not_cached(json_response(200, json));
 }
 

@@ -45,6 +45,14 @@ pipeline::faces::Zooms zooms(const proto::Manifest& manifest, const pipeline::fa
   return extent ? zooms_of(manifest, *extent) : pipeline::faces::Zooms{0, -1};
 }
 
+/// Levels or zooms at which there may be tiles of a resource.
+pipeline::faces::Zooms levels_of(const proto::Manifest& manifest, const pipeline::faces::Resource& tiles) {
+  using pipeline::faces::Grid;
+  const bool mercator = tiles.grid == Grid::web_mercator || tiles.grid == Grid::web_mercator_south;
+  return mercator ? zooms(manifest, tiles)
+                  : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
+}
+
 Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& found) {
   if (found.resource->absent == pipeline::faces::Absent::no_content) {
     Response nothing;
@@ -54,7 +62,7 @@ Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& 
   const auto& [root, z, x, y, ramp, interval, normals] = found.place;
   using pipeline::faces::Grid;
   const bool north = found.resource->grid == Grid::web_mercator, mercator = north || found.resource->grid == Grid::web_mercator_south;
-  const auto [least, most] = mercator ? zooms(manifest, *found.resource) : pipeline::faces::Zooms{static_cast<int>(manifest.min_level()), static_cast<int>(manifest.max_level())};
+  const auto [least, most] = levels_of(manifest, *found.resource);
   const bool inside = z >= least && z <= most;
   const std::string so_far = manifest.provisional() ? "while the dataset is being built, " : "";
   std::string accepted = so_far + (mercator ? "zooms " : "levels ") + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
@@ -153,6 +161,44 @@ std::optional<proto::TileAddress> on_lattice(pipeline::faces::Grid grid, const p
   return proto::TileAddress{level, static_cast<std::int32_t>(east_deg * tiles_a_degree), static_cast<std::int32_t>(north_deg * tiles_a_degree)};
 }
 
+constexpr std::string_view kSubtree = ".subtree";  // says which tiles there are now, and waits for none
+
+/// The tile where the path's is, or of a subtree its root.
+std::optional<proto::TileAddress> tile_of(const Route& route) {
+  if (route.resource != Resource::face) return std::nullopt;
+  const auto& [resource, place] = route.found;
+  const auto tile = pipeline::faces::inside(resource->grid, place) ? on_lattice(resource->grid, place) : std::nullopt;
+  return tile && tile->z > 0 ? tile : std::nullopt;
+}
+
+/// Whether the tile's final form is still to come. Where the levels are known, those finer than all are not waited for.
+bool lacks(const Dataset& dataset, const proto::Manifest* shown, const Route& route, const proto::TileAddress& tile) {
+  const bool offered =
+      shown == nullptr || !shown->has_done_blocks() || route.found.place.z <= levels_of(*shown, *route.found.resource).last;
+  return offered && is_to_come(dataset, shown, tile);
+}
+
+Awaited awaited(const Route& route, const proto::TileAddress& tile) {
+  return {{tile},
+          [route, tile](const Dataset& dataset, const proto::Manifest* shown) { return lacks(dataset, shown, route, tile); }};
+}
+
+/// Whether what stands there has the bytes that it has for good: of a done block what is made of the tile alone. Textures of
+/// normals are made of finer tiles, too.
+bool is_final(const proto::Manifest& shown, const Request& request, const Route& route, const proto::TileAddress& tile) {
+  return route.found.resource->tag != nullptr && asked(request, "normals") != "texture" && is_in_done_block(shown, tile);
+}
+
+/// What a dataset, finished or not, has for a route.
+Response of_terrain(const std::shared_ptr<const pipeline::faces::Terrain>& terrain, const Request& request, const Route& route) {
+  Response response =
+      route.resource == Resource::face
+          ? face(*terrain, request, route)
+          : answer(pipeline::faces::document(pipeline::manifest_json(terrain->manifest())), "application/json", route);
+  if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(terrain);
+  return response;
+}
+
 std::optional<Response> not_ready(const Dataset& dataset) {
   if (dataset.state == State::ready) return std::nullopt;
   if (dataset.state == State::failed) {
@@ -207,18 +253,32 @@ Opened open_readable(Service& service, const Dataset& dataset, const Route& rout
 
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
   const Opened opened = open_readable(service, dataset, route);
-  if (!opened.terrain) return opened.refusal;
-  Response response = route.resource == Resource::face
-                          ? face(*opened.terrain, request, route)
-                          : answer(pipeline::faces::document(pipeline::manifest_json(opened.terrain->manifest())), "application/json", route);
-  if (response.shared && is_compressible(response.header("Content-Type"))) response.keep = keep_in(opened.terrain);
-  if (!opened.terrain->manifest().provisional()) return response;
-  mark_provisional(response);
-  // Of a lazy dataset, a tile that is not there yet is a look, too.
-  const bool looks = response.status == 200 || (response.status == 404 && is_lazy(dataset));
-  if (route.resource != Resource::face || !looks) return response;
-  const auto tile = on_lattice(route.found.resource->grid, route.found.place);
-  if (tile && tile->z > 0) service.queue().look(dataset, *tile, opened.terrain->manifest());
+  if (opened.terrain && !opened.terrain->manifest().provisional()) return of_terrain(opened.terrain, request, route);
+  const bool unfinished = dataset.state == State::queued || dataset.state == State::running;
+  const auto tile = unfinished && route.version.empty() ? tile_of(route) : std::nullopt;
+  const auto wait = may_wait(service, request);
+  if (!wait) return problem_response(wait.problem());
+  const auto later = [&]() -> std::optional<Response> {
+    if (!tile || route.found.resource->path.ends_with(kSubtree)) return std::nullopt;
+    return wait_for(service, request, dataset, *wait, awaited(route, *tile));
+  };
+  if (!opened.terrain) {
+    auto put_off = wait->preferred ? later() : std::nullopt;
+    return put_off ? std::move(*put_off) : opened.refusal;
+  }
+  const proto::Manifest& shown = opened.terrain->manifest();
+  const bool to_come = tile && lacks(dataset, &shown, route, *tile);
+  const auto who = wait->preferred ? JobQueue::Who::waits : JobQueue::Who::passes;
+  if (to_come) service.queue().look(dataset, *tile, shown, who);  // a tile that is not there yet, too
+  if (to_come && wait->preferred) {
+    if (auto put_off = later()) return std::move(*put_off);
+  }
+  Response response = of_terrain(opened.terrain, request, route);
+  if (to_come && response.status == 404 && is_lazy(dataset) && !route.found.resource->path.ends_with(kSubtree)) {
+    auto put_off = later();
+    return put_off ? std::move(*put_off) : not_made_yet(dataset);
+  }
+  if (!tile || !is_final(shown, request, route, *tile)) mark_provisional(response);
   return response;
 }
 

@@ -90,6 +90,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void answered();
   void report(bool whole);
   void make_answer();
+  void make_rest(std::function<Response()> rest);
   void give_up(const char* why);
 
   /// From another thread: does it on the loop's.

@@ -45,7 +45,8 @@ void Connection::respond(Response response) {
     stream_share_ = shared_.streams.take(client_, shared_.limits.streams_per_client);
     if (!stream_share_) {
       return respond_with({"too-many-streams", "this address waits for too much at a time",
-                           "at most " + std::to_string(shared_.limits.streams_per_client) + " event streams and waiting posts", ""});
+                           "at most " + std::to_string(shared_.limits.streams_per_client) + " event streams and waiting requests",
+                           ""});
     }
   }
   if (response.later) {
@@ -53,6 +54,7 @@ void Connection::respond(Response response) {
     state_ = State::waiting;
     return ask_again();
   }
+  if (response.rest) return make_rest(std::move(response.rest));
   if (body_left) keep_ = false, linger_ = true;  // where the next request would begin is behind bytes that nobody reads
   if (shared_.stopping) keep_ = false;
   const bool head_only = request_.method == "HEAD" || is_bodiless(response.status);
@@ -89,6 +91,21 @@ void Connection::make_answer() {
   } catch (const std::exception&) {
     failed_ = true;  // no memory even for saying so: the loop sees it at its next look
   }
+}
+
+/// What waited long for its turn takes it like any other request, among the workers: the loop has other connections.
+void Connection::make_rest(std::function<Response()> rest) {
+  begun_ = false;
+  const auto taken = shared_.makers.run(client_, [self = shared_from_this(), rest = std::move(rest)] {
+    if (self->begun_.exchange(true)) return;
+    try {
+      self->later(
+          [self, response = rest_of(self->shared_, self->request_, rest)]() mutable { self->respond(std::move(response)); });
+    } catch (const std::exception&) {
+      self->failed_ = true;  // as above
+    }
+  });
+  if (taken != Workers::Taken::yes) respond_with({"service-busy", "the service has too much to do", "trying again later", ""});
 }
 
 /// Whether it has closed its side. It may read still, so it is answered; but it waits no longer, and its place is another's.

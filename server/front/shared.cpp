@@ -52,16 +52,16 @@ Response refusal(const proto::Problem& problem) {
   return response;
 }
 
-Response answer_of(Shared& shared, const Request& request) {
+namespace {
+
+/// Whatever is thrown becomes a problem.
+Response ready(Shared& shared, const Request& request, const std::function<Response()>& make) {
   keep_reserve();  // of the answer before, which may have found no memory
   if (!has_memory(kForARequest_bytes)) {
     return refusal({"service-busy", "the service has hardly any memory left", "asking again later, or starting it with more", ""});
   }
-  if (const auto range = request.header("range"); range && !is_range(*range)) {
-    return refusal({"range-invalid", "the Range header cannot be read", "bytes=FIRST-LAST, bytes=FIRST- or bytes=-LAST_SO_MANY; meshes and archives have ranges", "Range"});
-  }
   try {
-    Response response = shared.api.handle(request);
+    Response response = make();
     shared.coder.encode(request, response);
     if (response.same_while && takes_kept(request)) shared.kept.keep(request.path, response);
     return response;
@@ -69,6 +69,22 @@ Response answer_of(Shared& shared, const Request& request) {
     log_warning(request.method + " " + request.path.substr(0, 300) + ": " + error.what());
     return refusal({"internal", "the service failed to answer this request", "", ""});
   }
+}
+
+}  // namespace
+
+Response answer_of(Shared& shared, const Request& request) {
+  return ready(shared, request, [&] {
+    if (const auto range = request.header("range"); range && !is_range(*range)) {
+      return refusal({"range-invalid", "the Range header cannot be read",
+                      "bytes=FIRST-LAST, bytes=FIRST- or bytes=-LAST_SO_MANY; meshes and archives have ranges", "Range"});
+    }
+    return shared.api.handle(request);
+  });
+}
+
+Response rest_of(Shared& shared, const Request& request, const std::function<Response()>& rest) {
+  return ready(shared, request, rest);
 }
 
 }  // namespace cordillera::server::front

@@ -31,6 +31,8 @@ struct Shared {
 
 /// The API's answer, ready for the socket. Whatever is thrown becomes a problem.
 Response answer_of(Shared& shared, const Request& request);
+/// The rest of an answer that was put off, likewise.
+Response rest_of(Shared& shared, const Request& request, const std::function<Response()>& rest);
 /// The answer, if it was given to somebody lately and is the same for all; nothing: it has to be made.
 std::optional<Response> kept_answer(Shared& shared, const Request& request);
 /// Why nothing large is sent now.

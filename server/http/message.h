@@ -29,6 +29,7 @@ struct Request {
   std::string client;    ///< address of the other end of the connection
   std::string id;        ///< names the request in answers and logs; the API gives it
   access::Identity who;  ///< likewise
+  bool waited = false;   ///< for what it asks for: it is answered with what there is
 
   std::optional<std::string> header(const std::string& lower_case_name) const {
     const auto found = headers.find(lower_case_name);
@@ -59,6 +60,10 @@ struct Response {
   /// Instead of all else: an answer that is still to come, asked for in the same way.
   using Later = std::function<std::optional<Response>(Patience patience)>;
   Later later;
+  /// Instead of all else but headers: what was waited for may be there, and the API is asked once more. It then gives `rest`.
+  bool anew = false;
+  /// Instead of all else: makes the answer. It may take as long as any request, so not on the thread that asked `later`.
+  std::function<Response()> rest;
 
   const std::string& bytes() const { return shared ? *shared : body; }
   void set(const std::string& name, const std::string& value) { headers.emplace_back(name, value); }

@@ -65,6 +65,7 @@ const std::vector<ProblemKind>& table() {
       {"queue-full", 503, "The queue of builds is full"},
       {"storage-unreachable", 503, "The dataset's storage does not give it"},
       {"archive-not-ready", 503, "The archive is being made"},
+      {"tile-not-ready", 503, "The tile is still to be made"},
       {"service-busy", 503, "Too many clients are waiting"},
       {"http-version", 505, "Another version of HTTP"},
       {"datasets-full", 507, "No more datasets may be kept"},

@@ -1,29 +1,9 @@
 // The queue's part for tiles that people look at: which blocks are made next, and of a lazy dataset at all.
-#include <algorithm>
-
 #include "pipeline/store/store.h"
 #include "server/jobs/job_queue.h"
 #include "server/jobs/provisional.h"
 
 namespace cordillera::server {
-namespace {
-
-/// Whether a look at the tile changes anything: not above all blocks, beside them, nor where they are done.
-bool waits_for_block(const proto::Manifest& shown, const proto::TileAddress& tile) {
-  if (!shown.has_done_blocks()) return true;  // nobody knows yet where blocks lie
-  const proto::DoneBlocks& done = shown.done_blocks();
-  const int level = static_cast<int>(done.level());
-  const auto touched = touched_by_bounds(shown, level);
-  if (tile.z < level || !touched) return false;
-  const proto::TileAddress block = tile.at_level(level);
-  if (block.x < touched->west || block.x > touched->east || block.y < touched->south || block.y > touched->north) return false;
-  for (int k = 0; k < std::min(done.x_size(), done.y_size()); ++k) {
-    if (static_cast<std::int32_t>(done.x(k)) == block.x && static_cast<std::int32_t>(done.y(k)) == block.y) return false;
-  }
-  return true;
-}
-
-}  // namespace
 
 bool is_lazy(const Dataset& dataset) { return dataset.options.build() == kLazy; }
 
@@ -34,8 +14,9 @@ bool JobQueue::waits_for_looks(const Dataset& dataset) const {
   return shown.ok() && shown->has_done_blocks();
 }
 
-void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown) {
-  if (!is_lazy(dataset)) return looked_at_.note(dataset.id, tile, LookedAt::Tell::now_and_then);
+void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown, Who who) {
+  if (!is_lazy(dataset))
+    return looked_at_.note(dataset.id, tile, who == Who::waits ? LookedAt::Tell::now : LookedAt::Tell::now_and_then);
   if (!waits_for_block(shown, tile)) return;
   looked_at_.note(dataset.id, tile, LookedAt::Tell::now);
   if (dataset.state == State::queued) return;  // its turn comes, or another attempt
@@ -46,6 +27,11 @@ void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, cons
     if (running != running_.end() && !running->second.pauses) return;
   }
   enqueue({dataset.id, owner_of(dataset), 0});
+}
+
+void JobQueue::look_again(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown) {
+  if (!looked_at_.any_of(dataset.id, [&](const proto::TileAddress& other) { return other == tile; }))
+    look(dataset, tile, shown, Who::waits);
 }
 
 /// A lazy build whose job has ended: at the end of the queue, if somebody looked at a block that it has not come to.

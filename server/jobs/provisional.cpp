@@ -23,6 +23,29 @@ std::optional<TouchedTiles> touched_by_bounds(const proto::Manifest& manifest, i
                       last(manifest.bounds(3) + 90, up)};
 }
 
+bool is_in_done_block(const proto::Manifest& shown, const proto::TileAddress& tile) {
+  const proto::DoneBlocks& done = shown.done_blocks();
+  const int level = static_cast<int>(done.level());
+  if (!shown.has_done_blocks() || tile.z < level) return false;
+  const proto::TileAddress block = tile.at_level(level);
+  for (int k = 0; k < std::min(done.x_size(), done.y_size()); ++k) {
+    if (static_cast<std::int32_t>(done.x(k)) == block.x && static_cast<std::int32_t>(done.y(k)) == block.y) return true;
+  }
+  return false;
+}
+
+bool waits_for_block(const proto::Manifest& shown, const proto::TileAddress& tile) {
+  if (!shown.has_done_blocks()) return true;  // nobody knows yet where blocks lie
+  const int level = static_cast<int>(shown.done_blocks().level());
+  const auto touched = touched_by_bounds(shown, level);
+  if (tile.z < level || !touched) return false;
+  const proto::TileAddress block = tile.at_level(level);
+  const bool west_of = block.x < touched->west, east_of = block.x > touched->east;
+  const bool beside = touched->west <= touched->east ? west_of || east_of : west_of && east_of;  // these cross the antimeridian
+  if (beside || block.y < touched->south || block.y > touched->north) return false;
+  return !is_in_done_block(shown, tile);
+}
+
 Json tiles_json(const proto::Manifest& manifest) {
   Json levels = Json::array();
   for (int level = static_cast<int>(manifest.min_level()); level <= static_cast<int>(manifest.max_level()); ++level) {

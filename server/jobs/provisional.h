@@ -24,4 +24,9 @@ struct TouchedTiles {
 /// None: the manifest has no bounds.
 std::optional<TouchedTiles> touched_by_bounds(const proto::Manifest& manifest, int level);
 
+/// Whether the tile has its final bytes: its block is done.
+bool is_in_done_block(const proto::Manifest& shown, const proto::TileAddress& tile);
+/// Whether a look at the tile changes anything: not above all blocks, beside them, nor where they are done.
+bool waits_for_block(const proto::Manifest& shown, const proto::TileAddress& tile);
+
 }  // namespace cordillera::server

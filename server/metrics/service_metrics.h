@@ -57,6 +57,8 @@ class ServiceMetrics {
   Counter samples{"cordillera_build_samples_total", "Samples of the finest lattice that builds went through."};
   Counter versions{"cordillera_versions_total", "Changes of datasets' rasters that came to an end.", {"outcome"}};
   Histogram first_tile_seconds;
+  Histogram tile_wait_seconds;
+  Gauge tile_waiting{"cordillera_tile_waiting_requests", "Requests that wait for tiles which are still to be made."};
   Counter device_lost{"cordillera_build_device_lost_total", "Builds begun anew on the CPU because the GPU was lost."};
 
   // Reading.

@@ -163,20 +163,21 @@ void Service::read_ahead() {
   }
 }
 
-Token Service::wait_token() {
+Token Service::wait_token(WaitsFor what) {
+  const auto which = static_cast<std::size_t>(what);
   const std::lock_guard lock(mutex_);
-  if (waiting_ >= kMostWaiting) return nullptr;
-  ++waiting_;
-  return Token(this, [](void* service) {
+  if (waiting_[which] >= (what == WaitsFor::tiles ? kMostWaitingForTiles : kMostWaiting)) return nullptr;
+  ++waiting_[which];
+  return Token(this, [which](void* service) {
     auto* self = static_cast<Service*>(service);
     const std::lock_guard inner(self->mutex_);
-    --self->waiting_;
+    --self->waiting_[which];
   });
 }
 
-int Service::waiting() const {
+int Service::waiting(WaitsFor what) const {
   const std::lock_guard lock(mutex_);
-  return waiting_;
+  return waiting_[static_cast<std::size_t>(what)];
 }
 
 Token Service::key_token(const std::string& owner, const std::string& idempotency_key) {

@@ -1,5 +1,7 @@
 #pragma once
 // Everything the API works on, opened together.
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <set>
@@ -62,9 +64,10 @@ class Service {
   ListTexts& list_texts() { return list_texts_; }
   ArchiveFiles& archive_files() { return *archive_files_; }
 
-  /// Refuses when too many clients wait already (event streams, Prefer: wait).
-  Token wait_token();
-  int waiting() const;
+  /// Refuses when too many wait for the same already. progress: event streams, and posts with Prefer: wait.
+  enum class WaitsFor : std::uint8_t { progress, tiles };
+  Token wait_token(WaitsFor what = WaitsFor::progress);
+  int waiting(WaitsFor what = WaitsFor::progress) const;
   /// Refuses while another request of this owner with the same key is under way.
   Token key_token(const std::string& owner, const std::string& idempotency_key);
 
@@ -100,11 +103,11 @@ class Service {
   std::thread reading_ahead_;
   std::function<FrontCounts()> front_;  ///< set before the first request
   mutable std::mutex mutex_;
-  int waiting_ = 0;
+  std::array<int, 2> waiting_{};                        ///< by WaitsFor
   std::set<std::pair<std::string, std::string>> keys_;  ///< with their owners
 };
 
-/// Clients that may wait for progress at the same time.
-inline constexpr int kMostWaiting = 512;
+/// Clients that may wait for progress at the same time, and requests that may wait for tiles.
+inline constexpr int kMostWaiting = 512, kMostWaitingForTiles = 512;
 
 }  // namespace cordillera::server

@@ -222,9 +222,10 @@ class TestService {
     eventually([&] {
       if (!response.later) return true;
       if (auto come = response.later(Patience::more)) response = std::move(*come);
+      if (response.rest) response = response.rest();
       return !response.later;
     });
-    return response;
+    return plain(std::move(response));
   }
   /// Files and folders below data/incoming and data/datasets. A folder that goes while it is counted is gone.
   std::size_t leftovers() const {

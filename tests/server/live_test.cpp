@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include "front_fixture.h"
 #include "program_fixture.h"
 #include "server/jobs/provisional.h"
 
 namespace cordillera::server {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -154,6 +156,175 @@ TEST_F(Live, MetricsHaveTheTimeToTheFirstTile) {
   EXPECT_TRUE(eventually([&] { return test_.service().metrics().text().find("cordillera_first_tile_seconds_count{kind=\"final\"} 1") != std::string::npos; }));
 }
 
+TEST(LiveBlocks, ALookCountsWhereABlockIsToBeMade) {
+  proto::Manifest shown;
+  for (const double value : {170.0, -10.0, -170.0, 10.0, 0.0, 100.0}) shown.add_bounds(value);  // across the antimeridian
+  EXPECT_TRUE(waits_for_block(shown, {5, 0, 0})) << "nobody knows yet where blocks lie";
+  shown.mutable_done_blocks()->set_level(5);
+  shown.mutable_done_blocks()->add_x(0);
+  shown.mutable_done_blocks()->add_y(16);
+  const int last = 63;  // column of level 5
+  EXPECT_TRUE(waits_for_block(shown, {5, last, 16}));
+  EXPECT_TRUE(waits_for_block(shown, {5, 1, 15}));
+  EXPECT_TRUE(waits_for_block(shown, {7, 4 * last + 3, 4 * 16}));
+  EXPECT_FALSE(waits_for_block(shown, {5, 0, 16})) << "it is done";
+  EXPECT_TRUE(is_in_done_block(shown, {6, 1, 33}));
+  EXPECT_FALSE(waits_for_block(shown, {6, 1, 33})) << "within one that is done";
+  EXPECT_FALSE(waits_for_block(shown, {5, 32, 16})) << "the other side of the earth";
+  EXPECT_FALSE(waits_for_block(shown, {5, last, 20})) << "north of the data";
+  EXPECT_FALSE(waits_for_block(shown, {4, 31, 8})) << "above the blocks";
+}
+
+/// Of lazy datasets, and of full ones where the client prefers to wait. Their jobs build until they are told to go.
+class LiveWait : public Live {
+ protected:
+  using Headers = std::map<std::string, std::string>;
+  /// A tile that is not there before the build is done.
+  static constexpr const char* kFine = "/tiles/1/1/1.drc";
+  static Headers prefer(const char* what) { return {{"prefer", what}}; }
+  int waiting() { return test_.service().waiting(Service::WaitsFor::tiles); }
+  bool counts(const std::string& outcome, int times) {
+    const std::string text = test_.service().metrics().text();
+    return text.find("cordillera_tile_wait_seconds_count{outcome=\"" + outcome + "\"} " + std::to_string(times) + "\n") !=
+           std::string::npos;
+  }
+};
+
+TEST_F(LiveWait, AFineTileOfALazyDatasetIsWaitedFor) {
+  const std::string id = posted({{"build", "lazy"}});
+  Response answer = test_.get(at(id, kFine));
+  ASSERT_TRUE(answer.later);
+  EXPECT_EQ(waiting(), 1);
+  EXPECT_FALSE(answer.later(Patience::more).has_value());
+  tell_job(id, "go");
+  answer = TestService::settled(std::move(answer));
+  EXPECT_EQ(answer.status, 200);
+  EXPECT_EQ(answer.body, "drc of 1");
+  EXPECT_EQ(answer.header("Cordillera-Provisional"), "");
+  EXPECT_EQ(answer.header("Cache-Control"), "public, no-cache");
+  EXPECT_EQ(answer.header("Preference-Applied"), "") << "it stated none";
+  ASSERT_TRUE(reaches(id, "ready"));
+  EXPECT_EQ(answer.header("ETag"), test_.get(at(id, kFine)).header("ETag"));
+  EXPECT_EQ(waiting(), 0);
+  EXPECT_TRUE(counts("made", 1)) << test_.service().metrics().text();
+}
+
+TEST_F(LiveWait, WhenTheTimeIsOverItIsToldWhenToComeAgain) {
+  const std::string id = posted({{"build", "lazy"}});
+  Response answer = TestService::settled(test_.get(at(id, kFine), prefer("wait=1")));
+  EXPECT_EQ(answer.status, 503);
+  EXPECT_EQ(slug_of(answer), "tile-not-ready");
+  EXPECT_NE(answer.header("Retry-After"), "");
+  EXPECT_EQ(answer.header("Preference-Applied"), "wait=1");
+  EXPECT_THAT(answer.header("Cache-Control"), HasSubstr("no-store"));
+  EXPECT_EQ(waiting(), 0);
+  EXPECT_TRUE(counts("timeout", 1)) << test_.service().metrics().text();
+  answer = test_.get(at(id, kFine), prefer("wait=0"));
+  EXPECT_EQ(answer.status, 503) << "who does not want to wait is answered at once";
+  EXPECT_EQ(slug_of(answer), "tile-not-ready");
+  EXPECT_EQ(slug_of(test_.get(at(id, kFine), prefer("wait=soon"))), "option-invalid");
+}
+
+TEST_F(LiveWait, WhatPrefersSomethingElseOrIsNoTileIsAnsweredAtOnce) {
+  const std::string lazy = posted({{"build", "lazy"}});
+  for (const char* path : {"/tileset.json", "/layer.json", "/manifest.json", "/subtrees/W/0/0/0.subtree"}) {
+    EXPECT_EQ(test_.get(at(lazy, path), prefer("wait=5")).status, 200) << path << " says what there is";
+  }
+  EXPECT_EQ(test_.get(at(lazy, "/tiles/0/0/0.drc"), prefer("wait=5")).body, "provisional drc of 0")
+      << "no look makes the coarsest";
+  EXPECT_EQ(test_.get(at(lazy, "/tiles/1/9/9.drc"), prefer("wait=5")).status, 404) << "outside of the grid";
+  const std::string full = posted();
+  for (const char* other : {"respond-async", "await=5", "handling=lenient; wait=5", "wait=0"})
+    EXPECT_EQ(test_.get(at(full, kFine), prefer(other)).status, 404) << other;
+}
+
+TEST_F(LiveWait, WhoLeavesFreesThePlace) {
+  const std::string id = posted({{"build", "lazy"}});
+  {
+    const Response answer = test_.get(at(id, kFine));
+    EXPECT_EQ(waiting(), 1);
+    EXPECT_EQ(answer.later(Patience::none).value().status, 503);
+  }
+  EXPECT_EQ(waiting(), 0);
+  EXPECT_TRUE(counts("left", 1)) << test_.service().metrics().text();
+}
+
+TEST_F(LiveWait, SoManyWaitAndNoMore) {
+  const std::string id = posted({{"build", "lazy"}});
+  std::vector<Response> all;
+  for (int k = 0; k < kMostWaitingForTiles; ++k) all.push_back(test_.get(at(id, kFine)));
+  EXPECT_EQ(waiting(), kMostWaitingForTiles);
+  const Response beyond = test_.get(at(id, kFine));
+  EXPECT_FALSE(beyond.later);
+  EXPECT_EQ(beyond.status, 503);
+  EXPECT_NE(beyond.header("Retry-After"), "");
+  EXPECT_TRUE(counts("refused", 1));
+  EXPECT_TRUE(test_.get(at(id, "/events")).next_piece) << "who waits for tiles takes no place of another kind";
+  EXPECT_EQ(body_of(test_.get("/v1/limits"))["in_use"]["waiting_for_tiles"], kMostWaitingForTiles);
+  tell_job(id, "go");
+  for (Response& one : all) EXPECT_EQ(TestService::settled(std::move(one)).body, "drc of 1");
+  EXPECT_EQ(waiting(), 0);
+}
+
+TEST_F(LiveWait, AFullBuildIsWaitedForWhereTheClientPrefersIt) {
+  const std::string id = posted();
+  EXPECT_EQ(test_.get(at(id, kFine)).status, 404);
+  Response answer = test_.get(at(id, kFine), prefer("respond-async, Wait=600; x=1"));
+  ASSERT_TRUE(answer.later);
+  tell_job(id, "go");
+  answer = TestService::settled(std::move(answer));
+  EXPECT_EQ(answer.body, "drc of 1");
+  EXPECT_EQ(answer.header("Preference-Applied"), "wait=10") << "the operator's limit";
+}
+
+TEST_F(LiveWait, BeforeThereIsAnythingToo) {
+  const std::string id = id_of(test_.post("LIVE", {{"provisional", "off"}}));
+  EXPECT_TRUE(eventually([&] { return test_.service().hub().now(id).progress.has_value(); }));
+  EXPECT_EQ(slug_of(test_.get(at(id, kFine))), "dataset-not-ready");
+  EXPECT_EQ(slug_of(test_.get(at(id, "/tileset.json"), prefer("wait"))), "dataset-not-ready") << "it is no tile";
+  Response answer = test_.get(at(id, kFine), prefer("wait"));
+  ASSERT_TRUE(answer.later);
+  tell_job(id, "go");
+  EXPECT_EQ(TestService::settled(std::move(answer)).body, "drc of 1");
+}
+
+TEST_F(LiveWait, AnEndThatIsNoTileIsToldAtOnce) {
+  const std::string failing = posted({{"build", "lazy"}});
+  Response answer = test_.get(at(failing, kFine));
+  tell_job(failing, "fail");
+  EXPECT_EQ(slug_of(TestService::settled(std::move(answer))), "dataset-failed");
+  const std::string deleted = posted({{"build", "lazy"}});
+  answer = test_.get(at(deleted, kFine));
+  EXPECT_EQ(test_.send("DELETE", at(deleted)).status, 204);
+  EXPECT_EQ(slug_of(TestService::settled(std::move(answer))), "dataset-unknown");
+}
+
+/// The same behind the socket: they are parked, and nobody else is slower for it.
+TEST(LiveWaitFront, WhoWaitsHoldsNoThreadAndFreesItsPlaceWhenItLeaves) {
+  Settings settings;
+  settings.serve.limits.wait_seconds = 600;  // longer than the slowest machine takes
+  Front front({}, {}, settings);
+  TestService& test = front.test();
+  const std::string id = id_of(test.post("LIVE", {{"build", "lazy"}})), address = "/v1/datasets/" + id;
+  ASSERT_TRUE(eventually([&] { return body_of(test.get(address))["provisional"] == true; }));
+  const auto waiting = [&] { return test.service().waiting(Service::WaitsFor::tiles); };
+  constexpr int kMany = 40;  // far more than workers
+  std::vector<RawClient> askers;
+  for (int k = 0; k < kMany; ++k) {
+    askers.push_back(front.client());
+    askers.back().say(get(address + "/tiles/1/1/1." + (k % 2 == 0 ? "drc" : "glb"), "Connection: close\r\nPrefer: wait=600\r\n"));
+  }
+  ASSERT_TRUE(eventually([&] { return waiting() == kMany; }));
+  EXPECT_THAT(front.answer(get(address + "/tiles/0/0/0.glb", "Connection: close\r\n")), HasSubstr("200 OK"))
+      << "workers are free";
+  askers.pop_back();
+  ASSERT_TRUE(eventually([&] { return waiting() == kMany - 1; }));
+  std::ofstream(test.data() / "datasets" / id / "go") << "now";
+  for (RawClient& asker : askers)
+    EXPECT_THAT(asker.rest(), AllOf(HasSubstr("200 OK"), HasSubstr("ETag: "), HasSubstr("Preference-Applied: wait=600")));
+  EXPECT_EQ(waiting(), 0);
+}
+
 /// The program with a raster whose build takes long enough to look at it meanwhile.
 class LiveProgram : public Program {
  protected:
@@ -178,7 +349,9 @@ class LiveProgram : public Program {
   }
   Json status(const std::string& id) { return curl(server_.base() + "/v1/datasets/" + id); }
   Json get(const std::string& id, const std::string& path) { return curl(server_.base() + "/v1/datasets/" + id + path); }
-  std::string head(const std::string& id, const std::string& path) { return shell("curl -q -s -m 500 -D - -o /dev/null " + server_.base() + "/v1/datasets/" + id + path).output; }
+  std::string head(const std::string& id, const std::string& path, const std::string& more = "") {
+    return shell("curl -q -s -m 500 -D - -o /dev/null " + more + server_.base() + "/v1/datasets/" + id + path).output;
+  }
   /// A tile of the level that holds the raster's middle.
   static std::string middle(int level) {
     const double tiles = std::ldexp(1, level) / 180;
@@ -252,7 +425,10 @@ class LazyProgram : public LiveProgram {
     const auto at = [&](double deg) { return std::to_string(static_cast<int>((deg + shift_deg) * tiles)); };
     return "/tiles/" + std::to_string(kFinest) + "/" + at(10.15 + 180) + "/" + at(46.15 + 90) + ".drc";
   }
-  bool is_there(const std::string& id, const std::string& path) { return head(id, path).find("200 OK") != std::string::npos; }
+  /// Now: nobody waits for it.
+  bool is_there(const std::string& id, const std::string& path) {
+    return head(id, path, "-H 'Prefer: wait=0' ").find("200 OK") != std::string::npos;
+  }
   static constexpr int kFinest = 13;
   static constexpr double kAway_deg = 0.12;
   const std::string lazy_ = "&error=8&build=lazy&max_level=" + std::to_string(kFinest);
@@ -321,6 +497,121 @@ TEST_F(LazyProgram, WhatDoesNotGoWithItIsRefused) {
     const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&build=lazy&" + against + "'");
     EXPECT_EQ(answer.value("parameter", ""), "build") << against << answer;
   }
+}
+
+/// Who asks for the final tile gets it, with the bytes and the tag of a full build.
+class LazyWait : public LazyProgram {
+ protected:
+  void SetUp() override {
+    LazyProgram::SetUp();
+    restart_with_limit("600");  // longer than the slowest machine takes
+  }
+  void restart_with_limit(const char* seconds) {
+    server_.end(SIGTERM);
+    server_.start(folder_.path(), {"--max-wait", seconds});
+  }
+  /// Its levels are known, none of its blocks is made, and its job has ended.
+  std::string paused() {
+    const std::string id = posted(lazy_);
+    EXPECT_TRUE(eventually([&] {
+      return get(id, "/manifest.json")["done_blocks"].is_object() && server_.log().find("outcome=paused") != std::string::npos;
+    })) << server_.log();
+    return id;
+  }
+  /// Head and hash of the body.
+  std::string whole(const std::string& id, const std::string& path, const std::string& more = "") {
+    return shell("curl -q -s -m 500 -D - -o body-$$ --output-dir " + folder_.path().string() + " " + more + " '" +
+                 server_.base() + "/v1/datasets/" + id + path + "'; sha256sum < " + folder_.path().string() + "/body-$$")
+        .output;
+  }
+  static std::string line_of(const std::string& text, const std::string& begin) {
+    const auto at = text.find(begin);
+    return at == text.npos ? "" : text.substr(at, text.find_first_of("\r\n", at) - at);
+  }
+  static std::string hash_of(const std::string& text) { return text.substr(text.rfind("\r\n") + 2); }
+  /// A tile of the blocks' level, which has a stand-in from the beginning.
+  std::string of_block_level(const std::string& id) {
+    const int level = get(id, "/manifest.json")["done_blocks"]["level"];
+    return middle(level);
+  }
+};
+
+TEST_F(LazyWait, TheAnswerIsThatOfAFullBuild) {
+  const std::string full = posted("&error=8&max_level=" + std::to_string(kFinest));
+  ASSERT_TRUE(is_ready(full)) << server_.log();
+  const std::string lazy = paused();
+  const std::string drc = finest(0), glb = drc.substr(0, drc.size() - 3) + "glb";
+  for (const std::string& path : {drc, glb}) {
+    const std::string made = whole(lazy, path), wanted = whole(full, path);
+    EXPECT_THAT(made, HasSubstr("200 OK")) << path << server_.log();
+    EXPECT_EQ(hash_of(made), hash_of(wanted)) << path;
+    EXPECT_EQ(line_of(made, "ETag: "), line_of(wanted, "ETag: ")) << path;
+    EXPECT_EQ(line_of(made, "Cache-Control: "), line_of(wanted, "Cache-Control: ")) << path;
+    EXPECT_THAT(made, Not(HasSubstr("Provisional: true"))) << path;
+    EXPECT_THAT(whole(lazy, path, "-H 'If-None-Match: " + line_of(wanted, "ETag: ").substr(6) + "'"), HasSubstr("304")) << path;
+  }
+  EXPECT_EQ(status(lazy)["state"], "running") << "one block is not all";
+  EXPECT_THAT(whole(lazy, "/tiles/" + std::to_string(kFinest + 1) + "/1/1.drc"), HasSubstr("404"))
+      << "no dataset has such a level";
+}
+
+TEST_F(LazyWait, ManyAskersMakeABlockOnce) {
+  const std::string id = paused();
+  const std::string address = server_.base() + "/v1/datasets/" + id + finest(0);
+  const std::string said = shell("for k in 1 2 3 4 5 6 7 8 9 10 11 12; do curl -q -s -m 500 -o /dev/null -w '%{http_code}\\n' " +
+                                 address + " & done; wait")
+                               .output;
+  EXPECT_EQ(count_of(said, "200\n"), 12u) << said << server_.log();
+  const Json done = get(id, "/manifest.json")["done_blocks"];
+  EXPECT_EQ(done["x"].size(), 1u) << done;
+  const auto blocks = [&] { return shell("curl -q -s " + server_.base() + "/metrics").output; };
+  EXPECT_TRUE(eventually([&] { return blocks().find("cordillera_build_blocks_total 1\n") != std::string::npos; })) << blocks();
+  EXPECT_THAT(blocks(), HasSubstr("cordillera_tile_wait_seconds_count{outcome=\"made\"} 12\n"));
+}
+
+TEST_F(LazyWait, AStandInIsGivenAtOnceAndTheFinalTileToWhoPrefersToWait) {
+  const std::string id = paused(), path = of_block_level(id);
+  const std::string stand_in = whole(id, path, "-H 'Prefer: wait=0'");
+  EXPECT_THAT(stand_in, HasSubstr("Cordillera-Provisional: true"));
+  EXPECT_THAT(stand_in, Not(HasSubstr("Preference-Applied: ")));
+  const std::string final_one = whole(id, path, "-H 'Prefer: wait'");
+  EXPECT_THAT(final_one, AllOf(HasSubstr("200 OK"), HasSubstr("Preference-Applied: wait=600"), HasSubstr("ETag: "),
+                               Not(HasSubstr("Provisional: true"))))
+      << server_.log();
+  EXPECT_NE(hash_of(stand_in), hash_of(final_one));
+}
+
+TEST_F(LazyWait, HeightsWaitForTheirBlocks) {
+  const std::string full = posted("&error=8&max_level=" + std::to_string(kFinest));
+  ASSERT_TRUE(is_ready(full)) << server_.log();
+  const std::string id = paused();
+  const auto points = [&](const std::string& dataset, const std::string& how) {
+    return curl(how + server_.base() + "/v1/datasets/" + dataset + "/elevation")["points"];
+  };
+  const std::string posted_places =
+      "-H 'Prefer: wait' -H 'Content-Type: application/json' -d '{\"points\": [[10.05, 46.05], [10.27, 46.27]]}' ";
+  EXPECT_EQ(points(id, posted_places), points(full, posted_places)) << server_.log();
+  const auto line = [&](const std::string& dataset) {
+    return curl("-H 'Prefer: wait' '" + server_.base() + "/v1/datasets/" + dataset +
+                "/elevation?line=10.03,46.03;10.29,46.03&samples=20'")["points"];
+  };
+  EXPECT_EQ(line(id), line(full)) << server_.log();
+}
+
+TEST_F(LazyWait, TheOperatorsLimitEndsTheWait) {
+  restart_with_limit("1");
+  EXPECT_EQ(curl(server_.base() + "/v1/limits")["limits"]["max_wait"]["value"], 1);
+  const std::string id = paused();
+  // The one job that may run is another dataset's, and stands still.
+  const std::string other = posted();
+  const int held = server_.child_process();
+  ASSERT_EQ(kill(held, SIGSTOP), 0);
+  const std::string late = whole(id, finest(0), "-H 'Prefer: wait=500'");
+  EXPECT_THAT(late, AllOf(HasSubstr("503"), HasSubstr("Retry-After: "), HasSubstr("Preference-Applied: wait=1")))
+      << server_.log();
+  EXPECT_EQ(get(id, finest(0))["type"], "urn:cordillera:problem:tile-not-ready");
+  EXPECT_EQ(kill(held, SIGCONT), 0);
+  EXPECT_TRUE(eventually([&] { return is_there(id, finest(0)); })) << server_.log();
 }
 
 /// Tiles are the same with a first look and without.

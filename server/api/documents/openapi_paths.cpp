@@ -50,6 +50,12 @@ Json header(const char* name, const char* about) {
   return {{"name", name}, {"in", "header"}, {"description", about}, {"schema", {{"type", "string"}}}};
 }
 
+Json prefer_of_reading() {
+  return header(
+      "Prefer",
+      "wait=SECONDS: while the dataset is being built, the answer waits so long for the final tile, within the limit max_wait");
+}
+
 /// Every brace of a path as a required parameter.
 Json path_parameters(const std::string& path) {
   Json parameters = Json::array();
@@ -265,6 +271,7 @@ void add_faces(Json& paths) {
       if (!resource.ramps.empty()) parameters.push_back(query("ramp", "the colours; accepted: " + std::string(resource.ramps)));
       if (!resource.intervals.empty()) parameters.push_back(query("interval", "metres from line to line; accepted: " + std::string(resource.intervals)));
       if (!resource.normals.empty()) parameters.push_back(query("normals", "of the tiles; accepted: " + std::string(resource.normals)));
+      if (resource.grid != Grid::none && !resource.path.ends_with(".subtree")) parameters.push_back(prefer_of_reading());
       add_reading(paths, std::string(resource.path), {id_of(resource.path), "tiles", summary, good, parameters});
     }
   }
@@ -273,17 +280,17 @@ void add_faces(Json& paths) {
 void add_elevation(Json& paths) {
   const Json good = {
       {"200", answer("Heights of the places, in their order; null beside the data", "application/json", "elevations")}};
-  const Json parameters =
-      Json::array({query("points", "places, lon,lat;lon,lat;… in degrees; not with line"),
-                   query("line", "the corners of a line that is sampled evenly, as points are given"),
-                   query("samples", "how many places of the line"), query("level", "of the meshes; the finest without it")});
+  const Json parameters = Json::array({query("points", "places, lon,lat;lon,lat;… in degrees; not with line"),
+                                       query("line", "the corners of a line that is sampled evenly, as points are given"),
+                                       query("samples", "how many places of the line"),
+                                       query("level", "of the meshes; the finest without it"), prefer_of_reading()});
   add_reading(paths, "elevation",
               {"elevation", "heights", "Heights at places or along a line, from the meshes that clients get", good, parameters});
   for (const char* path : {"/v1/datasets/{id}/elevation", "/v1/datasets/{id}/versions/{version}/elevation"}) {
     Json& post = item(paths, path)["post"];
     post = operation({paths[path]["get"]["operationId"].get<std::string>() + "_by_post", "heights",
                       "The same for places in the body: points or a line as lists of [lon, lat], or GeoJSON", good,
-                      Json::array({parameters[2], parameters[3]})});
+                      Json::array({parameters[2], parameters[3], parameters[4]})});
     post["requestBody"] = {{"required", true}, {"content", content_of("application/json", nullptr)}};
   }
 }

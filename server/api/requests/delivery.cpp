@@ -3,14 +3,15 @@
 #include <algorithm>
 #include <charconv>
 
-#include "server/http/json.h"
+#include "server/api/requests/prefer.h"
 #include "server/fetch/addresses.h"
+#include "server/http/json.h"
 #include "server/uploads/tus.h"
 
 namespace cordillera::server {
 namespace {
 
-constexpr int kLongestWait_s = 600;
+constexpr std::chrono::seconds kLongestPost{600};
 
 proto::Problem body_empty() {
   return {"body-empty", "the request has no body", "a raster as the body: curl --data-binary @dem.tif …", ""};
@@ -59,15 +60,9 @@ std::optional<proto::Problem> check_headers(const Request& request, Delivery& de
     return proto::Problem{"option-invalid", "the Idempotency-Key is too long or not text", "up to 255 characters",
                           "Idempotency-Key"};
   }
-  const std::string prefer = request.header("prefer").value_or("");
-  const auto wait = prefer.find("wait=");
-  if (wait == std::string::npos) return std::nullopt;
-  const auto first = wait + 5;
-  const auto seconds = digits<int>(std::string_view(prefer).substr(first, prefer.find_first_not_of("0123456789", first) - first));
-  if (!seconds || *seconds < 0) {
-    return proto::Problem{"option-invalid", "Prefer: wait names no number of seconds", "wait=SECONDS", "Prefer"};
-  }
-  delivery.wait = std::chrono::seconds(std::min(*seconds, kLongestWait_s));
+  const auto wait = preferred_wait(request);
+  if (!wait) return wait.problem();
+  delivery.wait = std::min(wait->value_or(std::chrono::seconds(0)), kLongestPost);
   return std::nullopt;
 }
 

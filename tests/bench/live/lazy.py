@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """From a look at a block to its final tiles, of a dataset with build=lazy.
 
-    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5]
+    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5] [--wait 10]
 
 The raster is posted to a server of its own. Its provisional tiles stand when the manifest names finished blocks, none as yet. Then, at places spread over
-the data, one after the other: a tile of the blocks' level is asked for, and the seconds count until the manifest names its block. At the end build=full makes
-the rest. Prints a line for each.
+the data, one after the other: a tile of the blocks' level is asked for, and the seconds count until the manifest names its block. --wait: one request that
+prefers to wait for the final tile, and the seconds until its answer. At the end build=full makes the rest. Prints a line for each.
 """
 import argparse
 import os
@@ -45,6 +45,7 @@ def main():
     parser.add_argument("raster")
     parser.add_argument("--looks", type=int, default=4)
     parser.add_argument("--options", default="")
+    parser.add_argument("--wait", type=int, default=0, help="seconds; the service has a limit, max_wait")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         server = Server(os.path.join(given.build, "bin", "cordillera"), folder)
@@ -60,6 +61,12 @@ def main():
         for k in range(given.looks):
             block = block_at(known, (0.5 + k * SPREAD) % 1, (0.5 + k * SPREAD * SPREAD) % 1)
             looked = time.monotonic()
+            if given.wait:
+                server.connection.request("GET", dataset + "/tiles/%d/%d/%d.glb" % block, headers={"Prefer": "wait=%d" % given.wait})
+                answer = server.connection.getresponse()
+                answer.read()
+                print("block %d/%d/%d: %d after %.2f s" % (*block, answer.status, time.monotonic() - looked))
+                continue
             status, _ = server.get(dataset + "/tiles/%d/%d/%d.glb" % block)
             if status != 200 or is_done(manifest(), block):
                 print("block %d/%d/%d has no tile, or is done already" % block)

@@ -1,0 +1,113 @@
+// Requests that wait for tiles of a dataset that is being built. They hold no thread: the front asks them again.
+#include <algorithm>
+#include <chrono>
+
+#include "server/api/api.h"
+#include "server/api/requests/prefer.h"
+#include "server/jobs/provisional.h"
+
+namespace cordillera::server {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kAskAgain_s = "2";  // most blocks are made in a few seconds
+
+class TileWait {
+ public:
+  TileWait(Service& service, std::string id, const MayWait& wait, Awaited awaited, Token place)
+      : service_(service), id_(std::move(id)), wait_(wait), awaited_(std::move(awaited)), place_(std::move(place)) {}
+
+  std::optional<Response> ask(Patience patience) {
+    const std::uint64_t changes = service_.library().changes();
+    const bool news = seen_ != changes;
+    seen_ = changes;
+    if (news && !lacks()) return over("made", anew());
+    if (patience == Patience::none) return over("left", refusal());
+    if (service_.stopping() || Clock::now() - began_ >= wait_.longest) return over("timeout", refusal());
+    return std::nullopt;
+  }
+
+ private:
+  /// Looks again on the way: what a step shows may be what others have asked for since.
+  bool lacks() const {
+    const Row dataset = service_.find(id_);
+    if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return false;
+    const auto terrain = service_.library().provisional(id_);
+    if (!awaited_.lacks(*dataset, terrain ? &terrain->manifest() : nullptr)) return false;
+    if (!terrain) return true;
+    std::size_t looks = 0;
+    for (const proto::TileAddress& tile : awaited_.tiles) {
+      if (looks == kMostLooks) break;
+      if (!is_to_come(*dataset, &terrain->manifest(), tile)) continue;
+      service_.queue().look_again(*dataset, tile, terrain->manifest());
+      ++looks;
+    }
+    return true;
+  }
+
+  Response refusal() const {
+    const Row dataset = service_.find(id_);
+    return dataset ? not_made_yet(*dataset) : problem_response(unknown_dataset(id_));
+  }
+
+  static Response anew() {
+    Response response;
+    response.anew = true;
+    return response;
+  }
+
+  Response over(const char* outcome, Response response) const {
+    const std::chrono::duration<double> waited = Clock::now() - began_;
+    service_.metrics().tile_wait_seconds.observe(waited.count(), {outcome});
+    if (wait_.preferred) response.set("Preference-Applied", "wait=" + std::to_string(wait_.longest.count()));
+    return response;
+  }
+
+  Service& service_;
+  const std::string id_;
+  const MayWait wait_;
+  const Awaited awaited_;
+  const Token place_;
+  const Clock::time_point began_ = Clock::now();
+  std::optional<std::uint64_t> seen_;  ///< of the library's changes; nothing at first
+};
+
+}  // namespace
+
+proto::Result<MayWait> may_wait(Service& service, const Request& request) {
+  const auto preferred = preferred_wait(request);
+  if (!preferred) return preferred.problem();
+  const std::chrono::seconds most(service.settings().serve.limits.wait_seconds);
+  return MayWait{std::min(preferred->value_or(most), most), preferred->has_value()};
+}
+
+std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,
+                                 Awaited awaited) {
+  if (request.waited || wait.longest.count() == 0) return std::nullopt;
+  Token place = service.wait_token(Service::WaitsFor::tiles);
+  if (!place) {
+    service.metrics().tile_wait_seconds.observe(0, {"refused"});
+    return std::nullopt;
+  }
+  Response response;
+  response.later = [waiting = std::make_shared<TileWait>(service, dataset.id, wait, std::move(awaited), std::move(place))](
+                       Patience patience) { return waiting->ask(patience); };
+  return response;
+}
+
+Response not_made_yet(const Dataset& dataset) {
+  auto response = problem_response({"tile-not-ready",
+                                    "dataset " + dataset.id + " is being built, and has not come to this yet: it is made next",
+                                    "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
+  response.set("Retry-After", kAskAgain_s);
+  return response;
+}
+
+bool is_to_come(const Dataset& dataset, const proto::Manifest* shown, const proto::TileAddress& tile) {
+  if (shown == nullptr || !shown->has_done_blocks()) return true;
+  const bool above = tile.z < static_cast<int>(shown->done_blocks().level());
+  return above ? !is_lazy(dataset) : waits_for_block(*shown, tile);
+}
+
+}  // namespace cordillera::server
