@@ -11,13 +11,14 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr int kRounds = 12;
-constexpr std::int64_t kApron = kRounds + 1;  // a round carries what the window's end lacks one vertex farther
+constexpr int kRounds = kProjectionReach - 1;  // a round carries what the window's end lacks one vertex farther
 // Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and Gordon 2001). So it
 // converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no vertices.
 constexpr double kStep = 1.1;
-// Nearer to a pixel than so much, no vertex is moved for it: a 256th of a quarter of a cell, which is the greatest default target, or 16 mm.
-constexpr double kNearCells = 0x1p-10, kNear_m = 0x1p-6;
+// Beside a side of a tile, where simplification puts in no vertex later.
+constexpr double kSideShare = 1.0 / 2;
+// So little too far off, and no vertex is moved any more: rounds get there only in the limit.
+constexpr double kGraceShare = 1.0 / 64;
 // Sums are of integers, so that their order does not matter.
 constexpr double kGrain = 0x1p20;  // a metre
 
@@ -26,14 +27,15 @@ struct Hold {
   std::array<std::uint32_t, 3> vertex{};
   std::array<double, 3> weight{};
   double height_m = 0;
+  double within_m = 0;
   double share = 0;  ///< of the residual: step over the sum of squared weights, each times the pixels of its vertex
 };
 
 /// A window of samples on its way.
 class Sheet {
  public:
-  Sheet(const proto::Lattice& lattice, proto::Samples& samples)
-      : lattice_(lattice), samples_(samples), near_m_(std::min(kNear_m, kNearCells * proto::cell_height_m(lattice, lattice.rows() / 2))), height_m_(samples.height.size()), pixels_(height_m_.size(), 0), moved_(height_m_.size(), 1) {
+  Sheet(const proto::Lattice& lattice, proto::Samples& samples, double within_m)
+      : lattice_(lattice), samples_(samples), within_m_(within_m), height_m_(samples.height.size()), pixels_(height_m_.size(), 0), moved_(height_m_.size(), 1) {
     for (std::size_t k = 0; k < height_m_.size(); ++k) height_m_[k] = is_void(k) ? 0 : samples.height[k] * proto::kHeightStep_m;
   }
 
@@ -42,8 +44,10 @@ class Sheet {
     for (const PixelPoint& pixel : pixels) hold(pixel);
     for (Hold& h : holds_) {
       double sum = 0;
-      for (std::size_t k = 0; k < 3; ++k) sum += static_cast<double>(pixels_[h.vertex[k]]) * (h.weight[k] * h.weight[k]);
-      h.share = kStep / sum;
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (moves(h.vertex[k])) sum += static_cast<double>(pixels_[h.vertex[k]]) * (h.weight[k] * h.weight[k]);
+      }
+      h.share = sum > 0 ? kStep / sum : 0;
     }
   }
 
@@ -54,8 +58,8 @@ class Sheet {
       if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) == 0) continue;
       const double surface_m = h.weight[0] * height_m_[h.vertex[0]] + h.weight[1] * height_m_[h.vertex[1]] + h.weight[2] * height_m_[h.vertex[2]];
       const double missing_m = h.height_m - surface_m;
-      if (std::abs(missing_m) <= near_m_) continue;
-      const double grains = missing_m * h.share * kGrain;
+      if (std::abs(missing_m) <= h.within_m * (1 + kGraceShare)) continue;
+      const double grains = (missing_m - std::copysign(h.within_m, missing_m)) * h.share * kGrain;
       for (std::size_t k = 0; k < 3; ++k) sums[h.vertex[k]] += std::llrint(h.weight[k] * grains);
     }
     for (std::size_t k = 0; k < sums.size(); ++k) {
@@ -82,6 +86,7 @@ class Sheet {
     Hold h = triangle_of(pixel);
     if (is_void(h.vertex[0]) || is_void(h.vertex[1]) || is_void(h.vertex[2])) return;
     h.height_m = pixel.height_m;
+    h.within_m = is_beside_a_side(pixel) ? kSideShare * within_m_ : within_m_;
     for (std::size_t k = 0; k < 3; ++k) {
       if (h.weight[k] > 0) ++pixels_[h.vertex[k]];
     }
@@ -90,18 +95,27 @@ class Sheet {
 
   Hold triangle_of(const PixelPoint& pixel) const {
     const double west = std::floor(pixel.x), south = std::min(std::floor(pixel.y), static_cast<double>(samples_.rows - 2));
-    const double fx = pixel.x - west, fy = pixel.y - south;
     const auto columns = static_cast<std::uint32_t>(samples_.columns);
-    const std::uint32_t sw = static_cast<std::uint32_t>(south) * columns + static_cast<std::uint32_t>(west), se = sw + 1, nw = sw + columns, ne = nw + 1;
-    if (fx + fy <= 1 && is_void(ne)) return {{sw, se, nw}, {1 - fx - fy, fx, fy}};
-    if (fx + fy >= 1 && is_void(sw)) return {{ne, nw, se}, {fx + fy - 1, 1 - fx, 1 - fy}};
-    const double far = std::max(fx, fy), near = std::min(fx, fy);
-    return {{sw, fx >= fy ? se : nw, ne}, {1 - far, far - near, near}};
+    const std::uint32_t sw = static_cast<std::uint32_t>(south) * columns + static_cast<std::uint32_t>(west);
+    const auto corners = triangle_around(pixel.x - west, pixel.y - south, is_void(sw), is_void(sw + columns + 1));
+    Hold h;
+    for (std::size_t k = 0; k < 3; ++k) {
+      h.vertex[k] = sw + corners[k].north * columns + corners[k].east;
+      h.weight[k] = corners[k].weight;
+    }
+    return h;
+  }
+
+  /// In the same cell of the lattice as a tile's side, or in the one beyond it.
+  bool is_beside_a_side(const PixelPoint& pixel) const {
+    const std::int64_t units = lattice_.tile_units(lattice_.finest_level);
+    const auto beside = [units](std::int64_t cell) { return cell % units == 0 || (cell + 1) % units == 0; };
+    return beside(samples_.west + static_cast<std::int64_t>(pixel.x) + lattice_.columns()) || beside(samples_.south + static_cast<std::int64_t>(pixel.y));
   }
 
   const proto::Lattice& lattice_;
   proto::Samples& samples_;
-  const double near_m_;
+  const double within_m_;
   std::vector<double> height_m_;       ///< indexed by sample
   std::vector<std::uint32_t> pixels_;  ///< likewise: how many move it
   std::vector<std::uint8_t> moved_;    ///< likewise: 1 if the last round did
@@ -110,7 +124,7 @@ class Sheet {
 
 class BackProjection final : public Source {
  public:
-  explicit BackProjection(std::unique_ptr<Source> source) : source_(std::move(source)) {}
+  BackProjection(std::unique_ptr<Source> source, double within_m) : source_(std::move(source)), within_m_(within_m) {}
 
   const proto::Source& description() const override { return source_->description(); }
   Window window(const proto::Lattice& lattice) const override { return source_->window(lattice); }
@@ -126,16 +140,16 @@ class BackProjection final : public Source {
 
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override {
-    if (columns == 0 || rows == 0 || spacing(description(), lattice) > 1.001 || empty(lattice, west, south, columns, rows))
+    if (columns == 0 || rows == 0 || spacing(description(), lattice) > kMostSpacing || empty(lattice, west, south, columns, rows))
       return source_->sample(lattice, west, south, columns, rows);
-    const Window wide{west - kApron, std::max<std::int64_t>(0, south - kApron), west + columns - 1 + kApron,
-                      std::min(lattice.rows(), south + rows - 1 + kApron)};
+    const Window wide{west - kProjectionReach, std::max<std::int64_t>(0, south - kProjectionReach), west + columns - 1 + kProjectionReach,
+                      std::min(lattice.rows(), south + rows - 1 + kProjectionReach)};
     auto samples = source_->sample(lattice, wide.west, wide.south, static_cast<std::int32_t>(wide.east - wide.west + 1),
                                    static_cast<std::int32_t>(wide.north - wide.south + 1));
     if (!samples.ok()) return samples;
     const auto pixels = source_->pixels(lattice, wide);
     if (!pixels.ok()) return pixels.problem();
-    Sheet sheet(lattice, *samples);
+    Sheet sheet(lattice, *samples, within_m_);
     sheet.hold(*pixels);
     for (int round = 0; round < kRounds; ++round) sheet.round();
     sheet.put_back();
@@ -154,10 +168,13 @@ class BackProjection final : public Source {
   }
 
   std::unique_ptr<Source> source_;
+  const double within_m_;
 };
 
 }  // namespace
 
-std::unique_ptr<Source> project_back(std::unique_ptr<Source> source) { return std::make_unique<BackProjection>(std::move(source)); }
+std::unique_ptr<Source> project_back(std::unique_ptr<Source> source, double within_m) {
+  return std::make_unique<BackProjection>(std::move(source), within_m);
+}
 
 }  // namespace cordillera::raster

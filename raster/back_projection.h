@@ -1,7 +1,9 @@
 #pragma once
 // A source whose samples are moved until the surface between them meets the source's own pixels.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 
 #include "cordillera.pb.h"
@@ -11,12 +13,10 @@
 namespace cordillera::raster {
 
 /// What pixels= of a build may be; the first is the default.
-inline constexpr const char* kPixelChoices[] = {"lattice", "exact"};
-inline bool meets_pixels(const proto::BuildOptions& options) { return options.pixels() == kPixelChoices[1]; }
+inline constexpr const char* kPixelChoices[] = {"exact", "lattice"};
 
-/// Greatest spacing of a lattice whose surface can meet all pixels: then hardly two of them lie in one triangle. Up to a spacing of 1 they can be
-/// met, too, but samples go up and down between them, and shaded relief shows a weave.
-inline constexpr double kMeetingSpacing = 0.7;
+/// Greatest spacing of a lattice whose samples are moved: beyond it there are more pixels than samples. A little over 1, for the rounding of pixel sizes.
+inline constexpr double kMostSpacing = 1.001;
 
 /// Cells of the lattice in pixels of the source, the greater of both directions, at the source's centre.
 inline double spacing(const proto::Source& source, const proto::Lattice& lattice) {
@@ -26,11 +26,28 @@ inline double spacing(const proto::Source& source, const proto::Lattice& lattice
   return std::max(cell_m / source.pixel_height_m(), cell_m * std::cos(latitude * kRadians) / source.pixel_width_m());
 }
 
-/// The same source, but the samples of lattices that are no coarser than the pixels are moved. The surface is the one between vertices, each
-/// cell cut from south-west to north-east; where the cell's only void is one of these two, the other way. What is missing at a pixel's centre is
-/// spread onto the three vertices around it, kRounds times over. A sample depends on raster and lattice alone: on the pixels and vertices up to
-/// kRounds + 1 cells around. Stay as they are: still water, poles, voids, and vertices beside which no pixel lies. Voids that are filled move.
-/// What would leave the range of heights is held to it.
-std::unique_ptr<Source> project_back(std::unique_ptr<Source> source);
+/// A corner of a cell: steps east and north of its south-western one, and how much of a place's height is this corner's.
+struct CellCorner {
+  std::uint32_t east = 0, north = 0;
+  double weight = 0;
+};
+
+/// The triangle of the surface between samples at a place (x, y) of a cell, both 0 to 1, counter-clockwise. Cells are cut from south-west to north-east; where
+/// the cell's only void is one of these two, the other way.
+inline std::array<CellCorner, 3> triangle_around(double x, double y, bool south_west_is_void, bool north_east_is_void) {
+  if (x + y <= 1 && north_east_is_void) return {{{0, 0, 1 - x - y}, {1, 0, x}, {0, 1, y}}};
+  if (x + y >= 1 && south_west_is_void) return {{{1, 1, x + y - 1}, {0, 1, 1 - x}, {1, 0, 1 - y}}};
+  if (x >= y) return {{{0, 0, 1 - x}, {1, 0, x - y}, {1, 1, y}}};
+  return {{{0, 0, 1 - y}, {1, 1, x}, {0, 1, y - x}}};
+}
+
+/// Cells around a sample whose pixels and samples it may depend on.
+inline constexpr std::int64_t kProjectionReach = 13;
+
+/// The same source, but samples of lattices that are no coarser than the pixels (kMostSpacing) are moved until the surface between them is within
+/// so many metres of the pixels, and nearer beside the sides of tiles. The surface is that of triangle_around. What a pixel's centre is farther off is
+/// spread onto the three vertices around it, in kProjectionReach - 1 rounds. A sample depends on raster, lattice and within_m alone. Stay as they are: still water, poles, voids, and vertices beside which no
+/// pixel is too far off. Voids that are filled move. What would leave the range of heights is held to it.
+std::unique_ptr<Source> project_back(std::unique_ptr<Source> source, double within_m);
 
 }  // namespace cordillera::raster

@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include "proto/utf8.h"
-#include "raster/back_projection.h"
 #include "raster/crs.h"
 #include "raster/decimation.h"
 #include "raster/filled_source.h"
@@ -186,15 +185,14 @@ proto::Result<std::unique_ptr<Source>> open_with(const std::string& path, const 
 }  // namespace
 
 proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
-  auto opened = open_with(path, name, trust, options, nullptr);
-  return opened.ok() && meets_pixels(options) ? project_back(std::move(*opened)) : std::move(opened);
+  return open_with(path, name, trust, options, nullptr);
 }
 
 proto::Result<std::unique_ptr<Source>> open_filled_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
   auto opened = open_with(path, name, trust, options, nullptr);
   if (!opened.ok()) return opened;
   *opened = fill_enclosed_voids(std::move(*opened), fill_limit_cells(options));
-  return meets_pixels(options) ? project_back(std::move(*opened)) : std::move(opened);
+  return opened;
 }
 
 proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,

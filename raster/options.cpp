@@ -76,7 +76,7 @@ proto::Result<SourceOptions> check_options(const proto::BuildOptions& options) {
                    "0 to " + std::to_string(kGreatestFillLimit_cells) + " cells", "fill_limit"};
   const auto& choices = kPixelChoices;
   if (!options.pixels().empty() && std::find(std::begin(choices), std::end(choices), options.pixels()) == std::end(choices))
-    return Problem{"option-invalid", "pixels \"" + options.pixels() + "\" is not known", "lattice or exact", "pixels"};
+    return Problem{"option-invalid", "pixels \"" + options.pixels() + "\" is not known", "exact or lattice", "pixels"};
   if (auto done = read_bbox(options, out); !done.ok()) return done.problem();
   return out;
 }

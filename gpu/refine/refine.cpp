@@ -65,18 +65,22 @@ class Refinement {
     if (std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; })) return take_off_rim(t);
     std::array<std::uint32_t, 3> v{};
     for (unsigned k = 0; k < 3; ++k) {
-      if (!make_vertex(t, corners[k], v[k])) return false;
+      const std::optional<std::uint32_t> made = make_vertex(t, corners[k]);
+      if (!made) return false;
+      v[k] = *made;
     }
-    for (unsigned k = 0; k < 3; ++k) {
-      if (!make_edge(v[k], v[after(k)])) return false;
-    }
-    std::vector<Id> changed;
-    for (Id u = 0; u < mesh_.triangles.size(); ++u) {
-      if (stamp_[u] > 0) changed.push_back(u);
-    }
-    run(changed, kMostCrowded);
-    return !is_over(worst_known()) && disperse();
+    return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]) && finish();
   }
+  /// Likewise a corner inside the tile and the ends of the edge of the tile's side that passes another one, where no vertex is.
+  bool make_triangle_on_side(Id t, const MeshPoint& inside, const MeshPoint& on_side) {
+    if (inside.height == proto::kNoHeight || is_on_side(inside) || !is_on_side(on_side) || vertex_at(on_side)) return false;
+    const auto edge = edge_of_side(on_side);
+    if (!edge) return false;
+    const std::optional<std::uint32_t> v = make_vertex(t, inside);
+    return v && make_edge(*v, edge->first) && make_edge(*v, edge->second) && finish();
+  }
+  /// The triangle that make_triangle took off the rim.
+  std::optional<Id> taken_off() const { return taken_off_; }
 
  private:
   struct Entry {
@@ -364,7 +368,12 @@ class Refinement {
       flip(turned(q));
       return true;
     }
-    return false;
+    // The mesh may end at the rim. Of a triangle with two sides there a corner would lose its last one.
+    if (std::count(across_[t].begin(), across_[t].end(), kNone) != 1) return false;
+    const auto k = static_cast<unsigned>(std::find(across_[t].begin(), across_[t].end(), kNone) - across_[t].begin());
+    if (lie_on_a_side(point(c[k]), point(c[after(k)]))) return false;
+    taken_off_ = t;
+    return true;
   }
 
   bool shed(Id t) {
@@ -401,21 +410,46 @@ class Refinement {
     if (best && may_harm(v)) flip_and_queue(*best);
   }
 
-  // The vertex at p, which becomes one if there is none. t: a triangle near it.
-  bool make_vertex(Id t, const MeshPoint& p, std::uint32_t& v) {
-    const auto find = [&] {
-      for (v = 0; v < mesh_.vertices(); ++v) {
-        if (mesh_.x[v] == p.x && mesh_.y[v] == p.y) return !is_void(v);
-      }
-      return false;
-    };
-    if (find()) return true;
-    for (int k = 0; k < 3; ++k) {  // to make room, the triangle itself may be turned first
-      const Id at = triangle_with(p, t);
-      if (at == kNone || !split(at, p)) return false;
-      if (find()) return true;
+  // What making a triangle has left over the limit, and neighbours that are too many.
+  bool finish() {
+    std::vector<Id> changed;
+    for (Id u = 0; u < mesh_.triangles.size(); ++u) {
+      if (stamp_[u] > 0) changed.push_back(u);
     }
-    return false;
+    run(changed, kMostCrowded);
+    return !is_over(worst_known()) && disperse();
+  }
+
+  bool is_on_side(const MeshPoint& p) const { return p.x == 0 || p.y == 0 || p.x == mesh_.side || p.y == mesh_.side; }
+  std::optional<std::uint32_t> vertex_at(const MeshPoint& p) const {
+    for (std::uint32_t v = 0; v < mesh_.vertices(); ++v) {
+      if (mesh_.x[v] == p.x && mesh_.y[v] == p.y) return v;
+    }
+    return std::nullopt;
+  }
+  // The vertex at p, which becomes one if there is none. t: a triangle near it.
+  std::optional<std::uint32_t> make_vertex(Id t, const MeshPoint& p) {
+    for (int k = 0; k < 4; ++k) {  // to make room, the triangle itself may be turned first
+      if (const auto v = vertex_at(p)) return is_void(*v) ? std::nullopt : v;
+      const Id at = triangle_with(p, t);
+      if (at == kNone || !split(at, p)) return std::nullopt;
+    }
+    return std::nullopt;
+  }
+  bool lie_on_a_side(const MeshPoint& a, const MeshPoint& b) const {
+    return (a.x == b.x && (a.x == 0 || a.x == mesh_.side)) || (a.y == b.y && (a.y == 0 || a.y == mesh_.side));
+  }
+  // The ends of the edge on a side of the tile that passes p, which is no corner of it.
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> edge_of_side(const MeshPoint& p) const {
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      for (unsigned k = 0; k < 3; ++k) {
+        const std::uint32_t v = mesh_.triangles[t][k], w = mesh_.triangles[t][after(k)];
+        const MeshPoint a = point(v), b = point(w);
+        if (across_[t][k] != kNone || !lie_on_a_side(a, b) || !lie_on_a_side(a, p) || !lie_on_a_side(b, p)) continue;
+        if ((a.x - p.x) * (b.x - p.x) + (a.y - p.y) * (b.y - p.y) < 0) return std::pair{v, w};
+      }
+    }
+    return std::nullopt;
   }
 
   bool crosses(std::uint32_t u, std::uint32_t w, std::uint32_t a, std::uint32_t b) const {
@@ -497,6 +531,7 @@ class Refinement {
   std::vector<std::uint32_t> valence_;  // indexed by vertex: neighbours
   std::map<std::uint32_t, int> harmed_;  // indexed by vertex: edges turned there to make room
   std::priority_queue<Entry> worst_;
+  std::optional<Id> taken_off_;
   Refined result_;
 };
 
@@ -509,18 +544,36 @@ Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, s
 
 Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over) {
   Refined all;
-  for (const std::uint32_t t : over) {
+  std::vector<Id> left(over.rbegin(), over.rend());
+  while (!left.empty()) {
+    const Id t = left.back();
+    left.pop_back();
     const Triangle& c = mesh.triangles[t];
     const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
     const auto wanted = meter.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m);
     if (!wanted) continue;
-    proto::TileMesh trial = mesh;
-    if (!Refinement(trial, meter, limit_m, kCrowd).make_triangle(t, *wanted)) {
+    std::optional<proto::TileMesh> made;
+    std::optional<Id> off;
+    // As it is wanted; else with two corners on a side of the tile, whose vertices are not to be changed.
+    for (unsigned way = 0; way < 7 && !made; ++way) {
+      proto::TileMesh trial = mesh;
+      Refinement refinement(trial, meter, limit_m, kCrowd);
+      const unsigned inside = (way + 2) % 3, on_side = (inside + 1 + (way - 1) / 3) % 3;
+      if (!(way == 0 ? refinement.make_triangle(t, *wanted) : refinement.make_triangle_on_side(t, (*wanted)[inside], (*wanted)[on_side]))) continue;
+      made = std::move(trial);
+      off = refinement.taken_off();
+    }
+    if (!made) {
       ++all.over;
       continue;
     }
-    all.inserted += static_cast<std::uint32_t>(trial.vertices() - mesh.vertices());
-    mesh = std::move(trial);
+    all.inserted += static_cast<std::uint32_t>(made->vertices() - mesh.vertices());
+    mesh = std::move(*made);
+    if (!off) continue;
+    const Id last = static_cast<Id>(mesh.triangles.size() - 1);
+    mesh.triangles[*off] = mesh.triangles[last];
+    mesh.triangles.pop_back();
+    std::replace(left.begin(), left.end(), last, *off);
   }
   return all;
 }

@@ -26,6 +26,7 @@
 #include "pipeline/build/water_build.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
+#include "raster/back_projection.h"
 #include "raster/decimation.h"
 #include "raster/filled_source.h"
 #include "raster/storage.h"
@@ -233,6 +234,11 @@ proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& r
   if (!request.decimation) return raster::open_filled_source(request.raster_path, request.raster_name, request.trust, request.options);
   auto source = raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation);
   return source.ok() ? raster::fill_enclosed_voids(std::move(*source), limit_cells) : std::move(source);
+}
+
+std::unique_ptr<raster::Source> source_of_tiles(const proto::Plan& plan, std::unique_ptr<raster::Source> source) {
+  const double within_m = pixels_within_m(plan);
+  return within_m > 0 ? raster::project_back(std::move(source), within_m) : std::move(source);
 }
 
 proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source) {

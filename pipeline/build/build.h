@@ -58,6 +58,8 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
 
 /// The request's raster, or the mosaic of its members.
 proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request);
+/// What the plan's tiles are made of: the source, its samples moved to within pixels_within_m of its pixels.
+std::unique_ptr<raster::Source> source_of_tiles(const proto::Plan& plan, std::unique_ptr<raster::Source> source);
 
 /// All numbers of a build, those of keep= too: what make_plan gives, with the program and the state of what is read.
 proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source);

@@ -10,12 +10,12 @@
 #include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
 #include "pipeline/build/exact/exact_block.h"
+#include "pipeline/build/build.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/tile/mesh_record.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/chain.h"
 #include "pipeline/build/tile_output.h"
-#include "raster/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -75,7 +75,7 @@ proto::Result<void> Builder::prepare() {
   for (unsigned k = 0; k < workers_.threads(); ++k) {
     auto source = open_();
     if (!source.ok()) return source.problem();
-    sources_.push_back(std::move(*source));
+    sources_.push_back(source_of_tiles(plan_, std::move(*source)));
   }
   if (plan_.exact()) {
     const auto opened = exact_.open(room_.device, exact_at_once(plan_, workers_.threads(), room_.memory_mib));
@@ -260,7 +260,7 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
     const bool finest = tiles[k].tile.z == lattice_.finest_level;
     std::vector<raster::PixelPoint> pixels;
     if (finest) pixels = pixels_of(lattice_, tiles[k].tile, *sources_[worker]);
-    if (finest && context.promise && raster::meets_pixels(plan_.options()) && meet_pixels(context, tiles[k], pixels) > 0) measure_exact(context, tiles[k]);
+    if (finest && context.promise && pixels_within_m(plan_) > 0 && meet_pixels(context, tiles[k], pixels) > 0) measure_exact(context, tiles[k]);
     encoded[k] = encode_tile(context, tiles[k], plan_.options());
     if (encoded[k] && finest) *encoded[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
   });

@@ -10,7 +10,6 @@
 #include "pipeline/plan/plan.h"
 #include "pipeline/build/tile_output.h"
 #include "pipeline/tile/mesh_record.h"
-#include "raster/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -100,7 +99,7 @@ class BlockBuild {
       const bool finest = z == lattice_.finest_level;
       std::vector<raster::PixelPoint> pixels;
       if (finest) pixels = team_.pixels(tiles[k].tile, worker);
-      if (finest && context.promise && raster::meets_pixels(plan_.options())) meet_pixels(context, tiles[k], pixels);
+      if (finest && context.promise && pixels_within_m(plan_) > 0) meet_pixels(context, tiles[k], pixels);
       above[k] = measure_exact(context, tiles[k]);
       made[k] = encode_tile(context, tiles[k], plan_.options());
       if (made[k] && finest) *made[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);

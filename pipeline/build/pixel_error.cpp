@@ -15,6 +15,7 @@
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "proto/integers.h"
+#include "raster/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -169,9 +170,14 @@ class PixelMeter final : public gpu::ErrorMeter {
     if (!worst) return std::nullopt;
     const raster::PixelPoint& pixel = pixels_[worst->pixel];
     const std::int32_t x = std::min(static_cast<std::int32_t>(pixel.x), side_ - 1), y = std::min(static_cast<std::int32_t>(pixel.y), side_ - 1);
-    const auto at = [&](std::int32_t dx, std::int32_t dy) { return gpu::MeshPoint{x + dx, y + dy, sample(west_ + x + dx, south_ + y + dy)}; };
-    const gpu::MeshPoint third = pixel.x - x >= pixel.y - y ? at(1, 0) : at(0, 1);
-    return third.y == y ? std::array{at(0, 0), third, at(1, 1)} : std::array{at(0, 0), at(1, 1), third};
+    const auto height = [&](std::uint32_t east, std::uint32_t north) { return sample(west_ + x + east, south_ + y + north); };
+    const auto around = raster::triangle_around(pixel.x - x, pixel.y - y, height(0, 0) == proto::kNoHeight, height(1, 1) == proto::kNoHeight);
+    std::array<gpu::MeshPoint, 3> out;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& [east, north, weight] = around[k];
+      out[k] = {x + static_cast<std::int32_t>(east), y + static_cast<std::int32_t>(north), height(east, north)};
+    }
+    return out;
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "gpu/measure/surface_error.h"
+#include "pipeline/build/build.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/check/cover_law.h"
 #include "pipeline/encode/draco_mesh.h"
@@ -25,6 +26,7 @@ std::string metres(double value) {
 proto::Result<std::unique_ptr<ErrorLaws>> ErrorLaws::open(const std::string& raster, const proto::Manifest& manifest, const proto::Plan& plan) {
   auto source = raster::open_filled_source(raster, manifest.name(), raster::Trust::operator_file, manifest.options());
   if (!source) return source.problem();
+  *source = source_of_tiles(plan, std::move(*source));
   proto::Plan known = plan;
   const raster::Source::Window window = (*source)->window(lattice_of(plan));
   known.clear_window();

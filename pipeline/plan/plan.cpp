@@ -14,6 +14,7 @@
 namespace cordillera::pipeline {
 namespace {
 
+constexpr const char *kExactPixels = raster::kPixelChoices[0], *kLatticePixels = raster::kPixelChoices[1];
 constexpr double kLeastError_m = 0.01;       // heights are steps of a millimetre
 // error= when nothing is asked: a quarter of the finest cell, or what shows the relief if that is less; no less than a flat sea, cut into
 // triangles of a decent size, is off for the earth's curvature.
@@ -32,21 +33,16 @@ constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, 
 constexpr int kExactLevels = 2;  // of an exact block, at least: what is merged above it is measured against both
 constexpr const char* kWithoutExact = "strategy=waves";
 constexpr double kExactLatitude_deg = 85;      // towards a pole a row of the lattice is no line any more
+constexpr double kPixelShare = 1.0 / 10;        // of the finest target: see pixels_within_m
 constexpr double kRelief_m = 8192;             // within a tile, and its skirts, quantisation must have room for
 
 double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }
 
 using proto::floor_divide;
 
-/// Whether a level is fine enough for pixels=exact.
-bool meets(const proto::Source& source, const proto::BuildOptions& options, const proto::Lattice& lattice) {
-  return !raster::meets_pixels(options) || raster::spacing(source, lattice) <= raster::kMeetingSpacing;
-}
-
 /// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it where the
-/// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies. With
-/// pixels=exact, the first of these whose surface can meet all pixels.
-int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
+/// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
+int finest_level(const proto::Source& source) {
   const double share = std::min(source.columns(), source.rows()) <= 2 ? 0.5 : 1;
   const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
   const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
@@ -54,7 +50,7 @@ int finest_level(const proto::Source& source, const proto::BuildOptions& options
     const proto::Lattice lattice{proto::Scheme::geodetic, z};
     const double row = (latitude + 90) / 180 * static_cast<double>(lattice.rows());
     // A source of exactly one lattice spacing must not fall to the next level by the last bit of its pixel size.
-    if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6) && meets(source, options, lattice)) return z;
+    if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6)) return z;
   }
   return proto::kMaxLevel;
 }
@@ -89,7 +85,7 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
 }  // namespace
 
 proto::Result<std::pair<int, int>> level_range(const proto::Source& source, const proto::BuildOptions& options) {
-  const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source, options);
+  const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source);
   const int coarsest = static_cast<int>(options.min_level());
   if (finest > proto::kMaxLevel) {
     return proto::Problem{"option-invalid", "max_level " + std::to_string(finest) + " is too fine",
@@ -196,11 +192,28 @@ namespace {
 
 double default_error_m(const proto::Plan& plan, const std::vector<proto::Samples>& places) {
   const double cell_m = proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2);
-  const double least_m = std::min(kLeastDefaultCells * cell_m, kLeastDefault_m);
+  const double sag_m = 2 * cell_m * cell_m / (8 * proto::kSemiMajor_m);  // of a cell's diagonal at the equator
+  const double least_m = std::max(std::min(kLeastDefaultCells * cell_m, kLeastDefault_m), sag_m / (1 - kPixelShare));
   return std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(places), least_m));
 }
 
+/// pixels= by name, "exact" or empty. What was asked for by name and cannot be is a problem.
+proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan) {
+  const bool asked = plan.options().pixels() == kExactPixels, fine = raster::spacing(source, lattice_of(plan)) <= raster::kMostSpacing;
+  if (asked && !plan.promise()) return proto::Problem{"options-conflict", "pixels=exact and keep are both given: with keep no error is promised", "one of them", "pixels"};
+  if (asked && !fine)
+    return proto::Problem{"options-conflict", "cells of level " + std::to_string(plan.finest_level()) + " are wider than a pixel, so they cannot meet all pixels",
+                          "pixels=lattice, or a finer max_level", "pixels"};
+  if (plan.options().pixels() == kLatticePixels || !plan.promise() || !fine) plan.mutable_options()->clear_pixels();
+  else plan.mutable_options()->set_pixels(kExactPixels);
+  return {};
+}
+
 }  // namespace
+
+double pixels_within_m(const proto::Plan& plan) {
+  return plan.options().pixels() == kExactPixels ? kPixelShare * plan.levels(0).target() : 0;
+}
 
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options) {
   if (const auto checked = check_options(options); !checked.ok()) return checked.problem();
@@ -232,7 +245,7 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.mutable_options()->clear_memory();
   plan.mutable_options()->clear_warnings();
   if (options.quality() == "default") plan.mutable_options()->clear_quality();
-  if (!raster::meets_pixels(options)) plan.mutable_options()->clear_pixels();
+  if (const auto chosen = choose_pixels(source.description(), plan); !chosen.ok()) return chosen.problem();
   for (int z = range->first; z >= range->second; --z) {
     proto::LevelPlan* level = plan.add_levels();
     level->set_level(static_cast<std::uint32_t>(z));

@@ -32,6 +32,10 @@ std::string why_waves(const proto::Plan& plan);
 /// Why a plan cannot be exact: a pole, shares, too few levels. It has a window.
 proto::Result<void> check_exact(const proto::Plan& plan);
 
+/// How near to the raster's own pixels the surface between samples is brought before anything is simplified, metres; 0: samples stay as they are,
+/// and the error counts at samples alone. It leaves simplification the rest of the finest target.
+double pixels_within_m(const proto::Plan& plan);
+
 /// Sets chain tolerance, .glb step, height step and rim tolerance of a level from its target.
 void derive_level(const proto::Plan& plan, proto::LevelPlan& level);
 

@@ -13,6 +13,7 @@
 #include "pipeline/tile/chain.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
+#include "raster/back_projection.h"
 #include "raster/filled_source.h"
 #include "raster/storage.h"
 #include "raster/window_index.h"
@@ -114,7 +115,8 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const proto::Lattice lattice = lattice_of(plan);
   const int level = static_cast<int>(plan.block_level());
   // One raster alone has no seam, and a block of it no other source.
-  const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) + raster::fill_reach(raster::fill_limit_cells(work.options()));
+  const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) + raster::fill_reach(raster::fill_limit_cells(work.options())) +
+                            (pixels_within_m(plan) > 0 ? raster::kProjectionReach : 0);
   const std::int64_t beside = rim_reach(lattice, level) + (work.sources_size() > 1 ? seam : 0);
   std::vector<raster::Source::Window> windows;
   for (const proto::PlannedSource& source : work.sources()) windows.push_back(raster::coarser(member_of(source).window, lattice));
@@ -209,7 +211,6 @@ proto::BuildOptions reading(const proto::BuildOptions& options) {
   out.set_vertical_datum(options.vertical_datum());
   out.set_nodata(options.nodata());
   out.set_voids(options.voids());
-  out.set_pixels(options.pixels());
   if (options.has_z_scale()) out.set_z_scale(options.z_scale());
   if (options.has_z_offset()) out.set_z_offset(options.z_offset());
   *out.mutable_bbox() = options.bbox();

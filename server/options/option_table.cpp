@@ -296,8 +296,8 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"fast", "default", "best"}, settings.build.mutable_quality());
        }},
-      {"pixels", "PIXELS", "exact: the finest level keeps its error at the raster's own pixels, too; lattice: at the samples of the level alone, with fewer triangles",
-       "lattice or exact",
+      {"pixels", "PIXELS", "exact: the finest level keeps its error at the raster's own pixels, too; lattice: at the samples of the level alone, with fewer triangles, as do levels of cells wider than a pixel and keep=",
+       "exact or lattice",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {raster::kPixelChoices[0], raster::kPixelChoices[1]}, settings.build.mutable_pixels());
        }},

@@ -123,6 +123,64 @@ TEST(refine, makes_the_triangle_that_the_lattice_has_where_insertions_do_not_hel
   }
 }
 
+/// A place that is right only in a triangle with this corner; none: that no triangle may hold.
+class Place final : public ErrorMeter {
+ public:
+  Place(double x, double y, const std::array<MeshPoint, 3>& wanted, std::optional<MeshPoint> corner) : x_(x), y_(y), wanted_(wanted), corner_(corner) {}
+  TriangleError measure(const std::array<MeshPoint, 3>& corners, double) const override {
+    TriangleError error;
+    error.error_m = is_wrong(corners) ? 1000 : 0;
+    return error;
+  }
+  double error_m(const std::array<MeshPoint, 3>& corners, const Glance&) const override { return is_wrong(corners) ? 1000 : 0; }
+  std::optional<std::array<MeshPoint, 3>> wanted(const std::array<MeshPoint, 3>& corners, double) const override {
+    return is_wrong(corners) ? std::optional(wanted_) : std::nullopt;
+  }
+
+ private:
+  bool is_wrong(const std::array<MeshPoint, 3>& c) const {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const MeshPoint &a = c[k], &b = c[(k + 1) % 3];
+      if ((b.x - a.x) * (y_ - a.y) - (b.y - a.y) * (x_ - a.x) < 0) return false;
+    }
+    return std::none_of(c.begin(), c.end(), [&](const MeshPoint& p) { return corner_ && p.x == corner_->x && p.y == corner_->y; });
+  }
+  const double x_, y_;
+  const std::array<MeshPoint, 3> wanted_;
+  const std::optional<MeshPoint> corner_;
+};
+
+// The neighbour has the side's vertices, too, so none is put in there.
+TEST(refine, makes_a_triangle_on_a_side_with_the_vertices_that_the_side_has) {
+  const proto::Samples samples = samples_of([](int, int) { return 0.0; });
+  TileMesh mesh = coarse(samples, 8);
+  const TileMesh crude = mesh;
+  const MeshPoint inside{101, 1, 0};
+  const Place meter(100.6, 0.3, {{{100, 0, 0}, {101, 0, 0}, inside}}, inside);
+  std::vector<std::uint32_t> all(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0U);
+  EXPECT_EQ(refine_stuck(mesh, meter, 30, all).over, 0u);
+  expect_lawful(mesh);
+  const auto on_south = [](const TileMesh& m) { return std::count(m.y.begin(), m.y.end(), 0); };
+  EXPECT_EQ(on_south(mesh), on_south(crude));
+  EXPECT_EQ(mesh.vertices(), crude.vertices() + 1);
+  EXPECT_TRUE(std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
+    return std::count_if(t.begin(), t.end(), [&](std::uint32_t v) { return mesh.y[v] == 0; }) == 2 &&
+           std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return mesh.x[v] == 101 && mesh.y[v] == 1; });
+  }));
+}
+
+TEST(refine, takes_off_a_triangle_that_no_sample_lies_in_where_the_mesh_ends_at_a_rim) {
+  TileMesh mesh;
+  mesh.side = kSide;
+  for (const auto& [x, y] : {std::pair{100, 100}, {101, 101}, {100, 101}, {0, 100}, {100, kSide}})
+    mesh.x.push_back(x), mesh.y.push_back(y), mesh.height.push_back(0), mesh.mark.push_back(0);
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {2, 1, 4}};
+  const Place meter(100.3, 100.7, {{{100, 100, 0}, {101, 100, proto::kNoHeight}, {101, 101, 0}}}, std::nullopt);
+  EXPECT_EQ(refine_stuck(mesh, meter, 30, std::vector<std::uint32_t>{0}).over, 0u);
+  EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::uint32_t, 3>>{{2, 1, 4}, {0, 2, 3}}));
+}
+
 TEST(refine, puts_in_no_more_than_it_may) {
   const proto::Samples samples = samples_of(kHills);
   TileMesh mesh = coarse(samples, 4);

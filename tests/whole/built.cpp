@@ -110,8 +110,9 @@ Built build_file(const std::string& path, const proto::BuildOptions& options, st
   const std::atomic<bool> stop = false;
   Built built;
   built.manifest = must(pipeline::build(request, nullptr, stop));
-  const auto source = must(pipeline::open_source(request));
+  auto source = must(pipeline::open_source(request));
   plan_again(built, *source, request);
+  source = pipeline::source_of_tiles(built.plan, std::move(source));
   const auto& w = built.plan.window();
   built.samples = must(source->sample(built.lattice, w[0], w[1], w[2] - w[0] + 1, w[3] - w[1] + 1));
   const auto store = must(pipeline::StoreReader::open(request.store_path));

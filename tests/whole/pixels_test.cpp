@@ -1,10 +1,11 @@
-// The error that is stated at the raster's own pixels, against the independent judge; and pixels=exact.
+// The error that is stated at the raster's own pixels, against the independent judge; and that it is kept.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "pipeline/plan/plan.h"
+#include "raster/source.h"
 #include "tests/whole/built.h"
 
 namespace cordillera::whole {
@@ -53,6 +54,7 @@ TEST_P(AtPixels, the_error_is_what_the_judge_finds) {
   const HeightOf ground = rough(5);
   const Built built = built_with("lattice", GetParam(), ground);
   ASSERT_EQ(built.lattice.finest_level, kLevel);
+  EXPECT_EQ(built.manifest.options().pixels(), "lattice");
   const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
   const Measured found = at_centres(built, ground);
   EXPECT_NEAR(stated.max(), found.max_m, 0.01);
@@ -64,9 +66,9 @@ TEST_P(AtPixels, the_error_is_what_the_judge_finds) {
   EXPECT_LE(stated.p99(), stated.max());
 }
 
-TEST_P(AtPixels, exact_keeps_the_target_there) {
+TEST_P(AtPixels, the_target_is_kept_there_unless_told_otherwise) {
   const HeightOf ground = rough(5);
-  const Built built = built_with("exact", GetParam(), ground);
+  const Built built = built_with("", GetParam(), ground);
   EXPECT_EQ(built.lattice.finest_level, kLevel + 1) << "cells of half a pixel";
   const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
   EXPECT_LE(stated.max(), 1.1 * 2);
@@ -75,11 +77,10 @@ TEST_P(AtPixels, exact_keeps_the_target_there) {
 }
 
 // Mountains, where edges between samples pass far from pixels: without vertices around those it was 12.3 m for a target of 9.5.
-TEST_P(AtPixels, exact_keeps_the_target_on_mountains) {
+TEST_P(AtPixels, the_target_is_kept_on_mountains) {
   proto::BuildOptions options;
   options.set_threads(2);
   options.set_device("cpu");
-  options.set_pixels("exact");
   options.set_strategy(GetParam());
   for (const double side : {-71.4, 44.2, -71.1, 44.4}) options.add_bbox(side);
   const Built built = build_file(std::string(CORDILLERA_SOURCE_DIR) + "/deploy/sample/white_mountains_srtm3.tif", options);
@@ -88,6 +89,28 @@ TEST_P(AtPixels, exact_keeps_the_target_on_mountains) {
   EXPECT_GT(stated.pixels(), 80'000);
   EXPECT_LE(stated.max(), pipeline::level_plan(built.plan, finest).target());
   EXPECT_LE(built.stated_m(finest), pipeline::level_plan(built.plan, finest).target());
+}
+
+// A cell of two pixels cannot meet both.
+TEST(AtPixelsOfCoarseLevels, the_error_is_stated_and_not_kept) {
+  Dem dem = cells_of(kCorner, kSide, kSide, rough(5));
+  dem.level = kLevel - 1;
+  proto::BuildOptions options = with_error(2);
+  const Built built = build_dem(dem, options);
+  EXPECT_EQ(built.manifest.options().pixels(), "lattice");
+  EXPECT_GT(built.manifest.source().error_at_pixels().max(), 4);
+  options.set_pixels("exact");
+  options.set_max_level(kLevel - 1);
+  const Folder folder;
+  write(dem, folder.path("dem.tif"));
+  const auto source = raster::open_source(folder.path("dem.tif"), "dem.tif", raster::Trust::operator_file, options).value();
+  const auto refused = pipeline::make_plan(*source, options);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().parameter, "pixels");
+  options.clear_max_level();
+  options.clear_error();
+  options.add_keep(0.1);
+  EXPECT_EQ(pipeline::make_plan(*source, options).problem().type, "options-conflict");
 }
 
 INSTANTIATE_TEST_SUITE_P(pixels, AtPixels, testing::Values("waves", "exact"));

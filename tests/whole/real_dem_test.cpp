@@ -57,7 +57,6 @@ TEST_P(RealDem, keeps_its_target_at_its_own_pixels) {
   proto::BuildOptions options;
   options.set_threads(2);
   options.set_device("cpu");
-  options.set_pixels("exact");
   const std::string path = real_dems() + "/" + GetParam();
   {
     const auto source = raster::open_source(path, GetParam(), raster::Trust::operator_file, options);

@@ -104,7 +104,8 @@ TEST(shape, one_pixel) {
 TEST(shape, two_pixels) {
   const Built built = build_dem(cells_of({12, 4000 * kTile + 7, 2900 * kTile + 9}, 2, 1, [](int c, int) { return 100.0 + 10 * c; }), with_error(1));
   EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
-  EXPECT_THAT(error_at(built, 12, 4000 * kTile + 8, 2900 * kTile + 9, 105), Optional(Le(1.01)));  // halfway between the pixels' centres
+  EXPECT_EQ(built.manifest.source().error_at_pixels().pixels(), 2);
+  EXPECT_LE(built.manifest.source().error_at_pixels().max(), 1.01);
 }
 
 }  // namespace
