@@ -6,7 +6,7 @@
 #include <iostream>
 #include <locale>
 
-#include "raster/share_folder.h"
+#include "raster/disk/share_folder.h"
 #include "server/jobs/child.h"
 #include "server/client/client_line.h"
 #include "server/cli/commands.h"

@@ -1,6 +1,6 @@
 """A library with another's name and symbols and nothing behind them: whoever calls one is told so, and ends.
 
-GDAL is bound at once to all that its many formats need. Cordillera opens few of them (raster/formats.h).
+GDAL is bound at once to all that its many formats need. Cordillera opens few of them (raster/gdal/formats.h).
 """
 import os
 import subprocess

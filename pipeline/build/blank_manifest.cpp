@@ -7,8 +7,8 @@
 #include "proto/ellipsoid.h"
 #include "proto/mesh.h"
 #include "proto/utf8.h"
-#include "raster/back_projection.h"
-#include "raster/filled_source.h"
+#include "raster/sample/back_projection.h"
+#include "raster/voids/filled_source.h"
 
 namespace cordillera::pipeline {
 namespace {

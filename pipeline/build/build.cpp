@@ -26,10 +26,10 @@
 #include "pipeline/build/water_build.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
-#include "raster/back_projection.h"
-#include "raster/decimation.h"
-#include "raster/filled_source.h"
-#include "raster/storage.h"
+#include "raster/pixels/decimation.h"
+#include "raster/sample/back_projection.h"
+#include "raster/storage/storage.h"
+#include "raster/voids/filled_source.h"
 
 namespace cordillera::pipeline {
 namespace {

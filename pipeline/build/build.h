@@ -9,7 +9,7 @@
 #include "cordillera.pb.h"
 #include "pipeline/store/store.h"
 #include "proto/result.h"
-#include "raster/mosaic.h"
+#include "raster/mosaic/mosaic.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {

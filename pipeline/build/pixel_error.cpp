@@ -15,7 +15,7 @@
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/pixel_error_sum.h"
 #include "proto/integers.h"
-#include "raster/back_projection.h"
+#include "raster/sample/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {

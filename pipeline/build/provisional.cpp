@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "pipeline/plan/plan.h"
-#include "raster/back_projection.h"
-#include "raster/decimation.h"
+#include "raster/pixels/decimation.h"
+#include "raster/sample/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {

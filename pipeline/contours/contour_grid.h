@@ -5,7 +5,7 @@
 
 #include "pipeline/faces/face.h"
 #include "proto/result.h"
-#include "raster/height_lines.h"
+#include "raster/gdal/height_lines.h"
 
 namespace cordillera::pipeline::contours {
 

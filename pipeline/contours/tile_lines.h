@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "raster/height_lines.h"
+#include "raster/gdal/height_lines.h"
 
 namespace cordillera::pipeline::contours {
 

@@ -7,8 +7,8 @@
 
 #include "pipeline/faces/outline_fill.h"
 #include "pipeline/store/sqlite.h"
-#include "raster/geoid.h"
-#include "raster/vertical.h"
+#include "raster/datum/geoid.h"
+#include "raster/datum/vertical.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

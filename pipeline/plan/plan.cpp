@@ -9,7 +9,7 @@
 #include "pipeline/plan/sample_places.h"
 #include "proto/ellipsoid.h"
 #include "proto/integers.h"
-#include "raster/back_projection.h"
+#include "raster/sample/back_projection.h"
 
 namespace cordillera::pipeline {
 namespace {

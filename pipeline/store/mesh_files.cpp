@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "pipeline/store/sqlite.h"
-#include "raster/new_file.h"
+#include "raster/disk/new_file.h"
 
 namespace cordillera::pipeline {
 namespace {

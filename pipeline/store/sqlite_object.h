@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "raster/object_file.h"
+#include "raster/storage/object_file.h"
 
 namespace cordillera::pipeline {
 

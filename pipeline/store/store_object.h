@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "pipeline/store/store.h"
-#include "raster/object_file.h"
+#include "raster/storage/object_file.h"
 
 namespace cordillera::pipeline {
 

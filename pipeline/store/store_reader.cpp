@@ -15,7 +15,7 @@
 #include "pipeline/store/store_sums.h"
 #include "pipeline/store/store_words.h"
 #include "pipeline/encode/tile_glb.h"
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
 
 namespace cordillera::pipeline {
 namespace {

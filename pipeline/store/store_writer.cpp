@@ -10,7 +10,7 @@
 #include "pipeline/store/store_revise.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
-#include "raster/free_space.h"
+#include "raster/disk/free_space.h"
 
 namespace cordillera::pipeline {
 namespace {

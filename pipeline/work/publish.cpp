@@ -9,7 +9,7 @@
 #include "pipeline/build/workers.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
 
 namespace cordillera::pipeline::work {
 namespace {

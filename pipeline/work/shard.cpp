@@ -3,7 +3,7 @@
 #include "pipeline/store/content_hash.h"
 #include "pipeline/encode/little_endian.h"
 #include "pipeline/work/work_plan.h"
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
 
 namespace cordillera::pipeline::work {
 namespace {

@@ -8,8 +8,8 @@
 #include "pipeline/build/builder.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
-#include "raster/filled_source.h"
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
+#include "raster/voids/filled_source.h"
 
 namespace cordillera::pipeline::work {
 namespace {

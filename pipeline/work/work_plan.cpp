@@ -13,10 +13,10 @@
 #include "pipeline/tile/chain.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
-#include "raster/back_projection.h"
-#include "raster/filled_source.h"
-#include "raster/storage.h"
-#include "raster/window_index.h"
+#include "raster/mosaic/window_index.h"
+#include "raster/sample/back_projection.h"
+#include "raster/storage/storage.h"
+#include "raster/voids/filled_source.h"
 
 namespace cordillera::pipeline::work {
 namespace {

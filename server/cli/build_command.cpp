@@ -9,7 +9,7 @@
 #include "pipeline/build/build.h"
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/exports/export.h"
-#include "raster/source_list.h"
+#include "raster/mosaic/source_list.h"
 #include "server/jobs/child.h"
 #include "server/cli/commands.h"
 #include "server/api/estimate_json.h"

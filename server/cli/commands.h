@@ -22,7 +22,7 @@ enum class Words { all, none };
 enum class Show { table, json, problems };
 
 struct BuildLine {
-  std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/source_list.h
+  std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/mosaic/source_list.h
   std::string output;  ///< a static folder, or one .sqlite file if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
   Words words = Words::all;

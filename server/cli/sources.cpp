@@ -8,8 +8,8 @@
 
 #include "pipeline/build/workers.h"
 #include "proto/mesh.h"
-#include "raster/source_list.h"
-#include "raster/window_index.h"
+#include "raster/mosaic/source_list.h"
+#include "raster/mosaic/window_index.h"
 
 namespace cordillera::server {
 namespace {

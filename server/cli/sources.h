@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "proto/result.h"
-#include "raster/mosaic.h"
+#include "raster/mosaic/mosaic.h"
 #include "server/options/options.h"
 
 namespace cordillera::server {
@@ -17,7 +17,7 @@ struct Sources {
   std::vector<std::string> warnings;
 };
 
-/// words: rasters, folders, lists; see raster/source_list.h. Options that a list gives to a raster go over those of settings; they may be
+/// words: rasters, folders, lists; see raster/mosaic/source_list.h. Options that a list gives to a raster go over those of settings; they may be
 /// crs, vertical_datum, nodata, voids, z_scale, z_offset. A raster beside the bbox is passed over. Rasters that overlap
 /// and count their heights from different surfaces are warned of, with the difference where they meet.
 proto::Result<Sources> examine_sources(const std::vector<std::string>& words, const Settings& settings, BadSource bad);

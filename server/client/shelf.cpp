@@ -9,7 +9,7 @@
 #include <fstream>
 
 #include "server/http/json.h"
-#include "raster/write_all.h"
+#include "raster/disk/write_all.h"
 
 namespace cordillera::server::client {
 namespace {

@@ -12,7 +12,7 @@
 #include <optional>
 #include <thread>
 
-#include "raster/private_folder.h"
+#include "raster/disk/private_folder.h"
 #include "server/cli/path_kind.h"
 #include "server/client/commands.h"
 #include "server/datasets/upload.h"

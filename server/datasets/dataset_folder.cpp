@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "pipeline/store/store.h"
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
 #include "server/http/json.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/upload.h"

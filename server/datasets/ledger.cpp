@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "pipeline/store/sqlite.h"
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/http/digest.h"
 #include "server/http/json.h"

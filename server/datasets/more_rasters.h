@@ -9,7 +9,7 @@
 
 #include "proto/result.h"
 #include "server/http/digest.h"
-#include "raster/new_file.h"
+#include "raster/disk/new_file.h"
 
 namespace cordillera::server {
 

@@ -6,7 +6,7 @@
 #include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/store_object.h"
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
 #include "server/datasets/layout.h"
 #include "server/http/json.h"
 #include "server/log/log.h"

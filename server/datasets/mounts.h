@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "pipeline/faces/terrain.h"
-#include "raster/object_file.h"
+#include "raster/storage/object_file.h"
 #include "server/http/message.h"
 #include "server/options/options.h"
 #include "server/datasets/registry.h"

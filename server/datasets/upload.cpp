@@ -8,7 +8,7 @@
 
 #include "proto/letters.h"
 #include "server/http/digest.h"
-#include "raster/new_file.h"
+#include "raster/disk/new_file.h"
 
 namespace cordillera::server {
 namespace {

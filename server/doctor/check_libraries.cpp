@@ -1,6 +1,6 @@
 // What rasters are read with.
-#include "raster/drivers.h"
-#include "raster/vertical.h"
+#include "raster/datum/vertical.h"
+#include "raster/gdal/drivers.h"
 #include "server/doctor/doctor.h"
 
 namespace cordillera::server::doctor {

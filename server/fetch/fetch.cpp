@@ -9,7 +9,7 @@
 #include <cstring>
 #include <optional>
 
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
 #include "server/datasets/upload.h"
 #include "server/fetch/addresses.h"
 #include "server/fetch/http_get.h"

@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "raster/storage.h"
+#include "raster/storage/storage.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/datasets/upload.h"

@@ -10,8 +10,8 @@
 
 #include "proto/paths.h"
 #include "proto/utf8.h"
-#include "raster/formats.h"
-#include "raster/storage.h"
+#include "raster/gdal/formats.h"
+#include "raster/storage/storage.h"
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
 #include "server/datasets/upload.h"

@@ -12,7 +12,7 @@
 #include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/datasets/upload.h"
-#include "raster/write_all.h"
+#include "raster/disk/write_all.h"
 
 namespace cordillera::server::uploads {
 namespace {

@@ -13,6 +13,7 @@
 #include "pipeline/faces/outline_fill.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/encode/json.h"
+#include "pipeline/plan/plan.h"
 #include "tests/pipeline/terrain_made.h"
 
 namespace cordillera::pipeline::faces {
@@ -27,6 +28,8 @@ const proto::Lattice kLattice{proto::Scheme::geodetic, 7};
 struct Sample : BuiltSample {
   Sample() {
     auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options).value();
+    const proto::Plan plan = make_plan(*source, request.options).value();
+    source = source_of_tiles(plan, std::move(source));
     const auto window = source->window(terrain->lattice());
     const auto columns = static_cast<std::int32_t>(window.east - window.west + 1);
     const auto rows = static_cast<std::int32_t>(window.north - window.south + 1);

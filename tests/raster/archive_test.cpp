@@ -3,8 +3,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "raster/archive.h"
-#include "raster/free_space.h"
+#include "raster/disk/free_space.h"
+#include "raster/open/archive.h"
 #include "sent.h"
 
 namespace cordillera::raster_test {

@@ -10,7 +10,7 @@
 #include <thread>
 
 #include "fixture.h"
-#include "raster/proj_context.h"
+#include "raster/gdal/proj_context.h"
 
 namespace cordillera::raster_test {
 namespace {

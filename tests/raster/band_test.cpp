@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "raster/dataset.h"
+#include "raster/open/dataset.h"
 #include "sent.h"
 
 namespace cordillera::raster_test {

@@ -1,5 +1,5 @@
 // A CRS that nobody named is told by what it does.
-#include "raster/crs_label.h"
+#include "raster/place/crs_label.h"
 
 #include <gmock/gmock.h>
 

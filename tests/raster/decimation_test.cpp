@@ -1,5 +1,5 @@
 // A raster thinned out lies where the raster lies, has its heights and its voids.
-#include "raster/decimation.h"
+#include "raster/pixels/decimation.h"
 
 #include <cmath>
 

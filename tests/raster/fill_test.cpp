@@ -4,8 +4,8 @@
 #include <random>
 
 #include "proto/mesh.h"
-#include "raster/filled_source.h"
-#include "raster/mosaic.h"
+#include "raster/mosaic/mosaic.h"
+#include "raster/voids/filled_source.h"
 #include "tests/raster/fixture.h"
 
 namespace cordillera::raster_test {

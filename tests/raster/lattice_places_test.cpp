@@ -1,10 +1,10 @@
 // Interpolated places against the exact ones, in projections of every family, and near what is not smooth.
-#include "raster/lattice_places.h"
+#include "raster/place/lattice_places.h"
 
 #include <cmath>
 
-#include "raster/crs.h"
-#include "raster/dataset.h"
+#include "raster/open/dataset.h"
+#include "raster/place/crs.h"
 #include "tests/raster/fixture.h"
 
 namespace cordillera::raster_test {

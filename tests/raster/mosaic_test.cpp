@@ -1,9 +1,9 @@
 // Several rasters as one.
 #include <cmath>
 
-#include "raster/blend.h"
-#include "raster/mosaic.h"
-#include "raster/source_list.h"
+#include "raster/mosaic/blend.h"
+#include "raster/mosaic/mosaic.h"
+#include "raster/mosaic/source_list.h"
 #include "tests/raster/fixture.h"
 
 namespace cordillera::raster_test {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "raster/object_file.h"
+#include "raster/storage/object_file.h"
 #include "tests/raster/fixture.h"
 
 namespace cordillera::raster {

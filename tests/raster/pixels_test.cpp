@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "fixture.h"
-#include "raster/back_projection.h"
+#include "raster/sample/back_projection.h"
 
 namespace cordillera::raster_test {
 namespace {

@@ -1,5 +1,5 @@
 // Line by line gives the bits that sample by sample gives.
-#include "raster/plate_lines.h"
+#include "raster/sample/plate_lines.h"
 
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ TEST(PlateLines, GivesTheBitsOfTheKernel) {
       const std::uint8_t* const flat = lines.flat(at);
       EXPECT_TRUE(std::isnan(height[0]));
       for (std::size_t c = 1; c < u.size(); ++c) {
-        const Place place{u[c], at};
+        const PixelPosition place{u[c], at};
         EXPECT_EQ(flat != nullptr && flat[c] != 0, kernel.flat(place, block));
         flats += kernel.flat(place, block);
         if (std::isnan(height[c])) {

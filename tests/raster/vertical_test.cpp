@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 
 #include "fixture.h"
-#include "raster/geoid.h"
+#include "raster/datum/geoid.h"
 
 namespace cordillera::raster_test {
 namespace {

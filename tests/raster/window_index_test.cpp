@@ -1,11 +1,11 @@
 // The index of windows says what trying each with each says.
-#include "raster/window_index.h"
+#include "raster/mosaic/window_index.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "raster/mosaic.h"
+#include "raster/mosaic/mosaic.h"
 
 namespace cordillera::raster_test {
 namespace {

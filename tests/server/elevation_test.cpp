@@ -7,7 +7,7 @@
 
 #include "fixture.h"
 #include "pipeline/build/build.h"
-#include "raster/geodesic.h"
+#include "raster/place/geodesic.h"
 #include "server/api/requests/elevation_query.h"
 
 namespace cordillera::server {

@@ -36,6 +36,12 @@ class Rooms(unittest.TestCase):
     def test_the_door_may_include_any_room(self):
         self.assertEqual(self.findings({"gpu/simplifier.cpp": '#include "gpu/border/mend.h"\n'}), [])
 
+    def test_a_floor_with_more_files_than_somebody_looks_through(self):
+        more = {f"raster/file_{k}.h": "" for k in range(rooms.MOST_FILES + 1)}
+        self.assertEqual(self.findings(more), [f"raster/ has {rooms.MOST_FILES + 1} files, more than {rooms.MOST_FILES}: it is two rooms"])
+        more.popitem()
+        self.assertEqual(self.findings(more), [])
+
     def test_an_old_picture(self):
         found = self.findings({"gpu/refine/thin.h": '#include "gpu/mesh/rings.h"\n'})
         self.assertEqual(len(found), 1)

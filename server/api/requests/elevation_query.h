@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "proto/result.h"
-#include "raster/geodesic.h"
+#include "raster/place/geodesic.h"
 #include "server/http/message.h"
 
 namespace cordillera::server {

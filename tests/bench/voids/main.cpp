@@ -10,7 +10,7 @@
 #include <random>
 #include <string>
 
-#include "raster/void_spline.h"
+#include "raster/voids/void_spline.h"
 #include "tests/bench/voids/eight_directions.h"
 
 namespace cordillera::bench {
@@ -80,7 +80,7 @@ Grid gdal_filled(Grid grid, int smoothing) {
   return grid;
 }
 
-/// Each void that does not reach the rim, as raster/void_map does it.
+/// Each void that does not reach the rim, as raster/voids/void_map does it.
 Grid spline_filled(Grid grid) {
   std::vector<bool> seen(grid.height_m.size(), false);
   Grid out = grid;

@@ -13,7 +13,7 @@
 
 #include "../fixture.h"
 #include "probe.h"
-#include "raster/geoid.h"
+#include "raster/datum/geoid.h"
 #include "server/jobs/child.h"
 
 namespace cordillera::server {

@@ -1,0 +1,125 @@
+#include "raster/datum/vertical.h"
+
+#include <array>
+#include <filesystem>
+#include <vector>
+
+#include "proto/letters.h"
+#include "proto/utf8.h"
+#include "raster/datum/vertical_crs.h"
+#include "raster/disk/geoid_folders.h"
+
+namespace cordillera::raster {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+constexpr const char* kAcceptedDatums =
+    "EGM96, EGM2008, EGM84, ellipsoid, a height system such as EPSG:5703 or NAVD88, or the name of a geoid grid (GTX, GeoTIFF, GeographicLib PGM)";
+
+struct KnownDatum {
+  const char* name;
+  std::vector<const char*> files;  ///< the best first
+};
+const std::array<KnownDatum, 3>& known_datums() {
+  // EGM96: always the 15' grid, the one that every installation has; heights must not depend on what else is installed.
+  static const std::array<KnownDatum, 3> known{{{"EGM96", {"egm96-15.pgm"}},
+                                                {"EGM2008", {"egm2008-1.pgm", "egm2008-2_5.pgm", "egm2008-5.pgm", "us_nga_egm08_25.tif"}},
+                                                {"EGM84", {"egm84-15.pgm", "egm84-30.pgm", "us_nga_egm84_30.tif"}}}};
+  return known;
+}
+
+std::string find_in_folders(const std::string& file) {
+  std::error_code error;
+  for (const fs::path& folder : geoid_folders())
+    if (fs::is_regular_file(folder / file, error)) return (folder / file).string();
+  return "";
+}
+
+proto::Result<std::unique_ptr<Geoid>> open_geoid(const std::string& path, const Area& area) {
+  return fs::path(path).extension() == ".pgm" ? open_geoid_pgm(path, area) : open_geoid_grid(path, area);
+}
+
+proto::Result<std::unique_ptr<Geoid>> open_known(const KnownDatum& datum, const Area& area, Trust trust) {
+  std::string files;
+  for (const char* file : datum.files) {
+    if (const std::string path = find_in_folders(file); !path.empty()) return open_geoid(path, area);
+    files += (files.empty() ? "" : ", ") + std::string(file);
+  }
+  if (proto::same_letters(datum.name, "EGM96"))
+    if (const std::string path = egm96_path(); !path.empty()) return open_geoid(path, area);
+  return Problem{"geoid-not-found",
+                 "heights above " + std::string(datum.name) + " need a grid that is not installed: put one of " + files + " into " + geoid_home(trust),
+                 kAcceptedDatums, "vertical_datum"};
+}
+
+const KnownDatum* known(const std::string& name) {
+  for (const KnownDatum& datum : known_datums())
+    if (proto::same_letters(datum.name, name) || proto::same_letters(datum.name + std::string(" height"), name)) return &datum;
+  return nullptr;
+}
+
+/// The grid file of a name, empty when there is none. Over HTTP only a bare name, looked up in the operator's folders.
+std::string grid_file(const std::string& name, Trust trust) {
+  std::error_code error;
+  if (trust == Trust::operator_file && fs::is_regular_file(name, error)) return name;
+  return name.find_first_of("/\\") == std::string::npos ? find_in_folders(name) : "";
+}
+
+proto::Result<VerticalDatum> of_known(const KnownDatum& known, const std::string& from, const Area& area, Trust trust) {
+  auto geoid = open_known(known, area, trust);
+  if (!geoid) return geoid.problem();
+  return VerticalDatum{known.name, from, "", std::move(*geoid)};
+}
+
+proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust, const Area& area) {
+  const std::string& name = asked.requested;
+  if (const std::string path = grid_file(name, trust); !path.empty()) {
+    auto geoid = open_geoid(path, area);
+    if (!geoid) return geoid.problem();
+    return VerticalDatum{fs::path(name).filename().string(), "request", "", std::move(*geoid)};
+  }
+  const auto crs = find_vertical_crs(name);
+  if (!crs)
+    return Problem{"geoid-not-found", "vertical_datum=" + proto::shown_text(name) + " is neither a height system known here nor a grid file that may be read",
+                   kAcceptedDatums, "vertical_datum"};
+  if (const KnownDatum* datum = known(crs->name)) return of_known(*datum, "request", area, trust);
+  auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
+  if (!way) return way.problem();
+  if (!*way)
+    return Problem{"geoid-not-found", "PROJ knows no way from " + proto::shown_text(crs->name) + " to the ellipsoid here", kAcceptedDatums, "vertical_datum"};
+  return VerticalDatum{crs->name, "request", (*way)->grid, std::move((*way)->geoid)};
+}
+
+/// Nullopt: nothing that could be used.
+proto::Result<std::optional<VerticalDatum>> of_source(const VerticalAsked& asked, const Area& area, Trust trust) {
+  const auto crs = asked.compound_wkt.empty() ? std::nullopt : vertical_part(asked.compound_wkt);
+  if (!crs) return std::optional<VerticalDatum>();
+  auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
+  if (!way) return way.problem();
+  if (!*way) return std::optional<VerticalDatum>();
+  return std::optional(VerticalDatum{crs->name, "source", (*way)->grid, std::move((*way)->geoid)});
+}
+
+}  // namespace
+
+std::vector<fs::path> geoid_places() {
+  std::vector<fs::path> places = geoid_folders();
+  if (const std::string path = egm96_path(); !path.empty()) places.emplace_back(path);
+  return places;
+}
+
+proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area) {
+  const std::string& name = asked.requested.empty() ? asked.declared : asked.requested;
+  const std::string from = asked.requested.empty() ? "source" : "request";
+  if (proto::same_letters(name, "ellipsoid")) return VerticalDatum{"ellipsoid", from, "", nullptr};
+  if (const KnownDatum* datum = known(name)) return of_known(*datum, from, area, trust);
+  if (!asked.requested.empty()) return of_request(asked, trust, area);
+  auto declared = of_source(asked, area, trust);
+  if (!declared) return declared.problem();
+  if (*declared) return std::move(**declared);
+  return of_known(*known(kDefaultDatum), "default", area, trust);
+}
+
+}  // namespace cordillera::raster

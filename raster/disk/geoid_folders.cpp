@@ -1,0 +1,27 @@
+#include "raster/disk/geoid_folders.h"
+
+#include <GeographicLib/Geoid.hpp>
+
+#include <cstdlib>
+#include <sstream>
+
+namespace cordillera::raster {
+
+std::vector<std::filesystem::path> geoid_folders() {
+  std::vector<std::filesystem::path> folders;
+  if (const char* list = std::getenv("CORDILLERA_GEOIDS")) {
+    std::istringstream parts(list);
+    for (std::string folder; std::getline(parts, folder, ':');)
+      if (!folder.empty()) folders.emplace_back(folder);
+  }
+  folders.emplace_back(GeographicLib::Geoid::DefaultGeoidPath());
+  folders.emplace_back("/usr/share/proj");
+  return folders;
+}
+
+std::string geoid_home(Trust trust) {
+  const std::string named = "a folder named by CORDILLERA_GEOIDS";
+  return trust == Trust::posted_file ? named : geoid_folders().front().string() + " or " + named;
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,36 @@
+#pragma once
+// A file that is written once, from its beginning to its end.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string_view>
+
+#include "raster/disk/write_all.h"
+
+namespace cordillera::raster {
+
+class NewFile {
+ public:
+  /// Of a name that is not there yet.
+  explicit NewFile(const std::filesystem::path& path) : descriptor_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0640)) {}
+  ~NewFile() { close(); }
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+
+  bool is_open() const { return descriptor_ >= 0; }
+  bool write(std::string_view bytes) { return write_all(descriptor_, bytes); }
+  /// False if not everything is on disk.
+  bool close() {
+    if (descriptor_ < 0) return false;
+    const bool synced = fsync(descriptor_) == 0;
+    const bool closed = ::close(descriptor_) == 0;
+    descriptor_ = -1;
+    return synced && closed;
+  }
+
+ private:
+  int descriptor_;
+};
+
+}  // namespace cordillera::raster

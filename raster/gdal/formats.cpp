@@ -1,0 +1,91 @@
+#include "raster/gdal/formats.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+
+#include "proto/letters.h"
+#include "proto/utf8.h"
+
+namespace cordillera::raster {
+namespace {
+
+constexpr std::array kFormats{
+    Format{"GTiff", "GeoTIFF and COG", ".tif .tiff ", From::anybody},
+    Format{"SRTMHGT", ".hgt", ".hgt ", From::anybody},
+    Format{"AAIGrid", "Esri ASCII grid", ".asc ", From::anybody},
+    Format{"USGSDEM", "USGS DEM", ".dem ", From::anybody},
+    Format{"netCDF", "NetCDF", ".nc .grd ", From::anybody},
+    Format{"HFA", "Erdas Imagine .img", ".img ", From::anybody},
+    Format{"DTED", "DTED", ".dt0 .dt1 .dt2 ", From::anybody},
+    Format{"XYZ", "XYZ", ".xyz ", From::anybody},
+    Format{"GPKG", "GeoPackage", ".gpkg ", From::anybody},
+    Format{"JP2OpenJPEG", "JPEG 2000", ".jp2 ", From::anybody},
+    Format{"EHdr", "Esri .bil and .flt", ".bil .flt ", From::together},
+    Format{"ERS", "ER Mapper", ".ers ", From::together},
+    Format{"SAGA", "SAGA grid", ".sdat ", From::together},
+    Format{"VRT", "VRT, on the command line alone", "", From::operators},
+};
+
+constexpr std::string_view kSides = ".hdr .prj .sgrd .tfw .tifw .wld .ige ";
+
+bool holds(std::string_view extensions, std::string_view extension) {
+  return !extension.empty() && extensions.find(std::string(extension) + " ") != extensions.npos;
+}
+
+/// As a shell reads it.
+std::string shell_word(const std::string& name) {
+  const auto plain = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '-' || c == '_'; };
+  if (!name.empty() && name[0] != '-' && std::all_of(name.begin(), name.end(), plain)) return name;
+  std::string word = "'";
+  for (const char c : proto::shown_text(name)) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+}  // namespace
+
+std::span<const Format> formats() { return kFormats; }
+
+std::string extension_of(const std::string& name) {
+  return proto::lower(std::filesystem::path(name).extension().string());
+}
+
+bool is_raster_extension(std::string_view extension) {
+  return std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& format) { return holds(format.extensions, extension); });
+}
+
+bool is_side_extension(std::string_view extension) { return holds(kSides, extension); }
+
+const Format* needs_others(std::string_view extension) {
+  const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.from == From::together && holds(f.extensions, extension); });
+  return found == kFormats.end() ? nullptr : found;
+}
+
+std::string raster_extensions() {
+  std::string all;
+  for (const Format& format : kFormats) all += format.extensions;
+  all.pop_back();
+  return all;
+}
+
+std::vector<const char*> allowed_drivers(Trust trust, bool in_archive) {
+  std::vector<const char*> allowed;
+  for (const Format& format : kFormats) {
+    const bool welcome = trust == Trust::operator_file || format.from == From::anybody || (format.from == From::together && in_archive);
+    if (welcome && std::string_view(format.driver) != "SRTMHGT") allowed.push_back(format.driver);  // asked for by its name alone
+  }
+  allowed.push_back(nullptr);
+  return allowed;
+}
+
+std::string accepted_formats(const std::string& name) {
+  const std::string accepted =
+      "GeoTIFF or COG, an .hgt named like N44W072.hgt, Esri ASCII grid, USGS DEM, NetCDF, Erdas .img, DTED, XYZ, GeoPackage, JPEG 2000; Esri .bil or .flt, "
+      "ER Mapper, SAGA with their headers in a .zip; any of them in a .zip or .gz";
+  if (name.empty()) return accepted;
+  const std::string tiff = std::filesystem::path(name).stem().string() + (extension_of(name) == ".tif" ? "-2.tif" : ".tif");
+  return accepted + ". If GDAL reads it, this makes a GeoTIFF: gdal_translate " + shell_word(name) + " " + shell_word(tiff);
+}
+
+}  // namespace cordillera::raster

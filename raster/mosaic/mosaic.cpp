@@ -1,0 +1,307 @@
+#include "raster/mosaic/mosaic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <list>
+#include <set>
+
+#include "proto/ellipsoid.h"
+#include "proto/integers.h"
+#include "raster/mosaic/blend.h"
+#include "raster/storage/storage.h"
+
+namespace cordillera::raster {
+namespace {
+
+constexpr std::size_t kOpenMembers = 24;     // a block may lie over that many rasters without opening one twice
+
+using Window = Source::Window;
+
+using proto::floor_divide;
+using proto::modulo;
+
+/// The shortest stretch of columns that holds all windows: the circle without the widest gap between them.
+Window hull(std::vector<Window> windows, std::int64_t circle) {
+  std::sort(windows.begin(), windows.end(), [](const Window& a, const Window& b) { return a.west < b.west; });
+  Window all = windows.front();
+  std::int64_t reach = all.east, gap = -1, from = all.west, to = all.east;
+  for (const Window& w : windows) {
+    all.south = std::min(all.south, w.south);
+    all.north = std::max(all.north, w.north);
+    if (w.west - reach > gap && &w != &windows.front()) {
+      gap = w.west - reach;
+      from = w.west;
+      to = reach + circle;
+    }
+    reach = std::max(reach, w.east);
+  }
+  // What is open between the last and, once round, the first.
+  if (windows.front().west + circle - reach >= gap) from = windows.front().west, to = reach;
+  const std::int64_t turn = from - modulo(from, circle);
+  all.west = from - turn;
+  all.east = std::min(to - turn, all.west + circle);
+  return all;
+}
+
+class Mosaic final : public Source {
+ public:
+  Mosaic(std::vector<MosaicMember> members, double feather_m) : members_(std::move(members)), feather_m_(feather_m) { describe(); }
+
+  const proto::Source& description() const override { return description_; }
+
+  Window window(const proto::Lattice& lattice) const override {
+    std::vector<Window> windows;
+    for (const MosaicMember& member : members_) {
+      const Window w = coarser(member.window, lattice);
+      if (w.west <= w.east && w.south <= w.north) windows.push_back(w);
+    }
+    return windows.empty() ? Window{0, 0, -1, -1} : hull(std::move(windows), lattice.columns());
+  }
+
+  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override {
+    return under({west, south, west + columns - 1, south + rows - 1}, lattice).empty();
+  }
+
+  proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
+                                       std::int32_t rows) override {
+    const Window asked{west, south, west + columns - 1, south + rows - 1};
+    const int feather = members_.size() > 1 ? feather_vertices(feather_m_, lattice) : 0;
+    const Window wide{west - feather, std::max<std::int64_t>(0, south - feather), asked.east + feather,
+                      std::min(lattice.rows(), asked.north + feather)};
+    const std::vector<std::size_t> layers = under(wide, lattice);
+    if (layers.size() == 1) {  // one raster alone has no seam
+      auto source = opened(layers.front());
+      return source.ok() ? (*source)->sample(lattice, west, south, columns, rows) : proto::Result<proto::Samples>(source.problem());
+    }
+    proto::Samples sum = blank(wide);
+    for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer) {
+      auto source = opened(*layer);
+      if (!source.ok()) return source.problem();
+      const auto top = (*source)->sample(lattice, wide.west, wide.south, sum.columns, sum.rows);
+      if (!top.ok()) return top.problem();
+      lay_over(*top, sum, feather);
+    }
+    if (auto done = level_poles(lattice, layers, sum); !done.ok()) return done.problem();
+    return crop(sum, asked);
+  }
+
+  proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override {
+    std::fill_n(out, longitude_deg.size(), std::numeric_limits<double>::quiet_NaN());
+    if (longitude_deg.empty()) return {};
+    std::vector<double> values(longitude_deg.size());
+    for (const std::size_t layer : under(around(longitude_deg, latitude_deg), kMemberLattice)) {
+      auto source = opened(layer);
+      if (!source.ok()) return source.problem();
+      if (auto done = (*source)->nearest(longitude_deg, latitude_deg, values.data()); !done.ok()) return done.problem();
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        if (std::isnan(out[k])) out[k] = values[k];
+      }
+    }
+    return {};
+  }
+
+  /// Those that the surface is made of: of the raster that wins at all vertices around, and of no other where rasters are blended.
+  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
+    const std::vector<std::size_t> layers = under(cells, lattice);
+    if (layers.size() == 1) {
+      auto source = opened(layers.front());
+      return source.ok() ? (*source)->pixels(lattice, cells) : proto::Result<std::vector<PixelPoint>>(source.problem());
+    }
+    auto owners = owners_of(lattice, cells, layers);
+    if (!owners.ok()) return owners.problem();
+    const std::int64_t columns = cells.east - cells.west + 1;
+    std::vector<PixelPoint> out;
+    for (const std::size_t layer : layers) {
+      auto source = opened(layer);
+      if (!source.ok()) return source.problem();
+      const auto own = (*source)->pixels(lattice, cells);
+      if (!own.ok()) return own.problem();
+      for (const PixelPoint& pixel : *own) {
+        const auto sw = static_cast<std::size_t>(std::min(static_cast<std::int64_t>(pixel.y), cells.north - cells.south - 1) * columns + static_cast<std::int64_t>(pixel.x));
+        const auto foreign = [&](std::size_t v) { return (*owners)[v] != kNobody && (*owners)[v] != layer; };
+        const std::size_t nw = sw + static_cast<std::size_t>(columns);
+        if (!foreign(sw) && !foreign(sw + 1) && !foreign(nw) && !foreign(nw + 1)) out.push_back(pixel);
+      }
+    }
+    return out;
+  }
+
+ private:
+  struct Open {
+    std::size_t member;
+    std::unique_ptr<Source> source;
+  };
+
+  /// The window of kMemberLattice that holds places.
+  static Window around(std::span<const double> longitude_deg, std::span<const double> latitude_deg) {
+    const auto [west, east] = std::minmax_element(longitude_deg.begin(), longitude_deg.end());
+    const auto [south, north] = std::minmax_element(latitude_deg.begin(), latitude_deg.end());
+    const double cells_a_degree = 1 / kMemberLattice.cell_deg();
+    const auto low = [&](double deg) { return static_cast<std::int64_t>(std::floor(deg * cells_a_degree)); };
+    return {low(*west + 180), low(*south + 90), low(*east + 180) + 1, low(*north + 90) + 1};
+  }
+
+  /// Members that may have data in the window, the one that wins first.
+  std::vector<std::size_t> under(const Window& window, const proto::Lattice& lattice) const {
+    std::vector<std::size_t> found;
+    for (std::size_t k = 0; k < members_.size(); ++k) {
+      if (touch(coarser(members_[k].window, lattice), window, lattice)) found.push_back(k);
+    }
+    return found;
+  }
+
+  static constexpr std::size_t kNobody = SIZE_MAX, kSeveral = SIZE_MAX - 1;  ///< the latter where more than one has a part in a blend
+
+  /// Which member's data is at each vertex.
+  proto::Result<std::vector<std::size_t>> owners_of(const proto::Lattice& lattice, const Window& w, const std::vector<std::size_t>& layers) {
+    const auto columns = static_cast<std::int32_t>(w.east - w.west + 1), rows = static_cast<std::int32_t>(w.north - w.south + 1);
+    std::vector<std::size_t> owners(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), kNobody);
+    for (const std::size_t layer : layers) {
+      auto source = opened(layer);
+      if (!source.ok()) return source.problem();
+      const auto samples = (*source)->sample(lattice, w.west, w.south, columns, rows);
+      if (!samples.ok()) return samples.problem();
+      for (std::size_t v = 0; v < owners.size(); ++v) {
+        if (samples->height[v] == proto::kNoHeight) continue;
+        if (owners[v] == kNobody) owners[v] = layer;
+        else if (feather_m_ > 0) owners[v] = kSeveral;
+      }
+    }
+    return owners;
+  }
+
+  proto::Result<Source*> opened(std::size_t member) {
+    const auto found = std::find_if(open_.begin(), open_.end(), [&](const Open& open) { return open.member == member; });
+    if (found != open_.end()) {
+      open_.splice(open_.begin(), open_, found);
+      return open_.front().source.get();
+    }
+    const MosaicMember& m = members_[member];
+    auto source = open_source(m.path, m.name, m.trust, m.options);
+    if (!source.ok()) return source.problem();
+    open_.push_front({member, std::move(*source)});
+    if (open_.size() > kOpenMembers) open_.pop_back();
+    return open_.front().source.get();
+  }
+
+  /// A pole is one point: all of its row that has data gets the height of the first raster that has it.
+  proto::Result<void> level_poles(const proto::Lattice& lattice, const std::vector<std::size_t>& layers, proto::Samples& sum) {
+    for (const std::int64_t row : {std::int64_t{0}, lattice.rows()}) {
+      if (row < sum.south || row >= sum.south + sum.rows) continue;
+      std::int32_t height = proto::kNoHeight;
+      for (std::size_t k = 0; k < layers.size() && height == proto::kNoHeight; ++k) {
+        auto source = opened(layers[k]);
+        if (!source.ok()) return source.problem();
+        const auto one = (*source)->sample(lattice, (*source)->window(lattice).west, row, 1, 1);
+        if (!one.ok()) return one.problem();
+        height = one->height.front();
+      }
+      for (std::int32_t c = 0; c < sum.columns && height != proto::kNoHeight; ++c) {
+        std::int32_t& h = sum.height[static_cast<std::size_t>((row - sum.south) * sum.columns + c)];
+        if (h != proto::kNoHeight) h = height;
+      }
+    }
+    return {};
+  }
+
+  static proto::Samples blank(const Window& w) {
+    proto::Samples samples;
+    samples.west = w.west;
+    samples.south = w.south;
+    samples.columns = static_cast<std::int32_t>(w.east - w.west + 1);
+    samples.rows = static_cast<std::int32_t>(w.north - w.south + 1);
+    const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
+    samples.height.assign(count, proto::kNoHeight);
+    samples.flat_water.assign(count, 0);
+    return samples;
+  }
+
+  static proto::Samples crop(const proto::Samples& from, const Window& w) {
+    proto::Samples samples = blank(w);
+    for (std::int32_t r = 0; r < samples.rows; ++r) {
+      const std::int64_t row = samples.south + r - from.south;
+      if (row < 0 || row >= from.rows) continue;
+      const auto at = static_cast<std::ptrdiff_t>(row * from.columns + (samples.west - from.west));
+      const auto to = static_cast<std::ptrdiff_t>(r) * samples.columns;
+      std::copy_n(from.height.begin() + at, samples.columns, samples.height.begin() + to);
+      std::copy_n(from.flat_water.begin() + at, samples.columns, samples.flat_water.begin() + to);
+    }
+    return samples;
+  }
+
+  /// The finest raster stands for all where one number has to; what differs between them is left out.
+  void describe();
+
+  std::vector<MosaicMember> members_;
+  double feather_m_;
+  proto::Source description_;
+  std::list<Open> open_;  ///< the last used first
+};
+
+double pixel_m(const proto::Source& source) { return std::sqrt(source.pixel_width_m() * source.pixel_height_m()); }
+
+void Mosaic::describe() {
+  const auto finest = std::min_element(members_.begin(), members_.end(), [](const MosaicMember& a, const MosaicMember& b) {
+    return pixel_m(a.description) < pixel_m(b.description);
+  });
+  description_ = finest->description;
+  if (members_.size() == 1) return;
+  description_.set_file(std::to_string(members_.size()) + " rasters");
+  const auto common = [&](auto get) {
+    std::set<std::string> values;
+    for (const MosaicMember& member : members_) values.insert(get(member.description));
+    return values.size() == 1 ? *values.begin() : std::string("mixed");
+  };
+  description_.set_driver(common([](const proto::Source& s) { return s.driver(); }));
+  description_.set_crs(common([](const proto::Source& s) { return s.crs(); }));
+  description_.set_crs_from(common([](const proto::Source& s) { return s.crs_from(); }));
+  description_.set_vertical_datum(common([](const proto::Source& s) { return s.vertical_datum(); }));
+  description_.set_vertical_datum_from(common([](const proto::Source& s) { return s.vertical_datum_from(); }));
+  description_.set_vertical_grid(common([](const proto::Source& s) { return s.vertical_grid(); }));
+  description_.set_vertical_datum_declared(common([](const proto::Source& s) { return s.vertical_datum_declared(); }));
+  description_.set_unit(common([](const proto::Source& s) { return s.unit(); }));
+  description_.set_nodata(common([](const proto::Source& s) { return s.nodata(); }));
+  description_.set_data_type(common([](const proto::Source& s) { return s.data_type(); }));
+  const Window w = window(kMemberLattice);
+  const bool circle = w.east - w.west >= kMemberLattice.columns();
+  const double east = kMemberLattice.longitude_deg(w.east);
+  description_.clear_bbox();
+  description_.add_bbox(circle ? -180 : kMemberLattice.longitude_deg(w.west));
+  description_.add_bbox(kMemberLattice.latitude_deg(w.south));
+  description_.add_bbox(circle ? 180 : east > 180 ? east - 360 : east);
+  description_.add_bbox(kMemberLattice.latitude_deg(w.north));
+}
+
+}  // namespace
+
+Window coarser(const Window& window, const proto::Lattice& lattice) {
+  const std::int64_t units = std::int64_t{1} << (proto::kMaxLevel - lattice.finest_level);
+  // A rim on a vertex, but for the last bit, is on it.
+  const std::int64_t rim = units > 1 ? 1 : 0;
+  return {-floor_divide(rim - window.west, units), std::max<std::int64_t>(0, -floor_divide(rim - window.south, units)),
+          floor_divide(window.east + rim, units), std::min(lattice.rows(), floor_divide(window.north + rim, units))};
+}
+
+bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
+  if (a.west > a.east || b.west > b.east || a.south > b.north || b.south > a.north) return false;
+  return modulo(b.west - a.west, lattice.columns()) <= a.east - a.west || modulo(a.west - b.west, lattice.columns()) <= b.east - b.west;
+}
+
+int feather_vertices(double feather_m, const proto::Lattice& lattice) {
+  const double cell_m = proto::cell_height_m(lattice, lattice.rows() / 2);
+  return static_cast<int>(std::clamp(std::nearbyint(feather_m / cell_m), 0.0, static_cast<double>(kMostFeather)));
+}
+
+proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+  const auto source = open_source(path, name, trust, options);
+  if (!source.ok()) return source.problem();
+  return MosaicMember{path, name, trust, options, (*source)->description(), (*source)->window(kMemberLattice), state_of(path),
+                      (*source)->datum_print()};
+}
+
+std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m) {
+  return std::make_unique<Mosaic>(std::move(members), feather_m);
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,201 @@
+#include "raster/mosaic/source_list.h"
+
+#include <cpl_json.h>
+#include <ogrsf_frmts.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <sstream>
+
+#include "raster/gdal/formats.h"
+#include "raster/gdal/gdal_scope.h"
+#include "raster/storage/storage.h"
+
+namespace cordillera::raster {
+namespace {
+
+namespace fs = std::filesystem;
+using Sources = std::vector<ListedSource>;
+using Listed = proto::Result<Sources>;
+
+template <std::size_t N>
+bool is_one_of(const std::string& text, const std::array<const char*, N>& words) {
+  return std::find(words.begin(), words.end(), text) != words.end();
+}
+
+proto::Problem invalid(const std::string& list, const std::string& what) {
+  return {"sources-invalid", list + " " + what, "a list of rasters as the documents have it", ""};
+}
+
+/// As GDAL addresses it; a plain relative path counts from the list.
+std::string resolved(const std::string& path, const std::string& list) {
+  constexpr std::array<std::pair<const char*, const char*>, 5> kSchemes{
+      {{"s3://", "/vsis3/"}, {"gs://", "/vsigs/"}, {"az://", "/vsiaz/"}, {"https://", "/vsicurl/https://"}, {"http://", "/vsicurl/http://"}}};
+  for (const auto& [scheme, prefix] : kSchemes) {
+    if (path.rfind(scheme, 0) == 0) return prefix + path.substr(std::string(scheme).size());
+  }
+  if (path.rfind("file://", 0) == 0) return path.substr(7);
+  if (path.empty() || path.front() == '/') return path;
+  const std::string folder = fs::path(list).parent_path().string();
+  return folder.empty() ? path : folder + "/" + path;
+}
+
+/// Archives too: collections are kept as they were fetched.
+bool is_listed(const std::string& extension) { return is_raster_extension(extension) || extension == ".zip" || extension == ".gz"; }
+
+Listed in_folder(const std::string& folder) {
+  Sources sources;
+  std::error_code error;
+  for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    if (at->is_regular_file(error) && is_listed(extension_of(at->path().string()))) sources.push_back({at->path().string(), {}});
+  }
+  if (error) return invalid(folder, "cannot be read: " + error.message());
+  if (sources.empty()) return invalid(folder, "has no raster in it (" + raster_extensions() + " .zip .gz)");
+  std::sort(sources.begin(), sources.end(), [](const ListedSource& a, const ListedSource& b) { return a.path < b.path; });
+  return sources;
+}
+
+/// Words of a line; one in double quotes may hold spaces.
+std::vector<std::string> words_of(const std::string& line) {
+  std::vector<std::string> words;
+  std::string word;
+  bool quoted = false, any = false;
+  for (const char c : line) {
+    if (c == '"') {
+      quoted = !quoted;
+      any = true;
+    } else if (!quoted && (c == ' ' || c == '\t' || c == '\r')) {
+      if (any) words.push_back(word);
+      word.clear();
+      any = false;
+    } else {
+      if (c == '#' && !quoted && !any) return words;
+      word += c;
+      any = true;
+    }
+  }
+  if (any) words.push_back(word);
+  return words;
+}
+
+Listed in_text(const std::string& list, const std::string& text) {
+  Sources sources;
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const std::vector<std::string> words = words_of(line);
+    if (words.empty()) continue;
+    ListedSource source{resolved(words.front(), list), {}};
+    for (std::size_t k = 1; k < words.size(); ++k) {
+      const std::size_t equals = words[k].find('=');
+      if (equals == std::string::npos) return invalid(list, "line " + std::to_string(number) + ": \"" + words[k] + "\" is no option=value");
+      source.options.emplace_back(words[k].substr(0, equals), words[k].substr(equals + 1));
+    }
+    sources.push_back(std::move(source));
+  }
+  if (sources.empty()) return invalid(list, "names no raster");
+  return sources;
+}
+
+/// The asset that holds the heights.
+std::string asset_of(const CPLJSONObject& item) {
+  const CPLJSONObject assets = item["assets"];
+  if (!assets.IsValid()) return "";
+  std::string first;
+  for (const CPLJSONObject& asset : assets.GetChildren()) {
+    const std::string href = asset.GetString("href"), type = asset.GetString("type");
+    const CPLJSONArray roles = asset.GetArray("roles");
+    for (int k = 0; roles.IsValid() && k < roles.Size(); ++k) {
+      if (roles[k].ToString() == "data") return href;
+    }
+    const bool tiff = type.rfind("image/tiff", 0) == 0 || extension_of(href) == ".tif" || extension_of(href) == ".tiff";
+    if (first.empty() && tiff) first = href;
+  }
+  return first;
+}
+
+Listed in_stac(const std::string& list, const std::vector<CPLJSONObject>& items) {
+  Sources sources;
+  for (const CPLJSONObject& item : items) {
+    const std::string href = asset_of(item);
+    if (href.empty()) return invalid(list, "item \"" + item.GetString("id") + "\" has no asset with the role \"data\" and no GeoTIFF");
+    sources.push_back({resolved(href, list), {}});
+  }
+  if (sources.empty()) return invalid(list, "has no items");
+  return sources;
+}
+
+Listed in_json(const std::string& list, const std::string& text) {
+  const GdalScope scope(Trust::operator_file);
+  CPLJSONDocument document;
+  if (!document.LoadMemory(text)) return invalid(list, "is not JSON");
+  const CPLJSONObject root = document.GetRoot();
+  if (root.GetString("type") == "FeatureCollection") {
+    const CPLJSONArray features = root.GetArray("features");
+    std::vector<CPLJSONObject> items;
+    for (int k = 0; features.IsValid() && k < features.Size(); ++k) items.push_back(features[k]);
+    return in_stac(list, items);
+  }
+  if (root.GetString("type") == "Feature") return in_stac(list, {root});
+  const CPLJSONArray members = root.GetArray("sources");
+  if (!members.IsValid()) return invalid(list, "has neither \"sources\" nor STAC items");
+  Sources sources;
+  for (int k = 0; k < members.Size(); ++k) {
+    ListedSource source{resolved(members[k].GetString("path"), list), {}};
+    if (source.path.empty()) return invalid(list, "source " + std::to_string(k) + " has no path");
+    for (const CPLJSONObject& value : members[k].GetChildren()) {
+      if (value.GetName() != "path") source.options.emplace_back(value.GetName(), value.ToString());
+    }
+    sources.push_back(std::move(source));
+  }
+  if (sources.empty()) return invalid(list, "names no raster");
+  return sources;
+}
+
+/// A GeoPackage may hold both: rasters go before outlines of rasters. One with neither is damaged: it is told so as the raster that it was.
+bool lists_rasters(const std::string& geopackage) {
+  const GdalScope scope(Trust::operator_file);
+  const auto opened = [&](unsigned kind) {
+    const char* const only[] = {"GPKG", nullptr};
+    return GDALDatasetUniquePtr(GDALDataset::Open(geopackage.c_str(), kind | GDAL_OF_READONLY, only, nullptr, nullptr));
+  };
+  if (opened(GDAL_OF_RASTER)) return false;
+  const auto index = opened(GDAL_OF_VECTOR);
+  return index && index->GetLayerCount() > 0;
+}
+
+Listed in_index(const std::string& list) {
+  const GdalScope scope(Trust::operator_file);
+  const GDALDatasetUniquePtr index(GDALDataset::Open(list.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
+  if (!index || index->GetLayerCount() == 0) return invalid(list, "cannot be opened as a tile index: " + scope.message(list, list));
+  OGRLayer* const layer = index->GetLayer(0);
+  const int field = layer->GetLayerDefn()->GetFieldIndex("location");
+  if (field < 0) return invalid(list, "has no field \"location\", which a tile index has");
+  Sources sources;
+  for (const auto& feature : *layer) sources.push_back({resolved(feature->GetFieldAsString(field), list), {}});
+  if (sources.empty()) return invalid(list, "names no raster");
+  return sources;
+}
+
+}  // namespace
+
+Listed list_sources(const std::string& word) {
+  std::error_code error;
+  if (!is_remote(word) && fs::is_directory(word, error)) return in_folder(word);
+  const std::string extension = extension_of(word);
+  constexpr std::array kTexts{".txt", ".lst"}, kIndices{".gpkg", ".shp"};
+  const bool geojson = extension == ".geojson", text = is_one_of(extension, kTexts), json = extension == ".json" || geojson;
+  const bool index = is_one_of(extension, kIndices) && (extension != ".gpkg" || lists_rasters(word));
+  if (index) return in_index(word);
+  if (!text && !json) return Sources{{resolved(word, ""), {}}};
+  const auto bytes = read_whole(word);
+  if (!bytes.ok()) return bytes.problem();
+  if (!*bytes) return invalid(word, "does not exist");
+  // STAC items and tile indices are both GeoJSON.
+  if (geojson && (*bytes)->find("\"assets\"") == std::string::npos) return in_index(word);
+  return text ? in_text(word, **bytes) : in_json(word, **bytes);
+}
+
+}  // namespace cordillera::raster

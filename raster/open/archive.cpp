@@ -1,0 +1,223 @@
+#include "raster/open/archive.h"
+
+#include <cpl_vsi.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "proto/utf8.h"
+#include "raster/disk/free_space.h"
+#include "raster/gdal/formats.h"
+#include "raster/gdal/gdal_scope.h"
+
+namespace cordillera::raster {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+constexpr std::size_t kMostEntries = 10000;
+constexpr std::size_t kPiece = std::size_t{1} << 20;
+
+constexpr const char* kOneRaster = "a .zip or .gz with one raster, and in a .zip the files of the same name that it needs";
+
+struct ArchiveEntry {
+  std::string path;  ///< in the zip
+  std::uint64_t bytes = 0;
+  std::string name() const { return fs::path(path).filename().string(); }
+  std::string stem() const { return fs::path(path).stem().string(); }
+};
+
+/// What may still be unpacked of an archive.
+class Bound {
+ public:
+  Bound(const std::string& path, const std::string& name, const UnpackLimit& limit) : name_(name), limit_(limit) {
+    std::error_code error;
+    const auto bytes = fs::file_size(path, error);
+    left_ = most_ = std::max(limit.at_least, error ? 0 : limit.times * bytes);
+  }
+  bool holds(std::uint64_t bytes) const { return bytes <= left_; }
+  void take(std::uint64_t bytes) { left_ -= bytes; }
+  Problem passed() const {
+    return {"archive-too-large", name_ + " would unpack to more than " + std::to_string(most_ >> 20) + " MiB",
+            "at most " + std::to_string(limit_.times) + " times the archive's size, or " + std::to_string(limit_.at_least >> 20) +
+                " MiB if that is more; what is larger as a compressed GeoTIFF",
+            ""};
+  }
+
+ private:
+  const std::string name_;
+  const UnpackLimit limit_;
+  std::uint64_t most_ = 0, left_ = 0;
+};
+
+Problem damaged(const std::string& name, const std::string& why) {
+  return {"archive-unreadable", name + " cannot be unpacked" + (why.empty() ? "" : ": " + why), "a complete, undamaged archive without a password", ""};
+}
+
+/// A piece, or a file of a zip, beside this path.
+std::optional<Problem> no_room_for(const std::string& name, const std::string& path, std::uint64_t bytes) {
+  return no_room(path, bytes, "what " + name + " unpacks to");
+}
+
+/// Of the disk that holds the path.
+Problem no_space(const std::string& name, const std::string& path) {
+  if (auto full = no_room_for(name, path, kPiece)) return *full;
+  return {"storage-full", "there is no room in the temporary folder to unpack " + name, "a disk with free space", ""};
+}
+
+/// Bytes into the buffer, 0 at the end, -1 where the archive is damaged.
+using Reads = std::function<std::int64_t(char* buffer, std::size_t count)>;
+
+enum class Copied { whole, damaged, too_much, no_room };
+
+Copied copy(const Reads& read, const std::string& to, Bound& bound) {
+  std::ofstream out(to, std::ios::binary);
+  std::string piece(kPiece, '\0');
+  for (std::int64_t count = 0; (count = read(piece.data(), piece.size())) != 0;) {
+    if (count < 0) return Copied::damaged;
+    if (!bound.holds(static_cast<std::uint64_t>(count))) return Copied::too_much;
+    bound.take(static_cast<std::uint64_t>(count));
+    if (no_room(to, static_cast<std::uint64_t>(count), "")) return Copied::no_room;
+    if (!out.write(piece.data(), count)) return Copied::no_room;
+  }
+  return out.flush() ? Copied::whole : Copied::no_room;
+}
+
+// --- gz ---
+
+std::string without_gz(const std::string& name) { return extension_of(name) == ".gz" ? name.substr(0, name.size() - 3) : name; }
+
+bool is_tar(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  char head[262] = "";
+  return file.read(head, sizeof head) && std::string_view(head + 257, 5) == "ustar";
+}
+
+proto::Result<Member> gunzip(const std::string& path, const std::string& name, const PrivateFolder& folder, Bound& bound) {
+  Member member{folder.place(without_gz(name)), without_gz(name)};
+  const gzFile file = gzopen(path.c_str(), "rb");
+  if (file == nullptr) return damaged(name, "");
+  const auto read = [&](char* buffer, std::size_t count) { return std::int64_t{gzread(file, buffer, static_cast<unsigned>(count))}; };
+  const Copied copied = copy(read, member.path, bound);
+  int code = Z_OK;
+  const std::string why = gzerror(file, &code);
+  const bool whole = gzclose_r(file) == Z_OK;  // Z_BUF_ERROR: it ends before its end
+  if (copied == Copied::too_much) return bound.passed();
+  if (copied == Copied::no_room) return no_space(name, member.path);
+  if (copied != Copied::whole || !whole) return damaged(name, code == Z_OK ? "it ends early" : fs::path(why).filename().string());
+  if (is_tar(member.path)) return Problem{"archive-rasters", name + " is a tar archive", kOneRaster, ""};
+  return member;
+}
+
+// --- zip ---
+
+/// What systems put beside what was packed.
+bool is_dross(const ArchiveEntry& entry) { return entry.name().starts_with(".") || entry.path.starts_with("__MACOSX/"); }
+
+proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, const std::string& name) {
+  const std::unique_ptr<VSIDIR, void (*)(VSIDIR*)> folder(VSIOpenDir(zip.c_str(), -1, nullptr), VSICloseDir);
+  if (!folder) return damaged(name, "it has no readable list of its files");
+  std::vector<ArchiveEntry> entries;
+  while (const VSIDIREntry* entry = VSIGetNextDirEntry(folder.get())) {
+    if (VSI_ISDIR(entry->nMode)) continue;
+    if (entries.size() == kMostEntries) return Problem{"archive-rasters", name + " holds more than " + std::to_string(kMostEntries) + " files", kOneRaster, ""};
+    entries.push_back({entry->pszName, static_cast<std::uint64_t>(entry->nSize)});
+    if (is_dross(entries.back())) entries.pop_back();
+  }
+  return entries;
+}
+
+Problem not_one(const std::string& name, const std::vector<ArchiveEntry>& found, const std::string& what) {
+  constexpr std::size_t kNamed = 6;
+  std::string names;
+  for (std::size_t k = 0; k < std::min(found.size(), kNamed); ++k) names += (k == 0 ? "" : ", ") + proto::shown_text(found[k].path, 60);
+  if (found.size() > kNamed) names += ", …";
+  return {"archive-rasters", name + " holds " + what + (names.empty() ? "" : ": " + names), kOneRaster, ""};
+}
+
+/// By its extension; where no file has a raster's, the only file that is no side file.
+proto::Result<ArchiveEntry> raster_of(const std::vector<ArchiveEntry>& entries, const std::string& name) {
+  std::vector<ArchiveEntry> rasters, others;
+  for (const ArchiveEntry& entry : entries) {
+    const std::string extension = extension_of(entry.name());
+    if (is_raster_extension(extension)) rasters.push_back(entry);
+    if (!is_side_extension(extension)) others.push_back(entry);
+  }
+  if (rasters.size() == 1) return rasters.front();
+  if (rasters.size() > 1) return not_one(name, rasters, std::to_string(rasters.size()) + " rasters");
+  if (others.size() == 1) return others.front();
+  return not_one(name, entries, "no raster");
+}
+
+/// ER Mapper's heights have the header's name without its extension.
+bool goes_with(const ArchiveEntry& raster, const ArchiveEntry& other) {
+  if (other.stem() != raster.stem() || fs::path(other.path).parent_path() != fs::path(raster.path).parent_path()) return false;
+  const std::string extension = extension_of(other.name());
+  return is_side_extension(extension) || (extension.empty() && extension_of(raster.name()) == ".ers");
+}
+
+proto::Result<void> extract(const std::string& zip, const ArchiveEntry& entry, const std::string& name, const std::string& to, Bound& bound) {
+  const GdalScope scope(Trust::posted_file);
+  if (!bound.holds(entry.bytes)) return bound.passed();
+  if (auto full = no_room_for(name, to, entry.bytes)) return *full;
+  VSILFILE* const file = VSIFOpenL((zip + "/" + entry.path).c_str(), "rb");
+  if (file == nullptr) return damaged(name, scope.message(zip, name));
+  std::uint64_t come = 0;
+  const Copied copied = copy(
+      [&](char* buffer, std::size_t count) {
+        const auto read = static_cast<std::int64_t>(VSIFReadL(buffer, 1, count, file));
+        come += static_cast<std::uint64_t>(read);
+        return scope.failed() ? -1 : read;  // a wrong checksum too
+      },
+      to, bound);
+  VSIFCloseL(file);
+  if (copied == Copied::too_much) return bound.passed();
+  if (copied == Copied::no_room) return no_space(name, to);
+  if (copied == Copied::damaged || come != entry.bytes) return damaged(name, scope.failed() ? scope.message(zip, name) : proto::shown_text(entry.name()) + " ends early");
+  return {};
+}
+
+proto::Result<Member> unzip(const std::string& path, const std::string& name, const PrivateFolder& folder, Bound& bound) {
+  const GdalScope scope(Trust::posted_file);
+  // Under a name of ours, which holds nothing that GDAL would take for more than a name.
+  const std::string link = folder.link(path, "archive.zip");
+  if (link.empty()) return no_space(name, folder.place(name));
+  const std::string zip = "/vsizip/{" + link + "}";
+  const auto entries = entries_of(zip, name);
+  if (!entries) return entries.problem();
+  const auto raster = raster_of(*entries, name);
+  if (!raster) return raster.problem();
+  for (const ArchiveEntry& entry : *entries) {
+    if (entry.path != raster->path && !goes_with(*raster, entry)) continue;
+    if (auto done = extract(zip, entry, name, folder.place(entry.name()), bound); !done.ok()) return done.problem();
+  }
+  return Member{folder.place(raster->name()), raster->name()};
+}
+
+bool begins_with(const std::string& path, std::string_view with) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(with.size(), '\0');
+  return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == with;
+}
+
+bool is_zip(const std::string& path) { return begins_with(path, "PK\x03\x04"); }
+
+}  // namespace
+
+bool is_archive(const std::string& path) { return is_zip(path) || begins_with(path, "\x1f\x8b"); }
+
+proto::Result<Member> unpack(const std::string& path, const std::string& name, const PrivateFolder& folder, const UnpackLimit& limit) {
+  Bound bound(path, name, limit);
+  return is_zip(path) ? unzip(path, name, folder, bound) : gunzip(path, name, folder, bound);
+}
+
+}  // namespace cordillera::raster

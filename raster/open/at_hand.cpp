@@ -1,0 +1,127 @@
+#include "raster/open/at_hand.h"
+
+#include <gdal_priv.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <list>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "proto/utf8.h"
+#include "raster/disk/free_space.h"
+#include "raster/gdal/formats.h"
+#include "raster/gdal/gdal_scope.h"
+#include "raster/open/archive.h"
+#include "raster/storage/storage.h"
+
+namespace cordillera::raster {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+/// Copies of files, by path and state. What nobody has any longer is forgotten, but for the last few.
+class Copies {
+ public:
+  proto::Result<AtHand> get(const std::string& key, const std::function<proto::Result<AtHand>()>& make) {
+    const std::scoped_lock lock(mutex_);  // held while a copy is made: who else wants one mostly wants the same
+    if (auto there = look_up(key)) return *std::move(there);
+    auto made = make();
+    if (!made.ok()) return made;
+    copies_.push_front({key, *made, made->folder});
+    copies_.front().found.folder.reset();
+    last_.push_front(made->folder);
+    if (last_.size() > kKept) last_.pop_back();
+    return made;
+  }
+  /// Nothing where there is none yet.
+  std::optional<AtHand> find(const std::string& key) {
+    const std::scoped_lock lock(mutex_);
+    return look_up(key);
+  }
+
+ private:
+  std::optional<AtHand> look_up(const std::string& key) {
+    copies_.remove_if([](const Copy& copy) { return copy.folder.expired(); });
+    for (const Copy& copy : copies_) {
+      const auto folder = copy.folder.lock();
+      if (copy.key != key || !folder) continue;
+      AtHand found = copy.found;
+      found.folder = folder;
+      return found;
+    }
+    return std::nullopt;
+  }
+
+  static constexpr std::size_t kKept = 4;
+  struct Copy {
+    std::string key;
+    AtHand found;  ///< without its folder, which it must not hold
+    std::weak_ptr<const PrivateFolder> folder;
+  };
+  std::mutex mutex_;
+  std::list<Copy> copies_;
+  std::list<std::shared_ptr<const PrivateFolder>> last_;
+};
+
+Copies& unpacked_copies() {
+  static Copies copies;
+  return copies;
+}
+
+Copies& grid_copies() {
+  static Copies copies;
+  return copies;
+}
+
+Problem no_room(const std::string& name) {
+  return {"storage-full", "no temporary folder can be made to open " + name + " in", "a disk with free space", ""};
+}
+
+std::string key_of(const std::string& path, const std::string& name) { return path + "\n" + name + "\n" + state_of(path); }
+
+proto::Result<AtHand> make_unpacked(const std::string& path, const std::string& name) {
+  const auto folder = std::make_shared<const PrivateFolder>();
+  if (!folder->made()) return no_room(name);
+  const auto member = unpack(path, name, *folder);
+  if (!member) return member.problem();
+  return AtHand{member->path, name == member->name ? name : name + "/" + proto::shown_text(member->name), member->name, folder};
+}
+
+proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {
+  const GdalScope scope(trust);
+  const auto folder = std::make_shared<const PrivateFolder>();
+  if (!folder->made()) return no_room(points.name);
+  AtHand grid{folder->place("grid.tif"), points.name, points.file, folder};
+  const char* const only[] = {"XYZ", nullptr};
+  const char* const create[] = {"TILED=YES", "BIGTIFF=IF_SAFER", nullptr};
+  const GDALDatasetUniquePtr from(GDALDataset::Open(points.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
+  // As large as its numbers, whatever type they get.
+  const auto bytes = from ? sizeof(double) * static_cast<std::uint64_t>(from->GetRasterXSize()) * static_cast<std::uint64_t>(from->GetRasterYSize()) : 0;
+  if (auto full = raster::no_room(grid.path, bytes, "a grid of the points of " + points.name)) return *full;
+  GDALDriver* const tiff = GetGDALDriverManager()->GetDriverByName("GTiff");
+  const bool copied = from && tiff != nullptr &&
+                      GDALDatasetUniquePtr(tiff->CreateCopy(grid.path.c_str(), from.get(), FALSE, const_cast<char**>(create), nullptr, nullptr)) != nullptr;
+  if (copied && !scope.failed()) return grid;
+  return Problem{"raster-unreadable", points.name + " is damaged: its points cannot be read (" + scope.message(points.path, points.name) + ")",
+                 "a complete, undamaged file", ""};
+}
+
+}  // namespace
+
+proto::Result<AtHand> at_hand(const std::string& path, const std::string& name) {
+  const std::string file = fs::path(name.empty() ? path : name).filename().string();
+  if (is_remote(path) || !is_archive(path)) return AtHand{path, file, file, nullptr};
+  return unpacked_copies().get(key_of(path, file), [&] { return make_unpacked(path, file); });
+}
+
+std::optional<AtHand> known_grid(const AtHand& points, const std::string& key) { return grid_copies().find(key_of(key, points.name)); }
+
+proto::Result<AtHand> gridded(const AtHand& points, const std::string& key, Trust trust) {
+  return grid_copies().get(key_of(key, points.name), [&] { return make_grid(points, trust); });
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,130 @@
+// Which of a file's rasters and bands holds the heights.
+#include <cpl_string.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <optional>
+
+#include "proto/letters.h"
+#include "proto/utf8.h"
+#include "raster/gdal/formats.h"
+#include "raster/open/dataset.h"
+
+namespace cordillera::raster {
+namespace {
+
+using proto::Problem;
+
+/// What elevation models call their heights. Depths count downwards: whoever wants them says so.
+constexpr std::array kHeightNames{"elevation", "z", "height", "altitude", "topo", "topography", "dem", "dtm", "dsm", "band1"};
+
+/// One of several rasters of a NetCDF file or GeoPackage.
+struct Subdataset {
+  std::string address;  ///< for GDAL's Open
+  std::string name;     ///< of the variable or table
+};
+
+std::vector<Subdataset> parts_of(GDALDataset& dataset) {
+  std::vector<Subdataset> parts;
+  char** const list = dataset.GetMetadata("SUBDATASETS");
+  for (int k = 1; const char* address = CSLFetchNameValue(list, CPLSPrintf("SUBDATASET_%d_NAME", k)); ++k) {
+    const std::string text = address;
+    parts.push_back({text, text.substr(text.rfind(':') + 1)});
+  }
+  return parts;
+}
+
+bool names_heights(const std::string& name) {
+  return std::find(kHeightNames.begin(), kHeightNames.end(), proto::lower(name)) != kHeightNames.end();
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + proto::shown_text(name, 40);
+  return proto::shown_text(list);
+}
+
+/// The one that was asked for, else the only one that is called as heights are.
+proto::Result<Subdataset> chosen(const std::vector<Subdataset>& parts, const std::string& name, const std::string& asked) {
+  std::vector<const Subdataset*> heights;
+  std::vector<std::string> names;
+  for (const Subdataset& part : parts) {
+    if (!asked.empty() && part.name == asked) return part;
+    if (names_heights(part.name)) heights.push_back(&part);
+    names.push_back(part.name);
+  }
+  if (asked.empty() && heights.size() == 1) return *heights.front();
+  const std::string holds = name + " holds " + std::to_string(parts.size()) + " rasters, " + listed(names);
+  return Problem{"raster-bands", holds + (asked.empty() ? ", and none alone is called as heights are" : "; none of them is " + proto::shown_text(asked)),
+                 "band= with the name of one of them", "band"};
+}
+
+/// Of a band that has one: what it was described as, or the NetCDF variable that it is of.
+std::string name_of(GDALRasterBand& band) {
+  const char* variable = band.GetMetadataItem("NETCDF_VARNAME");
+  return variable != nullptr ? variable : band.GetDescription();
+}
+
+std::optional<int> whole_number(const std::string& text) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// 0: there is no such band.
+int number_of(GDALDataset& dataset, const std::string& asked) {
+  const int bands = dataset.GetRasterCount();
+  if (const auto number = whole_number(asked)) return *number >= 1 && *number <= bands ? *number : 0;
+  for (int k = 1; k <= bands; ++k)
+    if (name_of(*dataset.GetRasterBand(k)) == asked) return k;
+  return 0;
+}
+
+Problem no_such_band(const Dataset& dataset, const std::string& asked) {
+  constexpr int kNamed = 10;
+  const int bands = dataset.handle->GetRasterCount();
+  std::vector<std::string> names;
+  bool named = false;
+  for (int k = 1; k <= std::min(bands, kNamed); ++k) {
+    const std::string name = name_of(*dataset.handle->GetRasterBand(k));
+    named |= !name.empty();
+    names.push_back(std::to_string(k) + (name.empty() ? "" : " " + name));
+  }
+  const std::string has = dataset.name + " has " + std::to_string(bands) + (bands == 1 ? " band" : " bands") + (named ? " (" + listed(names) + ")" : "");
+  const std::string which = bands == 1 ? "band=1" : "band= with a number from 1 to " + std::to_string(bands) + (named ? ", or a band's name" : "");
+  return {"raster-bands", has + (asked.empty() ? "; an elevation model has one" : ", and none of them is " + proto::shown_text(asked)), which, "band"};
+}
+
+}  // namespace
+
+proto::Result<void> choose_raster(Dataset& dataset, const std::string& asked) {
+  const std::vector<Subdataset> parts = parts_of(*dataset.handle);
+  // Overviews of a COG, pages of a TIFF: a raster that can be read at once is the one.
+  if (dataset.handle->GetRasterCount() > 0 || parts.empty()) return {};
+  const auto part = chosen(parts, dataset.name, asked);
+  if (!part) return part.problem();
+  const char* const only[] = {dataset.handle->GetDriverName(), nullptr};
+  dataset.handle.reset(GDALDataset::Open(part->address.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
+  if (!dataset.handle || dataset.handle->GetRasterCount() == 0)
+    return Problem{"raster-format-unsupported", part->name + " of " + dataset.name + " cannot be opened as a raster", accepted_formats(dataset.name), "band"};
+  dataset.part = part->name;
+  return {};
+}
+
+proto::Result<void> choose_band(Dataset& dataset, const std::string& asked) {
+  GDALDataset& handle = *dataset.handle;
+  const int bands = handle.GetRasterCount();
+  const bool alpha = bands == 2 && handle.GetRasterBand(2)->GetColorInterpretation() == GCI_AlphaBand;
+  int number = bands == 1 || alpha ? 1 : 0;
+  if (!asked.empty() && asked != dataset.part) number = number_of(handle, asked);
+  if (number == 0) return no_such_band(dataset, asked == dataset.part ? "" : asked);
+  dataset.band = handle.GetRasterBand(number);
+  const int flags = dataset.band->GetMaskFlags();
+  if (alpha || (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0) dataset.mask = alpha ? handle.GetRasterBand(2) : dataset.band->GetMaskBand();
+  return {};
+}
+
+}  // namespace cordillera::raster

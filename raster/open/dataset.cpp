@@ -1,0 +1,196 @@
+#include "raster/open/dataset.h"
+
+#include <cpl_conv.h>
+#include <cpl_string.h>
+
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "raster/gdal/formats.h"
+#include "raster/gdal/gdal_scope.h"
+#include "raster/open/at_hand.h"
+#include "raster/open/netcdf_length.h"
+
+namespace cordillera::raster {
+namespace {
+
+namespace fs = std::filesystem;
+using proto::Problem;
+
+constexpr std::int64_t kMaxPixels = std::int64_t{1} << 36;
+constexpr const char* kPoints = "XYZ";
+constexpr std::uintmax_t kEmptiest = 4;  // pixels for each byte of a text of points; a point has ten bytes or more
+
+bool is_hgt(const std::string& name) { return extension_of(name) == ".hgt"; }
+
+/// What lies beside an unpacked raster came with it: a header, a CRS, a world file. Nothing else is unpacked.
+struct OwnFiles {
+  CPLConfigOptionSetter read_folder{"GDAL_DISABLE_READDIR_ON_OPEN", "FALSE", false};
+  CPLConfigOptionSetter world_file{"GDAL_GEOREF_SOURCES", nullptr, false};
+};
+
+GDALDatasetUniquePtr open_handle(const AtHand& raster, const std::string& path, Trust trust) {
+  static constexpr const char* kHgt[] = {"SRTMHGT", nullptr};
+  const std::vector<const char*> allowed = allowed_drivers(trust, raster.folder != nullptr);
+  std::optional<OwnFiles> own;
+  if (raster.folder) own.emplace();
+  return GDALDatasetUniquePtr(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, is_hgt(raster.file) ? kHgt : allowed.data(), nullptr, nullptr));
+}
+
+proto::Result<void> check_type(Dataset& dataset) {
+  const GDALDataType type = dataset.band->GetRasterDataType();
+  if (type == GDT_Unknown || GDALDataTypeIsComplex(type))
+    return Problem{"raster-type", dataset.name + " holds " + GDALGetDataTypeName(type) + " pixels, which are no heights",
+                   "pixels of type Byte, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32 or Float64", ""};
+  if (dataset.band->GetColorTable() != nullptr)
+    return Problem{"raster-type", dataset.name + " has a colour table: its pixels are numbers of colours, which are no heights",
+                   "heights, such as the elevation model that the picture was made from", ""};
+  const char* pixel_type = dataset.band->GetMetadataItem("PIXELTYPE", "IMAGE_STRUCTURE");
+  dataset.signed_byte = pixel_type != nullptr && EQUAL(pixel_type, "SIGNEDBYTE");
+  return {};
+}
+
+proto::Result<void> check_size(const Dataset& dataset, const std::string& path) {
+  const std::int64_t pixels = std::int64_t{dataset.columns} * dataset.rows;
+  const std::string claim = dataset.name + " claims " + std::to_string(dataset.columns) + " x " + std::to_string(dataset.rows) + " pixels";
+  if (dataset.columns < 1 || dataset.rows < 1 || pixels > kMaxPixels)
+    return Problem{"raster-too-large", claim, "at most 2^36 pixels", ""};
+  std::error_code error;
+  const auto bytes = fs::file_size(path, error);
+  if (error) return {};
+  const bool text = dataset.driver == "AAIGrid" || dataset.driver == "USGSDEM";
+  if (text && static_cast<std::uintmax_t>(pixels) > bytes)
+    return Problem{"raster-truncated", claim + " but has only " + std::to_string(bytes) + " bytes", "a complete file", ""};
+  // Points may leave much of their box empty, but not nearly all of it.
+  if (dataset.driver == kPoints && static_cast<std::uintmax_t>(pixels) > kEmptiest * bytes)
+    return Problem{"raster-too-large", claim + " in " + std::to_string(bytes) + " bytes of points", "points that fill more of the box around them", ""};
+  return {};
+}
+
+proto::Result<void> check_length(const Dataset& dataset) {
+  if (dataset.driver != "netCDF") return {};
+  std::error_code error;
+  const auto bytes = fs::file_size(dataset.path, error);
+  const auto needed = netcdf_length(dataset.path);
+  if (error || !needed || *needed <= bytes) return {};
+  return Problem{"raster-truncated", dataset.name + " has " + std::to_string(bytes) + " bytes, and its header tells of " + std::to_string(*needed), "a complete file", ""};
+}
+
+/// Of a stranger's header: whether it names the file of its heights by itself. Then it can name any.
+proto::Result<void> check_header(const AtHand& raster, Trust trust) {
+  if (trust != Trust::posted_file || extension_of(raster.file) != ".ers") return {};
+  std::ostringstream text;
+  text << std::ifstream(raster.path, std::ios::binary).rdbuf();
+  const CPLString header = text.str();
+  if (header.ifind("DataFile") == std::string::npos && header.ifind("Translated") == std::string::npos) return {};
+  return Problem{"raster-format-unsupported", raster.name + " names the file of its heights, which could be another of this machine",
+                 "a header without DataFile, beside the file of the same name without .ers", ""};
+}
+
+/// The sizes that an .hgt can have: 1, 3 and 1 x 2 arc seconds.
+bool has_size_of_hgt(const std::string& path) {
+  std::error_code error;
+  const auto bytes = fs::file_size(path, error);
+  return !error && (bytes == 2 * 1201 * 1201 || bytes == 2 * 3601 * 3601 || bytes == 2 * 1801 * 3601);
+}
+
+Problem not_opened(const AtHand& raster, const std::string& message) {
+  const std::string& name = raster.name;
+  if (is_hgt(raster.file))
+    return {"hgt-name", name + " could not be placed or read: an .hgt knows its place only by its name, and has 1201 x 1201, 3601 x 3601 "
+            "or 1801 x 3601 samples of two bytes", "a complete file with a name such as N44W072.hgt", "name"};
+  if (has_size_of_hgt(raster.path))
+    return {"hgt-name", name + " cannot be opened as a raster; it has the size of an .hgt, which knows its place only by its name",
+            "the name under which it was published, such as N44W072.hgt", "name"};
+  const Format* const format = needs_others(extension_of(raster.file));
+  if (format != nullptr)
+    return {"raster-format-unsupported", name + " cannot be opened without its header and data (" + format->reads + ")" + (message.empty() ? "" : ": " + message),
+            "all files of the raster in one .zip", ""};
+  if (const std::string kind = signature(raster.path); !kind.empty())
+    return {"raster-unreadable", name + " begins as " + kind + " and cannot be opened as a raster of that kind" + (message.empty() ? "" : ": " + message),
+            "a complete, undamaged file: " + accepted_formats(raster.file), ""};
+  return {"raster-format-unsupported", name + " cannot be opened as a raster" + (message.empty() ? "" : ": " + message), accepted_formats(raster.file), ""};
+}
+
+/// Opens what is at hand. Drivers read names and look for sidecars: a posted file gets a folder of its own with one link, for as long as it is
+/// looked at by its name.
+proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const std::string& band, std::optional<PrivateFolder>& folder) {
+  dataset.path = raster.path;
+  dataset.name = raster.name;
+  dataset.folder = raster.folder;
+  const bool named = fs::path(raster.path).filename() == raster.file;
+  if (!raster.folder && (dataset.trust == Trust::posted_file || (is_hgt(raster.file) && !named))) {
+    dataset.path = folder.emplace().link(raster.path, raster.file);
+    if (dataset.path.empty()) return Problem{"storage-full", "no temporary folder can be made to open " + dataset.name + " in", "a disk with free space", ""};
+  }
+  const GdalScope scope(dataset.trust);
+  dataset.handle = open_handle(raster, dataset.path, dataset.trust);
+  if (!dataset.handle) return not_opened(raster, scope.message(dataset.path, dataset.name));
+  dataset.driver = dataset.handle->GetDriverName();
+  // Its tree of names is its end: what a cut took from it, such as the CRS, would only seem not to have been there.
+  if (dataset.driver == "HFA" && scope.failed())
+    return Problem{"raster-truncated", dataset.name + " is incomplete: " + scope.message(dataset.path, dataset.name), "a complete file", ""};
+  if (auto whole = check_length(dataset); !whole.ok()) return whole;
+  return choose_raster(dataset, band);
+}
+
+void note_size(Dataset& dataset) {
+  dataset.columns = dataset.handle->GetRasterXSize();
+  dataset.rows = dataset.handle->GetRasterYSize();
+  const char* area_or_point = dataset.handle->GetMetadataItem(GDALMD_AREA_OR_POINT);
+  dataset.pixel_is_point = area_or_point != nullptr && EQUAL(area_or_point, GDALMD_AOP_POINT);
+}
+
+/// Points as text, read from their copy.
+proto::Result<void> open_grid(Dataset& dataset, const AtHand& grid) {
+  static constexpr const char* kTiff[] = {"GTiff", nullptr};
+  const GdalScope scope(dataset.trust);
+  dataset.driver = kPoints;
+  dataset.name = grid.name;
+  dataset.path = grid.path;
+  dataset.folder = grid.folder;
+  dataset.handle.reset(GDALDataset::Open(grid.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kTiff, nullptr, nullptr));
+  if (dataset.handle) return {};
+  return Problem{"raster-unreadable", dataset.name + " cannot be read from its copy: " + scope.message(grid.path, dataset.name), "a complete, undamaged file", ""};
+}
+
+/// Opened, of a size that we take; raster: at hand, key: the user's file.
+proto::Result<void> open_sized(Dataset& dataset, const AtHand& raster, const std::string& key, const std::string& band, std::optional<PrivateFolder>& folder) {
+  if (const auto grid = known_grid(raster, key)) {
+    if (auto opened = open_grid(dataset, *grid); !opened.ok()) return opened;
+    note_size(dataset);
+    return {};
+  }
+  if (auto opened = open_at_hand(dataset, raster, band, folder); !opened.ok()) return opened;
+  note_size(dataset);
+  if (auto sized = check_size(dataset, raster.path); !sized.ok()) return sized;
+  if (dataset.driver != kPoints) return {};
+  const auto grid = gridded(raster, key, dataset.trust);
+  return grid.ok() ? open_grid(dataset, *grid) : grid.problem();
+}
+
+}  // namespace
+
+proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band) {
+  Dataset dataset;
+  dataset.trust = trust;
+  const std::string called = fs::path(name.empty() ? path : name).filename().string();
+  if (auto sniffed = sniff(path, called, trust); !sniffed.ok()) return sniffed.problem();
+  const auto raster = at_hand(path, called);
+  if (!raster) return raster.problem();
+  if (raster->folder) {
+    if (auto sniffed = sniff(raster->path, raster->name, trust); !sniffed.ok()) return sniffed.problem();
+  }
+  if (auto headed = check_header(*raster, trust); !headed.ok()) return headed.problem();
+  std::optional<PrivateFolder> folder;
+  if (auto opened = open_sized(dataset, *raster, path, band, folder); !opened.ok()) return opened.problem();
+  const GdalScope scope(trust);
+  if (auto chosen = choose_band(dataset, band); !chosen.ok()) return chosen.problem();
+  if (auto typed = check_type(dataset); !typed.ok()) return typed.problem();
+  if (auto blocks = check_tiff_blocks(dataset); !blocks.ok()) return blocks.problem();
+  return dataset;
+}
+
+}  // namespace cordillera::raster

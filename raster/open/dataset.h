@@ -1,0 +1,52 @@
+#pragma once
+// An opened raster that passed the checks which need no pixel: driver, bands, type, size, blocks inside the file.
+#include <gdal_priv.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "proto/result.h"
+#include "raster/disk/private_folder.h"
+#include "raster/source.h"
+
+namespace cordillera::raster {
+
+struct Dataset {
+  std::shared_ptr<const PrivateFolder> folder;  ///< of an unpacked raster: its files, until the handle is closed
+  GDALDatasetUniquePtr handle;
+  GDALRasterBand* band = nullptr;
+  GDALRasterBand* mask = nullptr;  ///< mask or alpha band; null when validity is told by values alone
+  std::string path;                ///< what GDAL opened
+  std::string name;                ///< what the user called it, without folders
+  std::string part;                ///< the variable or table that was chosen of several rasters in one file
+  std::string driver;
+  Trust trust = Trust::operator_file;
+  int columns = 0, rows = 0;
+  bool pixel_is_point = false;
+  std::optional<double> asked_nodata;  ///< a raw value that is no height because the request says so
+  bool signed_byte = false;        ///< GDAL before 3.7 has no Int8: Byte with a note
+
+  /// Blocks of a TIFF that were never written (sparse); they are void. Empty when every block is stored.
+  std::vector<bool> missing;       ///< indexed by block row * blocks_across + block column
+  int block_columns = 0, block_rows = 0, blocks_across = 0;
+};
+
+/// Opens a raster with one of the drivers we vouch for (formats.h), out of its archive if it is in one. band: the number or name of its
+/// band, or the name of one of several rasters in the file; empty: the only one, or the only one that is called as heights are.
+proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band);
+
+/// Of a file that holds several rasters, one: opens it in place of the file. Then of its bands one, with its mask.
+proto::Result<void> choose_raster(Dataset& dataset, const std::string& asked);
+proto::Result<void> choose_band(Dataset& dataset, const std::string& asked);
+
+/// Every block that the header promises must lie inside the file; notes the blocks of a sparse file that do not exist.
+proto::Result<void> check_tiff_blocks(Dataset& dataset);
+
+/// The first bytes of a file that is no raster usually tell what it is: a better message than "not recognised".
+proto::Result<void> sniff(const std::string& path, const std::string& name, Trust trust);
+/// "a NetCDF or HDF5 file": of a format that we read and that has a mark of its own; empty for others.
+std::string signature(const std::string& path);
+
+}  // namespace cordillera::raster

@@ -1,0 +1,69 @@
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "raster/gdal/formats.h"
+#include "raster/open/dataset.h"
+
+namespace cordillera::raster {
+namespace {
+
+bool begins(const std::string& text, std::string_view with) { return text.compare(0, with.size(), with) == 0; }
+
+struct FileKind {
+  std::string what;        ///< in a sentence; empty: it may be a raster, or an archive of one
+  bool picture = false;    ///< GDAL reads it
+};
+
+/// What the first bytes say the file is.
+FileKind kind_of(const std::string& head) {
+  if (begins(head, "version https://git-lfs")) return {"is the text of a Git LFS pointer, not the file it points at (run git lfs pull)"};
+  if (begins(head, "\x89PNG")) return {"is a PNG picture", true};
+  if (begins(head, "\xff\xd8\xff")) return {"is a JPEG picture", true};
+  if (begins(head, "%PDF")) return {"is a PDF document"};
+  const std::size_t first = head.find_first_not_of(" \t\r\n\xef\xbb\xbf");
+  if (first == std::string::npos) return {};
+  const std::string text = head.substr(first, 64);
+  if (begins(text, "<!DOCTYPE html") || begins(text, "<html")) return {"is an HTML page"};
+  return {};
+}
+
+std::string head_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(256, '\0');
+  file.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(file.gcount()));
+  return head;
+}
+
+}  // namespace
+
+std::string signature(const std::string& path) {
+  static constexpr std::pair<const char*, const char*> kMarks[] = {{"\x89HDF", "a NetCDF or HDF5 file"},  {"CDF", "a NetCDF file"},
+                                                                    {"EHFA_HEADER_TAG", "an Erdas file"},   {"SQLite format 3", "a GeoPackage"},
+                                                                    {"\xff\x4f\xff\x51", "JPEG 2000"}};
+  const std::string head = head_of(path);
+  for (const auto& [mark, kind] : kMarks)
+    if (begins(head, mark)) return kind;
+  return head.size() > 8 && head.compare(4, 4, "jP  ") == 0 ? "JPEG 2000" : "";
+}
+
+proto::Result<void> sniff(const std::string& path, const std::string& name, Trust trust) {
+  std::error_code error;
+  const bool regular = std::filesystem::is_regular_file(path, error);
+  if (trust == Trust::posted_file && !regular) return proto::Problem{"raster-not-found", name + " is not a file", accepted_formats(""), ""};
+  if (!regular) {
+    // From the command line GDAL's own file systems are welcome; a plain path must exist.
+    if (begins(path, "/vsi")) return {};
+    return proto::Problem{"raster-not-found", name + " does not exist or is not a file", accepted_formats(""), ""};
+  }
+  const std::string head = head_of(path);
+  if (head.empty()) return proto::Problem{"raster-empty", name + " is empty or cannot be read", accepted_formats(""), ""};
+  const FileKind kind = kind_of(head);
+  if (!kind.what.empty()) return proto::Problem{"raster-format-unsupported", name + " " + kind.what, accepted_formats(kind.picture ? name : ""), ""};
+  if (trust == Trust::posted_file && head.find("<VRTDataset") != std::string::npos)
+    return proto::Problem{"raster-format-unsupported", name + " is a VRT, which can point at other files of this machine", accepted_formats(name), ""};
+  return {};
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,127 @@
+#include "raster/pixels/pixels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "proto/mesh.h"
+#include "raster/gdal/gdal_scope.h"
+
+namespace cordillera::raster {
+namespace {
+
+constexpr double kVoid = std::numeric_limits<double>::quiet_NaN();
+
+std::int64_t floor_div(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
+
+}  // namespace
+
+Pixels::Pixels(const Dataset& dataset, const HeightRule& rule, int period)
+    : dataset_(dataset), rule_(rule), period_(period), validity_(dataset) {}
+
+proto::Result<void> Pixels::read(const PixelWindow& window, std::vector<double>& heights) {
+  heights.assign(static_cast<std::size_t>(window.columns) * window.rows, kVoid);
+  if (period_ == 0) return read_inside(window, window, 0, heights);
+  // Columns 0 .. period-1 repeat around the earth; a duplicated last column of a grid-registered raster is never read.
+  const std::int64_t first = floor_div(window.x, period_), last = floor_div(window.x + window.columns - 1, period_);
+  for (std::int64_t turn = first; turn <= last; ++turn) {
+    const std::int64_t west = std::max(window.x, turn * period_), east = std::min(window.x + window.columns, (turn + 1) * period_);
+    const PixelWindow part{west - turn * period_, window.y, static_cast<int>(east - west), window.rows};
+    if (auto done = read_inside(part, window, turn * period_, heights); !done.ok()) return done;
+  }
+  return {};
+}
+
+/// Reads what of part lies in the raster into its place in window; part.x + shift is the column in the window's own count.
+proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift, std::vector<double>& heights) {
+  const std::int64_t x0 = std::max<std::int64_t>(part.x, 0), x1 = std::min<std::int64_t>(part.x + part.columns, dataset_.columns);
+  const std::int64_t y0 = std::max<std::int64_t>(part.y, 0), y1 = std::min<std::int64_t>(part.y + part.rows, dataset_.rows);
+  if (x0 >= x1 || y0 >= y1) return {};
+  const auto place = [&](std::int64_t x, std::int64_t y) {
+    return heights.data() + static_cast<std::size_t>(y - window.y) * window.columns + static_cast<std::size_t>(x + shift - window.x);
+  };
+  const std::size_t stride = static_cast<std::size_t>(window.columns);
+  if (dataset_.missing.empty())
+    return read_stored({x0, y0, static_cast<int>(x1 - x0), static_cast<int>(y1 - y0)}, place(x0, y0), stride);
+  const int bw = dataset_.block_columns, bh = dataset_.block_rows;
+  for (std::int64_t by = y0 / bh; by * bh < y1; ++by) {
+    for (std::int64_t bx = x0 / bw; bx * bw < x1; ++bx) {
+      const std::int64_t west = std::max(x0, bx * bw), east = std::min(x1, (bx + 1) * bw);
+      const std::int64_t top = std::max(y0, by * bh), bottom = std::min(y1, (by + 1) * bh);
+      if (!block_missing(bx, by)) {
+        const PixelWindow block{west, top, static_cast<int>(east - west), static_cast<int>(bottom - top)};
+        if (auto done = read_stored(block, place(west, top), stride); !done.ok()) return done;
+      } else if (rule_.voids == VoidRule::value) {
+        for (std::int64_t y = top; y < bottom; ++y) std::fill_n(place(west, y), east - west, rule_.void_height_m);
+      }
+    }
+  }
+  return {};
+}
+
+/// A text grid's lines are found one after the other. Asked for one behind a damaged line GDAL looks for all before it again, and for each
+/// of these again: it never ends. So lines are read in their order, and nothing behind the first that fails.
+proto::Result<void> Pixels::pass_lines(int end) {
+  if (dataset_.driver != "AAIGrid") return {};
+  const GdalScope scope(dataset_.trust);
+  for (; !torn_ && lines_ < end; ++lines_) {
+    double first = 0;
+    torn_ = dataset_.band->RasterIO(GF_Read, 0, lines_, 1, 1, &first, 1, 1, GDT_Float64, 0, 0, nullptr) != CE_None || scope.failed();
+    if (torn_) break;
+  }
+  if (!torn_ || end <= lines_) return {};
+  return proto::Problem{"raster-unreadable", dataset_.name + " is damaged: row " + std::to_string(lines_ + 1) + " of " +
+                            std::to_string(dataset_.rows) + " cannot be read as numbers", "a complete, undamaged file", ""};
+}
+
+proto::Result<void> Pixels::read_stored(const PixelWindow& part, double* out, std::size_t stride) {
+  if (auto passed = pass_lines(static_cast<int>(part.y) + part.rows); !passed.ok()) return passed;
+  const GdalScope scope(dataset_.trust);
+  const int x = static_cast<int>(part.x), y = static_cast<int>(part.y);
+  const GSpacing line_bytes = static_cast<GSpacing>(stride * sizeof(double));
+  CPLErr error = dataset_.band->RasterIO(GF_Read, x, y, part.columns, part.rows, out, part.columns, part.rows, GDT_Float64,
+                                         sizeof(double), line_bytes, nullptr);
+  if (error == CE_None && dataset_.mask != nullptr) {
+    mask_.resize(static_cast<std::size_t>(part.columns) * part.rows);
+    error = dataset_.mask->RasterIO(GF_Read, x, y, part.columns, part.rows, mask_.data(), part.columns, part.rows, GDT_Byte, 1,
+                                    part.columns, nullptr);
+  }
+  if (error != CE_None || scope.failed())
+    return proto::Problem{"raster-unreadable", dataset_.name + " is damaged: its pixels cannot be read (" +
+                              scope.message(dataset_.path, dataset_.name) + ")", "a complete, undamaged file", ""};
+  for (int r = 0; r < part.rows; ++r) {
+    const std::uint8_t* mask = dataset_.mask == nullptr ? nullptr : mask_.data() + static_cast<std::size_t>(r) * part.columns;
+    to_metres(out + static_cast<std::size_t>(r) * stride, mask, static_cast<std::size_t>(part.columns));
+  }
+  return {};
+}
+
+void Pixels::to_metres(double* line, const std::uint8_t* mask, std::size_t count) const {
+  const double instead = rule_.voids == VoidRule::value ? rule_.void_height_m : kVoid;
+  for (std::size_t i = 0; i < count; ++i) {
+    double raw = line[i];
+    if (dataset_.signed_byte && raw > 127) raw -= 256;
+    const double height = rule_.scale * raw + rule_.offset_m;
+    const bool valid = validity_(raw) && (mask == nullptr || mask[i] != 0) && std::abs(height) <= proto::kMaxHeight_m;
+    line[i] = valid ? height : instead;
+  }
+}
+
+bool Pixels::block_missing(std::int64_t block_x, std::int64_t block_y) const {
+  return dataset_.missing[static_cast<std::size_t>(block_y * dataset_.blocks_across + block_x)];
+}
+
+bool Pixels::certainly_void(const PixelWindow& window) const {
+  if (rule_.voids != VoidRule::hole) return false;
+  const std::int64_t x0 = std::max<std::int64_t>(window.x, 0), x1 = std::min<std::int64_t>(window.x + window.columns, dataset_.columns);
+  const std::int64_t y0 = std::max<std::int64_t>(window.y, 0), y1 = std::min<std::int64_t>(window.y + window.rows, dataset_.rows);
+  if (period_ != 0 && (window.x < 0 || window.x + window.columns > dataset_.columns)) return false;
+  if (x0 >= x1 || y0 >= y1) return true;
+  if (dataset_.missing.empty()) return false;
+  for (std::int64_t by = y0 / dataset_.block_rows; by * dataset_.block_rows < y1; ++by)
+    for (std::int64_t bx = x0 / dataset_.block_columns; bx * dataset_.block_columns < x1; ++bx)
+      if (!block_missing(bx, by)) return false;
+  return true;
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,56 @@
+#pragma once
+// Windows of the source as heights in metres, NaN where there is none.
+#include <cstdint>
+#include <vector>
+
+#include "proto/result.h"
+#include "raster/open/dataset.h"
+#include "raster/pixels/validity.h"
+
+namespace cordillera::raster {
+
+/// What becomes of pixels without data.
+enum class VoidRule : std::uint8_t { hole, value };
+
+/// From raw value to metres, and what to do with voids.
+struct HeightRule {
+  double scale = 1, offset_m = 0;  ///< metres = scale * raw + offset_m
+  VoidRule voids = VoidRule::hole;
+  double void_height_m = 0;        ///< for VoidRule::value
+};
+
+/// A rectangle of pixels. Columns may run beyond the raster: wrapped where it closes around the earth, void elsewhere.
+struct PixelWindow {
+  std::int64_t x = 0, y = 0;
+  int columns = 0, rows = 0;
+};
+
+class Pixels {
+ public:
+  /// period: columns around the earth, 0 when the raster does not close.
+  Pixels(const Dataset& dataset, const HeightRule& rule, int period);
+
+  /// Fills heights with window.columns * window.rows metres, row-major from the window's first line.
+  proto::Result<void> read(const PixelWindow& window, std::vector<double>& heights);
+
+  /// No pixel of the window can be anything but void, by the file's block table alone.
+  bool certainly_void(const PixelWindow& window) const;
+  const Validity& validity() const { return validity_; }
+
+ private:
+  proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift, std::vector<double>& heights);
+  proto::Result<void> read_stored(const PixelWindow& part, double* out, std::size_t stride);
+  proto::Result<void> pass_lines(int end);
+  bool block_missing(std::int64_t block_x, std::int64_t block_y) const;
+  void to_metres(double* line, const std::uint8_t* mask, std::size_t count) const;
+
+  const Dataset& dataset_;
+  HeightRule rule_;
+  int period_;
+  Validity validity_;
+  int lines_ = 0;        ///< of a text grid, those that were read in their order
+  bool torn_ = false;    ///< the next one could not be
+  std::vector<std::uint8_t> mask_;  ///< scratch
+};
+
+}  // namespace cordillera::raster

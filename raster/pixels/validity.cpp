@@ -1,0 +1,45 @@
+#include "raster/pixels/validity.h"
+
+#include <cmath>
+
+#include "proto/mesh.h"
+
+namespace cordillera::raster {
+namespace {
+
+std::string short_number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+}  // namespace
+
+Validity::ValueRange Validity::around(double value, GDALDataType type) {
+  if (!std::isfinite(value)) return {};
+  // Tags are text or double, pixels are often float32: the same number, rounded differently.
+  const double slack = GDALDataTypeIsFloating(type) ? std::abs(value) * 1.2e-7 : 0;
+  return {value - slack, value + slack};
+}
+
+Validity::Validity(const Dataset& dataset) {
+  int has = 0;
+  double nodata = dataset.band->GetNoDataValue(&has);
+  const GDALDataType type = dataset.band->GetRasterDataType();
+  // 64-bit integer bands answer only through functions of their own.
+  if (type == GDT_Int64) nodata = static_cast<double>(dataset.band->GetNoDataValueAsInt64(&has));
+  if (type == GDT_UInt64) nodata = static_cast<double>(dataset.band->GetNoDataValueAsUInt64(&has));
+  if (has != 0) {
+    text_ = "value " + short_number(nodata);
+    declared_ = around(nodata, type);
+  }
+  if (dataset.asked_nodata) {
+    text_ += (text_.empty() ? "value " : ", value ") + short_number(*dataset.asked_nodata) + " (request)";
+    asked_ = around(*dataset.asked_nodata, type);
+  }
+  if (dataset.mask != nullptr) text_ += text_.empty() ? "mask band" : ", mask band";
+  if (!dataset.missing.empty()) text_ += text_.empty() ? "unstored blocks" : ", unstored blocks";
+  if (text_.empty()) text_ = "none";
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,35 @@
+#pragma once
+// Which raw values are heights at all.
+#include <string>
+
+#include "raster/open/dataset.h"
+
+namespace cordillera::raster {
+
+/// A raw value is valid when it is finite, no sentinel, and neither the declared nodata value nor the one that was asked for.
+class Validity {
+ public:
+  explicit Validity(const Dataset& dataset);
+
+  bool operator()(double raw) const {
+    if (!(raw > -kSentinel && raw < kSentinel)) return false;  // NaN, infinities, +-3.4e38
+    return !declared_.holds(raw) && !asked_.holds(raw);
+  }
+  /// For the manifest: "value -9999", "mask band", "none", ...
+  const std::string& text() const { return text_; }
+
+ private:
+  static constexpr double kSentinel = 1e30;
+
+  /// A value, and what it may be rounded to. Empty: no such value.
+  struct ValueRange {
+    double low = 1, high = 0;
+    bool holds(double raw) const { return raw >= low && raw <= high; }
+  };
+  static ValueRange around(double value, GDALDataType type);
+
+  ValueRange declared_, asked_;
+  std::string text_;
+};
+
+}  // namespace cordillera::raster

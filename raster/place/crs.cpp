@@ -1,0 +1,134 @@
+#include "raster/place/crs.h"
+
+#include <algorithm>
+#include <cctype>
+
+#include "proto/utf8.h"
+#include "raster/gdal/gdal_scope.h"
+#include "raster/place/crs_label.h"
+
+namespace cordillera::raster {
+namespace {
+
+using proto::Problem;
+
+constexpr const char* kAcceptedCrs = "a geographic or projected CRS that PROJ can take to WGS 84, e.g. EPSG:25832, a PROJ string or WKT";
+
+std::string text_of(const char* text) { return text == nullptr ? "" : text; }
+
+/// The name we give to a vertical CRS: one of ours when we know its geoid, else its own.
+std::string known_datum(const OGRSpatialReference& srs) {
+  const std::string own = text_of(srs.GetAttrValue("VERT_CS"));
+  const std::string code = text_of(srs.GetAuthorityName("VERT_CS")) == "EPSG" ? text_of(srs.GetAuthorityCode("VERT_CS")) : "";
+  if (code == "5773") return "EGM96";
+  if (code == "3855") return "EGM2008";
+  if (code == "5798") return "EGM84";
+  std::string letters;
+  for (const char c : own + " " + text_of(srs.GetAttrValue("VERT_DATUM")))
+    if (std::isalnum(static_cast<unsigned char>(c))) letters += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  if (letters.find("EGM96") != std::string::npos) return "EGM96";
+  if (letters.find("EGM2008") != std::string::npos || letters.find("EGM08") != std::string::npos) return "EGM2008";
+  if (letters.find("EGM84") != std::string::npos) return "EGM84";
+  if (letters.find("ELLIPSOID") != std::string::npos) return "ellipsoid";
+  return proto::shown_text(own);
+}
+
+void take_vertical_part(OGRSpatialReference& srs, Crs& crs) {
+  if (srs.IsCompound()) {
+    crs.declared_datum = known_datum(srs);
+    crs.compound_wkt = wkt_of(srs);
+    const char* unit = nullptr;
+    srs.GetTargetLinearUnits("VERT_CS", &unit);
+    crs.height_unit = text_of(unit);
+    OGRAxisOrientation orientation = OAO_Up;
+    srs.GetAxis("VERT_CS", 0, &orientation);
+    crs.depth = orientation == OAO_Down;
+    srs.StripVertical();
+  } else if (srs.GetAxesCount() == 3) {
+    crs.declared_datum = "ellipsoid";
+    srs.DemoteTo2D(nullptr);
+  }
+}
+
+/// What the raster's own CRS leaves open about heights, the one asked for may say.
+proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& asked, Crs& crs) {
+  if (asked.declared_datum.empty()) return {};
+  if (crs.declared_datum.empty()) {
+    crs.declared_datum = asked.declared_datum;
+    crs.compound_wkt = asked.compound_wkt;
+    crs.height_unit = asked.height_unit;
+    crs.depth = asked.depth;
+    crs.vertical_from = "request";
+  } else if (crs.declared_datum != asked.declared_datum) {
+    return Problem{"crs-conflict", dataset.name + " says that its heights are above " + crs.declared_datum + ", and crs= says " + asked.declared_datum,
+                   "crs= without a vertical part; vertical_datum= overrules what a raster says", "crs"};
+  }
+  return {};
+}
+
+proto::Result<OGRSpatialReference> parse(const std::string& requested) {
+  OGRSpatialReference srs;
+  // A CRS given in a request is a definition, never a file or an address to fetch.
+  const char* const sealed[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
+  if (srs.SetFromUserInput(requested.c_str(), sealed) != OGRERR_NONE)
+    return Problem{"crs-unknown", "crs=" + proto::shown_text(requested) + " is no coordinate reference system that PROJ knows", kAcceptedCrs, "crs"};
+  return srs;
+}
+
+proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string& label, const Dataset& dataset, const std::string& from) {
+  const std::string parameter = from == "request" ? "crs" : "";
+  const auto refuse = [&](const std::string& why) {
+    return Problem{"crs-unsupported", "the CRS of " + dataset.name + ", " + label + ", " + why, kAcceptedCrs, parameter};
+  };
+  if (srs.IsLocal()) return refuse("is a local or engineering system: it does not say where on the earth it is");
+  if (srs.IsGeocentric()) return refuse("is geocentric: a raster's columns and rows cannot be its axes");
+  if (!srs.IsGeographic() && !srs.IsProjected()) return refuse("is neither geographic nor projected");
+  return {};
+}
+
+}  // namespace
+
+std::string wkt_of(const OGRSpatialReference& srs) {
+  const char* const newest[] = {"FORMAT=WKT2_2019", nullptr};
+  char* text = nullptr;
+  const std::string wkt = srs.exportToWkt(&text, newest) == OGRERR_NONE ? text_of(text) : "";
+  CPLFree(text);
+  return wkt;
+}
+
+proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& requested) {
+  const GdalScope scope(dataset.trust);
+  const OGRSpatialReference* own = dataset.handle->GetSpatialRef();
+  if (own != nullptr && own->IsEmpty()) own = nullptr;
+  if (own == nullptr && requested.empty())
+    return Problem{"raster-without-crs", dataset.name + " names no coordinate reference system", "a raster with one, or crs=, " + std::string(kAcceptedCrs), "crs"};
+  Crs crs;
+  OGRSpatialReference srs;
+  if (!requested.empty()) {
+    auto parsed = parse(requested);
+    if (!parsed) return parsed.problem();
+    srs = *parsed;
+  }
+  crs.from = own == nullptr ? "request" : "source";
+  OGRSpatialReference named = srs;
+  if (own != nullptr) srs = *own;
+  take_vertical_part(srs, crs);
+  crs.vertical_from = crs.from;
+  crs.label = crs_label(srs);
+  if (auto kind = check_kind(srs, crs.label, dataset, crs.from); !kind.ok()) return kind.problem();
+  if (own != nullptr && !requested.empty()) {
+    Crs asked;
+    take_vertical_part(named, asked);
+    const char* const lenient[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS", nullptr};
+    if (!srs.IsSame(&named, lenient))
+      return Problem{"crs-conflict", dataset.name + " already has the CRS " + crs.label + ", and crs=" + proto::shown_text(requested) + " is another",
+                     "no crs= for this raster, or a raster whose own CRS is corrected", "crs"};
+    if (auto agreed = take_missing_vertical(dataset, asked, crs); !agreed.ok()) return agreed.problem();
+  }
+  srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  crs.horizontal = srs;
+  crs.horizontal_wkt = wkt_of(srs);
+  return crs;
+}
+
+}  // namespace cordillera::raster

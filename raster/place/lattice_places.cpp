@@ -1,0 +1,68 @@
+#include "raster/place/lattice_places.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proto/integers.h"
+
+namespace cordillera::raster {
+namespace {
+
+constexpr double kAllowed_px = kPlaceError_px / 16;
+
+using patch::along_row;
+using patch::kWeights;
+using patch::weighted;
+using proto::modulo;
+
+}  // namespace
+
+LatticePlaces::LatticePlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t west, std::int32_t columns)
+    : placement_(placement), lattice_(lattice), west_(modulo(west, lattice.columns())), columns_(columns) {}
+
+void LatticePlaces::exact(std::int64_t i, std::int64_t j, std::int32_t count, double* x, double* y) const {
+  for (std::int32_t c = 0; c < count; ++c) x[c] = lattice_.longitude_deg(modulo(i + c, lattice_.columns()));
+  std::fill(y, y + count, lattice_.latitude_deg(j));
+  placement_.to_pixels(x, y, static_cast<std::size_t>(count));
+}
+
+LatticePlaces::Patch LatticePlaces::make(std::int64_t column, std::int64_t row) const {
+  std::vector<double> x, y;
+  patch::each_place([&](int c, int r) {
+    x.push_back(lattice_.longitude_deg(patch::kCells * column + c));
+    y.push_back(lattice_.latitude_deg(patch::kCells * row + r));
+  });
+  placement_.to_pixels(x.data(), y.data(), x.size());
+  return {x, y, kAllowed_px};
+}
+
+void LatticePlaces::row(std::int64_t j, double* x, double* y) {
+  if (placement_.plate()) return exact(west_, j, columns_, x, y);  // two multiplications
+  const std::int64_t row = std::min(j, lattice_.rows() - 1) / patch::kCells;
+  const std::int64_t first = west_ / patch::kCells, around = lattice_.columns() / patch::kCells;
+  if (row != band_row_) {
+    band_row_ = row;
+    band_.clear();
+    const std::int64_t last = (west_ + columns_ - 1) / patch::kCells;
+    for (std::int64_t column = first; column <= last; ++column) band_.push_back(make(column % around, row));
+  }
+  const patch::Weights& up = kWeights[j - patch::kCells * row];
+  for (std::int32_t c = 0; c < columns_;) {
+    const std::int64_t i = west_ + c;
+    const auto within = static_cast<std::int32_t>(i % patch::kCells);
+    const std::int32_t count = std::min(patch::kCells - within, columns_ - c);
+    const Patch& here = band_[static_cast<std::size_t>(i / patch::kCells - first)];
+    if (here.smooth) {
+      const auto line_x = along_row(here.x, up), line_y = along_row(here.y, up);
+      for (std::int32_t k = 0; k < count; ++k) {
+        x[c + k] = weighted(kWeights[within + k], line_x);
+        y[c + k] = weighted(kWeights[within + k], line_y);
+      }
+    } else {
+      exact(i, j, count, x + c, y + c);
+    }
+    c += count;
+  }
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,204 @@
+#include "raster/place/placement.h"
+
+#include <gdal.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "raster/gdal/gdal_scope.h"
+
+namespace cordillera::raster {
+namespace {
+
+using proto::Problem;
+
+constexpr double kNoPlace = std::numeric_limits<double>::quiet_NaN();
+
+OGRSpatialReference wgs84() {
+  OGRSpatialReference srs;
+  srs.importFromEPSG(4326);
+  srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  return srs;
+}
+
+void apply(OGRCoordinateTransformation& transform, double* x, double* y, std::size_t count) {
+  // Blocks keep the flags on the stack; each point is transformed on its own whatever block it is in.
+  constexpr std::size_t kBlock = 1024;
+  int ok[kBlock];
+  for (std::size_t at = 0; at < count; at += kBlock) {
+    const int n = static_cast<int>(std::min(kBlock, count - at));
+    transform.Transform(n, x + at, y + at, nullptr, ok);
+    for (int k = 0; k < n; ++k)
+      if (!ok[k] || !std::isfinite(x[at + k]) || !std::isfinite(y[at + k])) x[at + k] = y[at + k] = kNoPlace;
+  }
+}
+
+double degrees_per_unit(const Crs& crs) { return crs.horizontal.GetAngularUnits() * 180 / std::numbers::pi; }
+
+/// x moved by whole turns to [centre - turn/2, centre + turn/2).
+double nearest_turn(double x, double centre, double turn) {
+  const double turns = std::floor((x - centre) / turn + 0.5);
+  return turns == 0 ? x : x - turns * turn;
+}
+
+}  // namespace
+
+proto::Result<void> check_placed(const Dataset& dataset) {
+  std::array<double, 6> ignored{};
+  if (dataset.handle->GetGeoTransform(ignored.data()) == CE_None) return {};
+  return Problem{"raster-not-georeferenced",
+                 dataset.name + (dataset.handle->GetGCPCount() > 0 ? " is placed by ground control points only" : " does not say where its pixels lie"),
+                 "a raster with an affine geotransform", ""};
+}
+
+proto::Result<Placement> Placement::make(const Dataset& dataset, const Crs& crs) {
+  const GdalScope scope(dataset.trust);
+  Placement placement;
+  placement.columns_ = dataset.columns;
+  placement.rows_ = dataset.rows;
+  if (auto done = placement.set_geotransform(dataset); !done.ok()) return done.problem();
+  if (auto done = placement.check_degrees(dataset, crs); !done.ok()) return done.problem();
+  if (auto done = placement.make_transform(dataset, crs); !done.ok()) return done.problem();
+  placement.find_period(crs);
+  placement.plate_ = placement.is_plate(crs);
+  return placement;
+}
+
+proto::Result<void> Placement::set_geotransform(const Dataset& dataset) {
+  if (auto placed = check_placed(dataset); !placed.ok()) return placed;
+  dataset.handle->GetGeoTransform(forward_.data());
+  const bool finite = std::all_of(forward_.begin(), forward_.end(), [](double v) { return std::isfinite(v); });
+  if (!finite || !GDALInvGeoTransform(forward_.data(), inverse_.data()))
+    return Problem{"raster-not-georeferenced", dataset.name + " has a geotransform that cannot be inverted", "pixels with a size", ""};
+  centre_x_ = forward_[0] + forward_[1] * columns_ / 2.0 + forward_[2] * rows_ / 2.0;
+  return {};
+}
+
+/// A file that says degrees and means metres would give tiles of nonsense.
+proto::Result<void> Placement::check_degrees(const Dataset& dataset, const Crs& crs) const {
+  if (!crs.horizontal.IsGeographic()) return {};
+  const double unit_deg = degrees_per_unit(crs);
+  constexpr double kSlack_deg = 5;  // rows past a pole are cut off; metres are thousands of degrees away
+  for (int corner = 0; corner < 4; ++corner) {
+    double x = corner & 1 ? columns_ : 0, y = corner & 2 ? rows_ : 0;
+    image_to_map(&x, &y, 1);
+    if (std::abs(y * unit_deg) > 90 + kSlack_deg || std::abs(x * unit_deg) > 540)
+      return Problem{"crs-mismatch", "the CRS of " + dataset.name + ", " + crs.label + ", is in degrees, but its corner is at " +
+                         std::to_string(x * unit_deg) + ", " + std::to_string(y * unit_deg),
+                     "a raster whose CRS fits its coordinates", crs.from == "request" ? "crs" : ""};
+  }
+  return {};
+}
+
+bool Placement::transform_to(const Crs& crs, bool exact_only) {
+  const OGRSpatialReference geographic = wgs84();
+  OGRCoordinateTransformationOptions options;
+  options.SetBallparkAllowed(!exact_only);
+  to_wgs84_.reset(OGRCreateCoordinateTransformation(&crs.horizontal, &geographic, options));
+  if (!to_wgs84_) return false;
+  double x[2] = {columns_ / 2.0, columns_ / 4.0}, y[2] = {rows_ / 2.0, rows_ / 4.0};
+  image_to_map(x, y, 2);
+  apply(*to_wgs84_, x, y, 2);
+  // A raster of the whole earth in one projection may have its corners nowhere, but hardly both of these points.
+  const int k = std::isfinite(x[0]) ? 0 : 1;
+  if (!std::isfinite(x[k]) || std::abs(y[k]) > 90) return false;
+  // The operation best at the raster's centre, for the whole raster.
+  const double south = std::max(-90.0, y[k] - 0.5), north = std::min(90.0, y[k] + 0.5);
+  const double west = std::max(-180.0, x[k] - 0.5), east = std::min(180.0, x[k] + 0.5);
+  if (west < east && south < north) options.SetAreaOfInterest(west, south, east, north);
+  to_map_.reset(OGRCreateCoordinateTransformation(&geographic, &crs.horizontal, options));
+  if (!to_map_) return false;
+  to_wgs84_.reset(to_map_->GetInverse());
+  double back_x = x[k], back_y = y[k];
+  apply(*to_map_, &back_x, &back_y, 1);
+  return to_wgs84_ && std::isfinite(back_x);
+}
+
+proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs& crs) {
+  // Ballpark operations ignore the datum: only when PROJ has nothing better.
+  if (transform_to(crs, true) || transform_to(crs, false)) return {};
+  return Problem{"crs-not-transformable", "the CRS of " + dataset.name + ", " + crs.label + ", cannot be taken to WGS 84 at the raster's place",
+                 "a CRS that PROJ can transform, and coordinates that lie in it", crs.from == "request" ? "crs" : ""};
+}
+
+/// Maps whose x is longitude, stretched, repeat around the earth: a raster may run over the antimeridian, or close.
+void Placement::find_period(const Crs& crs) {
+  if (crs.horizontal.IsGeographic()) {
+    turn_ = 360 / degrees_per_unit(crs);
+  } else {
+    const double lon_0 = crs.horizontal.GetNormProjParm(SRS_PP_CENTRAL_MERIDIAN, 0.0);
+    double x[5] = {lon_0 - 1, lon_0 + 1, lon_0 - 100, lon_0 + 100, lon_0 + 100}, y[5] = {0, 0, 0, 0, 50};
+    for (double& lon : x) lon = nearest_turn(lon, 0, 360);
+    apply(*to_map_, x, y, 5);
+    const double unit = (x[1] - x[0]) / 2;
+    const double slack = std::abs(unit) * 1e-6;
+    const bool straight = std::abs(x[3] - x[2] - 200 * unit) < slack && std::abs(x[4] - x[3]) < slack && y[0] == y[3];
+    turn_ = straight && unit > 0 ? 360 * unit : 0;
+  }
+  if (turn_ == 0 || forward_[2] != 0 || forward_[4] != 0) return;
+  const double around_px = turn_ / std::abs(forward_[1]);
+  const double whole = std::round(around_px);
+  // Written geotransforms are rounded: within a twentieth of a pixel the raster closes.
+  if (std::abs(around_px - whole) < 0.05 && columns_ + 0.05 >= around_px && whole < 2147483647.0) period_px_ = static_cast<int>(whole);
+}
+
+/// WGS 84 and systems that PROJ equates with it need no call per point: their transformation moves nothing, tried over the raster.
+bool Placement::is_plate(const Crs& crs) const {
+  if (!crs.horizontal.IsGeographic() || std::abs(degrees_per_unit(crs) - 1) > 1e-12) return false;
+  std::vector<double> x, y;
+  for (int r = 0; r <= 8; ++r) {
+    for (int c = 0; c <= 8; ++c) {
+      double px = columns_ * c / 8.0, py = rows_ * r / 8.0;
+      image_to_map(&px, &py, 1);
+      x.push_back(nearest_turn(px, 0, 360));
+      y.push_back(std::clamp(py, -89.9, 89.9));
+    }
+  }
+  std::vector<double> tx = x, ty = y;
+  apply(*to_map_, tx.data(), ty.data(), tx.size());
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    const double lon_error = std::abs(std::remainder(tx[k] - x[k], 360.0));
+    if (!(lon_error < 1e-11 && std::abs(ty[k] - y[k]) < 1e-11)) return false;
+  }
+  return true;
+}
+
+void Placement::image_to_map(double* x, double* y, std::size_t count) const {
+  for (std::size_t k = 0; k < count; ++k) {
+    const double c = x[k], r = y[k];
+    x[k] = forward_[0] + c * forward_[1] + r * forward_[2];
+    y[k] = forward_[3] + c * forward_[4] + r * forward_[5];
+  }
+}
+
+void Placement::map_to_image(double* x, double* y, std::size_t count) const {
+  const bool straight = forward_[2] == 0 && forward_[4] == 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double u = turn_ == 0 ? x[k] : nearest_turn(x[k], centre_x_, turn_), v = y[k];
+    if (straight) {  // division loses less than the inverse matrix does
+      x[k] = (u - forward_[0]) / forward_[1];
+      y[k] = (v - forward_[3]) / forward_[5];
+    } else {
+      x[k] = inverse_[0] + u * inverse_[1] + v * inverse_[2];
+      y[k] = inverse_[3] + u * inverse_[4] + v * inverse_[5];
+    }
+  }
+}
+
+void Placement::to_pixels(double* x, double* y, std::size_t count) const {
+  if (!plate_) {
+    for (std::size_t k = 0; k < count; ++k) x[k] = nearest_turn(x[k], 0, 360);
+    apply(*to_map_, x, y, count);
+  }
+  map_to_image(x, y, count);
+}
+
+void Placement::to_degrees(double* x, double* y, std::size_t count) const {
+  image_to_map(x, y, count);
+  if (!plate_) apply(*to_wgs84_, x, y, count);
+}
+
+}  // namespace cordillera::raster

@@ -1,0 +1,55 @@
+#pragma once
+// Where pixels lie on the earth: longitude/latitude (WGS 84) <-> pixel coordinates, exactly, point by point.
+#include <ogr_spatialref.h>
+
+#include <array>
+#include <cstddef>
+#include <memory>
+
+#include "proto/result.h"
+#include "raster/open/dataset.h"
+#include "raster/place/crs.h"
+
+namespace cordillera::raster {
+
+/// Does the raster say where its pixels lie, in whatever CRS?
+proto::Result<void> check_placed(const Dataset& dataset);
+
+/// Pixel coordinates: pixel (c, r) covers [c, c+1] x [r, r+1]; its centre is (c + 0.5, r + 0.5). Points that have no image are NaN.
+class Placement {
+ public:
+  static proto::Result<Placement> make(const Dataset& dataset, const Crs& crs);
+
+  /// In place: x longitude -> pixel column, y latitude -> pixel row. Longitudes in any turn.
+  void to_pixels(double* x, double* y, std::size_t count) const;
+  /// In place: pixel column -> longitude, row -> latitude; longitudes are taken to within a turn of the raster's centre.
+  void to_degrees(double* x, double* y, std::size_t count) const;
+
+  /// Columns around the earth when the raster closes, else 0.
+  int period_px() const { return period_px_; }
+  /// Longitude and latitude are columns and rows, scaled: no projection between.
+  bool plate() const { return plate_; }
+  /// And neither depends on the other's.
+  bool straight_plate() const { return plate_ && forward_[2] == 0 && forward_[4] == 0; }
+
+ private:
+  Placement() = default;
+  proto::Result<void> set_geotransform(const Dataset& dataset);
+  proto::Result<void> check_degrees(const Dataset& dataset, const Crs& crs) const;
+  proto::Result<void> make_transform(const Dataset& dataset, const Crs& crs);
+  bool transform_to(const Crs& crs, bool exact_only);
+  void find_period(const Crs& crs);
+  bool is_plate(const Crs& crs) const;
+  void image_to_map(double* x, double* y, std::size_t count) const;
+  void map_to_image(double* x, double* y, std::size_t count) const;
+
+  int columns_ = 0, rows_ = 0;
+  std::array<double, 6> forward_{}, inverse_{};  ///< pixel -> map, map -> pixel
+  double centre_x_ = 0;                          ///< map coordinate of the raster's centre
+  double turn_ = 0;                              ///< map distance once around the earth; 0: the map does not repeat
+  int period_px_ = 0;
+  bool plate_ = false;
+  std::unique_ptr<OGRCoordinateTransformation> to_map_, to_wgs84_;
+};
+
+}  // namespace cordillera::raster

@@ -1,0 +1,203 @@
+// open_source: the checks in the order in which a user would want to hear of them.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "proto/utf8.h"
+#include "raster/gdal/gdal_scope.h"
+#include "raster/pixels/decimation.h"
+#include "raster/pixels/units.h"
+#include "raster/place/crs.h"
+#include "raster/source/raster_source.h"
+#include "raster/voids/filled_source.h"
+
+namespace cordillera::raster {
+namespace {
+
+using proto::Problem;
+
+/// Below this, pixels of a planet are a mistake in the georeference (degrees taken for metres).
+constexpr double kSmallestPixel_m = 1e-3;
+
+proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z_scale_given) {
+  const std::string band = dataset.band->GetUnitType();
+  const std::string text = band.empty() ? crs.height_unit : band;
+  if (text.empty()) return HeightUnit{"metre", 1};
+  if (const auto unit = height_unit(text)) return *unit;
+  const std::string shown = proto::shown_text(text);
+  if (z_scale_given) return HeightUnit{shown, 1};
+  return Problem{"unit-unknown", "the heights of " + dataset.name + " are in \"" + shown + "\", a unit not known here",
+                 std::string(kAcceptedUnits) + ", or z_scale= to say what takes them to metres", "z_scale"};
+}
+
+proto::Result<HeightRule> height_rule(const Dataset& dataset, const Crs& crs, const HeightUnit& unit, const SourceOptions& options) {
+  const double scale = dataset.band->GetScale() * unit.metres * (crs.depth ? -1 : 1);
+  const double offset = dataset.band->GetOffset() * unit.metres * (crs.depth ? -1 : 1);
+  HeightRule rule;
+  rule.scale = scale * options.z_scale;
+  rule.offset_m = offset * options.z_scale + options.z_offset_m;
+  rule.voids = options.voids;
+  rule.void_height_m = options.void_height_m;
+  if (!std::isfinite(rule.scale) || rule.scale == 0 || !std::isfinite(rule.offset_m))
+    return Problem{"raster-scale", dataset.name + " has a scale or offset that gives no heights", "a band scale other than 0 and a finite offset", ""};
+  return rule;
+}
+
+/// Where data can lie, in pixel coordinates, and on the earth.
+proto::Result<Footprint> place_on_earth(SourceParts& parts, const Crs& crs) {
+  const Dataset& d = parts.dataset;
+  parts.point = d.pixel_is_point && d.columns > 1 && d.rows > 1;  // a line of points has no area: then each stands for its pixel
+  const double rim = parts.point ? 0.5 : 0;
+  const Footprint f = footprint(*parts.placement, {rim, rim, d.columns - rim, d.rows - rim});
+  if (!(f.safe.north_deg > f.safe.south_deg))
+    return Problem{"crs-not-transformable", "no part of " + d.name + " lies on the earth in its CRS, " + crs.label, "a CRS that fits the coordinates", ""};
+  parts.full_circle = f.full_circle;
+  parts.area = f.safe;
+  parts.pole_longitude_deg = f.full_circle ? 0 : (f.tight.west_deg + f.tight.east_deg) / 2;
+  return f;
+}
+
+std::string degrees(const Area& area) {
+  char text[128];
+  std::snprintf(text, sizeof text, "%.6g,%.6g,%.6g,%.6g", area.west_deg, area.south_deg, area.east_deg > 180 ? area.east_deg - 360 : area.east_deg, area.north_deg);
+  return text;
+}
+
+/// A box that was given latitude first is told the order that would do.
+Problem outside(const SourceParts& parts, const Area& data) {
+  const Area& box = *parts.options.bbox;
+  const Area turned = {box.south_deg, box.west_deg, box.north_deg, box.east_deg};
+  const bool meant = turned.south_deg >= -90 && turned.north_deg <= 90 && turned.south_deg < turned.north_deg && intersect(data, turned);
+  return {"bbox-outside-raster", "the bbox does not touch " + parts.dataset.name + (meant ? "; in the order west,south,east,north it would: " + degrees(turned) : ""),
+          "a bbox over the data, which lie in " + degrees(data), "bbox"};
+}
+
+proto::Result<void> clip_to_bbox(SourceParts& parts, Footprint& f) {
+  if (!parts.options.bbox) return {};
+  const auto safe = intersect(f.safe, *parts.options.bbox), tight = intersect(f.tight, *parts.options.bbox);
+  if (!safe || !tight) return outside(parts, f.safe);
+  // A full circle clipped on both sides of the antimeridian is the bbox itself.
+  parts.area = f.full_circle ? Area{parts.options.bbox->west_deg, safe->south_deg, parts.options.bbox->east_deg, safe->north_deg} : *safe;
+  f.tight = f.full_circle ? Area{parts.area.west_deg, tight->south_deg, parts.area.east_deg, tight->north_deg} : *tight;
+  parts.full_circle = f.full_circle && parts.area.east_deg - parts.area.west_deg >= 360;
+  return {};
+}
+
+GroundSize pixel_size(const SourceParts& parts) {
+  const double c = (parts.dataset.columns - 1) / 2.0, r = (parts.dataset.rows - 1) / 2.0;
+  GroundSize size = ground_size(*parts.placement, c, r);
+  if (size.width_m > 0 && size.height_m > 0) return size;
+  return ground_size(*parts.placement, c / 2, r / 2);
+}
+
+void describe(SourceParts& parts, const Crs& crs, const HeightUnit& unit, const Footprint& f, const GroundSize& size) {
+  proto::Source& s = parts.description;
+  const Dataset& d = parts.dataset;
+  s.set_file(proto::as_utf8(d.name));
+  s.set_driver(d.driver);
+  s.set_columns(static_cast<std::uint32_t>(d.columns));
+  s.set_rows(static_cast<std::uint32_t>(d.rows));
+  s.set_data_type(d.signed_byte ? "Int8" : GDALGetDataTypeName(d.band->GetRasterDataType()));
+  s.set_crs(crs.label);
+  s.set_crs_from(crs.from);
+  s.set_vertical_datum(proto::shown_text(parts.datum.name));
+  s.set_vertical_datum_from(parts.datum.from);
+  s.set_vertical_grid(proto::shown_text(parts.datum.grid));
+  s.set_vertical_datum_declared(proto::shown_text(crs.declared_datum));
+  s.set_unit(proto::shown_text(unit.name));
+  s.set_scale(parts.height_rule.scale);
+  s.set_offset(parts.height_rule.offset_m);
+  s.set_nodata(Validity(d).text());
+  s.set_pixel(d.pixel_is_point ? "point" : "area");
+  s.set_pixel_width_m(size.width_m);
+  s.set_pixel_height_m(size.height_m);
+  // West in [-180, 180), east in (-180, 180]: west > east says that the data crosses the antimeridian.
+  const double west = f.tight.west_deg - 360 * std::floor((f.tight.west_deg + 180) / 360);
+  const double east = f.tight.east_deg - 360 * std::ceil((f.tight.east_deg - 180) / 360);
+  s.add_bbox(parts.full_circle ? -180 : west);
+  s.add_bbox(f.tight.south_deg);
+  s.add_bbox(parts.full_circle ? 180 : east);
+  s.add_bbox(f.tight.north_deg);
+}
+
+bool all_blocks_missing(const Dataset& d) {
+  return !d.missing.empty() && std::all_of(d.missing.begin(), d.missing.end(), [](bool missing) { return missing; });
+}
+
+/// pixels: in place of the raster's own; null: those.
+proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
+                                                    const Decimation* pixels) {
+  auto checked = check_options(options);
+  if (!checked) return checked.problem();
+  auto dataset = open_dataset(path, name, trust, options.band());
+  if (!dataset) return dataset.problem();
+  const GdalScope scope(trust);
+  if (pixels != nullptr) {
+    if (auto thinned = put_decimation(*dataset, *pixels); !thinned.ok()) return thinned.problem();
+  }
+  SourceParts parts;
+  parts.options = *checked;
+  parts.dataset = std::move(*dataset);
+  parts.dataset.asked_nodata = checked->nodata;
+  // A raster that lies nowhere is told so first: a CRS would not help it.
+  if (auto placed = check_placed(parts.dataset); !placed.ok()) return placed.problem();
+  auto crs = resolve_crs(parts.dataset, options.crs());
+  if (!crs) return crs.problem();
+  auto unit = unit_of(parts.dataset, *crs, options.has_z_scale());
+  if (!unit) return unit.problem();
+  auto rule = height_rule(parts.dataset, *crs, *unit, parts.options);
+  if (!rule) return rule.problem();
+  parts.height_rule = *rule;
+  auto placement = Placement::make(parts.dataset, *crs);
+  if (!placement) return placement.problem();
+  parts.placement = std::move(*placement);
+  auto f = place_on_earth(parts, *crs);
+  if (!f) return f.problem();
+  if (auto clipped = clip_to_bbox(parts, *f); !clipped.ok()) return clipped.problem();
+  const GroundSize size = pixel_size(parts);
+  if (!(size.width_m > kSmallestPixel_m && size.height_m > kSmallestPixel_m))
+    return Problem{"crs-mismatch", "a pixel of " + parts.dataset.name + " in its CRS, " + crs->label + ", would be smaller than a millimetre",
+                   "a raster whose CRS fits its coordinates", crs->from == "request" ? "crs" : ""};
+  if (all_blocks_missing(parts.dataset) && parts.options.voids != VoidRule::value)
+    return Problem{"raster-all-nodata", parts.dataset.name + " is a sparse file without a single stored block", "a raster with some data", ""};
+  auto datum = resolve_vertical({options.vertical_datum(), crs->declared_datum, crs->compound_wkt, crs->horizontal_wkt}, trust, f->tight);
+  if (!datum) return datum.problem();
+  parts.datum = std::move(*datum);
+  if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;
+  describe(parts, *crs, *unit, *f, size);
+  return std::unique_ptr<Source>(std::make_unique<RasterSource>(std::move(parts)));
+}
+
+}  // namespace
+
+namespace {
+
+proto::Result<std::unique_ptr<Source>> open_with(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
+                                                 const Decimation* pixels) {
+  const GdalScope scope(trust);
+  auto opened = open_checked(path, name, trust, options, pixels);
+  // Not the raster's fault, and what was opened all the same may lie elsewhere: a rougher transformation stands in for one not found.
+  if (scope.tables_failed())
+    return Problem{"crs-tables-unreadable", "the tables of coordinate systems (PROJ's proj.db) cannot be read, which " + proto::shown_text(name) + " needs", "trying again later", ""};
+  return opened;
+}
+
+}  // namespace
+
+proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+  return open_with(path, name, trust, options, nullptr);
+}
+
+proto::Result<std::unique_ptr<Source>> open_filled_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+  auto opened = open_with(path, name, trust, options, nullptr);
+  if (!opened.ok()) return opened;
+  *opened = fill_enclosed_voids(std::move(*opened), fill_limit_cells(options));
+  return opened;
+}
+
+proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
+                                                      const Decimation& pixels) {
+  return open_with(path, name, trust, options, &pixels);
+}
+
+}  // namespace cordillera::raster

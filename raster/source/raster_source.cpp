@@ -1,0 +1,250 @@
+#include "raster/source/raster_source.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "raster/gdal/gdal_scope.h"
+#include "raster/pixels/decimation.h"
+#include "raster/place/lattice_places.h"
+
+namespace cordillera::raster {
+namespace {
+
+/// Lattice vertices this close to the data's rim count as on it, in cells.
+constexpr double kRim_cells = 1e-6;
+}  // namespace
+
+struct RasterSource::Call {
+  const proto::Lattice& lattice;
+  proto::Samples samples;
+  Kernel kernel;
+  std::vector<PixelPosition> places;  ///< indexed by sample
+  std::vector<std::uint8_t> inside;  ///< indexed by sample: places holds its place in the raster
+
+  std::size_t index(std::int32_t c, std::int32_t r) const { return static_cast<std::size_t>(r) * samples.columns + c; }
+};
+
+RasterSource::RasterSource(SourceParts parts)
+    : parts_(std::move(parts)), pixels_(parts_.dataset, parts_.height_rule, parts_.placement->period_px()) {}
+
+Source::Window RasterSource::window(const proto::Lattice& lattice) const {
+  const Area& a = parts_.area;
+  const double columns_a_degree = static_cast<double>(lattice.columns()) / 360, rows_a_degree = static_cast<double>(lattice.rows()) / 180;
+  Window w;
+  w.south = std::clamp<std::int64_t>(std::llround(std::ceil((a.south_deg + 90) * rows_a_degree - kRim_cells)), 0, lattice.rows());
+  w.north = std::clamp<std::int64_t>(std::llround(std::floor((a.north_deg + 90) * rows_a_degree + kRim_cells)), w.south, lattice.rows());
+  if (parts_.full_circle) {
+    w.west = 0;
+    w.east = lattice.columns();
+    return w;
+  }
+  w.west = std::llround(std::ceil((a.west_deg + 180) * columns_a_degree - kRim_cells));
+  w.east = std::max(w.west, static_cast<std::int64_t>(std::llround(std::floor((a.east_deg + 180) * columns_a_degree + kRim_cells))));
+  const std::int64_t turn = w.west - modulo(w.west, lattice.columns());
+  w.west -= turn;
+  w.east = std::min(w.east - turn, w.west + lattice.columns());
+  return w;
+}
+
+bool RasterSource::empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const {
+  const Window w = window(lattice);
+  if (south > w.north || south + rows - 1 < w.south) return true;
+  const std::int64_t gap = modulo(west - w.west, lattice.columns());  // from the window's west to ours, eastward
+  if (gap > w.east - w.west && gap + columns - 1 < lattice.columns()) return true;
+  if (parts_.dataset.missing.empty()) return false;
+  // Where the rectangle lies in the source, from a net of points; a torn net proves nothing.
+  constexpr int kNet = 17;
+  const GdalScope scope(parts_.dataset.trust);
+  std::vector<double> x, y;
+  for (int r = 0; r < kNet; ++r) {
+    for (int c = 0; c < kNet; ++c) {
+      x.push_back(lattice.longitude_deg(west) + lattice.cell_deg() * static_cast<double>(columns - 1) * c / (kNet - 1));
+      y.push_back(std::clamp(lattice.latitude_deg(south) + lattice.cell_deg() * static_cast<double>(rows - 1) * r / (kNet - 1), -90.0, 90.0));
+    }
+  }
+  parts_.placement->to_pixels(x.data(), y.data(), x.size());
+  double step = 0, low_x = x[0], high_x = x[0], low_y = y[0], high_y = y[0];
+  for (int k = 0; k < kNet * kNet; ++k) {
+    if (!std::isfinite(x[k])) return false;
+    low_x = std::min(low_x, x[k]), high_x = std::max(high_x, x[k]), low_y = std::min(low_y, y[k]), high_y = std::max(high_y, y[k]);
+    if (k % kNet > 0) step = std::max({step, std::abs(x[k] - x[k - 1]), std::abs(y[k] - y[k - 1])});
+    if (k >= kNet) step = std::max({step, std::abs(x[k] - x[k - kNet]), std::abs(y[k] - y[k - kNet])});
+  }
+  const double size = std::max(high_x - low_x, high_y - low_y);
+  if (step > size / 4 || size > 1e9) return false;
+  const double margin = step + 3;
+  const auto x0 = static_cast<std::int64_t>(std::floor(low_x - margin)), y0 = static_cast<std::int64_t>(std::floor(low_y - margin));
+  return pixels_.certainly_void({x0, y0, static_cast<int>(std::ceil(high_x + margin) - static_cast<double>(x0)),
+                                 static_cast<int>(std::ceil(high_y + margin) - static_cast<double>(y0))});
+}
+
+/// How many source pixels a lattice cell spans along each source axis: the median over the raster, so that one kernel serves all.
+const KernelFrame& RasterSource::frame_for(const proto::Lattice& lattice) {
+  if (frame_ && frame_level_ == lattice.finest_level) return *frame_;
+  const Dataset& d = parts_.dataset;
+  KernelFrame frame{d.columns, d.rows, parts_.placement->period_px(), parts_.point, 1, 1};
+  constexpr double kDelta_deg = 1e-5;
+  std::vector<double> ratios_x, ratios_y;
+  for (int k = 0; k < 9; ++k) {
+    double lon = d.columns * (1 + k % 3) / 4.0, lat = d.rows * (1 + k / 3) / 4.0;
+    parts_.placement->to_degrees(&lon, &lat, 1);
+    lat = std::clamp(lat, -89.9, 89.9);
+    double x[4] = {lon - kDelta_deg, lon + kDelta_deg, lon, lon}, y[4] = {lat, lat, lat - kDelta_deg, lat + kDelta_deg};
+    parts_.placement->to_pixels(x, y, 4);
+    const double cells = lattice.cell_deg() / (2 * kDelta_deg);
+    const double rx = cells * std::hypot(x[1] - x[0], x[3] - x[2]), ry = cells * std::hypot(y[1] - y[0], y[3] - y[2]);
+    if (std::isfinite(rx) && std::isfinite(ry)) ratios_x.push_back(rx), ratios_y.push_back(ry);
+  }
+  const auto median = [](std::vector<double>& v) {
+    if (v.empty()) return 1.0;
+    std::sort(v.begin(), v.end());
+    const double ratio = v[v.size() / 2];
+    return ratio > 1.001 ? std::min(ratio, 1e6) : 1.0;
+  };
+  frame.ratio_x = median(ratios_x);
+  frame.ratio_y = median(ratios_y);
+  frame_ = frame;
+  frame_level_ = lattice.finest_level;
+  return *frame_;
+}
+
+void RasterSource::place_samples(Call& call) const {
+  const proto::Lattice& lattice = call.lattice;
+  const Window w = window(lattice);
+  const std::int32_t columns = call.samples.columns;
+  const auto wanted = [&](std::int32_t c) {
+    return modulo(call.samples.west + c - w.west, lattice.columns()) <= w.east - w.west;
+  };
+  std::int32_t first = 0, last = columns - 1;
+  while (first < columns && !wanted(first)) ++first;
+  while (last > first && !wanted(last)) --last;
+  if (first == columns) return;
+  const std::int32_t count = last - first + 1;
+  std::vector<double> x(static_cast<std::size_t>(count)), y(x.size());
+  LatticePlaces places(*parts_.placement, lattice, call.samples.west + first, count);
+  for (std::int32_t r = 0; r < call.samples.rows; ++r) {
+    const std::int64_t j = call.samples.south + r;
+    if (j < w.south || j > w.north) continue;
+    if (j == 0 || j == lattice.rows()) {  // a pole is one point
+      std::fill(x.begin(), x.end(), parts_.pole_longitude_deg);
+      std::fill(y.begin(), y.end(), lattice.latitude_deg(j));
+      parts_.placement->to_pixels(x.data(), y.data(), x.size());
+    } else {
+      places.row(j, x.data(), y.data());
+    }
+    for (std::int32_t c = 0; c < count; ++c) {
+      const std::size_t at = call.index(first + c, r);
+      call.inside[at] = wanted(first + c) && call.kernel.locate(x[c], y[c], call.places[at]);
+    }
+  }
+}
+
+void RasterSource::put(proto::Samples& samples, std::size_t at, double height_m, bool flat) {
+  if (!(std::abs(height_m) <= proto::kMaxHeight_m)) return;
+  samples.height[at] = static_cast<std::int32_t>(std::nearbyint(height_m / proto::kHeightStep_m));
+  samples.flat_water[at] = flat ? 1 : 0;
+}
+
+/// Reads the pixels under rect and interpolates; cuts rect in two while they are too many.
+proto::Result<void> RasterSource::resample(Call& call, const Rect& rect) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  PixelPosition low{kFar, kFar}, high{-kFar, -kFar};
+  for (std::int32_t r = rect.r0; r < rect.r0 + rect.rows; ++r) {
+    for (std::int32_t c = rect.c0; c < rect.c0 + rect.columns; ++c) {
+      const std::size_t at = call.index(c, r);
+      if (!call.inside[at]) continue;
+      const PixelPosition& p = call.places[at];
+      low = {std::min(low.u, p.u), std::min(low.v, p.v)};
+      high = {std::max(high.u, p.u), std::max(high.v, p.v)};
+    }
+  }
+  if (low.u > high.u) return {};
+  block_.window = call.kernel.around(low, high);
+  if (std::int64_t{block_.window.columns} * block_.window.rows > kMaxBlockPixels) {
+    if (rect.columns == 1 && rect.rows == 1) return resample_wide(call, call.index(rect.c0, rect.r0));
+    const bool across = rect.columns >= rect.rows;
+    const std::int32_t half = (across ? rect.columns : rect.rows) / 2;
+    const Rect first = across ? Rect{rect.c0, rect.r0, half, rect.rows} : Rect{rect.c0, rect.r0, rect.columns, half};
+    const Rect second = across ? Rect{rect.c0 + half, rect.r0, rect.columns - half, rect.rows}
+                               : Rect{rect.c0, rect.r0 + half, rect.columns, rect.rows - half};
+    if (auto done = resample(call, first); !done.ok()) return done;
+    return resample(call, second);
+  }
+  if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
+  for (std::int32_t r = rect.r0; r < rect.r0 + rect.rows; ++r) {
+    const double* const above_m = undulations_m(call.lattice, call.samples.west + rect.c0, call.samples.south + r, rect.columns);
+    for (std::int32_t c = rect.c0; c < rect.c0 + rect.columns; ++c) {
+      const std::size_t at = call.index(c, r);
+      if (!call.inside[at] || !call.kernel.valid(call.places[at], block_)) continue;
+      put(call.samples, at, call.kernel.value(call.places[at], block_) + above_m[c - rect.c0], call.kernel.flat(call.places[at], block_));
+    }
+  }
+  return {};
+}
+
+/// One sample whose triangle alone is more than memory should hold: in strips.
+proto::Result<void> RasterSource::resample_wide(Call& call, std::size_t at) {
+  const PixelPosition& place = call.places[at];
+  block_.window = call.kernel.near(place);
+  if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
+  if (!call.kernel.valid(place, block_)) return {};
+  const bool flat = call.kernel.flat(place, block_);
+  const PixelWindow all = call.kernel.around(place, place);
+  const int strip = static_cast<int>(std::max<std::int64_t>(1, kMaxBlockPixels / all.columns));
+  Kernel::Sum sum;
+  for (int done_rows = 0; done_rows < all.rows; done_rows += strip) {
+    block_.window = {all.x, all.y + done_rows, all.columns, std::min(strip, all.rows - done_rows)};
+    if (pixels_.certainly_void(block_.window)) continue;
+    if (auto done = pixels_.read(block_.window, block_.heights); !done.ok()) return done;
+    call.kernel.add(place, block_, sum);
+  }
+  const auto c = static_cast<std::int64_t>(at) % call.samples.columns, r = static_cast<std::int64_t>(at) / call.samples.columns;
+  put(call.samples, at, sum.mean() + *undulations_m(call.lattice, call.samples.west + c, call.samples.south + r, 1), flat);
+  return {};
+}
+
+proto::Result<proto::Samples> RasterSource::sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
+                                                           std::int32_t columns, std::int32_t rows) {
+  const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  proto::Samples samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
+  const GdalScope scope(parts_.dataset.trust);
+  const Kernel kernel(frame_for(lattice));
+  const auto done_in_lines = sample_lines(lattice, kernel, samples);
+  if (!done_in_lines.ok()) return done_in_lines.problem();
+  if (*done_in_lines) return samples;
+  Call call{lattice, std::move(samples), kernel, std::vector<PixelPosition>(count), std::vector<std::uint8_t>(count, 0)};
+  place_samples(call);
+  if (auto done = resample(call, {0, 0, columns, rows}); !done.ok()) return done.problem();
+  return std::move(call.samples);
+}
+
+proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
+                                                   std::int32_t rows) {
+  const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  if (count == 0 || empty(lattice, west, south, columns, rows))
+    return proto::Samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
+  return sample_present(lattice, west, south, columns, rows);
+}
+
+proto::Result<std::shared_ptr<const Decimation>> RasterSource::decimate(std::int64_t most_pixels) {
+  auto pixels = decimated(parts_.dataset, parts_.placement->period_px(), most_pixels);
+  if (!pixels.ok()) return pixels.problem();
+  pixels->of = parts_.description;
+  return std::make_shared<const Decimation>(std::move(*pixels));
+}
+
+std::string RasterSource::datum_print() const {
+  std::string print;
+  for (int k = 0; k < 9; ++k) {
+    const Area& a = parts_.area;
+    const double lat = a.south_deg + (a.north_deg - a.south_deg) * (k / 3) / 2, lon = a.west_deg + (a.east_deg - a.west_deg) * (k % 3) / 2;
+    char text[32];
+    std::snprintf(text, sizeof text, "%s%.4f", k == 0 ? "" : " ", undulation_m(std::clamp(lat, -90.0, 90.0), lon));
+    print += text;
+  }
+  return print;
+}
+
+}  // namespace cordillera::raster

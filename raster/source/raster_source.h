@@ -1,0 +1,88 @@
+#pragma once
+// The Source of this floor: a dataset, its place, its kernel and its geoid.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "proto/integers.h"
+#include "raster/datum/vertical.h"
+#include "raster/open/dataset.h"
+#include "raster/pixels/pixels.h"
+#include "raster/place/footprint.h"
+#include "raster/place/placement.h"
+#include "raster/sample/kernel.h"
+#include "raster/source.h"
+#include "raster/source/options.h"
+
+namespace cordillera::raster {
+
+/// What open_source found out; each part checked.
+struct SourceParts {
+  Dataset dataset;
+  std::optional<Placement> placement;
+  HeightRule height_rule;
+  VerticalDatum datum;
+  SourceOptions options;
+  Area area;                ///< safe footprint, clipped to the bbox
+  bool full_circle = false;
+  bool point = false;       ///< data reaches from centre to centre only
+  double pole_longitude_deg = 0;  ///< where a pole row is sampled: it is one point
+  proto::Source description;
+};
+
+/// Pixels in memory at once (8 bytes each).
+inline constexpr std::int64_t kMaxBlockPixels = 4 << 20;
+
+using proto::modulo;
+
+class RasterSource : public Source {
+ public:
+  explicit RasterSource(SourceParts parts);
+
+  const proto::Source& description() const override { return parts_.description; }
+  Window window(const proto::Lattice& lattice) const override;
+  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override;
+  proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
+                                       std::int32_t rows) override;
+  proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override;
+  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override;
+  std::string datum_print() const override;
+  proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override;
+
+ private:
+  /// A rectangle of the samples asked for.
+  struct Rect {
+    std::int32_t c0, r0, columns, rows;
+  };
+  struct Call;  ///< one call of sample()
+  /// sample() without asking first whether anything is there.
+  proto::Result<proto::Samples> sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
+                                               std::int32_t rows);
+  double undulation_m(double latitude_deg, double longitude_deg) const;
+  /// Of count vertices of row j, from column i eastward; 0 when the source's heights are ellipsoidal.
+  const double* undulations_m(const proto::Lattice& lattice, std::int64_t i, std::int64_t j, std::int32_t count);
+  /// Fills samples where nothing but lines of pixels is needed; false: sample by sample.
+  std::vector<double> column_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t west, std::int32_t columns) const;
+  std::vector<double> row_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t south, std::int64_t north) const;
+  proto::Result<bool> sample_lines(const proto::Lattice& lattice, const Kernel& kernel, proto::Samples& samples);
+  PixelWindow pixels_around(const proto::Lattice& lattice, const Window& cells) const;
+  static void put(proto::Samples& samples, std::size_t at, double height_m, bool flat);
+  const KernelFrame& frame_for(const proto::Lattice& lattice);
+  void place_samples(Call& call) const;
+  proto::Result<void> resample(Call& call, const Rect& rect);
+  proto::Result<void> resample_wide(Call& call, std::size_t at);
+  /// The pixel that holds a place.
+  struct PixelPlace {
+    std::int64_t x = 0, y = 0;
+  };
+  proto::Result<void> read_nearest(std::span<const PixelPlace> places, double* out);
+
+  SourceParts parts_;
+  Pixels pixels_;
+  PixelBlock block_;                   ///< scratch
+  std::vector<double> longitudes_, undulations_;  ///< scratch
+  std::optional<KernelFrame> frame_;   ///< of frame_level_
+  int frame_level_ = -1;
+};
+
+}  // namespace cordillera::raster

@@ -1,0 +1,130 @@
+// The raster's own pixels, placed on a lattice.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "raster/gdal/gdal_scope.h"
+#include "raster/place/pixel_places.h"
+#include "raster/source/raster_source.h"
+
+namespace cordillera::raster {
+namespace {
+
+/// Up to cells of this size undulations between vertices are interpolated: the geoid bends by less than a millimetre there.
+constexpr double kLevelGeoid_deg = 0.003;
+
+/// Undulations at the vertices of a rectangle, and between them.
+struct UndulationGrid {
+  std::int64_t columns = 0;
+  std::vector<double> at_m;  ///< by rows from the south
+  /// x and y from the south-western vertex.
+  double operator()(double x, double y) const {
+    const double left = std::floor(x), below = std::floor(y), fx = x - left, fy = y - below;
+    const auto k = static_cast<std::size_t>(static_cast<std::int64_t>(below) * columns + static_cast<std::int64_t>(left));
+    const double lower = at_m[k] + fx * (at_m[k + 1] - at_m[k]);
+    const auto up = k + static_cast<std::size_t>(columns);
+    const double upper = at_m[up] + fx * (at_m[up + 1] - at_m[up]);
+    return lower + fy * (upper - lower);
+  }
+};
+
+/// Least and greatest of one axis of a net of places, and how much it may bend between them.
+struct Reach {
+  double low = std::numeric_limits<double>::infinity(), high = -low, bend = 0;
+  void add(double at) { low = std::min(low, at), high = std::max(high, at); }
+  void bends(double before, double at, double after) { bend = std::max(bend, std::abs(before - 2 * at + after)); }
+};
+
+}  // namespace
+
+/// A rectangle of the raster that holds the centres of all pixels that lie in cells of the lattice. Empty where none can.
+PixelWindow RasterSource::pixels_around(const proto::Lattice& lattice, const Window& cells) const {
+  constexpr int kNet = 17;
+  const Dataset& d = parts_.dataset;
+  const PixelWindow all{0, 0, parts_.placement->period_px() != 0 ? std::min(parts_.placement->period_px(), d.columns) : d.columns, d.rows};
+  std::vector<double> x, y;
+  for (int r = 0; r < kNet; ++r) {
+    for (int c = 0; c < kNet; ++c) {
+      x.push_back(lattice.longitude_deg(cells.west) + lattice.cell_deg() * static_cast<double>(cells.east - cells.west) * c / (kNet - 1));
+      y.push_back(lattice.latitude_deg(cells.south) + lattice.cell_deg() * static_cast<double>(cells.north - cells.south) * r / (kNet - 1));
+    }
+  }
+  parts_.placement->to_pixels(x.data(), y.data(), x.size());
+  Reach across, down;
+  for (int k = 0; k < kNet * kNet; ++k) {
+    if (!std::isfinite(x[k]) || !std::isfinite(y[k])) return all;
+    across.add(x[k]), down.add(y[k]);
+    if (k % kNet > 1) across.bends(x[k - 2], x[k - 1], x[k]), down.bends(y[k - 2], y[k - 1], y[k]);
+    if (k >= 2 * kNet) across.bends(x[k - 2 * kNet], x[k - kNet], x[k]), down.bends(y[k - 2 * kNet], y[k - kNet], y[k]);
+  }
+  if (std::max(across.bend, down.bend) > std::max(across.high - across.low, down.high - down.low) / 4 + 1) return all;  // torn, or closed around
+  // As much on the turn before and after, where the raster closes.
+  const auto span = [](const Reach& reach, std::int64_t count) {
+    const double margin = reach.bend + 2, most = static_cast<double>(count);
+    const double first = std::clamp(std::floor(reach.low - margin), 0.0, most), last = std::clamp(std::ceil(reach.high + margin), first, most);
+    return std::pair<std::int64_t, int>(static_cast<std::int64_t>(first), static_cast<int>(last - first));
+  };
+  const bool wraps = parts_.placement->period_px() != 0 && (across.low - across.bend < 2 || across.high + across.bend > all.columns - 2);
+  const auto [column, columns] = wraps ? std::pair<std::int64_t, int>(0, all.columns) : span(across, all.columns);
+  const auto [row, rows] = span(down, all.rows);
+  return {column, row, columns, rows};
+}
+
+proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice& lattice, const Window& cells) {
+  std::vector<PixelPoint> out;
+  if (cells.east <= cells.west || cells.north <= cells.south ||
+      empty(lattice, cells.west, cells.south, cells.east - cells.west + 1, cells.north - cells.south + 1))
+    return out;
+  const GdalScope scope(parts_.dataset.trust);
+  const PixelWindow around = pixels_around(lattice, cells);
+  if (around.columns == 0 || around.rows == 0 || pixels_.certainly_void(around)) return out;
+  UndulationGrid undulations{cells.east - cells.west + 2, {}};  // one more, for what lies on the rim
+  const bool level_geoid = parts_.datum.geoid && lattice.cell_deg() <= kLevelGeoid_deg;
+  for (std::int64_t j = cells.south; level_geoid && j <= cells.north + 1; ++j) {
+    const double* const row_m = undulations_m(lattice, cells.west, std::min(j, lattice.rows()), static_cast<std::int32_t>(undulations.columns));
+    undulations.at_m.insert(undulations.at_m.end(), row_m, row_m + undulations.columns);
+  }
+  const auto height_m = [&](double pixel_m, double x, double y) {
+    if (!parts_.datum.geoid) return pixel_m;
+    if (level_geoid) return pixel_m + undulations(x, y);
+    const double latitude = -90 + (static_cast<double>(cells.south) + y) * lattice.cell_deg();
+    return pixel_m + undulation_m(latitude, lattice.longitude_deg(cells.west) + x * lattice.cell_deg());
+  };
+  const Window own = window(lattice);
+  const bool clipped = parts_.options.bbox.has_value();
+  const auto wanted = [&](double x, double y) {
+    if (!clipped) return true;
+    const double column = static_cast<double>(modulo(cells.west - own.west, lattice.columns())) + x, row = static_cast<double>(cells.south) + y;
+    const double turn = static_cast<double>(lattice.columns()), within = column >= turn ? column - turn : column;
+    return within <= static_cast<double>(own.east - own.west) && row >= static_cast<double>(own.south) && row <= static_cast<double>(own.north);
+  };
+  const double turn = static_cast<double>(lattice.columns()), wide = static_cast<double>(cells.east - cells.west);
+  const double high = static_cast<double>(cells.north - cells.south), top = cells.north == lattice.rows() ? high : -1;
+  PixelPlaces places(*parts_.placement, lattice, around.x, around.columns);
+  std::vector<double> x(static_cast<std::size_t>(around.columns)), y(x.size());
+  const int strip = static_cast<int>(std::clamp<std::int64_t>(kMaxBlockPixels / around.columns, 1, around.rows));
+  for (int from = 0; from < around.rows; from += strip) {
+    const PixelWindow part{around.x, around.y + from, around.columns, std::min(strip, around.rows - from)};
+    if (pixels_.certainly_void(part)) continue;
+    if (auto done = pixels_.read(part, block_.heights); !done.ok()) return done.problem();
+    for (int r = 0; r < part.rows; ++r) {
+      places.row(part.y + r, x.data(), y.data());
+      const double* const line = block_.heights.data() + static_cast<std::size_t>(r) * x.size();
+      for (std::size_t c = 0; c < x.size(); ++c) {
+        if (std::isnan(line[c])) continue;
+        const double up = y[c] - static_cast<double>(cells.south);
+        if (!(up >= 0 && (up < high || up == top))) continue;
+        double along = x[c] - static_cast<double>(cells.west);
+        along -= turn * std::floor(along / turn);
+        for (; along < wide; along += turn) {  // more than once where the window laps itself
+          if (!wanted(along, up)) continue;
+          const double total_m = height_m(line[c], along, up);
+          if (std::abs(total_m) <= proto::kMaxHeight_m) out.push_back({along, up, total_m});
+        }
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace cordillera::raster
