@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gpu/refine/refine.h"
+#include "gpu/refine/refinement.h"
+
+namespace cordillera::gpu {
+namespace {
+
+constexpr std::uint32_t kCrowd = 4;    // neighbours more than its valence allows that a vertex has for a while
+constexpr std::size_t kMostCrowded = 16;  // points that go in there at a time
+constexpr std::size_t kMostTurns = 256;  // of edges that cross one that is to be there
+
+/// One triangle that is wished for, made.
+class Making : Refinement {
+ public:
+  Making(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m) : Refinement(mesh, meter, limit_m, kCrowd) {}
+
+  /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines what that has left
+  /// over the limit. False: some is left, or a vertex has too many neighbours.
+  bool make_triangle(Id t, const std::array<MeshPoint, 3>& corners) {
+    if (std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; })) return take_off_rim(t);
+    std::array<std::uint32_t, 3> v{};
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::optional<std::uint32_t> made = make_vertex(t, corners[k]);
+      if (!made) return false;
+      v[k] = *made;
+    }
+    return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]) && finish();
+  }
+  /// Likewise a corner inside the tile and the ends of the edge of the tile's side that passes another one, where no vertex is.
+  bool make_triangle_on_side(Id t, const MeshPoint& inside, const MeshPoint& on_side) {
+    if (inside.height == proto::kNoHeight || is_on_side(inside) || !is_on_side(on_side) || vertex_at(on_side)) return false;
+    const auto edge = edge_of_side(on_side);
+    if (!edge) return false;
+    const std::optional<std::uint32_t> v = make_vertex(t, inside);
+    return v && make_edge(*v, edge->first) && make_edge(*v, edge->second) && finish();
+  }
+  /// The triangle that make_triangle took off the rim.
+  std::optional<Id> taken_off() const { return taken_off_; }
+
+ private:
+  // Of twice the area of 1: no sample lies in it or on its sides, so none is uncovered.
+  bool take_off_rim(Id t) {
+    const Triangle& c = mesh_.triangles[t];
+    if (area(c[0], c[1], c[2]) != 1) return false;
+    for (unsigned k = 0; k < 3; ++k) {
+      Quad q;
+      if (!is_on_rim(t, k, q)) continue;
+      flip(turned(q));
+      return true;
+    }
+    // The mesh may end at the rim. Of a triangle with two sides there a corner would lose its last one.
+    if (std::count(across_[t].begin(), across_[t].end(), kNone) != 1) return false;
+    const auto k = static_cast<unsigned>(std::find(across_[t].begin(), across_[t].end(), kNone) - across_[t].begin());
+    if (lie_on_a_side(point(c[k]), point(c[after(k)]))) return false;
+    taken_off_ = t;
+    return true;
+  }
+
+  // What making a triangle has left over the limit, and neighbours that are too many.
+  bool finish() {
+    std::vector<Id> changed;
+    for (Id u = 0; u < mesh_.triangles.size(); ++u) {
+      if (stamp_[u] > 0) changed.push_back(u);
+    }
+    run(changed, kMostCrowded);
+    return !is_over(worst_known()) && disperse();
+  }
+
+  bool is_on_side(const MeshPoint& p) const { return p.x == 0 || p.y == 0 || p.x == mesh_.side || p.y == mesh_.side; }
+  std::optional<std::uint32_t> vertex_at(const MeshPoint& p) const {
+    for (std::uint32_t v = 0; v < mesh_.vertices(); ++v) {
+      if (mesh_.x[v] == p.x && mesh_.y[v] == p.y) return v;
+    }
+    return std::nullopt;
+  }
+  // The vertex at p, which becomes one if there is none. t: a triangle near it.
+  std::optional<std::uint32_t> make_vertex(Id t, const MeshPoint& p) {
+    for (int k = 0; k < 4; ++k) {  // to make room, the triangle itself may be turned first
+      if (const auto v = vertex_at(p)) return is_void(*v) ? std::nullopt : v;
+      const Id at = triangle_with(p, t);
+      if (at == kNone || !split(at, p)) return std::nullopt;
+    }
+    return std::nullopt;
+  }
+  bool lie_on_a_side(const MeshPoint& a, const MeshPoint& b) const {
+    return (a.x == b.x && (a.x == 0 || a.x == mesh_.side)) || (a.y == b.y && (a.y == 0 || a.y == mesh_.side));
+  }
+  // The ends of the edge on a side of the tile that passes p, which is no corner of it.
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> edge_of_side(const MeshPoint& p) const {
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      for (unsigned k = 0; k < 3; ++k) {
+        const std::uint32_t v = mesh_.triangles[t][k], w = mesh_.triangles[t][after(k)];
+        const MeshPoint a = point(v), b = point(w);
+        if (across_[t][k] != kNone || !lie_on_a_side(a, b) || !lie_on_a_side(a, p) || !lie_on_a_side(b, p)) continue;
+        if ((a.x - p.x) * (b.x - p.x) + (a.y - p.y) * (b.y - p.y) < 0) return std::pair{v, w};
+      }
+    }
+    return std::nullopt;
+  }
+
+  bool crosses(std::uint32_t u, std::uint32_t w, std::uint32_t a, std::uint32_t b) const {
+    const auto side = [](std::int64_t area) { return area > 0 ? 1 : area < 0 ? -1 : 0; };
+    return side(area(a, b, u)) * side(area(a, b, w)) < 0 && side(area(u, w, a)) * side(area(u, w, b)) < 0;
+  }
+  // The edge a - b, by turning those that cross it (S. W. Sloan, "A fast algorithm for generating constrained Delaunay triangulations", 1993).
+  bool make_edge(std::uint32_t a, std::uint32_t b) {
+    for (std::size_t turns = 0; turns < kMostTurns; ++turns) {
+      std::vector<Quad> crossing, clearing;  // convex ones; those whose other diagonal is out of the way
+      bool crossed = false;
+      for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+        for (unsigned k = 0; k < 3; ++k) {
+          Quad q;
+          if (!crosses(mesh_.triangles[t][k], mesh_.triangles[t][after(k)], a, b)) continue;
+          crossed = true;
+          if (!can_flip(t, k, q, 0)) continue;
+          crossing.push_back(q);
+          if (!crosses(q.c, q.d, a, b)) clearing.push_back(q);
+        }
+      }
+      if (!crossed) return true;
+      if (crossing.empty()) return false;
+      flip(turned(clearing.empty() ? crossing[turns % crossing.size()] : clearing.front()));  // another one each time, not one back and forth
+    }
+    return false;
+  }
+
+  // Of the triangles that were measured.
+  Id worst_known() const {
+    Id worst = 0;
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      if (known_[t] && (!known_[worst] || error_[t].error_m > error_[worst].error_m)) worst = t;
+    }
+    return worst;
+  }
+
+  // Turns edges until no vertex has more neighbours than it may have without a crowd. False: that could not be done.
+  bool disperse() {
+    crowd_ = 0;
+    for (std::uint32_t v = 0; v < valence_.size(); ++v) {
+      while (valence_[v] > cap(v)) {
+        if (!take_neighbour(v)) return false;
+      }
+    }
+    return true;
+  }
+  // Takes a neighbour from v where both triangles stay within the limit.
+  bool take_neighbour(std::uint32_t v) {
+    std::optional<Turned> best;
+    for (Id t = 0; t < mesh_.triangles.size(); ++t) {
+      const Triangle& c = mesh_.triangles[t];
+      if (c[0] == v || c[1] == v || c[2] == v) prefer(t, corner_of(t, v), best);
+    }
+    if (!best || best->greater_m() > limit_m_) return false;
+    flip(*best);
+    return true;
+  }
+
+  std::optional<Id> taken_off_;
+};
+
+}  // namespace
+
+Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over) {
+  Refined all;
+  std::vector<Refinement::Id> left(over.rbegin(), over.rend());
+  while (!left.empty()) {
+    const Refinement::Id t = left.back();
+    left.pop_back();
+    const Refinement::Triangle& c = mesh.triangles[t];
+    const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
+    const auto wanted = meter.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m);
+    if (!wanted) continue;
+    std::optional<proto::TileMesh> made;
+    std::optional<Refinement::Id> off;
+    // As it is wanted; else with two corners on a side of the tile, whose vertices are not to be changed.
+    for (unsigned way = 0; way < 7 && !made; ++way) {
+      proto::TileMesh trial = mesh;
+      Making making(trial, meter, limit_m);
+      const unsigned inside = (way + 2) % 3, on_side = (inside + 1 + (way - 1) / 3) % 3;
+      if (!(way == 0 ? making.make_triangle(t, *wanted) : making.make_triangle_on_side(t, (*wanted)[inside], (*wanted)[on_side]))) continue;
+      made = std::move(trial);
+      off = making.taken_off();
+    }
+    if (!made) {
+      ++all.over;
+      continue;
+    }
+    all.inserted += static_cast<std::uint32_t>(made->vertices() - mesh.vertices());
+    mesh = std::move(*made);
+    if (!off) continue;
+    const auto last = static_cast<Refinement::Id>(mesh.triangles.size() - 1);
+    mesh.triangles[*off] = mesh.triangles[last];
+    mesh.triangles.pop_back();
+    std::replace(left.begin(), left.end(), last, *off);
+  }
+  return all;
+}
+
+}  // namespace cordillera::gpu
