@@ -62,8 +62,10 @@ DecodedTile near(const DecodedTile& t, std::int64_t u, std::int64_t v) {
 }  // namespace
 
 std::optional<double> Built::truth(std::int64_t i, std::int64_t j) const {
-  const std::int64_t circle = lattice.columns();
-  i = samples.west + ((i - samples.west) % circle + circle) % circle;
+  if (i < samples.west || i >= samples.west + samples.columns) {
+    const std::int64_t circle = lattice.columns();
+    i = samples.west + ((i - samples.west) % circle + circle) % circle;
+  }
   if (j < samples.south || j >= samples.south + samples.rows || i >= samples.west + samples.columns) return std::nullopt;
   const std::int32_t height = samples.at(i, j);
   if (height == proto::kNoHeight) return std::nullopt;

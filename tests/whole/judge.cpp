@@ -59,7 +59,12 @@ class Voids {
   /// The data is too narrow for the cell.
   bool everywhere() const { return built_.samples.columns <= 2 * cell_; }
   bool near(std::int64_t i, std::int64_t j) const {
-    const std::int64_t circle = built_.lattice.columns(), c = ((i - built_.samples.west) % circle + circle) % circle, r = j - built_.samples.south;
+    std::int64_t c = i - built_.samples.west;
+    const std::int64_t r = j - built_.samples.south;
+    if (c < 0 || c >= built_.samples.columns) {
+      const std::int64_t circle = built_.lattice.columns();
+      c = (c % circle + circle) % circle;
+    }
     if (c >= built_.samples.columns || r < 0 || r >= built_.samples.rows) return true;
     const std::int64_t across = 2 * cell_ + 1;
     return at(c + across, r + across) - at(c, r + across) - at(c + across, r) + at(c, r) > 0;
