@@ -50,11 +50,7 @@ class Pieces {
   ByteRange part_;
 };
 
-Response still_made() {
-  Response response = problem_response({"archive-not-ready", "the archive is being made", "asking again in a minute", ""});
-  response.set("Retry-After", "60");
-  return response;
-}
+Response still_made() { return problem_response({"archive-not-ready", "the archive is being made", "asking again in a minute", ""}); }
 
 Response answer_file(const Request& request, const std::shared_ptr<const ArchiveFile>& file, const Route& route) {
   Response response;

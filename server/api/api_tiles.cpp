@@ -207,10 +207,8 @@ std::optional<Response> not_ready(const Dataset& dataset) {
                              "posting a raster that can be built", ""});
   }
   const bool lazy = is_lazy(dataset);
-  auto response = problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state) + (lazy ? ", and its blocks are made as their tiles are asked for" : ""),
-                                    (lazy ? "PATCH /v1/datasets/" + dataset.id + "?build=full, and " : std::string()) + "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
-  response.set("Retry-After", "2");
-  return response;
+  return problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state) + (lazy ? ", and its blocks are made as their tiles are asked for" : ""),
+                           (lazy ? "PATCH /v1/datasets/" + dataset.id + "?build=full, and " : std::string()) + "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
 }
 
 }  // namespace

@@ -11,8 +11,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr const char* kAskAgain_s = "2";  // most blocks are made in a few seconds
-
 class TileWait {
  public:
   TileWait(Service& service, std::string id, const MayWait& wait, Awaited awaited, Token place)
@@ -97,11 +95,9 @@ std::optional<Response> wait_for(Service& service, const Request& request, const
 }
 
 Response not_made_yet(const Dataset& dataset) {
-  auto response = problem_response({"tile-not-ready",
-                                    "dataset " + dataset.id + " is being built, and has not come to this yet: it is made next",
-                                    "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
-  response.set("Retry-After", kAskAgain_s);
-  return response;
+  return problem_response({"tile-not-ready",
+                           "dataset " + dataset.id + " is being built, and has not come to this yet: it is made next",
+                           "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
 }
 
 bool is_to_come(const Dataset& dataset, const proto::Manifest* shown, const proto::TileAddress& tile) {

@@ -19,7 +19,6 @@ using Opened = proto::Result<std::shared_ptr<const pipeline::faces::Terrain>>;
 
 constexpr auto kLook = std::chrono::seconds(5);   // a request to the storage; how late a new version may be seen
 constexpr auto kPause = std::chrono::seconds(5);  // after a failure, so that waiting for a dead storage does not take all threads
-constexpr const char* kRetryAfter_s = "5";
 
 std::string start_text() {
   const std::time_t now = std::time(nullptr);
@@ -181,17 +180,13 @@ std::optional<proto::Problem> Mounts::after_failure(const std::string& name) {
 
 Response of_mount(Mounts& mounts, const std::string& name, const std::function<Response()>& read) {
   for (bool again = false;; again = true) {
-    Response response;
     try {
-      response = read();
+      return read();
     } catch (const pipeline::StoreError&) {
       const auto problem = mounts.after_failure(name);
       if (!problem && again) throw;
-      if (!problem) continue;
-      response = problem_response(*problem);
+      if (problem) return problem_response(*problem);
     }
-    if (response.status == 503) response.set("Retry-After", kRetryAfter_s);
-    return response;
   }
 }
 

@@ -28,9 +28,7 @@ std::string chunk(const std::string& piece) {
 /// Something is wrong that the API does not know of.
 void Connection::respond_with(const proto::Problem& problem) {
   by_front_ = true;
-  Response response = refusal(problem);
-  if (response.status == 429 || response.status == 503) response.set("Retry-After", "5");
-  respond(std::move(response));
+  respond(refusal(problem));
 }
 
 void Connection::respond(Response response) {

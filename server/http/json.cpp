@@ -3,6 +3,7 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "pipeline/tileset/print_options.h"
 #include "proto/utf8.h"
@@ -13,6 +14,14 @@ namespace {
 
 // Of a problem that a job reports or that is written down: it stands in every list. Both ways, for a job may have been taken over.
 constexpr std::size_t kMostKept_bytes = 2000, kLongestSlug_bytes = 100;
+
+/// When it is worth to ask again; null: asking again changes nothing. Here alone: a header that stands twice is read as none.
+const char* retry_after_s(std::string_view slug, int status) {
+  if (slug == "dataset-not-ready" || slug == "tile-not-ready") return "2";  // most steps and blocks are made in a few seconds
+  if (slug == "queue-full") return "30";
+  if (slug == "archive-not-ready") return "60";
+  return status == 503 || status == 429 ? "5" : nullptr;
+}
 
 std::string kept(const std::string& text) { return proto::cut_text(proto::one_line(text), kMostKept_bytes); }
 
@@ -107,7 +116,7 @@ Response problem_response(const proto::Problem& problem) {
   Response response = json_response(problem_kind(problem.type).status, problem_json(problem));
   response.headers = {{"Content-Type", "application/problem+json"}, {"Cache-Control", "no-store"}};
   response.problem = problem.type;
-  if (response.status == 503 || response.status == 429) response.set("Retry-After", problem.type == "queue-full" ? "30" : "5");
+  if (const char* seconds = retry_after_s(problem.type, response.status)) response.set("Retry-After", seconds);
   return response;
 }
 

@@ -120,6 +120,7 @@ TEST(FrontLimits, EventStreamsTakeNoThreadsAndEachClientHasAFewOnly) {
   next.say(events);
   EXPECT_TRUE(next.until("too-many-streams"));
   EXPECT_THAT(next.seen(), AllOf(StartsWith("HTTP/1.1 429 "), HasSubstr("Retry-After: ")));
+  EXPECT_EQ(count_of(next.seen(), "Retry-After: "), 1u);
   streams.front().close();
   EXPECT_TRUE(eventually([&] {  // the server hears of it when it writes
     front.test().service().hub().touch(id);

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <algorithm>
+
 #include "front_fixture.h"
 #include "program_fixture.h"
 #include "server/jobs/provisional.h"
@@ -214,7 +216,9 @@ TEST_F(LiveWait, WhenTheTimeIsOverItIsToldWhenToComeAgain) {
   Response answer = TestService::settled(test_.get(at(id, kFine), prefer("wait=1")));
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(slug_of(answer), "tile-not-ready");
-  EXPECT_NE(answer.header("Retry-After"), "");
+  const auto said = std::count_if(answer.headers.begin(), answer.headers.end(), [](const auto& header) { return header.first == "Retry-After"; });
+  EXPECT_EQ(said, 1) << "twice is none";
+  EXPECT_EQ(answer.header("Retry-After"), "2");
   EXPECT_EQ(answer.header("Preference-Applied"), "wait=1");
   EXPECT_THAT(answer.header("Cache-Control"), HasSubstr("no-store"));
   EXPECT_EQ(waiting(), 0);
