@@ -238,7 +238,7 @@ proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& r
 
 std::unique_ptr<raster::Source> source_of_tiles(const proto::Plan& plan, std::unique_ptr<raster::Source> source) {
   const double within_m = pixels_within_m(plan);
-  return within_m > 0 ? raster::project_back(std::move(source), within_m) : std::move(source);
+  return within_m > 0 ? raster::project_back(std::move(source), static_cast<int>(plan.finest_level()), within_m) : std::move(source);
 }
 
 proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source) {

@@ -30,6 +30,13 @@ class PixelsByCell {
     order_.resize(pixels.size());
     for (std::size_t k = 0; k < pixels.size(); ++k) order_[next[cell_of(pixels[k])]++] = static_cast<std::uint32_t>(k);
   }
+  /// In a cell that has any there are more than this on average: no samples meet them all.
+  bool crowd() const {
+    constexpr double kMost = 1.5;
+    std::size_t cells = 0;
+    for (std::size_t k = 1; k < start_.size(); ++k) cells += start_[k] > start_[k - 1] ? 1 : 0;
+    return static_cast<double>(order_.size()) > kMost * static_cast<double>(cells);
+  }
   /// Those in cells west .. east of a row.
   std::span<const std::uint32_t> row(std::int32_t row, std::int32_t west, std::int32_t east) const {
     const auto from = static_cast<std::size_t>(row * side_);
@@ -104,6 +111,7 @@ class PlacedPixels {
       : pixels_(pixels), earth_(lattice, tile), cells_(pixels, side), side_(side) {}
 
   const raster::PixelPoint& operator[](std::uint32_t k) const { return pixels_[k]; }
+  bool crowd() const { return cells_.crowd(); }
 
   /// f(pixel, error in metres) for those in a triangle, its sides included, until it returns false.
   template <class F>
@@ -281,6 +289,7 @@ std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const p
 
 std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels) {
   const PlacedPixels placed(*context.lattice, built.tile, built.mesh.side, pixels);
+  if (placed.crowd()) return 0;
   const double limit_m = context.level->target() - gpu::kGrace_m;
   const std::vector<std::uint32_t> over = triangles_over(placed, built.mesh, limit_m);
   if (over.empty()) return 0;

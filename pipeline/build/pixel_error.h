@@ -19,7 +19,8 @@ proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::Tile
 std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const proto::TileAddress& tile, raster::Source& source);
 
 /// Puts samples into a tile of the finest level until its triangles are within the level's target of all pixels, as they are of all samples; as
-/// far as vertices can, which do not go onto the tile's sides. Returns how many went in. What was measured of the tile is no longer true then.
+/// far as vertices can, which do not go onto the tile's sides. Returns how many went in. What was measured of the tile is no longer true then. Where
+/// pixels are finer than samples, as of a raster that was added to an older plan, nothing goes in.
 std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels);
 
 }  // namespace cordillera::pipeline

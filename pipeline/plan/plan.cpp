@@ -199,11 +199,15 @@ double default_error_m(const proto::Plan& plan, const std::vector<proto::Samples
 
 /// pixels= by name, "exact" or empty. What was asked for by name and cannot be is a problem.
 proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan) {
-  const bool asked = plan.options().pixels() == kExactPixels, fine = raster::spacing(source, lattice_of(plan)) <= raster::kMostSpacing;
-  if (asked && !plan.promise()) return proto::Problem{"options-conflict", "pixels=exact and keep are both given: with keep no error is promised", "one of them", "pixels"};
+  const bool asked = plan.options().pixels() == kExactPixels;
+  const bool fine = raster::spacing(source, lattice_of(plan)) <= raster::kMostSpacing;
+  const std::string cells = "cells of level " + std::to_string(plan.finest_level());
+  if (asked && !plan.promise())
+    return proto::Problem{"options-conflict", "pixels=exact and keep are both given: with keep no error is promised", "pixels=lattice, or error in place of keep",
+                          "pixels"};
   if (asked && !fine)
-    return proto::Problem{"options-conflict", "cells of level " + std::to_string(plan.finest_level()) + " are wider than a pixel, so they cannot meet all pixels",
-                          "pixels=lattice, or a finer max_level", "pixels"};
+    return proto::Problem{"options-conflict", cells + " are wider than a pixel, or higher, so they cannot meet all pixels", "pixels=lattice, or a finer max_level",
+                          "pixels"};
   if (plan.options().pixels() == kLatticePixels || !plan.promise() || !fine) plan.mutable_options()->clear_pixels();
   else plan.mutable_options()->set_pixels(kExactPixels);
   return {};

@@ -124,7 +124,7 @@ class Sheet {
 
 class BackProjection final : public Source {
  public:
-  BackProjection(std::unique_ptr<Source> source, double within_m) : source_(std::move(source)), within_m_(within_m) {}
+  BackProjection(std::unique_ptr<Source> source, int level, double within_m) : source_(std::move(source)), level_(level), within_m_(within_m) {}
 
   const proto::Source& description() const override { return source_->description(); }
   Window window(const proto::Lattice& lattice) const override { return source_->window(lattice); }
@@ -140,7 +140,7 @@ class BackProjection final : public Source {
 
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override {
-    if (columns == 0 || rows == 0 || spacing(description(), lattice) > kMostSpacing || empty(lattice, west, south, columns, rows))
+    if (columns == 0 || rows == 0 || lattice.finest_level != level_ || empty(lattice, west, south, columns, rows))
       return source_->sample(lattice, west, south, columns, rows);
     const Window wide{west - kProjectionReach, std::max<std::int64_t>(0, south - kProjectionReach), west + columns - 1 + kProjectionReach,
                       std::min(lattice.rows(), south + rows - 1 + kProjectionReach)};
@@ -168,13 +168,14 @@ class BackProjection final : public Source {
   }
 
   std::unique_ptr<Source> source_;
+  const int level_;
   const double within_m_;
 };
 
 }  // namespace
 
-std::unique_ptr<Source> project_back(std::unique_ptr<Source> source, double within_m) {
-  return std::make_unique<BackProjection>(std::move(source), within_m);
+std::unique_ptr<Source> project_back(std::unique_ptr<Source> source, int level, double within_m) {
+  return std::make_unique<BackProjection>(std::move(source), level, within_m);
 }
 
 }  // namespace cordillera::raster

@@ -31,7 +31,9 @@ Spec rough_utm() {
 
 constexpr double kWithin_m = 0.5;
 
-std::unique_ptr<raster::Source> moved(std::unique_ptr<raster::Source> source, double within_m = kWithin_m) { return raster::project_back(std::move(source), within_m); }
+std::unique_ptr<raster::Source> moved(std::unique_ptr<raster::Source> source, double within_m = kWithin_m, int level = kLevel) {
+  return raster::project_back(std::move(source), level, within_m);
+}
 
 double surface_m(const proto::Samples& s, const raster::PixelPoint& p) {
   const auto c = static_cast<std::int64_t>(p.x), r = std::min<std::int64_t>(static_cast<std::int64_t>(p.y), s.rows - 2);
@@ -116,7 +118,7 @@ TEST_F(Pixels, BackProjectionIsNearerWhereTheLatticeIsTooCoarseToMeetThem) {
   const std::string file = write(spec);
   const auto plain = must_open(file), exact = moved(must_open(file));
   EXPECT_LT(off(*exact, kLevel).greatest_m, 0.6 * off(*plain, kLevel).greatest_m);
-  EXPECT_EQ(whole(*plain, lattice(kLevel - 1)).height, whole(*exact, lattice(kLevel - 1)).height) << "cells of two pixels stay as they are";
+  EXPECT_EQ(whole(*plain, lattice(kLevel - 1)).height, whole(*exact, lattice(kLevel - 1)).height) << "another level stays as it is";
 }
 
 // Heights of points are valid between four of them alone, so a line of single ones in a void was painted over by the fill.
@@ -194,7 +196,7 @@ TEST_F(Pixels, AroundTheEarth) {
   spec.columns = 1024, spec.rows = 512;
   spec.geotransform = {-180, 360.0 / 1024, 0, 90, 0, -180.0 / 512};
   spec.value = rough;
-  const auto source = moved(must_open(write(spec)), 0.05);
+  const auto source = moved(must_open(write(spec)), 0.05, 2);
   const proto::Lattice l = lattice(2);  // cells of half a pixel
   const auto all = source->pixels(l, {0, 0, l.columns(), l.rows()});
   ASSERT_TRUE(all.ok());

@@ -76,6 +76,16 @@ class Update : public testing::Test {
     return whole::published(store);
   }
 
+  /// What `check` finds, a line each.
+  std::string found(const std::string& name) {
+    const auto report = pipeline::check::check_store(folder_.path(name), "");
+    std::string lines = report ? "" : report.problem().line();
+    if (report) {
+      for (const auto& finding : report->findings.kept()) lines += finding.where + ": " + finding.what + "\n";
+    }
+    return lines;
+  }
+
   std::int64_t rows_of(const std::string& name, const std::string& table) {
     return pipeline::Database(folder_.path(name), pipeline::Database::Mode::published).integer("SELECT count(*) FROM " + table);
   }
@@ -88,18 +98,24 @@ class Update : public testing::Test {
 
 /// What a version keeps for the next one is no finding.
 TEST_F(Update, each_version_is_sound) {
-  const auto found = [&](const std::string& name) {
-    const auto report = pipeline::check::check_store(folder_.path(name), "");
-    std::string lines = report ? "" : report.problem().line();
-    if (report) {
-      for (const auto& finding : report->findings.kept()) lines += finding.where + ": " + finding.what + "\n";
-    }
-    return lines;
-  };
   make("first.sqlite", {"base.tif"});
   EXPECT_EQ(found("first.sqlite"), "");
   make("second.sqlite", {"patch.tif", "base.tif"}, "first.sqlite");
   EXPECT_EQ(found("second.sqlite"), "");
+}
+
+// Whether samples are moved to meet pixels is a number of the plan: blocks that see the finer raster, and those that do not, share sides.
+TEST_F(Update, a_finer_raster_goes_in_at_the_numbers_that_there_are) {
+  Dem aside = points_of({kLevel, 4096 * kTile + 20, 3000 * kTile + 20}, 3 * 512 - 40, 3 * 512 - 40, rough(70));
+  aside.geotransform[0] += 0.4 * aside.geotransform[1], aside.geotransform[3] += 0.3 * aside.geotransform[5];
+  write(aside, folder_.path("aside.tif"));
+  write(points_of({kLevel + 2, 4 * (4096 * kTile + 530), 4 * (3000 * kTile + 540)}, 240, 240, rough(71)), folder_.path("fine.tif"));
+  make("1.sqlite", {"aside.tif"});
+  const auto finer = next("2.sqlite", {"fine.tif", "aside.tif"}, "1.sqlite");
+  ASSERT_TRUE(finer.ok()) << finer.problem().line();
+  EXPECT_EQ(finer->options().pixels(), "exact");
+  EXPECT_LT(built_, 9);
+  EXPECT_EQ(found("2.sqlite"), "");
 }
 
 TEST_F(Update, a_patch_gives_the_bytes_of_a_build_from_nothing) {
