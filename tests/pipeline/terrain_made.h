@@ -45,6 +45,7 @@ struct BuiltSample {
     request.id = "sample";
     request.store_path = folder / "a.db";
     request.options.set_error(2);
+    request.options.set_pixels("lattice");  // faces are looked at, and so small an error at pixels takes long
     request.options.set_threads(2);
     request.options.set_device("cpu");
     const std::atomic<bool> stop = false;
