@@ -66,6 +66,15 @@ class Source {
   virtual std::string datum_print() const { return ""; }
 };
 
+/// Samples of a rectangle in which there is no data.
+inline proto::Samples void_samples(const Source::Window& w) {
+  proto::Samples samples{w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1), {}, {}};
+  const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
+  samples.height.assign(count, proto::kNoHeight);
+  samples.flat_water.assign(count, 0);
+  return samples;
+}
+
 /// path: the file. name: what the user called it; an .hgt knows its place only by that. Options used: band, crs, vertical_datum, nodata,
 /// voids (a height; what is to be filled is void here, see filled_source.h), z_scale, z_offset, bbox. Errors name the file or option, what is wrong, and what would be accepted.
 proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust,

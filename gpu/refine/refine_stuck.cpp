@@ -14,6 +14,8 @@ constexpr std::uint32_t kCrowd = 4;    // neighbours more than its valence allow
 constexpr std::size_t kMostCrowded = 16;  // points that go in there at a time
 constexpr std::size_t kMostTurns = 256;  // of edges that cross one that is to be there
 
+bool is_on_side(const proto::TileMesh& mesh, const MeshPoint& p) { return p.x == 0 || p.y == 0 || p.x == mesh.side || p.y == mesh.side; }
+
 /// One triangle that is wished for, made.
 class Making : Refinement {
  public:
@@ -31,9 +33,9 @@ class Making : Refinement {
     }
     return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]) && finish();
   }
-  /// Likewise a corner inside the tile and the ends of the edge of the tile's side that passes another one, where no vertex is.
+  /// Likewise a corner inside the tile, and the ends of the edge that passes another one on the tile's side. False also where a vertex is there.
   bool make_triangle_on_side(Id t, const MeshPoint& inside, const MeshPoint& on_side) {
-    if (inside.height == proto::kNoHeight || is_on_side(inside) || !is_on_side(on_side) || vertex_at(on_side)) return false;
+    if (vertex_at(on_side)) return false;
     const auto edge = edge_of_side(on_side);
     if (!edge) return false;
     const std::optional<std::uint32_t> v = make_vertex(t, inside);
@@ -71,7 +73,6 @@ class Making : Refinement {
     return !is_over(worst_known()) && disperse();
   }
 
-  bool is_on_side(const MeshPoint& p) const { return p.x == 0 || p.y == 0 || p.x == mesh_.side || p.y == mesh_.side; }
   std::optional<std::uint32_t> vertex_at(const MeshPoint& p) const {
     for (std::uint32_t v = 0; v < mesh_.vertices(); ++v) {
       if (mesh_.x[v] == p.x && mesh_.y[v] == p.y) return v;
@@ -175,23 +176,26 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
     const auto wanted = meter.wanted({point(c[0]), point(c[1]), point(c[2])}, limit_m);
     if (!wanted) continue;
-    std::optional<proto::TileMesh> made;
     std::optional<Refinement::Id> off;
-    // As it is wanted; else with two corners on a side of the tile, whose vertices are not to be changed.
-    for (unsigned way = 0; way < 7 && !made; ++way) {
+    const auto made = [&](const auto& make) {
       proto::TileMesh trial = mesh;
       Making making(trial, meter, limit_m);
-      const unsigned inside = (way + 2) % 3, on_side = (inside + 1 + (way - 1) / 3) % 3;
-      if (!(way == 0 ? making.make_triangle(t, *wanted) : making.make_triangle_on_side(t, (*wanted)[inside], (*wanted)[on_side]))) continue;
-      made = std::move(trial);
+      if (!make(making)) return false;
+      all.inserted += static_cast<std::uint32_t>(trial.vertices() - mesh.vertices());
       off = making.taken_off();
+      mesh = std::move(trial);
+      return true;
+    };
+    bool done = made([&](Making& making) { return making.make_triangle(t, *wanted); });
+    // Else with two corners on a side of the tile, whose vertices are not to be changed.
+    for (const std::size_t step : {1, 2}) {
+      for (std::size_t k = 0; k < 3 && !done; ++k) {
+        const MeshPoint &inside = (*wanted)[k], &on_side = (*wanted)[(k + step) % 3];
+        if (inside.height == proto::kNoHeight || is_on_side(mesh, inside) || !is_on_side(mesh, on_side)) continue;
+        done = made([&](Making& making) { return making.make_triangle_on_side(t, inside, on_side); });
+      }
     }
-    if (!made) {
-      ++all.over;
-      continue;
-    }
-    all.inserted += static_cast<std::uint32_t>(made->vertices() - mesh.vertices());
-    mesh = std::move(*made);
+    if (!done) ++all.over;
     if (!off) continue;
     const auto last = static_cast<Refinement::Id>(mesh.triangles.size() - 1);
     mesh.triangles[*off] = mesh.triangles[last];

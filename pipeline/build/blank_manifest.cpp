@@ -24,7 +24,7 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
   options.clear_warnings();
   options.set_strategy(strategy_of(plan));
   if (options.quality().empty()) options.set_quality("default");
-  options.set_pixels(raster::kPixelChoices[pixels_within_m(plan) > 0 ? 0 : 1]);
+  options.set_pixels(pixels_within_m(plan) > 0 ? raster::kExactPixels : raster::kLatticePixels);
   options.set_device(machine.device.substr(0, machine.device.find(' ')));
   options.set_threads(machine.threads);
   options.set_min_level(plan.min_level());

@@ -24,7 +24,7 @@ proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int leve
   options.set_strategy("waves");
   options.set_quality("fast");
   options.set_device("cpu");  // a GPU would still be starting
-  options.set_pixels(raster::kPixelChoices[1]);
+  options.set_pixels(raster::kLatticePixels);
   options.clear_keep();
   options.clear_water_mask();
   options.set_max_level(static_cast<std::uint32_t>(level));

@@ -14,7 +14,6 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr const char *kExactPixels = raster::kPixelChoices[0], *kLatticePixels = raster::kPixelChoices[1];
 constexpr double kLeastError_m = 0.01;       // heights are steps of a millimetre
 // error= when nothing is asked: a quarter of the finest cell, or what shows the relief if that is less; no less than a flat sea, cut into
 // triangles of a decent size, is off for the earth's curvature.
@@ -199,7 +198,7 @@ double default_error_m(const proto::Plan& plan, const std::vector<proto::Samples
 
 /// pixels= by name, "exact" or empty. What was asked for by name and cannot be is a problem.
 proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan) {
-  const bool asked = plan.options().pixels() == kExactPixels;
+  const bool asked = plan.options().pixels() == raster::kExactPixels;
   const bool fine = raster::spacing(source, lattice_of(plan)) <= raster::kMostSpacing;
   const std::string cells = "cells of level " + std::to_string(plan.finest_level());
   if (asked && !plan.promise())
@@ -208,15 +207,15 @@ proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan
   if (asked && !fine)
     return proto::Problem{"options-conflict", cells + " are wider than a pixel, or higher, so they cannot meet all pixels", "pixels=lattice, or a finer max_level",
                           "pixels"};
-  if (plan.options().pixels() == kLatticePixels || !plan.promise() || !fine) plan.mutable_options()->clear_pixels();
-  else plan.mutable_options()->set_pixels(kExactPixels);
+  if (plan.options().pixels() == raster::kLatticePixels || !plan.promise() || !fine) plan.mutable_options()->clear_pixels();
+  else plan.mutable_options()->set_pixels(raster::kExactPixels);
   return {};
 }
 
 }  // namespace
 
 double pixels_within_m(const proto::Plan& plan) {
-  return plan.options().pixels() == kExactPixels ? kPixelShare * plan.levels(0).target() : 0;
+  return plan.options().pixels() == raster::kExactPixels ? kPixelShare * plan.levels(0).target() : 0;
 }
 
 proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildOptions& options) {

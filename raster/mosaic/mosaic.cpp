@@ -74,7 +74,7 @@ class Mosaic final : public Source {
       auto source = opened(layers.front());
       return source.ok() ? (*source)->sample(lattice, west, south, columns, rows) : proto::Result<proto::Samples>(source.problem());
     }
-    proto::Samples sum = blank(wide);
+    proto::Samples sum = void_samples(wide);
     for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer) {
       auto source = opened(*layer);
       if (!source.ok()) return source.problem();
@@ -205,20 +205,8 @@ class Mosaic final : public Source {
     return {};
   }
 
-  static proto::Samples blank(const Window& w) {
-    proto::Samples samples;
-    samples.west = w.west;
-    samples.south = w.south;
-    samples.columns = static_cast<std::int32_t>(w.east - w.west + 1);
-    samples.rows = static_cast<std::int32_t>(w.north - w.south + 1);
-    const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
-    samples.height.assign(count, proto::kNoHeight);
-    samples.flat_water.assign(count, 0);
-    return samples;
-  }
-
   static proto::Samples crop(const proto::Samples& from, const Window& w) {
-    proto::Samples samples = blank(w);
+    proto::Samples samples = void_samples(w);
     for (std::int32_t r = 0; r < samples.rows; ++r) {
       const std::int64_t row = samples.south + r - from.south;
       if (row < 0 || row >= from.rows) continue;

@@ -13,7 +13,8 @@
 namespace cordillera::raster {
 
 /// What pixels= of a build may be; the first is the default.
-inline constexpr const char* kPixelChoices[] = {"exact", "lattice"};
+inline constexpr const char *kExactPixels = "exact", *kLatticePixels = "lattice";
+inline constexpr const char* kPixelChoices[] = {kExactPixels, kLatticePixels};
 
 /// Greatest spacing of a lattice that can meet all pixels: beyond it there are more pixels than samples. A little over 1, for the rounding of
 /// pixel sizes.

@@ -8,16 +8,6 @@
 #include "proto/letters.h"
 
 namespace cordillera::server::access {
-namespace {
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == text.npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-}  // namespace
-
 std::string client_address(const Request& request, const std::vector<std::string>& trusted_proxies) {
   const auto trusted = [&](const std::string& address) {
     return std::find(trusted_proxies.begin(), trusted_proxies.end(), address) != trusted_proxies.end();
@@ -29,7 +19,7 @@ std::string client_address(const Request& request, const std::vector<std::string
   while (!rest.empty()) {
     const auto comma = rest.rfind(',');
     // Some proxies write the port too.
-    const auto last = plain_address(host_of(trimmed(comma == rest.npos ? rest : rest.substr(comma + 1))));
+    const auto last = plain_address(host_of(proto::trimmed(comma == rest.npos ? rest : rest.substr(comma + 1))));
     if (!last) return client;
     client = *last;
     if (!trusted(client) || comma == rest.npos) return client;

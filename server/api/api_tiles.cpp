@@ -254,10 +254,11 @@ Response published(Service& service, const Dataset& dataset, const Request& requ
   if (opened.terrain && !opened.terrain->manifest().provisional()) return of_terrain(opened.terrain, request, route);
   const bool unfinished = dataset.state == State::queued || dataset.state == State::running;
   const auto tile = unfinished && route.version.empty() ? tile_of(route) : std::nullopt;
+  const bool is_awaited = tile && !route.found.resource->path.ends_with(kSubtree);
   const auto wait = may_wait(service, request);
   if (!wait) return problem_response(wait.problem());
   const auto later = [&]() -> std::optional<Response> {
-    if (!tile || route.found.resource->path.ends_with(kSubtree)) return std::nullopt;
+    if (!is_awaited) return std::nullopt;
     return wait_for(service, request, dataset, *wait, awaited(route, *tile));
   };
   if (!opened.terrain) {
@@ -272,7 +273,7 @@ Response published(Service& service, const Dataset& dataset, const Request& requ
     if (auto put_off = later()) return std::move(*put_off);
   }
   Response response = of_terrain(opened.terrain, request, route);
-  if (to_come && response.status == 404 && is_lazy(dataset) && !route.found.resource->path.ends_with(kSubtree)) {
+  if (to_come && response.status == 404 && is_lazy(dataset) && is_awaited) {
     auto put_off = later();
     return put_off ? std::move(*put_off) : not_made_yet(dataset);
   }

@@ -299,7 +299,7 @@ std::vector<OptionSpec> make_build_options() {
       {"pixels", "PIXELS", "exact: the finest level keeps its error at the raster's own pixels, too; lattice: at the samples of the level alone, with fewer triangles, as do levels of cells wider than a pixel and keep=",
        "exact or lattice",
        [](std::string_view text, Settings& settings) {
-         return read_choice(text, {raster::kPixelChoices[0], raster::kPixelChoices[1]}, settings.build.mutable_pixels());
+         return read_choice(text, {raster::kExactPixels, raster::kLatticePixels}, settings.build.mutable_pixels());
        }},
       {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
        [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},

@@ -12,12 +12,6 @@
 namespace cordillera::server {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 template <class T>
 bool parse_all(std::string_view text, T* out) {
   if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
@@ -51,7 +45,7 @@ std::string shown(double value) {
 
 Complaint read_number(std::string_view text, NumberRange range, double* out) {
   double value = 0;
-  if (!parse_all(trimmed(text), &value) || !std::isfinite(value)) return "not a number";
+  if (!parse_all(proto::trimmed(text), &value) || !std::isfinite(value)) return "not a number";
   if (value < range.least || value > range.greatest) {
     return "outside " + shown(range.least) + " to " + shown(range.greatest);
   }
@@ -61,7 +55,7 @@ Complaint read_number(std::string_view text, NumberRange range, double* out) {
 
 Complaint read_whole(std::string_view text, WholeRange range, std::uint32_t* out) {
   std::uint32_t value = 0;
-  if (!parse_all(trimmed(text), &value)) return "not a whole number";
+  if (!parse_all(proto::trimmed(text), &value)) return "not a whole number";
   if (value < range.least || value > range.greatest) {
     return "outside " + std::to_string(range.least) + " to " + std::to_string(range.greatest);
   }
@@ -87,7 +81,7 @@ Complaint read_numbers(std::string_view text, NumberRange range, std::vector<dou
 
 Complaint read_choice(std::string_view text, const std::vector<std::string>& choices, std::string* out) {
   for (const std::string& choice : choices) {
-    if (proto::lower(choice) == proto::lower(trimmed(text))) {
+    if (proto::lower(choice) == proto::lower(proto::trimmed(text))) {
       *out = choice;
       return std::nullopt;
     }
@@ -97,7 +91,7 @@ Complaint read_choice(std::string_view text, const std::vector<std::string>& cho
 }
 
 Complaint read_switch(std::string_view text, bool* out) {
-  const std::string word = proto::lower(trimmed(text));
+  const std::string word = proto::lower(proto::trimmed(text));
   const std::vector<std::string> on = {"", "1", "true", "yes", "on"}, off = {"0", "false", "no", "off"};
   if (std::find(on.begin(), on.end(), word) != on.end()) {
     *out = true;
@@ -120,7 +114,7 @@ Complaint read_text(std::string_view text, std::string* out) {
 }
 
 Complaint read_device(std::string_view text, std::string* out) {
-  const std::string word = proto::lower(trimmed(text));
+  const std::string word = proto::lower(proto::trimmed(text));
   std::uint32_t index = 0;
   const bool numbered = word.rfind("cuda:", 0) == 0 && !read_whole(word.substr(5), {0, 255}, &index);
   if (word != "auto" && word != "cpu" && word != "cuda" && !numbered) return "no such device";

@@ -8,6 +8,8 @@
 #include <iterator>
 #include <set>
 
+#include "proto/letters.h"
+
 namespace cordillera::server {
 namespace {
 
@@ -33,11 +35,7 @@ proto::Result<void> check_together(const Settings& settings, Spelling spelling) 
   return {};
 }
 
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
+std::string trimmed(std::string_view text) { return std::string(proto::trimmed(text, " \t\r")); }
 
 proto::Problem unknown_option(const std::string& name, const std::vector<OptionSpec>& table, Spelling spelling) {
   std::vector<std::string> names;

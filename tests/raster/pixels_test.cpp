@@ -29,7 +29,7 @@ Spec rough_utm() {
   return spec;
 }
 
-constexpr double kWithin_m = 0.5;
+constexpr double kWithin_m = 0.02;
 
 std::unique_ptr<raster::Source> moved(std::unique_ptr<raster::Source> source, double within_m = kWithin_m, int level = kLevel) {
   return raster::project_back(std::move(source), level, within_m);
@@ -107,7 +107,7 @@ TEST_F(Pixels, BackProjectionMeetsThem) {
   const auto plain = must_open(file), exact = moved(must_open(file));
   const Off before = off(*plain, kLevel), after = off(*exact, kLevel);
   EXPECT_GT(before.greatest_m, 5);
-  EXPECT_LT(after.greatest_m, 1.1 * kWithin_m);
+  EXPECT_LT(after.greatest_m, 0.05);
   EXPECT_EQ(before.pixels, after.pixels);
   EXPECT_GT(after.pixels, 6500);
 }
@@ -216,7 +216,7 @@ TEST_F(Pixels, UnderAGeoidAndABox) {
   options.set_vertical_datum("EGM96");
   const std::string file = write(spec);
   const auto source = moved(must_open(file, options));
-  EXPECT_LT(off(*source, kLevel).greatest_m, 1.1 * kWithin_m);
+  EXPECT_LT(off(*source, kLevel).greatest_m, 0.05);
   const auto b = source->description().bbox();
   for (const double v : {b[0] + 0.005, b[1] + 0.005, b[2] - 0.005, b[3] - 0.005}) options.add_bbox(v);
   const auto cut = moved(must_open(file, options));
@@ -228,7 +228,7 @@ TEST_F(Pixels, UnderAGeoidAndABox) {
     EXPECT_GE(p.x, 50);
     EXPECT_LE(p.x, 50.0 + static_cast<double>(w.east - w.west));
   }
-  EXPECT_LT(off(*cut, kLevel).greatest_m, 1.1 * kWithin_m);
+  EXPECT_LT(off(*cut, kLevel).greatest_m, 0.05);
 }
 
 TEST_F(Pixels, AnotherWordIsRefused) {

@@ -105,7 +105,7 @@ TEST(place, a_plate_up_to_a_pole) {
   const HeightOf noise = rough(9);
   dem.height = [noise](int c, int r) { return 3000 + noise(c, r) + 300 * std::sin(2.0 * c); };
   proto::BuildOptions options = with_error(60);
-  options.set_pixels("lattice");  // what a vertex of the lattice is, the raster alone says
+  options.set_pixels("lattice");  // with samples that are moved a triangle at the pole is left upside down
   EXPECT_THAT(judge(build_dem(dem, options), {20000, 0}), IsEmpty());
 }
 

@@ -73,18 +73,7 @@ bool is_on(std::int64_t line, std::int64_t other, std::int64_t circle) { return 
 
 raster::Source::Window BlockPlace::window() const { return {west - kSideReach, south - kSideReach, east + kSideReach, north + kSideReach}; }
 
-proto::Samples BlockPlace::empty_samples() const {
-  const raster::Source::Window all = window();
-  proto::Samples samples;
-  samples.west = all.west;
-  samples.south = all.south;
-  samples.columns = static_cast<std::int32_t>(all.east - all.west + 1);
-  samples.rows = static_cast<std::int32_t>(all.north - all.south + 1);
-  const std::size_t count = static_cast<std::size_t>(samples.columns) * static_cast<std::size_t>(samples.rows);
-  samples.height.assign(count, proto::kNoHeight);
-  samples.flat_water.assign(count, 0);
-  return samples;
-}
+proto::Samples BlockPlace::empty_samples() const { return raster::void_samples(window()); }
 
 BlockPlace place_alone(const proto::Plan& plan, const proto::TileAddress& node) { return rectangle_of(plan, node); }
 

@@ -1,27 +1,12 @@
 #include "server/api/requests/prefer.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <string_view>
 
+#include "proto/letters.h"
+
 namespace cordillera::server {
-namespace {
-
-constexpr std::string_view kBlanks = " \t", kDecimals = "0123456789";
-
-std::string_view without_blanks(std::string_view text) {
-  const auto first = text.find_first_not_of(kBlanks);
-  return first == text.npos ? std::string_view() : text.substr(first, text.find_last_not_of(kBlanks) - first + 1);
-}
-
-bool is_wait(std::string_view name) {
-  constexpr std::string_view kWait = "wait";
-  return std::equal(name.begin(), name.end(), kWait.begin(), kWait.end(),
-                    [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
-}
-
-}  // namespace
 
 proto::Result<std::optional<std::chrono::seconds>> preferred_wait(const Request& request) {
   using Wait = std::optional<std::chrono::seconds>;
@@ -31,11 +16,11 @@ proto::Result<std::optional<std::chrono::seconds>> preferred_wait(const Request&
     const std::string_view whole = rest.substr(0, rest.find(',')), one = whole.substr(0, whole.find(';'));
     rest.remove_prefix(std::min(rest.size(), whole.size() + 1));
     const auto equals = one.find('=');
-    if (!is_wait(without_blanks(one.substr(0, equals)))) continue;
+    if (!proto::same_letters(proto::trimmed(one.substr(0, equals)), "wait")) continue;
     if (equals == one.npos) return Wait(std::chrono::seconds::max());
-    std::string_view digits = without_blanks(one.substr(equals + 1));
+    std::string_view digits = proto::trimmed(one.substr(equals + 1));
     digits.remove_prefix(digits.starts_with('"') ? 1 : 0);
-    digits = digits.substr(0, digits.find_first_not_of(kDecimals));
+    digits = digits.substr(0, digits.find_first_not_of("0123456789"));
     int seconds = 0;
     const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), seconds);
     if (read.ec != std::errc() || digits.empty())

@@ -36,12 +36,6 @@ bool is_known_method(std::string_view method) {
   return std::find(std::begin(kKnown), std::end(kKnown), method) != std::end(kKnown);
 }
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == text.npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 /// A word of a comma-separated list.
 bool lists(const Request& request, const char* header, std::string_view word) {
   const auto found = request.headers.find(header);
@@ -50,7 +44,7 @@ bool lists(const Request& request, const char* header, std::string_view word) {
   while (!rest.empty()) {
     const std::string_view item = rest.substr(0, rest.find(','));
     rest.remove_prefix(std::min(rest.size(), item.size() + 1));
-    if (proto::lower(trimmed(item)) == word) return true;
+    if (proto::lower(proto::trimmed(item)) == word) return true;
   }
   return false;
 }
