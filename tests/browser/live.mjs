@@ -35,14 +35,16 @@ export async function try_live(browser, url, id, job) {
   await watch_frames(page);
   await draw(page);
   const before = await view_of(page);
-  assert.deepEqual(await seen(page), { frames: 1, bare: 0 });
+  const first = await seen(page);  // the page draws frames of its own, too: at least one was looked at
+  assert.ok(first.frames > 0);
+  assert.equal(first.bare, 0);
 
   process.kill(job, "SIGCONT");
   await page.waitForFunction(() => window.cordillera.manifest.provisional === false);
   await tiles_loaded(page);
   const after = await view_of(page), { frames, bare } = await seen(page);
   assert.equal(bare, 0, `the background was seen in ${bare} of ${frames} frames`);
-  assert.ok(frames > 1 && after.finest > before.finest, "no finer tiles came");
+  assert.ok(frames > first.frames && after.finest > before.finest, "no finer tiles came");
   assert.deepEqual(after.camera, before.camera, "the camera moved");
   assert.deepEqual([before.drawn, after.drawn], ["height", "relief"], "pictures are of final tiles");
   assert.ok(await page.evaluate(() => {
@@ -53,7 +55,7 @@ export async function try_live(browser, url, id, job) {
 
   await page.evaluate(() => { window.cordillera.tileset.show = false; });
   await draw(page);
-  assert.equal((await seen(page)).bare, 1, "a frame without terrain is not noticed (control)");
+  assert.ok((await seen(page)).bare > 0, "a frame without terrain is not noticed (control)");
   assert.deepEqual(complaints, [], "the browser complained");
   await page.close();
 }
