@@ -164,9 +164,15 @@ void ArchiveFiles::work() {
     const Kept entry = waiting_.front();
     waiting_.pop_front();
     lock.unlock();
-    make(*entry);
-    made_(entry->order.id);
+    try {
+      make(*entry);
+      made_(entry->order.id);
+    } catch (const std::exception&) {
+      // Want of memory, for words too. Outside of this thread it would end the service.
+    }
     lock.lock();
+    // Who asks again has it tried again.
+    if (!entry->file && !entry->problem) std::erase_if(entries_, [&](const auto& one) { return one.second == entry; });
   }
 }
 

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <new>
 
 #include "fixture.h"
 #include "pipeline/build/build.h"
@@ -55,6 +57,7 @@ class Built {
     base_ = "/v1/datasets/" + body_of(response)["id"].get<std::string>();
   }
   Api& api() { return *api_; }
+  Service& service() { return *service_; }
   std::filesystem::path data() const { return folder_.path() / "data"; }
   const std::string& base() const { return base_; }
 
@@ -362,6 +365,25 @@ Response archive(const std::map<std::string, std::string>& headers = {}) {
     answer.body += *piece;
   }
   return answer;
+}
+
+/// Want of memory at the end of an order, on a thread whose exceptions would end the service.
+TEST(KeptArchive, IsThereThoughNobodyCouldBeTold) {
+  const std::string id = built().base().substr(std::string("/v1/datasets/").size());
+  const auto terrain = built().service().library().open(id);
+  ASSERT_TRUE(terrain) << terrain.problem().line();
+  const auto& faces = pipeline::faces::all_faces();
+  const auto pictures = std::find_if(faces.begin(), faces.end(), [](const auto* face) { return face->name == "terrain-rgb"; });
+  ASSERT_NE(pictures, faces.end());
+  limits::Space space([] { return std::optional<limits::DiskSpace>(); }, 5);
+  ArchiveFiles files(built().data() / "archives-of-a-test", space, [](const std::string&) { throw std::bad_alloc(); });
+  for (const char* version : {"a", "b"}) {
+    const ArchiveOrder order{id, version, *pictures, *terrain};
+    EXPECT_TRUE(eventually([&] {
+      const auto found = files.find(order);
+      return found.ok() && *found;
+    })) << version;
+  }
 }
 
 /// Whichever part is asked for, what is damaged is not served: another is made.
