@@ -30,13 +30,6 @@ const std::array<KnownDatum, 3>& known_datums() {
   return known;
 }
 
-std::string find_in_folders(const std::string& file) {
-  std::error_code error;
-  for (const fs::path& folder : geoid_folders())
-    if (fs::is_regular_file(folder / file, error)) return (folder / file).string();
-  return "";
-}
-
 proto::Result<std::unique_ptr<Geoid>> open_geoid(const std::string& path, const Area& area) {
   return fs::path(path).extension() == ".pgm" ? open_geoid_pgm(path, area) : open_geoid_grid(path, area);
 }
@@ -44,7 +37,7 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid(const std::string& path, const 
 proto::Result<std::unique_ptr<Geoid>> open_known(const KnownDatum& datum, const Area& area, Trust trust) {
   std::string files;
   for (const char* file : datum.files) {
-    if (const std::string path = find_in_folders(file); !path.empty()) return open_geoid(path, area);
+    if (const std::string path = find_in_geoid_folders(file); !path.empty()) return open_geoid(path, area);
     files += (files.empty() ? "" : ", ") + std::string(file);
   }
   if (proto::same_letters(datum.name, "EGM96"))
@@ -64,7 +57,7 @@ const KnownDatum* known(const std::string& name) {
 std::string grid_file(const std::string& name, Trust trust) {
   std::error_code error;
   if (trust == Trust::operator_file && fs::is_regular_file(name, error)) return name;
-  return name.find_first_of("/\\") == std::string::npos ? find_in_folders(name) : "";
+  return name.find_first_of("/\\") == std::string::npos ? find_in_geoid_folders(name) : "";
 }
 
 proto::Result<VerticalDatum> of_known(const KnownDatum& known, const std::string& from, const Area& area, Trust trust) {
@@ -84,7 +77,7 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
   if (!crs)
     return Problem{"geoid-not-found", "vertical_datum=" + proto::shown_text(name) + " is neither a height system known here nor a grid file that may be read",
                    kAcceptedDatums, "vertical_datum"};
-  if (const KnownDatum* datum = known(crs->name)) return of_known(*datum, "request", area, trust);
+  if (const KnownDatum* datum = known(is_mean_sea_level(*crs) ? kDefaultDatum : crs->name)) return of_known(*datum, "request", area, trust);
   auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
   if (!way) return way.problem();
   if (!*way)
@@ -95,7 +88,7 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
 /// Nullopt: nothing that could be used.
 proto::Result<std::optional<VerticalDatum>> of_source(const VerticalAsked& asked, const Area& area, Trust trust) {
   const auto crs = asked.compound_wkt.empty() ? std::nullopt : vertical_part(asked.compound_wkt);
-  if (!crs) return std::optional<VerticalDatum>();
+  if (!crs || is_mean_sea_level(*crs)) return std::optional<VerticalDatum>();
   auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
   if (!way) return way.problem();
   if (!*way) return std::optional<VerticalDatum>();

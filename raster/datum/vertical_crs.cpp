@@ -76,8 +76,22 @@ class OperationGeoid : public Geoid {
   double metres_;
 };
 
+/// Grids that PROJ's own package has in another form, under a name that the older databases do not know: they name what was published, which PROJ
+/// does not read.
+struct OtherName {
+  const char *published, *packaged;
+};
+constexpr OtherName kOtherNames[] = {{"GCG2016.txt", "de_bkg_gcg2016.tif"}};
+
+/// The packaged name; empty where the database's is right.
+std::string other_name(std::string_view grid) {
+  const auto* const found = std::find_if(std::begin(kOtherNames), std::end(kOtherNames), [&](const OtherName& name) { return grid == name.published; });
+  return found == std::end(kOtherNames) ? "" : found->packaged;
+}
+
 struct Grids {
   std::string names;    ///< separated by blanks
+  std::string geoid;    ///< path of the one whose name is another: a geoid, which PROJ is not asked for
   std::string missing;  ///< the first that is not installed, and where it can be had
   int missing_count = 0;
   int year = 0;  ///< of the first that is not installed
@@ -120,11 +134,17 @@ Grids grids_of(PJ_CONTEXT* context, const PJ* operation) {
     proj_coordoperation_get_grid_used(context, operation, k, &name, nullptr, nullptr, &url, nullptr, nullptr, &available);
     if (name == nullptr) continue;
     if (!grids.names.empty()) grids.names += ' ';
-    grids.names += name;
+    const std::string other = other_name(name);
+    grids.names += other.empty() ? name : other;
+    if (!other.empty()) {
+      grids.geoid = find_in_geoid_folders(other);
+      available = grids.geoid.empty() ? 0 : 1;
+    }
     if (available != 0 || grids.missing_count++ > 0) continue;
-    grids.missing = name;
-    grids.year = year_in(name);
-    if (url != nullptr && *url != 0) grids.missing.append(" (").append(url).append(")");
+    grids.missing = other.empty() ? name : other;
+    grids.year = year_in(grids.missing);
+    if (!other.empty()) grids.missing += " (https://cdn.proj.org/" + other + ")";
+    else if (url != nullptr && *url != 0) grids.missing.append(" (").append(url).append(")");
   }
   return grids;
 }
@@ -170,6 +190,8 @@ List operations(PJ_CONTEXT* context, const std::string& vertical, const std::str
 
 }  // namespace
 
+bool is_mean_sea_level(const VerticalCrs& crs) { return proto::lower(crs.name).starts_with("msl height") || proto::lower(crs.name).starts_with("msl depth"); }
+
 std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {
   const ProjContext context = make_proj_context();
   if (const auto code = code_of(text)) {
@@ -209,6 +231,11 @@ proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const Ver
       if (grids.missing_count > 0) {
         if (wanted.missing_count == 0 || std::pair(grids.missing_count, -grids.year) < std::pair(wanted.missing_count, -wanted.year)) wanted = grids;
         continue;
+      }
+      if (!grids.geoid.empty()) {
+        auto geoid = open_geoid_grid(grids.geoid, area);
+        if (!geoid) return geoid.problem();
+        return std::optional(VerticalTransformation{std::move(*geoid), grids.names});
       }
       Object degrees(proj_normalize_for_visualization(context.get(), way.get()));
       if (!degrees) continue;

@@ -19,6 +19,13 @@ std::vector<std::filesystem::path> geoid_folders() {
   return folders;
 }
 
+std::string find_in_geoid_folders(const std::string& file) {
+  std::error_code error;
+  for (const std::filesystem::path& folder : geoid_folders())
+    if (std::filesystem::is_regular_file(folder / file, error)) return (folder / file).string();
+  return "";
+}
+
 std::string geoid_home(Trust trust) {
   const std::string named = "a folder named by CORDILLERA_GEOIDS";
   return trust == Trust::posted_file ? named : geoid_folders().front().string() + " or " + named;

@@ -241,6 +241,56 @@ TEST_F(HeightSystem, IsOverruledByTheRequestAndStillTold) {
   EXPECT_EQ(source->description().vertical_datum_declared(), "NAVD88 height");
 }
 
+/// PROJ's database of that time names what was published; the package that is installed has it in PROJ's own format under another name.
+TEST_F(HeightSystem, OfGermanyTakesTheGridOfItsNewerName) {
+  fs::create_directories(path("grids"));
+  Spec dem;
+  dem.columns = dem.rows = 20, dem.geotransform = {10, 0.01, 0, 50, 0, -0.01};
+  dem.crs = "EPSG:4258+7837";
+  const std::string file = write(dem);
+  const auto missing = open(file, {});
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.problem().type, "geoid-not-found");
+  EXPECT_THAT(missing.problem().detail, ::testing::HasSubstr("de_bkg_gcg2016.tif (https://cdn.proj.org/"));
+  Spec grid;
+  grid.columns = grid.rows = 9, grid.geotransform = {9.375, 0.25, 0, 51.125, 0, -0.25};
+  grid.crs = "EPSG:4258", grid.point = true;
+  grid.value = [](int c, int r) { return 45 + 0.25 * c - 0.125 * r; };
+  write(grid, "grids/de_bkg_gcg2016.tif");
+  const auto source = must_open(file, {});
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().vertical_datum(), "DHHN2016 height");
+  EXPECT_EQ(source->description().vertical_grid(), "de_bkg_gcg2016.tif");
+  const proto::Lattice l = lattice(9);
+  const auto w = source->window(l);
+  const std::int64_t i = (w.west + w.east) / 2, j = (w.south + w.north) / 2;
+  EXPECT_NEAR(height_m(*source, l, i, j), 100 + 45 + (l.longitude_deg(i) - 9.5) - 0.5 * (51 - l.latitude_deg(j)), 0.005);
+}
+
+/// Mean sea level with no word about which: PROJ's database leads it to a grid that PROJ cannot read.
+TEST_F(HeightSystem, OfMeanSeaLevelIsEgm96AndTold) {
+  for (const auto& [crs, height] : {std::pair{"EPSG:4326+5714", 100.0}, {"EPSG:4326+5715", -100.0}}) {
+    SCOPED_TRACE(crs);
+    Spec dem;
+    dem.crs = crs;
+    const auto source = must_open(write(dem), {});
+    ASSERT_TRUE(source);
+    EXPECT_EQ(source->description().vertical_datum(), "EGM96");
+    EXPECT_EQ(source->description().vertical_datum_from(), "default");
+    EXPECT_THAT(source->description().vertical_datum_declared(), ::testing::HasSubstr("MSL"));
+    const proto::Lattice l = lattice(9);
+    const auto w = source->window(l);
+    const GeographicLib::Geoid geoid("egm96-15", egm96_folder());
+    EXPECT_NEAR(height_m(*source, l, w.west, w.south), height + geoid(l.latitude_deg(w.south), l.longitude_deg(w.west)), 0.001);
+  }
+  proto::BuildOptions options;
+  options.set_vertical_datum("EPSG:5714");
+  const auto asked = must_open(write({}), options);
+  ASSERT_TRUE(asked);
+  EXPECT_EQ(asked->description().vertical_datum(), "EGM96");
+  EXPECT_EQ(asked->description().vertical_datum_from(), "request");
+}
+
 TEST_F(HeightSystem, WhoseGridEndsBeforeTheDataIsRefused) {
   install_grid();
   Spec wide = colorado("EPSG:6318+5703");
