@@ -8,6 +8,7 @@
 #include "pipeline/plan/plan.h"
 #include "pipeline/estimate/sample_build.h"
 #include "pipeline/plan/sample_places.h"
+#include "pipeline/store/store_publish.h"
 #include "proto/version.h"
 
 namespace cordillera::pipeline {
@@ -127,6 +128,7 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   if (shares) take_shares(request.options, sums);
   Estimate estimate;
   estimate.manifest = blank_manifest(request, *plan, (*source)->description(), {threads, builder.device()});
+  note_datums(estimate.manifest);
   fill_in(*plan, sums, estimate.manifest);
   estimate.seconds = seconds_for(*sampled, sums, threads, shares);
   return estimate;

@@ -137,7 +137,7 @@ void note_filled(double share, proto::Manifest& manifest) {
   if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
 }
 
-/// The raster's words and what was used in their place: who reads the status alone is told, too. Of several rasters each pair once.
+/// The raster's words and what was used in their place. Of several rasters each pair once.
 void note_datum(const proto::Source& source, proto::Manifest& manifest) {
   const std::string &declared = source.vertical_datum_declared(), &used = source.vertical_datum();
   if (declared.empty() || used.empty() || declared == used) return;
@@ -146,12 +146,12 @@ void note_datum(const proto::Source& source, proto::Manifest& manifest) {
   if (std::find(notes.begin(), notes.end(), text) == notes.end()) manifest.add_notes(text);
 }
 
+}  // namespace
+
 void note_datums(proto::Manifest& manifest) {
   if (manifest.sources().empty()) note_datum(manifest.source(), manifest);
   for (const proto::Source& source : manifest.sources()) note_datum(source, manifest);
 }
-
-}  // namespace
 
 void make_nodes(Database& database, int finest_level) {
   database.execute(kCreateNodes);

@@ -112,6 +112,22 @@ TEST_F(DryRun, IsNearWhatIsBuiltForShares) {
   EXPECT_LT(told.bytes(), built->bytes() * 2);
 }
 
+TEST_F(DryRun, SaysWhichDatumIsUsedForTheOneThatIsDeclared) {
+  Spec spec;
+  spec.columns = spec.rows = 20;
+  spec.crs = "EPSG:4326+5783";  // PROJ knows no way from DHHN92
+  request_.raster_path = write(spec);
+  request_.raster_name = "dem.tif";
+  const auto notes = [](const proto::Manifest& manifest) { return std::vector<std::string>(manifest.notes().begin(), manifest.notes().end()); };
+  const std::vector<std::string> told = notes(guess());
+  EXPECT_THAT(told, ::testing::ElementsAre("DHHN92 height declared, EGM96 used"));
+  request_.store_path = path("store.sqlite");
+  const std::atomic<bool> never = false;
+  const auto built = pipeline::build(request_, nullptr, never);
+  ASSERT_TRUE(built.ok()) << built.problem().line();
+  EXPECT_EQ(notes(*built), told);
+}
+
 TEST_F(DryRun, SaysTheSameEveryTime) {
   write_landscape();
   request_.options.set_error(5);
