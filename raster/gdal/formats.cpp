@@ -29,6 +29,10 @@ constexpr std::array kFormats{
 };
 
 constexpr std::string_view kSides = ".hdr .prj .sgrd .tfw .tifw .wld .ige ";
+constexpr std::string_view kPam = ".aux.xml";
+
+/// What the driver of Esri's raw files opens has any name: whatever has a .hdr beside it, which may be the header of another file.
+constexpr std::string_view kRawDriver = "EHdr", kRaw = ".bil .flt .bip .bsq .dem ";
 
 bool holds(std::string_view extensions, std::string_view extension) {
   return !extension.empty() && extensions.find(std::string(extension) + " ") != extensions.npos;
@@ -57,6 +61,18 @@ bool is_raster_extension(std::string_view extension) {
 
 bool is_side_extension(std::string_view extension) { return holds(kSides, extension); }
 
+bool is_pam(const std::string& name) { return proto::lower(name).ends_with(kPam); }
+
+std::string pam_of_unpacked(const std::string& raster) { return raster + ".notes"; }
+
+bool is_side_of(const std::string& raster, const std::string& other) {
+  const std::string name = proto::lower(other), of = proto::lower(raster);
+  const auto stem = [](const std::string& file) { return std::filesystem::path(file).stem().string(); };
+  if (name == of + std::string(kPam) || name == stem(of) + std::string(kPam)) return true;
+  if (name == of || stem(name) != stem(of)) return false;
+  return is_side_extension(extension_of(name)) || (extension_of(name).empty() && extension_of(of) == ".ers");
+}
+
 const Format* needs_others(std::string_view extension) {
   const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.from == From::together && holds(f.extensions, extension); });
   return found == kFormats.end() ? nullptr : found;
@@ -69,11 +85,13 @@ std::string raster_extensions() {
   return all;
 }
 
-std::vector<const char*> allowed_drivers(Trust trust, bool in_archive) {
+std::vector<const char*> allowed_drivers(const std::string& name, Trust trust, bool in_archive) {
   std::vector<const char*> allowed;
   for (const Format& format : kFormats) {
     const bool welcome = trust == Trust::operator_file || format.from == From::anybody || (format.from == From::together && in_archive);
-    if (welcome && std::string_view(format.driver) != "SRTMHGT") allowed.push_back(format.driver);  // asked for by its name alone
+    const std::string_view driver = format.driver;
+    if (driver == "SRTMHGT" || (driver == kRawDriver && !holds(kRaw, extension_of(name)))) continue;  // the former is asked for by its name alone
+    if (welcome) allowed.push_back(format.driver);
   }
   allowed.push_back(nullptr);
   return allowed;

@@ -31,13 +31,19 @@ std::string extension_of(const std::string& name);
 bool is_raster_extension(std::string_view extension);
 /// What a raster's side files have: the header that places it, its CRS, the world file.
 bool is_side_extension(std::string_view extension);
+/// Whether a file of this name says something of the raster of that name and is none itself: of "dem.tif" those are "dem.tfw", "dem.prj",
+/// "dem.tif.aux.xml" and such, and of an ER Mapper header "dem.ers" the heights, "dem".
+bool is_side_of(const std::string& raster, const std::string& other);
+/// "dem.tif.aux.xml": GDAL's and Esri's notes on a raster. They can name other files, so an unpacked one lies where no driver looks for it.
+bool is_pam(const std::string& name);
+std::string pam_of_unpacked(const std::string& raster);
 /// The format whose rasters need files beside them and have this extension; null: there is none.
 const Format* needs_others(std::string_view extension);
 /// All of is_raster_extension, for people.
 std::string raster_extensions();
 
-/// For GDAL's Open, null last. in_archive: what lies beside the raster came with it.
-std::vector<const char*> allowed_drivers(Trust trust, bool in_archive);
+/// Of a file of that name, for GDAL's Open, null last. in_archive: what lies beside the raster came with it.
+std::vector<const char*> allowed_drivers(const std::string& name, Trust trust, bool in_archive);
 
 /// What is read, and with a name the line that makes a GeoTIFF of such a file, if GDAL can.
 std::string accepted_formats(const std::string& name);

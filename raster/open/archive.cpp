@@ -33,7 +33,6 @@ struct ArchiveEntry {
   std::string path;  ///< in the zip
   std::uint64_t bytes = 0;
   std::string name() const { return fs::path(path).filename().string(); }
-  std::string stem() const { return fs::path(path).stem().string(); }
 };
 
 /// What may still be unpacked of an archive.
@@ -158,11 +157,8 @@ proto::Result<ArchiveEntry> raster_of(const std::vector<ArchiveEntry>& entries, 
   return not_one(name, entries, "no raster");
 }
 
-/// ER Mapper's heights have the header's name without its extension.
 bool goes_with(const ArchiveEntry& raster, const ArchiveEntry& other) {
-  if (other.stem() != raster.stem() || fs::path(other.path).parent_path() != fs::path(raster.path).parent_path()) return false;
-  const std::string extension = extension_of(other.name());
-  return is_side_extension(extension) || (extension.empty() && extension_of(raster.name()) == ".ers");
+  return fs::path(other.path).parent_path() == fs::path(raster.path).parent_path() && is_side_of(raster.name(), other.name());
 }
 
 proto::Result<void> extract(const std::string& zip, const ArchiveEntry& entry, const std::string& name, const std::string& to, Bound& bound) {
@@ -198,7 +194,8 @@ proto::Result<Member> unzip(const std::string& path, const std::string& name, co
   if (!raster) return raster.problem();
   for (const ArchiveEntry& entry : *entries) {
     if (entry.path != raster->path && !goes_with(*raster, entry)) continue;
-    if (auto done = extract(zip, entry, name, folder.place(entry.name()), bound); !done.ok()) return done.problem();
+    const std::string to = is_pam(entry.name()) ? pam_of_unpacked(folder.place(raster->name())) : folder.place(entry.name());
+    if (auto done = extract(zip, entry, name, to, bound); !done.ok()) return done.problem();
   }
   return Member{folder.place(raster->name()), raster->name()};
 }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <list>
 #include <mutex>
@@ -103,6 +104,11 @@ proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {
   const auto bytes = from ? sizeof(double) * static_cast<std::uint64_t>(from->GetRasterXSize()) * static_cast<std::uint64_t>(from->GetRasterYSize()) : 0;
   if (auto full = raster::no_room(grid.path, bytes, "a grid of the points of " + points.name)) return *full;
   GDALDriver* const tiff = GetGDALDriverManager()->GetDriverByName("GTiff");
+  // Points name no CRS; Esri's programs write it beside them. Beside a posted file lies somebody else's.
+  for (const char* extension : {".prj", ".PRJ"}) {
+    if (trust == Trust::posted_file && !points.folder) break;
+    if (std::ifstream prj(fs::path(points.path).replace_extension(extension)); prj) std::ofstream(fs::path(grid.path).replace_extension(".prj")) << prj.rdbuf();
+  }
   const bool copied = from && tiff != nullptr &&
                       GDALDatasetUniquePtr(tiff->CreateCopy(grid.path.c_str(), from.get(), FALSE, const_cast<char**>(create), nullptr, nullptr)) != nullptr;
   if (copied && !scope.failed()) return grid;

@@ -3,6 +3,7 @@
 #include <cpl_conv.h>
 #include <cpl_string.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -33,10 +34,13 @@ struct OwnFiles {
 
 GDALDatasetUniquePtr open_handle(const AtHand& raster, const std::string& path, Trust trust) {
   static constexpr const char* kHgt[] = {"SRTMHGT", nullptr};
-  const std::vector<const char*> allowed = allowed_drivers(trust, raster.folder != nullptr);
+  const std::vector<const char*> allowed = allowed_drivers(raster.file, trust, raster.folder != nullptr);
   std::optional<OwnFiles> own;
   if (raster.folder) own.emplace();
-  return GDALDatasetUniquePtr(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, is_hgt(raster.file) ? kHgt : allowed.data(), nullptr, nullptr));
+  GDALDatasetUniquePtr handle(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, is_hgt(raster.file) ? kHgt : allowed.data(), nullptr, nullptr));
+  std::array<double, 6> place{};
+  if (own && handle) handle->GetGeoTransform(place.data());  // a TIFF looks for its world file when it is first asked, and no longer then
+  return handle;
 }
 
 proto::Result<void> check_type(Dataset& dataset) {

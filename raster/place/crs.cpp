@@ -1,9 +1,15 @@
 #include "raster/place/crs.h"
 
+#include <cpl_minixml.h>
+#include <cpl_string.h>
+
 #include <algorithm>
 #include <cctype>
+#include <filesystem>
+#include <optional>
 
 #include "proto/utf8.h"
+#include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/place/crs_label.h"
 
@@ -13,6 +19,9 @@ namespace {
 using proto::Problem;
 
 constexpr const char* kAcceptedCrs = "a geographic or projected CRS that PROJ can take to WGS 84, e.g. EPSG:25832, a PROJ string or WKT";
+
+/// A CRS given in a request or by a stranger's file is a definition, never a file or an address to fetch.
+constexpr const char* kSealed[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
 
 std::string text_of(const char* text) { return text == nullptr ? "" : text; }
 
@@ -68,9 +77,7 @@ proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& ask
 
 proto::Result<OGRSpatialReference> parse(const std::string& requested) {
   OGRSpatialReference srs;
-  // A CRS given in a request is a definition, never a file or an address to fetch.
-  const char* const sealed[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
-  if (srs.SetFromUserInput(requested.c_str(), sealed) != OGRERR_NONE)
+  if (srs.SetFromUserInput(requested.c_str(), kSealed) != OGRERR_NONE)
     return Problem{"crs-unknown", "crs=" + proto::shown_text(requested) + " is no coordinate reference system that PROJ knows", kAcceptedCrs, "crs"};
   return srs;
 }
@@ -84,6 +91,30 @@ proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string
   if (srs.IsGeocentric()) return refuse("is geocentric: a raster's columns and rows cannot be its axes");
   if (!srs.IsGeographic() && !srs.IsProjected()) return refuse("is neither geographic nor projected");
   return {};
+}
+
+/// Of a raster that names none: what lies beside it under its name, as Esri's programs write it. Beside a posted file lies nothing.
+std::optional<OGRSpatialReference> crs_beside(const Dataset& dataset) {
+  constexpr std::uintmax_t kMostBytes = 1 << 20;
+  std::error_code error;
+  const auto is_small_file = [&](const std::filesystem::path& file) {
+    return std::filesystem::is_regular_file(file, error) && std::filesystem::file_size(file, error) <= kMostBytes && !error;
+  };
+  OGRSpatialReference srs;
+  for (const char* extension : {".prj", ".PRJ"}) {
+    const std::filesystem::path prj = std::filesystem::path(dataset.path).replace_extension(extension);
+    if (!is_small_file(prj)) continue;
+    CPLStringList lines(CSLLoad(prj.c_str()), TRUE);
+    while (lines.size() > 0 && CPLString(lines[0]).Trim().empty()) lines.Assign(CSLRemoveStrings(lines.StealList(), 0, 1, nullptr), TRUE);  // gdalsrsinfo writes one
+    if (srs.importFromESRI(lines.List()) == OGRERR_NONE && !srs.IsEmpty()) return srs;
+  }
+  // Of such a file nothing else is taken: it may name others.
+  const std::filesystem::path pam = pam_of_unpacked(dataset.path);
+  if (!is_small_file(pam)) return std::nullopt;
+  const CPLXMLTreeCloser tree(CPLParseXMLFile(pam.c_str()));
+  const char* const text = CPLGetXMLValue(tree.get(), "=PAMDataset.SRS", nullptr);
+  if (text != nullptr && srs.SetFromUserInput(text, kSealed) == OGRERR_NONE && !srs.IsEmpty()) return srs;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -100,6 +131,8 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
   const GdalScope scope(dataset.trust);
   const OGRSpatialReference* own = dataset.handle->GetSpatialRef();
   if (own != nullptr && own->IsEmpty()) own = nullptr;
+  const auto beside = own == nullptr ? crs_beside(dataset) : std::nullopt;
+  if (beside) own = &*beside;
   if (own == nullptr && requested.empty())
     return Problem{"raster-without-crs", dataset.name + " names no coordinate reference system", "a raster with one, or crs=, " + std::string(kAcceptedCrs), "crs"};
   Crs crs;

@@ -306,8 +306,8 @@ Response post_form(Service& service, const Request& request, FormReader form) {
   Upload upload(service.layout(), "");
   FormFiles files{upload, MoreRasters(upload.folder())};
   if (const auto received = receive_files(service, request, form, files); !received) return problem_response(received.problem());
-  auto more = files.more.finish();
-  if (!more) return problem_response(more.problem());
+  auto behind = files.more.finish();
+  if (!behind) return problem_response(behind.problem());
   if (auto unknown = unknown_in_body(form.fields(), "field")) return problem_response(*unknown);
   Request plain = request;
   plain.query.insert(plain.query.end(), form.fields().begin(), form.fields().end());
@@ -317,7 +317,13 @@ Response post_form(Service& service, const Request& request, FormReader form) {
     place->reset();  // it asks for one of its own, as a POST whose query names the raster
     return post(service, plain, nullptr);
   }
-  std::string name = form.file_names().front();
+  std::error_code unknown_size;
+  behind->insert(behind->begin(), {form.file_names().front(), upload.raster(), upload.body_hash(), std::filesystem::file_size(upload.folder() / upload.raster(), unknown_size)});
+  auto more = with_sides_packed(upload.folder(), *behind);
+  if (!more) return problem_response(more.problem());
+  upload.take(more->front().file, more->front().hash);
+  std::string name = more->front().name;
+  more->erase(more->begin());
   for (const auto& [key, value] : plain.query) {
     if (key == "name") name = value;
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Rasters behind the first one in the same body, each a file beside it.
+// Rasters behind the first one in the same body, each a file beside it; and files that say something of one of them.
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -38,5 +38,10 @@ class MoreRasters {
   std::unique_ptr<Digest> digest_;
   bool written_ = true;
 };
+
+/// Of the files of one body, those that say something of one of its rasters (dem.hdr, dem.prj, dem.tfw of dem.tif) become one zip with it, in its
+/// place and under its name: what reads rasters takes that for the raster. files: in the order sent, those that stay in theirs. Problems:
+/// "storage-full", "body-too-large".
+proto::Result<std::vector<MoreRaster>> with_sides_packed(const std::filesystem::path& folder, const std::vector<MoreRaster>& files);
 
 }  // namespace cordillera::server

@@ -26,6 +26,8 @@ class Upload {
   proto::Result<void> adopt(const std::filesystem::path& file);
   /// Gives the raster, once it is there, the suffix of its name; one that comes in a form is named behind its beginning.
   proto::Result<void> rename(const std::string& suffix);
+  /// Another file of the folder in the raster's place; what was there is no longer looked for.
+  void take(const std::string& file, const std::string& hash) { raster_ = file, hash_ = hash; }
   /// Moves the folder to its place, where it then is whatever happens to the machine.
   proto::Result<void> keep(const std::filesystem::path& place);
 

@@ -55,6 +55,37 @@ TEST_F(Archive, WhatLiesBesideTheRasterIsLeftOut) {
   }
 }
 
+/// What programs of Esri write: the TIFF says nothing of its place, two files beside it do.
+TEST_F(Archive, WhatSaysWhereTheRasterLiesIsRead) {
+  ASSERT_TRUE(good_);
+  Spec bare = hills();
+  bare.crs = "", bare.georeferenced = false;
+  const std::string nowhere = bytes_of(write(bare, "nowhere.tif"));
+  bare.georeferenced = true;
+  const std::string somewhere = bytes_of(write(bare, "somewhere.tif"));
+  const std::string world = "0.01\n0\n0\n-0.01\n10.005\n44.995\n";
+  const std::string prj = "\n" R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+  const std::string pam = "<PAMDataset><SRS>EPSG:4326</SRS><PAMRasterBand band=\"1\"><Scale>7</Scale></PAMRasterBand></PAMDataset>";
+  Spec points = bare;
+  points.driver = "XYZ", points.type = "Float32";
+  points.value = [all = hills().value](int c, int r) { return all(c, r) == -9999 ? -32768 : all(c, r); };  // it has no word for no data
+  const std::string kinds[] = {zipped({{"dem.tif", nowhere}, {"dem.tfw", world}, {"dem.prj", prj}}), zipped({{"a/DEM.TIF", somewhere}, {"a/DEM.PRJ", prj}}),
+                               zipped({{"dem.tif", somewhere}, {"dem.tif.aux.xml", pam}}),
+                               zipped({{"dem.xyz", bytes_of(write(points, "dem.xyz"))}, {"dem.prj", prj}})};
+  for (const std::string& zip : kinds) {
+    for (const Trust trust : {Trust::posted_file, Trust::operator_file}) {
+      const auto source = must_open(zip, plain_options(), trust, "dem.zip");
+      ASSERT_TRUE(source) << zip;
+      EXPECT_EQ(source->description().crs_from(), "source");
+      expect_same_heights(*good_, *source);
+    }
+  }
+  EXPECT_EQ(refused(zipped({{"dem.tif", nowhere}, {"other.tfw", world}, {"dem.prj", prj}}), "dem.zip").type, "raster-not-georeferenced");
+  EXPECT_EQ(refused(zipped({{"dem.tif", somewhere}, {"b/dem.prj", prj}}), "dem.zip").type, "raster-without-crs");
+  const std::string liar = "<PAMDataset><SRS>/etc/hostname</SRS></PAMDataset>";
+  EXPECT_EQ(refused(zipped({{"dem.tif", somewhere}, {"dem.tif.aux.xml", liar}}), "dem.zip").type, "raster-without-crs");
+}
+
 TEST_F(Archive, PathsInItLeadNowhere) {
   ASSERT_TRUE(good_);
   fs::create_directory(path("tmp"));

@@ -53,6 +53,34 @@ TEST_F(Format, EsriAscii) {
   EXPECT_NEAR(height_m(*source, l, std::llround(190.05 / l.cell_deg()), std::llround(135.95 / l.cell_deg())), 1, 0.2);
 }
 
+/// GDAL's driver of Esri's raw files opens any file that has a .hdr beside it, and would read numbers out of whatever it is.
+TEST_F(Format, AHeaderBesideAFileOfAnotherKindIsNotItsOwn) {
+  Spec raw;
+  raw.driver = "EHdr";
+  const std::string bil = write(raw, "dem.bil");
+  EXPECT_EQ(problem_type(bil), "");
+  for (const char* name : {"dem.pix", "dem.grb", "dem"}) {
+    std::filesystem::copy_file(bil, path(name));
+    EXPECT_EQ(problem_type(path(name)), "raster-format-unsupported") << name;
+  }
+  std::filesystem::copy_file(bil, path("dem.DEM"));  // GTOPO30
+  EXPECT_EQ(problem_type(path("dem.DEM")), "");
+}
+
+TEST_F(Format, ACrsBesideItIsItsOwn) {
+  const char* const prj = R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+  Spec spec;
+  spec.crs = "";
+  const std::string tiff = write(spec, "bare.tif"), points = write_text("10 45 1\n10.1 45 2\n10 44.9 3\n10.1 44.9 4\n", "points.xyz");
+  for (const std::string& file : {tiff, points}) {
+    EXPECT_EQ(problem_type(file), "raster-without-crs") << file;
+    const std::string beside = write_text(prj, std::filesystem::path(file).stem().string() + ".prj");
+    std::filesystem::last_write_time(file, std::filesystem::last_write_time(file) + std::chrono::seconds(2));  // no earlier copy of the points
+    EXPECT_EQ(problem_type(file), "") << file;
+    EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file, "dem" + std::filesystem::path(file).extension().string()), "raster-without-crs") << file;
+  }
+}
+
 TEST_F(Format, APostedFileReachesNoOther) {
   Spec spec;
   spec.crs = "";

@@ -31,6 +31,12 @@ class SentPosts : public raster_test::RasterTest {
     const httplib::Headers headers{{"Prefer", "wait=250"}};
     return client_->Post("/v1/datasets?vertical_datum=ellipsoid&error=0.5&name=" + name + query, headers, file_text(file), "application/octet-stream");
   }
+  /// The same of several files, the last one first.
+  httplib::Result post_form(const std::vector<std::pair<std::string, std::string>>& files, const std::string& query) {
+    httplib::MultipartFormDataItems items;
+    for (auto file = files.rbegin(); file != files.rend(); ++file) items.push_back({"file", file_text(file->second), file->first, "application/octet-stream"});
+    return client_->Post("/v1/datasets?vertical_datum=ellipsoid&error=0.5" + query, {{"Prefer", "wait=250"}}, items);
+  }
   /// Heights of a ready dataset along a line over the hills.
   std::vector<double> heights(const httplib::Result& posted) {
     std::vector<double> found;
@@ -71,6 +77,9 @@ TEST_F(SentPosts, HeightsAreThoseOfTheGeoTiff) {
     ASSERT_EQ(found.size(), good.size());
     for (std::size_t k = 0; k < good.size(); ++k) EXPECT_NEAR(found[k], good[k], 1.0) << "place " << k;
     std::filesystem::remove(path("dem.zip"));
+    if (zipped) {
+      EXPECT_EQ(heights(post_form(files, query)), found) << "each in a part of a form";
+    }
   }
   EXPECT_EQ(done.size(), 10u);
 }

@@ -117,6 +117,32 @@ TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
   EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
 }
 
+/// A header, a CRS, a world file: no rasters of their own, wherever they stand in the form.
+TEST(TypedByHand, FilesThatGoWithARasterAreNoRasters) {
+  TestService test;
+  const std::string first = body_of(test.post("SLOW", {}, {}))["id"];  // the others wait behind it, as they came
+  const auto sources = [&](const std::string& form) {
+    const Response posted = test.post(form + kEnd, {}, {{"content-type", kForm}});
+    EXPECT_EQ(posted.status, 202) << posted.body;
+    return std::pair(body_of(posted), test.service().layout().dataset(body_of(posted)["id"]));
+  };
+  const auto [one, folder] = sources(file("header", "dem.hdr") + file("heights", "DEM.bil") + file("crs", "dem.prj") + file("notes", "dem.bil.aux.xml"));
+  EXPECT_EQ(one["name"], "DEM.bil");
+  EXPECT_FALSE(one.contains("updates")) << "several rasters";
+  const std::string archive = file_text(folder / "source.bil");
+  EXPECT_THAT(archive, ::testing::StartsWith("PK\x03\x04"));
+  for (const char* part : {"DEM.bil", "heights", "dem.hdr", "header", "dem.prj", "dem.bil.aux.xml"}) EXPECT_THAT(archive, HasSubstr(part));
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::StartsWith("more")));
+  const auto [two, place] = sources(file("one", "west.tif") + file("two", "east.tif") + file("world", "east.tfw") + file("stray", "north.tfw"));
+  const auto rasters = test.service().ledger().expected(two["id"]);
+  ASSERT_EQ(rasters.size(), 3u);
+  EXPECT_EQ(file_text(place / rasters[0].spec().path()), "one");
+  EXPECT_THAT(file_text(place / rasters[1].spec().path()), ::testing::AllOf(::testing::StartsWith("PK"), HasSubstr("east.tfw"), HasSubstr("world")));
+  EXPECT_EQ(rasters[1].spec().name(), "east.tif");
+  EXPECT_EQ(file_text(place / rasters[2].spec().path()), "stray");
+  for (const std::string& id : {first, one["id"].get<std::string>(), two["id"].get<std::string>()}) EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
+}
+
 TEST(TypedByHand, ABadFormLeavesNothing) {
   TestService test;
   const auto slug = [&](const std::string& form, const std::map<std::string, std::string>& more = {}) {
