@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "gpu/mesh/mesh_point.h"
 #include "proto/mesh.h"
@@ -47,6 +48,8 @@ struct Refined {
   std::uint32_t inserted = 0;  ///< vertices, appended to the mesh
   std::uint32_t flipped = 0;   ///< edges
   std::uint32_t over = 0;      ///< triangles still over the limit: no point helps there, or valences leave no room
+  /// Of refine_stuck: points of the tile's sides that are no vertices, and that triangles still over the limit would need. See split_side.
+  std::vector<MeshPoint> on_sides;
 };
 
 /// Inserts points until no triangle reachable from `over` exceeds limit_m. over: indices of mesh.triangles, those that may exceed it; all
@@ -60,5 +63,9 @@ Refined refine(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, s
 /// than a vertex has room for, and what is over limit_m then is refined. Where it wants none, a triangle without samples goes from the rim. What does not come to within limit_m, with valences as they must be,
 /// stays as it was. Costs a copy of the mesh a triangle. Laws and `over` as for refine.
 Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m, std::span<const std::uint32_t> over);
+
+/// Makes a point of one of the tile's sides a vertex: the triangle there is cut in two. The tile beyond the side must get the same vertex. False, and the
+/// mesh is as it was: p is a vertex or on no side, an end of its edge has no data, or the corner opposite has no room for a neighbour more.
+bool split_side(proto::TileMesh& mesh, const MeshPoint& p);
 
 }  // namespace cordillera::gpu

@@ -15,6 +15,24 @@ constexpr std::size_t kMostCrowded = 16;  // points that go in there at a time
 constexpr std::size_t kMostTurns = 256;  // of edges that cross one that is to be there
 
 bool is_on_side(const proto::TileMesh& mesh, const MeshPoint& p) { return p.x == 0 || p.y == 0 || p.x == mesh.side || p.y == mesh.side; }
+bool lie_on_a_side(const proto::TileMesh& mesh, const MeshPoint& a, const MeshPoint& b) {
+  return (a.x == b.x && (a.x == 0 || a.x == mesh.side)) || (a.y == b.y && (a.y == 0 || a.y == mesh.side));
+}
+/// Is p, on the line of a and b, between them?
+bool is_between(const MeshPoint& p, const MeshPoint& a, const MeshPoint& b) { return (a.x - p.x) * (b.x - p.x) + (a.y - p.y) * (b.y - p.y) < 0; }
+
+/// As valences count them: on a side one more than triangles.
+std::uint32_t neighbours_of(const proto::TileMesh& mesh, std::uint32_t v) {
+  const auto has = [v](const std::array<std::uint32_t, 3>& t) { return t[0] == v || t[1] == v || t[2] == v; };
+  return static_cast<std::uint32_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), has)) + (sides_of(mesh, v) > 0 ? 1 : 0);
+}
+
+std::optional<std::uint32_t> vertex_at(const proto::TileMesh& mesh, const MeshPoint& p) {
+  for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
+    if (mesh.x[v] == p.x && mesh.y[v] == p.y) return v;
+  }
+  return std::nullopt;
+}
 
 /// One triangle that is wished for, made.
 class Making : Refinement {
@@ -31,15 +49,15 @@ class Making : Refinement {
       if (!made) return false;
       v[k] = *made;
     }
-    return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]) && finish();
+    return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]) && finish(t);
   }
   /// Likewise a corner inside the tile, and the ends of the edge that passes another one on the tile's side. False also where a vertex is there.
   bool make_triangle_on_side(Id t, const MeshPoint& inside, const MeshPoint& on_side) {
-    if (vertex_at(on_side)) return false;
+    if (vertex_at(mesh_, on_side)) return false;
     const auto edge = edge_of_side(on_side);
     if (!edge) return false;
     const std::optional<std::uint32_t> v = make_vertex(t, inside);
-    return v && make_edge(*v, edge->first) && make_edge(*v, edge->second) && finish();
+    return v && make_edge(*v, edge->first) && make_edge(*v, edge->second) && finish(t);
   }
   /// The triangle that make_triangle took off the rim.
   std::optional<Id> taken_off() const { return taken_off_; }
@@ -58,38 +76,29 @@ class Making : Refinement {
     // The mesh may end at the rim. Of a triangle with two sides there a corner would lose its last one.
     if (std::count(across_[t].begin(), across_[t].end(), kNone) != 1) return false;
     const auto k = static_cast<unsigned>(std::find(across_[t].begin(), across_[t].end(), kNone) - across_[t].begin());
-    if (lie_on_a_side(point(c[k]), point(c[after(k)]))) return false;
+    if (lie_on_a_side(mesh_, point(c[k]), point(c[after(k)]))) return false;
     taken_off_ = t;
     return true;
   }
 
-  // What making a triangle has left over the limit, and neighbours that are too many.
-  bool finish() {
-    std::vector<Id> changed;
+  // What making a triangle has left over the limit, and neighbours that are too many. t: may be as it was, when all was there already.
+  bool finish(Id t) {
+    std::vector<Id> changed{t};
     for (Id u = 0; u < mesh_.triangles.size(); ++u) {
-      if (stamp_[u] > 0) changed.push_back(u);
+      if (stamp_[u] > 0 && u != t) changed.push_back(u);
     }
     run(changed, kMostCrowded);
     return !is_over(worst_known()) && disperse();
   }
 
-  std::optional<std::uint32_t> vertex_at(const MeshPoint& p) const {
-    for (std::uint32_t v = 0; v < mesh_.vertices(); ++v) {
-      if (mesh_.x[v] == p.x && mesh_.y[v] == p.y) return v;
-    }
-    return std::nullopt;
-  }
   // The vertex at p, which becomes one if there is none. t: a triangle near it.
   std::optional<std::uint32_t> make_vertex(Id t, const MeshPoint& p) {
     for (int k = 0; k < 4; ++k) {  // to make room, the triangle itself may be turned first
-      if (const auto v = vertex_at(p)) return is_void(*v) ? std::nullopt : v;
+      if (const auto v = vertex_at(mesh_, p)) return is_void(*v) ? std::nullopt : v;
       const Id at = triangle_with(p, t);
       if (at == kNone || !split(at, p)) return std::nullopt;
     }
     return std::nullopt;
-  }
-  bool lie_on_a_side(const MeshPoint& a, const MeshPoint& b) const {
-    return (a.x == b.x && (a.x == 0 || a.x == mesh_.side)) || (a.y == b.y && (a.y == 0 || a.y == mesh_.side));
   }
   // The ends of the edge on a side of the tile that passes p, which is no corner of it.
   std::optional<std::pair<std::uint32_t, std::uint32_t>> edge_of_side(const MeshPoint& p) const {
@@ -97,8 +106,8 @@ class Making : Refinement {
       for (unsigned k = 0; k < 3; ++k) {
         const std::uint32_t v = mesh_.triangles[t][k], w = mesh_.triangles[t][after(k)];
         const MeshPoint a = point(v), b = point(w);
-        if (across_[t][k] != kNone || !lie_on_a_side(a, b) || !lie_on_a_side(a, p) || !lie_on_a_side(b, p)) continue;
-        if ((a.x - p.x) * (b.x - p.x) + (a.y - p.y) * (b.y - p.y) < 0) return std::pair{v, w};
+        if (across_[t][k] != kNone || !lie_on_a_side(mesh_, a, b) || !lie_on_a_side(mesh_, a, p) || !lie_on_a_side(mesh_, b, p)) continue;
+        if (is_between(p, a, b)) return std::pair{v, w};
       }
     }
     return std::nullopt;
@@ -195,7 +204,12 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
         done = made([&](Making& making) { return making.make_triangle_on_side(t, inside, on_side); });
       }
     }
-    if (!done) ++all.over;
+    if (!done) {
+      ++all.over;
+      for (const MeshPoint& p : *wanted) {
+        if (p.height != proto::kNoHeight && is_on_side(mesh, p) && !vertex_at(mesh, p)) all.on_sides.push_back(p);
+      }
+    }
     if (!off) continue;
     const auto last = static_cast<Refinement::Id>(mesh.triangles.size() - 1);
     mesh.triangles[*off] = mesh.triangles[last];
@@ -203,6 +217,29 @@ Refined refine_stuck(proto::TileMesh& mesh, const ErrorMeter& meter, double limi
     std::replace(left.begin(), left.end(), last, *off);
   }
   return all;
+}
+
+bool split_side(proto::TileMesh& mesh, const MeshPoint& p) {
+  const auto is_void = [&](std::uint32_t v) { return (mesh.mark[v] & proto::kVoid) != 0; };
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const std::array<std::uint32_t, 3>& corners = mesh.triangles[t];
+      const std::uint32_t a = corners[k], b = corners[after(k)], c = corners[before(k)];
+      const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
+      if (!lie_on_a_side(mesh, point(a), point(b)) || !lie_on_a_side(mesh, point(a), p) || !lie_on_a_side(mesh, point(b), p)) continue;
+      if (!is_between(p, point(a), point(b))) continue;
+      if (is_void(a) || is_void(b) || neighbours_of(mesh, c) >= most_neighbours(mesh, c, kWeldedCaps)) return false;
+      const auto v = static_cast<std::uint32_t>(mesh.vertices());
+      mesh.x.push_back(p.x);
+      mesh.y.push_back(p.y);
+      mesh.height.push_back(p.height);
+      mesh.mark.push_back(0);
+      mesh.triangles[t] = {a, v, c};
+      mesh.triangles.push_back({v, b, c});
+      return true;
+    }
+  }
+  return false;
 }
 
 }  // namespace cordillera::gpu

@@ -260,7 +260,7 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
     const bool finest = tiles[k].tile.z == lattice_.finest_level;
     std::vector<raster::PixelPoint> pixels;
     if (finest) pixels = pixels_of(lattice_, tiles[k].tile, *sources_[worker]);
-    if (finest && context.promise && pixels_within_m(plan_) > 0 && meet_pixels(context, tiles[k], pixels) > 0) measure_exact(context, tiles[k]);
+    if (finest && context.promise && pixels_within_m(plan_) > 0 && meet_pixels(context, tiles[k], pixels).inserted > 0) measure_exact(context, tiles[k]);
     encoded[k] = encode_tile(context, tiles[k], plan_.options());
     if (encoded[k] && finest) *encoded[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
   });

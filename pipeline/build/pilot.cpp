@@ -23,7 +23,7 @@ std::size_t published_triangles(const proto::TileMesh& mesh) {
 }
 
 /// A tile of the sample, and the sub-tree that it is in.
-struct Place {
+struct SampledTile {
   std::size_t root = 0;
   proto::TileAddress tile;
 };
@@ -40,7 +40,7 @@ struct Pilot {
 
   proto::Result<void> read();
   void count_grid();
-  std::vector<Place> places(int z) const;
+  std::vector<SampledTile> places(int z) const;
   LevelContext context(int z, std::size_t root) const { return {&lattice, &level_plan(plan, z), false, &samples[root], false}; }
   Tiles simplify(int z, const Tiles& below, double& triangles) const;
   proto::LevelPlan& level(int z) const { return *plan.mutable_levels(lattice.finest_level - z); }
@@ -68,8 +68,8 @@ proto::Result<void> Pilot::read() {
   return {};
 }
 
-std::vector<Place> Pilot::places(int z) const {
-  std::vector<Place> places;
+std::vector<SampledTile> Pilot::places(int z) const {
+  std::vector<SampledTile> places;
   for (std::size_t r = 0; r < roots.size(); ++r) {
     for (const proto::TileAddress& tile : touched_tiles(plan, z, roots[r])) places.push_back({r, tile});
   }
@@ -84,7 +84,7 @@ void Pilot::count_grid() {
 }
 
 Tiles Pilot::simplify(int z, const Tiles& below, double& triangles) const {
-  const std::vector<Place> at = places(z);
+  const std::vector<SampledTile> at = places(z);
   const bool finest = z == lattice.finest_level;
   std::vector<BuiltTile> built = builder.simplify({&lattice, &level_plan(plan, z), false, nullptr, false}, at.size(), [&](std::size_t k) {
     const LevelContext here = context(z, at[k].root);

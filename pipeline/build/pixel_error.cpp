@@ -234,6 +234,9 @@ class PixelMeter final : public gpu::ErrorMeter {
 
 /// Of a tile. Ground has a handful; noise has thousands, each of which costs a copy of the mesh.
 constexpr std::size_t kMostStuck = 256;
+/// What mends one triangle may harm another: so often is looked again, while fewer are left, and few at all.
+constexpr int kMostRounds = 3;
+constexpr std::size_t kMostAgain = 16;
 
 /// Indices of the triangles that are farther than the limit from a pixel.
 std::vector<std::uint32_t> triangles_over(const PlacedPixels& pixels, const proto::TileMesh& mesh, double limit_m) {
@@ -287,12 +290,12 @@ std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const p
   return pixels.ok() ? std::move(*pixels) : std::vector<raster::PixelPoint>();
 }
 
-std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels) {
+MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels) {
   const PlacedPixels placed(*context.lattice, built.tile, built.mesh.side, pixels);
-  if (placed.crowd()) return 0;
+  if (placed.crowd()) return {};
   const double limit_m = context.level->target() - gpu::kGrace_m;
-  const std::vector<std::uint32_t> over = triangles_over(placed, built.mesh, limit_m);
-  if (over.empty()) return 0;
+  std::vector<std::uint32_t> over = triangles_over(placed, built.mesh, limit_m);
+  if (over.empty()) return {};
   gpu::SurfaceErrorInput input;
   input.lattice = context.lattice;
   input.tile = built.tile;
@@ -305,16 +308,7 @@ std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const s
   const gpu::Upright upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
   const gpu::UprightMeter in_space(samples, upright);
   const PixelMeter at_pixels(in_space, placed, built.tile, *context.lattice, *context.samples);
-  const proto::TileMesh before = built.mesh;
-  const gpu::SteppedMeter stepped(at_pixels, step);
-  const gpu::Refined refined = gpu::refine(built.mesh, stepped, limit_m, over, SIZE_MAX);
-  std::uint32_t inserted = refined.inserted;
-  if (refined.over > 0) {
-    const std::vector<std::uint32_t> left = triangles_over(placed, built.mesh, limit_m);
-    if (left.size() <= kMostStuck) inserted += gpu::refine_stuck(built.mesh, stepped, limit_m, left).inserted;
-  }
-  // The promise at samples comes first. Where valences left no room for both, samples alone are asked; where that does not help, all stays as it was,
-  // but for steep walls that broke it before, which measure_exact mends.
+  const gpu::SteppedMeter with_pixels(at_pixels, step), samples_alone(in_space, step);
   const auto broken = [&](const proto::TileMesh& mesh) {
     gpu::SurfaceErrorInput asked = input;
     asked.mesh = &mesh;
@@ -325,15 +319,45 @@ std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const s
     all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
   };
-  if (const auto left = broken(built.mesh); !left.empty()) {
-    inserted += gpu::refine(built.mesh, gpu::SteppedMeter(in_space, step), limit_m, left, SIZE_MAX).inserted;
-    if (broken(built.mesh).size() > broken(before).size()) {
-      built.mesh = before;
-      return 0;
+  MetPixels met;
+  const auto meet = [&] {
+    met.on_sides.clear();
+    gpu::Refined refined = gpu::refine(built.mesh, with_pixels, limit_m, over, SIZE_MAX);
+    met.inserted += refined.inserted;
+    for (int round = 0; round < kMostRounds && refined.over > 0; ++round) {
+      const std::vector<std::uint32_t> left = triangles_over(placed, built.mesh, limit_m);
+      if (left.empty() || left.size() > (round == 0 ? kMostStuck : kMostAgain)) break;
+      refined = gpu::refine_stuck(built.mesh, with_pixels, limit_m, left);
+      met.inserted += refined.inserted;
+      met.on_sides = std::move(refined.on_sides);
     }
+  };
+  // The promise at samples comes first. What breaks it, steep walls from before too, is mended without a harm to pixels; else, where valences left no
+  // room for both, samples alone are asked.
+  const auto mend = [&] {
+    for (const gpu::ErrorMeter* meter : {&with_pixels, &samples_alone}) {
+      const std::vector<std::uint32_t> left = broken(built.mesh);
+      if (left.empty()) return;
+      met.inserted += gpu::refine(built.mesh, *meter, limit_m, left, SIZE_MAX).inserted;
+    }
+  };
+  for (int round = 0; round < kMostRounds && !over.empty() && (round == 0 || over.size() <= kMostAgain); ++round) {
+    const proto::TileMesh before = built.mesh;
+    const std::uint32_t inserted = met.inserted;
+    meet();
+    mend();
+    // Where that does not help, all stays as it was, and measure_exact mends the walls.
+    if (const std::size_t left = broken(built.mesh).size(); left > 0 && left > broken(before).size()) {
+      built.mesh = before;
+      met.inserted = inserted;
+      break;
+    }
+    std::vector<std::uint32_t> next = triangles_over(placed, built.mesh, limit_m);
+    if (next.size() >= over.size()) break;
+    over = std::move(next);
   }
-  built.put_back += inserted;
-  return inserted;
+  built.put_back += met.inserted;
+  return met;
 }
 
 }  // namespace cordillera::pipeline

@@ -18,9 +18,14 @@ proto::PixelErrors pixel_errors(const proto::Lattice& lattice, const proto::Tile
 /// Those of a tile of the finest level. Where they cannot be read there are none: the build reads them, too, and says so.
 std::vector<raster::PixelPoint> pixels_of(const proto::Lattice& lattice, const proto::TileAddress& tile, raster::Source& source);
 
+struct MetPixels {
+  std::uint32_t inserted = 0;            ///< vertices
+  std::vector<gpu::MeshPoint> on_sides;  ///< samples on the tile's sides that would have to be vertices, where pixels are still too far off
+};
+
 /// Puts samples into a tile of the finest level until its triangles are within the level's target of all pixels, as they are of all samples; as
-/// far as vertices can, which do not go onto the tile's sides. Returns how many went in. What was measured of the tile is no longer true then. Where
-/// pixels are finer than samples, as of a raster that was added to an older plan, nothing goes in.
-std::uint32_t meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels);
+/// far as vertices can, which do not go onto the tile's sides (see put_on_sides). What was measured of the tile is no longer true if any went in.
+/// Where pixels are finer than samples, as of a raster that was added to an older plan, nothing goes in.
+MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels);
 
 }  // namespace cordillera::pipeline

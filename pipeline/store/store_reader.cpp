@@ -42,7 +42,7 @@ Problem refused(const std::string& type, const std::string& path, const std::str
 }
 
 /// Where a store lies: a path of this machine, or an object.
-struct Place {
+struct StoreAddress {
   std::string path;
   std::shared_ptr<const SqliteObject> object;  ///< null: the path
   std::unique_ptr<Database> open() const {
@@ -58,7 +58,7 @@ struct Place {
 
 /// Every row that these give has the answer to `sound` in its first column.
 struct Connection {
-  explicit Connection(const Place& place)
+  explicit Connection(const StoreAddress& place)
       : opened(place.open_small()),
         summed(has_sums(database)),
         drc(database, blob_of("drc")),
@@ -140,7 +140,7 @@ class SqliteReader final : public StoreReader {
 
  public:
   /// plan: none where it cannot be read; then no .glb can be made.
-  SqliteReader(Place place, proto::Manifest manifest, std::optional<proto::Plan> plan)
+  SqliteReader(StoreAddress place, proto::Manifest manifest, std::optional<proto::Plan> plan)
       : place_(std::move(place)), manifest_(std::move(manifest)), plan_(std::move(plan)) {
     for (auto& c : connections_) c = std::make_unique<Connection>(place_);
   }
@@ -239,7 +239,7 @@ class SqliteReader final : public StoreReader {
     return Blob{std::move(*glb), std::move(etag)};
   }
 
-  Place place_;  ///< outlives the connections
+  StoreAddress place_;  ///< outlives the connections
   proto::Manifest manifest_;
   std::optional<proto::Plan> plan_;
   std::array<std::unique_ptr<Connection>, kConnections> connections_;
@@ -301,7 +301,7 @@ bool all_there(Database& database, const proto::Manifest& manifest) {
 }
 
 /// Throws StoreError.
-proto::Result<std::unique_ptr<StoreReader>> open_at(const Place& place, std::uint64_t size, const Words& words = {}) {
+proto::Result<std::unique_ptr<StoreReader>> open_at(const StoreAddress& place, std::uint64_t size, const Words& words = {}) {
   const auto database = place.open();
   auto manifest = published_manifest(*database, place.path);
   if (!manifest) return manifest.problem();

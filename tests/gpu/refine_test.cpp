@@ -170,6 +170,50 @@ TEST(refine, makes_a_triangle_on_a_side_with_the_vertices_that_the_side_has) {
   }));
 }
 
+TEST(refine, says_which_points_of_a_side_it_would_need_and_uses_them_once_they_are_vertices) {
+  const proto::Samples samples = samples_of([](int, int) { return 0.0; });
+  TileMesh mesh = coarse(samples, 8);
+  const MeshPoint needed{100, 0, 0}, beside{101, 0, 0}, inside{101, 1, 0};
+  std::vector<std::uint32_t> all(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0U);
+  // With the vertices that the side has, the triangle is there already.
+  EXPECT_EQ(refine_stuck(mesh, Place(100.6, 0.3, {{needed, beside, inside}}, inside), 30, all).over, 0u);
+  all.resize(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0U);
+  const Place meter(100.6, 0.3, {{needed, beside, inside}}, needed);
+  const Refined stuck = refine_stuck(mesh, meter, 30, all);
+  EXPECT_EQ(stuck.over, 1u);
+  const auto is_needed = [&](const MeshPoint& p) { return std::any_of(stuck.on_sides.begin(), stuck.on_sides.end(), [&](const MeshPoint& q) { return q.x == p.x && q.y == p.y; }); };
+  EXPECT_TRUE(is_needed(needed) && is_needed(beside));
+  const std::size_t before = mesh.vertices();
+  EXPECT_TRUE(split_side(mesh, needed));
+  EXPECT_TRUE(split_side(mesh, beside));
+  EXPECT_EQ(mesh.vertices(), before + 2);
+  expect_lawful(mesh);
+  EXPECT_FALSE(split_side(mesh, needed)) << "it is a vertex";
+  EXPECT_FALSE(split_side(mesh, {100, 1, 0})) << "it is on no side";
+  all.resize(mesh.triangles.size());
+  std::iota(all.begin(), all.end(), 0U);
+  EXPECT_EQ(refine_stuck(mesh, meter, 30, all).over, 0u);
+  expect_lawful(mesh);
+}
+
+TEST(refine, cuts_no_side_without_data_or_room) {
+  TileMesh mesh;
+  mesh.side = kSide;
+  const auto add = [&](int x, int y, std::uint8_t mark) { mesh.x.push_back(x), mesh.y.push_back(y), mesh.height.push_back(0), mesh.mark.push_back(mark); };
+  for (const auto& [x, y] : {std::pair{0, 0}, {kSide, 0}, {kSide, kSide}, {0, kSide}}) add(x, y, 0);
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  TileMesh empty = mesh;
+  empty.mark[1] = proto::kVoid;
+  EXPECT_FALSE(split_side(empty, {7, 0, 0}));
+  std::uint32_t cuts = 0;
+  while (cuts < kSide - 1 && split_side(mesh, {kSide - 1 - static_cast<int>(cuts), 0, 0})) ++cuts;
+  EXPECT_EQ(cuts, kMendedCorner - 3) << "the corner opposite has three neighbours already";
+  EXPECT_EQ(mesh.vertices(), 4 + cuts);
+  expect_lawful(mesh);
+}
+
 TEST(refine, takes_off_a_triangle_that_no_sample_lies_in_where_the_mesh_ends_at_a_rim) {
   TileMesh mesh;
   mesh.side = kSide;

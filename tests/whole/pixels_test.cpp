@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+#include <vector>
 
 #include "pipeline/plan/plan.h"
 #include "raster/source.h"
@@ -89,6 +91,33 @@ TEST_P(AtPixels, the_target_is_kept_on_mountains) {
   EXPECT_GT(stated.pixels(), 80'000);
   EXPECT_LE(stated.max(), pipeline::level_plan(built.plan, finest).target());
   EXPECT_LE(built.stated_m(finest), pipeline::level_plan(built.plan, finest).target());
+}
+
+/// A town: ground with houses that stand on it, their roofs rough.
+HeightOf town() {
+  constexpr int kPixels = 300, kHouses = 220;
+  std::vector<double> height_m(kPixels * kPixels);
+  for (int k = 0; k < kPixels * kPixels; ++k) height_m[static_cast<std::size_t>(k)] = 100 + 6 * std::sin(k % kPixels / 60.0) * std::cos(k / kPixels / 45.0);
+  std::mt19937 random(9);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  for (int house = 0; house < kHouses; ++house) {
+    const int west = below(kPixels - 18), north = below(kPixels - 18), east = west + 4 + below(14), south = north + 4 + below(14), roof = 111 + below(11);
+    for (int r = north; r < south; ++r)
+      for (int c = west; c < east; ++c) height_m[static_cast<std::size_t>(r * kPixels + c)] = roof + 0.05 * below(100) / 100;
+  }
+  return [height_m](int c, int r) { return height_m[static_cast<std::size_t>(r * kPixels + c)]; };
+}
+
+// Walls beside the sides of tiles: without vertices put onto those it was nearly five times the target.
+TEST(AtPixelsOfATown, the_target_is_kept_beside_sides_of_tiles) {
+  Dem dem{300, 300, {390000, 1, 0, 5700600, 0, -1}, town(), "EPSG:25832"};
+  proto::BuildOptions options;
+  options.set_threads(2);
+  options.set_device("cpu");
+  const Built built = build_dem(dem, options);
+  const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
+  EXPECT_GT(stated.pixels(), 89'000);
+  EXPECT_LE(stated.max(), 1.01 * pipeline::level_plan(built.plan, built.lattice.finest_level).target());
 }
 
 // A cell of two pixels cannot meet both.

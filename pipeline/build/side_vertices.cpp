@@ -1,0 +1,142 @@
+#include "pipeline/build/side_vertices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "gpu/refine/height_step.h"
+#include "gpu/refine/refine.h"
+#include "pipeline/bound/earth.h"
+#include "pipeline/plan/plan.h"
+#include "proto/integers.h"
+
+namespace cordillera::pipeline {
+namespace {
+
+using gpu::MeshPoint;
+
+/// A side of a tile, as a line: its vertices, and its samples.
+class SideLine {
+ public:
+  /// p: on the side, at no corner of the tile.
+  SideLine(const LevelContext& context, const BuiltTile& built, const MeshPoint& p)
+      : samples_(*context.samples), circle_(context.lattice->columns()), side_(built.mesh.side), runs_north_(p.x == 0 || p.x == side_), across_(runs_north_ ? p.x : p.y) {
+    west_ = context.lattice->west(built.tile), south_ = context.lattice->south(built.tile);
+    const proto::TileMesh& mesh = built.mesh;
+    for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
+      if ((runs_north_ ? mesh.x[v] : mesh.y[v]) != across_) continue;
+      vertices_[runs_north_ ? mesh.y[v] : mesh.x[v]] = mesh.mark[v] & proto::kVoid ? proto::kNoHeight : mesh.height[v];
+    }
+  }
+
+  bool runs_north() const { return runs_north_; }
+  const std::map<std::int32_t, std::int32_t>& vertices() const { return vertices_; }  ///< heights by place along the line
+  /// The tile beyond it, and the same point there.
+  proto::TileAddress tile_beyond(const proto::TileAddress& tile) const {
+    const std::int32_t step = across_ == 0 ? -1 : 1;
+    if (!runs_north_) return {tile.z, tile.x, tile.y + step};
+    const std::int32_t across = proto::tiles_across(tile.z);
+    return {tile.z, (tile.x + step + across) % across, tile.y};
+  }
+  MeshPoint point(std::int32_t along, std::int32_t height) const { return runs_north_ ? MeshPoint{across_, along, height} : MeshPoint{along, across_, height}; }
+  MeshPoint beyond(const MeshPoint& p) const {
+    const std::int32_t there = side_ - across_;
+    return runs_north_ ? MeshPoint{there, p.y, p.height} : MeshPoint{p.x, there, p.height};
+  }
+
+  /// Samples that have to become vertices with the one at `along`, for no edge to be farther from a sample than the edge that is there now. None where
+  /// there is no such edge or something has no data.
+  std::vector<MeshPoint> needed(std::int32_t along, std::int32_t step) const {
+    const auto end = vertices_.lower_bound(along);
+    if (end == vertices_.begin() || end == vertices_.end() || end->first == along) return {};
+    const Vertex from{*std::prev(end)}, to{*end};
+    for (std::int32_t at = from.first; at <= to.first; ++at) {
+      if (sample(at) == proto::kNoHeight) return {};
+    }
+    if (from.second == proto::kNoHeight || to.second == proto::kNoHeight) return {};
+    const double allowed = std::max(farthest(from, to).distance, 0.5 * step);
+    std::vector<MeshPoint> out;
+    std::vector<std::pair<Vertex, Vertex>> open;
+    const auto cut = [&](const Vertex& a, const Vertex& b, std::int32_t at) {
+      const Vertex middle{at, gpu::rounded_height(sample(at), step)};
+      out.push_back(point(middle.first, middle.second));
+      open.emplace_back(a, middle);
+      open.emplace_back(middle, b);
+    };
+    cut(from, to, along);
+    while (!open.empty()) {
+      const auto [a, b] = open.back();
+      open.pop_back();
+      if (const Far far = farthest(a, b); far.distance > allowed) cut(a, b, far.along);
+    }
+    return out;
+  }
+
+ private:
+  using Vertex = std::pair<std::int32_t, std::int32_t>;  ///< place along the line, height
+  struct Far {
+    double distance = 0;  ///< in height steps
+    std::int32_t along = 0;
+  };
+  /// The sample between two vertices that is farthest from the line between them.
+  Far farthest(const Vertex& a, const Vertex& b) const {
+    Far far;
+    for (std::int32_t at = a.first + 1; at < b.first; ++at) {
+      const double line = a.second + static_cast<double>(b.second - a.second) * (at - a.first) / (b.first - a.first);
+      if (const double distance = std::abs(sample(at) - line); distance > far.distance) far = {distance, at};
+    }
+    return far;
+  }
+  std::int32_t sample(std::int32_t along) const {
+    std::int64_t i = west_ + (runs_north_ ? across_ : along);
+    const std::int64_t j = south_ + (runs_north_ ? along : across_);
+    i -= proto::floor_divide(i - samples_.west, circle_) * circle_;
+    const bool there = i < samples_.west + samples_.columns && j >= samples_.south && j < samples_.south + samples_.rows;
+    return there ? samples_.at(i, j) : proto::kNoHeight;
+  }
+
+  const proto::Samples& samples_;
+  const std::int64_t circle_;
+  const std::int32_t side_;
+  const bool runs_north_;
+  const std::int32_t across_;  ///< of the line: 0 or side
+  std::int64_t west_ = 0, south_ = 0;
+  std::map<std::int32_t, std::int32_t> vertices_;
+};
+
+/// All of them, or none.
+bool split_all(proto::TileMesh& mesh, const std::vector<MeshPoint>& points) {
+  return std::all_of(points.begin(), points.end(), [&](const MeshPoint& p) { return gpu::split_side(mesh, p); });
+}
+
+}  // namespace
+
+std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, const std::vector<std::vector<MeshPoint>>& on_sides) {
+  std::map<proto::TileAddress, std::size_t> at;
+  for (std::size_t k = 0; k < tiles.size(); ++k) at.emplace(tiles[k].tile, k);
+  const std::int32_t step = height_step(*context.level);
+  std::set<std::size_t> changed;
+  for (std::size_t k = 0; k < tiles.size(); ++k) {
+    for (const MeshPoint& p : on_sides[k]) {
+      const SideLine line(context, tiles[k], p);
+      const auto other = at.find(line.tile_beyond(tiles[k].tile));
+      if (other == at.end()) continue;
+      const SideLine same(context, tiles[other->second], line.beyond(p));
+      if (same.vertices() != line.vertices()) continue;
+      const std::vector<MeshPoint> points = line.needed(line.runs_north() ? p.y : p.x, step);
+      std::vector<MeshPoint> there;
+      for (const MeshPoint& q : points) there.push_back(line.beyond(q));
+      proto::TileMesh mesh = tiles[k].mesh, mesh_beyond = tiles[other->second].mesh;
+      if (points.empty() || !split_all(mesh, points) || !split_all(mesh_beyond, there)) continue;
+      tiles[k].mesh = std::move(mesh);
+      tiles[other->second].mesh = std::move(mesh_beyond);
+      changed.insert({k, other->second});
+    }
+  }
+  return {changed.begin(), changed.end()};
+}
+
+}  // namespace cordillera::pipeline

@@ -1,0 +1,105 @@
+// Samples that become vertices on the side of two tiles: the same in both, and the side no farther from its samples than before.
+#include "pipeline/build/side_vertices.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace cordillera::pipeline {
+namespace {
+
+constexpr int kLevel = 12;
+constexpr std::int32_t kSide = 256;
+constexpr proto::TileAddress kWest{kLevel, 4000, 1500}, kEast{kLevel, 4001, 1500}, kNorth{kLevel, 4000, 1501};
+
+/// Along the side between west and east: a hill with teeth.
+std::int32_t height_at(std::int64_t along) {
+  return static_cast<std::int32_t>(std::lround(20000 * std::sin(static_cast<double>(along) / 90) + 300 * static_cast<double>(along % 7)));
+}
+
+/// Two triangles over a tile, whose corners are samples.
+BuiltTile bare(const proto::TileAddress& at, const proto::Samples& samples) {
+  const proto::Lattice lattice{proto::Scheme::geodetic, kLevel};
+  BuiltTile built;
+  built.tile = at;
+  built.mesh.side = kSide;
+  for (const auto& [x, y] : {std::pair{0, 0}, {kSide, 0}, {kSide, kSide}, {0, kSide}}) {
+    built.mesh.x.push_back(x), built.mesh.y.push_back(y);
+    built.mesh.height.push_back(samples.at(lattice.west(at) + x, lattice.south(at) + y));
+    built.mesh.mark.push_back(0);
+  }
+  built.mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return built;
+}
+
+class SideVertices : public testing::Test {
+ protected:
+  SideVertices() {
+    samples_ = {lattice_.west(kWest), lattice_.south(kWest), 2 * kSide + 1, 2 * kSide + 1, {}, {}};
+    for (std::int64_t j = 0; j <= 2 * kSide; ++j)
+      for (std::int64_t i = 0; i <= 2 * kSide; ++i) samples_.height.push_back(height_at(j) + static_cast<std::int32_t>(std::abs(i - kSide)));
+    level_.set_level(kLevel);
+    level_.set_target(10);
+    for (const proto::TileAddress& at : {kWest, kEast, kNorth}) tiles_.push_back(bare(at, samples_));
+    context_ = {&lattice_, &level_, true, &samples_};
+  }
+
+  static std::map<std::int32_t, std::int32_t> line(const proto::TileMesh& mesh, std::int32_t x) {
+    std::map<std::int32_t, std::int32_t> vertices;
+    for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
+      if (mesh.x[v] == x) vertices[mesh.y[v]] = mesh.height[v];
+    }
+    return vertices;
+  }
+  double farthest(const std::map<std::int32_t, std::int32_t>& vertices) const {
+    double most = 0;
+    for (auto a = vertices.begin(), b = std::next(a); b != vertices.end(); ++a, ++b) {
+      for (std::int32_t y = a->first; y <= b->first; ++y) {
+        const double at = a->second + static_cast<double>(b->second - a->second) * (y - a->first) / (b->first - a->first);
+        most = std::max(most, std::abs(at - samples_.at(lattice_.west(kEast), lattice_.south(kEast) + y)));
+      }
+    }
+    return most;
+  }
+
+  const proto::Lattice lattice_{proto::Scheme::geodetic, kLevel};
+  proto::Samples samples_;
+  proto::LevelPlan level_;
+  LevelContext context_;
+  std::vector<BuiltTile> tiles_;
+};
+
+TEST_F(SideVertices, are_the_same_in_both_tiles_and_the_side_is_no_farther_from_its_samples) {
+  const double before = farthest(line(tiles_[0].mesh, kSide));
+  EXPECT_EQ(put_on_sides(context_, tiles_, {{{kSide, 100, height_at(100)}}, {}, {}}), (std::vector<std::size_t>{0, 1}));
+  const auto west = line(tiles_[0].mesh, kSide), east = line(tiles_[1].mesh, 0);
+  EXPECT_EQ(west, east);
+  EXPECT_TRUE(west.contains(100));
+  EXPECT_LE(farthest(west), before);
+  EXPECT_LT(west.size(), 12u) << "no more than that takes";
+  EXPECT_EQ(line(tiles_[2].mesh, kSide).size(), 2u) << "another side";
+  EXPECT_TRUE(put_on_sides(context_, tiles_, {{{kSide, 100, height_at(100)}}, {}, {}}).empty()) << "it is a vertex already";
+  EXPECT_EQ(put_on_sides(context_, tiles_, {{}, {}, {{50, 0, 0}}}), (std::vector<std::size_t>{0, 2})) << "a side that runs east";
+}
+
+TEST_F(SideVertices, go_in_on_both_sides_or_not_at_all) {
+  const auto stays = [&](const std::vector<std::vector<gpu::MeshPoint>>& on_sides) {
+    const std::size_t before = tiles_[0].mesh.vertices() + tiles_[1].mesh.vertices();
+    return put_on_sides(context_, tiles_, on_sides).empty() && tiles_[0].mesh.vertices() + tiles_[1].mesh.vertices() == before;
+  };
+  EXPECT_TRUE(stays({{{0, 100, 0}}, {}, {}})) << "the tile beyond is not there";
+  tiles_[1].mesh.height[0] += 5;
+  EXPECT_TRUE(stays({{{kSide, 100, 0}}, {}, {}})) << "the tile beyond has another side";
+  tiles_[1].mesh.height[0] -= 5;
+  const auto at = static_cast<std::size_t>(200 * samples_.columns + kSide);
+  const std::int32_t kept = samples_.height[at];
+  samples_.height[at] = proto::kNoHeight;
+  EXPECT_TRUE(stays({{{kSide, 100, 0}}, {}, {}})) << "the edge passes a void";
+  samples_.height[at] = kept;
+  EXPECT_FALSE(stays({{{kSide, 100, 0}}, {}, {}}));
+}
+
+}  // namespace
+}  // namespace cordillera::pipeline
