@@ -41,7 +41,7 @@ using proto::floor_divide;
 
 /// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it where the
 /// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
-int finest_level(const proto::Source& source) {
+int level_of_pixels(const proto::Source& source) {
   const double share = std::min(source.columns(), source.rows()) <= 2 ? 0.5 : 1;
   const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
   const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
@@ -52,6 +52,19 @@ int finest_level(const proto::Source& source) {
     if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6)) return z;
   }
   return proto::kMaxLevel;
+}
+
+bool has_cells_within_pixels(const proto::Source& source, int level) {
+  return raster::spacing(source, {proto::Scheme::geodetic, level}) <= raster::kMostSpacing;
+}
+
+/// By default pixels are to be met, which takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
+/// as it is wide are one level finer.
+int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
+  const int level = level_of_pixels(source);
+  const bool meets_pixels = options.keep_size() == 0 && options.pixels() != raster::kLatticePixels;
+  const bool finer = meets_pixels && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) && has_cells_within_pixels(source, level + 1);
+  return finer ? level + 1 : level;
 }
 
 bool is_automatic(const proto::BuildOptions& options) { return options.strategy().empty() || options.strategy() == kAutoStrategy; }
@@ -84,7 +97,7 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
 }  // namespace
 
 proto::Result<std::pair<int, int>> level_range(const proto::Source& source, const proto::BuildOptions& options) {
-  const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source);
+  const int finest = options.has_max_level() ? static_cast<int>(options.max_level()) : finest_level(source, options);
   const int coarsest = static_cast<int>(options.min_level());
   if (finest > proto::kMaxLevel) {
     return proto::Problem{"option-invalid", "max_level " + std::to_string(finest) + " is too fine",
@@ -199,7 +212,7 @@ double default_error_m(const proto::Plan& plan, const std::vector<proto::Samples
 /// pixels= by name, "exact" or empty. What was asked for by name and cannot be is a problem.
 proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan) {
   const bool asked = plan.options().pixels() == raster::kExactPixels;
-  const bool fine = raster::spacing(source, lattice_of(plan)) <= raster::kMostSpacing;
+  const bool fine = has_cells_within_pixels(source, static_cast<int>(plan.finest_level()));
   const std::string cells = "cells of level " + std::to_string(plan.finest_level());
   if (asked && !plan.promise())
     return proto::Problem{"options-conflict", "pixels=exact and keep are both given: with keep no error is promised", "pixels=lattice, or error in place of keep",

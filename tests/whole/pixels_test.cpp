@@ -120,6 +120,19 @@ TEST(AtPixelsOfATown, the_target_is_kept_beside_sides_of_tiles) {
   EXPECT_LE(stated.max(), 1.01 * pipeline::level_plan(built.plan, built.lattice.finest_level).target());
 }
 
+TEST(AtPixelsThatAreNotSquare, the_target_is_kept_by_a_finer_level) {
+  const HeightOf ground = rough(5);
+  Dem dem{120, 300, {8, 3 / 3600.0, 0, 0.4, 0, -1 / 3600.0}, ground};
+  proto::BuildOptions options = with_error(5);
+  const Built built = build_dem(dem, options);
+  EXPECT_EQ(built.manifest.options().pixels(), "exact");
+  EXPECT_LE(built.manifest.source().error_at_pixels().max(), 1.01 * 5);
+  options.set_pixels("lattice");
+  const Built of_samples = build_dem(dem, options);
+  EXPECT_EQ(of_samples.lattice.finest_level + 1, built.lattice.finest_level);
+  EXPECT_GT(of_samples.manifest.source().error_at_pixels().max(), 2 * 5);
+}
+
 // A cell of two pixels cannot meet both.
 TEST(AtPixelsOfCoarseLevels, the_error_is_stated_and_not_kept) {
   Dem dem = cells_of(kCorner, kSide, kSide, rough(5));
