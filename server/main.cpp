@@ -231,7 +231,7 @@ int main(int count, char** words) {
   build->add_option("raster", line.rasters, "the elevation model: GeoTIFF, .hgt, NetCDF, .img, DTED, XYZ or another, also in a .zip or .gz; or several, folders and lists of them, "
                     "the one that wins where they overlap first")->expected(1, -1);
   constexpr const char* kOutput = "Output";  // a group of the table's, too
-  build->add_option("-o,--output", line.output, "folder to write, or a file called *.sqlite")->group(kOutput);
+  build->add_option("-o,--output", line.output, "folder to write; or a file, by its name: .sqlite, .pmtiles, .mbtiles, .3tz, or a mesh (.glb, .ply, .obj, .stl)")->group(kOutput);
   build->add_flag("--overwrite,--force", overwrite, "replace another build that is there; without it, only an unfinished one of the same "
                   "raster and options goes on")->group(kOutput);
   build->add_option("--formats", formats, "what the folder holds [" + face_names() + "; more than one separated by commas]")->type_name("NAMES")->group(kOutput);
@@ -356,13 +356,14 @@ int main(int count, char** words) {
       auto chosen = formats_of(formats);
       if (!chosen) return wrong_usage(chosen.problem());
       line.formats = std::move(*chosen);
+      line.only_format = formats;
       const auto light = normals_of(normals);
       if (!light) return wrong_usage(light.problem());
       line.normals = *light;
       if (!normals.empty() && line.output.ends_with(".sqlite"))
         return wrong_usage({"usage", "--normals is for a folder: a file of a dataset gives any", "-o FOLDER", "--normals"});
       if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
-      return wrong_usage({"usage", "build needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output"});
+      return wrong_usage({"usage", "build needs to know where to write", "-o FOLDER, -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles", "--output"});
     });
   }
   return with_settings(serve_table, serve_reading, [](const Settings& settings) { return serve_command(settings, own_path()); });

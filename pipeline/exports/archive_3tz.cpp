@@ -10,6 +10,7 @@
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/exports/zip_writer.h"
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/tileset/manifest_json.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
@@ -17,6 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kEntry = "tileset.json";
+constexpr const char* kManifest = "manifest.json";
 constexpr const char* kIndex = "@3dtilesIndex1@";  // must be the last entry
 
 /// Hashes are ordered as two little-endian numbers, the first eight bytes first.
@@ -39,13 +41,17 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const fs::pat
   std::ofstream out = opened(sibling);
   ZipWriter zip(out);
   std::vector<IndexEntry> entries;
+  const auto add = [&](const std::string& path, std::string_view bytes) {
+    const std::uint64_t offset = zip.add(path, bytes);
+    const std::string hash = md5(path);
+    entries.push_back({{little_endian_at<std::uint64_t>(hash, 0), little_endian_at<std::uint64_t>(hash, 8)}, offset});
+  };
   face.each_path(terrain, [&](const std::string& path) {
     const auto found = faces::find(path);
     if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
-    const std::uint64_t offset = zip.add(path, made(terrain, *found->resource, found->place).bytes);
-    const std::string hash = md5(path);
-    entries.push_back({{little_endian_at<std::uint64_t>(hash, 0), little_endian_at<std::uint64_t>(hash, 8)}, offset});
+    add(path, made(terrain, *found->resource, found->place).bytes);
   });
+  add(kManifest, manifest_json(terrain.manifest()));  // no client of 3D Tiles asks for it: it says what the tiles were made of, as in a folder
   zip.add(kIndex, index_bytes(std::move(entries)));
   zip.finish();
   out.close();

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -122,13 +123,13 @@ proto::Result<Member> gunzip(const std::string& path, const std::string& name, c
 /// What systems put beside what was packed.
 bool is_dross(const ArchiveEntry& entry) { return entry.name().starts_with(".") || entry.path.starts_with("__MACOSX/"); }
 
-proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, const std::string& name) {
+proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, const std::string& name, std::size_t most = kMostEntries) {
   const std::unique_ptr<VSIDIR, void (*)(VSIDIR*)> folder(VSIOpenDir(zip.c_str(), -1, nullptr), VSICloseDir);
   if (!folder) return damaged(name, "it has no readable list of its files");
   std::vector<ArchiveEntry> entries;
   while (const VSIDIREntry* entry = VSIGetNextDirEntry(folder.get())) {
     if (VSI_ISDIR(entry->nMode)) continue;
-    if (entries.size() == kMostEntries) return Problem{"archive-rasters", name + " holds more than " + std::to_string(kMostEntries) + " files", kOneRaster, ""};
+    if (entries.size() == most) return Problem{"archive-rasters", name + " holds more than " + std::to_string(most) + " files", kOneRaster, ""};
     entries.push_back({entry->pszName, static_cast<std::uint64_t>(entry->nSize)});
     if (is_dross(entries.back())) entries.pop_back();
   }
@@ -200,6 +201,22 @@ proto::Result<Member> unzip(const std::string& path, const std::string& name, co
   return Member{folder.place(raster->name()), raster->name()};
 }
 
+/// Of the file of this name with the fewest folders above it: those, with a slash at their end. Nullopt: there is none.
+std::optional<std::string> folder_of(const std::vector<ArchiveEntry>& entries, const std::string& marker) {
+  std::optional<std::string> least;
+  for (const ArchiveEntry& entry : entries) {
+    if (entry.name() != marker) continue;
+    const std::string above = entry.path.substr(0, entry.path.size() - marker.size());
+    if (!least || std::count(above.begin(), above.end(), '/') < std::count(least->begin(), least->end(), '/')) least = above;
+  }
+  return least;
+}
+
+/// Below the folder that it is to lie in, and of plain names.
+bool stays_below(const fs::path& path) {
+  return path.is_relative() && std::all_of(path.begin(), path.end(), [](const fs::path& part) { return part != ".." && part != "." && !part.empty(); });
+}
+
 bool begins_with(const std::string& path, std::string_view with) {
   std::ifstream file(path, std::ios::binary);
   std::string head(with.size(), '\0');
@@ -215,6 +232,30 @@ bool is_archive(const std::string& path) { return is_zip(path) || begins_with(pa
 proto::Result<Member> unpack(const std::string& path, const std::string& name, const PrivateFolder& folder, const UnpackLimit& limit) {
   Bound bound(path, name, limit);
   return is_zip(path) ? unzip(path, name, folder, bound) : gunzip(path, name, folder, bound);
+}
+
+proto::Result<bool> unpack_folder(const std::string& path, const std::string& name, const std::string& marker, const PrivateFolder& folder) {
+  if (!is_zip(path)) return false;
+  const GdalScope scope(Trust::posted_file);
+  const PrivateFolder aside;  // no entry may be written through the link
+  const std::string link = aside.link(path, "archive.zip");
+  if (link.empty()) return no_space(name, folder.place(name));
+  const std::string zip = "/vsizip/{" + link + "}";
+  const auto entries = entries_of(zip, name, std::numeric_limits<std::size_t>::max());
+  if (!entries) return entries.problem();
+  const auto below = folder_of(*entries, marker);
+  if (!below) return false;
+  Bound bound(path, name, {.times = 0, .at_least = std::numeric_limits<std::uint64_t>::max()});
+  for (const ArchiveEntry& entry : *entries) {
+    if (!entry.path.starts_with(*below)) continue;
+    const fs::path own = entry.path.substr(below->size());
+    if (!stays_below(own)) return damaged(name, proto::shown_text(entry.path) + " is no path below it");
+    const fs::path to = fs::path(folder.path()) / own;
+    std::error_code error;
+    fs::create_directories(to.parent_path(), error);
+    if (auto done = extract(zip, entry, name, to.string(), bound); !done.ok()) return done.problem();
+  }
+  return true;
 }
 
 }  // namespace cordillera::raster

@@ -29,4 +29,9 @@ struct Member {
 /// several), "archive-too-large", "archive-unreadable", "storage-full".
 proto::Result<Member> unpack(const std::string& path, const std::string& name, const PrivateFolder& folder, const UnpackLimit& limit = {});
 
+/// Of a zip that somebody made of a folder: all files beside the first one of this name and below, into the folder, under their own paths. An entry
+/// that leads elsewhere is a problem. False: there is no such file in it, and nothing was unpacked. The archive is the user's own: what it may
+/// unpack to is what its disk has room for. Problems: those of unpack.
+proto::Result<bool> unpack_folder(const std::string& path, const std::string& name, const std::string& marker, const PrivateFolder& folder);
+
 }  // namespace cordillera::raster

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 
 #include "pipeline/build/build.h"
@@ -12,6 +13,7 @@
 #include "raster/mosaic/source_list.h"
 #include "server/jobs/child.h"
 #include "server/cli/commands.h"
+#include "server/cli/export_command.h"
 #include "server/api/estimate_json.h"
 #include "server/memory/memory_limit.h"
 #include "server/cli/progress_bar.h"
@@ -87,11 +89,11 @@ int done(const proto::Manifest& manifest, const std::string& place, Words words,
   return kDone;
 }
 
-int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
-  // "out/" and "out" are one folder.
-  fs::path place = fs::absolute(line.output).lexically_normal();
-  if (!place.has_filename()) place = place.parent_path();
-  if (const auto usable = pipeline::check_export_folder(place.string(), line.other); !usable) return fail(usable.problem());
+/// Writes what the store holds to its place.
+using Exports = std::function<proto::Result<void>(const std::string& store)>;
+
+/// A store beside the place, for as long as it takes to make that of it.
+int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs::path& place, const Exports& exports) {
   // Kept after a stop: the next run goes on there.
   const fs::path work = place.parent_path() / (place.filename().string() + ".building");
   std::error_code error;
@@ -111,10 +113,36 @@ int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
     return fail(manifest.problem());
   }
   times.enter("export");
-  const auto exported = export_to(request.store_path, line, place);
+  const auto exported = exports(request.store_path);
   fs::remove_all(work, error);
   if (!exported) return fail(exported.problem());
   return done(*manifest, place.string(), line.words, times);
+}
+
+int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
+  // "out/" and "out" are one folder.
+  fs::path place = fs::absolute(line.output).lexically_normal();
+  if (!place.has_filename()) place = place.parent_path();
+  if (const auto usable = pipeline::check_export_folder(place.string(), line.other); !usable) return fail(usable.problem());
+  return build_beside(std::move(request), line, place, [&](const std::string& store) { return export_to(store, line, place); });
+}
+
+/// An archive or a mesh: what export writes.
+int build_exported(pipeline::BuildRequest request, const BuildLine& line) {
+  ExportLine told;
+  told.output = line.output;
+  told.format = line.only_format;
+  told.normals = line.normals == pipeline::Normals::texture ? "texture" : line.normals == pipeline::Normals::none ? "none" : "";
+  told.other = line.other;
+  if (const auto usable = check_export(told); !usable) {
+    const int code = fail(usable.problem());
+    return usable.problem().type == "usage" ? kUsage : code;
+  }
+  return build_beside(std::move(request), line, fs::absolute(line.output).lexically_normal(), [&](const std::string& store) -> proto::Result<void> {
+    told.source = store;
+    const auto said = export_file(told);
+    return said ? proto::Result<void>() : said.problem();
+  });
 }
 
 /// One file. A finished build in its place is refused here, an unfinished one where the plan is known.
@@ -138,7 +166,8 @@ int build_command(const Settings& settings, const BuildLine& line) {
   request.other = line.other;
   limit_memory(request.options);
   if (settings.dry_run) return dry_run(request, line.show);
-  return line.output.ends_with(".sqlite") ? build_file(request, line) : build_folder(request, line);
+  if (line.output.ends_with(".sqlite")) return build_file(request, line);
+  return is_export_name(line.output) ? build_exported(std::move(request), line) : build_folder(std::move(request), line);
 }
 
 }  // namespace cordillera::server

@@ -23,11 +23,12 @@ enum class Show { table, json, problems };
 
 struct BuildLine {
   std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/mosaic/source_list.h
-  std::string output;  ///< a static folder, or one .sqlite file if it is called so
+  std::string output;  ///< a static folder; one .sqlite file, or one that export writes, if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
   Words words = Words::all;
   Show show = Show::table;  ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
+  std::string only_format;  ///< of an archive, which holds one: its name; empty: the one that export takes
   pipeline::Normals normals = pipeline::Normals::vertex;  ///< of its .glb tiles
 };
 /// "drc, 3d-tiles, …": every name that formats_of knows.

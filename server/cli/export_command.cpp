@@ -78,19 +78,11 @@ proto::Result<std::string> export_archive(const Archive& archive, const ExportLi
   }
   const auto face = face_for(archive, line.format);
   if (!face) return face.problem();
-  if (!line.normals.empty() && !fits_3tz(**face)) {
-    return Problem{"usage", "--normals is for 3D Tiles: " + line.output + " is to hold " + std::string((*face)->name), "a name that ends with .3tz", "--normals"};
-  }
   if (auto written = archive.write(terrain, **face, line.output, line.other); !written) return written.problem();
   return std::string((*face)->name) + " written to " + line.output;
 }
 
 proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, const Terrain& terrain) {
-  if (!line.format.empty()) {
-    return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
-                   "--format"};
-  }
-  if (!line.normals.empty()) return Problem{"usage", "--normals is for 3D Tiles: a mesh has those of its vertices", ".3tz", "--normals"};
   auto request = mesh_request(line.mesh, Spelling::command_line);
   if (!request) return request.problem();
   if (!line.most_triangles.empty()) {
@@ -113,40 +105,59 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
          std::to_string(mesh->mesh.triangles.size()) + " triangles written to " + line.output;
 }
 
-proto::Result<std::string> export_file(const ExportLine& line) {
-  const std::string ending = ending_of(line.output);
-  const auto archive =
-      std::find_if(std::begin(kArchives), std::end(kArchives), [&](const Archive& kind) { return kind.ending == ending; });
-  const auto mesh = mesh_kind(ending);
-  if (line.output.empty()) {
-    return Problem{"usage", "export needs to know where to write", std::string("-o FILE") + kEndings, "--output"};
-  }
-  if (archive == std::end(kArchives) && !mesh) {
-    return Problem{"usage", "the name " + line.output + " does not say what to write", kEndings, "--output"};
-  }
-  if (auto usable = check_output_file(line.output, line.other); !usable) return usable.problem();
+const Archive* archive_of(const std::string& output) {
+  const auto* const found = std::find_if(std::begin(kArchives), std::end(kArchives), [ending = ending_of(output)](const Archive& kind) { return kind.ending == ending; });
+  return found == std::end(kArchives) ? nullptr : found;
+}
+
+proto::Result<std::string> export_of(const ExportLine& line) {
+  if (auto possible = check_export(line); !possible) return possible.problem();
   auto store = open_source(line.source);
   if (!store) return store.problem();
   const auto normals = normals_of(line.normals);
   if (!normals) return normals.problem();
   const Terrain terrain(std::move(*store), *normals);
-  return mesh ? export_mesh(*mesh, line, terrain) : export_archive(*archive, line, terrain);
+  const Archive* const archive = archive_of(line.output);
+  return archive != nullptr ? export_archive(*archive, line, terrain) : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
+}
+
+}  // namespace
+
+bool is_export_name(const std::string& output) { return archive_of(output) != nullptr || mesh_kind(ending_of(output)); }
+
+proto::Result<void> check_export(const ExportLine& line) {
+  if (line.output.empty()) {
+    return Problem{"usage", "export needs to know where to write", std::string("-o FILE") + kEndings, "--output"};
+  }
+  const Archive* const archive = archive_of(line.output);
+  if (archive == nullptr && !mesh_kind(ending_of(line.output))) {
+    return Problem{"usage", "the name " + line.output + " does not say what to write", kEndings, "--output"};
+  }
+  if (archive == nullptr) {
+    if (!line.format.empty()) {
+      return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz", "--format"};
+    }
+    if (!line.normals.empty()) return Problem{"usage", "--normals is for 3D Tiles: a mesh has those of its vertices", ".3tz", "--normals"};
+  } else if (const auto face = face_for(*archive, line.format); !face) {
+    return face.problem();
+  } else if (!line.normals.empty() && !fits_3tz(**face)) {
+    return Problem{"usage", "--normals is for 3D Tiles: " + line.output + " is to hold " + std::string((*face)->name), "a name that ends with .3tz", "--normals"};
+  }
+  return check_output_file(line.output, line.other);
 }
 
 /// Bytes of a store that cannot be read are found while they are needed.
-proto::Result<std::string> guarded(const ExportLine& line) {
+proto::Result<std::string> export_file(const ExportLine& line) {
   try {
-    return export_file(line);
+    return export_of(line);
   } catch (const std::exception& error) {
     return Problem{"store-damaged", line.source + " cannot be exported: " + error.what(),
                    "the store of a dataset whose build has finished", "source"};
   }
 }
 
-}  // namespace
-
 int export_command(const ExportLine& line) {
-  const auto said = guarded(line);
+  const auto said = export_file(line);
   if (said) {
     if (line.words == Words::all) std::cout << *said << "\n";
     return kDone;

@@ -18,4 +18,11 @@ struct ExportLine {
 };
 int export_command(const ExportLine& line);
 
+/// Whether a file of this name is one that export writes: an archive or a mesh.
+bool is_export_name(const std::string& output);
+/// Whether the line can be done, as far as that shows before there is a dataset.
+proto::Result<void> check_export(const ExportLine& line);
+/// Does it. What was written, in words.
+proto::Result<std::string> export_file(const ExportLine& line);
+
 }  // namespace cordillera::server

@@ -8,11 +8,15 @@
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <thread>
 
+#include "proto/letters.h"
 #include "raster/disk/private_folder.h"
+#include "raster/open/archive.h"
 #include "server/cli/path_kind.h"
 #include "server/client/commands.h"
 #include "server/datasets/upload.h"
@@ -21,6 +25,8 @@ namespace cordillera::server::client {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kManifest = "manifest.json";  // of a folder of tiles
 
 /// The desktop's browser, where there is a desktop; in a session of its own, so that Ctrl+C here does not end it.
 void open_browser(const std::string& address) {
@@ -39,11 +45,35 @@ void open_browser(const std::string& address) {
   posix_spawnattr_destroy(&apart);
 }
 
+proto::Problem no_folder() { return {"output-failed", "no temporary folder can be made", "a TMPDIR that can be written", ""}; }
+
 /// What the service is to show, and what is to be posted to it first.
 struct Subjects {
   std::vector<Mount> mounts;
   std::vector<std::string> rasters;
+  std::vector<std::unique_ptr<raster::PrivateFolder>> unpacked;  ///< what archives hold
 };
+
+/// A .3tz, or a zip of a folder of tiles, as that folder. Null: it is none.
+proto::Result<std::unique_ptr<raster::PrivateFolder>> unpacked(const std::string& path) {
+  auto folder = std::make_unique<raster::PrivateFolder>();
+  if (!folder->made()) return no_folder();
+  const auto found = raster::unpack_folder(path, fs::path(path).filename().string(), kManifest, *folder);
+  if (!found) return found.problem();
+  if (!*found) folder = nullptr;
+  return folder;
+}
+
+bool begins_with(const std::string& path, std::string_view with) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(with.size(), ' ');
+  return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == with;
+}
+
+/// Tiles for maps: the viewer shows meshes.
+bool is_map_archive(const std::string& path) {
+  return begins_with(path, "PMTiles") || (path_kind(path) == PathKind::store && proto::lower(fs::path(path).extension().string()) == ".mbtiles");
+}
 
 /// "out/My DEM.sqlite" -> "my-dem"; of a folder, its own name.
 std::string id_of(const std::string& path) {
@@ -56,17 +86,27 @@ proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     const PathKind kind = path_kind(path);
     if (kind == PathKind::missing) {
-      return proto::Problem{"file-unreadable", "there is no " + path, "a raster, a dataset's .sqlite file, or a folder that `cordillera build` wrote", "path"};
+      return proto::Problem{"file-unreadable", "there is no " + path, "a raster, a dataset's .sqlite file, a .3tz, or a folder that `cordillera build` wrote", "path"};
     }
+    if (is_map_archive(path)) {
+      return proto::Problem{"file-unreadable", path + " holds tiles for maps, and the viewer shows meshes", "the .sqlite file or the folder that it was made of, or a .3tz", "path"};
+    }
+    std::string shown = path;
     if (kind == PathKind::raster) {
-      subjects.rasters.push_back(path);
-      continue;
+      auto folder = unpacked(path);
+      if (!folder) return folder.problem();
+      if (!*folder) {
+        subjects.rasters.push_back(path);
+        continue;
+      }
+      shown = (*folder)->path();
+      subjects.unpacked.push_back(std::move(*folder));
     }
     const std::string id = id_of(path);
     std::string name = id;
     const auto taken = [&](const Mount& other) { return other.name == name; };
     for (int n = 2; std::any_of(subjects.mounts.begin(), subjects.mounts.end(), taken); ++n) name = id + "-" + std::to_string(n);
-    subjects.mounts.push_back({name, path});
+    subjects.mounts.push_back({name, shown});
   }
   return subjects;
 }
@@ -117,14 +157,14 @@ class Guide {
 }  // namespace
 
 int view_command(const ViewLine& line, const std::string& program) {
-  const auto subjects = subjects_of(line.paths);
+  auto subjects = subjects_of(line.paths);
   if (!subjects) {
     complain(subjects.problem());
     return kFailed;
   }
   std::optional<raster::PrivateFolder> data(std::in_place);
   if (!data->made()) {
-    complain({"output-failed", "no temporary folder can be made", "a TMPDIR that can be written", ""});
+    complain(no_folder());
     return kFailed;
   }
   Settings settings;
@@ -136,6 +176,7 @@ int view_command(const ViewLine& line, const std::string& program) {
   const int code = serve_command(settings, program, [&guide](int port) { guide.listening(port); });
   if (guide.busy()) {  // it would go on asking a service that is over
     data.reset();
+    subjects->unpacked.clear();
     std::cout.flush();
     std::_Exit(code);
   }

@@ -12,6 +12,7 @@
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/encode/json.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "tests/pipeline/archive_readers.h"
 #include "tests/pipeline/exports_dataset.h"
 
@@ -208,7 +209,7 @@ TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
   const std::string file = plain_dataset().place("a.3tz");
   ASSERT_TRUE(write_3tz(plain_dataset().terrain(), face, file).ok());
   const auto entries = zip_entries(bytes_of(file));
-  ASSERT_EQ(entries.size(), paths_of(face).size() + 1);
+  ASSERT_EQ(entries.size(), paths_of(face).size() + 2);
   ASSERT_EQ(entries.back().name, "@3dtilesIndex1@");
   const std::string& index = entries.back().bytes;
   ASSERT_EQ(index.size(), 24 * (entries.size() - 1));
@@ -222,7 +223,8 @@ TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
   }
   bool tileset = false;
   for (std::size_t k = 0; k + 1 < entries.size(); ++k) {
-    EXPECT_EQ(entries[k].bytes, face_bytes(entries[k].name)) << entries[k].name;
+    const bool manifest = entries[k].name == "manifest.json";
+    EXPECT_EQ(entries[k].bytes, manifest ? manifest_json(plain_dataset().terrain().manifest()) : face_bytes(entries[k].name)) << entries[k].name;
     EXPECT_EQ(offsets.at(md5(entries[k].name)), entries[k].local) << entries[k].name;
     tileset = tileset || entries[k].name == "tileset.json";
   }

@@ -1,4 +1,5 @@
 // Archives of one raster: what is taken out of them, and what never is.
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -104,6 +105,39 @@ TEST_F(Archive, PathsInItLeadNowhere) {
   for (const auto& entry : fs::recursive_directory_iterator(path(""))) {
     const bool kept = entry.path().string().find("/tmp/cordillera-") != std::string::npos;  // the last few copies stay a little
     EXPECT_FALSE(entry.path().filename().string().find("outside") != std::string::npos && !kept) << entry.path();
+  }
+}
+
+TEST_F(Archive, OfAFolderOfTilesIsThatFolder) {
+  const auto files = [](const raster::PrivateFolder& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::recursive_directory_iterator(folder.path()))
+      if (entry.is_regular_file()) names.push_back(fs::relative(entry.path(), folder.path()).string());
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  const std::string zip = zipped({{"readme", "x"}, {"out/manifest.json", "{}"}, {"out/archive.zip", "x"}, {"out/tiles/0/0/0.drc", "tile"}, {"out/old/manifest.json", "[]"}, {"b/c", "x"}});
+  {
+    const raster::PrivateFolder folder;
+    const auto found = raster::unpack_folder(zip, "a.zip", "manifest.json", folder);
+    ASSERT_TRUE(found.ok() && *found);
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(files(folder), (Names{"archive.zip", "manifest.json", "old/manifest.json", "tiles/0/0/0.drc"}));
+    EXPECT_EQ(bytes_of(folder.path() + "/tiles/0/0/0.drc"), "tile");
+    EXPECT_EQ(bytes_of(zip).substr(0, 2), "PK") << "written over";
+  }
+  for (const auto& [file, name] : {std::pair{zipped({{"a.tif", tiff_}}), "no.zip"}, {path("good.tif"), "good.tif"}}) {
+    const raster::PrivateFolder folder;
+    const auto none = raster::unpack_folder(file, name, "manifest.json", folder);
+    EXPECT_TRUE(none.ok() && !*none) << name;
+  }
+  for (const std::string evil : {"../../outside", "/outside", "a/../../outside", "..\\outside"}) {
+    const raster::PrivateFolder folder;
+    const auto found = raster::unpack_folder(zipped({{"manifest.json", "{}"}, {evil, "x"}}), "a.zip", "manifest.json", folder);
+    for (const std::string& name : {folder.path() + "/../../outside", folder.path() + "/../outside", std::string("/outside")}) EXPECT_FALSE(fs::exists(name)) << evil;
+    if (!found.ok()) {
+      EXPECT_EQ(found.problem().type, "archive-unreadable");
+    }
   }
 }
 

@@ -37,6 +37,27 @@ TEST_F(Export, EveryEndingIsAFile) {
   EXPECT_EQ(exported("-o " + place("a.glb") + " --overwrite -q").output, "");
 }
 
+/// One command from the raster to the file: the same bytes as by way of a dataset.
+TEST_F(Export, OfARasterIsWhatBuildMakesOfSuchAName) {
+  for (const std::string name : {"a.pmtiles", "a.3tz", "a.stl"}) {
+    const Ended built = shell(build("-o " + place(name) + " --max-level 8"));
+    ASSERT_EQ(built.code, 0) << built.output;
+    EXPECT_THAT(built.output, HasSubstr("written to " + place(name)));
+    ASSERT_EQ(exported("-o " + place("by_" + name)).code, 0);
+    EXPECT_EQ(file_text(place(name)), file_text(place("by_" + name))) << name;
+  }
+  ASSERT_EQ(shell(build("-o " + place("drc.pmtiles") + " -q --max-level 8 --formats drc")).code, 0);
+  ASSERT_EQ(exported("-o " + place("by_drc.pmtiles") + " --format drc").code, 0);
+  EXPECT_EQ(file_text(place("drc.pmtiles")), file_text(place("by_drc.pmtiles")));
+  const Ended again = shell(build("-o " + place("a.3tz") + " -q"));
+  EXPECT_EQ(again.code, 1);
+  EXPECT_THAT(again.output, HasSubstr("--overwrite"));
+  const Ended wrong = shell(build("-o " + place("b.3tz") + " --formats drc"));
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.output, HasSubstr("3d-tiles"));
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) EXPECT_NE(entry.path().extension(), ".building") << entry.path();
+}
+
 TEST_F(Export, APartOfADatasetAsAMesh) {
   ASSERT_EQ(exported("-o " + place("box.ply") + " --level 8 --bbox 10.1,46.1,10.3,46.4 --frame geodetic").code, 0);
   const auto box = proto::read_mesh_file(place("box.ply"));

@@ -87,6 +87,26 @@ is 200 "$(status "${url}v1/datasets/dem/elevation?points=-71.3,44.2")" 'heights 
 is 1 "$(curl -sI "$one/tiles/10/617/763.drc" | grep -ic '^content-type')" 'types of a tile'
 shut INT
 
+# Archives of tiles: a .3tz, and a zip of a folder, wherever the folder lies in it. Tiles for maps are no meshes.
+"$program" export dem.sqlite -o dem.3tz -q
+"$program" export dem.sqlite -o dem.pmtiles -q
+python3 -m zipfile -c folder.zip 'My DEM'
+view dem.3tz folder.zip
+is 'dem folder' "$(curl -s "${url}v1/datasets" | python3 -c 'import json, sys; print(*sorted(d["id"] for d in json.load(sys.stdin)["datasets"]))')" 'the datasets of archives'
+for path in dem/tileset.json folder/tileset.json folder/manifest.json; do
+  is 200 "$(status "${url}v1/datasets/$path")" "$path of an archive"
+done
+cmp -s body 'My DEM/manifest.json' || fail 'the folder of the zip has another manifest'
+tile=$(python3 -m zipfile -l dem.3tz | sed -n 's/ .*//; /glb$/p' | tail -1)
+is 200 "$(status "${url}v1/datasets/dem/$tile")" 'a tile of the .3tz'
+python3 -c 'import sys, zipfile; sys.stdout.buffer.write(zipfile.ZipFile("dem.3tz").read(sys.argv[1]))' "$tile" | cmp -s body - || fail 'a tile of the .3tz has other bytes'
+shut INT
+code=0
+"$program" view --no-browser dem.pmtiles >said 2>&1 || code=$?
+is 1 "$code" 'view of tiles for maps'
+grep -q 'holds tiles for maps' said || fail "view of tiles for maps: $(cat said)"
+is '' "$(ls "$TMPDIR")" 'what view leaves behind'
+
 # A raster is built for the while.
 view "$sample" --error 60
 is 200 "$(status "${url}v1/datasets")" 'a raster'
