@@ -162,7 +162,8 @@ Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, c
       Ray ray{ecef_point(lon, lat, *height), minus(ecef_point(lon, lat, 1), ecef_point(lon, lat, 0)), kEdgeGrace};
       const auto& candidates = bins.at(lon, lat);
       Hits hits = hits_of(ray, surface, candidates);
-      const bool on_side = i == west || j == south || i == west + side || j == south + side;
+      const bool in_tile = i >= west && j >= south && i <= west + side && j <= south + side;  // others are the neighbour's, but under this tile's bulge
+      const bool on_side = in_tile && (i == west || j == south || i == west + side || j == south + side);
       while (on_side && hits.worst_m < 0 && ray.grace < kSideGrace) {
         ray.grace *= 2;
         hits = hits_of(ray, surface, candidates);

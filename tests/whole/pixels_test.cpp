@@ -1,4 +1,5 @@
 // The error that is stated at the raster's own pixels, against the independent judge; and that it is kept.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "pipeline/plan/plan.h"
 #include "raster/source.h"
 #include "tests/whole/built.h"
+#include "tests/whole/judge.h"
 
 namespace cordillera::whole {
 namespace {
@@ -115,6 +117,7 @@ TEST(AtPixelsOfATown, the_target_is_kept_beside_sides_of_tiles) {
   options.set_threads(2);
   options.set_device("cpu");
   const Built built = build_dem(dem, options);
+  EXPECT_THAT(judge(built, {8000, 0}), testing::IsEmpty());
   const proto::ErrorAtPixels& stated = built.manifest.source().error_at_pixels();
   EXPECT_GT(stated.pixels(), 89'000);
   EXPECT_LE(stated.max(), 1.01 * pipeline::level_plan(built.plan, built.lattice.finest_level).target());
