@@ -81,7 +81,7 @@ std::string manifest_table(const proto::Manifest& manifest) {
     out += level_line(level);
     composed = composed || level.composed();
   }
-  return composed ? out + "* a bound composed from finer levels, without an RMSE; the others are measured\n" : out;
+  return composed ? out + "* a bound for every sample, from finer levels; the others are measured\n" : out;
 }
 
 std::string estimate_table(const proto::Manifest& manifest, double seconds) {

@@ -104,6 +104,12 @@ TEST(ExactStrategy, small_blocks_cost_few_triangles) {
   ASSERT_EQ(blocks.plan.block_level(), 12u);
   for (const int z : {13, 12}) EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.08 * static_cast<double>(whole.triangles(z))) << "level " << z;
   for (const int z : {11, 10, 9}) EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.10 * static_cast<double>(whole.triangles(z))) << "level " << z;
+  // Of coarse tiles, which the data fills a little of, too.
+  for (int k = 0; k < blocks.manifest.levels_size(); ++k) {
+    const proto::LevelSummary &level = blocks.manifest.levels(k), &same = whole.manifest.levels(k);
+    EXPECT_TRUE(level.has_rmse()) << "level " << level.level();
+    EXPECT_NEAR(level.rmse() / same.rmse(), 1, 0.15) << "level " << level.level();
+  }
 }
 
 // A rectangle of blocks goes on beyond the meridian where the lattice begins again, and over the one in its middle.

@@ -9,6 +9,7 @@
 #include "gpu/exact/steps/triangle.h"
 #include "gpu/measure/upright_flips.h"
 #include "gpu/refine/height_step.h"
+#include "pipeline/bound/overlay.h"
 #include "pipeline/build/exact/ground_meter.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/border.h"
@@ -154,8 +155,21 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
 
 namespace {
 
-/// What is looked at for the RMSE: every so many samples both ways, and no more of a tile than this.
+/// What is looked at for the RMSE: every so many samples both ways, and no more than this of what a tile shows.
 constexpr int kRmseStep = 4, kRmseSide = 1024;
+
+/// The longer side of what is published, units: of a coarse tile that may be little.
+std::int32_t published_side(const proto::TileMesh& mesh) {
+  std::int32_t west = mesh.side, south = mesh.side, east = 0, north = 0;
+  for (const auto& triangle : mesh.triangles) {
+    if (!is_published(mesh, triangle)) continue;
+    for (const std::uint32_t v : triangle) {
+      west = std::min(west, mesh.x[v]), east = std::max(east, mesh.x[v]);
+      south = std::min(south, mesh.y[v]), north = std::max(north, mesh.y[v]);
+    }
+  }
+  return std::max({east - west, north - south, 0});
+}
 
 /// Squares of a published triangle's errors, at every step-th sample both ways. A sample on an edge belongs to the triangle east of it, or north.
 void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, int step, gpu::SurfaceError& error) {
@@ -247,7 +261,7 @@ void state_error(const LevelContext& context, const Ground& ground, BuiltTile& t
     if (refined.inserted + refined.flipped > 0) steep_m = std::max(steep_m, limit_m);
   }
   tile.max_error_m = std::max(tile.max_error_m, steep_m) + gpu::kGrace_m;
-  measure_squares(known, std::max(kRmseStep, tile.mesh.side / kRmseSide), tile);
+  measure_squares(known, std::max(kRmseStep, published_side(tile.mesh) / kRmseSide), tile);
 }
 
 }  // namespace cordillera::pipeline
