@@ -34,8 +34,8 @@ proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int leve
 
 }  // namespace
 
-proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source, std::int64_t most_samples) {
-  const std::optional<BuildRequest> none;
+proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source, std::int64_t most_samples) {
+  const std::optional<int> none;
   if (!request.members.empty() || request.options.bbox_size() > 0) return none;
   const auto range = level_range(source.description(), request.options);
   if (!range.ok()) return range.problem();
@@ -43,13 +43,21 @@ proto::Result<std::optional<BuildRequest>> provisional_request(const BuildReques
   if (samples_at(source, finest) <= kWorthwhile * most_samples) return none;
   int level = finest;
   while (level >= coarsest && samples_at(source, level) > most_samples) --level;
-  if (level < coarsest || samples_at(source, level) == 0) return none;
-  auto pixels = source.decimate(samples_at(source, level));
+  return level < coarsest || samples_at(source, level) == 0 ? none : std::optional(level);
+}
+
+proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source, std::int64_t most_samples) {
+  const std::optional<BuildRequest> none;
+  const auto level = provisional_level(request, source, most_samples);
+  if (!level.ok()) return level.problem();
+  if (!*level) return none;
+  const auto range = level_range(source.description(), request.options);
+  auto pixels = source.decimate(samples_at(source, **level));
   if (!pixels.ok()) return pixels.problem();
   if (*pixels == nullptr) return none;
   BuildRequest small = request;
   small.decimation = std::move(*pixels);
-  small.options = quick(request.options, finest, level);
+  small.options = quick(request.options, range->first, **level);
   return std::optional(std::move(small));
 }
 

@@ -13,6 +13,9 @@ namespace cordillera::pipeline {
 /// for no such level, or is itself no more than kWorthwhile times as much work. Problems: those of plan_of, and of reading the pixels.
 proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source, std::int64_t most_samples);
 
+/// The finest level of that build; nothing where there is none. Reads no pixel.
+proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source, std::int64_t most_samples);
+
 /// How many samples the raster has at the coarsest level of an exact build's blocks: with so many, tiles of blocks can take their places one by one.
 proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, const raster::Source& source);
 

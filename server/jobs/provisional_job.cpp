@@ -61,9 +61,13 @@ void make_provisional(const pipeline::BuildRequest& request, raster::Source& sou
   const std::vector<std::int64_t> steps = steps_of(request, source);
   // Those of another version of the program are not mixed with what this one makes.
   const auto stands = pipeline::StoreReader::manifest_of((folder / kProvisionalStore).string());
-  if (stands.ok() && stands->program() == proto::kProgram) return report(provisional(steps.size(), steps.size()));
-  report(provisional(0, steps.size()));
+  const bool same = stands.ok() && stands->program() == proto::kProgram;
+  if (same && stands->has_done_blocks()) return report(provisional(steps.size(), steps.size()));
+  report(provisional(same ? 1 : 0, steps.size()));
   for (std::size_t step = 0; step < steps.size() && !stop; ++step) {
+    // A look that was ended for this build made the first ones.
+    const auto level = pipeline::provisional_level(request, source, steps[step]);
+    if (same && level.ok() && *level && **level <= static_cast<int>(stands->max_level())) continue;
     const auto made = make_step(request, source, folder, steps[step], stop);
     if (!made.ok() && !stop) std::fprintf(stderr, "no provisional tiles: %s\n", made.problem().line().c_str());
     if (!made.ok() || !*made) return;
