@@ -63,6 +63,12 @@ bool allowed(const std::string& method, Resource resource) {
   return (", " + allowed_methods(resource) + ",").find(", " + method + ",") != std::string::npos;
 }
 
+/// Of what is there now; who looks at a dataset's state does not read it.
+bool reads_terrain(const Route& route) {
+  const Resource what = route.resource;
+  return route.version.empty() && (what == Resource::face || what == Resource::manifest || what == Resource::elevation || what == Resource::mesh || what == Resource::archive);
+}
+
 /// Every path that a dataset has, for the answer to a misspelt one.
 std::string face_paths() {
   std::string paths;
@@ -276,7 +282,7 @@ Response Api::dispatch(const Request& request, const Route& route) {
   }
   if (route.resource == Resource::none) {
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
-                             "/v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, elevation, demo/{client}.html, mesh.glb (.ply, .obj, .stl)" + face_paths(),
+                             "/v1/live, /v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, elevation, demo/{client}.html, mesh.glb (.ply, .obj, .stl)" + face_paths(),
                              ""});
   }
   if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);
@@ -300,6 +306,10 @@ Response Api::dispatch(const Request& request, const Route& route) {
       return page(service_.web_files(), service_.settings().serve.web, request, [&] { return newest(service_, request); });
     case Resource::demo:
       return demo_page(service_.web_files(), service_.settings().serve.web, route.path);
+    case Resource::live: {
+      const Live live = live_dataset(service_, request, route);
+      return live.answer ? *live.answer : of_dataset(live.request, live.route);
+    }
     case Resource::uploads:
       return begin_upload(service_, request, bounds);
     case Resource::upload:
@@ -319,6 +329,10 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   if (route.resource == Resource::dataset && request.method == "DELETE") return remove(request, *dataset);
   if (route.resource == Resource::dataset && request.method == "PATCH") return describe_dataset(service_, request, *dataset);
   if (route.resource == Resource::dataset) return status_document(service_, request, *dataset);
+  if (reads_terrain(route) && !request.waited && service_.live().read(*dataset, sender(request))) {
+    const Row now = service_.find(route.id);  // it may have been woken
+    if (auto later = now ? wait_until_read(service_, request, *now, route) : std::nullopt) return *later;
+  }
   const auto read = [&]() -> Response {
     if (route.resource == Resource::rollback) return updates::rollback(service_, request, *dataset);
     if (route.resource == Resource::events) return event_stream(service_, request, *dataset);
@@ -338,7 +352,7 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   }
   if (dataset->is_private) keep_from_others(response);
   if (!response.keep) response.keep = made_anew;
-  const bool plain = dataset->state == State::ready && !dataset->is_private && !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
+  const bool plain = dataset->state == State::ready && dataset->address.empty() && !dataset->is_private && !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
   if (plain && route.resource == Resource::face && route.found.resource->tag != nullptr && response.shared) {
     response.same_while = state;
     response.counts = std::make_shared<const metrics::KeptCounts>(service_.metrics().kept_counts(route_name(route)));

@@ -111,6 +111,19 @@ struct Awaited {
 /// None: the request is not to wait, has waited, or too many do.
 std::optional<Response> wait_for(Service& service, const Request& request, const Dataset& dataset, const MayWait& wait,
                                  Awaited awaited);
+/// A request of /v1/live, as one of the dataset that its address and its options name; where there is none yet it is made.
+struct Live {
+  Request request;
+  Route route;
+  std::optional<Response> answer;  ///< that says it already
+};
+Live live_dataset(Service& service, const Request& request, const Route& route);
+/// Until something of the dataset can be read, a tile in its final form, within the limit; then the API is asked anew. None: it can be read, or will never
+/// be, or was waited for.
+std::optional<Response> wait_until_read(Service& service, const Request& request, const Dataset& dataset, const Route& route);
+/// What who asks for a tile waits for; none of a document.
+std::optional<Awaited> awaited_tile(const Route& route);
+
 /// 503, and when to ask again.
 Response not_made_yet(const Dataset& dataset);
 /// Whether a tile is still to come in its final form. Of a lazy dataset those above all blocks are not: no look makes them.

@@ -66,6 +66,7 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   if (changed.is_private && !service.gate().has_tokens()) {
     return problem_response({"option-forbidden", "private: this service was started without tokens, so everybody may read", "private=0, or cordillera serve --tokens FILE", "private"});
   }
+  (void)service.live().read(dataset, sender(request));  // one that is asleep could not be built
   service.registry().describe(dataset.id, changed.options, changed.is_private);
   const Row now = service.registry().find(dataset.id);
   if (!now) return problem_response(unknown_to(request, dataset.id));  // deleted meanwhile
@@ -74,7 +75,7 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   service.archive_files().forget(dataset.id);
   service.hub().touch(dataset.id);
   log_info("dataset " + dataset.id + ": described anew");
-  if (is_lazy(dataset) && !is_lazy(*now) && now->state == State::running) service.queue().enqueue(dataset.id, sender(request));
+  if (is_lazy(dataset) && !is_lazy(*now) && (now->state == State::running || now->state == State::queued)) service.queue().enqueue(dataset.id, sender(request));
   return status_document(service, request, *now);
 }
 

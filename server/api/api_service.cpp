@@ -27,6 +27,7 @@ void look_around(Service& service) {
   all.uploads.set(static_cast<double>(service.admission().in_use().uploads));
   all.datasets_damaged.set(static_cast<double>(service.library().damaged_count()));
   all.waiting.set(service.waiting());
+  all.live_bytes.set(static_cast<double>(service.live().bytes()));
   all.tile_waiting.set(service.waiting(Service::WaitsFor::tiles));
   const FrontCounts front = service.front();
   all.connections.set(static_cast<double>(front.connections));
@@ -115,6 +116,7 @@ Response limits_in_effect(Service& service) {
   json["in_use"] = {{"max_datasets", now.datasets},
                     {"max_queue", now.queue},
                     {"max_uploads", now.uploads},
+                    {"cache_limit", service.live().bytes() >> 20},
                     {"max_unsent", service.front().unsent_bytes >> 20},
                     {"waiting_clients", service.waiting()},
                     {"waiting_for_tiles", service.waiting(Service::WaitsFor::tiles)}};

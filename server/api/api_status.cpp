@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "server/api/api.h"
+#include "server/fetch/addresses.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
 #include "server/api/public_address.h"
@@ -199,6 +200,7 @@ class EventStream {
 }  // namespace
 
 bool is_built_lazily(Service& service, const Dataset& dataset) {
+  if (service.live().is_asleep(dataset.id)) return true;
   if (!is_lazy(dataset)) return false;
   const auto shown = service.library().provisional(dataset.id);
   return shown && shown->manifest().has_done_blocks();
@@ -220,6 +222,8 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   const bool building = dataset.state == State::queued || dataset.state == State::running;
   const bool provisional = building && service.library().provisional(dataset.id) != nullptr;
   json["provisional"] = provisional;
+  json["asleep"] = building && service.live().is_asleep(dataset.id);
+  json["source"] = dataset.address.empty() ? Json(nullptr) : Json(updates::without_query(dataset.address));
   json["build"] = building && is_built_lazily(service, dataset) ? kLazy : "full";
   json["links"] = links_json(path, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
   const std::string folder = folder_of(service, dataset.id);

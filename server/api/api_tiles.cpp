@@ -249,6 +249,12 @@ Opened open_readable(Service& service, const Dataset& dataset, const Route& rout
   return open_published(service, now ? *now : dataset, route);
 }
 
+std::optional<Awaited> awaited_tile(const Route& route) {
+  const auto tile = tile_of(route);
+  if (!tile || route.found.resource->path.ends_with(kSubtree)) return std::nullopt;
+  return awaited(route, *tile);
+}
+
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
   const Opened opened = open_readable(service, dataset, route);
   if (opened.terrain && !opened.terrain->manifest().provisional()) return of_terrain(opened.terrain, request, route);

@@ -31,7 +31,7 @@ std::optional<Dataset> dataset_in(const Layout& layout, const std::string& id) {
   auto dataset = read_record(folder);
   if (dataset) {
     std::error_code error;
-    const bool can_be_built = updates::is_changeable(folder) || (!dataset->raster.empty() && fs::exists(folder / dataset->raster, error));
+    const bool can_be_built = updates::is_changeable(folder) || !dataset->address.empty() || (!dataset->raster.empty() && fs::exists(folder / dataset->raster, error));
     const bool built = is_built(layout, *dataset);
     if (!built && !can_be_built) return std::nullopt;
     dataset->state = built ? State::ready : State::queued;

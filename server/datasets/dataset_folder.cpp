@@ -28,6 +28,7 @@ proto::DatasetRecord record_of(const Dataset& dataset) {
   record.set_options_hash(dataset.options_hash);
   record.set_body_hash(dataset.body_hash);
   record.set_request_id(dataset.request_id);
+  record.set_address(dataset.address);
   return record;
 }
 
@@ -44,6 +45,7 @@ Dataset dataset_of(const proto::DatasetRecord& record) {
   dataset.options_hash = record.options_hash();
   dataset.body_hash = record.body_hash();
   dataset.request_id = record.request_id();
+  dataset.address = record.address();
   return dataset;
 }
 

@@ -14,8 +14,10 @@ namespace cordillera::server {
 inline constexpr const char* kRecordFile = "dataset.json";   ///< the row but for its state; written before the folder gets its name, never again
 inline constexpr const char* kDeletedFile = "deleted.json";  ///< the same of a dataset that was deleted: without a row it is no lost one
 
-/// Of a file's name: one of these two, which stay as long as the folder does.
-inline bool is_record(const std::filesystem::path& name) { return name == kRecordFile || name == kDeletedFile; }
+inline constexpr const char* kFetchedFile = "fetched.json";  ///< what the server said of the raster that was fetched: whether it is still the same
+
+/// Of a file's name: one of these, which stay as long as the folder does.
+inline bool is_record(const std::filesystem::path& name) { return name == kRecordFile || name == kDeletedFile || name == kFetchedFile; }
 
 /// Problems: "storage-full".
 proto::Result<void> write_record(const std::filesystem::path& folder, const Dataset& dataset);

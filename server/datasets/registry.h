@@ -32,6 +32,7 @@ struct Dataset {
   std::string owner;         ///< name of the token that posted it; empty: none was shown
   bool is_private = false;   ///< read with a token only
   std::string request_id;    ///< of the request that posted it
+  std::string address;       ///< that its raster is fetched from, and fetched again; empty: it was posted
 };
 
 /// A row as it was at one moment; null: there is none.

@@ -21,10 +21,10 @@ constexpr const char* kSchema = R"(
   CREATE INDEX IF NOT EXISTS states ON datasets (state);
 )";
 constexpr const char* kColumns =
-    "SELECT id, name, state, options, problem, created, raster, idempotency_key, options_hash, body_hash, owner, private, request_id, number "
+    "SELECT id, name, state, options, problem, created, raster, idempotency_key, options_hash, body_hash, owner, private, request_id, number, address "
     "FROM datasets ";
 /// Columns that folders of earlier versions lack.
-constexpr const char* kAddedColumns[] = {"owner TEXT NOT NULL DEFAULT ''", "private TEXT NOT NULL DEFAULT ''", "request_id TEXT NOT NULL DEFAULT ''"};
+constexpr const char* kAddedColumns[] = {"owner TEXT NOT NULL DEFAULT ''", "private TEXT NOT NULL DEFAULT ''", "request_id TEXT NOT NULL DEFAULT ''", "address TEXT NOT NULL DEFAULT ''"};
 /// The column of keys is unique, and a key is its owner's alone, so the owner stands before it. No header holds the character between them.
 constexpr char kAfterOwner = '\x1f';
 constexpr const char* kKeysByOwner =
@@ -114,6 +114,7 @@ Row dataset_from(const Statement& row) {
   dataset->is_private = row.text(11) == "1";
   dataset->request_id = row.text(12);
   dataset->number = row.number(13);
+  dataset->address = row.text(14);
   return dataset;
 }
 
@@ -216,11 +217,11 @@ std::int64_t RegistryFile::insert(const Dataset& dataset) {
   const std::lock_guard lock(mutex_);
   Statement insert(db_,
                    "INSERT INTO datasets (id, name, state, options, created, raster, idempotency_key, options_hash, body_hash, owner, "
-                   "private, request_id) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)");
+                   "private, request_id, address) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(dataset.id).bind(dataset.name).bind(to_string(dataset.state)).bind(to_json_line(dataset.options));
   insert.bind(dataset.created).bind(dataset.raster).bind(key_column(dataset.owner, dataset.idempotency_key));
   insert.bind(dataset.options_hash).bind(dataset.body_hash).bind(dataset.owner);
-  if (!insert.bind(dataset.is_private ? "1" : "").bind(dataset.request_id).run()) return 0;
+  if (!insert.bind(dataset.is_private ? "1" : "").bind(dataset.request_id).bind(dataset.address).run()) return 0;
   const std::int64_t number = sqlite3_last_insert_rowid(db_);
   checkpoint();
   return number;

@@ -84,21 +84,27 @@ class Sink {
   std::optional<Problem> problem_;
 };
 
-proto::Result<void> fetch_http(const ServeSettings& settings, std::string address, Sink& sink) {
+/// A tag that is longer than any server makes it is of no use.
+Print print_of(const Got& got) {
+  constexpr std::size_t kLongest = 1024;
+  return {got.etag.size() <= kLongest ? got.etag : "", got.modified.size() <= kLongest ? got.modified : "", got.length};
+}
+
+proto::Result<Print> fetch_http(const ServeSettings& settings, std::string address, Sink& sink) {
   for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
     const Got got = http_get(address, [&](std::string_view piece) { return sink.put(piece.data(), piece.size()); });
     if (sink.problem()) return *sink.problem();
-    if (got.status == 200)
-      return got.trouble.empty() ? proto::Result<void>() : unreachable(address, "it broke off after " + std::to_string(sink.size()) + " bytes");
+    if (got.status == 200 && got.trouble.empty()) return print_of(got);
+    if (got.status == 200) return unreachable(address, "it broke off after " + std::to_string(sink.size()) + " bytes");
     if (got.status == 0) return unreachable(address, got.trouble);
     if (got.status / 100 != 3 || got.location.empty()) return unreachable(address, "it answers " + std::to_string(got.status));
     address = resolved(address, got.location);
-    if (const auto allowed = check_address(settings, address); !allowed) return allowed;
+    if (const auto allowed = check_address(settings, address); !allowed) return allowed.problem();
   }
   return unreachable(address, "it leads on and on");
 }
 
-proto::Result<void> fetch_object(const std::string& address, Sink& sink) {
+proto::Result<Print> fetch_object(const std::string& address, Sink& sink) {
   const std::string path = "/vsis3/" + address.substr(std::string("s3://").size());
   const auto size = raster::size_of(path);
   if (!size) return unreachable(address, "there is no such object, or it may not be read");
@@ -109,16 +115,23 @@ proto::Result<void> fetch_object(const std::string& address, Sink& sink) {
     if (!sink.put((*piece)->data(), (*piece)->size())) return *sink.problem();
     at += (*piece)->size();
   }
-  return {};
+  return Print();
+}
+
+Still compared(const Print& now, const Print& before) {
+  if (!now.etag.empty() && !before.etag.empty()) return now.etag == before.etag ? Still::same : Still::changed;
+  const bool other_date = now.modified != before.modified, other_size = now.bytes != before.bytes && now.bytes > 0 && before.bytes > 0;
+  return other_date || other_size ? Still::changed : Still::same;
 }
 
 }  // namespace
 
 Fetch fetcher(const ServeSettings& settings, limits::Space& space) {
-  return [settings, &space](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) -> proto::Result<void> {
-    if (const auto allowed = check_address(settings, address); !allowed) return allowed;  // it may have been taken back
+  return [settings, &space](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) -> proto::Result<Print> {
+    if (const auto allowed = check_address(settings, address); !allowed) return allowed.problem();  // it may have been taken back
     const fs::path part = file.string() + ".part";
     std::error_code error;
+    Print print;
     {
       Sink sink(settings, space, part, stop);
       auto fetched = address.starts_with("s3://") ? fetch_object(address, sink) : fetch_http(settings, address, sink);
@@ -129,10 +142,28 @@ Fetch fetcher(const ServeSettings& settings, limits::Space& space) {
         fs::remove(part, error);
         return fetched;
       }
+      print = std::move(*fetched);
     }
     fs::rename(part, file, error);
-    if (!error && sync_folder(file.parent_path())) return {};
+    if (!error && sync_folder(file.parent_path())) return print;
     return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+  };
+}
+
+Ask asker(const ServeSettings& settings) {
+  return [settings](std::string address, const Print& before) {
+    constexpr std::chrono::seconds kPatience{5};
+    for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
+      if (!check_address(settings, address)) return Still::gone;
+      if (address.starts_with("s3://")) return Still::unknown;
+      const Got got = http_get(address, [](std::string_view) { return false; }, {before.etag, kPatience});
+      if (got.status == 304) return Still::same;
+      if (got.status == 200) return compared(print_of(got), before);
+      if (got.status == 401 || got.status == 403 || got.status == 404 || got.status == 410) return Still::gone;
+      if (got.status / 100 != 3 || got.location.empty()) return Still::unknown;
+      address = resolved(address, got.location);
+    }
+    return Still::unknown;
   };
 }
 

@@ -24,7 +24,6 @@ using Error = beast::error_code;
 using Take = std::function<bool(std::string_view)>;
 using Places = tcp::resolver::results_type;
 
-constexpr auto kPatience = std::chrono::seconds(60);  // without a byte
 constexpr std::uint32_t kMostHead = 64u << 10;        // a Location may hold a long signature
 constexpr std::size_t kPiece = std::size_t{64} << 10;
 constexpr int kMostInterim = 8;  // answers 1xx before the one that counts
@@ -50,7 +49,7 @@ Origin origin_of(const std::string& host) {
 
 Got failed(const std::string& what, const Error& error) {
   Got got;
-  got.trouble = what + ": " + (error == beast::error::timeout ? "nothing came for " + std::to_string(kPatience.count()) + " s" : error.message());
+  got.trouble = what + ": " + (error == beast::error::timeout ? "nothing came for too long" : error.message());
   return got;
 }
 
@@ -58,13 +57,13 @@ Got failed(const std::string& what, const Error& error) {
 template <typename Stream>
 class Exchange {
  public:
-  Exchange(asio::io_context& context, Stream& stream) : context_(context), stream_(stream) {}
+  Exchange(asio::io_context& context, Stream& stream, const Terms& terms) : context_(context), stream_(stream), terms_(terms) {}
 
   /// Begins a step and waits for its end: only asynchronous ones have a limit of time.
   template <typename Begin>
   Error step(const Begin& begin) {
     Error error;
-    beast::get_lowest_layer(stream_).expires_after(kPatience);
+    beast::get_lowest_layer(stream_).expires_after(terms_.patience);
     begin([&error](const Error& happened, const auto&...) { error = happened; });
     context_.restart();
     context_.run();
@@ -81,6 +80,7 @@ class Exchange {
     request.set(http::field::accept_encoding, "identity");
     request.set(http::field::user_agent, std::string("cordillera/") + CORDILLERA_VERSION);
     request.set(http::field::connection, "close");
+    if (!terms_.etag.empty()) request.set(http::field::if_none_match, terms_.etag);
     if (const Error error = step([&](auto done) { http::async_write(stream_, request, done); }))
       return failed("it takes no request", error);
     beast::flat_buffer buffer;
@@ -94,8 +94,11 @@ class Exchange {
       if (head.result_int() / 100 == 1) continue;
       Got got;
       got.status = static_cast<int>(head.result_int());
-      const auto location = head[http::field::location];
-      got.location.assign(location.data(), location.size());
+      const auto text = [&](http::field name) { return std::string(head[name].data(), head[name].size()); };
+      got.location = text(http::field::location);
+      got.etag = text(http::field::etag);
+      got.modified = text(http::field::last_modified);
+      got.length = parser.content_length().value_or(0);
       if (got.status == 200) got.trouble = take_body(parser, buffer, take);
       return got;
     }
@@ -122,9 +125,10 @@ class Exchange {
 
   asio::io_context& context_;
   Stream& stream_;
+  const Terms& terms_;
 };
 
-Got by_tls(asio::io_context& context, const Origin& origin, const Places& places, const std::string& target, const Take& take) {
+Got by_tls(asio::io_context& context, const Origin& origin, const Places& places, const std::string& target, const Take& take, const Terms& terms) {
   asio::ssl::context trust(asio::ssl::context::tls_client);
   trust.set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 | asio::ssl::context::no_tlsv1_1);
   trust.set_default_verify_paths();
@@ -135,30 +139,30 @@ Got by_tls(asio::io_context& context, const Origin& origin, const Places& places
   asio::ip::make_address(origin.host, no_number);
   if (no_number && SSL_set_tlsext_host_name(stream.native_handle(), origin.host.c_str()) != 1)
     return failed("its name cannot be asked for", no_number);
-  Exchange<beast::ssl_stream<beast::tcp_stream>> exchange(context, stream);
+  Exchange<beast::ssl_stream<beast::tcp_stream>> exchange(context, stream, terms);
   if (const Error error = exchange.connect(places)) return failed("no connection could be made", error);
   if (const Error error = exchange.step([&](auto done) { stream.async_handshake(asio::ssl::stream_base::client, done); }))
     return failed("no TLS could be agreed on with it", error);
   return exchange.get(origin, target, take);
 }
 
-Got in_plain(asio::io_context& context, const Origin& origin, const Places& places, const std::string& target, const Take& take) {
+Got in_plain(asio::io_context& context, const Origin& origin, const Places& places, const std::string& target, const Take& take, const Terms& terms) {
   beast::tcp_stream stream(context);
-  Exchange<beast::tcp_stream> exchange(context, stream);
+  Exchange<beast::tcp_stream> exchange(context, stream, terms);
   if (const Error error = exchange.connect(places)) return failed("no connection could be made", error);
   return exchange.get(origin, target, take);
 }
 
 }  // namespace
 
-Got http_get(const std::string& address, const Take& take) {
+Got http_get(const std::string& address, const Take& take, const Terms& terms) {
   const auto [host, target] = host_and_target(address);
   const Origin origin = origin_of(host);
   asio::io_context context(1);
   Error error;
   const auto places = tcp::resolver(context).resolve(origin.host, origin.port, tcp::resolver::numeric_service, error);
   if (error) return failed("its host is not known", error);
-  return (origin.secure ? by_tls : in_plain)(context, origin, places, target, take);
+  return (origin.secure ? by_tls : in_plain)(context, origin, places, target, take, terms);
 }
 
 }  // namespace cordillera::server::updates

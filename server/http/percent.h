@@ -16,4 +16,7 @@ enum class AddressPart : std::uint8_t { path, query };
 /// a blank.
 std::string percent_decoded(std::string_view text, AddressPart part);
 
+/// All but what stands in every address as it is: letters, digits, "-", ".", "_" and "~".
+std::string percent_encoded(std::string_view text);
+
 }  // namespace cordillera::server

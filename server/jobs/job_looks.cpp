@@ -14,6 +14,12 @@ bool JobQueue::waits_for_looks(const Dataset& dataset) const {
   return shown.ok() && shown->has_done_blocks();
 }
 
+/// What was made of it was forgotten, and its raster with it: who reads it has it fetched again.
+bool JobQueue::waits_for_readers(const Dataset& dataset) const {
+  std::error_code error;
+  return !dataset.address.empty() && !std::filesystem::exists(layout_.dataset(dataset.id) / dataset.raster, error);
+}
+
 void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown, Who who) {
   if (!is_lazy(dataset))
     return looked_at_.note(dataset.id, tile, who == Who::waits ? LookedAt::Tell::now : LookedAt::Tell::now_and_then);

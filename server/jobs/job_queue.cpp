@@ -99,7 +99,7 @@ void JobQueue::resume() {
       enqueue(dataset->id, owner_of(*dataset));
     }
     if (dataset->state != State::queued && dataset->state != State::running) continue;
-    if (dataset->state == State::running && waits_for_looks(*dataset)) continue;
+    if (dataset->state == State::running && (waits_for_looks(*dataset) || waits_for_readers(*dataset))) continue;
     log_info("dataset " + dataset->id + " was unfinished: queued again");
     registry_.set_state(dataset->id, State::queued, std::nullopt);
     enqueue(dataset->id, owner_of(*dataset));
@@ -108,7 +108,7 @@ void JobQueue::resume() {
 
 void JobQueue::enqueue(const std::string& id, const std::string& client) {
   const Row dataset = registry_.find(id);
-  const bool fresh = dataset && dataset->state != State::ready;
+  const bool fresh = dataset && dataset->state != State::ready && dataset->address.empty();
   if (fresh) {
     const std::lock_guard lock(mutex_);
     posted_.emplace(id, Clock::now());
@@ -274,8 +274,12 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
   // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
   if (!flag) return later(kLookAgain, turn), Next::done;
   // Deleting takes the row away first: either it is gone here, or the delete finds this job in running_.
-  if (const auto dataset = registry_.find(id)) {
+  Row dataset = registry_.find(id);
+  if (dataset) {
     const LogScope job("job", id), request("request", dataset->request_id);
+    if (const auto ended = have_raster(*dataset, turn, *flag)) return *ended;
+    if (!dataset->address.empty()) dataset = registry_.find(id);
+    if (!dataset) return Next::done;
     if (ledger_.holds(id)) return take_change(*dataset, turn, *flag);
     if (dataset->state == State::ready || dataset->state == State::failed) return Next::done;  // an earlier turn's work: its raster is gone
     registry_.set_state(id, State::running, std::nullopt);

@@ -7,6 +7,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
 
 #include "server/jobs/build_turns.h"
@@ -46,6 +48,9 @@ proto::Job job_of(const Dataset& dataset);
 /// Whose turn a build is that nobody asks for at the moment.
 inline std::string owner_of(const Dataset& dataset) { return dataset.owner.empty() ? "" : "token " + dataset.owner; }
 
+/// Of the raster that was fetched into a dataset's folder; none where nothing was, or the note of it is lost.
+std::optional<updates::Print> fetched_print(const std::filesystem::path& folder);
+
 class JobQueue {
  public:
   struct Parts {
@@ -70,6 +75,10 @@ class JobQueue {
   /// Ends a running build and returns when it has ended. Remove the dataset from the registry first: then it can't start any
   /// more.
   void cancel(const std::string& id);
+  /// Fetches the raster of a dataset that has an address once more and builds anew. What was built is served until the raster is there.
+  void fetch_anew(const std::string& id);
+  /// Does something to a dataset's files while nothing is built of them, nor is to be. False: something is.
+  bool while_idle(const std::string& id, const std::function<void()>& work);
   /// Which of those that wait it is, 1 for the next; nullopt: it does not wait.
   std::optional<std::size_t> place(const std::string& id) const { return turns_.place(id); }
   /// Somebody has asked for a tile of the lattice, and got what is shown of the dataset while it is built: its block is made
@@ -89,7 +98,7 @@ class JobQueue {
  private:
   using Turn = BuildTurns::Entry;
   using Clock = std::chrono::steady_clock;
-  enum class Work { build, look };
+  enum class Work { build, look, apart };
   struct Running {
     std::atomic<bool>* stop = nullptr;
     Work work = Work::build;
@@ -108,8 +117,12 @@ class JobQueue {
   void serve_next();
   void retry_later(const Turn& turn);
   Next run(const Turn& turn);
+  void tell_fetching(const std::string& id);
+  std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
+  proto::Result<void> fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop);
   Next pause(const Dataset& dataset, const proto::Problem& why);
   bool waits_for_looks(const Dataset& dataset) const;
+  bool waits_for_readers(const Dataset& dataset) const;
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
   using Outcome = proto::Result<std::optional<proto::Estimate>>;
@@ -139,6 +152,7 @@ class JobQueue {
   std::mutex mutex_;
   std::condition_variable ended_;
   std::map<std::string, Running> running_;  ///< by id, as long as begin()'s flag lives
+  std::set<std::string> anew_;           ///< ids whose rasters are to be fetched again
   std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
   std::atomic<bool> stopping_{false};
   const unsigned concurrency_;

@@ -7,19 +7,8 @@
 #include "server/jobs/update_job.h"
 
 namespace cordillera::server {
-namespace {
 
 namespace fs = std::filesystem;
-
-proto::Progress fetching() {
-  proto::Progress progress;
-  progress.set_stage("fetch");
-  progress.set_total(1);
-  progress.set_seconds_left(-1);
-  return progress;
-}
-
-}  // namespace
 
 JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
   const std::string& id = dataset.id;
@@ -55,7 +44,7 @@ JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChang
   if (updates::is_done(layout_, id, change)) return std::optional<proto::Estimate>();
   proto::DatasetSource& source = *change.mutable_source();
   if (!source.url().empty() && source.hash().empty()) {
-    hub_.publish(id, fetching());
+    tell_fetching(id);
     const fs::path file = folder / source.spec().path();
     if (const auto fetched = fetch_(source.url(), file, stop); !fetched) return fetched.problem();
     source.set_hash(digest_of_file(file));

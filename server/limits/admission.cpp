@@ -44,7 +44,7 @@ std::optional<Problem> Admission::refused_fresh() const {
 }
 
 std::optional<Problem> Admission::refused(const std::string& client, std::uint64_t bytes, Entry entry) const {
-  if (entry == Entry::fresh) {
+  if (entry == Entry::fresh || entry == Entry::address) {
     if (auto full = refused_fresh()) return full;
   }
   if (uploads_ + parts_ >= limits_.uploads) {
@@ -68,7 +68,7 @@ std::optional<Problem> Admission::refuse(const std::string& client, std::optiona
 proto::Result<Place> Admission::enter(const std::string& client, std::optional<std::uint64_t> bytes, Entry entry) {
   const std::lock_guard lock(mutex_);
   if (auto why = refused(client, bytes.value_or(0), entry)) return *why;
-  auto counter = entry == Entry::part ? &Admission::parts_ : &Admission::uploads_;
+  auto counter = entry == Entry::part || entry == Entry::address ? &Admission::parts_ : &Admission::uploads_;
   ++(this->*counter);
   ++of_client_[client];
   return Place(this, [client, counter](void* admission) {

@@ -22,8 +22,9 @@ namespace cordillera::server::limits {
 /// Held while an upload is under way.
 using Place = std::shared_ptr<void>;
 
-/// A request that is sent again has its dataset, and its place in the queue, already. A part of an upload needs neither yet.
-enum class Entry { fresh, again, part };
+/// A request that is sent again has its dataset, and its place in the queue, already. A part of an upload needs neither yet. What is fetched from an address
+/// needs both, and counts for itself from then on: its place is that of the client.
+enum class Entry { fresh, again, part, address };
 
 /// What is taken up now.
 struct InUse {
@@ -59,7 +60,7 @@ class Admission {
   mutable std::mutex mutex_;
   std::map<std::string, std::uint32_t> of_client_;
   std::uint32_t uploads_ = 0;  ///< whole rasters under way
-  std::uint32_t parts_ = 0;    ///< parts of uploads under way
+  std::uint32_t parts_ = 0;    ///< parts of uploads under way, and rasters that are fetched
 };
 
 }  // namespace cordillera::server::limits

@@ -47,7 +47,7 @@ std::string ServiceMetrics::text() const {
   std::string out;
   const Family* const all[] = {&build_info,     &requests,    &request_seconds, &in_flight,     &connections, &unsent_bytes, &waiting,
                                &received_bytes, &sent_bytes,  &problems,        &denied,        &uploads,     &datasets,
-                               &queue_limit,    &builds,      &build_seconds,   &first_tile_seconds, &tile_wait_seconds, &tile_waiting, &stage_seconds, &blocks,      &samples,
+                               &queue_limit,    &builds,      &build_seconds,   &first_tile_seconds, &tile_wait_seconds, &tile_waiting, &live_bytes, &live_forgotten, &live_asked, &stage_seconds, &blocks,      &samples,
                                &versions,       &device_lost,    &store_opens, &store_damaged, &datasets_damaged, &ready,           &disk_size,     &disk_free,   &gpu_memory};
   for (const Family* family : all) family->write(out);
   write_process(out);

@@ -59,6 +59,9 @@ class ServiceMetrics {
   Histogram first_tile_seconds;
   Histogram tile_wait_seconds;
   Gauge tile_waiting{"cordillera_tile_waiting_requests", "Requests that wait for tiles which are still to be made."};
+  Gauge live_bytes{"cordillera_live_bytes", "Bytes on disk of what was fetched or made because somebody read it."};
+  Counter live_forgotten{"cordillera_live_forgotten_total", "Datasets of which that went to make room.", {"kind"}};
+  Counter live_asked{"cordillera_live_asked_total", "Addresses asked whether they have what was fetched from them.", {"outcome"}};
   Counter device_lost{"cordillera_build_device_lost_total", "Builds begun anew on the CPU because the GPU was lost."};
 
   // Reading.

@@ -362,6 +362,10 @@ std::vector<OptionSpec> make_serve_options() {
        [](std::string_view text, Settings& settings) { return read_whole(text, {0, 100}, &settings.serve.keep_versions); }},
       {"source-allow", "PREFIXES", "addresses that the service may fetch rasters from (source=); without it none",
        "beginnings of http://, https:// or s3:// addresses with a / behind the host, separated by commas", apply_source_allow},
+      {"live-fresh", "SECONDS", "how long a raster that /v1/live has fetched counts as the same before its address is asked again", "0 to 86400",
+       [](std::string_view text, Settings& settings) { return read_whole(text, {0, 86400}, &settings.serve.live_fresh_seconds); }},
+      {"live-open", "", "let everybody who may read have rasters fetched by /v1/live, not only who may post", "1 or 0",
+       [](std::string_view text, Settings& settings) { return read_switch(text, &settings.serve.live_open); }},
       {"audit-log", "FILE", "where a line is written for every request that writes; default: audit.jsonl in the data folder", "a file",
        apply_path<&ServeSettings::audit_log>},
   };
@@ -406,6 +410,8 @@ std::vector<OptionSpec> make_limits() {
        &Limits::head_seconds, "seconds"},
       {"idle-timeout", "SECONDS", "how long a connection may stay without a request", "1 to 86400", apply_limit<&Limits::idle_seconds, 1, 86400>,
        &Limits::idle_seconds, "seconds"},
+      {"cache-limit", "MIB", "disk for what was fetched by /v1/live and for blocks that lazy datasets have made, MiB; what was read longest ago goes first; 0: no limit",
+       "0 to 1073741824", apply_limit<&Limits::cache_mib, 0, 1u << 30>, &Limits::cache_mib, "MiB"},
       {"min-disk-free", "PERCENT", "share of the disk that posts and builds leave free", "0 to 100", apply_limit<&Limits::free_percent, 0, 100>,
        &Limits::free_percent, "percent"},
   };

@@ -26,6 +26,7 @@ struct Limits {
   std::uint32_t build_seconds = 86400;    ///< of one build, whatever its raster
   std::uint32_t build_base_seconds = 600;   ///< of one build; and beside them
   std::uint32_t build_seconds_per_mib = 60;  ///< for each MiB of its rasters
+  std::uint32_t cache_mib = 16384;        ///< on disk, of what was fetched or made because somebody read it; 0: no limit
   std::uint32_t free_percent = 5;         ///< of the disk, that posting leaves
   std::uint32_t connections = 4096;       ///< at the same time; beyond them the longest idle one makes room
   std::uint32_t client_connections = 512;  ///< of one address
@@ -67,6 +68,8 @@ struct ServeSettings {
   std::uint32_t cache_mib = 256;             ///< of what was read of mounts
   std::uint32_t keep_versions = 1;           ///< earlier ones of a dataset whose rasters change
   std::vector<std::string> source_allow;     ///< beginnings of addresses that rasters may be fetched from
+  std::uint32_t live_fresh_seconds = 60;     ///< that a raster of an address counts as the same without asking
+  bool live_open = false;                    ///< who may read may have rasters fetched by their address
   Limits limits;
 };
 

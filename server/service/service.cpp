@@ -121,12 +121,17 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
     self->library_.forget(id);
     self->archive_.forget(id);
     self->archive_files_->forget(id);
+    if (LiveCache* const live = self->told_) live->touch();
   };
   service->archive_files_ = std::make_unique<ArchiveFiles>(layout.archives(), service->admission_->space(), [self = service.get()](const std::string& id) { self->hub_.touch(id); });
   service->queue_ = std::make_unique<JobQueue>(
       JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits, service->ledger_,
                       updates::fetcher(settings.serve, service->admission_->space()), settings.serve.keep_versions, published},
       settings.serve.jobs);
+  service->live_ = std::make_unique<LiveCache>(LiveCache::Parts{
+      layout, *service->registry_, *service->queue_, *service->admission_, service->metrics_, updates::asker(settings.serve), std::uint64_t{settings.serve.limits.cache_mib} << 20,
+      settings.serve.limits.queue, [self = service.get(), published](const std::string& id) { published(id), self->hub_.touch(id); }, std::chrono::seconds(settings.serve.live_fresh_seconds)});
+  service->told_ = service->live_.get();
   service->queue_->resume();
   service->reading_ahead_ = std::thread([self = service.get()] { self->read_ahead(); });
   return service;
@@ -135,6 +140,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
 Service::~Service() {
   stop();
   if (reading_ahead_.joinable()) reading_ahead_.join();
+  live_.reset();  // it uses the queue, whose threads have ended
   queue_.reset();
   archive_files_.reset();
   close(lock_);

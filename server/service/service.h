@@ -1,6 +1,7 @@
 #pragma once
 // Everything the API works on, opened together.
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "server/jobs/job_queue.h"
 #include "server/datasets/library.h"
 #include "server/limits/admission.h"
+#include "server/service/live_cache.h"
 #include "server/metrics/service_metrics.h"
 #include "server/datasets/mounts.h"
 #include "server/options/options.h"
@@ -60,6 +62,7 @@ class Service {
   uploads::PartFiles& uploads() { return uploads_; }
   limits::Admission& admission() { return *admission_; }
   metrics::ServiceMetrics& metrics() { return metrics_; }
+  LiveCache& live() { return *live_; }
 
   ListTexts& list_texts() { return list_texts_; }
   ArchiveFiles& archive_files() { return *archive_files_; }
@@ -99,6 +102,8 @@ class Service {
   updates::Archive archive_;
   std::unique_ptr<ArchiveFiles> archive_files_;
   std::unique_ptr<JobQueue> queue_;
+  std::unique_ptr<LiveCache> live_;
+  std::atomic<LiveCache*> told_{nullptr};  ///< the same while it is told of builds
   ListTexts list_texts_;
   std::thread reading_ahead_;
   std::function<FrontCounts()> front_;  ///< set before the first request

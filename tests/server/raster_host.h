@@ -77,6 +77,12 @@ class RasterHost {
   const std::string& address() const { return address_; }
   void leads(const std::string& target, const std::string& location) { put(target, {302, location, Ends::well}); }
   void has(const std::string& target, const std::string& bytes) { put(target, {200, bytes, Ends::well}); }
+  /// The same with a tag; who names it is told that nothing has changed.
+  void has_tagged(const std::string& target, const std::string& bytes, const std::string& tag) { put(target, {200, bytes, Ends::well, tag}); }
+  void has_no_more(const std::string& target) {
+    const std::lock_guard lock(mutex_);
+    said_.erase(target);
+  }
   /// Says that there are more bytes than it sends.
   void breaks_off(const std::string& target, const std::string& bytes) { put(target, {200, bytes, Ends::early}); }
   /// Targets of all requests, as they came.
@@ -91,11 +97,12 @@ class RasterHost {
     int status;
     std::string text;
     Ends ends;
+    std::string tag = {};
   };
 
   RasterHost(std::unique_ptr<httplib::Server> server, const std::string& origin) : server_(std::move(server)) {
     server_->set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& answer) {
-      say(take(request.target), answer);
+      say(take(request.target), request.get_header_value("If-None-Match"), answer);
       return httplib::Server::HandlerResponse::Handled;
     });
     address_ = origin + std::to_string(server_->bind_to_any_port("127.0.0.1"));
@@ -113,8 +120,13 @@ class RasterHost {
     const auto found = said_.find(target);
     return found == said_.end() ? Said{404, "", Ends::well} : found->second;
   }
-  static void say(const Said& said, httplib::Response& answer) {
+  static void say(const Said& said, const std::string& has, httplib::Response& answer) {
     answer.status = said.status;
+    if (!said.tag.empty()) answer.set_header("ETag", said.tag);
+    if (!said.tag.empty() && has == said.tag) {
+      answer.status = 304;
+      return;
+    }
     if (said.status == 302) answer.set_header("Location", said.text);
     if (said.status != 200) return;
     if (said.ends == Ends::well) return answer.set_content(said.text, "image/tiff");

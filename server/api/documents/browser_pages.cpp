@@ -42,7 +42,7 @@ std::string made_page() {
                     "<style>body{font:1rem/1.5 system-ui,sans-serif;max-width:60rem;margin:auto;padding:1rem;color-scheme:light dark}td{vertical-align:top;padding:0 1rem 0 0}"
                     "</style></head><body>\n<h1>Cordillera " CORDILLERA_VERSION "</h1>\n<p>Post an elevation model, fetch terrain tiles. For programs: <a href=\"api\">OpenAPI</a>. "
                     "To look at: <a href=\"./\">the viewer</a>.</p>\n";
-  for (const char* tag : {"datasets", "uploads", "tiles", "meshes", "heights", "sources", "versions", "stac", "service"}) {
+  for (const char* tag : {"datasets", "uploads", "tiles", "meshes", "heights", "sources", "versions", "live", "stac", "service"}) {
     out += std::string("<h2>") + tag + "</h2>\n";
     for (const auto& [path, item] : paths.items()) {
       for (const auto& [method, operation] : item.items()) {

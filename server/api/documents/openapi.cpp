@@ -26,6 +26,7 @@ std::string made_document() {
   json["security"] = Json::array({Json::object(), {{"bearer", Json::array()}}});
   json["tags"] = Json::array({tag("datasets", "Posting, watching and removing elevation models"),
                               tag("uploads", "Rasters that arrive in parts and survive a broken connection"), tag("tiles", "What map and globe clients fetch"),
+                              tag("live", "The same of a raster's address, without a post"),
                               tag("versions", "The same, at addresses whose content never changes"),
                               tag("meshes", "Parts of a dataset for other programs"), tag("heights", "Elevation queries"),
                               tag("stac", "Datasets as a catalog"),

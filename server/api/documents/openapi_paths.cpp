@@ -319,6 +319,35 @@ void add_archive(Json& paths) {
                  Json::array({query("format", "a format with tiles; without it Terrain-RGB")})});
 }
 
+/// What a client reads of a dataset, of a raster's address alike.
+void add_live(Json& paths) {
+  Json address = query("url", "address of a raster that the operator lets the service fetch");
+  address["required"] = true;
+  Json options = Json::array({address});
+  for (const Json& one : post_parameters()) {
+    const std::string name = one.value("name", "");
+    const bool of_post = name == "build" || name == "provisional" || name == "dry_run" || name == "updates" || name == "upload" || name == "source" || one["in"] != "query";
+    if (!of_post) options.push_back(one);
+  }
+  options.push_back(header("Prefer", "wait=SECONDS: the answer waits so long until something can be read, within the limit max_wait"));
+  Json good;
+  good["200"] = answer("The dataset of this address with these options, of which something can be read", "application/json", "dataset");
+  good["202"] = answer("The same before anything can be read", "application/json", "dataset");
+  item(paths, "/v1/live")["get"] = operation({"live", "live", "The dataset of an address, made where there is none yet; Content-Location names it", good, options});
+  std::vector<std::string> names = {"manifest.json", "elevation"};
+  for (const Face* face : pipeline::faces::all_faces()) {
+    for (const auto& resource : face->resources) names.emplace_back(resource.path);
+  }
+  for (const std::string& name : names) {
+    Json get = paths["/v1/datasets/{id}/" + name]["get"];
+    get["operationId"] = get["operationId"].get<std::string>() + "_of_address";
+    get["tags"] = Json::array({"live"});
+    get["parameters"].push_back(address);
+    if (name.find('{') == name.npos && name != "elevation") get["responses"]["307"] = {{"description", "The document of the dataset"}};
+    item(paths, "/v1/live/" + name)["get"] = std::move(get);
+  }
+}
+
 }  // namespace
 
 Json openapi_paths() {
@@ -336,6 +365,7 @@ Json openapi_paths() {
   add_elevation(paths);
   add_meshes(paths);
   add_archive(paths);
+  add_live(paths);
   add_stac(paths);
   return paths;
 }

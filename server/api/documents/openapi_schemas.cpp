@@ -46,6 +46,8 @@ Json dataset() {
   properties["private"] = {{"type", "boolean"}, {"description", "read with a token only"}};
   properties["provisional"] = {{"type", "boolean"}, {"description", "coarse tiles can be read until the build is done; how far they are off is unknown"}};
   properties["build"] = {{"type", "string"}, {"enum", {"full", "lazy"}}, {"description", "lazy: blocks are made as their tiles are asked for; until all are, the dataset is running"}};
+  properties["asleep"] = {{"type", "boolean"}, {"description", "what was made of it went to make room; who reads it has it made anew"}};
+  properties["source"] = {{"type", Json::array_t{"string", "null"}}, {"description", "of /v1/live: the address of its raster, without what may be a signature"}};
   properties["progress"] = or_null("progress");
   properties["error"] = or_null("problem");
   properties["links"] = {

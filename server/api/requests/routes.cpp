@@ -55,6 +55,16 @@ Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
   return Resource::face;
 }
 
+/// Below /v1/live: what a client reads of a dataset.
+Route live_route(std::string_view rest) {
+  Route route;
+  const Resource what = rest.empty() ? Resource::dataset : below_dataset(std::string(rest), &route.found);
+  if (!rest.empty() && what != Resource::face && what != Resource::manifest && what != Resource::elevation) return {};
+  route.resource = Resource::live;
+  route.path = std::string(rest);
+  return route;
+}
+
 }  // namespace
 
 Route parse_route(std::string_view path) {
@@ -75,6 +85,7 @@ Route parse_route(std::string_view path) {
     route.resource = Resource::page;
     return route;
   }
+  if (path == "/v1/live" || path.starts_with("/v1/live/")) return live_route(path.substr(std::min<std::size_t>(9, path.size())));
   if (parts.size() == 4 && parts[2] == "uploads" && is_id(parts[3])) {
     route.resource = Resource::upload;
     route.id = std::string(parts[3]);
@@ -110,6 +121,7 @@ std::string route_name(const Route& route) {
     case Resource::description: return "api";
     case Resource::metrics: return "metrics";
     case Resource::limits: return "limits";
+    case Resource::live: return "live";
     case Resource::uploads: return "uploads";
     case Resource::upload: return "upload";
     case Resource::datasets: return "datasets";

@@ -16,6 +16,7 @@ enum class Resource {
   description,  ///< /api
   metrics,      ///< /metrics
   limits,       ///< /v1/limits
+  live,         ///< /v1/live and what is below it
   uploads,      ///< /v1/uploads
   upload,       ///< /v1/uploads/{id}
   datasets,     ///< /v1/datasets
@@ -39,7 +40,7 @@ struct Route {
   Resource resource = Resource::none;
   std::string id;
   std::string version;           ///< of …/{id}/versions/{version}/…; empty without one
-  std::string path;              ///< what follows …/{id}/ or the version; of stac, what follows /stac/
+  std::string path;              ///< what follows …/{id}/ or the version; of stac, what follows /stac/, of live /v1/live/
   pipeline::faces::Found found;  ///< of a face
 };
 

@@ -1,0 +1,200 @@
+// /v1/live?url=ADDRESS: a dataset of what stands at an address, without a POST. It is made when it is first asked for, and kept
+// as long as there is room.
+#include <algorithm>
+
+#include "server/access/audit.h"
+#include "server/api/api.h"
+#include "server/api/api_updates.h"
+#include "server/api/public_address.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/fetch/addresses.h"
+#include "server/http/digest.h"
+#include "server/http/percent.h"
+#include "server/log/log.h"
+#include "server/options/request_policy.h"
+
+namespace cordillera::server {
+namespace {
+
+using proto::Problem;
+
+/// What a query asks for: an address, how it is to be built, and what is for the resource itself.
+struct LiveQuery {
+  std::string address;
+  Settings settings;
+  Given rest;
+  std::string key() const {
+    return digest(address + "\n" + to_json_line(settings.build) + (settings.private_dataset ? "private" : ""));
+  }
+};
+
+/// Options of a POST but for those that say how the raster comes and when it is built.
+const std::vector<OptionSpec>& options_of_live() {
+  static const std::vector<OptionSpec> kOptions = [] {
+    std::vector<OptionSpec> options = post_options();
+    std::erase_if(options, [](const OptionSpec& option) {
+      return option.name == "build" || option.name == "provisional" || option.name == "dry-run";
+    });
+    return options;
+  }();
+  return kOptions;
+}
+
+/// name: as a query has it, or with the command line's dashes.
+bool is_option_of_live(const std::string& name) {
+  const std::string said = spelt({name, "", "", "", nullptr}, Spelling::query);
+  return std::any_of(options_of_live().begin(), options_of_live().end(), [&](const OptionSpec& option) {
+    return said == spelt(option, Spelling::query) || (!said.empty() && said == alias_spelt(option, Spelling::query));
+  });
+}
+
+/// path: below /v1/live/; a tile or a document takes parameters of its own.
+proto::Result<LiveQuery> read_live_query(const Service& service, const Request& request, const std::string& path) {
+  LiveQuery asked;
+  Given options;
+  for (const auto& [name, value] : request.query) {
+    if (name == "url" && !asked.address.empty()) return Problem{"option-repeated", "url is given twice", "one url", "url"};
+    if (name == "url")
+      asked.address = value;
+    else if (is_option_of_live(name) || path.empty())
+      options.emplace_back(name, value);
+    else
+      asked.rest.emplace_back(name, value);
+  }
+  if (asked.address.empty() && !service.settings().serve.source_allow.empty())
+    return Problem{"option-invalid", "url, the address of a raster, is missing",
+                   "/v1/live?url=ADDRESS with its special characters escaped (curl -G --data-urlencode url=…)", "url"};
+  if (const auto allowed = updates::check_address(service.settings().serve, asked.address); !allowed) {
+    std::string accepted = "an address that the operator allows";
+    if (request.who.role >= access::Role::write) {  // what that is, is not everybody's to know
+      for (const std::string& prefix : service.settings().serve.source_allow) accepted += ", below " + prefix;
+    }
+    return Problem{"option-forbidden", allowed.problem().detail, accepted, "url"};
+  }
+  auto settings = with_layer(service.settings(), options_of_live(), options, Spelling::query);
+  if (!settings) {
+    Problem problem = settings.problem();
+    if (problem.type == "option-unknown") problem.accepted = "url, " + problem.accepted;
+    return problem;
+  }
+  asked.settings = std::move(*settings);
+  asked.settings.dry_run = false;
+  proto::BuildOptions& build = asked.settings.build;
+  build.clear_provisional();
+  build.set_build(kLazy);
+  if (build.keep_size() > 0) build.clear_build();  // these levels are not built block by block
+  if (asked.settings.private_dataset && !service.gate().has_tokens())
+    return Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read",
+                   "private=0, or cordillera serve --tokens FILE", "private"};
+  if (auto refused = apply_policy(service.settings(), build)) return *refused;
+  return asked;
+}
+
+/// The row of a dataset that has no raster yet.
+proto::Result<Row> make_live(Service& service, const Request& request, const LiveQuery& asked) {
+  Dataset dataset;
+  const std::string& name = asked.settings.build.name();
+  dataset.name = name.empty() ? updates::name_in(asked.address) : name;
+  dataset.id = make_id(dataset.name);
+  dataset.options = asked.settings.build;
+  dataset.created = now_text();
+  dataset.raster = "source" + suffix_of(dataset.name);
+  dataset.options_hash = asked.key();
+  dataset.owner = request.who.name;
+  dataset.is_private = asked.settings.private_dataset;
+  dataset.request_id = request.id;
+  dataset.address = asked.address;
+  if (!service.registry().add(dataset)) return Problem{"internal", "the dataset could not be registered", "trying again", ""};
+  log_info("dataset " + dataset.id + ": made of " + updates::without_query(asked.address), {{"job", dataset.id}});
+  service.audit().note({request.who.name, request.client, request.method, request.path, dataset.id, 0, 202, "", request.id});
+  service.queue().enqueue(dataset.id, sender(request));
+  return service.registry().find(dataset.id);
+}
+
+/// Takes a place among the client's, and if need be the room of a dataset that nobody reads.
+proto::Result<Row> make_within_limits(Service& service, const Request& request, const LiveQuery& asked) {
+  auto place = service.live().enter(sender(request));
+  if (!place && place.problem().type == "datasets-full") {
+    const Row oldest = service.live().oldest();
+    if (oldest && delete_dataset(service, oldest->id)) place = service.live().enter(sender(request));
+  }
+  if (!place) return place.problem();
+  auto made = make_live(service, request, asked);
+  if (made) service.live().hold((*made)->id, std::move(*place));
+  return made;
+}
+
+/// The dataset, made where there is none and the request may have it made.
+proto::Result<Row> live_row(Service& service, const Request& request, const LiveQuery& asked) {
+  Row found = service.live().find(asked.key());
+  if (found && may_see(request, *found)) return found;
+  if (!service.settings().serve.live_open || asked.settings.private_dataset) {
+    if (auto refused = service.gate().refuse(request, access::Role::write)) {
+      if (refused->type == "origin-forbidden") refused->accepted += ", or cordillera serve --live-open";
+      return *refused;
+    }
+  }
+  return service.live().find_or_make(asked.key(), [&] { return make_within_limits(service, request, asked); });
+}
+
+std::string rest_of_query(const Given& query) {
+  std::string text;
+  for (const auto& [name, value] : query)
+    text.append(text.empty() ? "?" : "&").append(percent_encoded(name)).append("=").append(percent_encoded(value));
+  return text;
+}
+
+/// Documents name their tiles by paths beside their own, and some clients count these from where they were led to.
+bool is_document(const Route& route) {
+  return route.resource == Resource::manifest ||
+         (route.resource == Resource::face && route.found.resource->grid == pipeline::faces::Grid::none);
+}
+
+Response led_to(const std::string& location) {
+  Response response;
+  response.status = 307;
+  response.set("Location", location);
+  response.set("Cache-Control", "no-store");
+  response.set("Content-Type", "text/plain; charset=utf-8");
+  response.body = "The document is at " + location + "\n";
+  return response;
+}
+
+}  // namespace
+
+std::optional<Response> wait_until_read(Service& service, const Request& request, const Dataset& dataset, const Route& route) {
+  if (request.waited || (dataset.state != State::queued && dataset.state != State::running)) return std::nullopt;
+  if (service.library().provisional(dataset.id)) return std::nullopt;
+  const auto wait = may_wait(service, request);
+  if (!wait) return problem_response(wait.problem());
+  auto awaited =
+      awaited_tile(route).value_or(Awaited{{}, [](const Dataset&, const proto::Manifest* shown) { return shown == nullptr; }});
+  auto later = wait_for(service, request, dataset, *wait, std::move(awaited));
+  return later ? std::move(*later) : not_made_yet(dataset);
+}
+
+Live live_dataset(Service& service, const Request& request, const Route& route) {
+  auto asked = read_live_query(service, request, route.path);
+  if (!asked) return {{}, {}, problem_response(asked.problem())};
+  const auto dataset = live_row(service, request, *asked);
+  if (!dataset) return {{}, {}, problem_response(dataset.problem())};
+  Live live;
+  live.request = request;
+  live.request.path = "/v1/datasets/" + (*dataset)->id + (route.path.empty() ? "" : "/" + route.path);
+  live.request.query = asked->rest;
+  live.route = parse_route(live.request.path);
+  if (is_document(live.route))
+    live.answer = led_to(public_path(request, (*dataset)->id) + "/" + route.path + rest_of_query(asked->rest));
+  if (!route.path.empty()) return live;
+  const bool comes = !request.waited && service.live().read(**dataset, sender(request));
+  const Row now = service.registry().find((*dataset)->id);  // it may have been woken
+  if (comes && now && request.headers.contains("prefer")) live.answer = wait_until_read(service, request, *now, live.route);
+  if (live.answer) return live;
+  live.answer = now ? status_document(service, live.request, *now) : problem_response(unknown_to(request, (*dataset)->id));
+  if (now) live.answer->set("Content-Location", public_path(request, now->id));
+  if (now && (now->state == State::queued || now->state == State::running) && !service.library().provisional(now->id))
+    live.answer->status = 202;
+  return live;
+}
+
+}  // namespace cordillera::server

@@ -1,0 +1,112 @@
+// The queue's part for datasets whose rasters are fetched from an address, and fetched again when something else stands there.
+#include <fstream>
+
+#include "pipeline/store/mesh_files.h"
+#include "raster/storage/storage.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/datasets/upload.h"
+#include "server/http/json.h"
+#include "server/jobs/job_queue.h"
+#include "server/log/log.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kNext = "next-";  // before the name of a raster that is not whole, or whose time has not come
+
+proto::Problem cannot(const std::string& what) { return {"storage-full", what, "trying again when there is room", ""}; }
+
+}  // namespace
+
+std::optional<updates::Print> fetched_print(const fs::path& folder) {
+  std::ifstream file(folder / kFetchedFile);
+  const Json note = Json::parse(file, nullptr, false);
+  if (!note.is_object()) return std::nullopt;
+  return updates::Print{note.value("etag", ""), note.value("modified", ""), note.value("bytes", std::uint64_t{0})};
+}
+
+void JobQueue::tell_fetching(const std::string& id) {
+  proto::Progress progress;
+  progress.set_stage("fetch");
+  progress.set_total(1);
+  progress.set_seconds_left(-1);
+  hub_.publish(id, progress);
+}
+
+void JobQueue::fetch_anew(const std::string& id) {
+  const Row dataset = registry_.find(id);
+  if (!dataset) return;
+  {
+    const std::lock_guard lock(mutex_);
+    anew_.insert(id);
+  }
+  enqueue({id, owner_of(*dataset), 0});
+}
+
+bool JobQueue::while_idle(const std::string& id, const std::function<void()>& work) {
+  const auto flag = begin(id, Work::apart);
+  if (!flag || turns_.place(id)) return false;
+  work();
+  looked_at_.forget(id);
+  return true;
+}
+
+/// What a dataset's raster needs before its build: nothing; or the turn ends here.
+std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
+  const std::string& id = dataset.id;
+  if (dataset.address.empty() || dataset.state == State::failed) return std::nullopt;
+  bool anew = false;
+  {
+    const std::lock_guard lock(mutex_);
+    anew = anew_.erase(id) > 0;
+  }
+  std::error_code error;
+  if (!anew && (dataset.state == State::ready || fs::exists(layout_.dataset(id) / dataset.raster, error))) return std::nullopt;
+  if (dataset.state == State::queued) registry_.set_state(id, State::running, std::nullopt);
+  const auto fetched = fetch_raster(dataset, stop);
+  if (stop) return Next::done;
+  if (fetched) return std::nullopt;
+  if (!is_passing(fetched.problem(), turn.attempt)) return finish(dataset, fetched.problem()), Next::done;
+  if (anew) {
+    const std::lock_guard lock(mutex_);
+    anew_.insert(id);
+  } else {
+    registry_.set_state(id, State::queued, fetched.problem());
+  }
+  hub_.touch(id);
+  log_warning("dataset " + id + ": " + fetched.problem().line() + "; tried again later");
+  retry_later({id, turn.client, turn.attempt + 1});
+  return Next::done;
+}
+
+/// What was made of the raster before is served until this one has come.
+proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop) {
+  const fs::path folder = layout_.dataset(dataset.id), next = folder / (kNext + dataset.raster);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return cannot("the folder of " + dataset.id + " cannot be made: " + error.message());
+  if (const auto written = write_record(folder, dataset); !written) return written;
+  log_info("dataset " + dataset.id + ": its raster is fetched");
+  tell_fetching(dataset.id);
+  const auto print = fetch_(dataset.address, next, stop);
+  if (!print) return print.problem();
+  const Json note = {{"etag", print->etag}, {"modified", print->modified}, {"bytes", print->bytes}};
+  // In an order in which a service that is killed finds a build that is done, or one that is to be done, or a raster that is to
+  // be fetched.
+  registry_.set_state(dataset.id, State::queued, std::nullopt);
+  for (const fs::path& store : {layout_.store(dataset.id), layout_.provisional(dataset.id)})
+    pipeline::remove_store(store.string());
+  if (!raster::write_whole((folder / kFetchedFile).string(), note.dump(1, ' ', false, Json::error_handler_t::replace) + "\n")
+           .ok())
+    return cannot("what was fetched for " + dataset.id + " cannot be written down");
+  fs::rename(next, folder / dataset.raster, error);
+  if (error || !sync_folder(folder))
+    return cannot("the raster of " + dataset.id + " cannot be put into its place: " + error.message());
+  looked_at_.forget(dataset.id);
+  published_(dataset.id);
+  return {};
+}
+
+}  // namespace cordillera::server

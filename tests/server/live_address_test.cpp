@@ -1,0 +1,291 @@
+// /v1/live?url=…: datasets of what stands at an address, without a POST, and what goes when they take more room than they may.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "program_fixture.h"
+#include "raster_host.h"
+
+namespace cordillera::server {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// A cone whose top is so high, in metres.
+std::string cone_of(int top) {
+  std::ostringstream text;
+  text << "ncols 64\nnrows 64\nxllcorner 10\nyllcorner 46\ncellsize 0.0083333333333333\nNODATA_value -9999\n";
+  for (int row = 0; row < 64; ++row) {
+    for (int column = 0; column < 64; ++column) text << top - 10 * std::hypot(row - 31.5, column - 31.5) << ' ';
+    text << '\n';
+  }
+  return text.str();
+}
+
+class LiveAddress : public Program {
+ protected:
+  void SetUp() override {
+    host_.has_tagged("/dems/cone.asc", cone_of(2000), "\"one\"");
+    host_.has_tagged("/dems/signed.asc?sig=secret", cone_of(1000), "\"signed\"");
+  }
+  void start(std::vector<std::string> more = {}, const std::string& allowed = "/dems/") {
+    more.insert(more.begin(), {"--source-allow", host_.address() + allowed, "--max-wait", "600"});
+    server_.start(folder_.path(), more);
+  }
+  /// The query of a raster on the host.
+  std::string query(const std::string& target, const std::string& options = "") const {
+    std::string escaped;
+    for (const char c : host_.address() + target)
+      escaped += c == '?' ? "%3F" : c == '=' ? "%3D" : c == '&' ? "%26" : std::string(1, c);
+    return "?url=" + escaped + "&crs=EPSG:4326&vertical_datum=ellipsoid&error=20" + options;
+  }
+  /// The whole answer, its head first.
+  std::string whole(const std::string& path, const std::string& more = "") {
+    return shell("curl -q -s -i -m 500 " + more + " '" + server_.base() + path + "'").output;
+  }
+  std::string body(const std::string& path, const std::string& more = "") {
+    return shell("curl -q -s -m 500 " + more + " '" + server_.base() + path + "'").output;
+  }
+  Json json(const std::string& path, const std::string& more = "") { return Json::parse(body(path, more), nullptr, false); }
+  std::string slug(const std::string& path, const std::string& more = "") {
+    Json answer = json(path, more);
+    const std::string type = answer.is_object() ? answer.value("type", "") : "";
+    return type.substr(type.rfind(':') + 1);
+  }
+  /// The dataset of a query; something of it can be read.
+  std::string id_of(const std::string& query, const std::string& more = "") {
+    const Json answer = json("/v1/live" + query, "-H 'Prefer: wait=500' " + more);
+    EXPECT_TRUE(answer.contains("id")) << answer << server_.log();
+    return answer.value("id", "");
+  }
+  Json status(const std::string& id) { return json("/v1/datasets/" + id); }
+  /// Height in the middle; 0: there is none.
+  double top(const std::string& query) {
+    Json answer = json("/v1/live/elevation" + query + "&points=10.2666,46.2666");
+    return answer["points"].is_array() && answer["points"][0]["ellipsoidal_height"].is_number()
+               ? answer["points"][0]["ellipsoidal_height"].get<double>()
+               : 0;
+  }
+  long asked(const std::string& target) const {
+    const auto all = host_.asked();
+    return std::count(all.begin(), all.end(), target);
+  }
+  fs::path folder_of(const std::string& id) const { return folder_.path() / "data" / "datasets" / id; }
+
+  RasterHost host_;
+};
+
+TEST_F(LiveAddress, AnAddressIsADataset) {
+  start();
+  const std::string cone = query("/dems/cone.asc");
+  const std::string led = whole("/v1/live/tileset.json" + cone);
+  EXPECT_THAT(led, AllOf(HasSubstr("307"), HasSubstr("Location: /v1/datasets/cone-"), HasSubstr("Cache-Control: no-store")));
+  EXPECT_THAT(body("/v1/live/tileset.json" + cone, "-L"), HasSubstr("geometricError"))
+      << "whoever follows waits until it is there\n"
+      << server_.log();
+  const std::string id = id_of(cone);
+  EXPECT_THAT(led, HasSubstr("/v1/datasets/" + id + "/tileset.json"));
+  EXPECT_THAT(whole("/v1/live" + cone), AllOf(HasSubstr("200 OK"), HasSubstr("Content-Location: /v1/datasets/" + id)));
+  for (const char* path : {"tiles/0/1/0.drc", "terrain/0/1/0.terrain", "terrain-rgb/0/0/0.png"}) {
+    const std::string tile = body(std::string("/v1/live/") + path + cone);
+    EXPECT_FALSE(tile.empty()) << path;
+    EXPECT_EQ(tile, body("/v1/datasets/" + id + "/" + path)) << path;
+  }
+  EXPECT_THAT(body("/v1/live/layer.json" + cone, "-L"), HasSubstr("terrain/{z}/{x}/{y}.terrain"));
+  EXPECT_THAT(json("/v1/live/terrain-rgb.json" + cone, "-L")["tiles"][0].dump(),
+              HasSubstr(server_.base() + "/v1/datasets/" + id + "/terrain-rgb/"));
+  EXPECT_NEAR(top(cone), 2000, 60);
+  EXPECT_THAT(status(id)["source"].dump(), HasSubstr("/dems/cone.asc"));
+  EXPECT_EQ(asked("/dems/cone.asc"), 1) << "it was fetched once for all of these";
+  EXPECT_NE(id_of(query("/dems/cone.asc", "&title=Other")), id) << "other options, another dataset";
+  EXPECT_EQ(slug("/v1/live/tiles/3/7/7.drc" + cone), "tile-unknown");
+  EXPECT_THAT(body("/metrics"), HasSubstr("cordillera_http_requests_total{route=\"live\""));
+}
+
+TEST_F(LiveAddress, OnlyWhatTheOperatorAllowsIsFetched) {
+  start();
+  EXPECT_EQ(slug("/v1/live"), "option-invalid");
+  EXPECT_EQ(slug("/v1/live/tileset.json"), "option-invalid");
+  for (const char* target : {"/private/cone.asc", "/dems/../private/cone.asc", "/dems/%2e%2e/x.asc"})
+    EXPECT_EQ(slug("/v1/live" + query(target)), "option-forbidden") << target;
+  EXPECT_EQ(json("/v1/live?url=file:///etc/passwd")["parameter"], "url");
+  EXPECT_EQ(slug("/v1/live" + query("/dems/cone.asc", "&eror=3")), "option-unknown");
+  for (const char* other : {"&build=full", "&updates=1", "&dry_run=1", "&source=http://127.0.0.1/"})
+    EXPECT_EQ(slug("/v1/live" + query("/dems/cone.asc", other)), "option-unknown") << other;
+  EXPECT_EQ(slug("/v1/live" + query("/dems/cone.asc", "&crs=/etc/passwd")), "option-repeated");
+  EXPECT_EQ(slug("/v1/live/sources" + query("/dems/cone.asc")), "not-found");
+  EXPECT_EQ(slug("/v1/live" + query("/dems/cone.asc"), "-H 'Origin: https://elsewhere.example'"), "origin-forbidden");
+  EXPECT_EQ(json("/v1/datasets")["datasets"].size(), 0u);
+  EXPECT_TRUE(host_.asked().empty());
+  server_.end(SIGTERM);
+  server_.start(folder_.path());
+  const Json none = json("/v1/live" + query("/dems/cone.asc"));
+  EXPECT_THAT(none.dump(), AllOf(HasSubstr("option-forbidden"), HasSubstr("--source-allow")));
+}
+
+TEST_F(LiveAddress, NobodySeesWhatMayBeASignature) {
+  start();
+  const std::string sought = query("/dems/signed.asc?sig=secret");
+  const std::string id = id_of(sought);
+  EXPECT_EQ(asked("/dems/signed.asc?sig=secret"), 1);
+  std::string all = whole("/v1/live" + sought) + whole("/v1/live/tileset.json" + sought) +
+                    whole("/v1/live/tileset.json" + sought, "-L") + whole("/v1/live/manifest.json" + sought, "-L");
+  all += whole("/v1/datasets") + whole("/v1/datasets/" + id) + whole("/v1/datasets/" + id + "/sources") +
+         whole("/stac/collections/datasets/items") + whole("/metrics");
+  all += whole("/v1/live" + query("/dems/none.asc?sig=secret"), "-H 'Prefer: wait=500'") +
+         whole("/v1/live" + query("/private/none.asc?sig=secret"));
+  EXPECT_THAT(all, Not(HasSubstr("secret")));
+  EXPECT_THAT(all, HasSubstr("/dems/signed.asc"));
+  EXPECT_THAT(server_.log(), Not(HasSubstr("secret")));
+  EXPECT_THAT(file_text(folder_.path() / "data" / "audit.jsonl"), AllOf(HasSubstr(id), Not(HasSubstr("secret"))));
+}
+
+TEST_F(LiveAddress, WhatChangesIsBuiltAnewAndWhatIsGoneGoes) {
+  start({"--live-fresh", "0"});
+  const std::string cone = query("/dems/cone.asc");
+  const std::string id = id_of(cone);
+  EXPECT_NEAR(top(cone), 2000, 60);
+  ASSERT_TRUE(eventually([&] {
+    return body("/metrics").find("cordillera_live_asked_total{outcome=\"same\"}") != std::string::npos;
+  })) << server_.log();
+  EXPECT_EQ(status(id)["state"], "ready") << "it was asked, and is the same";
+  host_.has_tagged("/dems/cone.asc", cone_of(3000), "\"two\"");
+  ASSERT_TRUE(eventually([&] { return std::abs(top(cone) - 3000) < 60; })) << server_.log();
+  EXPECT_EQ(id_of(cone), id) << "its address stays";
+  host_.has_no_more("/dems/cone.asc");
+  ASSERT_TRUE(eventually([&] { return slug("/v1/live/tiles/0/1/0.drc" + cone) == "dataset-failed"; })) << server_.log();
+  EXPECT_THAT(body("/v1/live" + cone, "-H 'Prefer: wait=500'"), HasSubstr("source-unreachable"));
+  host_.has_tagged("/dems/cone.asc", cone_of(4000), "\"three\"");
+  EXPECT_TRUE(eventually([&] { return std::abs(top(cone) - 4000) < 60; })) << "asked for again it is tried again\n"
+                                                                           << server_.log();
+}
+
+TEST_F(LiveAddress, AKilledServiceFindsItAgain) {
+  start();
+  const std::string cone = query("/dems/cone.asc");
+  const std::string id = id_of(cone), tile = body("/v1/live/tiles/0/1/0.drc" + cone);
+  server_.end(SIGKILL);
+  start();
+  EXPECT_EQ(id_of(cone), id);
+  EXPECT_EQ(body("/v1/live/tiles/0/1/0.drc" + cone), tile);
+  EXPECT_THAT(server_.log(), Not(HasSubstr("is fetched")));
+  server_.end(SIGTERM);
+  ASSERT_EQ(shell(kProgram + " vacuum " + (folder_.path() / "data").string()).code, 0);
+  start();
+  EXPECT_EQ(body("/v1/live/tiles/0/1/0.drc" + cone), tile);
+  EXPECT_THAT(server_.log(), Not(HasSubstr("is fetched"))) << "the note of what was fetched is still there";
+}
+
+TEST_F(LiveAddress, WithTokensOnlyWhoMayPostHasThemFetched) {
+  const std::string tokens = (folder_.path() / "tokens").string();
+  const auto token = [&](const char* name, const char* role) {
+    std::string said =
+        shell(kProgram + " token new --name " + name + " --role " + role + " --file " + tokens + " 2>/dev/null").output;
+    const auto at = said.find("token: ") + 7;
+    return "-H 'Authorization: Bearer " + said.substr(at, said.find('\n', at) - at) + "'";
+  };
+  const std::string writer = token("writer", "write"), reader = token("reader", "read");
+  start({"--tokens", tokens});
+  const std::string open = query("/dems/cone.asc"), hidden = query("/dems/cone.asc", "&private=1");
+  EXPECT_EQ(slug("/v1/live" + open), "token-missing");
+  EXPECT_EQ(slug("/v1/live" + open, reader), "role-too-low");
+  EXPECT_THAT(body("/v1/live" + query("/private/x.asc")), Not(HasSubstr(host_.address() + "/dems/")))
+      << "what is allowed is not everybody's to know";
+  const std::string id = id_of(open, writer);
+  EXPECT_THAT(whole("/v1/live/tiles/0/1/0.drc" + open), HasSubstr("200 OK")) << "what is there may be read";
+  const std::string secret = id_of(hidden, writer);
+  EXPECT_NE(secret, id);
+  EXPECT_EQ(slug("/v1/live/tiles/0/1/0.drc" + hidden), "token-missing");
+  EXPECT_THAT(whole("/v1/live/tiles/0/1/0.drc" + hidden, reader), AllOf(HasSubstr("200 OK"), Not(HasSubstr("public"))));
+  server_.end(SIGTERM);
+  start({"--tokens", tokens, "--live-open", "1"});
+  EXPECT_THAT(whole("/v1/live/tiles/0/1/0.drc" + query("/dems/cone.asc", "&title=New")), HasSubstr("200 OK"));
+  EXPECT_EQ(slug("/v1/live/tiles/0/1/0.drc" + hidden), "token-missing");
+}
+
+/// Rasters that are larger than what may be kept.
+class CacheLimit : public LiveAddress {
+ protected:
+  void SetUp() override {
+    constexpr int kSide = 640;
+    std::ostringstream text;
+    text << "ncols " << kSide << "\nnrows " << kSide << "\nxllcorner 10\nyllcorner 46\ncellsize 0.0005\n";
+    for (int row = 0; row < kSide; ++row) {
+      for (int column = 0; column < kSide; ++column)
+        text << static_cast<int>(1000 + 300 * std::sin(column / 9.0) * std::cos(row / 7.0)) << ' ';
+      text << '\n';
+    }
+    for (const char* name : {"/dems/a.asc", "/dems/b.asc"}) host_.has_tagged(name, text.str(), "\"one\"");
+    raster_ = (folder_.path() / "hills.asc").string();
+    std::ofstream(raster_) << text.str();
+  }
+  /// Its blocks are made one by one.
+  std::string lazy(const std::string& target) const { return query(target, "&max_level=13"); }
+  static constexpr const char* kFinal = "-H 'Prefer: wait=500'";
+  bool falls_asleep(const std::string& id) {
+    return eventually([&] { return status(id)["asleep"] == true; });
+  }
+  /// Of the finest level, in the middle.
+  std::string tile() const {
+    const double tiles = std::ldexp(1, 13) / 180;
+    return "/tiles/13/" + std::to_string(static_cast<int>(190.15 * tiles)) + "/" +
+           std::to_string(static_cast<int>(136.15 * tiles)) + ".drc";
+  }
+};
+
+TEST_F(CacheLimit, WhatWasReadLongestAgoGoesAndComesAgain) {
+  start({"--cache-limit", "1"});
+  const std::string a = id_of(lazy("/dems/a.asc"));
+  const std::string made = body("/v1/live" + tile() + lazy("/dems/a.asc"), kFinal);
+  EXPECT_FALSE(made.empty());
+  ASSERT_TRUE(falls_asleep(a)) << server_.log();
+  EXPECT_TRUE(eventually([&] { return body("/metrics").find("cordillera_live_bytes 0\n") != std::string::npos; }));
+  for (const auto& entry : fs::directory_iterator(folder_of(a)))
+    EXPECT_THAT(entry.path().extension().string(), ".json") << entry.path();
+  EXPECT_EQ(status(a)["state"], "running");
+  EXPECT_THAT(body("/metrics"), HasSubstr("cordillera_live_forgotten_total{kind=\"address\"} 1"));
+  EXPECT_EQ(json("/v1/limits")["limits"]["cache_limit"]["value"], 1);
+  server_.end(SIGKILL);
+  start({"--cache-limit", "1"});
+  EXPECT_EQ(status(a)["asleep"], true) << "a start wakes nobody";
+  EXPECT_EQ(asked("/dems/a.asc"), 1);
+  EXPECT_EQ(body("/v1/datasets/" + a + tile(), kFinal), made)
+      << "whoever reads it has it fetched and made again, with the same bytes\n"
+      << server_.log();
+  EXPECT_EQ(asked("/dems/a.asc"), 2);
+  const std::string b = id_of(lazy("/dems/b.asc"));
+  EXPECT_TRUE(falls_asleep(a));
+  EXPECT_TRUE(falls_asleep(b));
+}
+
+TEST_F(CacheLimit, BlocksOfAPostedLazyDatasetGoAndItsRasterStays) {
+  start({"--cache-limit", "1"});
+  const std::string full = curl("--data-binary @" + raster_ + " '" + server_.base() +
+                                "/v1/datasets?name=hills.asc&crs=EPSG:4326&error=200&max_level=9'")
+                               .value("id", "");
+  const std::string id =
+      curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() +
+           "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=2&build=lazy&max_level=13'")
+          .value("id", "");
+  const std::string made = body("/v1/datasets/" + id + tile(), kFinal);
+  EXPECT_FALSE(made.empty());
+  ASSERT_TRUE(falls_asleep(id)) << status(id);
+  EXPECT_TRUE(fs::exists(folder_of(id) / "source.asc"));
+  for (const char* gone : {"dataset.sqlite", "provisional.sqlite"})
+    EXPECT_TRUE(eventually([&] { return !fs::exists(folder_of(id) / gone); })) << gone;
+  EXPECT_EQ(status(id)["build"], "lazy");
+  EXPECT_EQ(body("/v1/datasets/" + id + tile(), kFinal), made) << server_.log();
+  ASSERT_TRUE(falls_asleep(id));
+  EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=full'").value("id", ""), id);
+  EXPECT_EQ(status(id)["asleep"], false);
+  EXPECT_EQ(status(id)["build"], "full");
+  EXPECT_EQ(body("/v1/datasets/" + id + tile(), kFinal), made) << "all of it is made";
+  EXPECT_EQ(status(full)["state"], "ready") << "what was built in full stays";
+}
+
+}  // namespace
+}  // namespace cordillera::server
