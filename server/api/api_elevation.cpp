@@ -54,7 +54,8 @@ std::vector<proto::TileAddress> look_at_places(Service& service, const Dataset& 
                                                const std::vector<raster::LinePoint>& places, JobQueue::Who who) {
   std::vector<proto::TileAddress> tiles = tiles_at(places, shown);
   std::erase_if(tiles, [&](const proto::TileAddress& tile) { return !is_to_come(dataset, &shown, tile); });
-  for (std::size_t k = 0; k < std::min(tiles.size(), kMostLooks); ++k) service.queue().look(dataset, tiles[k], shown, who);
+  const auto end = tiles.begin() + static_cast<std::ptrdiff_t>(std::min(tiles.size(), kMostLooks));
+  service.queue().look(dataset, {tiles.begin(), end}, shown, who);
   return tiles;
 }
 

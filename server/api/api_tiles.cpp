@@ -274,7 +274,7 @@ Response published(Service& service, const Dataset& dataset, const Request& requ
   const proto::Manifest& shown = opened.terrain->manifest();
   const bool to_come = tile && lacks(dataset, &shown, route, *tile);
   const auto who = wait->preferred ? JobQueue::Who::waits : JobQueue::Who::passes;
-  if (to_come) service.queue().look(dataset, *tile, shown, who);  // a tile that is not there yet, too
+  if (to_come) service.queue().look(dataset, {*tile}, shown, who);  // a tile that is not there yet, too
   if (to_come && wait->preferred) {
     if (auto put_off = later()) return std::move(*put_off);
   }

@@ -11,6 +11,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// The loops of connections look, and the job is told by a file: hundreds that wait must not write it with every step of a build.
+constexpr std::chrono::seconds kBetweenLooks{1};
+
 class TileWait {
  public:
   TileWait(Service& service, std::string id, const MayWait& wait, Awaited awaited, Token place)
@@ -18,29 +21,29 @@ class TileWait {
 
   std::optional<Response> ask(Patience patience) {
     const std::uint64_t changes = service_.library().changes();
-    const bool news = seen_ != changes;
+    const bool news = seen_ != changes, looks = Clock::now() - looked_ >= kBetweenLooks;
     seen_ = changes;
-    if (news && !lacks()) return over("made", anew());
+    if ((news || looks) && !lacks(looks)) return over("made", anew());
     if (patience == Patience::none) return over("left", refusal());
     if (service_.stopping() || Clock::now() - began_ >= wait_.longest) return over("timeout", refusal());
     return std::nullopt;
   }
 
  private:
-  /// Looks again on the way: what a step shows may be what others have asked for since.
-  bool lacks() const {
+  /// looks: again, on the way, for what a step shows may be what others have asked for since.
+  bool lacks(bool looks) {
     const Row dataset = service_.find(id_);
     if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return false;
     const auto terrain = service_.library().provisional(id_);
     if (!awaited_.lacks(*dataset, terrain ? &terrain->manifest() : nullptr)) return false;
-    if (!terrain) return true;
-    std::size_t looks = 0;
+    if (!terrain || !looks) return true;
+    looked_ = Clock::now();
+    std::vector<proto::TileAddress> to_come;
     for (const proto::TileAddress& tile : awaited_.tiles) {
-      if (looks == kMostLooks) break;
-      if (!is_to_come(*dataset, &terrain->manifest(), tile)) continue;
-      service_.queue().look_again(*dataset, tile, terrain->manifest());
-      ++looks;
+      if (to_come.size() == kMostLooks) break;
+      if (is_to_come(*dataset, &terrain->manifest(), tile)) to_come.push_back(tile);
     }
+    service_.queue().look_again(*dataset, std::move(to_come), terrain->manifest());
     return true;
   }
 
@@ -68,6 +71,7 @@ class TileWait {
   const Awaited awaited_;
   const Token place_;
   const Clock::time_point began_ = Clock::now();
+  Clock::time_point looked_{};  ///< when it did so last; the request itself may have looked before
   std::optional<std::uint64_t> seen_;  ///< of the library's changes; nothing at first
 };
 

@@ -20,11 +20,12 @@ bool JobQueue::waits_for_readers(const Dataset& dataset) const {
   return !dataset.address.empty() && !std::filesystem::exists(layout_.dataset(dataset.id) / dataset.raster, error);
 }
 
-void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown, Who who) {
-  if (!is_lazy(dataset))
-    return looked_at_.note(dataset.id, tile, who == Who::waits ? LookedAt::Tell::now : LookedAt::Tell::now_and_then);
-  if (!waits_for_block(shown, tile)) return;
-  looked_at_.note(dataset.id, tile, LookedAt::Tell::now);
+void JobQueue::look(const Dataset& dataset, std::vector<proto::TileAddress> tiles, const proto::Manifest& shown, Who who) {
+  const bool lazy = is_lazy(dataset);
+  if (lazy) std::erase_if(tiles, [&](const proto::TileAddress& tile) { return !waits_for_block(shown, tile); });
+  if (tiles.empty()) return;
+  looked_at_.note(dataset.id, tiles, lazy || who == Who::waits ? LookedAt::Tell::now : LookedAt::Tell::now_and_then);
+  if (!lazy) return;
   if (dataset.state == State::queued) return;  // its turn comes, or another attempt
   {
     const std::lock_guard lock(mutex_);
@@ -35,9 +36,9 @@ void JobQueue::look(const Dataset& dataset, const proto::TileAddress& tile, cons
   enqueue({dataset.id, owner_of(dataset), 0});
 }
 
-void JobQueue::look_again(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown) {
-  if (!looked_at_.any_of(dataset.id, [&](const proto::TileAddress& other) { return other == tile; }))
-    look(dataset, tile, shown, Who::waits);
+void JobQueue::look_again(const Dataset& dataset, std::vector<proto::TileAddress> tiles, const proto::Manifest& shown) {
+  looked_at_.any_of(dataset.id, [&](const proto::TileAddress& known) { return std::erase(tiles, known), tiles.empty(); });
+  look(dataset, std::move(tiles), shown, Who::waits);
 }
 
 /// A lazy build whose job has ended: at the end of the queue, if somebody looked at a block that it has not come to.

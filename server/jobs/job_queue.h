@@ -81,14 +81,14 @@ class JobQueue {
   bool while_idle(const std::string& id, const std::function<void()>& work);
   /// Which of those that wait it is, 1 for the next; nullopt: it does not wait.
   std::optional<std::size_t> place(const std::string& id) const { return turns_.place(id); }
-  /// Somebody has asked for a tile of the lattice, and got what is shown of the dataset while it is built: its block is made
-  /// next, or at all. who: waits where somebody waits for its final tile. The job is told at once then, as of a lazy dataset
-  /// always.
+  /// Somebody has asked for tiles of the lattice, and got what is shown of the dataset while it is built: their blocks are made
+  /// next, or at all. who: waits where somebody waits for the final tiles. The job is told at once then, as of a lazy dataset
+  /// always: once of all of them.
   enum class Who : std::uint8_t { passes, waits };
-  void look(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown, Who who = Who::passes);
-  /// The same of somebody who waits for it since: nothing, unless so many others have looked elsewhere that this look is
+  void look(const Dataset& dataset, std::vector<proto::TileAddress> tiles, const proto::Manifest& shown, Who who = Who::passes);
+  /// The same of somebody who waits for them since: nothing, unless so many others have looked elsewhere that this look is
   /// forgotten.
-  void look_again(const Dataset& dataset, const proto::TileAddress& tile, const proto::Manifest& shown);
+  void look_again(const Dataset& dataset, std::vector<proto::TileAddress> tiles, const proto::Manifest& shown);
   /// What a build of the raster in this folder would make; waits for its client's turn beside the builds.
   proto::Result<proto::Estimate> dry_run(const std::filesystem::path& folder, const std::string& client, const proto::Job& asked);
   std::size_t waiting_dry_runs() const { return dry_turns_.waiting(); }

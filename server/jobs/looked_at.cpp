@@ -12,7 +12,7 @@ constexpr auto kBetweenNotes = std::chrono::milliseconds(50);
 
 }  // namespace
 
-void LookedAt::note(const std::string& id, const proto::TileAddress& tile, Tell tell) {
+void LookedAt::note(const std::string& id, const std::vector<proto::TileAddress>& asked, Tell tell) {
   std::error_code ignored;
   if (!std::filesystem::exists(layout_.provisional(id), ignored)) return;  // its build has ended meanwhile
   const std::filesystem::path folder = layout_.dataset(id), next = folder / (std::string(kNotesFile) + "-next");
@@ -22,9 +22,11 @@ void LookedAt::note(const std::string& id, const proto::TileAddress& tile, Tell 
   if (added) {
     for (const proto::TileAddress& earlier : read_looked_at(folder)) tiles.last_first.push_back(earlier);  // of a service before this one
   }
-  std::erase(tiles.last_first, tile);
-  tiles.last_first.push_front(tile);
-  if (tiles.last_first.size() > kMostTiles) tiles.last_first.pop_back();
+  for (const proto::TileAddress& tile : asked) {
+    std::erase(tiles.last_first, tile);
+    tiles.last_first.push_front(tile);
+    if (tiles.last_first.size() > kMostTiles) tiles.last_first.pop_back();
+  }
   const auto now = Clock::now();
   if (tell == Tell::now_and_then && now - tiles.written < kBetweenNotes) return;  // the next one tells of this one, too
   tiles.written = now;

@@ -19,8 +19,8 @@ class LookedAt {
  public:
   explicit LookedAt(Layout layout) : layout_(std::move(layout)) {}
   enum class Tell { now, now_and_then };
-  /// A tile of the lattice was asked for, and the dataset is being built. now_and_then: another look may have to tell of it.
-  void note(const std::string& id, const proto::TileAddress& tile, Tell tell);
+  /// Tiles of the lattice were asked for, and the dataset is being built. now_and_then: another look may have to tell of them.
+  void note(const std::string& id, const std::vector<proto::TileAddress>& asked, Tell tell);
   /// Of those that were asked for lately.
   bool any_of(const std::string& id, const std::function<bool(const proto::TileAddress&)>& is) const;
   void forget(const std::string& id);

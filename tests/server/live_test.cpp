@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
 #include <algorithm>
 
@@ -268,6 +270,67 @@ TEST_F(LiveWait, SoManyWaitAndNoMore) {
   tell_job(id, "go");
   for (Response& one : all) EXPECT_EQ(TestService::settled(std::move(one)).body, "drc of 1");
   EXPECT_EQ(waiting(), 0);
+}
+
+/// How often a file has been put into a folder under this name.
+class Renames {
+ public:
+  Renames(const std::filesystem::path& folder, std::string name) : name_(std::move(name)), queue_(inotify_init1(IN_NONBLOCK)) {
+    // Both ends: of events that follow each other and are alike the kernel tells one.
+    if (inotify_add_watch(queue_, folder.c_str(), IN_MOVED_FROM | IN_MOVED_TO) < 0) throw std::runtime_error("no inotify");
+  }
+  ~Renames() { close(queue_); }
+  Renames(const Renames&) = delete;
+  Renames& operator=(const Renames&) = delete;
+  int count() {
+    alignas(inotify_event) std::array<char, 4096> bytes{};
+    for (ssize_t got = 0; (got = read(queue_, bytes.data(), bytes.size())) > 0;) {
+      for (ssize_t at = 0; at < got;) {
+        const auto* event = reinterpret_cast<const inotify_event*>(bytes.data() + at);
+        if ((event->mask & IN_MOVED_TO) != 0 && event->name == name_) ++count_;
+        at += static_cast<ssize_t>(sizeof(inotify_event) + event->len);
+      }
+    }
+    return count_;
+  }
+
+ private:
+  const std::string name_;
+  const int queue_;
+  int count_ = 0;
+};
+
+/// Each looks at as many places as the job is told of, so that each makes the others' look forgotten.
+TEST(LiveWaits, TellTheJobSeldomHoweverMuchChanges) {
+  Settings settings;
+  settings.serve.limits.wait_seconds = 600;  // longer than the slowest machine takes
+  TestService test(settings);
+  const std::string id = id_of(test.post("LIVE", {{"build", "lazy"}})), address = "/v1/datasets/" + id;
+  ASSERT_TRUE(eventually([&] { return body_of(test.get(address))["provisional"] == true; }));
+  Renames told(test.data() / "datasets" / id, "looked-at");
+  std::vector<Response> all;
+  for (int k = 0; k < 4; ++k) {
+    Request request;
+    request.path = address + "/elevation";
+    request.headers = {{"prefer", "wait=600"}};
+    std::string places;
+    for (int n = 0; n < 64; ++n) {
+      places += (n == 0 ? "" : ";") + std::to_string(10 + k * 0.1) + "," + std::to_string(46 + n * 0.001);
+    }
+    request.query = {{"points", places}};
+    all.push_back(test.api().handle(request));
+    ASSERT_TRUE(all.back().later) << all.back().body;
+  }
+  EXPECT_GT(told.count(), 0);
+  EXPECT_LE(told.count(), 4) << "once a request";
+  const auto began = std::chrono::steady_clock::now();
+  constexpr int kChanges = 50;
+  for (int change = 0; change < kChanges; ++change) {
+    test.service().library().forget("another");
+    for (Response& one : all) EXPECT_FALSE(one.later(Patience::more));
+  }
+  const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(std::chrono::steady_clock::now() - began).count();
+  EXPECT_LE(told.count(), 4 * (seconds + 3)) << "once a second and request, of " << kChanges << " changes";
 }
 
 TEST_F(LiveWait, AFullBuildIsWaitedForWhereTheClientPrefersIt) {
