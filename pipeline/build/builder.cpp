@@ -12,6 +12,7 @@
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/build.h"
 #include "pipeline/build/pixel_error.h"
+#include "pipeline/build/side_vertices.h"
 #include "pipeline/tile/mesh_record.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/chain.h"
@@ -255,15 +256,27 @@ void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTi
 
 void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task) {
   std::vector<std::optional<EncodedTile>> encoded(tiles.size());
-  workers_.each(tiles.size(), [&](std::size_t k, unsigned worker) {
-    if (stop_) return;
-    const bool finest = tiles[k].tile.z == lattice_.finest_level;
-    std::vector<raster::PixelPoint> pixels;
-    if (finest) pixels = pixels_of(lattice_, tiles[k].tile, *sources_[worker]);
-    if (finest && context.promise && pixels_within_m(plan_) > 0 && meet_pixels(context, tiles[k], pixels).inserted > 0) measure_exact(context, tiles[k]);
-    encoded[k] = encode_tile(context, tiles[k], plan_.options());
-    if (encoded[k] && finest) *encoded[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
-  });
+  if (context.level->level() < static_cast<std::uint32_t>(lattice_.finest_level)) {
+    workers_.each(tiles.size(), [&](std::size_t k, unsigned) {
+      if (!stop_) encoded[k] = encode_tile(context, tiles[k], plan_.options());
+    });
+  } else {
+    finish_with_sides(context, tiles, workers_, [&](std::size_t k, unsigned worker) {
+      std::vector<gpu::MeshPoint> on_sides;
+      if (stop_) return on_sides;
+      const std::vector<raster::PixelPoint> pixels = pixels_of(lattice_, tiles[k].tile, *sources_[worker]);
+      if (context.promise && pixels_within_m(plan_) > 0) {
+        // Of other tiles what finish() measured is true still.
+        const bool again = encoded[k].has_value();
+        const MetPixels met = meet_pixels(context, tiles[k], pixels);
+        if (met.inserted > 0 || again) measure_exact(context, tiles[k]);
+        on_sides = met.on_sides;
+      }
+      encoded[k] = encode_tile(context, tiles[k], plan_.options());
+      if (encoded[k]) *encoded[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
+      return on_sides;
+    });
+  }
   for (std::optional<EncodedTile>& tile : encoded) {
     if (tile) task.tiles.push_back(std::move(*tile));
   }

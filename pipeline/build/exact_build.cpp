@@ -20,8 +20,6 @@ using gpu::exact::BlockMesh;
 /// A level above its target is made again with less: where steep walls meet rounded points.
 constexpr int kMostRuns = 3;
 constexpr double kTakenOff = 1.5, kMoreCareful = 0.998;  // of what it is above; of its tolerance
-/// Vertices that pixels need on sides of tiles may need others.
-constexpr int kMostSideRounds = 4;
 const std::string kCpu = "cpu";
 
 /// Tiles of a level, encoded, and how far the worst is above its target.
@@ -99,22 +97,19 @@ class BlockBuild {
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
     const bool finest = z == lattice_.finest_level, meets = finest && context.promise && pixels_within_m(plan_) > 0;
-    std::vector<std::vector<gpu::MeshPoint>> on_sides(tiles.size());
     const auto finish = [&](std::size_t k, unsigned worker) {
       std::vector<raster::PixelPoint> pixels;
+      std::vector<gpu::MeshPoint> on_sides;
       if (finest) pixels = team_.pixels(tiles[k].tile, worker);
-      if (meets) on_sides[k] = meet_pixels(context, tiles[k], pixels).on_sides;
+      if (meets) on_sides = meet_pixels(context, tiles[k], pixels).on_sides;
       above[k] = measure_exact(context, tiles[k]);
       made[k] = encode_tile(context, tiles[k], plan_.options());
       if (made[k] && finest) *made[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
       if (!handed_up && !meets) tiles[k] = {};
+      return on_sides;
     };
-    team_.workers.each(tiles.size(), finish);
-    for (int round = 0; meets && round < kMostSideRounds; ++round) {
-      const std::vector<std::size_t> changed = put_on_sides(context, tiles, on_sides);
-      if (changed.empty()) break;
-      team_.workers.each(changed.size(), [&](std::size_t k, unsigned worker) { finish(changed[k], worker); });
-    }
+    if (meets) finish_with_sides(context, tiles, team_.workers, finish);
+    else team_.workers.each(tiles.size(), finish);
     if (!handed_up) tiles.clear();
     EncodedLevel level;
     if (handed_up) level.whole = std::move(tiles);

@@ -18,6 +18,9 @@ namespace {
 
 using gpu::MeshPoint;
 
+/// Vertices that pixels need on sides of tiles may need others.
+constexpr int kMostSideRounds = 4;
+
 /// A side of a tile, as a line: its vertices, and its samples.
 class SideLine {
  public:
@@ -137,6 +140,16 @@ std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<B
     }
   }
   return {changed.begin(), changed.end()};
+}
+
+void finish_with_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, Workers& workers, const FinishTile& finish) {
+  std::vector<std::vector<MeshPoint>> on_sides(tiles.size());
+  workers.each(tiles.size(), [&](std::size_t k, unsigned worker) { on_sides[k] = finish(k, worker); });
+  for (int round = 0; round < kMostSideRounds; ++round) {
+    const std::vector<std::size_t> changed = put_on_sides(context, tiles, on_sides);
+    if (changed.empty()) return;
+    workers.each(changed.size(), [&](std::size_t k, unsigned worker) { on_sides[changed[k]] = finish(changed[k], worker); });
+  }
 }
 
 }  // namespace cordillera::pipeline

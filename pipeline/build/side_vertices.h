@@ -1,9 +1,11 @@
 #pragma once
 // Vertices on the side of two tiles that are built together.
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "gpu/mesh/mesh_point.h"
+#include "pipeline/build/workers.h"
 #include "pipeline/tile/tile_mesh.h"
 
 namespace cordillera::pipeline {
@@ -13,5 +15,11 @@ namespace cordillera::pipeline {
 /// on_sides: indexed as tiles, see MetPixels. Nothing goes in where the tile beyond the side is not among them, where the edge or a sample that it passes
 /// has no data, or where a corner has no room for a neighbour more. Returns which tiles changed, in ascending order.
 std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, const std::vector<std::vector<gpu::MeshPoint>>& on_sides);
+
+/// Finishes a tile and returns which samples it needs on its sides; called by several threads, for a tile again when its sides have changed.
+using FinishTile = std::function<std::vector<gpu::MeshPoint>(std::size_t tile, unsigned worker)>;
+
+/// Finishes all tiles of the finest level, then those again whose sides got vertices.
+void finish_with_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, Workers& workers, const FinishTile& finish);
 
 }  // namespace cordillera::pipeline
