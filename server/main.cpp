@@ -12,6 +12,7 @@
 #include "server/cli/commands.h"
 #include "server/doctor/doctor.h"
 #include "server/cli/export_command.h"
+#include "server/cli/path_kind.h"
 #include "server/options/mesh_options.h"
 #include "server/options/option_words.h"
 #include "server/options/shell_words.h"
@@ -217,7 +218,7 @@ int main(int count, char** words) {
   app.set_version_flag("--version", std::string("cordillera ") + CORDILLERA_VERSION);
   app.require_subcommand(1);
 
-  Reading serve_reading, build_reading;
+  Reading serve_reading, build_reading, info_reading;
   auto* serve = app.add_subcommand("serve", "run the HTTP service; build options are the defaults of its requests");
   const std::vector<OptionSpec> serve_table = all_options();
   add_options(*serve, serve_table, serve_reading);
@@ -241,9 +242,10 @@ int main(int count, char** words) {
 
   std::string subject;
   bool as_json = false;
-  auto* info = app.add_subcommand("info", "print the manifest of a folder or dataset that was built, or what a raster is and what a build would make");
+  auto* info = app.add_subcommand("info", "print the manifest of a folder or dataset that was built, or what a raster is and what a build with these options would make");
   info->add_option("path", subject, "a folder that build wrote, a dataset.sqlite, or a raster");
   info->add_flag("--json", as_json, "the manifest itself; of a raster, the dry run");
+  add_options(*info, build_options(), info_reading);
 
   std::string tile;
   auto* decode = app.add_subcommand("decode", "check a .drc or .glb tile: decode it and count");
@@ -342,7 +344,11 @@ int main(int count, char** words) {
   }
   if (*simplify) return simplify_command(simplify_line);
   if (*export_file) return export_command(export_line);
-  if (*info) return info_command(subject, as_json ? Show::json : Show::table);
+  if (*info) {
+    const Show show = as_json ? Show::json : Show::table;
+    if (path_kind(subject) != PathKind::raster) return info_command(subject, show, {});
+    return with_settings(build_options(), info_reading, [&](const Settings& settings) { return info_command(subject, show, settings); });
+  }
 
   if (const auto code = work_words.run()) return *code;
   if (const auto code = client_words.run(own_path())) return *code;

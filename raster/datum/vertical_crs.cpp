@@ -41,10 +41,11 @@ std::optional<VerticalCrs> described(PJ_CONTEXT* context, const PJ* crs) {
   return VerticalCrs{proto::shown_text(proj_get_name(crs)), wkt};  // a raster may say what it likes
 }
 
-/// EPSG:5703: authority and code.
+/// EPSG:5703, or 5703 alone: authority and code.
 std::optional<std::pair<std::string, std::string>> code_of(const std::string& text) {
   const std::size_t colon = text.find(':');
   const auto all = [](std::string_view part, auto is) { return !part.empty() && std::all_of(part.begin(), part.end(), [&](unsigned char c) { return is(c) != 0; }); };
+  if (colon == std::string::npos && all(text, isdigit)) return std::pair{std::string("EPSG"), text};
   if (colon == std::string::npos || !all(text.substr(0, colon), isalpha) || !all(text.substr(colon + 1), isdigit)) return std::nullopt;
   return std::pair{text.substr(0, colon), text.substr(colon + 1)};
 }

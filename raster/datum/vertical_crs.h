@@ -19,7 +19,7 @@ struct VerticalCrs {
 /// Heights above mean sea level with no word about which surface that is (EPSG:5714, 5715 and the like): no way to the ellipsoid is theirs.
 bool is_mean_sea_level(const VerticalCrs& crs);
 
-/// The system that a text names: a code such as EPSG:5703, or a name such as NAVD88 or "DHHN2016 height", without regard to case. Nullopt
+/// The system that a text names: a code such as EPSG:5703 or 5703, or a name such as NAVD88 or "DHHN2016 height", without regard to case. Nullopt
 /// when PROJ knows none of that name, or several and none better than the others. Never a file.
 std::optional<VerticalCrs> find_vertical_crs(const std::string& text);
 

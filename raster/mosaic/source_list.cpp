@@ -179,6 +179,21 @@ Listed in_index(const std::string& list) {
   return sources;
 }
 
+/// Whether a text is points (XYZ), as its first line or, below their names, its second one shows: three numbers.
+bool holds_points(const std::string& text) {
+  const auto begins_with_numbers = [](std::string line) {
+    std::replace_if(line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
+    std::istringstream words(line);
+    double x = 0, y = 0, z = 0;
+    return static_cast<bool>(words >> x >> y >> z);
+  };
+  std::istringstream lines(text.substr(0, 4096));
+  std::string first, second;
+  std::getline(lines, first);
+  std::getline(lines, second);
+  return begins_with_numbers(first) || begins_with_numbers(second);
+}
+
 }  // namespace
 
 Listed list_sources(const std::string& word) {
@@ -195,6 +210,7 @@ Listed list_sources(const std::string& word) {
   if (!*bytes) return invalid(word, "does not exist");
   // STAC items and tile indices are both GeoJSON.
   if (geojson && (*bytes)->find("\"assets\"") == std::string::npos) return in_index(word);
+  if (text && holds_points(**bytes)) return Sources{{resolved(word, ""), {}}};
   return text ? in_text(word, **bytes) : in_json(word, **bytes);
 }
 

@@ -111,7 +111,7 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
   const Format* const format = needs_others(extension_of(raster.file));
   if (format != nullptr)
     return {"raster-format-unsupported", name + " cannot be opened without its header and data (" + format->reads + ")" + (message.empty() ? "" : ": " + message),
-            "all files of the raster in one .zip", ""};
+            "all files of the raster in one .zip, or in one form: curl -F file=@dem.bil -F file=@dem.hdr", ""};
   if (const std::string kind = signature(raster.path); !kind.empty())
     return {"raster-unreadable", name + " begins as " + kind + " and cannot be opened as a raster of that kind" + (message.empty() ? "" : ": " + message),
             "a complete, undamaged file: " + accepted_formats(raster.file), ""};

@@ -40,8 +40,9 @@ proto::Result<pipeline::Normals> normals_of(const std::string& name);
 /// cordillera build. A dry run says what it found in any case.
 int build_command(const Settings& settings, const BuildLine& line);
 
-/// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file; of a raster, what it is and what a build would make.
-int info_command(const std::string& path, Show show);
+/// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file; of a raster, what it is and what a build with these
+/// settings would make.
+int info_command(const std::string& path, Show show, const Settings& settings);
 
 /// cordillera decode: what a fetched .drc or .glb tile holds, counted after decoding.
 int decode_command(const std::string& path);

@@ -29,9 +29,8 @@ proto::Result<proto::Manifest> read_manifest(const std::string& path) {
   return proto::Problem{"file-unreadable", path + "/manifest.json is no manifest", accepted, "path"};
 }
 
-/// As a dry run without an option.
-int tell_of_raster(const std::string& path, Show show) {
-  Settings settings;
+/// As a dry run.
+int tell_of_raster(const std::string& path, Show show, Settings settings) {
   settings.dry_run = true;
   BuildLine line;
   line.rasters = {path};
@@ -41,8 +40,8 @@ int tell_of_raster(const std::string& path, Show show) {
 
 }  // namespace
 
-int info_command(const std::string& path, Show show) {
-  if (path_kind(path) == PathKind::raster) return tell_of_raster(path, show);
+int info_command(const std::string& path, Show show, const Settings& settings) {
+  if (path_kind(path) == PathKind::raster) return tell_of_raster(path, show, settings);
   const auto manifest = read_manifest(path);
   if (!manifest) {
     complain(manifest.problem());

@@ -143,6 +143,17 @@ TEST_F(SourceList, a_text_has_a_raster_a_line_with_its_own_options) {
   EXPECT_EQ(listed->back().path, "/abs/coarse.tif");
 }
 
+/// National models come as points in texts of any extension.
+TEST_F(SourceList, a_text_of_points_is_a_raster) {
+  for (const char* text : {"10.5 45.5 1\n10.6 45.5 2\n", "x;y;z\n10.5;45.5;1\n", "356000,5 5699000,5 90,1\n"}) {
+    const std::string file = write_text(text, "points.txt");
+    const auto listed = raster::list_sources(file);
+    ASSERT_TRUE(listed.ok()) << listed.problem().line();
+    ASSERT_EQ(listed->size(), 1u);
+    EXPECT_EQ(listed->front().path, file);
+  }
+}
+
 TEST_F(SourceList, stac_items_give_their_data_asset) {
   const std::string items = R"({"type":"FeatureCollection","features":[
     {"type":"Feature","id":"one","assets":{"thumb":{"href":"t.png","type":"image/png"},"dem":{"href":"one.tif","type":"image/tiff; application=geotiff"}}},

@@ -59,7 +59,7 @@ TEST_F(Sent, WhatNeedsItsSideFilesSaysSo) {
     const auto posted = open(file, plain_options(), Trust::posted_file, row.file);
     ASSERT_FALSE(posted.ok());
     EXPECT_EQ(posted.problem().type, "raster-format-unsupported");
-    EXPECT_EQ(posted.problem().accepted, "all files of the raster in one .zip");
+    EXPECT_EQ(posted.problem().accepted, "all files of the raster in one .zip, or in one form: curl -F file=@dem.bil -F file=@dem.hdr");
   }
 }
 

@@ -203,7 +203,7 @@ TEST_F(HeightSystem, InFeetIsTakenToMetresOnce) {
 TEST_F(HeightSystem, IsNamedByTheRequestInManyWays) {
   install_grid();
   const std::string dem = write(colorado("EPSG:6318"));
-  for (const char* name : {"NAVD88", "navd88 height", "EPSG:5703", "epsg:5703", "EPSG:6349"}) {  // the last is a compound CRS
+  for (const char* name : {"NAVD88", "navd88 height", "EPSG:5703", "epsg:5703", "5703", "EPSG:6349"}) {  // the last is a compound CRS
     SCOPED_TRACE(name);
     proto::BuildOptions options;
     options.set_vertical_datum(name);

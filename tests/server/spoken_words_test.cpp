@@ -126,6 +126,15 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
   Json json = Json::parse(shell(kProgram + " info --json " + raster).output, nullptr, false);
   EXPECT_EQ(json["dry_run"], true) << json.dump();
   EXPECT_EQ(json["manifest"]["max_level"], 10);
+  const std::string points = (folder_.path() / "dgm1.xyz").string();
+  {
+    std::ofstream out(points);
+    for (int k = 0; k < 400; ++k) out << 356000 + k % 20 << ".5 " << 5699000 + k / 20 << ".5 " << 90 + k % 7 << "\n";
+  }
+  EXPECT_THAT(shell(kProgram + " info " + points).output, HasSubstr("crs="));
+  const Ended placed = shell(kProgram + " info " + points + " --crs EPSG:25832 --vertical-datum ellipsoid");
+  EXPECT_EQ(placed.code, 0) << placed.output;
+  EXPECT_THAT(placed.output, HasSubstr("(EPSG:25832) (request)"));
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
   EXPECT_EQ(shell(kProgram + " info " + (folder_.path() / "bad.tif").string()).code, 1);
 }
