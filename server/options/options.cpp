@@ -96,7 +96,9 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
                                    Spelling spelling) {
   std::set<std::string> seen;
   for (const auto& [name, value] : given) {
-    Row option = std::find_if(table.begin(), table.end(), [&, &wanted = name](const OptionSpec& candidate) {
+    // Over HTTP the command line's spelling is understood, too.
+    const std::string said = spelling == Spelling::query ? underscored(name) : name;
+    Row option = std::find_if(table.begin(), table.end(), [&, &wanted = said](const OptionSpec& candidate) {
       return spelt(candidate, spelling) == wanted || (!wanted.empty() && alias_spelt(candidate, spelling) == wanted);
     });
     if (option == table.end()) return unknown_option(name, table, spelling);

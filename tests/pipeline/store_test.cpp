@@ -181,6 +181,27 @@ TEST(Store, TheSourcesRangeIsThatOfItsSamplesAndNotOfMeshes) {
   EXPECT_EQ(manifest.levels(0).max_height(), 1600) << "of its mesh";
 }
 
+TEST(Store, HowMuchOfTheDataWasFilledIsNoted) {
+  const TemporaryFolder folder;
+  const auto notes = [&](std::uint32_t filled) {
+    auto work = tasks();
+    for (FinishedTask& task : work) {
+      for (EncodedTile& tile : task.tiles) {
+        tile.record.set_valid_samples(100000);
+        tile.record.set_filled_samples(filled);
+      }
+    }
+    const proto::Manifest manifest = write_store(folder / (std::to_string(filled) + ".db"), work);
+    EXPECT_NEAR(manifest.source().filled_share(), filled / 100000.0, 1e-9);
+    return std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
+  };
+  using Notes = std::vector<std::string>;
+  EXPECT_EQ(notes(0), Notes{});
+  EXPECT_EQ(notes(3500), Notes{"3.5 % of the data were voids and are filled; voids=hole keeps them"});
+  EXPECT_EQ(notes(42000), Notes{"42 % of the data were voids and are filled; voids=hole keeps them"});
+  EXPECT_EQ(notes(1), Notes{"Less than 0.01 % of the data were voids and are filled; voids=hole keeps them"});
+}
+
 TEST(Store, AnotherDatumThanTheRasterDeclaresIsNotedOnce) {
   const TemporaryFolder folder;
   const auto published = [&](const proto::Manifest& blank) {

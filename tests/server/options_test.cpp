@@ -300,7 +300,7 @@ TEST(Options, EachHasItsGroupInHelp) {
 }
 
 TEST(Options, AnUnknownNameSuggestsItsNeighbour) {
-  const auto over_http = query({{"vertical-datum", "EGM96"}});
+  const auto over_http = query({{"vertical-datun", "EGM96"}});
   ASSERT_FALSE(over_http);
   EXPECT_EQ(over_http.problem().type, "option-unknown");
   EXPECT_THAT(over_http.problem().detail, HasSubstr("did you mean vertical_datum?"));

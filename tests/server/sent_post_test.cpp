@@ -60,8 +60,12 @@ class SentPosts : public raster_test::RasterTest {
 };
 
 TEST_F(SentPosts, HeightsAreThoseOfTheGeoTiff) {
-  const std::vector<double> good = heights(post(write(raster_test::hills(), "good.tif"), "good.tif", ""));
+  const httplib::Result tiff = post(write(raster_test::hills(), "good.tif"), "good.tif", "");
+  const std::vector<double> good = heights(tiff);
   ASSERT_EQ(good.size(), 40u);
+  const Json notes = Json::parse(tiff->body)["notes"];  // its one void
+  ASSERT_EQ(notes.size(), 1u) << notes.dump();
+  EXPECT_NE(std::string(notes[0]).find("of the data were voids and are filled; voids=hole keeps them"), std::string::npos) << notes.dump();
   std::vector<std::string> done;
   for (const SentRow& row : raster_test::sent_rows()) {
     if (std::find(done.begin(), done.end(), row.driver) != done.end() && std::string(row.name) != "netCDF-4, deflated") continue;  // one of each library

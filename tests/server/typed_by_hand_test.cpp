@@ -117,6 +117,20 @@ TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
   EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
 }
 
+TEST(TypedByHand, OptionsMayBeSpeltAsOnTheCommandLine) {
+  TestService test;
+  const Response query = test.post("SLOW", {{"source-nodata", "-9999"}, {"fill-limit", "40"}});
+  const Response form = test.post(part("name=vertical-datum", "ellipsoid") + file("GOOD") + kEnd, {}, {{"content-type", kForm}});
+  ASSERT_EQ(query.status, 202) << query.body;
+  ASSERT_EQ(form.status, 202) << form.body;
+  const auto options = [&](const Response& posted) { return test.service().registry().find(body_of(posted)["id"])->options; };
+  EXPECT_EQ(options(query).nodata(), "-9999");
+  EXPECT_EQ(options(query).fill_limit(), 40u);
+  EXPECT_EQ(options(form).vertical_datum(), "ellipsoid");
+  EXPECT_EQ(slug_of(test.post("SLOW", {{"fill-limit", "40"}, {"fill_limit", "40"}})), "option-repeated");
+  for (const Response& posted : {form, query}) EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + std::string(body_of(posted)["id"])).status, 204);
+}
+
 /// A header, a CRS, a world file: no rasters of their own, wherever they stand in the form.
 TEST(TypedByHand, FilesThatGoWithARasterAreNoRasters) {
   TestService test;

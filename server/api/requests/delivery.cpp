@@ -92,7 +92,8 @@ std::string post_names() {
 std::optional<proto::Problem> unknown_in_body(const Given& options, const std::string& kind) {
   const std::vector<std::string>& names = names_of_post();
   for (const auto& [name, value] : options) {
-    if (std::find(names.begin(), names.end(), name) != names.end() || is_older_name(name)) continue;
+    const std::string said = spelt({name, "", "", "", nullptr}, Spelling::query);
+    if (std::find(names.begin(), names.end(), said) != names.end() || is_older_name(said)) continue;
     const auto nearest = nearest_name(name, names);
     const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
     return proto::Problem{"option-unknown", "unknown " + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), post_names(), shown};
