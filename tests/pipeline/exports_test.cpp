@@ -29,10 +29,16 @@ std::vector<std::string> paths_of(const Face& face) {
   return paths;
 }
 
-std::string face_bytes(const std::string& path) {
-  const auto found = faces::find(path);
-  auto made = found->resource->make(plain_dataset().terrain(), found->place);
-  return made.ok() && *made ? std::string((*made)->bytes) : "nothing at " + path;
+/// Made once: several archives hold the same pictures.
+const std::string& face_bytes(const std::string& path) {
+  static std::map<std::string, std::string> known;
+  const auto [at, is_new] = known.try_emplace(path);
+  if (is_new) {
+    const auto found = faces::find(path);
+    auto made = found->resource->make(plain_dataset().terrain(), found->place);
+    at->second = made.ok() && *made ? std::string((*made)->bytes) : "nothing at " + path;
+  }
+  return at->second;
 }
 
 TEST(Hilbert, NumbersAreThoseOfTheSpecification) {
@@ -80,7 +86,7 @@ TEST(Pmtiles, HoldsEveryTileOfEveryFace) {
     std::set<std::uint64_t> wanted;
     each_place(plain_dataset().terrain(), *face, tiles, [&](const faces::Place& at) {
       const std::uint64_t id = hilbert_id(square_address(tiles.grid, at));
-      const std::string bytes = face_bytes(faces::path_of(tiles, at));
+      const std::string& bytes = face_bytes(faces::path_of(tiles, at));
       const auto found = reader.tile(id);
       ASSERT_TRUE(found) << faces::path_of(tiles, at);
       EXPECT_EQ(reader.byte(98) == 2 ? gunzipped(*found) : *found, bytes) << faces::path_of(tiles, at);
