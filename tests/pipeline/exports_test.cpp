@@ -23,9 +23,15 @@ using namespace pipeline::testing;
 using faces::Face;
 using faces::Grid;
 
+/// Four tiles of the finest level: each is a picture of every style, made several times.
+const ExportDataset& archived_dataset() {
+  static const ExportDataset kDataset(hills(), {7, 127, 82}, {7, 128, 83});
+  return kDataset;
+}
+
 std::vector<std::string> paths_of(const Face& face) {
   std::vector<std::string> paths;
-  face.each_path(plain_dataset().terrain(), [&](const std::string& path) { paths.push_back(path); });
+  face.each_path(archived_dataset().terrain(), [&](const std::string& path) { paths.push_back(path); });
   return paths;
 }
 
@@ -35,7 +41,7 @@ const std::string& face_bytes(const std::string& path) {
   const auto [at, is_new] = known.try_emplace(path);
   if (is_new) {
     const auto found = faces::find(path);
-    auto made = found->resource->make(plain_dataset().terrain(), found->place);
+    auto made = found->resource->make(archived_dataset().terrain(), found->place);
     at->second = made.ok() && *made ? std::string((*made)->bytes) : "nothing at " + path;
   }
   return at->second;
@@ -78,13 +84,13 @@ TEST(Pmtiles, HoldsEveryTileOfEveryFace) {
   int archives = 0;
   for (const Face* face : faces::all_faces()) {
     if (!fits_pmtiles(*face)) continue;
-    const std::string file = plain_dataset().place(std::string(face->name) + ".pmtiles");
-    const auto written = write_pmtiles(plain_dataset().terrain(), *face, file);
+    const std::string file = archived_dataset().place(std::string(face->name) + ".pmtiles");
+    const auto written = write_pmtiles(archived_dataset().terrain(), *face, file);
     ASSERT_TRUE(written.ok()) << face->name << ": " << written.problem().line();
     const PmtilesReader reader(bytes_of(file));
     const faces::Resource& tiles = *tiles_of(*face);
     std::set<std::uint64_t> wanted;
-    each_place(plain_dataset().terrain(), *face, tiles, [&](const faces::Place& at) {
+    each_place(archived_dataset().terrain(), *face, tiles, [&](const faces::Place& at) {
       const std::uint64_t id = hilbert_id(square_address(tiles.grid, at));
       const std::string& bytes = face_bytes(faces::path_of(tiles, at));
       const auto found = reader.tile(id);
@@ -103,8 +109,8 @@ TEST(Pmtiles, HoldsEveryTileOfEveryFace) {
 }
 
 TEST(Pmtiles, IsClusteredAndSaysWhatItIs) {
-  const std::string file = plain_dataset().place("said.pmtiles");
-  ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), *faces::face_named("drc"), file).ok());
+  const std::string file = archived_dataset().place("said.pmtiles");
+  ASSERT_TRUE(write_pmtiles(archived_dataset().terrain(), *faces::face_named("drc"), file).ok());
   const PmtilesReader reader(bytes_of(file));
   EXPECT_EQ(reader.byte(96), 1);
   EXPECT_GT(reader.byte(118), reader.byte(100)) << "a client that begins at the archive's own zoom sees more than a dot";
@@ -117,7 +123,7 @@ TEST(Pmtiles, IsClusteredAndSaysWhatItIs) {
   }
   EXPECT_EQ(end, reader.at64(64));
   EXPECT_EQ(offsets.size(), reader.at64(88));
-  const auto& bounds = plain_dataset().terrain().manifest().bounds();
+  const auto& bounds = archived_dataset().terrain().manifest().bounds();
   for (int k = 0; k < 4; ++k) EXPECT_NEAR(reader.degrees(102 + 4 * static_cast<std::size_t>(k)), bounds[k], 1e-6);
   const Json metadata = Json::parse(reader.metadata());
   EXPECT_EQ(metadata["attribution"], "Nobody <nobody@example.org>");
@@ -127,8 +133,8 @@ TEST(Pmtiles, IsClusteredAndSaysWhatItIs) {
 }
 
 TEST(Pmtiles, OfContoursAreVectorTilesWithTheirLayers) {
-  const std::string file = plain_dataset().place("lines.pmtiles");
-  ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), *faces::face_named("contours"), file).ok());
+  const std::string file = archived_dataset().place("lines.pmtiles");
+  ASSERT_TRUE(write_pmtiles(archived_dataset().terrain(), *faces::face_named("contours"), file).ok());
   const PmtilesReader reader(bytes_of(file));
   EXPECT_EQ(reader.byte(98), 2) << "gzip";
   EXPECT_EQ(reader.byte(99), 1) << "MVT";
@@ -176,8 +182,8 @@ TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
   int archives = 0;
   for (const Face* face : faces::all_faces()) {
     if (!fits_mbtiles(*face)) continue;
-    const std::string file = plain_dataset().place(std::string(face->name) + ".mbtiles");
-    const auto written = write_mbtiles(plain_dataset().terrain(), *face, file);
+    const std::string file = archived_dataset().place(std::string(face->name) + ".mbtiles");
+    const auto written = write_mbtiles(archived_dataset().terrain(), *face, file);
     ASSERT_TRUE(written.ok()) << face->name << ": " << written.problem().line();
     const faces::Resource& tiles = *tiles_of(*face);
     const bool vectors = face->name == "contours";
@@ -212,8 +218,8 @@ TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
   const Face& face = *faces::face_named("3d-tiles");
   ASSERT_TRUE(fits_3tz(face));
   EXPECT_FALSE(fits_3tz(*faces::face_named("drc")));
-  const std::string file = plain_dataset().place("a.3tz");
-  ASSERT_TRUE(write_3tz(plain_dataset().terrain(), face, file).ok());
+  const std::string file = archived_dataset().place("a.3tz");
+  ASSERT_TRUE(write_3tz(archived_dataset().terrain(), face, file).ok());
   const auto entries = zip_entries(bytes_of(file));
   ASSERT_EQ(entries.size(), paths_of(face).size() + 2);
   ASSERT_EQ(entries.back().name, "@3dtilesIndex1@");
@@ -230,7 +236,7 @@ TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
   bool tileset = false;
   for (std::size_t k = 0; k + 1 < entries.size(); ++k) {
     const bool manifest = entries[k].name == "manifest.json";
-    EXPECT_EQ(entries[k].bytes, manifest ? manifest_json(plain_dataset().terrain().manifest()) : face_bytes(entries[k].name)) << entries[k].name;
+    EXPECT_EQ(entries[k].bytes, manifest ? manifest_json(archived_dataset().terrain().manifest()) : face_bytes(entries[k].name)) << entries[k].name;
     EXPECT_EQ(offsets.at(md5(entries[k].name)), entries[k].local) << entries[k].name;
     tileset = tileset || entries[k].name == "tileset.json";
   }
@@ -240,15 +246,15 @@ TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
 
 TEST(Archives, AppearWholeOrNotAtAll) {
   const Face& face = *faces::face_named("drc");
-  const std::string file = plain_dataset().place("whole.pmtiles");
-  ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), face, file, Existing::refuse).ok());
+  const std::string file = archived_dataset().place("whole.pmtiles");
+  ASSERT_TRUE(write_pmtiles(archived_dataset().terrain(), face, file, Existing::refuse).ok());
   const std::string before = bytes_of(file);
-  const auto again = write_pmtiles(plain_dataset().terrain(), face, file, Existing::refuse);
+  const auto again = write_pmtiles(archived_dataset().terrain(), face, file, Existing::refuse);
   ASSERT_FALSE(again.ok());
   EXPECT_EQ(again.problem().type, "output-exists");
-  ASSERT_TRUE(write_pmtiles(plain_dataset().terrain(), face, file, Existing::replace).ok());
+  ASSERT_TRUE(write_pmtiles(archived_dataset().terrain(), face, file, Existing::replace).ok());
   EXPECT_EQ(bytes_of(file), before);
-  const auto nowhere = write_pmtiles(plain_dataset().terrain(), face, plain_dataset().place("no/folder.pmtiles"));
+  const auto nowhere = write_pmtiles(archived_dataset().terrain(), face, archived_dataset().place("no/folder.pmtiles"));
   ASSERT_FALSE(nowhere.ok());
   EXPECT_EQ(nowhere.problem().type, "output-failed");
   for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(file).parent_path())) {
