@@ -202,8 +202,10 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
 
 namespace {
 
-double default_error_m(const proto::Plan& plan, const std::vector<proto::Samples>& places) {
-  const double cell_m = proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2);
+/// level: whose cells it is measured by; of pixels that are not square the one before the finest, which has no more to show.
+double default_error_m(const proto::Plan& plan, int level, const std::vector<proto::Samples>& places) {
+  const int coarser = static_cast<int>(plan.finest_level()) - level;
+  const double cell_m = std::ldexp(proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2), coarser);
   const double sag_m = 2 * cell_m * cell_m / (8 * proto::kSemiMajor_m);  // of a cell's diagonal at the equator
   const double least_m = std::max(std::min(kLeastDefaultCells * cell_m, kLeastDefault_m), sag_m / (1 - kPixelShare));
   return std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(places), least_m));
@@ -253,7 +255,8 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   plan.set_block_level(static_cast<std::uint32_t>(block_level(plan)));  // places to look at are found by it
   std::vector<proto::Samples> places;
   if (!options.has_error()) places = sample_places(plan, source);
-  const double error = options.has_error() ? options.error() : default_error_m(plan, places);
+  const int level_of_error = options.has_max_level() ? range->first : level_of_pixels(source.description());
+  const double error = options.has_error() ? options.error() : default_error_m(plan, level_of_error, places);
   if (plan.exact()) plan_exact_blocks(plan);
   // How and where it is built changes no byte, so it is no part of the plan.
   plan.mutable_options()->clear_device();

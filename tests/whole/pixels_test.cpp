@@ -134,6 +134,16 @@ TEST(AtPixelsThatAreNotSquare, the_target_is_kept_by_a_finer_level) {
   const Built of_samples = build_dem(dem, options);
   EXPECT_EQ(of_samples.lattice.finest_level + 1, built.lattice.finest_level);
   EXPECT_GT(of_samples.manifest.source().error_at_pixels().max(), 2 * 5);
+  // The default error is that of before.
+  const auto default_error = [&](const std::string& pixels) {
+    proto::BuildOptions asked;
+    asked.set_pixels(pixels);
+    const Folder folder;
+    write(dem, folder.path("dem.tif"));
+    const auto source = raster::open_source(folder.path("dem.tif"), "dem.tif", raster::Trust::operator_file, asked).value();
+    return pipeline::make_plan(*source, asked)->levels(0).target();
+  };
+  EXPECT_NEAR(default_error("exact") / default_error("lattice"), 1, 0.05);
 }
 
 // A cell of two pixels cannot meet both.
