@@ -15,7 +15,7 @@ namespace {
 
 using proto::Problem;
 
-constexpr const char* kDescribable = "title, attribution, private and build, as JSON or in the query";
+constexpr const char* kDescribable = "title, attribution, private and build, as JSON, in the query or as curl -d sends them";
 
 std::optional<Problem> take_words(const std::string& name, const std::string& value, std::string* into) {
   if (auto wrong = read_text(value, into)) return Problem{"option-invalid", name + ": " + *wrong, "text", name};
@@ -59,7 +59,9 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   }
   if (auto refused = updates::refuse(request, dataset)) return problem_response(*refused);
   const bool bodiless = !request.header("transfer-encoding") && request.header("content-length").value_or("0") == "0";
-  const auto plain = bodiless ? proto::Result<Request>(request) : with_json_as_query(request);
+  const bool fields = request.header("content-type").value_or("").starts_with("application/x-www-form-urlencoded");  // curl -d title=Hills
+  auto plain = bodiless ? proto::Result<Request>(request) : fields ? with_typed_body_as_query(request) : with_json_as_query(request);
+  if (fields && plain && plain->read_body) plain = with_json_as_query(*plain);
   if (!plain) return problem_response(plain.problem());
   Dataset changed = dataset;
   if (auto wrong = take(plain->query, changed)) return problem_response(*wrong);

@@ -199,6 +199,20 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(manifest["attribution"], "Somebody else");
   EXPECT_NE(body_of(done)["version"], version);
   EXPECT_EQ(ask("GET", path + "/versions/" + version + "/manifest.json").status, 404) << "what a version names never changes";
+  const auto sent = [&](const std::string& body) {
+    Headers headers = of(alice());
+    headers["content-type"] = "application/x-www-form-urlencoded";
+    headers["content-length"] = std::to_string(body.size());
+    Request request;
+    request.method = "PATCH";
+    request.path = path;
+    request.headers = headers;
+    request.read_body = [body](const Request::Sink& sink) { return sink(body); };
+    return test_.api().handle(request);
+  };
+  EXPECT_EQ(body_of(sent("title=White+Hills&attribution=A%26B"))["manifest"]["title"], "White Hills");
+  EXPECT_EQ(body_of(sent("{\"title\": \"Hills\"}"))["manifest"]["title"], "Hills");
+  EXPECT_EQ(slug_of(sent("Hills")), "json-invalid");
   EXPECT_EQ(patch(of(admin()), {{"private", "1"}}).status, 200);
   EXPECT_EQ(ask("GET", path).status, 404);
   EXPECT_EQ(ask("GET", path, of(bob())).status, 200);
