@@ -95,9 +95,11 @@ proto::Result<Report> check_folder(const std::string& folder, const std::string&
   proto::Plan plan;
   plan.set_scheme(manifest->scheme());
   plan.set_finest_level(manifest->max_level());
+  *plan.mutable_options() = manifest->options();  // pixels= says which samples the tiles were made of
   for (const proto::LevelSummary& level : manifest->levels()) {
     proto::LevelPlan& planned = *plan.add_levels();
     planned.set_level(level.level());
+    planned.set_target(level.target());
     planned.set_ecef_step(kNoRounding_m);
   }
   std::unique_ptr<ErrorLaws> errors;

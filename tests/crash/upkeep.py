@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from client import Server, cone, tiles  # noqa: E402
+from client import Server, cone, noise, tiles  # noqa: E402
 import processes  # noqa: E402
 
 OPTIONS = "crs=EPSG:4326&vertical_datum=ellipsoid&error=5"
@@ -105,6 +105,17 @@ def check_finds_damage(program, store, raster):
     os.remove(broken)
 
 
+def check_measures_a_folder(program, folder):
+    """Its samples are those that the build moved towards the pixels."""
+    raster, built = os.path.join(folder, "noise.asc"), os.path.join(folder, "built")
+    with open(raster, "wb") as file:
+        file.write(noise(60))
+    code, said = run(program, "build", raster, "-o", built, "--crs", "EPSG:4326", "--error", "20", "--quiet")
+    expect(code == 0, "no folder was built: " + said)
+    code, said = run(program, "check", built, "--source", raster)
+    expect(code == 0 and "sound" in said, "a sound folder is said not to be: " + said)
+
+
 def backup_while_it_runs(program, folder):
     server = Server(program, folder)
     ready = post(server, "a.asc", cone(40, 900))
@@ -165,6 +176,7 @@ def main():
         code, said = run(program, "build", raster, "-o", store, "--crs", "EPSG:4326", "--vertical-datum", "ellipsoid", "--error", "5", "-q")
         expect(code == 0, said)
         check_finds_damage(program, store, raster)
+        check_measures_a_folder(program, folder)
         data, dataset = backup_while_it_runs(program, folder)
         vacuum_and_versions(program, data, dataset)
     print("upkeep: all is well")

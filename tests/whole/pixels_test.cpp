@@ -123,6 +123,18 @@ TEST(AtPixelsOfATown, the_target_is_kept_beside_sides_of_tiles) {
   EXPECT_LE(stated.max(), 1.01 * pipeline::level_plan(built.plan, built.lattice.finest_level).target());
 }
 
+// A void with a height is a wall beside the ground. Samples that met pixels on both sides of it went kilometres over and below both.
+TEST(AtPixelsOfPaintedVoids, samples_stay_between_the_ground_and_the_height) {
+  const HeightOf ground = rough(5);
+  Dem dem = cells_of(kCorner, 120, 120, [=](int c, int r) { return std::hypot(c - 60, r - 60) < 30 ? kNoData : 3000 + ground(c, r); });
+  dem.level.reset();
+  proto::BuildOptions options = with_error(20);
+  options.set_voids("0");
+  const Built built = build_dem(dem, options);
+  EXPECT_EQ(built.manifest.options().pixels(), "lattice");
+  EXPECT_GT(built.manifest.source().min_height(), -100);
+}
+
 TEST(AtPixelsThatAreNotSquare, the_target_is_kept_by_a_finer_level) {
   const HeightOf ground = rough(5);
   Dem dem{120, 300, {8, 3 / 3600.0, 0, 0.4, 0, -1 / 3600.0}, ground};
