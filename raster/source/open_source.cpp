@@ -72,10 +72,30 @@ Problem outside(const SourceParts& parts, const Area& data) {
           "a bbox over the data, which lie in " + degrees(data), "bbox"};
 }
 
+/// West and east in each other's place: the box runs around the earth, over the antimeridian, and holds two sides of the data without the middle;
+/// or a rim on one side, where the other end is beyond the data. Where the data reach the antimeridian, or nearly do, such a box is meant.
+std::optional<Problem> leaves_out_the_middle(const SourceParts& parts, const Footprint& f) {
+  constexpr double kNearlyAround_deg = 10;  // what a raster of the whole earth may leave open
+  constexpr double kMostOfTheEarth_deg = 270;
+  const Area &box = *parts.options.bbox, &data = f.tight;
+  const double west_deg = box.west_deg, east_deg = box.east_deg - 360;
+  if (!(box.east_deg > 180 && east_deg < west_deg)) return std::nullopt;
+  if (f.full_circle || data.east_deg > 180 || data.west_deg + 360 - data.east_deg <= kNearlyAround_deg) return std::nullopt;
+  const double left_out_deg = std::min(west_deg, data.east_deg) - std::max(east_deg, data.west_deg);
+  const bool both_sides = data.west_deg <= east_deg && west_deg <= data.east_deg;
+  const bool one_rim = box.east_deg - west_deg > kMostOfTheEarth_deg && left_out_deg > (data.east_deg - data.west_deg) / 2;
+  if (!both_sides && !one_rim) return std::nullopt;
+  return Problem{"option-invalid",
+                 "the bbox crosses the antimeridian, as its west is above its east: it would leave out the middle of " + parts.dataset.name +
+                     ", which does not reach there",
+                 "west below east, as in " + degrees({east_deg, box.south_deg, west_deg, box.north_deg}), "bbox"};
+}
+
 proto::Result<void> clip_to_bbox(SourceParts& parts, Footprint& f) {
   if (!parts.options.bbox) return {};
   const auto safe = intersect(f.safe, *parts.options.bbox), tight = intersect(f.tight, *parts.options.bbox);
   if (!safe || !tight) return outside(parts, f.safe);
+  if (auto refused = leaves_out_the_middle(parts, f)) return *refused;
   // A full circle clipped on both sides of the antimeridian is the bbox itself.
   parts.area = f.full_circle ? Area{parts.options.bbox->west_deg, safe->south_deg, parts.options.bbox->east_deg, safe->north_deg} : *safe;
   f.tight = f.full_circle ? Area{parts.area.west_deg, tight->south_deg, parts.area.east_deg, tight->north_deg} : *tight;

@@ -1,6 +1,8 @@
 // From raw values to metres: types, scale, offset, units, and everything that is no height.
 #include <cmath>
 #include <limits>
+#include <sstream>
+#include <utility>
 
 #include <gdal_priv.h>
 #include <gmock/gmock.h>
@@ -206,6 +208,41 @@ TEST_F(Value, Bbox) {
   EXPECT_EQ(problem_type(file, options), "bbox-outside-raster");
   options.set_bbox(1, 60);
   EXPECT_EQ(problem_type(file, options), "option-invalid");
+}
+
+/// Refused where the raster does not reach the antimeridian, since two of its sides would be left of it.
+TEST_F(Value, BboxWithWestAndEastSwapped) {
+  const auto opened = [&](double raster_west, int columns, double west, double east) {
+    Spec spec;
+    spec.columns = columns, spec.rows = 20, spec.geotransform = {raster_west, 0.25, 0, 10, 0, -0.25};
+    proto::BuildOptions options = plain_options();
+    for (const double v : {west, 6.0, east, 9.0}) options.add_bbox(v);
+    return open(write(spec), options);
+  };
+  // The last two have one end beyond the raster, and would leave a rim of it.
+  for (const auto& [west, east] : {std::pair{13.5, 11.0}, std::pair{14.0, 10.0}, std::pair{13.5, 9.5}, std::pair{14.5, 10.5}}) {
+    const auto refused = opened(10, 16, west, east);
+    ASSERT_FALSE(refused.ok()) << west;
+    EXPECT_EQ(refused.problem().type, "option-invalid");
+    EXPECT_EQ(refused.problem().parameter, "bbox");
+    EXPECT_THAT(refused.problem().detail, ::testing::HasSubstr("leave out the middle"));
+    std::ostringstream swapped;
+    swapped << east << ",6," << west << ",9";
+    EXPECT_THAT(refused.problem().accepted, ::testing::HasSubstr(swapped.str()));
+  }
+  struct Meant {
+    double raster_west;
+    int columns;
+    double west, east;
+  };
+  const Meant meant[] = {{10, 16, 11, 13.5},         // west below east
+                        {10, 16, 11, -170},         // one end in the raster
+                        {175, 40, 177, -177},       // over the antimeridian
+                        {-180, 1440, 170, -170},    // all around
+                        {-179, 1432, 170, -170}};   // nearly
+  for (const Meant& k : meant) {
+    EXPECT_TRUE(opened(k.raster_west, k.columns, k.west, k.east).ok()) << k.raster_west << " " << k.west << " " << k.east;
+  }
 }
 
 }  // namespace
