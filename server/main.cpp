@@ -368,6 +368,8 @@ int main(int count, char** words) {
       line.normals = *light;
       if (!normals.empty() && line.output.ends_with(".sqlite"))
         return wrong_usage({"usage", "--normals is for a folder: a file of a dataset gives any", "-o FOLDER", "--normals"});
+      if (!formats.empty() && line.output.ends_with(".sqlite"))
+        return wrong_usage({"usage", "--formats is for a folder or an archive: a file of a dataset gives any", "-o FOLDER or -o FILE.pmtiles", "--formats"});
       if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
       return wrong_usage({"usage", "build needs to know where to write", "-o FOLDER, -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles", "--output"});
     });

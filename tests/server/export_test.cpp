@@ -49,6 +49,12 @@ TEST_F(Export, OfARasterIsWhatBuildMakesOfSuchAName) {
   ASSERT_EQ(shell(build("-o " + place("drc.pmtiles") + " -q --max-level 8 --formats drc")).code, 0);
   ASSERT_EQ(exported("-o " + place("by_drc.pmtiles") + " --format drc").code, 0);
   EXPECT_EQ(file_text(place("drc.pmtiles")), file_text(place("by_drc.pmtiles")));
+  const Ended of_mesh = shell(build("-o " + place("b.glb") + " -q --max-level 8 --formats drc"));
+  EXPECT_EQ(of_mesh.code, 2);
+  const Ended of_store = shell(build("-o " + place("b.sqlite") + " -q --max-level 8 --formats terrain-rgb"));
+  EXPECT_EQ(of_store.code, 2);
+  EXPECT_THAT(of_store.output, HasSubstr("--formats is for a folder or an archive"));
+  for (const char* name : {"b.glb", "b.sqlite"}) EXPECT_FALSE(std::filesystem::exists(place(name))) << name;
   const Ended again = shell(build("-o " + place("a.3tz") + " -q"));
   EXPECT_EQ(again.code, 1);
   EXPECT_THAT(again.output, HasSubstr("--overwrite"));
