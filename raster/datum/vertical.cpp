@@ -1,7 +1,9 @@
 #include "raster/datum/vertical.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
+#include <iterator>
 #include <vector>
 
 #include "proto/letters.h"
@@ -51,6 +53,12 @@ const KnownDatum* known(const std::string& name) {
   for (const KnownDatum& datum : known_datums())
     if (proto::same_letters(datum.name, name) || proto::same_letters(datum.name + std::string(" height"), name)) return &datum;
   return nullptr;
+}
+
+/// The ellipsoid as people name it: by the word, by the CRS whose heights are above it, or by that CRS's code.
+bool names_ellipsoid(const std::string& name) {
+  constexpr const char* kNames[] = {"ellipsoid", "ellipsoidal", "WGS84", "WGS 84", "EPSG:4979"};
+  return std::any_of(std::begin(kNames), std::end(kNames), [&](const char* one) { return proto::same_letters(one, name); });
 }
 
 /// The grid file of a name, empty when there is none. Over HTTP only a bare name, looked up in the operator's folders.
@@ -106,7 +114,9 @@ std::vector<fs::path> geoid_places() {
 proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area) {
   const std::string& name = asked.requested.empty() ? asked.declared : asked.requested;
   const std::string from = asked.requested.empty() ? "source" : "request";
-  if (proto::same_letters(name, "ellipsoid")) return VerticalDatum{"ellipsoid", from, "", nullptr};
+  // What a raster declares is read more strictly: WGS 84 may be no more than its horizontal datum's name there.
+  const bool ellipsoid = asked.requested.empty() ? proto::same_letters(name, "ellipsoid") : names_ellipsoid(name);
+  if (ellipsoid) return VerticalDatum{"ellipsoid", from, "", nullptr};
   if (const KnownDatum* datum = known(name)) return of_known(*datum, from, area, trust);
   if (!asked.requested.empty()) return of_request(asked, trust, area);
   auto declared = of_source(asked, area, trust);

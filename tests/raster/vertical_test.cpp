@@ -215,6 +215,18 @@ TEST_F(HeightSystem, IsNamedByTheRequestInManyWays) {
   }
 }
 
+TEST_F(Vertical, TheEllipsoidHasMoreThanOneName) {
+  for (const char* name : {"ellipsoid", "ellipsoidal", "WGS84", "wgs 84", "EPSG:4979"}) {
+    SCOPED_TRACE(name);
+    proto::BuildOptions options;
+    options.set_vertical_datum(name);
+    const auto source = must_open(write({}), options, raster::Trust::posted_file, "dem.tif");
+    ASSERT_TRUE(source);
+    EXPECT_EQ(source->description().vertical_datum(), "ellipsoid");
+    EXPECT_EQ(source->description().vertical_datum_from(), "request");
+  }
+}
+
 TEST_F(HeightSystem, WithoutItsGridIsRefusedByName) {
   const auto refused = open(write(colorado("EPSG:6318+5703")), {});
   ASSERT_FALSE(refused.ok());
