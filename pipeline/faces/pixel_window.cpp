@@ -65,9 +65,9 @@ void draw_level(const Terrain& terrain, int level, const PixelRows& rows, const 
   }
 }
 
-/// Finer levels over coarser ones.
+/// Finest first: a pixel keeps the height that it gets first.
 void draw_run(const Terrain& terrain, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window, double* out) {
-  for (int level = terrain.coarsest_for(window.level); level <= window.level; ++level) draw_level(terrain, level, rows, columns, window, out);
+  for (int level = window.level; level >= terrain.coarsest_for(window.level); --level) draw_level(terrain, level, rows, columns, window, out);
 }
 
 /// Takes the geoid's height off wherever there is data: a grid of undulations is only near where data is.

@@ -17,7 +17,8 @@ namespace cordillera::pipeline::testing {
 /// A dataset of level 7 and all above it, from blocks of tiles that it is told, opened.
 class Made {
  public:
-  Made(const std::vector<std::pair<proto::TileAddress, proto::TileAddress>>& blocks, const Heights& heights, int coarsest = 0) {
+  Made(const std::vector<std::pair<proto::TileAddress, proto::TileAddress>>& blocks, const Heights& heights, int coarsest = 0,
+       const proto::Manifest& manifest = synthetic_manifest()) {
     const proto::Lattice lattice{proto::Scheme::geodetic, 7};
     auto writer = StoreWriter::open(folder_ / "a.db", synthetic_plan(7, coarsest));
     EXPECT_TRUE(writer.ok());
@@ -27,7 +28,7 @@ class Made {
         EXPECT_TRUE((*writer)->commit(task).ok());
       }
     }
-    EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
+    EXPECT_TRUE((*writer)->publish(manifest).ok());
     terrain_ = std::make_unique<faces::Terrain>(StoreReader::open(folder_ / "a.db").value());
   }
   const faces::Terrain& terrain() const { return *terrain_; }

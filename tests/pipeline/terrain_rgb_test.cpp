@@ -190,6 +190,34 @@ TEST(TerrainRgb, APixelIsTheMeshOverItsCentre) {
   }
 }
 
+/// Two tiles of level 7 are there; beside them levels 6 and 5 alone, and beyond these coarser ones.
+TEST(TerrainRgb, ProvisionalHeightsAreOfTheFinestLevelAtThePlace) {
+  proto::Manifest manifest = synthetic_manifest();
+  manifest.set_provisional(true);
+  const Made made({{{7, 126, 80}, {7, 126, 80}}, {{7, 128, 82}, {7, 128, 82}}}, hills(), 0, manifest);
+  const Terrain& terrain = made.terrain();
+  const int zoom = zooms_of(terrain.manifest(), *extent_of(terrain.manifest())).last;
+  const double tiles_a_degree = std::ldexp(1, 7) / 180;
+  std::set<int> levels;
+  for (const double longitude : {-2.0, -0.7, 1.0}) {
+    const Place at = tile_at(zoom, longitude, 23.2);
+    const auto grid = height_grid(terrain, at).value();
+    ASSERT_TRUE(grid && grid->data);
+    for (std::int32_t k = 0; k < 65536; k += 97) {
+      const double lon = longitude_of(at, k % 256 + 0.5), lat = latitude_of(at, k / 256 + 0.5);
+      const auto x = static_cast<std::int32_t>((lon + 180) * tiles_a_degree), y = static_cast<std::int32_t>((lat + 90) * tiles_a_degree);
+      proto::TileAddress tile{7, x, y};
+      while (tile.z > 0 && !terrain.mesh(tile)) tile = tile.parent();
+      levels.insert(tile.z);
+      const auto height = terrain.mesh(tile)->height_m(lon, lat);
+      ASSERT_TRUE(height);
+      // Triangles of coarse levels are so wide that some places have another one above them in space than in plan.
+      ASSERT_NEAR(grid->at(k / 256, k % 256) + *terrain.undulation_m(lon, lat), *height, 2) << "level " << tile.z;
+    }
+  }
+  for (const int level : {5, 6, 7}) EXPECT_TRUE(levels.count(level)) << level;
+}
+
 TEST(TerrainRgb, NoCellIsLargerThanAPixelAndTheLastZoomIsTheFirstWithFinestPixels) {
   const proto::Manifest& manifest = sample().terrain->manifest();
   const auto extent = extent_of(manifest);
