@@ -170,10 +170,12 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   proto::Job job;
   if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
   raster::keep_free(bytes_to_leave(folder, free_percent));
-  if (!restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options())) {
+  const bool confined = restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
+  const proto::Problem starved = out_of_memory(job.options(), job.name());
+  if (!confined) {
+    if (memory_is_short()) return fail(starved);  // the list of calls takes some
     return fail({"internal", "the job cannot be confined as this system offers", "cordillera doctor, which says what it offers", ""});
   }
-  const proto::Problem starved = out_of_memory(job.options(), job.name());
   on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
   try {
     const auto built = build_job(job, folder);

@@ -31,17 +31,25 @@ LiveCache::LiveCache(Parts parts) : parts_(std::move(parts)) {
     entries_[row->id].asleep = row->state == State::running && !fs::exists(parts_.layout.dataset(row->id) / row->raster, error);
   }
   keeping_ = std::thread([this] { keep_within(); });
-  asking_ = std::thread([this] { ask_addresses(); });
+  try {
+    asking_ = std::thread([this] { ask_addresses(); });
+  } catch (...) {  // no room for a second one: the first may not outlive what it works on
+    end();
+    throw;
+  }
 }
 
-LiveCache::~LiveCache() {
+LiveCache::~LiveCache() { end(); }
+
+void LiveCache::end() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
   changed_.notify_all();
-  keeping_.join();
-  asking_.join();
+  for (std::thread* const thread : {&keeping_, &asking_}) {
+    if (thread->joinable()) thread->join();
+  }
 }
 
 Row LiveCache::find(const std::string& key) {

@@ -78,6 +78,7 @@ class LiveCache {
   void forget_files(const Dataset& dataset) const;
   void keep_within();
   void ask_addresses();
+  void end();
 
   const Parts parts_;
   std::mutex making_;  ///< one dataset after the other
