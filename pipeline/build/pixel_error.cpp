@@ -334,20 +334,21 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, const std::
   };
   // The promise at samples comes first. What breaks it, steep walls from before too, is mended without a harm to pixels; else, where valences left no
   // room for both, samples alone are asked.
-  const auto mend = [&] {
+  const auto mend = [&] {  // how many triangles are left that break it
+    std::vector<std::uint32_t> left = broken(built.mesh);
     for (const gpu::ErrorMeter* meter : {&with_pixels, &samples_alone}) {
-      const std::vector<std::uint32_t> left = broken(built.mesh);
-      if (left.empty()) return;
+      if (left.empty()) break;
       met.inserted += gpu::refine(built.mesh, *meter, limit_m, left, SIZE_MAX).inserted;
+      left = broken(built.mesh);
     }
+    return left.size();
   };
   for (int round = 0; round < kMostRounds && !over.empty() && (round == 0 || over.size() <= kMostAgain); ++round) {
     const proto::TileMesh before = built.mesh;
     const std::uint32_t inserted = met.inserted;
     meet();
-    mend();
     // Where that does not help, all stays as it was, and measure_exact mends the walls.
-    if (const std::size_t left = broken(built.mesh).size(); left > 0 && left > broken(before).size()) {
+    if (const std::size_t left = mend(); left > 0 && left > broken(before).size()) {
       built.mesh = before;
       met.inserted = inserted;
       break;

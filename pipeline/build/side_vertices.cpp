@@ -130,10 +130,11 @@ std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<B
       const SideLine same(context, tiles[other->second], line.beyond(p));
       if (same.vertices() != line.vertices()) continue;
       const std::vector<MeshPoint> points = line.needed(line.runs_north() ? p.y : p.x, step);
+      if (points.empty()) continue;
       std::vector<MeshPoint> there;
       for (const MeshPoint& q : points) there.push_back(line.beyond(q));
       proto::TileMesh mesh = tiles[k].mesh, mesh_beyond = tiles[other->second].mesh;
-      if (points.empty() || !split_all(mesh, points) || !split_all(mesh_beyond, there)) continue;
+      if (!split_all(mesh, points) || !split_all(mesh_beyond, there)) continue;
       tiles[k].mesh = std::move(mesh);
       tiles[other->second].mesh = std::move(mesh_beyond);
       changed.insert({k, other->second});

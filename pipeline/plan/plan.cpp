@@ -61,13 +61,17 @@ bool has_cells_within_pixels(const proto::Source& source, int level) {
 /// voids= a height. Beside ground that is a wall as high as the ground: to meet pixels on both sides of it, samples would leap over it and below it.
 bool paints_voids(const proto::BuildOptions& options) { return !options.voids().empty() && options.voids() != "fill" && options.voids() != "hole"; }
 
-/// By default pixels are to be met, which takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
+/// Whether the target is to hold at pixels, too: by default, where there is one.
+bool is_to_meet_pixels(const proto::BuildOptions& options) {
+  if (options.keep_size() > 0 || options.pixels() == raster::kLatticePixels) return false;
+  return options.pixels() == raster::kExactPixels || !paints_voids(options);
+}
+
+/// Meeting pixels takes cells that are neither wider nor higher than they: those of a pixel that is up to four times as long
 /// as it is wide are one level finer.
 int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
   const int level = level_of_pixels(source);
-  const bool asked = options.pixels() == raster::kExactPixels;
-  const bool meets_pixels = options.keep_size() == 0 && options.pixels() != raster::kLatticePixels && (asked || !paints_voids(options));
-  const bool finer = meets_pixels && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) && has_cells_within_pixels(source, level + 1);
+  const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) && has_cells_within_pixels(source, level + 1);
   return finer ? level + 1 : level;
 }
 
@@ -226,9 +230,8 @@ proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan
   if (asked && !fine)
     return proto::Problem{"options-conflict", cells + " are wider than a pixel, or higher, so they cannot meet all pixels", "pixels=lattice, or a finer max_level",
                           "pixels"};
-  if (plan.options().pixels() == raster::kLatticePixels || !plan.promise() || !fine || (!asked && paints_voids(plan.options())))
-    plan.mutable_options()->clear_pixels();
-  else plan.mutable_options()->set_pixels(raster::kExactPixels);
+  if (fine && is_to_meet_pixels(plan.options())) plan.mutable_options()->set_pixels(raster::kExactPixels);
+  else plan.mutable_options()->clear_pixels();
   return {};
 }
 
