@@ -14,7 +14,7 @@
 #include "pipeline/bound/earth.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/pixel_error_sum.h"
-#include "proto/integers.h"
+#include "pipeline/tile/sample_at.h"
 #include "raster/sample/back_projection.h"
 
 namespace cordillera::pipeline {
@@ -145,10 +145,10 @@ class PixelMeter final : public gpu::ErrorMeter {
   PixelMeter(const gpu::ErrorMeter& at_samples, const PlacedPixels& pixels, const proto::TileAddress& tile, const proto::Lattice& lattice, const proto::Samples& samples)
       : at_samples_(at_samples),
         pixels_(pixels),
+        lattice_(lattice),
         samples_(samples),
         west_(lattice.west(tile)),
         south_(lattice.south(tile)),
-        circle_(lattice.columns()),
         side_(static_cast<std::int32_t>(lattice.tile_units(tile.z))) {}
 
   double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override {
@@ -219,16 +219,13 @@ class PixelMeter final : public gpu::ErrorMeter {
     }
   }
 
-  std::int32_t sample(std::int64_t i, std::int64_t j) const {
-    i -= proto::floor_divide(i - samples_.west, circle_) * circle_;
-    const bool there = i < samples_.west + samples_.columns && j >= samples_.south && j < samples_.south + samples_.rows;
-    return there ? samples_.at(i, j) : proto::kNoHeight;
-  }
+  std::int32_t sample(std::int64_t i, std::int64_t j) const { return sample_at(samples_, lattice_, i, j); }
 
   const gpu::ErrorMeter& at_samples_;
   const PlacedPixels& pixels_;
+  const proto::Lattice& lattice_;
   const proto::Samples& samples_;
-  const std::int64_t west_, south_, circle_;
+  const std::int64_t west_, south_;
   const std::int32_t side_;
 };
 

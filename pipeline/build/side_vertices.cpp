@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <set>
 #include <utility>
 
 #include "gpu/refine/height_step.h"
 #include "gpu/refine/refine.h"
-#include "pipeline/bound/earth.h"
 #include "pipeline/plan/plan.h"
-#include "proto/integers.h"
+#include "pipeline/tile/border.h"
+#include "pipeline/tile/sample_at.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -26,23 +25,22 @@ class SideLine {
  public:
   /// p: on the side, at no corner of the tile.
   SideLine(const LevelContext& context, const BuiltTile& built, const MeshPoint& p)
-      : samples_(*context.samples), circle_(context.lattice->columns()), side_(built.mesh.side), runs_north_(p.x == 0 || p.x == side_), across_(runs_north_ ? p.x : p.y) {
-    west_ = context.lattice->west(built.tile), south_ = context.lattice->south(built.tile);
-    const proto::TileMesh& mesh = built.mesh;
-    for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
-      if ((runs_north_ ? mesh.x[v] : mesh.y[v]) != across_) continue;
-      vertices_[runs_north_ ? mesh.y[v] : mesh.x[v]] = mesh.mark[v] & proto::kVoid ? proto::kNoHeight : mesh.height[v];
-    }
-  }
+      : samples_(*context.samples),
+        lattice_(*context.lattice),
+        tile_(built.tile),
+        side_(built.mesh.side),
+        runs_north_(p.x == 0 || p.x == side_),
+        across_(runs_north_ ? p.x : p.y),
+        vertices_(border_chain(built.mesh, runs_north_ ? (p.x == 0 ? Side::west : Side::east) : (p.y == 0 ? Side::south : Side::north))) {}
 
   bool runs_north() const { return runs_north_; }
-  const std::map<std::int32_t, std::int32_t>& vertices() const { return vertices_; }  ///< heights by place along the line
+  const Chain& vertices() const { return vertices_; }
   /// The tile beyond it, and the same point there.
-  proto::TileAddress tile_beyond(const proto::TileAddress& tile) const {
+  proto::TileAddress tile_beyond() const {
     const std::int32_t step = across_ == 0 ? -1 : 1;
-    if (!runs_north_) return {tile.z, tile.x, tile.y + step};
-    const std::int32_t across = proto::tiles_across(tile.z);
-    return {tile.z, (tile.x + step + across) % across, tile.y};
+    if (!runs_north_) return {tile_.z, tile_.x, tile_.y + step};
+    const std::int32_t across = proto::tiles_across(tile_.z);
+    return {tile_.z, (tile_.x + step + across) % across, tile_.y};
   }
   MeshPoint point(std::int32_t along, std::int32_t height) const { return runs_north_ ? MeshPoint{across_, along, height} : MeshPoint{along, across_, height}; }
   MeshPoint beyond(const MeshPoint& p) const {
@@ -53,9 +51,11 @@ class SideLine {
   /// Samples that have to become vertices with the one at `along`, for no edge to be farther from a sample than the edge that is there now. None where
   /// there is no such edge or something has no data.
   std::vector<MeshPoint> needed(std::int32_t along, std::int32_t step) const {
-    const auto end = vertices_.lower_bound(along);
-    if (end == vertices_.begin() || end == vertices_.end() || end->first == along) return {};
-    const Vertex from{*std::prev(end)}, to{*end};
+    const auto end = std::lower_bound(vertices_.position.begin(), vertices_.position.end(), along);
+    if (end == vertices_.position.begin() || end == vertices_.position.end() || *end == along) return {};
+    const auto k = static_cast<std::size_t>(end - vertices_.position.begin());
+    const auto vertex = [&](std::size_t at) { return Vertex{vertices_.position[at], vertices_.height[at]}; };
+    const Vertex from = vertex(k - 1), to = vertex(k);
     for (std::int32_t at = from.first; at <= to.first; ++at) {
       if (sample(at) == proto::kNoHeight) return {};
     }
@@ -94,20 +94,17 @@ class SideLine {
     return far;
   }
   std::int32_t sample(std::int32_t along) const {
-    std::int64_t i = west_ + (runs_north_ ? across_ : along);
-    const std::int64_t j = south_ + (runs_north_ ? along : across_);
-    i -= proto::floor_divide(i - samples_.west, circle_) * circle_;
-    const bool there = i < samples_.west + samples_.columns && j >= samples_.south && j < samples_.south + samples_.rows;
-    return there ? samples_.at(i, j) : proto::kNoHeight;
+    const std::int64_t east = runs_north_ ? across_ : along, north = runs_north_ ? along : across_;
+    return sample_at(samples_, lattice_, lattice_.west(tile_) + east, lattice_.south(tile_) + north);
   }
 
   const proto::Samples& samples_;
-  const std::int64_t circle_;
+  const proto::Lattice& lattice_;
+  const proto::TileAddress tile_;
   const std::int32_t side_;
   const bool runs_north_;
   const std::int32_t across_;  ///< of the line: 0 or side
-  std::int64_t west_ = 0, south_ = 0;
-  std::map<std::int32_t, std::int32_t> vertices_;
+  const Chain vertices_;
 };
 
 /// All of them, or none.
@@ -125,10 +122,10 @@ std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<B
   for (std::size_t k = 0; k < tiles.size(); ++k) {
     for (const MeshPoint& p : on_sides[k]) {
       const SideLine line(context, tiles[k], p);
-      const auto other = at.find(line.tile_beyond(tiles[k].tile));
+      const auto other = at.find(line.tile_beyond());
       if (other == at.end()) continue;
       const SideLine same(context, tiles[other->second], line.beyond(p));
-      if (same.vertices() != line.vertices()) continue;
+      if (!(same.vertices() == line.vertices())) continue;
       const std::vector<MeshPoint> points = line.needed(line.runs_north() ? p.y : p.x, step);
       if (points.empty()) continue;
       std::vector<MeshPoint> there;
