@@ -4,7 +4,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 program=$(cd "${1:?usage: tests/deploy/planet.sh BUILD}" && pwd)/bin/cordillera
-planet=$here/../../deploy/planet
+planet=$here/../bench/planet
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How long a plan takes on so many nodes: list scheduling of its tasks, stage after stage, as submit.sh hands them to Slurm.
 
-  deploy/planet/schedule.py PLAN --times TIMES.json [options]    PLAN: a folder that `cordillera plan` wrote; TIMES.json: see measure.py
+  tests/bench/planet/schedule.py PLAN --times TIMES.json [options]    PLAN: a folder that `cordillera plan` wrote; TIMES.json: see measure.py
 
 Each task takes what a measured one took, chosen by its key and scaled by the share of it that rasters cover, so the same plan gives the same
 table. What is simulated: cores that take the parts of an array in order, no faster than the controller starts them (--starts), a start

@@ -2,7 +2,7 @@
 # A plan on clusters that are not there: one real Slurm controller, a slurmd of its own for each node, all on this machine; submit.sh submits the
 # plan, and each task sleeps for as long as measured tasks take.
 #
-#   deploy/planet/emulate.sh PLAN TIMES.json NODES... [options]       NODES: how many, e.g. 16 64 256; TIMES.json: see measure.py
+#   tests/bench/planet/emulate.sh PLAN TIMES.json NODES... [options]       NODES: how many, e.g. 16 64 256; TIMES.json: see measure.py
 #
 #   --cores N        of a node [4]; tasks that run at once take some 3 MB of memory each
 #   --seconds N      that the blocks should take on the clock: all times are divided by what that takes [200]
@@ -107,11 +107,11 @@ END
   for k in $(seq "$1"); do
     slurmd -f "$SLURM_CONF" -N "n$k" -D >> "$cluster/slurmd.out" 2>&1 &
     daemons+=($!)
-    ((k % 16)) || sleep 2  # all at once, some would not get through to the controller
+    ((k % 4)) || sleep 0.5  # all at once, some would not get through to the controller
   done
-  for _ in $(seq 300); do
+  for _ in $(seq 600); do
     if [[ $(sinfo --noheader --format=%D.%T 2> /dev/null) == "$1.idle" ]]; then return; fi
-    sleep 1
+    sleep 0.5
   done
   sinfo >&2 || true
   tail -n 5 "$cluster"/*.out "$cluster/slurmctld.log" >&2 || true
@@ -143,12 +143,12 @@ for nodes in "${words[@]:2}"; do
   make_sleeper
   scale=$(awk -v slots=$((nodes * cores)) -v seconds="$seconds" '{ sum += $1 } END { print sum / slots / seconds }' "$work"/sleeps/stage-0-of-*)
   for file in "$work"/sleeps/*; do awk -v scale="$scale" '{ printf "%.3f\n", $1 / scale }' "$file" > "$cluster/${file##*/}"; done
-  began=$EPOCHREALTIME
-  "$here/../slurm/submit.sh" "$cluster/plan" -o "$cluster/out" --parts "$parts" --program "$cluster/cordillera" > "$cluster/submitted"
+  began=$EPOCHREALTIME idle=0
+  "$here/../../../deploy/slurm/submit.sh" "$cluster/plan" -o "$cluster/out" --parts "$parts" --program "$cluster/cordillera" > "$cluster/submitted"
   submitted=$EPOCHREALTIME
   while ! grep -qs '^publish' "$cluster/ran"; do
-    if [[ -z $(squeue --noheader --format=%i 2> /dev/null || echo unknown) ]]; then sleep 5; break; fi
-    sleep 2
+    if [[ -z $(squeue --noheader --format=%i 2> /dev/null || echo unknown) ]] && ((++idle > 10)); then break; fi  # the last job may still write
+    sleep 0.5
   done
   grep -qs '^publish' "$cluster/ran" || { tail "$cluster"/plan/log/*.log >&2; fail "jobs ended before publish"; }
   "$here/emulated.py" "$cluster/ran" --nodes "$nodes" --cores "$cores" --scale "$scale" --began "$began" --submitted "$submitted"
