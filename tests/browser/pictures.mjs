@@ -1,6 +1,8 @@
 // Pictures of the viewer for the documents: node pictures.mjs --chromium PATH --url URL --dataset ID --empty URL --pictures FOLDER [--only NAME]
+import { writeFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
+import { moving_picture } from "./moving_picture.mjs";
 import { open_page, some_frames, tiles_loaded, with_browser } from "./browser.mjs";
 
 const names = ["chromium", "url", "dataset", "empty", "pictures", "only"];
@@ -34,6 +36,8 @@ const as_people_see_it = (page) => page.evaluate(() => {
   scene.skyAtmosphere.show = scene.globe.showGroundAtmosphere = true;
 });
 
+const is_wanted = (name) => !given.only || given.only.split(",").includes(name);
+
 // The backdrop, which a tileset does not wait for.
 const globe_loaded = async (page) => {
   while (!(await page.evaluate(() => {
@@ -63,8 +67,39 @@ async function take(browser, name, { how, query = "", camera = "", empty, hover,
   console.log(name);
 }
 
+// Once around the data, as a WebP.
+const kAround = { width: 560, height: 315, frames: 48, frame_ms: 100, quality: 0.6 };
+const still_of = (page, png, quality) => page.evaluate(async ({ base64, wanted }) => {
+  const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+  const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: image.height });
+  canvas.getContext("2d").drawImage(image, 0, 0);
+  return canvas.toDataURL("image/webp", wanted).split(",")[1];
+}, { base64: png.toString("base64"), wanted: quality });
+
+async function take_around(browser) {
+  const { width, height, frames, quality } = kAround, stills = [];
+  const { page, complaints } = await open_page(browser, `${given.url}/?dataset=${given.dataset}`, { viewport: { width, height } });
+  await tiles_loaded(page);
+  await page.addStyleTag({ content: "#panel, #tools, #foot, .cesium-widget-credits { display: none !important; }" });
+  for (let k = 0; k < frames; ++k) {
+    await page.evaluate((share) => {
+      const { scene, manifest: { bounds: [west, south, east, north, low, high] } } = window.cordillera, { Cesium } = window;
+      const sphere = Cesium.BoundingSphere.fromRectangle3D(Cesium.Rectangle.fromDegrees(west, south, east, north), Cesium.Ellipsoid.WGS84, (low + high) / 2);
+      scene.camera.lookAt(sphere.center, new Cesium.HeadingPitchRange(2 * Math.PI * share, -0.42, 0.95 * sphere.radius));
+    }, k / frames);
+    await tiles_loaded(page);
+    await globe_loaded(page);
+    stills.push(Buffer.from(await still_of(page, await page.screenshot(), quality), "base64"));
+  }
+  if (complaints.length > 0) throw new Error(complaints.join("; "));
+  writeFileSync(`${given.pictures}/around.webp`, moving_picture(stills, kAround));
+  await page.close();
+  console.log("around");
+}
+
 await with_browser(given.chromium, async (browser) => {
   for (const [name, picture] of Object.entries(kPictures)) {
-    if (!given.only || given.only.split(",").includes(name)) await take(browser, name, picture);
+    if (is_wanted(name)) await take(browser, name, picture);
   }
+  if (is_wanted("around")) await take_around(browser);
 });

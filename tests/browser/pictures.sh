@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Takes the pictures of the viewer that the documents show: tests/browser/pictures.sh BUILD FOLDER [NAME,NAME...]
 #   BUILD    a build folder with bin/cordillera and share/web
-#   FOLDER   where the pictures go, as JPEG: docs/pictures/viewer in the repository
+#   FOLDER   where the pictures go, as JPEG, and one that moves, as WebP: docs/pictures/viewer in the repository
 # Exits with 77, and says what is missing, where it cannot run.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
