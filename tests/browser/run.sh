@@ -39,7 +39,7 @@ done
 
 # One that is being built, and waits for the test.
 . "$here/../held.sh"
-hold "$sample" --error 1
+hold "$sample" --error 1 --pixels lattice  # meeting every pixel would take five times as long
 
 curl -fsS -o "$work/manifest.json" "$url/v1/datasets/$terrain/manifest.json"
 python3 "$here/known_heights.py" "$sample" "$work/manifest.json" >"$work/known.json"

@@ -33,7 +33,7 @@ def killed_in_the_middle(service):
 
 def resumed(service):
     seen = []
-    dataset = service.post(RASTER, resume=True, error=1, sent=lambda done, total: seen.append(done))
+    dataset = service.post(RASTER, resume=True, error=1, pixels="lattice", sent=lambda done, total: seen.append(done))
     assert seen[0] == 3 * uploads.PART, "it began at %s instead of going on" % seen[0]
     assert seen[-1] == os.path.getsize(RASTER)
     return dataset
