@@ -7,6 +7,7 @@
 #include "proto/ellipsoid.h"
 #include "proto/mesh.h"
 #include "proto/utf8.h"
+#include "raster/pixels/decimation.h"
 #include "raster/sample/back_projection.h"
 #include "raster/voids/filled_source.h"
 
@@ -36,6 +37,13 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
 }
 
 }  // namespace
+
+std::optional<raster::ValueLook> note_values(raster::Source& source, proto::Manifest& manifest) {
+  const auto pixels = source.decimate(raster::kPixelsLookedAt);
+  if (!pixels.ok() || *pixels == nullptr) return std::nullopt;  // several rasters, or too much of one to be decoded
+  for (const std::string& note : raster::notes_on((*pixels)->look)) manifest.add_notes(note);
+  return (*pixels)->look;
+}
 
 proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine) {
   proto::Manifest manifest;

@@ -196,19 +196,28 @@ std::string shown(double height_m) {
   return text.data();
 }
 
-/// The least and the greatest height of a raster none of whose heights are within the limit; nothing if it has none, or one that is.
-/// A reader takes what is out of range for a void. So the raster is read once more at a scale where every height is within it.
-std::optional<std::pair<double, double>> heights_out_of_range(const BuildRequest& request) {
+/// What a raster without a triangle holds all the same.
+struct HeightsSeen {
+  bool within = false;                           ///< a height within the limit
+  std::optional<std::pair<double, double>> far;  ///< the least and the greatest of those beyond it, in metres
+  int own_level = -1;                            ///< the first level as fine as the raster; negative: unknown
+};
+
+/// At places spread over one raster, until a height within the limit is found. A reader takes what is out of range for a void. So the raster is read
+/// once more at a scale where every height is within it.
+HeightsSeen heights_seen(const BuildRequest& request) {
   constexpr double kScale = 1e-26;  // 1e30 is the greatest value that is no void
   constexpr int kAcross = 64;
-  if (!request.members.empty()) return {};
+  HeightsSeen seen;
+  if (!request.members.empty()) return seen;
   proto::BuildOptions options = request.options;
   options.set_z_scale((options.has_z_scale() ? options.z_scale() : 1) * kScale);
   options.clear_z_offset();
+  options.clear_max_level();
   const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, options);
-  if (!source.ok() || (*source)->description().bbox_size() != 4) return {};
+  if (!source.ok() || (*source)->description().bbox_size() != 4) return seen;
+  if (const auto levels = level_range((*source)->description(), options); levels.ok()) seen.own_level = levels->first;
   const auto& bbox = (*source)->description().bbox();
-  std::optional<std::pair<double, double>> found;
   for (int row = 0; row < kAcross; ++row) {  // a row at a time: what is read at once stays small
     std::array<double, kAcross> longitude_deg{}, latitude_deg{}, height{};
     latitude_deg.fill(bbox[1] + (bbox[3] - bbox[1]) * (row + 0.5) / kAcross);
@@ -217,13 +226,21 @@ std::optional<std::pair<double, double>> heights_out_of_range(const BuildRequest
     for (const double scaled : height) {
       if (std::isnan(scaled)) continue;
       const double height_m = scaled / kScale + request.options.z_offset();
-      if (std::abs(height_m) <= proto::kMaxHeight_m) return {};
-      if (!found) found.emplace(height_m, height_m);
-      found->first = std::min(found->first, height_m);
-      found->second = std::max(found->second, height_m);
+      seen.within = std::abs(height_m) <= proto::kMaxHeight_m;
+      if (seen.within) return seen;
+      if (!seen.far) seen.far.emplace(height_m, height_m);
+      seen.far->first = std::min(seen.far->first, height_m);
+      seen.far->second = std::max(seen.far->second, height_m);
     }
   }
-  return found;
+  return seen;
+}
+
+/// Data between the samples of a level whose cells are as wide as they, or wider.
+proto::Problem between_samples(const BuildRequest& request, int own_level) {
+  const std::string level = std::to_string(request.options.max_level());
+  return {"option-invalid", "the cells of level " + level + " are so wide that no three neighbouring samples lie on the data of " + request.raster_name,
+          "a finer max_level; the first that is as fine as the raster is " + std::to_string(own_level), "max_level"};
 }
 
 }  // namespace
@@ -262,7 +279,9 @@ std::string state_of(const BuildRequest& request) {
 proto::Problem without_data(const BuildRequest& request) {
   const bool boxed = request.options.bbox_size() > 0;
   const std::string where = boxed ? " inside the bbox" : "";
-  if (const auto far = heights_out_of_range(request))
+  const HeightsSeen seen = heights_seen(request);
+  if (seen.within && request.options.has_max_level() && static_cast<int>(request.options.max_level()) < seen.own_level) return between_samples(request, seen.own_level);
+  if (const auto& far = seen.far; far && !seen.within)
     return {"raster-heights-out-of-range", request.raster_name + " has no heights within 16384 m of zero" + where + ": they are " + shown(far->first) + " to " +
                 shown(far->second) + " m at the places that were looked at",
             "heights in metres, z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value that means no data", "z_scale"};
@@ -295,6 +314,7 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
   proto::Manifest manifest = blank_manifest(request, *plan, described, {workers.threads(), builder.device()});
   manifest.set_provisional(request.decimation != nullptr);
+  if (!request.decimation) note_values(**source, manifest);
   manifest.set_device(builder.device());  // in the manifest alone: tiles are the same bytes wherever they were made
   auto published = (*store)->publish(std::move(manifest));
   if (!published.ok() && published.problem().type == "no-data") return without_data(request);

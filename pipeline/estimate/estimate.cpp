@@ -128,6 +128,7 @@ proto::Result<Estimate> estimate(const BuildRequest& request) {
   if (shares) take_shares(request.options, sums);
   Estimate estimate;
   estimate.manifest = blank_manifest(request, *plan, (*source)->description(), {threads, builder.device()});
+  estimate.values = note_values(**source, estimate.manifest);
   note_datums(estimate.manifest);
   fill_in(*plan, sums, estimate.manifest);
   estimate.seconds = seconds_for(*sampled, sums, threads, shares);

@@ -1,13 +1,17 @@
 #pragma once
 // dry-run: what a build would make, from a few places that are built for real and thrown away.
+#include <optional>
+
 #include "cordillera.pb.h"
 #include "pipeline/build/build.h"
+#include "raster/pixels/value_look.h"
 
 namespace cordillera::pipeline {
 
 struct Estimate {
   proto::Manifest manifest;  ///< levels[].tiles, triangles and bytes are estimates
   double seconds = 0;
+  std::optional<raster::ValueLook> values;  ///< of one raster, unless too much of it would have to be read
 };
 
 /// Opens the source, plans, builds sample tiles: at most kEstimateTiles of the finest level (twice for keep=), the same ones every time.

@@ -8,6 +8,7 @@ namespace {
 
 constexpr double kMostNodes = 1 << 18;
 constexpr std::size_t kMostQuestions = 4096;  // a question to a projected raster takes a tenth of a millisecond
+constexpr double kFirstQuestions = 256;       // of rasters far apart
 
 std::uint64_t spaced_bits(std::uint32_t value) {
   std::uint64_t bits = value;
@@ -32,8 +33,12 @@ bool certainly_empty(const proto::Plan& plan, const raster::Source& source, cons
 }  // namespace
 
 std::vector<proto::TileAddress> filled_nodes(const proto::Plan& plan, const raster::Source& source, int level) {
-  while (level > static_cast<int>(plan.block_level()) && touched_count(plan, level) > kMostNodes) --level;
-  std::vector<proto::TileAddress> nodes = touched_tiles(plan, std::min(level, static_cast<int>(plan.block_level())));
+  // Rasters far apart have more blocks between them than can be asked for: then larger nodes are asked first, and the level is as fine as what is left allows.
+  int from = std::min(level, static_cast<int>(plan.block_level()));
+  const bool far_apart = touched_count(plan, from) > kMostQuestions;
+  while (far_apart && from > 0 && touched_count(plan, from) > kFirstQuestions) --from;
+  while (!far_apart && level > from && touched_count(plan, level) > kMostNodes) --level;
+  std::vector<proto::TileAddress> nodes = touched_tiles(plan, from);
   std::size_t questions = 0;
   const auto drop_empty = [&] {
     questions += nodes.size();
@@ -44,7 +49,7 @@ std::vector<proto::TileAddress> filled_nodes(const proto::Plan& plan, const rast
     });
   };
   drop_empty();
-  while (!nodes.empty() && nodes.front().z < level) {
+  while (!nodes.empty() && nodes.front().z < level && (!far_apart || 4.0 * static_cast<double>(nodes.size()) <= kMostNodes)) {
     std::vector<proto::TileAddress> children;
     for (const proto::TileAddress& node : nodes) {
       for (int c = 0; c < 4; ++c) children.push_back(node.child(c));

@@ -13,6 +13,7 @@ bool begins(const std::string& text, std::string_view with) { return text.compar
 struct FileKind {
   std::string what;        ///< in a sentence; empty: it may be a raster, or an archive of one
   bool picture = false;    ///< GDAL reads it
+  bool points = false;     ///< or lines: of which a raster can be made
 };
 
 /// What the first bytes say the file is.
@@ -21,10 +22,15 @@ FileKind kind_of(const std::string& head) {
   if (begins(head, "\x89PNG")) return {"is a PNG picture", true};
   if (begins(head, "\xff\xd8\xff")) return {"is a JPEG picture", true};
   if (begins(head, "%PDF")) return {"is a PDF document"};
+  if (begins(head, "LASF")) return {"is a point cloud (LAS, LAZ)", false, true};
+  if (begins(head, std::string_view("\0\0\x27\x0a", 4))) return {"is a shapefile, of points, lines or areas", false, true};
+  if (begins(head, "glTF") || begins(head, "ply\n") || begins(head, "ply\r")) return {"is a mesh"};
   const std::size_t first = head.find_first_not_of(" \t\r\n\xef\xbb\xbf");
   if (first == std::string::npos) return {};
   const std::string text = head.substr(first, 64);
   if (begins(text, "<!DOCTYPE html") || begins(text, "<html")) return {"is an HTML page"};
+  if (head.find("<gpx") != head.npos) return {"is a GPX track, of points and lines", false, true};
+  if (head.find("<kml") != head.npos) return {"is KML, of points, lines or areas", false, true};
   return {};
 }
 
@@ -60,6 +66,8 @@ proto::Result<void> sniff(const std::string& path, const std::string& name, Trus
   const std::string head = head_of(path);
   if (head.empty()) return proto::Problem{"raster-empty", name + " is empty or cannot be read", accepted_formats(""), ""};
   const FileKind kind = kind_of(head);
+  if (kind.points)
+    return proto::Problem{"raster-format-unsupported", name + " " + kind.what, "a raster of heights, such as a GeoTIFF; gdal_grid makes one of points with heights", ""};
   if (!kind.what.empty()) return proto::Problem{"raster-format-unsupported", name + " " + kind.what, accepted_formats(kind.picture ? name : ""), ""};
   if (trust == Trust::posted_file && head.find("<VRTDataset") != std::string::npos)
     return proto::Problem{"raster-format-unsupported", name + " is a VRT, which can point at other files of this machine", accepted_formats(name), ""};

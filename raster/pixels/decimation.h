@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "proto/result.h"
+#include "raster/pixels/value_look.h"
 #include "raster/source.h"
 
 namespace cordillera::raster {
@@ -18,6 +19,7 @@ struct Decimation {
   std::vector<std::uint8_t> values;   ///< columns * rows values, row-major
   std::vector<std::uint8_t> mask;     ///< one a value, 0: no data; empty: values alone tell
   proto::Source of;                   ///< the raster's own description
+  ValueLook look;                     ///< at all of its values
 };
 
 /// Reads at most about `most_pixels`. period: as Placement has it. Problems: "raster-unreadable", and "raster-too-large" for a raster

@@ -232,6 +232,7 @@ proto::Result<std::shared_ptr<const Decimation>> RasterSource::decimate(std::int
   auto pixels = decimated(parts_.dataset, parts_.placement->period_px(), most_pixels);
   if (!pixels.ok()) return pixels.problem();
   pixels->of = parts_.description;
+  pixels->look = look_at_values(parts_.dataset, parts_.height_rule, *pixels);
   return std::make_shared<const Decimation>(std::move(*pixels));
 }
 

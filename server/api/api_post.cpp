@@ -346,7 +346,11 @@ Response post_dataset(Service& service, const Request& request, const std::strin
   if (!json && !type.starts_with("application/x-www-form-urlencoded")) return post(service, request, nullptr, id);
   const auto plain = json ? with_json_as_query(request) : with_typed_body_as_query(request);
   if (!plain) return problem_response(plain.problem());
-  if (plain->read_body) return post(service, *plain, nullptr, id);  // a raster after all
+  if (plain->read_body) {  // a raster after all
+    const auto stripped = std::make_shared<bool>(false);
+    Response response = post(service, with_body_looked_at(*plain, stripped), nullptr, id);
+    return *stripped ? problem_response(body_stripped()) : response;
+  }
   const Given told(plain->query.begin() + static_cast<std::ptrdiff_t>(request.query.size()), plain->query.end());
   if (auto unknown = unknown_in_body(told, json ? "member" : "field")) return problem_response(*unknown);
   return post(service, *plain, nullptr);

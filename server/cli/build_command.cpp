@@ -45,8 +45,10 @@ proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, cons
     if (!sources) return sources.problem();
     for (const std::string& warning : sources->warnings) std::cerr << "cordillera: warning: " << warning << "\n";
     request.members = std::move(sources->members);
-    const fs::path place = fs::absolute(line.output).lexically_normal();
-    file = (place.has_filename() ? place : place.parent_path()).filename().string();
+    if (!line.output.empty()) {  // a dry run needs none
+      const fs::path place = fs::absolute(line.output).lexically_normal();
+      file = (place.has_filename() ? place : place.parent_path()).filename().string();
+    }
   }
   request.raster_name = settings.build.name().empty() ? file : settings.build.name();
   request.id = fs::path(request.raster_name).stem().string();
@@ -57,7 +59,7 @@ proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, cons
 int dry_run(const pipeline::BuildRequest& request, Show show) {
   const auto estimate = pipeline::estimate(request);
   if (!estimate) return fail(estimate.problem());
-  std::cout << (show == Show::json ? dump(estimate_json(estimate->manifest, estimate->seconds)) + "\n" : estimate_table(estimate->manifest, estimate->seconds));
+  std::cout << (show == Show::json ? dump(estimate_json(estimate->manifest, estimate->seconds)) + "\n" : estimate_table(estimate->manifest, estimate->seconds, estimate->values));
   return kDone;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 // What `cordillera` does, a command a function. Each returns the exit code: 0 done, 1 failed or bad input, 2 wrong usage.
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "pipeline/faces/face.h"
 #include "pipeline/store/store.h"
+#include "raster/pixels/value_look.h"
 #include "server/datasets/data_folder.h"
 #include "server/options/options.h"
 
@@ -66,6 +68,6 @@ void complain(const proto::Problem& problem);
 /// The manifest as a table a person reads.
 std::string manifest_table(const proto::Manifest& manifest);
 /// What a dry run found, as a table.
-std::string estimate_table(const proto::Manifest& manifest, double seconds);
+std::string estimate_table(const proto::Manifest& manifest, double seconds, const std::optional<raster::ValueLook>& values = {});
 
 }  // namespace cordillera::server

@@ -4,6 +4,7 @@
 
 #include "server/cli/commands.h"
 #include "server/cli/progress_bar.h"
+#include "server/options/spoken_words.h"
 
 namespace cordillera::server {
 namespace {
@@ -46,7 +47,7 @@ std::string pixels_line(const proto::Source& source) {
 std::string strategy_lines(const proto::Manifest& manifest) {
   std::string out;
   if (const std::string& strategy = manifest.options().strategy(); !strategy.empty()) out += text("strategy  %.20s\n", strategy.c_str());
-  for (const std::string& note : manifest.notes()) out += text("note      %.300s\n", note.c_str());
+  for (const std::string& note : manifest.notes()) out += text("note      %.400s\n", as_typed(note).c_str());
   return out;
 }
 
@@ -61,7 +62,7 @@ std::string level_line(const proto::LevelSummary& level) {
 
 }  // namespace
 
-void complain(const proto::Problem& problem) { std::cerr << "cordillera: " << problem.line() << "\n"; }
+void complain(const proto::Problem& problem) { std::cerr << "cordillera: " << as_typed(problem.line()) << "\n"; }
 
 std::string manifest_table(const proto::Manifest& manifest) {
   const proto::Source& source = manifest.source();
@@ -84,10 +85,11 @@ std::string manifest_table(const proto::Manifest& manifest) {
   return composed ? out + "* a bound for every sample, from finer levels; the others are measured\n" : out;
 }
 
-std::string estimate_table(const proto::Manifest& manifest, double seconds) {
+std::string estimate_table(const proto::Manifest& manifest, double seconds, const std::optional<raster::ValueLook>& values) {
   const bool shares = manifest.options().keep_size() > 0;
   std::string out = source_lines(manifest.source());
   out += text("nodata    %.100s\n", manifest.source().nodata().c_str());
+  if (values) out += text("values    %.300s\n", raster::text_of(*values, manifest.source().vertical_datum()).c_str());
   out += strategy_lines(manifest);
   out += text("tiles     about %u in levels %u to %u, %u triangles, %s; cell %.2f m\n", manifest.tiles(), manifest.min_level(),
               manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m());

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "server/http/problems.h"
+#include "server/options/spoken_words.h"
 
 namespace cordillera::server::client {
 namespace {
@@ -97,8 +98,8 @@ int tell(const proto::Problem& problem, Show show) {
   if (show == Show::json) {
     std::cout << problem_json(problem).dump(-1, ' ', false, Json::error_handler_t::replace) << std::endl;
   } else {
-    std::cerr << "cordillera: " << problem_kind(problem.type).title << "\n  " << problem.detail << "\n";
-    if (!problem.accepted.empty()) std::cerr << "  accepted: " << problem.accepted << "\n";
+    std::cerr << "cordillera: " << problem_kind(problem.type).title << "\n  " << as_typed(problem.detail) << "\n";
+    if (!problem.accepted.empty()) std::cerr << "  accepted: " << as_typed(problem.accepted) << "\n";
   }
   return exit_code(problem);
 }

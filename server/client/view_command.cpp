@@ -75,6 +75,20 @@ bool is_map_archive(const std::string& path) {
   return begins_with(path, "PMTiles") || (path_kind(path) == PathKind::store && proto::lower(fs::path(path).extension().string()) == ".mbtiles");
 }
 
+/// What to do with such an archive instead: what it was made of may lie beside it.
+proto::Problem no_meshes(const std::string& path) {
+  const fs::path beside = fs::path(path).replace_extension();
+  std::error_code error;
+  std::string accepted = "the raster, the .sqlite file or the folder that it was made of, or a .3tz";
+  for (const fs::path& made_of : {fs::path(beside.string() + ".sqlite"), fs::path(beside.string() + ".tif"), beside}) {
+    if (!fs::exists(made_of, error)) continue;
+    accepted = "cordillera view " + made_of.string() + ", if it was made of that; else " + accepted;
+    break;
+  }
+  const char* clients = begins_with(path, "PMTiles") ? "https://pmtiles.io opens it in a browser, and MapLibre GL and OpenLayers show it" : "QGIS opens it, and tile servers for MapLibre GL";
+  return {"file-unreadable", path + " holds tiles for maps, and the viewer shows meshes: " + clients, accepted, "path"};
+}
+
 /// "out/My DEM.sqlite" -> "my-dem"; of a folder, its own name.
 std::string id_of(const std::string& path) {
   const std::string id = id_stem((fs::absolute(path) / "").lexically_normal().parent_path().filename().string());
@@ -89,7 +103,7 @@ proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
       return proto::Problem{"file-unreadable", "there is no " + path, "a raster, a dataset's .sqlite file, a .3tz, or a folder that `cordillera build` wrote", "path"};
     }
     if (is_map_archive(path)) {
-      return proto::Problem{"file-unreadable", path + " holds tiles for maps, and the viewer shows meshes", "the .sqlite file or the folder that it was made of, or a .3tz", "path"};
+      return no_meshes(path);
     }
     std::string shown = path;
     if (kind == PathKind::raster) {

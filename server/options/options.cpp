@@ -9,6 +9,7 @@
 #include <set>
 
 #include "proto/letters.h"
+#include "server/options/spoken_words.h"
 
 namespace cordillera::server {
 namespace {
@@ -44,7 +45,11 @@ proto::Problem unknown_option(const std::string& name, const std::vector<OptionS
     names.push_back(spelt(option, spelling));
     all += (all.empty() ? "" : ", ") + names.back();
   }
-  const auto nearest = nearest_name(name, names);
+  auto nearest = nearest_name(name, names);
+  if (const auto meant = meant_by_habit(name)) {
+    const std::string word = spelt({*meant, "", "", "", nullptr}, spelling);
+    if (std::find(names.begin(), names.end(), word) != names.end()) nearest = word;
+  }
   const char* kind = spelling == Spelling::query ? "query parameter" : "option";
   const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
   return {"option-unknown",

@@ -1,5 +1,11 @@
 #include "server/options/spoken_words.h"
 
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+#include "proto/letters.h"
+#include "server/options/mesh_options.h"
 #include "server/options/option_values.h"
 #include "server/options/options.h"
 
@@ -42,6 +48,64 @@ std::vector<std::string> understood(std::vector<std::string> words) {
     if (!numbers) continue;
     out.push_back(joined(words, k + 1));
     k += kNumbersOfABox;
+  }
+  return out;
+}
+
+std::optional<std::string> meant_by_habit(std::string word) {
+  struct Habit {
+    std::string_view option, words;  ///< between blanks
+  };
+  static constexpr Habit kHabits[] = {
+      {"crs", " epsg srs srid proj projection a-srs s-srs t-srs "},
+      {"z-scale", " unit units z-factor zfactor exaggeration vertical-exaggeration "},
+      {"max-level", " zoom maxzoom max-zoom maxlevel resolution tr "},
+      {"min-level", " minzoom min-zoom minlevel "},
+      {"error", " tolerance max-error maxerror accuracy geometric-error "},
+      {"keep", " ratio reduce decimate "},
+      {"bbox", " bounds extent te projwin clip aoi "},
+      {"nodata", " nodata-value no-data srcnodata src-nodata dstnodata a-nodata "},
+      {"voids", " fill fill-voids fill-nodata fillnodata holes "},
+      {"vertical-datum", " datum vdatum geoid vertical-crs "},
+      {"attribution", " copyright credit license "},
+      {"threads", " cores cpus processes workers "},
+  };
+  word.erase(0, word.find_first_not_of('-'));
+  word = proto::lower(word);
+  std::replace(word.begin(), word.end(), '_', '-');
+  for (const auto& [option, words] : kHabits) {
+    if (!word.empty() && words.find(" " + word + " ") != words.npos) return std::string(option);
+  }
+  return std::nullopt;
+}
+
+std::string as_typed(const std::string& sentence) {
+  static const std::set<std::string> kNames = [] {
+    std::set<std::string> names;
+    for (const OptionSpec& option : post_options()) names.insert({spelt(option, Spelling::query), alias_spelt(option, Spelling::query)});
+    for (const MeshOption& option : mesh_options()) names.insert(option.name);
+    names.erase("");
+    return names;
+  }();
+  constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyz_";
+  constexpr std::string_view kBefore = " (\"'";  // what a word begins behind: not an address, a path or an option that is spelt as typed already
+  std::string out;
+  for (std::size_t at = 0; at < sentence.size();) {
+    const bool begins = at == 0 || kBefore.find(sentence[at - 1]) != kBefore.npos;
+    const std::size_t end = begins ? std::min(sentence.find_first_not_of(kLetters, at), sentence.size()) : at;
+    const std::string word = sentence.substr(at, end - at);
+    const bool set = end < sentence.size() && sentence[end] == '=';
+    // Without its sign only what can be no other word: max_level, but not error.
+    if (!kNames.contains(word) || !(set || word.find('_') != word.npos)) {
+      out += sentence.substr(at, std::max<std::size_t>(1, word.size()));
+      at += std::max<std::size_t>(1, word.size());
+      continue;
+    }
+    out += spelt({word, "", "", "", nullptr}, Spelling::command_line);
+    std::replace(out.end() - static_cast<std::ptrdiff_t>(word.size()), out.end(), '_', '-');
+    at = end;
+    const bool valued = set && end + 1 < sentence.size() && std::string_view(" ,;.)").find(sentence[end + 1]) == std::string_view::npos;
+    if (set && !valued) ++at;
   }
   return out;
 }

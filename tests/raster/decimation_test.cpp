@@ -1,9 +1,12 @@
 // A raster thinned out lies where the raster lies, has its heights and its voids.
 #include "raster/pixels/decimation.h"
 
+#include <gmock/gmock.h>
+
 #include <cmath>
 
 #include "fixture.h"
+#include "raster/voids/filled_source.h"
 
 namespace cordillera::raster_test {
 namespace {
@@ -94,6 +97,59 @@ TEST_F(Decimated, TooMuchToDecodeIsRefused) {
   const auto taken = source->decimate(512 * 512);
   ASSERT_FALSE(taken.ok());
   EXPECT_EQ(taken.problem().type, "raster-too-large");
+}
+
+/// What is said of a raster's values, at all of its pixels.
+raster::ValueLook look(const std::string& path, const proto::BuildOptions& options = plain_options()) {
+  const auto source = must_open(path, options);
+  const auto taken = source ? source->decimate(raster::kPixelsLookedAt) : std::shared_ptr<const raster::Decimation>();
+  EXPECT_TRUE(taken.ok() && *taken != nullptr);
+  return taken.ok() && *taken != nullptr ? (*taken)->look : raster::ValueLook();
+}
+
+TEST_F(Decimated, RangeAndVoidsOfTheValuesAreKnown) {
+  Spec spec = plane(64);
+  spec.nodata = -9999;
+  spec.value = [](int c, int r) { return c < 16 ? -9999.0 : 100 + c + r; };
+  const raster::ValueLook seen = look(write(spec));
+  EXPECT_TRUE(seen.whole);
+  EXPECT_EQ(seen.pixels, 64 * 64);
+  EXPECT_EQ(seen.with_height, 48 * 64);
+  EXPECT_EQ(seen.lowest_m, 116);
+  EXPECT_EQ(seen.highest_m, 226);
+  EXPECT_THAT(raster::notes_on(seen), ::testing::IsEmpty());
+  EXPECT_EQ(raster::text_of(seen, "EGM96"), "116.00 to 226.00 m above EGM96, 25 % voids, at all pixels");
+  EXPECT_FALSE(look(write(plane(1100))).whole);
+  const auto filled = raster::open_filled_source(write(spec), "", raster::Trust::operator_file, {});
+  ASSERT_TRUE(filled.ok());
+  const auto taken = (*filled)->decimate(64);
+  EXPECT_TRUE(taken.ok() && *taken != nullptr) << "a source whose voids are filled is of the same raster";
+}
+
+TEST_F(Decimated, AValueThatMayMeanNoDataIsNoted) {
+  Spec spec = plane(64);
+  spec.value = [](int c, int r) { return c < 16 ? -9999.0 : 100 + c + r; };
+  EXPECT_THAT(raster::notes_on(look(write(spec))),
+              ::testing::ElementsAre("25 % of the values are -9999, which may mean no data and is not declared: they are heights here; nodata=-9999 leaves them out"));
+  proto::BuildOptions options = plain_options();
+  options.set_nodata("-9999");
+  EXPECT_THAT(raster::notes_on(look(write(spec), options)), ::testing::IsEmpty());
+  spec.value = [](int c, int r) { return -10100.0 + 4 * c + r % 4; };  // the bottom of a trench
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::IsEmpty());
+  spec.type = "Int16", spec.value = [](int c, int r) { return c < 16 ? -32768.0 : 1000 + c + r; };
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::IsEmpty()) << "no height in metres, and taken for none";
+  spec.scale = 0.1;
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::ElementsAre(::testing::HasSubstr("25 % of the values are -32768"))) << "decimetres";
+}
+
+TEST_F(Decimated, HeightsBeyondTheLimitAreNotedWhereTheyAreMany) {
+  Spec spec = plane(64);
+  spec.value = [](int c, int r) { return 1000.0 * c + r; };  // millimetres, say
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::ElementsAre(::testing::AllOf(::testing::HasSubstr("73 % of the values are heights beyond 16384 m, from 17000 to 63063 m"), ::testing::HasSubstr("z_scale="))));
+  spec.value = [](int c, int r) { return c == 0 && r == 0 ? 40000.0 : c == 0 && r == 1 ? 41000.0 : 100.0; };
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::IsEmpty()) << "two pixels are no good part";
+  spec.value = [](int c, int r) { return c < 32 ? 65535.0 : 100.0 + r; };
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::IsEmpty()) << "one value is no data by another name";
 }
 
 }  // namespace

@@ -303,6 +303,16 @@ TEST_F(HeightSystem, OfMeanSeaLevelIsEgm96AndTold) {
   EXPECT_EQ(asked->description().vertical_datum_from(), "request");
 }
 
+TEST_F(HeightSystem, OfAnotherPlaceIsNotAdvisedAgain) {
+  proto::BuildOptions options;
+  options.set_vertical_datum("NAVD88");
+  const auto refused = open(write({}), options);  // at 10 E, 45 N
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "geoid-not-found");
+  EXPECT_THAT(refused.problem().detail, ::testing::HasSubstr("NAVD88 height"));
+  EXPECT_THAT(refused.problem().accepted, ::testing::AllOf(::testing::HasSubstr("EGM96"), ::testing::Not(::testing::HasSubstr("NAVD88")), ::testing::Not(::testing::HasSubstr("5703"))));
+}
+
 TEST_F(HeightSystem, WhoseGridEndsBeforeTheDataIsRefused) {
   install_grid();
   Spec wide = colorado("EPSG:6318+5703");

@@ -128,6 +128,63 @@ TEST_F(DryRun, SaysWhichDatumIsUsedForTheOneThatIsDeclared) {
   EXPECT_EQ(notes(*built), told);
 }
 
+TEST_F(DryRun, NotesWhatTheBuildNotesOfValues) {
+  Spec spec;
+  spec.columns = spec.rows = 20;
+  spec.value = [](int c, int r) { return c < 4 ? -9999.0 : 100.0 + c * r; };
+  request_.raster_path = write(spec);
+  request_.raster_name = "dem.tif";
+  request_.options = raster_test::plain_options();
+  const auto estimate = pipeline::estimate(request_);
+  ASSERT_TRUE(estimate.ok()) << estimate.problem().line();
+  ASSERT_TRUE(estimate->values);
+  EXPECT_EQ(estimate->values->highest_m, 100 + 19 * 19);
+  const auto& told = estimate->manifest.notes();
+  ASSERT_EQ(told.size(), 1);
+  EXPECT_THAT(told[0], ::testing::HasSubstr("nodata=-9999 leaves them out"));
+  request_.store_path = path("store.sqlite");
+  const std::atomic<bool> never = false;
+  const auto built = pipeline::build(request_, nullptr, never);
+  ASSERT_TRUE(built.ok()) << built.problem().line();
+  ASSERT_EQ(built->notes_size(), 1);
+  EXPECT_EQ(built->notes(0), told[0]);
+}
+
+TEST_F(DryRun, OfALevelWhoseCellsAreWiderThanTheDataNamesTheLevel) {
+  Spec spec;
+  spec.columns = spec.rows = 20;
+  request_.raster_path = write(spec);
+  request_.raster_name = "dem.tif";
+  request_.options = raster_test::plain_options();
+  request_.options.set_max_level(0);
+  const auto refused = pipeline::estimate(request_);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().type, "option-invalid");
+  EXPECT_EQ(refused.problem().parameter, "max_level");
+  EXPECT_THAT(refused.problem().line(), ::testing::AllOf(::testing::HasSubstr("cells of level 0 are so wide"), ::testing::HasSubstr("as fine as the raster is 7")));
+}
+
+TEST_F(DryRun, OfRastersFarApartFindsThem) {
+  const auto member = [&](double west, const std::string& name) {
+    Spec spec;
+    spec.columns = spec.rows = 160;
+    spec.geotransform = {west, 0.0001, 0, 45, 0, -0.0001};
+    spec.value = landscape;
+    const auto found = raster::examine(write(spec, name), name, raster::Trust::operator_file, raster_test::plain_options());
+    EXPECT_TRUE(found.ok()) << found.problem().line();
+    return *found;
+  };
+  request_.members = {member(-120, "west.tif"), member(10, "east.tif")};
+  request_.raster_name = "two";
+  request_.options = raster_test::plain_options();
+  request_.options.set_device("cpu");
+  const proto::Manifest told = guess();
+  EXPECT_GE(told.levels(0).tiles(), 4u) << "two of each at least";
+  EXPECT_LE(told.levels(0).tiles(), 60u);
+  EXPECT_GT(told.levels(0).triangles(), 300u);
+  EXPECT_GT(told.levels(0).target(), 0.5) << "the default error comes from what the data are like";
+}
+
 TEST_F(DryRun, SaysTheSameEveryTime) {
   write_landscape();
   request_.options.set_error(5);

@@ -25,6 +25,28 @@ TEST(SpokenWords, HelpVersionAndFourWordsOfABox) {
   EXPECT_THAT(understood({}), ElementsAre());
 }
 
+TEST(SpokenWords, OptionsInMessagesAreSpeltAsTyped) {
+  EXPECT_EQ(as_typed("z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value"), "--z-scale for another unit (--z-scale=0.001 for millimetres), or --nodata for a value");
+  EXPECT_EQ(as_typed("vertical_datum=EGM96, a finer max_level, or frame=enu"), "--vertical-datum=EGM96, a finer --max-level, or --frame=enu");
+  EXPECT_EQ(as_typed("error and keep are two ways; a coarser error= or a bbox="), "error and keep are two ways; a coarser --error or a --bbox");
+  EXPECT_EQ(as_typed("max_level"), "--max-level");
+  for (const char* same : {"", "--error='x': no number", "/v1/live?url=A&error=5", "lsm=landlock, KEY=value", "a/z_scale=2.tif", "the name of a raster", "my_error=5"}) EXPECT_EQ(as_typed(same), same);
+}
+
+TEST(SpokenWords, OptionsOfOtherProgramsAreKnown) {
+  for (const char* word : {"epsg", "--t_srs", "-a_srs", "SRS"}) EXPECT_EQ(meant_by_habit(word), "crs") << word;
+  EXPECT_EQ(meant_by_habit("--units"), "z-scale");
+  EXPECT_EQ(meant_by_habit("min_zoom"), "min-level");
+  for (const char* word : {"", "--", "eror", "z", "crs"}) EXPECT_EQ(meant_by_habit(word), std::nullopt) << word;
+  const auto names = build_options();
+  for (const char* word : {"epsg", "units", "zoom", "min-zoom", "tolerance", "ratio", "extent", "srcnodata", "fill", "geoid", "copyright", "cores"}) {
+    EXPECT_TRUE(std::any_of(names.begin(), names.end(), [&](const OptionSpec& option) { return option.name == meant_by_habit(word); })) << word;
+  }
+  const auto refused = with_layer({}, build_options(), {{"epsg", "4326"}}, Spelling::query);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.problem().detail, "unknown query parameter 'epsg'; did you mean crs?");
+}
+
 TEST(SpokenWords, HostAndPortAreTheHalvesOfListen) {
   EXPECT_EQ(listen_address("", "9000"), "127.0.0.1:9000");
   EXPECT_EQ(listen_address("0.0.0.0", ""), "0.0.0.0:8080");
@@ -123,6 +145,7 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
   EXPECT_EQ(table.code, 0) << table.output;
   EXPECT_THAT(table.output, HasSubstr("960 x 540 Int16, GTiff"));
   EXPECT_THAT(table.output, HasSubstr("dry run: nothing was built"));
+  EXPECT_THAT(table.output, HasSubstr("\nvalues    141.00 to 1908.00 m above EGM96, no voids, at all pixels\n"));
   Json json = Json::parse(shell(kProgram + " info --json " + raster).output, nullptr, false);
   EXPECT_EQ(json["dry_run"], true) << json.dump();
   EXPECT_EQ(json["manifest"]["max_level"], 10);
@@ -131,7 +154,7 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
     std::ofstream out(points);
     for (int k = 0; k < 400; ++k) out << 356000 + k % 20 << ".5 " << 5699000 + k / 20 << ".5 " << 90 + k % 7 << "\n";
   }
-  EXPECT_THAT(shell(kProgram + " info " + points).output, HasSubstr("crs="));
+  EXPECT_THAT(shell(kProgram + " info " + points).output, HasSubstr("or --crs, "));
   const Ended placed = shell(kProgram + " info " + points + " --crs EPSG:25832 --vertical-datum ellipsoid");
   EXPECT_EQ(placed.code, 0) << placed.output;
   EXPECT_THAT(placed.output, HasSubstr("(EPSG:25832) (request)"));

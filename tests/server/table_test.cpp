@@ -78,7 +78,7 @@ TEST(Tables, AStrategyIsNamedAndItsReasonBelowIt) {
   proto::Manifest chosen = manifest();
   chosen.mutable_options()->set_strategy("waves");
   chosen.add_notes("strategy=auto is waves here");
-  const std::string lines = "strategy  waves\nnote      strategy=auto is waves here\n";
+  const std::string lines = "strategy  waves\nnote      --strategy=auto is waves here\n";
   EXPECT_THAT(manifest_table(chosen), HasSubstr(lines));
   EXPECT_THAT(estimate_table(chosen, 90), HasSubstr(lines));
 }

@@ -6,6 +6,7 @@
 #include "server/api/requests/prefer.h"
 #include "server/fetch/addresses.h"
 #include "server/http/json.h"
+#include "server/options/spoken_words.h"
 #include "server/uploads/tus.h"
 
 namespace cordillera::server {
@@ -14,7 +15,18 @@ namespace {
 constexpr std::chrono::seconds kLongestPost{600};
 
 proto::Problem body_empty() {
-  return {"body-empty", "the request has no body", "a raster as the body: curl --data-binary @dem.tif …", ""};
+  return {"body-empty", "the request has no body", "a raster as the body: curl --data-binary @dem.tif …; or source= with its address", ""};
+}
+
+/// "a.tif, https://…": addresses in a row. An address may have a comma of its own.
+bool is_several(const std::string& addresses) {
+  for (std::size_t comma = addresses.find(','); comma != addresses.npos; comma = addresses.find(',', comma + 1)) {
+    const std::size_t next = addresses.find_first_not_of(" \t\n", comma + 1);
+    if (next == addresses.npos) return false;
+    const std::size_t end = addresses.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789", next);
+    if (end > next && end != addresses.npos && addresses.compare(end, 3, "://") == 0) return true;
+  }
+  return false;
 }
 
 template <class T>
@@ -94,11 +106,18 @@ std::optional<proto::Problem> unknown_in_body(const Given& options, const std::s
   for (const auto& [name, value] : options) {
     const std::string said = spelt({name, "", "", "", nullptr}, Spelling::query);
     if (std::find(names.begin(), names.end(), said) != names.end() || is_older_name(said)) continue;
-    const auto nearest = nearest_name(name, names);
+    auto nearest = nearest_name(name, names);
+    if (const auto meant = meant_by_habit(name)) nearest = spelt({*meant, "", "", "", nullptr}, Spelling::query);
+    if (name == "url" || name == "file" || name == "raster" || name == "path") nearest = "source";
     const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
     return proto::Problem{"option-unknown", "unknown " + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), post_names(), shown};
   }
   return std::nullopt;
+}
+
+proto::Problem several_sources() {
+  return {"option-invalid", "source names several rasters, and a POST takes one address",
+          "the first alone, and POST /v1/datasets/{id}/sources?source=ADDRESS for each of the others; or the files in one form: curl -F file=@a.tif -F file=@b.tif", "source"};
 }
 
 std::uint64_t most_bytes(const Service& service) { return std::uint64_t{service.settings().serve.limits.body_mib} << 20; }
@@ -129,6 +148,7 @@ proto::Result<Given> other_parameters(const Request& request, Delivery& delivery
     }
     if (!place->empty()) return proto::Problem{"option-repeated", name + " is given twice", "one " + name, name};
     if (value.empty()) return proto::Problem{"option-invalid", name + " is empty", "an address, or the id of an upload", name};
+    if (name == "source" && is_several(value)) return several_sources();
     *place = value;
     if (name == "upload" && value.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789") != value.npos)
       return uploads::unknown_upload(value);

@@ -29,6 +29,8 @@ proto::Result<Given> other_parameters(const Request& request, Delivery& delivery
 std::string post_names();
 /// The first of options that came in a body and that a POST does not have. kind: what it is there, "member" of JSON, "field" of a form.
 std::optional<proto::Problem> unknown_in_body(const Given& options, const std::string& kind);
+/// A POST fetches one raster.
+proto::Problem several_sources();
 /// Reads the headers, and checks that what was announced may come.
 std::optional<proto::Problem> check_delivery(const Service& service, const Request& request, RasterIs raster, Delivery& delivery);
 /// The largest body that the operator takes.

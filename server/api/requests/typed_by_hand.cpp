@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "server/api/requests/delivery.h"
 #include "server/http/json.h"
 #include "server/http/percent.h"
 
@@ -52,7 +53,10 @@ Request bodiless(Request request) {
 proto::Result<Request> with_members(const Request& request, const Json& json) {
   Request plain = bodiless(request);
   for (const auto& [name, member] : json.items()) {
+    const bool names_raster = name == "source" || name == "upload";
+    if (member.is_null() && names_raster) return not_json("the member " + name + " is null: it names no raster", name);
     if (member.is_null()) continue;
+    if (name == "source" && member.is_array() && member.size() > 1) return several_sources();
     const auto value = query_value(member);
     if (!value) return not_json("the member " + name.substr(0, 100) + " is neither text, a number, true or false, nor a list of these", name.substr(0, 100));
     plain.query.emplace_back(name, *value);
@@ -67,6 +71,27 @@ bool is_short(const Request& request) {
   const auto [end, error] = std::from_chars(length.data(), length.data() + length.size(), bytes);
   return !length.empty() && error == std::errc() && end == length.data() + length.size() && bytes <= kMostJson && request.read_body;
 }
+
+/// The bytes at the beginning of a raster, as far as they tell whether something was left out of them.
+class Beginning {
+ public:
+  /// Whether a raster without its line breaks and zero bytes has come. One of text may have none of either.
+  bool add(std::string_view bytes) {
+    const std::string_view part = bytes.substr(0, kLooked - std::min(kLooked, seen_));
+    seen_ += part.size();
+    for (const unsigned char c : part) {
+      whole_ = whole_ || c == 0 || c == '\n' || c == '\r';
+      binary_ = binary_ || c >= 0x80 || c < ' ';
+    }
+    return seen_ == kLooked && stripped();
+  }
+  bool stripped() const { return seen_ >= kLeast && binary_ && !whole_; }
+
+ private:
+  static constexpr std::size_t kLooked = 4096, kLeast = 64;
+  std::size_t seen_ = 0;
+  bool whole_ = false, binary_ = false;
+};
 
 /// name=… of one line: no raster begins so and goes on without control characters.
 bool is_fields(std::string_view text) {
@@ -130,9 +155,29 @@ proto::Result<Request> with_json_as_query(const Request& request) {
     return text.size() <= kMostJson;
   });
   if (text.size() > kMostJson) return not_json("the JSON has more than 64 KiB");
-  const Json json = Json::parse(text, nullptr, false);
-  if (!ended || !json.is_object()) return not_json("the body is no JSON object");
-  return with_members(request, json);
+  if (!ended) return not_json("the body is no JSON object");
+  try {
+    const Json json = Json::parse(text);
+    if (!json.is_object()) return not_json("the body is JSON, but no object");
+    return with_members(request, json);
+  } catch (const Json::parse_error& error) {
+    return not_json(text.empty() ? "the body is empty" : "the body is no JSON from its byte " + std::to_string(error.byte) + " on");
+  }
+}
+
+Request with_body_looked_at(const Request& request, const std::shared_ptr<bool>& stripped) {
+  Request looked = request;
+  looked.read_body = [read = request.read_body, stripped](const Request::Sink& sink) {
+    Beginning beginning;
+    const bool ended = read([&](std::string_view piece) { return !(*stripped = beginning.add(piece)) && sink(piece); });
+    *stripped = *stripped || beginning.stripped();
+    return ended && !*stripped;
+  };
+  return looked;
+}
+
+Problem body_stripped() {
+  return {"body-stripped", "the body is a raster without its line breaks and zero bytes, as curl -d @dem.tif sends it", "curl -T dem.tif …, curl --data-binary @dem.tif …, or curl -F file=@dem.tif …", ""};
 }
 
 proto::Result<Request> with_typed_body_as_query(const Request& request) {

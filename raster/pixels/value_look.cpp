@@ -1,0 +1,116 @@
+#include "raster/pixels/value_look.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "proto/mesh.h"
+#include "raster/open/dataset.h"
+#include "raster/pixels/decimation.h"
+#include "raster/pixels/pixels.h"
+
+namespace cordillera::raster {
+namespace {
+
+constexpr double kGoodPart = 0.01;  // of the values with a height
+/// What programs write for no data. -32768 and 65535 are here for rasters in decimetres or less: in metres they are beyond the limit.
+constexpr std::array kUsual = {-9999.0, 9999.0, -99999.0, 99999.0, -999.0, -32767.0, -32768.0, 32767.0, 65535.0};
+constexpr double kNear = 0.02;              // of the value, on either side
+constexpr std::int64_t kTimesNeighbours = 4;  // a value of the terrain has others near it, about as many of each
+
+std::string shown(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
+}
+
+std::string percent_text(double share) {
+  char text[40];
+  std::snprintf(text, sizeof text, share < 1e-4 ? "less than 0.01 %%" : share < 0.1 ? "%.2g %%" : "%.0f %%", 100 * share);
+  return text;
+}
+
+/// The least and the greatest of heights beyond the limit, and how often.
+struct Rim {
+  double height_m = 0;
+  std::int64_t pixels = 0;
+  template <class Beyond>
+  void add(double height, const Beyond& beyond) {
+    if (pixels == 0 || beyond(height, height_m)) *this = {height, 0};
+    if (height == height_m) ++pixels;
+  }
+};
+
+/// How often a usual value came, and others near it.
+struct Count {
+  std::int64_t exact = 0, near = 0;
+};
+
+}  // namespace
+
+ValueLook look_at_values(const Dataset& dataset, const HeightRule& rule, const Decimation& pixels) {
+  const Validity valid(dataset);
+  const auto count = static_cast<std::size_t>(pixels.columns) * static_cast<std::size_t>(pixels.rows);
+  const GDALDataType type = dataset.band->GetRasterDataType();
+  std::vector<double> raw(count);
+  GDALCopyWords64(pixels.values.data(), type, GDALGetDataTypeSizeBytes(type), raw.data(), GDT_Float64, sizeof(double), static_cast<GPtrDiff_t>(count));
+  ValueLook look;
+  look.pixels = static_cast<std::int64_t>(count);
+  look.whole = pixels.columns == pixels.covered_columns && pixels.rows == dataset.rows;
+  std::array<Count, kUsual.size()> usual{};
+  Rim lowest, highest;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!pixels.mask.empty() && pixels.mask[i] == 0) continue;
+    const double value = dataset.signed_byte && raw[i] > 127 ? raw[i] - 256 : raw[i];
+    if (!valid(value)) continue;
+    const double height_m = rule.scale * value + rule.offset_m;
+    if (!(std::abs(height_m) <= proto::kMaxHeight_m)) {
+      ++look.far;
+      lowest.add(height_m, std::less<>());
+      highest.add(height_m, std::greater<>());
+      continue;
+    }
+    if (look.with_height++ == 0) look.lowest_m = look.highest_m = height_m;
+    look.lowest_m = std::min(look.lowest_m, height_m);
+    look.highest_m = std::max(look.highest_m, height_m);
+    for (std::size_t k = 0; k < kUsual.size(); ++k) {
+      if (value == kUsual[k]) ++usual[k].exact;
+      else if (std::abs(value - kUsual[k]) < kNear * std::abs(kUsual[k])) ++usual[k].near;
+    }
+  }
+  look.far_at_rims = lowest.pixels + (lowest.height_m == highest.height_m ? 0 : highest.pixels);
+  look.lowest_far_m = lowest.height_m;
+  look.highest_far_m = highest.height_m;
+  for (std::size_t k = 0; k < kUsual.size(); ++k) {
+    if (usual[k].exact > kTimesNeighbours * usual[k].near) look.doubtful.push_back({kUsual[k], usual[k].exact});
+  }
+  return look;
+}
+
+std::vector<std::string> notes_on(const ValueLook& look) {
+  std::vector<std::string> notes;
+  const auto all = static_cast<double>(look.with_height + look.far);
+  // One value alone beyond the limit is no data by another name, and is taken so.
+  if (look.with_height > 0 && static_cast<double>(look.far - look.far_at_rims) >= kGoodPart * all) {
+    notes.push_back(percent_text(static_cast<double>(look.far) / all) + " of the values are heights beyond 16384 m, from " + shown(look.lowest_far_m) + " to " +
+                    shown(look.highest_far_m) + " m, and count as no data; z_scale= takes values in another unit to metres, nodata= names one that means none");
+  }
+  for (const ValueLook::Doubtful& value : look.doubtful) {
+    const std::string name = shown(value.raw);
+    notes.push_back(percent_text(static_cast<double>(value.pixels) / all) + " of the values are " + name + ", which may mean no data and is not declared: they are heights here; nodata=" + name +
+                    " leaves them out");
+  }
+  return notes;
+}
+
+std::string text_of(const ValueLook& look, const std::string& datum) {
+  if (look.with_height == 0) return "";
+  char range[80];
+  std::snprintf(range, sizeof range, "%.2f to %.2f m above ", look.lowest_m, look.highest_m);
+  const std::int64_t voids = look.pixels - look.with_height;
+  return range + datum + ", " + (voids == 0 ? "no" : percent_text(static_cast<double>(voids) / static_cast<double>(look.pixels))) + " voids, at " +
+         (look.whole ? "all pixels" : std::to_string(look.pixels) + " pixels spread over the raster");
+}
+
+}  // namespace cordillera::raster
