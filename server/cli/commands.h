@@ -37,6 +37,7 @@ struct BuildLine {
 std::string face_names();
 /// "drc,3d-tiles" as faces; empty: what a folder holds unless told otherwise.
 proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::string& names);
+inline constexpr const char* kNormalsHelp = "light of 3D Tiles: normals of vertices, a normal map, or nothing [vertex, texture, none; default vertex]";
 /// --normals of a folder or of a .3tz, "texture"; empty: those of the vertices.
 proto::Result<pipeline::Normals> normals_of(const std::string& name);
 /// cordillera build. A dry run says what it found in any case.

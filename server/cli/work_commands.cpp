@@ -213,10 +213,13 @@ int tasks_command(const std::string& folder, Show show) {
 
 int publish_command(const PublishLine& line) {
   if (line.output.empty()) return wrong_usage("publish needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output");
-  const auto plan = work::read_plan(line.folder);
-  if (!plan) return fail(plan.problem());
+  const auto normals = normals_of(line.normals);
+  if (!normals) return wrong_usage(normals.problem().detail, normals.problem().accepted, normals.problem().parameter);
   const bool file = line.output.ends_with(".sqlite"), remote = raster::is_remote(line.output);
   if (remote && !file) return wrong_usage("in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite", "--output");
+  if (file && !line.normals.empty()) return wrong_usage("--normals is for a folder: a file of a dataset gives any", "-o FOLDER", "--normals");
+  const auto plan = work::read_plan(line.folder);
+  if (!plan) return fail(plan.problem());
   std::error_code error;
   const bool there = remote ? raster::size_of(line.output).has_value() : fs::exists(line.output, error);
   if (file && line.other == pipeline::Existing::refuse && there) {
@@ -239,7 +242,7 @@ int publish_command(const PublishLine& line) {
     const auto exported = [&]() -> proto::Result<void> {
       auto reader = pipeline::StoreReader::open(store);
       if (!reader) return reader.problem();
-      const pipeline::faces::Terrain terrain(std::move(reader).value());
+      const pipeline::faces::Terrain terrain(std::move(reader).value(), *normals);
       return pipeline::export_static(terrain, line.formats, place.string(), line.other);
     }();
     fs::remove(store, error);

@@ -32,6 +32,7 @@ void WorkWords::add_to(CLI::App& app) {
   publish_->add_option("plan", publish_line_.folder, "a folder that plan wrote");
   publish_->add_option("-o,--output", publish_line_.output, "folder to write, or a file called *.sqlite, also in object storage: /vsis3/BUCKET/NAME.sqlite");
   publish_->add_option("--formats", formats_, "what the folder holds [" + face_names() + "; more than one separated by commas]")->type_name("NAMES");
+  publish_->add_option("--normals", publish_line_.normals, kNormalsHelp)->type_name("NAME");
   publish_->add_flag_callback("--overwrite,--force", [this] { publish_line_.other = pipeline::Existing::replace; }, "replace what is there");
   publish_->add_flag("--prune", publish_line_.prune, "then remove results of earlier plans from the plan's folder");
   publish_->add_flag_callback("-q,--quiet", [this] { publish_line_.words = Words::none; }, "say nothing but problems");

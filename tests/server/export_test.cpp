@@ -99,6 +99,13 @@ TEST_F(Export, NormalMapsOf3dTiles) {
   EXPECT_THAT(file_text(place("out/tileset.json")), Not(HasSubstr("normals="))) << "a folder has one kind of tiles";
   EXPECT_THAT(file_text(place("out/tiles/E/0/0/0.glb")), HasSubstr("EXT_texture_webp"));
   EXPECT_EQ(shell(build("-o " + place("b") + " -q --max-level 8 --normals shiny")).code, 2);
+
+  const std::string publish = kProgram + " publish " + place("plan") + " -q --normals texture -o ";
+  const Ended published = shell(kProgram + " plan " + raster_ + " --crs EPSG:4326 -q --max-level 8 -o " + place("plan") + " && " + kProgram + " work " + place("plan") + " -q && " +
+                                publish + place("published"));
+  ASSERT_EQ(published.code, 0) << published.output;
+  EXPECT_THAT(file_text(place("published/tiles/E/0/0/0.glb")), HasSubstr("EXT_texture_webp"));
+  EXPECT_EQ(shell(publish + place("p.sqlite")).code, 2);
   EXPECT_EQ(shell(build("-o " + place("b.sqlite") + " -q --max-level 8 --normals none")).code, 2);
 }
 
