@@ -360,6 +360,7 @@ void put_words(const Words& words, proto::Manifest& manifest) {
     manifest.set_title(words.title);
     manifest.mutable_options()->set_title(words.title);
   }
+  if (!words.imagery.empty()) manifest.mutable_options()->set_imagery(words.imagery);
   if (words.attribution.empty()) return;
   manifest.set_attribution(words.attribution);
   manifest.mutable_options()->set_attribution(words.attribution);

@@ -9,7 +9,7 @@ namespace cordillera::pipeline {
 
 /// Empty: those of the build stay.
 struct Words {
-  std::string title, attribution;
+  std::string title, attribution, imagery;
 };
 
 /// Into a manifest, as a build with these options would have written them.

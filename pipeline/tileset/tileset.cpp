@@ -70,6 +70,7 @@ Json tileset_asset(const proto::Manifest& manifest) {
     // Where CesiumJS looks for what it has to show.
     extras["cesium"] = {{"credits", Json::array({{{"html", html_text(manifest.attribution())}, {"showOnScreen", true}}})}};
   }
+  if (!manifest.options().imagery().empty()) extras["imagery"] = manifest.options().imagery();
   if (manifest.provisional()) extras["provisional"] = true;  // its geometric errors say when to refine, not how far it is off
   out["extras"] = extras;
   return out;

@@ -21,7 +21,7 @@ std::string tileset_json(const StoreReader& store, std::string_view query = {});
 /// The error of showing nothing where the data is: what content-less tiles and the outer root say, so that viewers look below them.
 double empty_error_m(const proto::Manifest& manifest);
 
-/// What a tileset says of itself: title, attribution, and credits where CesiumJS looks for them.
+/// What a tileset says of itself: title, attribution, imagery, and credits where CesiumJS looks for them.
 Json tileset_asset(const proto::Manifest& manifest);
 
 /// The least region around two.

@@ -150,7 +150,7 @@ void make_absolute(const Request& request, Response& response);
 
 /// GET /v1/datasets/{id}.
 Response status_document(Service& service, const Request& request, const Dataset& dataset);
-/// PATCH /v1/datasets/{id}: title, attribution, private.
+/// PATCH /v1/datasets/{id}: title, attribution, imagery, private.
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset);
 /// Whether blocks are made as their tiles are asked for. Those that cannot be shown one by one are made at once, whatever was asked for.
 bool is_built_lazily(Service& service, const Dataset& dataset);

@@ -1,4 +1,4 @@
-// PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, and who may read it. And build=full, after
+// PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, its imagery, and who may read it. And build=full, after
 // which what a lazy build has not made is made.
 #include <algorithm>
 
@@ -15,7 +15,7 @@ namespace {
 
 using proto::Problem;
 
-constexpr const char* kDescribable = "title, attribution, private and build, as JSON, in the query or as curl -d sends them";
+constexpr const char* kDescribable = "title, attribution, imagery, private and build, as JSON, in the query or as curl -d sends them";
 
 std::optional<Problem> take_words(const std::string& name, const std::string& value, std::string* into) {
   if (auto wrong = read_text(value, into)) return Problem{"option-invalid", name + ": " + *wrong, "text", name};
@@ -36,6 +36,8 @@ std::optional<Problem> take(const Given& given, Dataset& dataset) {
       wrong = take_words(name, value, dataset.options.mutable_title());
     } else if (name == "attribution") {
       wrong = take_words(name, value, dataset.options.mutable_attribution());
+    } else if (name == "imagery") {
+      if (auto complaint = read_imagery(value, dataset.options.mutable_imagery())) wrong = Problem{"option-invalid", "imagery: " + *complaint, kImagery, name};
     } else if (name == "private") {
       if (auto complaint = read_switch(value, &dataset.is_private)) wrong = Problem{"option-invalid", "private='" + value + "': " + *complaint, "1 or 0", name};
     } else if (name == "build") {

@@ -127,6 +127,7 @@ Json summary_json(const proto::Manifest& manifest) {
   Json json;
   json["title"] = manifest.title();
   json["attribution"] = manifest.attribution();
+  json["imagery"] = manifest.options().imagery();
   json["scheme"] = manifest.scheme();
   json["min_level"] = manifest.min_level();
   json["max_level"] = manifest.max_level();

@@ -16,6 +16,7 @@ std::shared_ptr<const Summary> summary_of(const proto::Manifest& manifest) {
   for (auto clear : {&proto::Manifest::clear_levels, &proto::Manifest::clear_sources, &proto::Manifest::clear_source, &proto::Manifest::clear_options}) {
     (summary->manifest.*clear)();
   }
+  if (!manifest.options().imagery().empty()) summary->manifest.mutable_options()->set_imagery(manifest.options().imagery());
   return summary;
 }
 

@@ -13,7 +13,7 @@ using Names = std::vector<std::string_view>;
 /// A list of forty options is read by nobody: what belongs together stands together.
 const std::vector<std::pair<const char*, Names>>& groups() {
   static const std::vector<std::pair<const char*, Names>> kGroups = {
-      {"Output", {"title", "attribution", "dry-run"}},
+      {"Output", {"title", "attribution", "imagery", "dry-run"}},
       {"Raster", {"name", "band", "crs", "feather"}},
       {"Heights and voids", {"vertical-datum", "nodata", "voids", "fill-limit", "water", "water-mask", "z-scale", "z-offset"}},
       {"Levels and errors", {"error", "keep", "pixels", "bbox", "min-level", "max-level", "scheme", "strategy", "quality"}},

@@ -320,6 +320,8 @@ std::vector<OptionSpec> make_build_options() {
       {"title", "TEXT", "title carried into manifest, tileset, status and every .glb", "text", apply_text<&BuildOptions::mutable_title>},
       {"attribution", "TEXT", "attribution carried into manifest, tileset, status and every .glb", "text",
        apply_text<&BuildOptions::mutable_attribution>},
+      {"imagery", "ADDRESS", "tiles of pictures that viewer and client pages lay on the terrain; named in manifest, tileset and status", kImagery,
+       [](std::string_view text, Settings& settings) { return read_imagery(text, settings.build.mutable_imagery()); }},
       {"dry-run", "", "say levels, tiles, bytes and time expected; build nothing", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.dry_run); }},
   });

@@ -113,6 +113,21 @@ Complaint read_text(std::string_view text, std::string* out) {
   return std::nullopt;
 }
 
+Complaint read_imagery(std::string_view text, std::string* out) {
+  std::string plain;
+  if (auto complaint = read_text(text, &plain)) return complaint;
+  if (!plain.starts_with("https://") && !plain.starts_with("http://")) return "no address of http or https";
+  for (const char* name : {"{z}", "{x}", "{y}"}) {
+    const auto at = plain.find(name);
+    if (at == std::string::npos || plain.find(name, at + 1) != std::string::npos) return std::string("it does not have ") + name + " once";
+  }
+  std::string rest = plain;
+  for (const char* name : {"{z}", "{x}", "{y}"}) rest.erase(rest.find(name), 3);
+  if (rest.find_first_of(" \"<>\\^`{|}'") != std::string::npos) return "it has a character that no address has";
+  *out = plain;
+  return std::nullopt;
+}
+
 Complaint read_device(std::string_view text, std::string* out) {
   const std::string word = proto::lower(proto::trimmed(text));
   std::uint32_t index = 0;

@@ -101,7 +101,7 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   service->library_.set_existence_check([&registry = *service->registry_, &mounts = service->mounts_](const std::string& id) { return mounts.has(id) || registry.find(id); });
   service->library_.set_words([&registry = *service->registry_](const std::string& id) {
     const Row row = registry.find(id);
-    return row ? pipeline::Words{row->options.title(), row->options.attribution()} : pipeline::Words();
+    return row ? pipeline::Words{row->options.title(), row->options.attribution(), row->options.imagery()} : pipeline::Words();
   });
   try {
     adopt_folders(layout, *service->registry_);

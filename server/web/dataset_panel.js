@@ -172,6 +172,10 @@ export function show_progress(share, words) {
   element("stage").textContent = words;
 }
 
+export function show_loading(on) {
+  element("loading").hidden = !on;
+}
+
 export function on_cancel(cancel) {
   element("cancel").onclick = () => { cancel(); show_progress(null); };
 }

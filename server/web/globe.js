@@ -44,6 +44,20 @@ export function data_sphere([west, south, east, north, min_height, max_height]) 
   return sphere;
 }
 
+// The box of the data, until there is something in it to be seen. Gives what is to be removed from the scene's primitives.
+export function outline([west, south, east, north, , max_height]) {
+  const kSteps = 16, wide = (east - west + 360) % 360 || 360, corners = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]], positions = [];
+  for (let side = 0; side < 4; ++side) {
+    for (let k = 0; k <= kSteps; ++k) {
+      const [u, v] = [0, 1].map((axis) => corners[side][axis] + ((corners[side + 1][axis] - corners[side][axis]) * k) / kSteps);
+      positions.push(Cartesian3.fromDegrees(west + u * wide, south + v * (north - south), max_height));
+    }
+  }
+  const lines = new Cesium.PolylineCollection();
+  lines.add({ positions, width: 2, material: Cesium.Material.fromType("Color", { color: Color.fromCssColorString("#f0a94c").withAlpha(0.8) }) });
+  return lines;
+}
+
 // From the south-east, the horizon in sight. A tall window looks down more steeply: there is little beside the data.
 const kHomeHeading_deg = -24, kHomePitch_deg = -21, kTallPitch_deg = -38;
 const kPanelShare = 0.1;  // of the distance: how far the panel, where there is one beside the data, moves the view

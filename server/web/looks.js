@@ -29,7 +29,7 @@ const kFirstDetail = { shaded: "0", pictures: "-1" };
 export class Looks {
   // normal_maps: the tiles have them.
   constructor(scene, tileset, manifest, { base, normal_maps }) {
-    Object.assign(this, { scene, tileset, manifest, base, normal_maps, look: "plain", turn: 0, overlay: null });
+    Object.assign(this, { scene, tileset, manifest, base, normal_maps, look: "plain", turn: 0, overlay: [] });
     this.tint = height_tint(manifest.bounds[4], manifest.bounds[5]);
     this.drawn = as_drawn();
     this.shaded = shaded_relief();
@@ -81,30 +81,30 @@ export class Looks {
     this.tileset.customShader = this.shader_of(look);
     this.blend();
     const layers = this.tileset.imageryLayers;
-    for (let k = layers.length - 1; k >= 0; --k) if (layers.get(k) !== this.overlay) layers.remove(layers.get(k));
+    for (let k = layers.length - 1; k >= 0; --k) if (!this.overlay.includes(layers.get(k))) layers.remove(layers.get(k));
   }
 
   // White would replace the imagery, not light it. Colours of levels and of heights replace it, but for some of it where there is an overlay.
   blend() {
     const { REPLACE, HIGHLIGHT, MIX } = Cesium.Cesium3DTileColorBlendMode;
-    this.tileset.colorBlendMode = this.look !== "levels" ? HIGHLIGHT : this.overlay ? MIX : REPLACE;
+    this.tileset.colorBlendMode = this.look !== "levels" ? HIGHLIGHT : this.overlay.length > 0 ? MIX : REPLACE;
     this.tileset.colorBlendAmount = 1 - kThrough;
-    this.tint.setUniform("u_through", this.overlay ? kThrough : 0);
+    this.tint.setUniform("u_through", this.overlay.length > 0 ? kThrough : 0);
   }
 
   // Under the overlay, which stays as it is when the look changes.
   put_below(layer) {
     const { imageryLayers } = this.tileset;
     imageryLayers.add(layer);
-    if (this.overlay) imageryLayers.raiseToTop(this.overlay);
+    for (const one of this.overlay) imageryLayers.raiseToTop(one);
   }
 
-  // One picture over whatever look there is, or null.
-  lay_over(picture) {
+  // Pictures over whatever look there is.
+  lay_over(pictures) {
     const { imageryLayers } = this.tileset;
-    if (this.overlay) imageryLayers.remove(this.overlay);
-    this.overlay = picture && single_picture(picture);
-    if (this.overlay) imageryLayers.add(this.overlay);
+    for (const one of this.overlay) imageryLayers.remove(one);
+    this.overlay = pictures.map(single_picture);
+    for (const one of this.overlay) imageryLayers.add(one);
     this.blend();
   }
 
@@ -132,11 +132,11 @@ export class Looks {
 const picture = ({ bounds, minzoom, maxzoom, url }) => new ImageryLayer(new UrlTemplateImageryProvider({
   url: asked_by_cesium(url), rectangle: Rectangle.fromDegrees(...bounds), minimumLevel: minzoom, maximumLevel: maxzoom }));
 
-// rectangle: west, south, east and north in metres of Web Mercator; size: pixels across and down. Tilesets ask for one level less than a provider
+// rectangle: west, south, east and north in metres of Web Mercator. Tilesets ask for one level less than a provider
 // has, so CesiumJS's own provider of single pictures, which has one, shows nothing on them.
-function single_picture({ url, rectangle: [west, south, east, north], size }) {
+function single_picture({ url, rectangle: [west, south, east, north], width, height }) {
   const tilingScheme = new Cesium.WebMercatorTilingScheme({
     rectangleSouthwestInMeters: new Cesium.Cartesian2(west, south), rectangleNortheastInMeters: new Cesium.Cartesian2(east, north) });
-  const provider = new UrlTemplateImageryProvider({ url, tilingScheme, rectangle: tilingScheme.rectangle, maximumLevel: 1, tileWidth: size, tileHeight: size });
+  const provider = new UrlTemplateImageryProvider({ url, tilingScheme, rectangle: tilingScheme.rectangle, maximumLevel: 1, tileWidth: width, tileHeight: height });
   return new ImageryLayer(provider);
 }

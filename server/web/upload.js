@@ -1,22 +1,36 @@
 // From a file on this machine to a dataset: the upload's progress, then the build's, as the server tells it.
 import { ask, listen, show_token_to } from "./token.js";
 
+// Several files are one dataset: rasters, the first wins, and what lies beside a raster (.hdr, .prj). One alone is the body itself.
+export function post_address(files, options) {
+  const given = new URLSearchParams({ ...(files.length === 1 ? { name: files[0].name } : {}), ...options });
+  return `v1/datasets?${given}`;
+}
+export function post_body(files) {
+  if (files.length === 1) return files[0];
+  const form = new FormData();
+  for (const file of files) form.append("file", file, file.name);
+  return form;
+}
+const name_of = (files) => files[0].name + (files.length > 1 ? ` and ${files.length - 1} more` : "");
+
 // Calls on.progress(share or null, words), on.provisional(id) as below, then on.ready(id) or on.failed(words). Gives a function that gives up.
-export function post_raster(file, on) {
+export function post_rasters(files, options, on) {
+  const name = name_of(files);
   const request = new XMLHttpRequest();
   let stop_watching = () => {};
   let id = null;
-  request.upload.onprogress = ({ loaded, total }) => on.progress(loaded / total, `sending ${file.name}, ${Math.floor((100 * loaded) / total)} %`);
-  request.onerror = () => on.failed(`${file.name} could not be sent: the server does not answer`);
+  request.upload.onprogress = ({ loaded, total }) => on.progress(loaded / total, `sending ${name}, ${Math.floor((100 * loaded) / total)} %`);
+  request.onerror = () => on.failed(`${name} could not be sent: the server does not answer`);
   request.onload = () => {
     const answer = parsed(request.responseText);
     if (request.status >= 400 || !answer.id) return on.failed(words_of(answer, request.status));
     id = answer.id;
     stop_watching = watch_build(id, on);
   };
-  request.open("POST", `v1/datasets?name=${encodeURIComponent(file.name)}`);
+  request.open("POST", post_address(files, options));
   show_token_to(request);
-  request.send(file);
+  request.send(post_body(files));
   return () => {
     request.abort();
     stop_watching();
@@ -51,22 +65,22 @@ function parsed(text) {
   }
 }
 
-function words_of(problem, status) {
+export function words_of(problem, status) {
   const detail = problem.detail || problem.title || `the server answers ${status}`;
   return problem.accepted ? `${detail}. Accepted: ${problem.accepted}` : detail;
 }
 
-// A file dropped anywhere on the page, or chosen. on_file(file).
-export function take_files(on_file) {
+// Files dropped anywhere on the page, or chosen. on_files(files).
+export function take_files(on_files) {
   const drop = document.getElementById("drop"), input = document.getElementById("file");
   document.getElementById("browse").onclick = () => input.click();
-  input.onchange = () => { if (input.files.length > 0) on_file(input.files[0]); input.value = ""; };
+  input.onchange = () => { if (input.files.length > 0) on_files([...input.files]); input.value = ""; };
   const over = (shown) => (event) => { event.preventDefault(); drop.hidden = !shown; };
   window.addEventListener("dragenter", over(true));
   window.addEventListener("dragover", over(true));
   drop.addEventListener("dragleave", over(false));
   window.addEventListener("drop", (event) => {
     over(false)(event);
-    if (event.dataTransfer?.files.length > 0) on_file(event.dataTransfer.files[0]);
+    if (event.dataTransfer?.files.length > 0) on_files([...event.dataTransfer.files]);
   });
 }

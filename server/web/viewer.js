@@ -1,7 +1,8 @@
 // The viewer: one dataset's tileset on a globe. Every address is relative, so a path prefix or a proxy changes nothing.
 import * as panel from "./dataset_panel.js";
+import { Draft } from "./draft.js";
 import {
-  camera_numbers, data_sphere, draw_after_moves, face_north, fly_home, make_globe, metres_a_pixel, place_under, set_camera, show_earth, zoom,
+  camera_numbers, data_sphere, draw_after_moves, face_north, fly_home, make_globe, metres_a_pixel, outline, place_under, set_camera, show_earth, zoom,
 } from "./globe.js";
 import { steer_by_keys } from "./keyboard.js";
 import { hide_legend, legend_of, show_legend, show_scale } from "./legend.js";
@@ -14,7 +15,7 @@ import { snippets_for } from "./snippets.js";
 import { relief_light } from "./terrain_style.js";
 import { ask, asked_by_cesium, take_token } from "./token.js";
 import { Viewshed } from "./viewshed.js";
-import { post_raster, take_files, watch_build } from "./upload.js";
+import { post_rasters, take_files, watch_build } from "./upload.js";
 
 const Cesium = window.Cesium;
 
@@ -54,6 +55,13 @@ async function apply_look(on = page) {
     if (!expected) panel.say(String(error.message || error), "problem");
   }
   page.scene.requestRender();
+}
+
+// The look that a dataset has at first: pictures that it names, else its relief.
+function begin_look(imagery) {
+  begin_with("imagery", imagery || "");
+  begin_with("look", imagery ? "imagery" : "relief");
+  panel.show_values();
 }
 
 // What the slider of errors has, until somebody moves it.
@@ -102,6 +110,14 @@ async function tiles_of(base, { provisional }) {
   return { url: normal_maps ? lit : plain, normal_maps };
 }
 
+// What stands in the place of terrain that is still to come: its outline, and a shimmer.
+let placeholder = null;
+function await_terrain(bounds) {
+  if (placeholder) page.scene.primitives.remove(placeholder);
+  placeholder = bounds ? page.scene.primitives.add(outline(bounds)) : null;
+  panel.show_loading(Boolean(bounds));
+}
+
 // Later answers of an earlier call must not take the place of a later one's.
 let showing = 0;
 
@@ -110,6 +126,7 @@ async function show_dataset(id, camera) {
   const again = page.manifest?.id === id;  // its other tiles take the place of those that are seen: neither flash nor flight
   if (!again) page.tilesLoaded = false;
   const manifest = await fetch_json(`${base}/manifest.json`);
+  begin_look(manifest.options?.imagery);
   const { url, normal_maps } = await tiles_of(base, manifest);
   const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { enablePick: true, enableDebugWireframe: true });
   if (turn !== showing) return tileset.destroy();
@@ -125,6 +142,7 @@ async function show_dataset(id, camera) {
   // A provisional tile may have gone with the others while it was on its way.
   if (!manifest.provisional) tileset.tileFailed.addEventListener(({ url, message }) => report(new Error(`${url}: ${message}`)));
   hide_welcome();
+  if (!again) await_terrain(manifest.bounds);
   page.scene.light = relief_light(data_sphere(manifest.bounds).center);
   page.scene.requestRender();
   panel.show_manifest(manifest);
@@ -191,6 +209,7 @@ function watch_frames(scene) {
   scene.postRender.addEventListener(() => {
     const { tileset } = page;
     page.tilesLoaded = is_loaded(tileset);
+    if (page.tilesLoaded && placeholder) await_terrain(null);
     if (tileset) panel.show_drawn(tileset.statistics.numberOfTrianglesSelected, fetched_bytes());
   });
   scene.postRender.addEventListener(() => {
@@ -244,7 +263,7 @@ function toggle(tool) {
 
 const make_viewshed = () => new Viewshed({
   base: () => base_of(page.manifest.id), on_error: report,
-  on_picture: (picture) => { page.looks?.lay_over(picture); page.scene.requestRender(); },
+  on_picture: (pictures) => { page.looks?.lay_over(pictures); page.scene.requestRender(); },
   on_change: (words) => { panel.press("look-around", page.viewshed?.on); panel.say(words); write_link(); },
 });
 
@@ -290,8 +309,9 @@ async function start() {
   watch_pointer(page.widget);
   steer_by_keys(document.getElementById("globe"), page.scene.camera, home, take_middle);
   panel.on_controls(on_page);
-  const send = (file) => panel.on_cancel(post_raster(file, follow(true)));
-  take_files(send);
+  const send = (files, options) => panel.on_cancel(post_rasters(files, options, follow(true)));
+  const draft = new Draft(send);
+  take_files((files) => draft.take(files));
   show_earth(page.scene.camera);
   const wanted = named("dataset");
   await list_datasets(wanted);
@@ -300,7 +320,7 @@ async function start() {
   const chosen = soon ? null : wanted || page.datasets.find(shows)?.id;
   const going = page.datasets.find(({ state }) => state === "running" || state === "queued");
   if (going) watch_build(going.id, follow(going.id === wanted));
-  if (!chosen) return going ? undefined : show_welcome((file) => { hide_welcome(); send(file); }, report);
+  if (!chosen) return going ? undefined : show_welcome((file) => { hide_welcome(); send([file], {}); }, report);
   panel.select_dataset(chosen);
   const [longitude, latitude] = (named("seen_from") ?? "").split(",").map(Number);  // before another dataset's is forgotten
   await show_dataset(chosen, camera_named());

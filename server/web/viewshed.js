@@ -2,7 +2,7 @@
 import { ask } from "./token.js";
 import { kSeen, visible_cells } from "./visible_cells.js";
 import { area_of, put_tile, tiles_of_window, window_around } from "./viewshed_grid.js";
-import { rectangle_of, viewshed_picture } from "./viewshed_picture.js";
+import { parts_of, rectangle_of, viewshed_picture } from "./viewshed_picture.js";
 
 const element = (id) => document.getElementById(id);
 const square_km = (square_m) => (square_m / 1e6).toLocaleString("en", { maximumSignificantDigits: 3 });
@@ -18,7 +18,7 @@ async function pixels_of(response) {
 }
 
 export class Viewshed {
-  // base(): the address of the dataset that is shown. on_picture(picture): { url, rectangle, size }, or null, to be shown over the
+  // base(): the address of the dataset that is shown. on_picture(pictures): { url, rectangle, width, height } of each, to be shown over the
   // terrain. on_change(words): something was chosen; on_error(error).
   constructor({ base, on_picture, on_change, on_error }) {
     Object.assign(this, { base, on_picture, on_change, on_error, on: false, turn: 0, place: null, found: null });
@@ -37,7 +37,7 @@ export class Viewshed {
     Object.assign(this, { on: false, place: null, found: null });
     element("viewshed-place").value = "";
     element("viewshed").hidden = true;
-    this.on_picture(null);
+    this.on_picture([]);
     this.on_change("");
   }
 
@@ -83,8 +83,11 @@ export class Viewshed {
   }
 
   show(cells, window) {
-    const canvas = Object.assign(document.createElement("canvas"), { width: window.side, height: window.side });
-    canvas.getContext("2d").putImageData(new ImageData(viewshed_picture(cells, window), window.side, window.side), 0, 0);
-    this.on_picture({ url: canvas.toDataURL(), rectangle: rectangle_of(window), size: window.side });
+    const pixels = new ImageData(viewshed_picture(cells, window), window.side, window.side);
+    this.on_picture(parts_of(window).map((part) => {
+      const canvas = Object.assign(document.createElement("canvas"), { width: part.count, height: window.side });
+      canvas.getContext("2d").putImageData(pixels, -part.first, 0);
+      return { url: canvas.toDataURL(), rectangle: rectangle_of(window, part), width: part.count, height: window.side };
+    }));
   }
 }

@@ -3,7 +3,7 @@ const kTilePixels = 256, kAround_m = 2 * Math.PI * 6378137;
 const kMostCells = 512;  // from the middle to a side: rays through more take seconds
 const kRadian = Math.PI / 180;
 
-const pixels_around = (zoom) => kTilePixels * 2 ** zoom;
+export const pixels_around = (zoom) => kTilePixels * 2 ** zoom;
 export const column_at = (zoom, longitude) => ((longitude + 180) / 360) * pixels_around(zoom);
 export const row_at = (zoom, latitude) => (0.5 - Math.asinh(Math.tan(latitude * kRadian)) / (2 * Math.PI)) * pixels_around(zoom);
 export const latitude_of = (zoom, row) => Math.atan(Math.sinh(Math.PI * (1 - (2 * row) / pixels_around(zoom)))) / kRadian;

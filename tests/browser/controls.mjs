@@ -1,5 +1,6 @@
 // The page's controls: an upload from the page itself, looks, heights under the pointer, links, keys, a phone.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 
 import { open_dataset, open_page, tiles_loaded } from "./browser.mjs";
 import { look_straight_down, mean_colour } from "./views.mjs";
@@ -30,6 +31,52 @@ export async function try_upload(browser, url, raster) {
   assert.match(await page.textContent("#drawn"), /[1-9][\d,]* triangles on screen · [\d.]+ MB/);
   assert.deepEqual(complaints, [], "the browser complained");
   return page;
+}
+
+// Two rasters wait in the open drawer of options: what a build would make of them is said, again when an option changes, and is built then.
+export async function try_draft(page, url, raster) {
+  const buffer = readFileSync(raster), count = () => page.$$eval("#datasets option", ({ length }) => length), before = await count();
+  const said = (words) => page.waitForFunction((wanted) => new RegExp(wanted).test(document.getElementById("estimate").textContent), words);
+  await page.setViewportSize(kSmall.viewport);  // a smaller one has no room for the panel's buttons
+  await page.click("#fold");
+  await page.click("#upload > summary");
+  await page.click("#options > summary");
+  await page.setInputFiles("#file", ["north.tif", "south.tif"].map((name) => ({ name, mimeType: "image/tiff", buffer })));
+  await said("^(Of north.tif alone: )?levels 0 to \\d+, at most [\\d.]+ m off · about [\\d,]+ tiles .* MB, \\d+ seconds");
+  assert.equal(await count(), before, "it is built before somebody says so");
+  assert.equal(await page.textContent("#draft-files"), "north.tif, south.tif");
+  assert.match(await page.getAttribute("#option-error", "placeholder"), /^[\d.]+$/);
+  await page.fill("#option-error", "77");
+  await page.press("#option-error", "Enter");
+  await said("at most 77 m off");
+  await page.click("#build");
+  assert.equal(await page.isVisible("#draft"), false, "what is posted is still to be built");
+  await page.waitForFunction((wanted) => document.querySelectorAll("#datasets option").length === wanted, before + 1);
+  const id = await page.evaluate(() => document.getElementById("datasets").value);
+  const manifest = await (await page.request.get(`${url}/v1/datasets/${id}/manifest.json`)).json();
+  assert.equal(manifest.options.error, 77);
+  assert.equal(manifest.sources.length, 2);
+  await tiles_loaded(page);
+  await page.fill("#option-error", "");
+  await page.click("#options > summary");
+  await page.setViewportSize(kTiny.viewport);
+}
+
+// A dataset that names pictures is seen with them, in a link without a look; one that names none has its relief again.
+export async function try_imagery(browser, url, id, other) {
+  const imagery = `${url}/v1/datasets/${id}/slope/{z}/{x}/{y}.png`;
+  assert.equal((await fetch(`${url}/v1/datasets/${id}?imagery=${encodeURIComponent(imagery)}`, { method: "PATCH" })).status, 200);
+  const { page, complaints, asked } = await open_page(browser, `${url}/?dataset=${id}`, kTiny);
+  await tiles_loaded(page);
+  assert.equal(await page.evaluate(() => document.getElementById("look").value), "imagery");
+  assert.ok(asked.some((one) => one.includes("/slope/")) && !asked.some((one) => one.includes("/relief/")), "the pictures that it names are not shown");
+  assert.equal(await page.evaluate(() => new URL(window.location.href).searchParams.get("look")), null, "what a dataset has at first is in the link");
+  await page.selectOption("#datasets", other, { force: true });  // the panel is folded
+  await page.waitForFunction((wanted) => window.cordillera.manifest.id === wanted, other);
+  await tiles_loaded(page);
+  assert.equal(await page.evaluate(() => document.getElementById("look").value), "relief");
+  assert.deepEqual(complaints, [], "the browser complained");
+  await page.close();
 }
 
 // A raster that is none: the reason, in the page.

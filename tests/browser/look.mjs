@@ -6,7 +6,7 @@ import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
 import { open_dataset, with_browser } from "./browser.mjs";
-import { kSmall, try_bad_upload, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
+import { kSmall, try_bad_upload, try_draft, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
 import { try_live } from "./live.mjs";
 import { try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
 import { try_relief, try_relief_of_folder } from "./relief.mjs";
@@ -123,8 +123,10 @@ async function use_controls(browser) {
   await page.close();
   await check("controls: a phone, in light colours", () => try_phone(browser, given.url, given.terrain, `${given.pictures}/phone.png`));
   await check("welcome: an empty service opens the sample", () => try_sample(browser, given.empty));
+  await check("imagery: pictures that a dataset names are its first look", () => try_imagery(browser, given.url, given.flat, given.terrain));
   let uploading;
   await check("upload: a GeoTIFF given to the page is shown", async () => { uploading = await try_upload(browser, given.url, given.raster); });
+  await check("upload: options, with an estimate first, and two rasters as one dataset", () => try_draft(uploading, given.url, given.raster));
   await check("upload: what is no raster is answered with what would be", () => try_bad_upload(uploading, given.bad));
 }
 

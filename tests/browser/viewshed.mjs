@@ -79,8 +79,16 @@ async function assert_heights(page, url, id, { heights, side, zoom, west, north 
 
 const layers = (page) => page.evaluate(() => {
   const { tileset, looks } = window.cordillera;
-  return [tileset.imageryLayers.length, looks.overlay ? tileset.imageryLayers.indexOf(looks.overlay) : null];
+  return [tileset.imageryLayers.length, looks.overlay.length > 0 ? tileset.imageryLayers.indexOf(looks.overlay[0]) : null];
 });
+
+// A window over the antimeridian is two pictures: the map's last columns and its first.
+async function assert_parts(page) {
+  const parts_of = (given) => page.evaluate(async (window) => (await import("./viewshed_picture.js")).parts_of(window), given);
+  const last = 256 * 2 ** 8 - 1;
+  assert.deepEqual(await parts_of({ zoom: 8, west: 100, side: 7 }), [{ first: 0, count: 7, column: 100 }]);
+  for (const west of [-3, last - 2]) assert.deepEqual(await parts_of({ zoom: 8, west, side: 7 }), [{ first: 0, count: 3, column: last - 2 }, { first: 3, count: 4, column: 0 }]);
+}
 
 // How much of the picture's colour is on the screen.
 async function violet(page) {
@@ -104,6 +112,7 @@ export async function try_viewshed(browser, page, url, id) {
   const once = await violet(page);
   assert.ok(once > bare + 0.5, `what is seen has no colour: ${bare}, ${once}`);
   assert_alike(grid, lines_of_sight(grid, kPerson_m), "lines of sight");
+  await assert_parts(page);
   await assert_heights(page, url, id, grid);
   assert.match(grid.words, /^[\d.,]+ km² are seen within 5 km$/);
   assert.ok(Math.abs(parseFloat(grid.words) * 1e6 - grid.area) <= 0.01 * grid.area, `${grid.words}: not ${grid.area} m²`);

@@ -26,7 +26,7 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
   for (const OptionSpec& option : build_options()) EXPECT_TRUE(names.insert(option.name).second) << option.name;
   for (const char* name :
        {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory", "bbox",
-        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "dry-run", "name", "quality", "pixels", "voids", "fill-limit", "water",
+        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "imagery", "dry-run", "name", "quality", "pixels", "voids", "fill-limit", "water",
         "water-mask", "band"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
@@ -110,6 +110,7 @@ const Given kOneOfEach = {{"name", "a.tif"}, {"band", "2"}, {"error", "2.5"}, {"
                           {"vertical-datum", "EGM2008"}, {"nodata", "-9999"}, {"voids", "12.5"}, {"fill-limit", "40"}, {"strategy", "waves"}, {"device", "cpu"},
                           {"threads", "3"}, {"memory", "512"}, {"bbox", "10,46,11,47"}, {"min-level", "3"},
                           {"max-level", "12"}, {"z-scale", "0.5"}, {"z-offset", "-7"}, {"title", "two words"},
+                          {"imagery", "https://example.org/a/{z}/{y}/{x}?k=1"},
                           {"attribution", "me = mine"}, {"quality", "fast"}, {"pixels", "exact"}, {"water", "0"}, {"water-mask", "sea.tif"},
                           {"feather", "30"}, {"dry-run", "1"}};
 

@@ -191,12 +191,19 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(slug_of(patch(of(alice()), {{"title", ""}})), "option-invalid");
   EXPECT_EQ(slug_of(patch(of(alice()), {})), "option-invalid");
   EXPECT_EQ(slug_of(patch(of(alice()), {{"title", "a"}, {"title", "b"}})), "option-repeated");
-  const Response done = patch(of(alice()), {{"title", "Hills"}, {"attribution", "Somebody else"}});
+  for (const char* no_tiles : {"", "/{z}/{x}/{y}.png", "ftp://a/{z}/{x}/{y}", "https://a/{z}/{x}", "https://a/{z}/{x}/{y}/{y}", "https://a/{z}/{x}/{y}\"", "https://{s}.a/{z}/{x}/{y}"}) {
+    EXPECT_EQ(slug_of(patch(of(alice()), {{"imagery", no_tiles}})), "option-invalid") << no_tiles;
+  }
+  const Response done =
+      patch(of(alice()), {{"title", "Hills"}, {"attribution", "Somebody else"}, {"imagery", "https://a/{z}/{y}/{x}.jpg?k=1"}});
   ASSERT_EQ(done.status, 200) << done.body;
   EXPECT_EQ(body_of(done)["manifest"]["title"], "Hills");
   const Json manifest = body_of(TestService::plain(ask("GET", path + "/manifest.json")));
   EXPECT_EQ(manifest["title"], "Hills");
   EXPECT_EQ(manifest["attribution"], "Somebody else");
+  EXPECT_EQ(manifest["options"]["imagery"], "https://a/{z}/{y}/{x}.jpg?k=1");
+  EXPECT_EQ(body_of(done)["manifest"]["imagery"], "https://a/{z}/{y}/{x}.jpg?k=1");
+  EXPECT_EQ(body_of(TestService::plain(ask("GET", path + "/tileset.json")))["asset"]["extras"]["imagery"], "https://a/{z}/{y}/{x}.jpg?k=1");
   EXPECT_NE(body_of(done)["version"], version);
   EXPECT_EQ(ask("GET", path + "/versions/" + version + "/manifest.json").status, 404) << "what a version names never changes";
   const auto sent = [&](const std::string& body) {

@@ -21,7 +21,7 @@ const std::vector<std::pair<std::string, std::string>> kChosen = {
 constexpr const char* kEffective =
     R"({"name":"mount.asc","band":"1","error":20,"feather":0,"keep":[],"scheme":"geodetic","crs":"EPSG:4326","vertical_datum":"EGM96","voids":"fill",)"
     R"("strategy":"waves","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,"z_scale":2,)"
-    R"("z_offset":100,"title":"Mount","attribution":"me","nodata":"-32767","quality":"best","water":-5,"water_mask":"","pixels":"exact","fill_limit":300,"warnings":[]})";
+    R"("z_offset":100,"title":"Mount","attribution":"me","imagery":"","nodata":"-32767","quality":"best","water":-5,"water_mask":"","pixels":"exact","fill_limit":300,"warnings":[]})";
 
 TEST_F(Program, EveryOptionWorksFromTheLineTheEnvironmentTheFileAndTheQuery) {
   std::string words, variables, query, lines;

@@ -116,9 +116,9 @@ void add_datasets(Json& paths) {
                                    {{"200", answer("The dataset", "application/json", "dataset")}}});
   one["patch"] = operation(Operation{"describe_dataset",
                                      "datasets",
-                                     "Change title, attribution or private, or build the rest of a lazy dataset, as JSON or in the query; for who posted it, or an admin",
+                                     "Change title, attribution, imagery or private, or build the rest of a lazy dataset, as JSON or in the query; for who posted it, or an admin",
                                      {{"200", answer("The dataset", "application/json", "dataset")}},
-                                     Json::array({query("title", "text"), query("attribution", "text"), query("private", "1: read with a token only; 0: by everybody"),
+                                     Json::array({query("title", "text"), query("attribution", "text"), query("imagery", "an address with {z}, {x} and {y}"), query("private", "1: read with a token only; 0: by everybody"),
                                                   query("build", "full: all blocks are made from now on")})});
   one["patch"]["requestBody"] = {{"required", false}, {"content", content_of("application/json", "description")}};
   one["delete"] = operation(Operation{"delete_dataset",

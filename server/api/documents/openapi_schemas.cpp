@@ -55,7 +55,7 @@ Json dataset() {
   properties["notes"] = {{"type", "array"}, {"items", {{"type", "string"}}},
                          {"description", "sentences for people: voids that were filled, options of an older spelling"}};
   properties["manifest"] = {{"type", Json::array_t{"object", "null"}},
-                            {"description", "once it is ready: title, attribution, levels, bounds, counts"}};
+                            {"description", "once it is ready: title, attribution, imagery, levels, bounds, counts"}};
   properties["updates"] = {{"type", "object"}, {"description", "of a dataset whose rasters can be changed: number of its version, pending changes, the last one"}};
   properties["version"] = text("once it is ready: names this build in addresses that never change");
   properties["faces"] = list_of("face");
@@ -159,7 +159,7 @@ Json schemas() {
   all["datasets"] = object({{"datasets", list_of("dataset")}, {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "path of the next page; null: this is the last"}}}},
                             Json::array_t{"datasets", "next"});
   all["progress"] = progress();
-  all["description"] = object({{"title", text("one that is not empty")}, {"attribution", text("one that is not empty")}, {"private", {{"type", "boolean"}}}, {"build", {{"type", "string"}, {"enum", {"full"}}}}}, Json::array_t{});
+  all["description"] = object({{"title", text("one that is not empty")}, {"attribution", text("one that is not empty")}, {"imagery", text("an address with {z}, {x} and {y}")}, {"private", {{"type", "boolean"}}}, {"build", {{"type", "string"}, {"enum", {"full"}}}}}, Json::array_t{});
   all["face"] = face();
   all["link"] = link();
   all["elevations"] = elevations();

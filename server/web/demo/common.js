@@ -29,6 +29,12 @@ async function fetch_json(path) {
   throw new Error(body.detail || `${path}: HTTP ${response.status}`);
 }
 
+// Pictures that the dataset names to lie on it, in place of the service's own relief: an address with {z}, {x} and {y}, or nothing. It may be of
+// another host, which is shown no token. Photographs are finer than heights.
+const kFinerImagery = 3;
+const imagery = () => manifest.options?.imagery;
+const headers_for = (url) => (new URL(url, location.href).href.startsWith(dataset) ? headers : {});
+
 // A picture as an address of this page's own, for clients that cannot show a token for a picture.
 async function picture_of(url) {
   const response = await fetch(url, { headers });

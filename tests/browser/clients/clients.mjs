@@ -55,8 +55,8 @@ export const kBrowserClients = [
     share: 0.45,  // every tile is meshed in the page itself, in half a second
   },
   {
-    name: "maplibre", page: "map/maplibre.md", section: "Terrain", driver: "maplibre.js", names: ["map"],
-    tiles: /\/terrain-rgb\/.*\.png$/, heights: "orthometric", added_m: 0, every: 6,
+    name: "maplibre", page: "map/maplibre.md", section: "Terrain", goes_on: "Contours", driver: "maplibre.js", names: ["map"],
+    tiles: /\/terrain-rgb\/.*\.png$/, also: /\/contours\/.*\.mvt$/, heights: "orthometric", added_m: 0, every: 6,
   },
   {
     name: "maplibre-pmtiles", page: "formats/pmtiles.md", section: "In MapLibre GL", driver: "maplibre.js", names: ["map"],

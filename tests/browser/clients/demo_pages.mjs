@@ -23,7 +23,7 @@ export async function serve_libraries(page, modules) {
   });
 }
 
-const shown = ({ page }) => page.waitForFunction(() => document.body.dataset.tiles === "final");
+const shown = ({ page }) => page.waitForFunction(() => document.body?.dataset.tiles === "final");  // a page that is loaded anew has no body for a moment
 
 // Terrain is seen, nothing is asked for elsewhere or refused, and a drag moves the picture where the page has a camera of its own.
 export async function try_demo_page(name, { browser, url, id, modules, pictures }) {
@@ -72,6 +72,32 @@ export async function try_private_page({ browser, url, id, token, modules }) {
   await shown({ page });
   await page.close();
   return "shown with the token, unknown without";
+}
+
+// A private dataset that names pictures: they lie on it in place of its relief, and whoever has them is shown no token.
+const kWithImagery = ["leaflet", "openlayers", "maplibre", "deckgl", "cesium"];
+export async function try_imagery_pages({ browser, url, id, other, token, modules }) {
+  const imagery = `${url}/v1/datasets/${other}/slope/{z}/{x}/{y}.png`, headers = { Authorization: `Bearer ${token}` };
+  assert.equal((await fetch(`${url}/v1/datasets/${id}?imagery=${encodeURIComponent(imagery)}`, { method: "PATCH", headers })).status, 200);
+  for (const name of kWithImagery) {
+    const pictures = [], relief = [];
+    const opened = await open_client(browser, `${url}/v1/datasets/${id}/demo/${name}.html`, [url, kLibraryHost], {
+      started: () => document.body.dataset.tiles,
+      prepare: async (page) => {
+        await serve_libraries(page, modules);
+        await page.addInitScript((mine) => sessionStorage.setItem("cordillera-token", mine), token);
+        page.on("request", (request) => {
+          if (request.url().includes(`/${other}/slope/`)) pictures.push(request.headers().authorization);
+          if (request.url().includes(`/${id}/relief/`)) relief.push(request.url());
+        });
+      } });
+    await shown(opened);
+    assert.ok(pictures.length > 0 && relief.length === 0, `${name}: ${pictures.length} pictures that it names, ${relief.length} of its relief`);
+    assert.ok(pictures.every((shown_token) => shown_token === undefined), `${name} shows the token to whoever has the pictures`);
+    assert.deepEqual(opened.complaints, [], "the browser complained");
+    await opened.page.close();
+  }
+  return `${kWithImagery.join(", ")} lay them on`;
 }
 
 // Pages of a dataset that is being built by the process job, which was stopped when its first tiles stood: final tiles take their place.

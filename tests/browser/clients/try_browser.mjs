@@ -59,6 +59,7 @@ export async function try_browser_client(client, { open, pictures, known: all, b
   if (client.cracks !== undefined) await look_at_cracks(opened, client, bounds, `${pictures}/${client.name}-above.png`);
   const is_tile = ({ pathname, search }) => client.tiles.test(pathname) && search.includes(client.query ?? "");
   const fetched = opened.answered.filter((url) => is_tile(new URL(url))).length;
+  assert.ok(!client.also || opened.answered.some((url) => client.also.test(new URL(url).pathname)), `nothing of ${client.also} was fetched`);
   assert.ok(shown > 0 && fetched > 0, `${shown} tiles shown, ${fetched} fetched`);
   assert.deepEqual(opened.complaints, [], "the browser complained");
   await opened.page.close();

@@ -1,0 +1,81 @@
+// What is to be posted, before it is: files, options, and what a build would make of them (a dry run).
+import { ask } from "./token.js";
+import { post_address, post_body, words_of } from "./upload.js";
+
+const kOptions = ["error", "crs", "vertical_datum", "nodata", "voids", "imagery"];  // fields of the page, named for the service's options
+const element = (id) => document.getElementById(id);
+const field = (name) => element(`option-${name}`);
+
+// Those that somebody has filled in.
+export const chosen_options = () => Object.fromEntries(kOptions.map((name) => [name, field(name).value.trim()]).filter(([, value]) => value !== ""));
+
+const is_open = () => element("options").open;
+
+// on_post(files, options): they are to be built. With the drawer of options open they wait there for the button; else they go at once.
+export class Draft {
+  constructor(on_post) {
+    Object.assign(this, { on_post, files: [], turn: 0 });
+    for (const name of kOptions) field(name).onchange = () => this.estimate();
+    element("options").ontoggle = () => this.estimate();
+    element("build").onclick = () => this.post();
+    element("drop-draft").onclick = () => this.take([]);
+  }
+
+  take(files) {
+    this.files = files;
+    if (files.length > 0 && !is_open()) return this.post();
+    return this.estimate();
+  }
+
+  post() {
+    const { files } = this;
+    this.files = [];
+    this.show("");
+    this.on_post(files, chosen_options());
+  }
+
+  show(words, kind = "") {
+    element("draft").hidden = this.files.length === 0 || !is_open();
+    element("draft-files").textContent = this.files.map(({ name }) => name).join(", ");
+    element("estimate").textContent = words;
+    element("estimate").className = kind;
+  }
+
+  // What the service says that a build would be. The fields that are empty say what it would take.
+  async estimate() {
+    const turn = ++this.turn;
+    if (this.files.length === 0 || !is_open()) return this.show("");
+    this.show("The service looks at it …");
+    let asked = this.files, answer = await this.dry_run(asked);
+    if (answer?.parameter === "dry_run") answer = await this.dry_run(asked = asked.slice(0, 1));  // it looks at one raster
+    if (turn !== this.turn) return undefined;  // another question was asked meanwhile
+    if (!answer?.manifest) return this.show(answer ? words_of(answer, answer.status) : "The service does not answer.", "problem");
+    this.fill(answer.manifest);
+    return this.show((asked.length < this.files.length ? `Of ${asked[0].name} alone: ` : "") + estimate_text(answer));
+  }
+
+  // The answer, an estimate or a problem; null where there is none.
+  async dry_run(files) {
+    const response = await ask(post_address(files, { ...chosen_options(), dry_run: 1 }), { method: "POST", body: post_body(files) }).catch(() => null);
+    return response && response.json().catch(() => ({ status: response.status }));
+  }
+
+  fill({ options, source }) {
+    field("error").placeholder = options.error ? `${Number(options.error.toPrecision(3))}` : "";
+    field("crs").placeholder = source.crs;
+    field("vertical_datum").options[0].textContent = `${source.vertical_datum} (${source.vertical_datum_from})`;
+  }
+}
+
+const kTime = [[5400, 3600, "hours"], [90, 60, "minutes"], [0, 1, "seconds"]];
+function time_text(seconds) {
+  const [, unit, name] = kTime.find(([least]) => seconds >= least);
+  return `${Math.max(1, Math.round(seconds / unit))} ${name}`;
+}
+
+function estimate_text({ manifest, seconds }) {
+  const { levels, tiles, triangles, bytes, notes = [] } = manifest, [finest, coarsest] = [levels[0], levels.at(-1)];
+  const error = finest.target ? `, at most ${Number(finest.target.toPrecision(3))} m off` : "";
+  return [`levels ${coarsest.level} to ${finest.level}${error}`, `about ${tiles.toLocaleString("en")} tiles and ${triangles.toLocaleString("en")} triangles`,
+    `${(bytes / 1e6).toFixed(1)} MB, ${time_text(seconds)}`, ...notes].join(" · ");
+}
