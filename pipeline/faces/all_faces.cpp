@@ -18,10 +18,10 @@
 namespace cordillera::pipeline::faces {
 
 std::span<const Face* const> all_faces() {
-  static const std::array<const Face*, 17> kAll = {&draco_tiles(),    &tileset_3d(),   &tileset_explicit(), &quantized_mesh(),
-                                                   &terrain_tileset(), &terrain_rgb(),  &terrain_rgb_webp(), &terrarium(),
-                                                   &terrarium_webp(),  &hillshade(),    &relief(),           &color_relief(),
-                                                   &slope(),           &aspect(),       &contours::contours(), &mercator_draco(), &mercator_terrain()};
+  static const auto kAll = std::to_array<const Face*>(
+      {&draco_tiles(), &tileset_3d(), &tileset_explicit(), &quantized_mesh(), &terrain_tileset(), &terrain_rgb(), &terrain_rgb_webp(),
+       &terrarium(), &terrarium_webp(), &hillshade(), &relief(), &color_relief(), &slope(), &aspect(), &contours::contours(),
+       &mercator_draco(), &mercator_terrain()});
   return kAll;
 }
 

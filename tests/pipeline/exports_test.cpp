@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <fstream>
 #include <set>
 
 #include "pipeline/store/content_hash.h"
@@ -11,6 +13,7 @@
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/tile_places.h"
+#include "pipeline/exports/zip_writer.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "tests/pipeline/archive_readers.h"
@@ -242,6 +245,21 @@ TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
   }
   EXPECT_TRUE(tileset);
   EXPECT_EQ(hex(md5("tileset.json")), "c09bdea7e745894f499a7517db9a7709");
+}
+
+/// More entries than ZIP's own two bytes count: another reader finds them all.
+TEST(ZipWriter, SeventyThousandEntriesAreReadByPython) {
+  if (std::system("python3 -c 'import zipfile' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
+  const std::string file = archived_dataset().place("many.zip");
+  {
+    std::ofstream out(file, std::ios::binary);
+    ZipWriter zip(out);
+    for (int k = 0; k < 70000; ++k) zip.add("tiles/" + std::to_string(k), std::to_string(k));
+    zip.finish();
+  }
+  const std::string script = "import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); n = z.namelist(); "
+                             "sys.exit(len(n) != 70000 or any(z.read(f'tiles/{k}') != str(k).encode() for k in (0, 65534, 65535, 65536, 69999)))";
+  EXPECT_EQ(std::system(("python3 -c \"" + script + "\" " + file).c_str()), 0);
 }
 
 TEST(Archives, AppearWholeOrNotAtAll) {

@@ -1,5 +1,5 @@
 #pragma once
-// A triangulation of a square of integers that keeps the edges it is given: Delaunay's, with constraints.
+// A triangulation of a square of integers that keeps the edges it is given: Delaunay's, but beside lines that cross its edges.
 #include <array>
 #include <cstdint>
 #include <vector>
