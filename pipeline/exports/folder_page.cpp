@@ -61,7 +61,9 @@ try {
         colour = mix(colour, vec3(0.43, 0.34, 0.28), smoothstep(0.4, 0.75, share));
         material.diffuse = mix(colour, vec3(0.95, 0.95, 0.96), smoothstep(0.8, 1.0, share));
       }` });
-  const tileset = await Cesium3DTileset.fromUrl("tileset.json", { maximumScreenSpaceError: 2, customShader: tint });
+  const imagery = manifest.options?.imagery;  // pictures that lie on the terrain in place of colours
+  const tileset = await Cesium3DTileset.fromUrl("tileset.json", { maximumScreenSpaceError: 2, customShader: imagery ? undefined : tint });
+  if (imagery) tileset.imageryLayers.add(new ImageryLayer(new Cesium.UrlTemplateImageryProvider({ url: imagery, rectangle: Rectangle.fromDegrees(west, south, east, north) })));
   scene.primitives.add(tileset);
   scene.preRender.addEventListener(() => {
     tint.setUniform("u_up", Cesium.Ellipsoid.WGS84.geodeticSurfaceNormal(camera.positionWC, new Cartesian3()));
