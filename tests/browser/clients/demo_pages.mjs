@@ -75,7 +75,7 @@ export async function try_private_page({ browser, url, id, token, modules }) {
 }
 
 // A private dataset that names pictures: they lie on it in place of its relief, and whoever has them is shown no token.
-const kWithImagery = ["leaflet", "openlayers", "maplibre", "deckgl", "cesium"];
+const kWithImagery = ["leaflet", "openlayers", "maplibre", "threejs", "deckgl", "cesium"];
 export async function try_imagery_pages({ browser, url, id, other, token, modules }) {
   const imagery = `${url}/v1/datasets/${other}/slope/{z}/{x}/{y}.png`, headers = { Authorization: `Bearer ${token}` };
   assert.equal((await fetch(`${url}/v1/datasets/${id}?imagery=${encodeURIComponent(imagery)}`, { method: "PATCH", headers })).status, 200);
