@@ -16,5 +16,5 @@ elif [[ $# -eq 0 ]]; then
 fi
 deploy/install.sh --web
 deploy/build.sh
-# One more than there are processors: some tests wait for a clock of the service or for a disk.
-exec ctest --test-dir build/release -j"$(($(nproc) + 1))" --output-on-failure "${left_out[@]}" "$@"
+# Two more than there are processors: tests wait for a clock of the service, for a disk, or for a browser.
+exec ctest --test-dir build/release -j"$(($(nproc) + 2))" --output-on-failure "${left_out[@]}" "$@"
