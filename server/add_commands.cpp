@@ -135,6 +135,10 @@ struct BuildWords {
     line.normals = *light;
     if (const auto wrong = check_words_of_file(line.output, {formats, normals})) return wrong_usage(*wrong);
     if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
+    std::error_code error;
+    const std::string& last = line.rasters.back();
+    if (line.rasters.size() > 1 && last.find("://") == last.npos && !last.starts_with("/vsi") && !std::filesystem::exists(last, error))
+      return wrong_usage({"usage", "build needs to know where to write, and there is no " + last, "-o " + last + ", if that is to be written", "--output"});
     return wrong_usage({"usage", "build needs to know where to write",
                         "-o FOLDER, -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles", "--output"});
   }
@@ -185,13 +189,13 @@ void add_info(CommandLine& commands) {
                             "print the manifest of a folder or dataset that was built, or what a raster is and what a build with "
                             "these options would make",
                             [line] {
-                              if (path_kind(line->subject) != PathKind::raster)
-                                return info_command(line->subject, line->show, {});
+                              const PathKind kind = path_kind(line->subject);
+                              if (kind != PathKind::raster && kind != PathKind::folder) return info_command(line->subject, line->show, {});
                               return with_settings(build_options(), line->reading, [&](const Settings& settings) {
                                 return info_command(line->subject, line->show, settings);
                               });
                             });
-  info->add_option("path", line->subject, "a folder that build wrote, a dataset.sqlite, or a raster");
+  info->add_option("path", line->subject, "a folder that build wrote, a dataset.sqlite, a raster, or a folder of rasters");
   info->add_flag_callback(
       "--json", [line] { line->show = Show::json; }, "the manifest itself; of a raster, the dry run");
   add_options(*info, build_options(), line->reading);

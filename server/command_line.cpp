@@ -1,6 +1,7 @@
 #include "server/command_line.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 
 #include "server/options/option_values.h"
@@ -9,8 +10,11 @@
 namespace cordillera::server {
 namespace {
 
-/// A command nobody knows is a problem that names its neighbour.
+/// A command nobody knows is a problem that names its neighbour. A file is what is to be done something with.
 proto::Problem unknown_command(const std::string& word, const std::vector<std::string>& names) {
+  std::error_code error;
+  if (std::filesystem::exists(word, error))
+    return {"usage", "'" + word + "' is no command but a file", "cordillera view " + word + ", cordillera info " + word + ", or cordillera build " + word + " -o FOLDER", word};
   std::string all;
   for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   const auto nearest = nearest_name(word, names);
@@ -19,7 +23,9 @@ proto::Problem unknown_command(const std::string& word, const std::vector<std::s
 
 /// The same of an option. A command has up to a hundred: help has them in groups, one line has not.
 proto::Problem unknown_option(const std::string& word, const std::vector<std::string>& names, const std::string& command) {
-  const auto nearest = nearest_name(word, names);
+  auto nearest = nearest_name(word, names);
+  const auto meant = meant_by_habit(word);
+  if (meant && std::find(names.begin(), names.end(), "--" + *meant) != names.end()) nearest = "--" + *meant;
   return {
       "usage",
       "unknown option '" + word + "'; " + (nearest ? "did you mean " + *nearest + "?" : "see `cordillera help " + command + "`"),
@@ -46,6 +52,9 @@ std::optional<proto::Problem> check_words(const CLI::App& command) {
   const std::string help = "see cordillera " + command.get_name() + " --help";
   for (const std::string& word : command.remaining()) {
     if (word.rfind("-", 0) == 0) return unknown_option(word.substr(0, word.find('=')), names, command.get_name());
+    std::error_code error;
+    if (command.get_name() == "serve" && std::filesystem::exists(word, error))
+      return proto::Problem{"usage", "unexpected '" + word + "'", "cordillera view " + word + "; or serve --live FOLDER of rasters, or --mount NAME=PATH of what was built", word};
     return proto::Problem{"usage", "unexpected '" + word + "'", help, word};
   }
   for (const CLI::Option* option : command.get_options()) {

@@ -10,8 +10,10 @@
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/whole_file.h"
 #include "proto/letters.h"
+#include "raster/gdal/formats.h"
 #include "server/jobs/child.h"
 #include "server/cli/export_command.h"
+#include "server/cli/path_kind.h"
 #include "server/options/mesh_options.h"
 
 namespace cordillera::server {
@@ -44,6 +46,8 @@ proto::Result<std::unique_ptr<pipeline::StoreReader>> open_source(const std::str
   std::error_code error;
   const std::string accepted = "a file that `cordillera build -o NAME.sqlite` made, or a dataset's folder in a server's data";
   if (!fs::exists(source, error)) return Problem{"file-unreadable", "there is no " + source, accepted, "source"};
+  if (raster::is_raster_extension(raster::extension_of(source)) && path_kind(source) == PathKind::raster)
+    return Problem{"file-unreadable", source + " is a raster, and export takes what was built of one", "cordillera build " + source + " -o FILE, with the same FILE: it goes from the raster to the archive or mesh", "source"};
   if (!fs::is_directory(source, error)) return pipeline::StoreReader::open(source);
   const fs::path inside = fs::path(source) / kStoreFile;
   if (!fs::exists(inside, error)) return Problem{"file-unreadable", source + " holds no " + kStoreFile, accepted, "source"};

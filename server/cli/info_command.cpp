@@ -3,6 +3,7 @@
 
 #include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/store.h"
+#include "raster/mosaic/source_list.h"
 #include "server/cli/commands.h"
 #include "server/cli/path_kind.h"
 
@@ -38,10 +39,17 @@ int tell_of_raster(const std::string& path, Show show, Settings settings) {
   return build_command(settings, line);
 }
 
+/// A folder that was not built, but has rasters to build of.
+bool holds_rasters(const std::string& path) {
+  std::error_code error;
+  const bool built = fs::exists(fs::path(path) / "manifest.json", error) || fs::exists(fs::path(path) / "dataset.sqlite", error);
+  return path_kind(path) == PathKind::folder && !built && raster::list_sources(path).ok();
+}
+
 }  // namespace
 
 int info_command(const std::string& path, Show show, const Settings& settings) {
-  if (path_kind(path) == PathKind::raster) return tell_of_raster(path, show, settings);
+  if (path_kind(path) == PathKind::raster || holds_rasters(path)) return tell_of_raster(path, show, settings);
   const auto manifest = read_manifest(path);
   if (!manifest) {
     complain(manifest.problem());

@@ -158,6 +158,9 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
   const Ended placed = shell(kProgram + " info " + points + " --crs EPSG:25832 --vertical-datum ellipsoid");
   EXPECT_EQ(placed.code, 0) << placed.output;
   EXPECT_THAT(placed.output, HasSubstr("(EPSG:25832) (request)"));
+  std::filesystem::create_directory(folder_.path() / "many");
+  for (const char* name : {"a.tif", "b.tif"}) std::filesystem::copy_file(raster, folder_.path() / "many" / name);
+  EXPECT_THAT(shell(kProgram + " info " + (folder_.path() / "many").string()).output, HasSubstr("source    2 rasters: 960 x 540"));
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
   EXPECT_EQ(shell(kProgram + " info " + (folder_.path() / "bad.tif").string()).code, 1);
 }
