@@ -178,11 +178,6 @@ bool lacks(const Dataset& dataset, const proto::Manifest* shown, const Route& ro
   return offered && is_to_come(dataset, shown, tile);
 }
 
-Awaited awaited(const Route& route, const proto::TileAddress& tile) {
-  return {{tile},
-          [route, tile](const Dataset& dataset, const proto::Manifest* shown) { return lacks(dataset, shown, route, tile); }};
-}
-
 /// Whether what stands there has the bytes that it has for good: of a done block what is made of the tile alone. Textures of
 /// normals are made of finer tiles, too.
 bool is_final(const proto::Manifest& shown, const Request& request, const Route& route, const proto::TileAddress& tile) {
@@ -210,6 +205,50 @@ std::optional<Response> not_ready(const Dataset& dataset) {
   return problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state) + (lazy ? ", and its blocks are made as their tiles are asked for" : ""),
                            (lazy ? "PATCH /v1/datasets/" + dataset.id + "?build=full, and " : std::string()) + "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
 }
+
+/// A request of a dataset that is not built, or not to its end.
+class Unfinished {
+ public:
+  Unfinished(Service& service, const Dataset& dataset, const Request& request, const Route& route, const MayWait& wait)
+      : service_(service), dataset_(dataset), request_(request), route_(route), wait_(wait) {
+    if (!route.version.empty() || (dataset.state != State::queued && dataset.state != State::running)) return;
+    tile_ = tile_of(route);
+    awaited_ = awaited_tile(route);
+  }
+
+  Response answer(const Opened& opened) const {
+    if (opened.terrain) return of_what_is_shown(opened.terrain);
+    auto put_off = wait_.preferred ? later() : std::nullopt;
+    return put_off ? std::move(*put_off) : opened.refusal;
+  }
+
+ private:
+  /// When the tile is made; none: it is not waited for, or too many wait.
+  std::optional<Response> later() const { return awaited_ ? wait_for(service_, request_, dataset_, wait_, *awaited_) : std::nullopt; }
+
+  Response of_what_is_shown(const std::shared_ptr<const pipeline::faces::Terrain>& terrain) const {
+    const proto::Manifest& shown = terrain->manifest();
+    const bool to_come = tile_ && lacks(dataset_, &shown, route_, *tile_);
+    if (to_come) service_.queue().look(dataset_, {*tile_}, shown, wait_.preferred ? JobQueue::Who::waits : JobQueue::Who::passes);  // a tile that is not there yet, too
+    auto put_off = to_come && wait_.preferred ? later() : std::nullopt;
+    if (put_off) return std::move(*put_off);
+    Response response = of_terrain(terrain, request_, route_);
+    if (to_come && awaited_ && response.status == 404 && is_lazy(dataset_)) {
+      put_off = later();
+      return put_off ? std::move(*put_off) : not_made_yet(dataset_);
+    }
+    if (!tile_ || !is_final(shown, request_, route_, *tile_)) mark_provisional(response);
+    return response;
+  }
+
+  Service& service_;
+  const Dataset& dataset_;
+  const Request& request_;
+  const Route& route_;
+  const MayWait& wait_;
+  std::optional<proto::TileAddress> tile_;  ///< where the path's is
+  std::optional<Awaited> awaited_;          ///< the same, if it can be waited for
+};
 
 }  // namespace
 
@@ -252,39 +291,14 @@ Opened open_readable(Service& service, const Dataset& dataset, const Route& rout
 std::optional<Awaited> awaited_tile(const Route& route) {
   const auto tile = tile_of(route);
   if (!tile || route.found.resource->path.ends_with(kSubtree)) return std::nullopt;
-  return awaited(route, *tile);
+  return Awaited{{*tile}, [route, tile = *tile](const Dataset& dataset, const proto::Manifest* shown) { return lacks(dataset, shown, route, tile); }};
 }
 
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {
   const Opened opened = open_readable(service, dataset, route);
   if (opened.terrain && !opened.terrain->manifest().provisional()) return of_terrain(opened.terrain, request, route);
-  const bool unfinished = dataset.state == State::queued || dataset.state == State::running;
-  const auto tile = unfinished && route.version.empty() ? tile_of(route) : std::nullopt;
-  const bool is_awaited = tile && !route.found.resource->path.ends_with(kSubtree);
   const auto wait = may_wait(service, request);
-  if (!wait) return problem_response(wait.problem());
-  const auto later = [&]() -> std::optional<Response> {
-    if (!is_awaited) return std::nullopt;
-    return wait_for(service, request, dataset, *wait, awaited(route, *tile));
-  };
-  if (!opened.terrain) {
-    auto put_off = wait->preferred ? later() : std::nullopt;
-    return put_off ? std::move(*put_off) : opened.refusal;
-  }
-  const proto::Manifest& shown = opened.terrain->manifest();
-  const bool to_come = tile && lacks(dataset, &shown, route, *tile);
-  const auto who = wait->preferred ? JobQueue::Who::waits : JobQueue::Who::passes;
-  if (to_come) service.queue().look(dataset, {*tile}, shown, who);  // a tile that is not there yet, too
-  if (to_come && wait->preferred) {
-    if (auto put_off = later()) return std::move(*put_off);
-  }
-  Response response = of_terrain(opened.terrain, request, route);
-  if (to_come && response.status == 404 && is_lazy(dataset) && is_awaited) {
-    auto put_off = later();
-    return put_off ? std::move(*put_off) : not_made_yet(dataset);
-  }
-  if (!tile || !is_final(shown, request, route, *tile)) mark_provisional(response);
-  return response;
+  return wait ? Unfinished(service, dataset, request, route, *wait).answer(opened) : problem_response(wait.problem());
 }
 
 }  // namespace cordillera::server

@@ -30,26 +30,8 @@ LiveCache::LiveCache(Parts parts) : parts_(std::move(parts)) {
     ids_.emplace(row->options_hash, row->id);  // the newest first
     entries_[row->id].asleep = row->state == State::running && !fs::exists(parts_.layout.dataset(row->id) / row->raster, error);
   }
-  keeping_ = std::thread([this] { keep_within(); });
-  try {
-    asking_ = std::thread([this] { ask_addresses(); });
-  } catch (...) {  // no room for a second one: the first may not outlive what it works on
-    end();
-    throw;
-  }
-}
-
-LiveCache::~LiveCache() { end(); }
-
-void LiveCache::end() {
-  {
-    const std::lock_guard lock(mutex_);
-    stop_ = true;
-  }
-  changed_.notify_all();
-  for (std::thread* const thread : {&keeping_, &asking_}) {
-    if (thread->joinable()) thread->join();
-  }
+  keeping_ = std::jthread([this](const std::stop_token& stop) { keep_within(stop); });
+  asking_ = std::jthread([this](const std::stop_token& stop) { ask_addresses(stop); });
 }
 
 Row LiveCache::find(const std::string& key) {
@@ -236,10 +218,10 @@ std::uint64_t LiveCache::trim() {
   return bytes;
 }
 
-void LiveCache::keep_within() {
+void LiveCache::keep_within(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (!stop_) {
-    if (!touched_) changed_.wait(lock, [this] { return stop_ || touched_; });
+  while (!stop.stop_requested()) {
+    if (!touched_) changed_.wait(lock, stop, [this] { return touched_; });
     touched_ = false;
     lock.unlock();
     std::uint64_t bytes = 0;
@@ -251,16 +233,16 @@ void LiveCache::keep_within() {
     }
     lock.lock();
     bytes_ = bytes;
-    changed_.wait_for(lock, kBetweenLooks, [this] { return stop_; });
+    changed_.wait_for(lock, stop, kBetweenLooks, [] { return false; });
     touched_ = touched_ || (parts_.most_bytes > 0 && bytes > parts_.most_bytes);  // those in use will not be so for ever
   }
 }
 
-void LiveCache::ask_addresses() {
+void LiveCache::ask_addresses(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (!stop_) {
-    changed_.wait(lock, [this] { return stop_ || !to_ask_.empty(); });
-    if (stop_) return;
+  while (!stop.stop_requested()) {
+    changed_.wait(lock, stop, [this] { return !to_ask_.empty(); });
+    if (stop.stop_requested()) return;
     const std::string id = std::move(to_ask_.front());
     to_ask_.pop_front();
     lock.unlock();

@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <stop_token>
 #include <string>
 #include <thread>
 
@@ -38,7 +39,6 @@ class LiveCache {
     std::chrono::seconds fresh{60};                      ///< so long an address is not asked again, nor what failed tried again
   };
   explicit LiveCache(Parts parts);
-  ~LiveCache();
 
   /// The dataset of an address with these options, as key names both; null: there is none.
   Row find(const std::string& key);
@@ -76,20 +76,19 @@ class LiveCache {
   std::uint64_t trim();
   bool put_to_sleep(const Dataset& dataset);
   void forget_files(const Dataset& dataset) const;
-  void keep_within();
-  void ask_addresses();
-  void end();
+  void keep_within(const std::stop_token& stop);
+  void ask_addresses(const std::stop_token& stop);
 
   const Parts parts_;
   std::mutex making_;  ///< one dataset after the other
   mutable std::mutex mutex_;
-  std::condition_variable changed_;
+  std::condition_variable_any changed_;
   std::map<std::string, std::string> ids_;  ///< by key
   std::map<std::string, Entry> entries_;    ///< by id
   std::deque<std::string> to_ask_;
-  bool touched_ = true, stop_ = false;
+  bool touched_ = true;
   std::uint64_t bytes_ = 0;
-  std::thread keeping_, asking_;
+  std::jthread keeping_, asking_;  ///< last: they work on what is above, and end before it
 };
 
 }  // namespace cordillera::server
