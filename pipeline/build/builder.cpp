@@ -262,19 +262,13 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
     });
   } else {
     finish_with_sides(context, tiles, workers_, [&](std::size_t k, unsigned worker) {
-      std::vector<gpu::MeshPoint> on_sides;
-      if (stop_) return on_sides;
+      if (stop_) return std::vector<gpu::MeshPoint>();
       const std::vector<raster::PixelPoint> pixels = pixels_of(lattice_, tiles[k].tile, *sources_[worker]);
-      if (context.promise && pixels_within_m(plan_) > 0) {
-        // Of other tiles what finish() measured is true still.
-        const bool again = encoded[k].has_value();
-        const MetPixels met = meet_pixels(context, tiles[k], pixels);
-        if (met.inserted > 0 || again) measure_exact(context, tiles[k]);
-        on_sides = met.on_sides;
-      }
-      encoded[k] = encode_tile(context, tiles[k], plan_.options());
-      if (encoded[k]) *encoded[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
-      return on_sides;
+      // Of tiles that do not change what finish() measured is true still.
+      const bool again = encoded[k].has_value();
+      FinishedFinest finished = finish_finest(plan_, context, tiles[k], pixels, again ? Measure::always : Measure::changed);
+      encoded[k] = std::move(finished.tile);
+      return std::move(finished.on_sides);
     });
   }
   for (std::optional<EncodedTile>& tile : encoded) {

@@ -96,17 +96,19 @@ class BlockBuild {
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
-    const bool finest = z == lattice_.finest_level, meets = finest && context.promise && pixels_within_m(plan_) > 0;
+    const bool meets = z == lattice_.finest_level && context.promise && pixels_within_m(plan_) > 0;
     const auto finish = [&](std::size_t k, unsigned worker) {
-      std::vector<raster::PixelPoint> pixels;
-      std::vector<gpu::MeshPoint> on_sides;
-      if (finest) pixels = team_.pixels(tiles[k].tile, worker);
-      if (meets) on_sides = meet_pixels(context, tiles[k], pixels).on_sides;
-      above[k] = measure_exact(context, tiles[k]);
-      made[k] = encode_tile(context, tiles[k], plan_.options());
-      if (made[k] && finest) *made[k]->record.mutable_pixels() = pixel_errors(lattice_, tiles[k].tile, tiles[k].mesh, pixels);
+      FinishedFinest finished;
+      if (z == lattice_.finest_level) {
+        finished = finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), Measure::always);
+      } else {
+        finished.above_m = measure_exact(context, tiles[k]);
+        finished.tile = encode_tile(context, tiles[k], plan_.options());
+      }
+      above[k] = finished.above_m;
+      made[k] = std::move(finished.tile);
       if (!handed_up && !meets) tiles[k] = {};
-      return on_sides;
+      return std::move(finished.on_sides);
     };
     if (meets) finish_with_sides(context, tiles, team_.workers, finish);
     else team_.workers.each(tiles.size(), finish);

@@ -9,6 +9,8 @@
 #include "pipeline/encode/encode.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/encode/published_mesh.h"
+#include "pipeline/build/exact/exact_block.h"
+#include "pipeline/build/pixel_error.h"
 #include "pipeline/build/skirt_depth.h"
 #include "pipeline/encode/tile_glb.h"
 
@@ -153,6 +155,20 @@ proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRe
   } catch (const std::invalid_argument& failed) {
     return damaged(failed.what());
   }
+}
+
+FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels, Measure measure) {
+  FinishedFinest finished;
+  bool changed = false;
+  if (context.promise && pixels_within_m(plan) > 0) {
+    MetPixels met = meet_pixels(context, built, pixels);
+    changed = met.inserted > 0;
+    finished.on_sides = std::move(met.on_sides);
+  }
+  if (changed || measure == Measure::always) finished.above_m = measure_exact(context, built);
+  finished.tile = encode_tile(context, built, plan.options());
+  if (finished.tile) *finished.tile->record.mutable_pixels() = pixel_errors(*context.lattice, built.tile, built.mesh, pixels);
+  return finished;
 }
 
 }  // namespace cordillera::pipeline
