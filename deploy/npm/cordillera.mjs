@@ -1,0 +1,16 @@
+#!/usr/bin/env node
+// The program that lies beside this file, with the words, the streams, the signals and the exit code of this process.
+import { spawn } from "node:child_process";
+import { fileURLToPath } from "node:url";
+
+const program = spawn(fileURLToPath(new URL("program/bin/cordillera", import.meta.url)), process.argv.slice(2), { stdio: "inherit" });
+for (const signal of ["SIGINT", "SIGTERM", "SIGHUP"]) process.on(signal, () => program.kill(signal));
+program.on("error", (error) => {
+  console.error(`cordillera: ${error.message}`);
+  process.exit(1);
+});
+program.on("exit", (code, signal) => {
+  if (!signal) process.exit(code);
+  process.removeAllListeners(signal);
+  process.kill(process.pid, signal);
+});
