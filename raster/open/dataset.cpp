@@ -13,6 +13,7 @@
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/at_hand.h"
 #include "raster/open/netcdf_length.h"
+#include "raster/storage/ranged_file.h"
 
 namespace cordillera::raster {
 namespace {
@@ -125,13 +126,15 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
   dataset.name = raster.name;
   dataset.folder = raster.folder;
   const bool named = fs::path(raster.path).filename() == raster.file;
-  if (!raster.folder && (dataset.trust == Trust::posted_file || (is_hgt(raster.file) && !named))) {
+  const RangedFile* const ranged = ranged_file(raster.path);
+  if (ranged == nullptr && !raster.folder && (dataset.trust == Trust::posted_file || (is_hgt(raster.file) && !named))) {
     dataset.path = folder.emplace().link(raster.path, raster.file);
     if (dataset.path.empty()) return Problem{"storage-full", "no temporary folder can be made to open " + dataset.name + " in", "a disk with free space", ""};
   }
   const GdalScope scope(dataset.trust);
-  dataset.handle = open_handle(raster, dataset.path, dataset.trust);
-  if (!dataset.handle) return not_opened(raster, scope.message(dataset.path, dataset.name));
+  const std::string place = ranged != nullptr ? name_for_gdal(*ranged) : dataset.path;
+  dataset.handle = open_handle(raster, place, dataset.trust);
+  if (!dataset.handle) return not_opened(raster, scope.message(place, dataset.name));
   dataset.driver = dataset.handle->GetDriverName();
   // Its tree of names is its end: what a cut took from it, such as the CRS, would only seem not to have been there.
   if (dataset.driver == "HFA" && scope.failed())

@@ -16,6 +16,7 @@
 #include <memory>
 
 #include "raster/gdal/gdal_scope.h"
+#include "raster/storage/ranged_file.h"
 
 namespace cordillera::raster {
 namespace {
@@ -178,6 +179,7 @@ std::optional<std::uint64_t> size_of(const std::string& path) {
 }
 
 std::string state_of(const std::string& path) {
+  if (const RangedFile* const ranged = ranged_file(path)) return ranged->state;
   if (is_remote(path)) {
     const GdalScope scope(Trust::operator_file);
     VSIStatBufL stat{};

@@ -27,6 +27,7 @@ struct Posting {
   Delivery delivery;
   std::string options_hash;
   bool updates = false;  ///< its rasters can be changed
+  bool again = false;    ///< its raster is not kept, for its address has it
   std::string folder;    ///< where the dataset's path begins, as the client sees it
   std::string id;        ///< what the dataset is to be called; empty: a name of its own
 };
@@ -47,6 +48,16 @@ std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
     break;
   }
   return std::nullopt;
+}
+
+/// build=lazy of an address, unless updates=1 is said: the raster is not kept but read where it stands, as that of /v1/live.
+std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
+  if (posting.delivery.address.empty() || !is_given(given, "build") || posting.settings.build.build() != kLazy) return std::nullopt;
+  if (is_given(given, "updates") && posting.updates) return std::nullopt;  // take_lazy says so
+  posting.updates = false;
+  posting.again = true;
+  if (!posting.settings.dry_run) return std::nullopt;
+  return proto::Problem{"options-conflict", "a dry run looks at a raster that is sent", "one of them", "dry_run"};
 }
 
 /// build=lazy shows blocks in the place of provisional tiles. Where the service has it as its default, other posts are built in full.
@@ -71,6 +82,7 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   posting.folder = public_path(request, "");
   auto options = other_parameters(request, posting.delivery);
   if (!options) return options.problem();
+  const Given given = *options;
   if (const std::string name = name_in_path(request); !name.empty() && !is_given(*options, "name")) options->emplace_back("name", name);
   if (auto refused = take_updates(*options, posting)) return *refused;
   auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
@@ -80,6 +92,7 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
     return problem;
   }
   posting.settings = std::move(settings.value());
+  if (auto refused = take_again(given, posting)) return *refused;
   if (auto refused = take_lazy(is_given(*options, "build"), posting)) return *refused;
   if (posting.settings.private_dataset && !service.gate().has_tokens()) {
     return proto::Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read", "private=0, or cordillera serve --tokens FILE",
@@ -87,8 +100,8 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   }
   if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
   if (auto refused = check_delivery(service, request, raster, posting.delivery)) return *refused;
-  if (!posting.delivery.address.empty() && !posting.updates) {
-    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are", "source= without updates=0", "source"};
+  if (!posting.delivery.address.empty() && !posting.updates && !posting.again) {
+    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are", "source= without updates=0, or with build=lazy", "source"};
   }
   if (posting.updates && posting.settings.dry_run) {
     return proto::Problem{"options-conflict", "a dry run keeps nothing that could be updated", "one of them", "updates"};
@@ -103,7 +116,7 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   }
   posting.options_hash = digest(to_json_line(posting.settings.build) + (posting.settings.dry_run ? "dry" : "") +
                                 (posting.settings.private_dataset ? "private" : "") +
-                                (posting.updates ? "updates" + posting.delivery.address : ""));
+                                (posting.updates ? "updates" + posting.delivery.address : "") + (posting.again ? "again" + posting.delivery.address : ""));
   return posting;
 }
 
@@ -181,6 +194,7 @@ Response create(Service& service, const Posting& posting, const Rasters& rasters
   dataset.owner = request.who.name;
   dataset.is_private = posting.settings.private_dataset;
   dataset.request_id = request.id;
+  if (posting.again) dataset.address = posting.delivery.address;
   const auto place = service.layout().dataset(dataset.id);
   if (posting.updates) {
     const auto begun = updates::begin_dataset(dataset, posting.delivery, upload, rasters.more);
@@ -248,7 +262,7 @@ Response post(Service& service, const Request& request, Come* come, const std::s
     return accepted(service, earlier->id, *posting);  // made of this very upload
   }
   if (const auto taken = take_raster(service, posting->delivery, request, upload); !taken) return problem_response(taken.problem());
-  const std::string hash = come != nullptr ? come->hash : upload.body_hash();
+  const std::string hash = come != nullptr ? come->hash : posting->again ? digest(posting->delivery.address) : upload.body_hash();
   if (earlier && earlier->body_hash != hash) return problem_response(key_reused("another raster"));
   if (posting->settings.dry_run) return dry_run(service, request, dry_job(*posting, upload), upload.folder());
   if (!earlier) return create(service, *posting, {upload, more, hash}, request, std::move(*place));

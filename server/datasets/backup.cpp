@@ -55,6 +55,10 @@ class Copy {
       if (!now) return std::nullopt;
       if (now->state == State::failed) return State::failed;
       const bool ready = now->state == State::ready;
+      if (!ready && comes_again(*now)) {  // and asleep until somebody reads it
+        ++done_.waiting;
+        return State::running;
+      }
       fs::create_directories(to_.dataset(id));
       if (copy_all(id, names_of(id, ready, now->raster))) {
         ready ? ++done_.ready : ++done_.waiting;
@@ -69,6 +73,12 @@ class Copy {
   const BackedUp& done() const { return done_; }
 
  private:
+  /// A raster that has an address is fetched again where it is not there, or there in parts.
+  bool comes_again(const Dataset& dataset) const {
+    const fs::path raster = from_.dataset(dataset.id) / dataset.raster;
+    std::error_code gone;
+    return !dataset.address.empty() && (!fs::exists(raster, gone) || fs::exists(map_of(raster), gone));
+  }
   /// What another server needs to go on with the dataset. Of one whose rasters can be changed those too, and the changes that are pending; first the
   /// changes, for what is done of them meanwhile is found to be done.
   std::vector<fs::path> names_of(const std::string& id, bool ready, const std::string& raster) const {

@@ -12,6 +12,9 @@ inline constexpr const char* kStoreFile = "dataset.sqlite";
 inline constexpr const char* kProvisionalStore = "provisional.sqlite";
 inline constexpr const char* kNextProvisional = "provisional-next.sqlite";
 
+/// Of a raster that is fetched piece by piece: which of its pieces are there. Without it the raster is not there.
+inline std::filesystem::path map_of(const std::filesystem::path& raster) { return raster.string() + ".blocks"; }
+
 struct Layout {
   std::filesystem::path root;
 

@@ -28,7 +28,7 @@ struct Dataset {
   std::string raster;                     ///< file name in the dataset's folder
   std::string idempotency_key;            ///< empty: none was given
   std::string options_hash;               ///< of everything in the request but the body
-  std::string body_hash;
+  std::string body_hash;                  ///< of the raster that was posted, or of the address; empty: nobody has posted it (/v1/live)
   std::string owner;         ///< name of the token that posted it; empty: none was shown
   bool is_private = false;   ///< read with a token only
   std::string request_id;    ///< of the request that posted it

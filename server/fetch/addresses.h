@@ -11,6 +11,8 @@ namespace cordillera::server::updates {
 /// "https://host:1/a?b#c" -> "https://host:1" and what a request asks that host for, "/a?b".
 std::pair<std::string, std::string> host_and_target(const std::string& address);
 
+inline constexpr int kMostRedirects = 5;  ///< that are followed, each within what the operator allows
+
 /// What of an address anybody may see: its query, and what stands behind a ";" in its path, may be a signature that opens it.
 std::string without_query(const std::string& address);
 

@@ -21,7 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using proto::Problem;
 
-constexpr int kMostRedirects = 5;
 constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
 
 Problem unreachable(const std::string& address, const std::string& why) {
@@ -55,6 +54,7 @@ class Sink {
       return fail({"build-time-limit", "fetching took longer than a build may", "a nearer or a smaller raster", "source"});
     if (claim_) full_ = claim_->next(count);
     if (!full_.empty()) return fail({"storage-full", full_, "trying again when there is room", ""});
+    head_.append(bytes, std::min(count, kHead - std::min(kHead, head_.size())));
     while (count > 0) {
       const ssize_t written = write(descriptor_, bytes, count);
       if (written < 0 && errno == EINTR) continue;
@@ -67,6 +67,14 @@ class Sink {
   }
   bool synced() const { return descriptor_ >= 0 && fsync(descriptor_) == 0; }
   std::uint64_t size() const { return size_; }
+  const std::string& head() const { return head_; }  ///< its first bytes
+  /// What came goes.
+  bool begin_anew() {
+    size_ = 0;
+    head_.clear();
+    if (ftruncate(descriptor_, 0) == 0 && lseek(descriptor_, 0, SEEK_SET) == 0) return true;
+    return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
+  }
   const std::optional<Problem>& problem() const { return problem_; }
 
  private:
@@ -74,7 +82,9 @@ class Sink {
     problem_ = std::move(problem);
     return false;
   }
+  static constexpr std::size_t kHead = 16;
   const ServeSettings& settings_;
+  std::string head_;
   std::string full_;  ///< why there is no room; before claim_, which may fill it
   const std::unique_ptr<limits::Space::Claim> claim_;
   const std::atomic<bool>& stop_;
@@ -90,10 +100,51 @@ Print print_of(const Got& got) {
   return {got.etag.size() <= kLongest ? got.etag : "", got.modified.size() <= kLongest ? got.modified : "", got.length};
 }
 
-proto::Result<Print> fetch_http(const ServeSettings& settings, std::string address, Sink& sink) {
+enum class Wanted { whole, beginning };
+
+/// What a request for the beginning came to.
+struct Begun {
+  Got got;
+  bool part = false;  ///< the beginning came, and not the whole
+};
+
+/// Asks for the beginning alone; a host that sends no parts sends the whole.
+Begun ask_for_beginning(const std::string& address, Sink& sink) {
+  Begun begun;
+  Terms terms;
+  terms.range = "bytes=0-" + std::to_string(kRangeBlock_bytes - 1);
+  terms.wanted = [&](const Got& head) { return (begun.part = can_be_ranged(head)) || (head.status == 200 && head.range.empty()); };
+  begun.got = http_get(address, [&](std::string_view piece) { return (!begun.part || sink.size() + piece.size() <= kRangeBlock_bytes) && sink.put(piece.data(), piece.size()); }, terms);
+  return begun;
+}
+
+/// Of a raster whose beginning came; nullopt: it is to be fetched as a whole.
+std::optional<Print> beginning_of(const Got& got, const Sink& sink) {
+  const auto range = read_content_range(got.range);
+  Print print = print_of(got);
+  if (!got.trouble.empty() || !range || sink.size() != range->count || (print.etag.empty() && print.modified.empty())) return std::nullopt;
+  if (!begins_as_tiff(sink.head())) return std::nullopt;
+  print.bytes = range->total;
+  print.ranged = range->total > range->count;
+  return print;
+}
+
+proto::Result<Print> fetch_http(const ServeSettings& settings, std::string address, Sink& sink, Wanted wanted) {
   for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
-    const Got got = http_get(address, [&](std::string_view piece) { return sink.put(piece.data(), piece.size()); });
+    Begun begun;
+    if (wanted == Wanted::beginning) begun = ask_for_beginning(address, sink);
+    else begun.got = http_get(address, [&](std::string_view piece) { return sink.put(piece.data(), piece.size()); });
+    const Got& got = begun.got;
     if (sink.problem()) return *sink.problem();
+    const bool no_part = got.status == 206 || got.status == 416 || (got.status == 200 && !got.range.empty());
+    if (wanted == Wanted::beginning && no_part) {
+      const auto print = begun.part ? beginning_of(got, sink) : std::nullopt;
+      if (print) return *print;
+      wanted = Wanted::whole;
+      if (!sink.begin_anew()) return *sink.problem();
+      --redirects;
+      continue;
+    }
     if (got.status == 200 && got.trouble.empty()) return print_of(got);
     if (got.status == 200) return unreachable(address, "it broke off after " + std::to_string(sink.size()) + " bytes");
     if (got.status == 0) return unreachable(address, got.trouble);
@@ -118,6 +169,39 @@ proto::Result<Print> fetch_object(const std::string& address, Sink& sink) {
   return Print();
 }
 
+struct Order {
+  const std::string& address;
+  const fs::path& file;
+  Wanted wanted;
+};
+
+proto::Result<Print> fetch_into(const ServeSettings& settings, limits::Space& space, const Order& order, const std::atomic<bool>& stop) {
+  const auto& [address, file, wanted] = order;
+  if (const auto allowed = check_address(settings, address); !allowed) return allowed.problem();  // it may have been taken back
+  const fs::path part = file.string() + ".part";
+  std::error_code error;
+  Print print;
+  {
+    Sink sink(settings, space, part, stop);
+    auto fetched = address.starts_with("s3://") ? fetch_object(address, sink) : fetch_http(settings, address, sink, wanted);
+    if (fetched && sink.size() == 0) fetched = unreachable(address, "it is empty");
+    if (fetched && !sink.synced())
+      fetched = Problem{"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""};
+    if (fetched && fetched->ranged) {
+      if (auto begun = begin_ranged(part, sink.size(), fetched->bytes); !begun) fetched = begun.problem();
+    }
+    if (!fetched) {
+      for (const fs::path& left : {part, map_of(part)}) fs::remove(left, error);
+      return fetched;
+    }
+    print = std::move(*fetched);
+  }
+  if (print.ranged) fs::rename(map_of(part), map_of(file), error);
+  if (!error) fs::rename(part, file, error);
+  if (!error && sync_folder(file.parent_path())) return print;
+  return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+}
+
 Still compared(const Print& now, const Print& before) {
   if (!now.etag.empty() && !before.etag.empty()) return now.etag == before.etag ? Still::same : Still::changed;
   const bool other_date = now.modified != before.modified, other_size = now.bytes != before.bytes && now.bytes > 0 && before.bytes > 0;
@@ -127,27 +211,13 @@ Still compared(const Print& now, const Print& before) {
 }  // namespace
 
 Fetch fetcher(const ServeSettings& settings, limits::Space& space) {
-  return [settings, &space](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) -> proto::Result<Print> {
-    if (const auto allowed = check_address(settings, address); !allowed) return allowed.problem();  // it may have been taken back
-    const fs::path part = file.string() + ".part";
-    std::error_code error;
-    Print print;
-    {
-      Sink sink(settings, space, part, stop);
-      auto fetched = address.starts_with("s3://") ? fetch_object(address, sink) : fetch_http(settings, address, sink);
-      if (fetched && sink.size() == 0) fetched = unreachable(address, "it is empty");
-      if (fetched && !sink.synced())
-        fetched = Problem{"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""};
-      if (!fetched) {
-        fs::remove(part, error);
-        return fetched;
-      }
-      print = std::move(*fetched);
-    }
-    fs::rename(part, file, error);
-    if (!error && sync_folder(file.parent_path())) return print;
-    return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
+  const auto into = [settings, &space](Wanted wanted) -> Fetch::Into {
+    return [settings, &space, wanted](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) {
+      return fetch_into(settings, space, {address, file, wanted}, stop);
+    };
   };
+  const auto rest = [settings, &space](RangedSource::Place place) { return RangedSource::open(settings, space, std::move(place)); };
+  return {into(Wanted::whole), into(Wanted::beginning), rest};
 }
 
 Ask asker(const ServeSettings& settings) {

@@ -4,26 +4,25 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "proto/result.h"
+#include "server/fetch/print.h"
+#include "server/fetch/ranged_source.h"
 #include "server/limits/space.h"
 #include "server/options/options.h"
 
 namespace cordillera::server::updates {
 
-/// What a server says of the bytes behind an address, to tell later whether they are still the same. Empty: it does not say.
-struct Print {
-  std::string etag, modified;
-  std::uint64_t bytes = 0;
-};
-
-/// Puts what stands at the address into a file, whole or not at all.
-using Fetch = std::function<proto::Result<Print>(const std::string& address, const std::filesystem::path& file,
-                                                const std::atomic<bool>& stop)>;
-
 /// Of http://, https:// and s3:// within the operator's list; redirects stay within it too. Problems: "source-unreachable",
 /// "body-too-large", "storage-full", "cancelled".
+struct Fetch {
+  using Into = std::function<proto::Result<Print>(const std::string& address, const std::filesystem::path& file, const std::atomic<bool>& stop)>;
+  Into whole;      ///< puts what stands at the address into a file, whole or not at all
+  Into beginning;  ///< the same; of a TIFF whose host sends parts the beginning alone, with a map beside it (Print::ranged)
+  std::function<proto::Result<std::unique_ptr<RangedSource>>(RangedSource::Place)> rest;  ///< of such a one, as it is asked for
+};
 Fetch fetcher(const ServeSettings& settings, limits::Space& space);
 
 /// gone: it is not to be had any more, or the operator does not allow it any more. unknown: no answer that says so; and of s3://, which is not asked.

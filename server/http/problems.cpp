@@ -56,7 +56,7 @@ const std::vector<ProblemKind>& table() {
       {"too-many-uploads", 429, "Too many uploads of one client"},
       {"head-too-large", 431, "The request's headers are too large"},
       {"source-unreachable", 422, "The raster's address cannot be fetched"},
-      {"source-changed", 422, "The raster's address has another raster"},
+      {"source-replaced", 422, "The raster's address has another raster"},
       {"job-crashed", 500, "The build's process ended abnormally"},
       {"internal", 500, "Something went wrong in the service"},
       {"store-damaged", 500, "What was built cannot be read, or is not what was written"},

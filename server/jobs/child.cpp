@@ -14,6 +14,7 @@
 
 #include "proto/paths.h"
 #include "server/jobs/job_words.h"
+#include "server/fetch/range_asks.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/sandbox/environment.h"
@@ -56,15 +57,18 @@ struct Pipe {
 /// terminal is shared with it.
 class Start {
  public:
-  Start(int report, int words) {
+  /// asks: -1: none.
+  Start(int report, int words, int asks) {
     posix_spawn_file_actions_init(&actions_);
-    posix_spawn_file_actions_addopen(&actions_, 0, "/dev/null", O_RDONLY, 0);
-    // The report last: its place may be where the other pipe is.
     posix_spawn_file_actions_adddup2(&actions_, words, 2);
     posix_spawn_file_actions_adddup2(&actions_, 2, 1);  // a library that prints must not meet a closed stdout
-    posix_spawn_file_actions_adddup2(&actions_, report, kReportDescriptor);
+    // The place of one may be where another is: the report waits in place of stdin.
+    posix_spawn_file_actions_adddup2(&actions_, report, 0);
+    if (asks >= 0) posix_spawn_file_actions_adddup2(&actions_, asks, updates::kAskDescriptor);
+    posix_spawn_file_actions_adddup2(&actions_, 0, kReportDescriptor);
+    posix_spawn_file_actions_addopen(&actions_, 0, "/dev/null", O_RDONLY, 0);
     // Accepted sockets are not close-on-exec: a child that held them would keep clients waiting.
-    posix_spawn_file_actions_addclosefrom_np(&actions_, kReportDescriptor + 1);
+    posix_spawn_file_actions_addclosefrom_np(&actions_, (asks >= 0 ? updates::kAskDescriptor : kReportDescriptor) + 1);
     posix_spawnattr_init(&attributes_);
     sigset_t none, all;
     sigemptyset(&none);
@@ -97,10 +101,10 @@ class Start {
 };
 
 /// Leaves in errno why it could not.
-std::optional<Child> spawn(const Program& program, const std::string& folder) {
+std::optional<Child> spawn(const Program& program, const std::string& folder, int asks) {
   Pipe report, words;
   Child child;
-  if (!report.open() || !words.open() || (errno = Start(report.theirs, words.theirs).run(child.pid, program, folder)) != 0) {
+  if (!report.open() || !words.open() || (errno = Start(report.theirs, words.theirs, asks).run(child.pid, program, folder)) != 0) {
     const int failed = errno;
     report.close_both(), words.close_both();
     errno = failed;
@@ -264,21 +268,29 @@ proto::Problem crashed(int status, bool late) {
 
 proto::Result<std::optional<proto::Estimate>> run(const Program& program, const std::filesystem::path& folder,
                                                   const ProgressSink& progress, const std::atomic<bool>& stop) {
-  const auto child = spawn(program, folder.string());
-  if (!child) return cannot_start(errno);
+  updates::RangeAnswers answers;
+  const int asks = progress.raster != nullptr ? answers.open() : -1;
+  if (progress.raster != nullptr && asks < 0) return cannot_start(errno);
+  const auto child = spawn(program, folder.string(), asks);
+  const int failed = errno;
+  if (asks >= 0) close(asks);
+  if (!child) return cannot_start(failed);
   log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
   Report report{progress, {}, {}, {}};
   Watch watch(*child, folder, stop);
   try {
+    if (progress.raster != nullptr) answers.begin(*progress.raster, stop);
     watch.listen_to(report);
-  } catch (...) {  // of what its report says: the job must not go on behind the back of the next one
+  } catch (...) {  // of what its report says, or no thread: the job must not go on behind the back of the next one
     kill(child->pid, SIGKILL);
     watch.reap();
     throw;
   }
   const int status = watch.reap();
+  answers.end();
   std::error_code ignored;
   std::filesystem::remove_all(folder / kTemporaryFolder, ignored);
+  if (answers.problem() && !stop) return *answers.problem();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return report.estimate;
   if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
   if (report.problem) return *report.problem;

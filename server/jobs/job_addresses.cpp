@@ -1,4 +1,5 @@
 // The queue's part for datasets whose rasters are fetched from an address, and fetched again when something else stands there.
+#include <algorithm>
 #include <fstream>
 
 #include "pipeline/store/mesh_files.h"
@@ -14,17 +15,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kTriesOfSource = 2;  // beside the first; what was built stays meanwhile
+constexpr auto kBeforeAnew = std::chrono::milliseconds(200);
 constexpr const char* kNext = "next-";  // before the name of a raster that is not whole, or whose time has not come
 
 proto::Problem cannot(const std::string& what) { return {"storage-full", what, "trying again when there is room", ""}; }
 
 }  // namespace
 
-std::optional<updates::Print> fetched_print(const fs::path& folder) {
+std::optional<updates::Print> fetched_print(const fs::path& folder) try {
   std::ifstream file(folder / kFetchedFile);
   const Json note = Json::parse(file, nullptr, false);
   if (!note.is_object()) return std::nullopt;
-  return updates::Print{note.value("etag", ""), note.value("modified", ""), note.value("bytes", std::uint64_t{0})};
+  // The job could have written there, and this goes into requests.
+  const auto plain = [&](const char* key) {
+    const std::string text = note.value(key, "");
+    return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }) ? std::string() : text;
+  };
+  return updates::Print{plain("etag"), plain("modified"), note.value("bytes", std::uint64_t{0}), note.value("ranged", false)};
+} catch (const Json::exception&) {  // of other types than we wrote
+  return std::nullopt;
 }
 
 void JobQueue::tell_fetching(const std::string& id) {
@@ -53,6 +63,33 @@ bool JobQueue::while_idle(const std::string& id, const std::function<void()>& wo
   return true;
 }
 
+/// Or its beginning and what came of it since.
+bool JobQueue::has_raster(const Dataset& dataset) const {
+  std::error_code error;
+  const fs::path file = layout_.dataset(dataset.id) / dataset.raster;
+  if (!fs::exists(file, error)) return false;
+  const auto print = fetched_print(file.parent_path());
+  return fs::exists(map_of(file), error) == (print && print->ranged);
+}
+
+/// What becomes of a build whose raster could not be read to its end because of where it comes from: another attempt, after a while or with what stands there
+/// now. nullopt: no more, or it failed of something else.
+std::optional<JobQueue::Next> JobQueue::fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn) {
+  const bool changed = why.type == "source-replaced";
+  if (dataset.address.empty() || turn.attempt >= kTriesOfSource || !(changed || why.type == "source-unreachable")) return std::nullopt;
+  if (changed) {
+    const std::lock_guard lock(mutex_);
+    anew_.insert(dataset.id);
+  }
+  registry_.set_state(dataset.id, State::queued, why);
+  hub_.touch(dataset.id);
+  log_warning("dataset " + dataset.id + ": " + why.line() + "; tried again");
+  const Turn again{dataset.id, turn.client, turn.attempt + 1};
+  if (changed) later(kBeforeAnew, again);
+  else retry_later(again);
+  return Next::done;
+}
+
 /// What a dataset's raster needs before its build: nothing; or the turn ends here.
 std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop) {
   const std::string& id = dataset.id;
@@ -62,8 +99,7 @@ std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, cons
     const std::lock_guard lock(mutex_);
     anew = anew_.erase(id) > 0;
   }
-  std::error_code error;
-  if (!anew && (dataset.state == State::ready || fs::exists(layout_.dataset(id) / dataset.raster, error))) return std::nullopt;
+  if (!anew && (dataset.state == State::ready || has_raster(dataset))) return std::nullopt;
   if (dataset.state == State::queued) registry_.set_state(id, State::running, std::nullopt);
   const auto fetched = fetch_raster(dataset, stop);
   if (stop) return Next::done;
@@ -90,18 +126,22 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   if (const auto written = write_record(folder, dataset); !written) return written;
   log_info("dataset " + dataset.id + ": its raster is fetched");
   tell_fetching(dataset.id);
-  const auto print = fetch_(dataset.address, next, stop);
+  const auto print = (is_lazy(dataset) ? fetch_.beginning : fetch_.whole)(dataset.address, next, stop);
   if (!print) return print.problem();
-  const Json note = {{"etag", print->etag}, {"modified", print->modified}, {"bytes", print->bytes}};
+  const Json note = {{"etag", print->etag}, {"modified", print->modified}, {"bytes", print->bytes}, {"ranged", print->ranged}};
   // In an order in which a service that is killed finds a build that is done, or one that is to be done, or a raster that is to
   // be fetched.
   registry_.set_state(dataset.id, State::queued, std::nullopt);
   for (const fs::path& store : {layout_.store(dataset.id), layout_.provisional(dataset.id)})
     pipeline::remove_store(store.string());
+  // What is there of the one before goes first: a map that is another's would take holes for heights.
+  const fs::path file = folder / dataset.raster;
+  for (const fs::path& before : {file, map_of(file)}) fs::remove(before, error);
   if (!raster::write_whole((folder / kFetchedFile).string(), note.dump(1, ' ', false, Json::error_handler_t::replace) + "\n")
            .ok())
     return cannot("what was fetched for " + dataset.id + " cannot be written down");
-  fs::rename(next, folder / dataset.raster, error);
+  if (print->ranged) fs::rename(map_of(next), map_of(file), error);
+  if (!error) fs::rename(next, file, error);
   if (error || !sync_folder(folder))
     return cannot("the raster of " + dataset.id + " cannot be put into its place: " + error.message());
   looked_at_.forget(dataset.id);

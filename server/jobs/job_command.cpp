@@ -18,7 +18,10 @@
 #include "pipeline/store/sqlite.h"
 #include "raster/datum/vertical.h"
 #include "raster/disk/free_space.h"
+#include "raster/storage/ranged_file.h"
 #include "server/jobs/child.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/fetch/range_asks.h"
 #include "server/http/json.h"
 #include "server/limits/disk.h"
 #include "server/memory/memory_limit.h"
@@ -148,6 +151,16 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
   return {};
 }
 
+/// Where the raster comes as it is read. False: it is not there at all.
+bool have_raster(const proto::Job& job, const std::filesystem::path& folder) {
+  if (!updates::may_ask()) return true;
+  std::ifstream note(folder / kFetchedFile);  // of what stands at its address: a build goes on where that is the same
+  std::ostringstream state;
+  state << note.rdbuf();
+  const std::filesystem::path file = folder / job.raster();
+  return raster::read_by_ranges({file.string(), std::filesystem::path(job.name()).filename().string(), state.str(), updates::ask_for});
+}
+
 /// What nobody may have of the folder's disk, however empty it is.
 std::uint64_t bytes_to_leave(const std::filesystem::path& folder, std::uint32_t free_percent) {
   const auto disk = limits::disk_space(folder);
@@ -170,6 +183,7 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   proto::Job job;
   if (!file || !from_json(text.str(), &job)) return fail({"internal", "the job's description cannot be read", "", ""});
   raster::keep_free(bytes_to_leave(folder, free_percent));
+  if (!have_raster(job, folder)) return fail({"internal", "the job's raster cannot be read", "", ""});
   const bool confined = restrict_process(job, std::filesystem::absolute(folder), *job.mutable_options());
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   if (!confined) {

@@ -292,6 +292,7 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     clock.end(*flag ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");
     if (*flag) return Next::done;
     if (paused) return pause(*dataset, outcome.problem());
+    if (const auto again = outcome ? std::nullopt : fetch_again(*dataset, outcome.problem(), turn)) return *again;
     if (outcome || !is_passing(outcome.problem(), attempt)) return finish(*dataset, outcome), Next::done;
     registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
@@ -310,16 +311,25 @@ proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dat
   }
   proto::Job job = job_of(dataset);
   job.set_raster(dataset.raster);
-  return run_job(folder, std::move(job), clock, stop);
+  const auto print = dataset.address.empty() ? std::nullopt : fetched_print(folder);
+  std::unique_ptr<updates::RangedSource> raster;
+  if (print && print->ranged) {
+    auto opened = fetch_.rest({dataset.address, folder / dataset.raster, *print});
+    if (!opened) return opened.problem();
+    raster = std::move(*opened);
+  }
+  return run_job(folder, std::move(job), {clock, stop, raster.get()});
 }
 
-JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop) {
+JobQueue::Outcome JobQueue::run_job(const std::filesystem::path& folder, proto::Job job, const Circumstances& around) {
   const std::string id = job.id();
-  const auto progress = [&](const proto::Progress& now) {
+  const std::atomic<bool>& stop = around.stop;
+  ProgressSink progress = [&](const proto::Progress& now) {
     if (now.provisional()) show_provisional(id);
-    clock.report(now);
+    around.clock.report(now);
     hub_.publish(id, now);
   };
+  progress.raster = around.raster;
   limit(job, folder);
   if (!write_job(folder, job)) return cannot_write(folder);
   auto outcome = runner_(folder, progress, stop);

@@ -120,13 +120,20 @@ class JobQueue {
   void tell_fetching(const std::string& id);
   std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
   proto::Result<void> fetch_raster(const Dataset& dataset, const std::atomic<bool>& stop);
+  bool has_raster(const Dataset& dataset) const;
+  std::optional<Next> fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn);
   Next pause(const Dataset& dataset, const proto::Problem& why);
   bool waits_for_looks(const Dataset& dataset) const;
   bool waits_for_readers(const Dataset& dataset) const;
   void forget_store(const std::string& id);
   void finish(const Dataset& dataset, const proto::Result<std::optional<proto::Estimate>>& outcome);
   using Outcome = proto::Result<std::optional<proto::Estimate>>;
-  Outcome run_job(const std::filesystem::path& folder, proto::Job job, metrics::StageClock& clock, const std::atomic<bool>& stop);
+  struct Circumstances {
+    metrics::StageClock& clock;
+    const std::atomic<bool>& stop;
+    updates::RangedSource* raster = nullptr;  ///< as in ProgressSink
+  };
+  Outcome run_job(const std::filesystem::path& folder, proto::Job job, const Circumstances& around);
   void later(std::chrono::milliseconds wait, const Turn& turn);
   void come_back(const Turn& turn);
   void stand_still(std::chrono::milliseconds longest);

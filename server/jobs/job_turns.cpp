@@ -46,7 +46,7 @@ JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChang
   if (!source.url().empty() && source.hash().empty()) {
     tell_fetching(id);
     const fs::path file = folder / source.spec().path();
-    if (const auto fetched = fetch_(source.url(), file, stop); !fetched) return fetched.problem();
+    if (const auto fetched = fetch_.whole(source.url(), file, stop); !fetched) return fetched.problem();
     source.set_hash(digest_of_file(file));
     std::error_code error;
     source.set_bytes(static_cast<double>(fs::file_size(file, error)));
@@ -55,7 +55,7 @@ JobQueue::Outcome JobQueue::take_turn(const Dataset& dataset, proto::SourceChang
   if (const auto prepared = updates::prepare(layout_, id, change); !prepared) return prepared.problem();
   proto::Job job = job_of(dataset);
   job.set_request_id(change.request_id());
-  Outcome outcome = run_job(folder, std::move(job), clock, stop);
+  Outcome outcome = run_job(folder, std::move(job), {clock, stop});
   if (!outcome || stop) return outcome;
   if (const auto published = updates::publish(layout_, id, keep_versions_); !published) return published.problem();
   return outcome;

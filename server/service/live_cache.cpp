@@ -1,5 +1,7 @@
 #include "server/service/live_cache.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <vector>
 
@@ -15,10 +17,15 @@ namespace fs = std::filesystem;
 constexpr auto kInUse = std::chrono::seconds(5);         // since somebody read it
 constexpr auto kBetweenLooks = std::chrono::seconds(1);  // at the disk: steps of a build come faster
 
+/// It has an address, and somebody has posted it: it is not deleted for want of room.
+bool is_posted(const Dataset& dataset) { return !dataset.body_hash.empty(); }
+
+/// On disk: of a raster that is fetched as it is read most may be missing.
 std::uint64_t size_of(const fs::path& file) {
-  std::error_code error;
-  const auto size = fs::file_size(file, error);
-  return error ? 0 : size;
+  constexpr std::uint64_t kUnit_bytes = 512;
+  struct stat found {};
+  if (lstat(file.c_str(), &found) != 0 || !S_ISREG(found.st_mode)) return 0;
+  return std::min(static_cast<std::uint64_t>(found.st_size), static_cast<std::uint64_t>(found.st_blocks) * kUnit_bytes);
 }
 
 }  // namespace
@@ -27,7 +34,7 @@ LiveCache::LiveCache(Parts parts) : parts_(std::move(parts)) {
   std::error_code error;
   for (const Row& row : parts_.registry.list()) {
     if (row->address.empty()) continue;
-    ids_.emplace(row->options_hash, row->id);  // the newest first
+    if (!is_posted(*row)) ids_.emplace(row->options_hash, row->id);  // the newest first
     entries_[row->id].asleep = row->state == State::running && !fs::exists(parts_.layout.dataset(row->id) / row->raster, error);
   }
   keeping_ = std::jthread([this](const std::stop_token& stop) { keep_within(stop); });
@@ -88,7 +95,7 @@ Row LiveCache::oldest() const {
   Clock::time_point read = Clock::now() - kInUse;
   for (const auto& [id, entry] : entries_) {
     const Row row = entry.read <= read ? parts_.registry.find(id) : nullptr;
-    if (!row || row->address.empty() || row->state == State::queued) continue;
+    if (!row || row->address.empty() || is_posted(*row) || row->state == State::queued) continue;
     found = row;
     read = entry.read;
   }
@@ -104,6 +111,7 @@ bool LiveCache::read(const Dataset& dataset, const std::string& client) {
   const std::lock_guard lock(mutex_);
   Entry& entry = entries_[dataset.id];
   const auto now = Clock::now();
+  if (is_posted(dataset) && entry.asked == Clock::time_point()) entry.asked = entry.begun = now;  // its raster may still be on its way
   entry.read = now;
   const bool failed = dataset.state == State::failed && now - entry.begun >= parts_.fresh;
   if (entry.asleep || failed) {

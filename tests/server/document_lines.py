@@ -29,6 +29,7 @@ LEFT_OUT = [  # (first words of a line and why it is not run here; those of a bl
     ("deploy/kubernetes/", "the same; deploy.jobs runs what it makes"),
     ("deploy/aws-batch/", "the same"),
     ("curl -G http://127.0.0.1:8080/v1/live", "an address of a raster, which the reader has"),
+    ("curl -d source=https://dem.example.org", "the same"),
     ("curl -H 'Authorization", "a token, where a service asks for one"),
     ("node read.js", "browser.clients runs it"),
     ("npm install", "browser.clients has the packages, copies and bundles as the block does"),

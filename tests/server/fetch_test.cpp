@@ -89,7 +89,7 @@ class Fetched : public testing::Test {
     limits::Space space([] { return std::nullopt; }, 5);
     const std::filesystem::path file = folder_.path() / "raster";
     std::filesystem::remove(file);
-    const auto fetched = fetcher(settings, space)(address, file, stop_);
+    const auto fetched = fetcher(settings, space).whole(address, file, stop_);
     EXPECT_EQ(std::filesystem::exists(file), fetched.ok());
     EXPECT_FALSE(std::filesystem::exists(file.string() + ".part"));
     said_ = fetched ? "" : fetched.problem().detail;

@@ -1,4 +1,5 @@
 // /v1/live?url=…: datasets of what stands at an address, without a POST, and what goes when they take more room than they may.
+#include <gdal_priv.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -205,6 +206,107 @@ TEST_F(LiveAddress, WithTokensOnlyWhoMayPostHasThemFetched) {
   start({"--tokens", tokens, "--live-open", "1"});
   EXPECT_THAT(whole("/v1/live/tiles/0/1/0.drc" + query("/dems/cone.asc", "&title=New")), HasSubstr("200 OK"));
   EXPECT_EQ(slug("/v1/live/tiles/0/1/0.drc" + hidden), "token-missing");
+}
+
+/// A raster that is read by ranges: a COG that is large beside what is looked at.
+class ByRanges : public LiveAddress {
+ protected:
+  static constexpr int kSide = 2048;
+  static constexpr double kWest_deg = 10.74, kNorth_deg = 46.92, kPixel_deg = 0.0005;  // four blocks meet in the middle
+  static constexpr const char* kCog = "/dems/hills.tif";
+  void SetUp() override {
+    raster_ = (folder_.path() / "hills.tif").string();
+    hills_ = cog_of(1000);
+    host_.has_parts(kCog, hills_, "\"one\"");
+  }
+  /// Gentle hills about a height in metres. The file stays.
+  std::string cog_of(int height) const {
+    GDALAllRegister();
+    const auto driver = [](const char* name) { return GetGDALDriverManager()->GetDriverByName(name); };
+    const GDALDatasetUniquePtr pixels(driver("MEM")->Create("", kSide, kSide, 1, GDT_Int16, nullptr));
+    double place[] = {kWest_deg, kPixel_deg, 0, kNorth_deg, 0, -kPixel_deg};
+    pixels->SetGeoTransform(place);
+    std::vector<std::int16_t> line(kSide);
+    for (int row = 0; row < kSide; ++row) {
+      for (int column = 0; column < kSide; ++column) line[static_cast<std::size_t>(column)] = static_cast<std::int16_t>(height + 200 * std::sin(column / 300.0) * std::cos(row / 250.0));
+      EXPECT_EQ(pixels->GetRasterBand(1)->RasterIO(GF_Write, 0, row, kSide, 1, line.data(), kSide, 1, GDT_Int16, 0, 0, nullptr), CE_None);
+    }
+    const char* options[] = {"COMPRESS=NONE", "BLOCKSIZE=256", nullptr};
+    EXPECT_TRUE(GDALDatasetUniquePtr(driver("COG")->CreateCopy(raster_.c_str(), pixels.get(), FALSE, const_cast<char**>(options), nullptr, nullptr)));
+    return file_text(raster_);
+  }
+  std::string sought() const { return query(kCog, "&max_level=12"); }
+  /// Of the finest level.
+  static std::string tile_at(double longitude_deg, double latitude_deg) {
+    const double tiles = std::ldexp(1, 12) / 180;
+    return "/tiles/12/" + std::to_string(static_cast<int>((180 + longitude_deg) * tiles)) + "/" + std::to_string(static_cast<int>((90 + latitude_deg) * tiles)) + ".drc";
+  }
+  std::string final_tile(const std::string& id, const std::string& tile) { return body("/v1/datasets/" + id + tile, "-H 'Prefer: wait=500'"); }
+  std::string posted() {
+    return curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() + "/v1/datasets?name=hills.tif&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy&max_level=12'").value("id", "");
+  }
+  std::string hills_;
+};
+
+TEST_F(ByRanges, OfALargeCogOnlyWhatIsLookedAtComes) {
+  start();
+  const std::string one = tile_at(11.5, 46.6), other = tile_at(11, 46.2);
+  const std::string id = id_of(sought());
+  EXPECT_LT(host_.sent(), hills_.size() / 3) << "provisional tiles are made of its overviews";
+  const std::string made = final_tile(id, one);
+  EXPECT_FALSE(made.empty());
+  EXPECT_LT(host_.sent(), hills_.size() * 2 / 3) << server_.log();
+  EXPECT_EQ(status(id)["build"], "lazy");
+  const std::string copy = posted();
+  EXPECT_EQ(final_tile(copy, one), made) << "the bytes of a raster that was posted";
+  const std::string backup = (folder_.path() / "backup").string(), data = (folder_.path() / "data").string();
+  ASSERT_EQ(shell(kProgram + " backup " + data + " -o " + backup).code, 0);
+  server_.end(SIGKILL);
+  start();
+  const auto before = host_.sent();
+  EXPECT_EQ(final_tile(id, one), made);
+  EXPECT_EQ(host_.sent(), before);
+  EXPECT_EQ(final_tile(id, other), final_tile(copy, other)) << "it goes on where it was";
+  EXPECT_LT(host_.sent(), hills_.size());
+  EXPECT_THAT(server_.log(), Not(HasSubstr("is fetched")));
+  server_.end(SIGTERM);
+  fs::remove_all(data);
+  ASSERT_EQ(shell(kProgram + " restore " + backup + " --data " + data).code, 0);
+  start();
+  EXPECT_EQ(status(id)["asleep"], true) << "a backup has no raster that is there in parts";
+  EXPECT_EQ(final_tile(id, one), made) << server_.log();
+  EXPECT_TRUE(fs::exists(folder_of(id)));
+  shell("curl -q -s -X DELETE '" + server_.base() + "/v1/datasets/" + id + "'");
+  EXPECT_FALSE(fs::exists(folder_of(id)));
+}
+
+TEST_F(ByRanges, AnAddressIsPostedToo) {
+  start();
+  const auto post = [&](const std::string& options) {
+    return curl("-H 'Prefer: wait=500' -H 'Idempotency-Key: hills' -d source=" + host_.address() + kCog + " -d crs=EPSG:4326 -d vertical_datum=ellipsoid -d error=20 -d max_level=12 -d build=lazy " + options + " '" + server_.base() + "/v1/datasets'");
+  };
+  Json posted = post("");
+  const std::string id = posted.value("id", "");
+  EXPECT_EQ(posted["build"], "lazy") << posted;
+  EXPECT_LT(host_.sent(), hills_.size()) << "all provisional tiles are there";
+  EXPECT_THAT(body("/v1/datasets/" + id + "/tileset.json"), HasSubstr("geometricError"));
+  EXPECT_THAT(status(id)["source"].dump(), HasSubstr(kCog));
+  EXPECT_EQ(post("").value("id", ""), id) << "the same request, another answer to it";
+  EXPECT_THAT(post("-d updates=1").dump(), HasSubstr("options-conflict"));
+  EXPECT_THAT(post("-d dry_run=1").dump(), HasSubstr("options-conflict"));
+}
+
+TEST_F(ByRanges, ARasterThatChangesMeanwhileIsReadAnew) {
+  start();
+  const std::string id = id_of(sought());
+  host_.has_parts(kCog, cog_of(3000), "\"two\"");
+  final_tile(id, tile_at(11.5, 46.6));
+  const std::string place = "/elevation?points=11.5,46.6";
+  ASSERT_TRUE(eventually([&] {
+    Json answer = json("/v1/datasets/" + id + place);
+    return answer["points"].is_array() && answer["points"][0]["ellipsoidal_height"].is_number() && answer["points"][0]["ellipsoidal_height"].get<double>() > 2500;
+  })) << server_.log();
+  EXPECT_THAT(server_.log(), HasSubstr("has another raster than it had"));
 }
 
 /// Rasters that are larger than what may be kept.

@@ -4,6 +4,8 @@
 #include <openssl/pem.h>
 #include <openssl/x509v3.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -67,6 +69,7 @@ class RasterHost {
   RasterHost() : RasterHost(std::make_unique<httplib::Server>(), "http://127.0.0.1:") {}
   explicit RasterHost(const OwnCertificate& own) : RasterHost(std::make_unique<httplib::SSLServer>(own.certificate(), own.key()), "https://localhost:") {}
   ~RasterHost() {
+    ending_ = true;
     server_->stop();
     serving_.join();
   }
@@ -79,12 +82,23 @@ class RasterHost {
   void has(const std::string& target, const std::string& bytes) { put(target, {200, bytes, Ends::well}); }
   /// The same with a tag; who names it is told that nothing has changed.
   void has_tagged(const std::string& target, const std::string& bytes, const std::string& tag) { put(target, {200, bytes, Ends::well, tag}); }
+  /// How a host sends parts. All but three begin well.
+  enum class Parts { none, well, elsewhere, cut, not_after_the_first, endless, hanging, other_size, without_total, untagged, in_full };
+  /// The same, and parts of it to who asks for one.
+  void has_parts(const std::string& target, const std::string& bytes, const std::string& tag, Parts parts = Parts::well) {
+    put(target, {200, bytes, Ends::well, tag, parts});
+  }
   void has_no_more(const std::string& target) {
     const std::lock_guard lock(mutex_);
     said_.erase(target);
   }
   /// Says that there are more bytes than it sends.
   void breaks_off(const std::string& target, const std::string& bytes) { put(target, {200, bytes, Ends::early}); }
+  /// Bytes of bodies that it was asked for, in parts or not.
+  std::uint64_t sent() const {
+    const std::lock_guard lock(mutex_);
+    return sent_;
+  }
   /// Targets of all requests, as they came.
   std::vector<std::string> asked() const {
     const std::lock_guard lock(mutex_);
@@ -98,11 +112,13 @@ class RasterHost {
     std::string text;
     Ends ends;
     std::string tag = {};
+    Parts parts = Parts::none;
   };
 
   RasterHost(std::unique_ptr<httplib::Server> server, const std::string& origin) : server_(std::move(server)) {
     server_->set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& answer) {
-      say(take(request.target), request.get_header_value("If-None-Match"), answer);
+      const_cast<httplib::Request&>(request).ranges.clear();  // else the library cuts what is answered
+      say(take(request.target), request, answer);
       return httplib::Server::HandlerResponse::Handled;
     });
     address_ = origin + std::to_string(server_->bind_to_any_port("127.0.0.1"));
@@ -120,19 +136,58 @@ class RasterHost {
     const auto found = said_.find(target);
     return found == said_.end() ? Said{404, "", Ends::well} : found->second;
   }
-  static void say(const Said& said, const std::string& has, httplib::Response& answer) {
+  void say(const Said& said, const httplib::Request& request, httplib::Response& answer) {
     answer.status = said.status;
-    if (!said.tag.empty()) answer.set_header("ETag", said.tag);
-    if (!said.tag.empty() && has == said.tag) {
+    if (!said.tag.empty() && said.parts != Parts::untagged) answer.set_header("ETag", said.tag);
+    if (!said.tag.empty() && request.get_header_value("If-None-Match") == said.tag) {
       answer.status = 304;
       return;
     }
     if (said.status == 302) answer.set_header("Location", said.text);
     if (said.status != 200) return;
+    const std::string tag = request.get_header_value("If-Range");
+    std::size_t first = 0, last = 0;
+    const bool asked = std::sscanf(request.get_header_value("Range").c_str(), "bytes=%zu-%zu", &first, &last) == 2;
+    if (asked && said.parts != Parts::none && first < said.text.size() && (tag.empty() || tag == said.tag)) return say_part(said, {first, std::min(last + 1, said.text.size())}, answer);
+    count(said.text.size());
     if (said.ends == Ends::well) return answer.set_content(said.text, "image/tiff");
     answer.set_content_provider(2 * said.text.size(), "image/tiff", [text = said.text](std::size_t from, std::size_t, httplib::DataSink& sink) {
       return from == 0 && sink.write(text.data(), text.size());
     });
+  }
+
+  struct Part {
+    std::size_t first, end;
+  };
+  void say_part(const Said& said, const Part& part, httplib::Response& answer) {
+    const bool well = part.first == 0;
+    const std::size_t moved = said.parts == Parts::elsewhere && !well ? 1 : 0;
+    const std::string total = said.parts == Parts::without_total ? "*" : std::to_string(said.text.size() + (said.parts == Parts::other_size && !well ? 1 : 0));
+    std::string text = said.text.substr(part.first, part.end - part.first);
+    if (said.parts == Parts::not_after_the_first && !well) text = said.text;
+    else if (said.parts == Parts::in_full) answer.status = 200;  // so it says, and sends a part
+    else answer.status = 206;
+    if (answer.status == 206 || said.parts == Parts::in_full)
+      answer.set_header("Content-Range", "bytes " + std::to_string(part.first + moved) + "-" + std::to_string(part.end - 1 + moved) + "/" + total);
+    count(text.size());
+    if (said.parts == Parts::cut && !well) {
+      answer.set_content_provider(text.size(), "image/tiff", [text](std::size_t from, std::size_t, httplib::DataSink& sink) {
+        return from == 0 && sink.write(text.data(), text.size() / 2);
+      });
+    } else if (said.parts == Parts::endless && !well) {
+      answer.set_chunked_content_provider("image/tiff", [text](std::size_t, httplib::DataSink& sink) { return sink.write(text.data(), text.size()); });
+    } else if (said.parts == Parts::hanging && !well) {
+      answer.set_content_provider(text.size(), "image/tiff", [this](std::size_t, std::size_t, httplib::DataSink& sink) {
+        while (!ending_ && sink.is_writable()) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        return false;
+      });
+    } else {
+      answer.set_content(text, "image/tiff");
+    }
+  }
+  void count(std::size_t bytes) {
+    const std::lock_guard lock(mutex_);
+    sent_ += bytes;
   }
 
   const std::unique_ptr<httplib::Server> server_;
@@ -141,6 +196,8 @@ class RasterHost {
   mutable std::mutex mutex_;
   std::map<std::string, Said> said_;
   std::vector<std::string> asked_;
+  std::uint64_t sent_ = 0;
+  std::atomic<bool> ending_{false};
 };
 
 }  // namespace cordillera::server

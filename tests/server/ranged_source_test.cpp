@@ -1,0 +1,208 @@
+// Rasters that are fetched as they are read: what is asked for comes, nothing else does, and hosts that say other things than
+// they should are told so.
+#include "server/fetch/ranged_source.h"
+
+#include <gtest/gtest.h>
+
+#include "server/fetch/fetch.h"
+#include "tests/server/fixture.h"
+#include "tests/server/raster_host.h"
+
+namespace cordillera::server::updates {
+namespace {
+
+using Parts = RasterHost::Parts;
+constexpr std::uint64_t kBlock = kRangeBlock_bytes;
+
+/// Begins as a TIFF does.
+std::string raster_of(std::size_t count, char seed) {
+  std::string bytes(count, '\0');
+  for (std::size_t k = 0; k < count; ++k) bytes[k] = static_cast<char>(seed + k % 251);
+  return bytes.replace(0, 4, std::string("II*\0", 4));
+}
+
+class Ranged : public testing::Test {
+ protected:
+  Ranged() { settings_.source_allow = {host_.address() + "/dems/"}; }
+  /// Fetches what is fetched of it before it is read.
+  Print begin(const std::string& target, const std::atomic<bool>& stop = kNever) {
+    target_ = target;
+    const auto print = fetcher(settings_, space_).beginning(host_.address() + target, file_, stop);
+    EXPECT_TRUE(print) << print.problem().detail;
+    return print ? *print : Print();
+  }
+  std::unique_ptr<RangedSource> open(const Print& print) {
+    auto source = fetcher(settings_, space_).rest({host_.address() + target_, file_, print});
+    return source ? std::move(*source) : nullptr;
+  }
+  /// What came of it: "", or the problem's name.
+  std::string have(RangedSource& source, std::uint64_t first, std::uint64_t count) {
+    const raster::ByteRange range{first, count};
+    const auto done = source.have({&range, 1}, [this] { return stop_.load(); });
+    said_ = done ? "" : done.problem().detail;
+    return done ? "" : done.problem().type;
+  }
+  /// Whether these bytes of the file are the raster's.
+  bool are_there(std::uint64_t first, std::uint64_t count) {
+    return file_text(file_).substr(first, count) == bytes_.substr(first, count);
+  }
+
+  inline static const std::atomic<bool> kNever{false};
+  const TempFolder folder_;
+  const std::filesystem::path file_ = folder_.path() / "raster.tif";
+  const std::string bytes_ = raster_of(40 * kBlock + 1000, 'a');
+  RasterHost host_;
+  ServeSettings settings_;
+  limits::Space space_{[] { return std::nullopt; }, 5};
+  std::atomic<bool> stop_{false};
+  std::string target_, said_;
+};
+
+TEST_F(Ranged, OnlyWhatIsAskedForComesAndOnlyOnce) {
+  host_.leads("/dems/a.tif", "b.tif");
+  host_.has_parts("/dems/b.tif", bytes_, "\"one\"");
+  const Print print = begin("/dems/a.tif");
+  EXPECT_TRUE(print.ranged);
+  EXPECT_EQ(print.bytes, bytes_.size());
+  EXPECT_EQ(host_.sent(), kBlock);
+  const auto source = open(print);
+  ASSERT_TRUE(source);
+  EXPECT_EQ(have(*source, 0, 100), "");
+  EXPECT_EQ(host_.sent(), kBlock) << "the beginning is there";
+  EXPECT_EQ(have(*source, 20 * kBlock - 1, 2), "");
+  EXPECT_EQ(host_.sent(), 3 * kBlock);
+  EXPECT_TRUE(are_there(19 * kBlock, 2 * kBlock));
+  EXPECT_EQ(file_text(file_).substr(5 * kBlock, kBlock), std::string(kBlock, '\0'));
+  EXPECT_EQ(have(*source, 40 * kBlock, 1000), "") << "the last block is shorter";
+  EXPECT_EQ(host_.sent(), 3 * kBlock + 1000);
+  EXPECT_EQ(std::filesystem::file_size(file_), bytes_.size());
+  const std::vector<std::string> all = host_.asked();
+  EXPECT_EQ(std::count(all.begin(), all.end(), "/dems/a.tif"), 2) << "where it leads is remembered";
+}
+
+TEST_F(Ranged, WhoReadsOnGetsMoreAtOnce) {
+  host_.has_parts("/dems/a.tif", bytes_, "\"one\"");
+  const auto source = open(begin("/dems/a.tif"));
+  const auto before = host_.asked().size();
+  for (std::uint64_t block = 1; block < 32; ++block) EXPECT_EQ(have(*source, block * kBlock, kBlock), "");
+  EXPECT_LE(host_.asked().size() - before, 6u);
+  EXPECT_TRUE(are_there(0, 32 * kBlock));
+}
+
+TEST_F(Ranged, WhatWasNotedIsThereAgain) {
+  host_.has_parts("/dems/a.tif", bytes_, "\"one\"");
+  const Print print = begin("/dems/a.tif");
+  open(print).reset();
+  auto source = open(print);
+  EXPECT_EQ(have(*source, 7 * kBlock, 1), "");
+  const std::string map = file_text(map_of(file_));
+  EXPECT_EQ(map[0], 1) << "what is written may not be on the disk yet";
+  source.reset();
+  EXPECT_EQ(file_text(map_of(file_))[0], static_cast<char>(1 | 1 << 7));
+  source = open(print);
+  const auto sent = host_.sent();
+  EXPECT_EQ(have(*source, 7 * kBlock, kBlock), "");
+  EXPECT_EQ(host_.sent(), sent);
+  source.reset();
+  std::filesystem::resize_file(map_of(file_), 1);
+  EXPECT_FALSE(open(print)) << "of another raster";
+  std::filesystem::remove(map_of(file_));
+  EXPECT_FALSE(open(print));
+}
+
+TEST_F(Ranged, AnotherRasterIsNoticed) {
+  host_.has_parts("/dems/a.tif", bytes_, "\"one\"");
+  const auto source = open(begin("/dems/a.tif"));
+  EXPECT_EQ(have(*source, 3 * kBlock, 1), "");
+  host_.has_parts("/dems/a.tif", raster_of(bytes_.size(), 'b'), "\"two\"");
+  EXPECT_EQ(have(*source, 9 * kBlock, 1), "source-replaced");
+  EXPECT_EQ(have(*source, 3 * kBlock, 1), "") << "what is there is of the first";
+  host_.has_parts("/dems/a.tif", bytes_, "\"one\"", Parts::other_size);
+  EXPECT_EQ(have(*source, 9 * kBlock, 1), "source-replaced");
+  host_.has_no_more("/dems/a.tif");
+  EXPECT_EQ(have(*source, 9 * kBlock, 1), "source-unreachable");
+  host_.leads("/dems/a.tif", "/private/a.tif");
+  EXPECT_EQ(have(*source, 9 * kBlock, 1), "option-forbidden");
+  host_.has_parts("/dems/a.tif", bytes_, "\"one\"");
+  EXPECT_EQ(have(*source, 9 * kBlock, 1), "");
+  EXPECT_TRUE(are_there(9 * kBlock, kBlock));
+}
+
+TEST_F(Ranged, NothingOfAWrongAnswerIsKept) {
+  for (const auto& [parts, why] : {std::pair{Parts::elsewhere, "another part"},
+                                   {Parts::cut, "broke off after"},
+                                   {Parts::not_after_the_first, "with all of it"},
+                                   {Parts::endless, "more than was asked"}}) {
+    host_.has_parts("/dems/a.tif", bytes_, "\"one\"", parts);
+    const auto source = open(begin("/dems/a.tif"));
+    ASSERT_TRUE(source) << why;
+    EXPECT_EQ(have(*source, 5 * kBlock, 1), "source-unreachable") << why;
+    EXPECT_NE(said_.find(why), std::string::npos) << said_;
+    EXPECT_EQ(file_text(file_).substr(5 * kBlock, kBlock), std::string(kBlock, '\0')) << why;
+  }
+  EXPECT_LT(host_.sent(), 4 * bytes_.size());
+}
+
+TEST_F(Ranged, WhoHangsIsLeftWhenTheJobEnds) {
+  host_.has_parts("/dems/a.tif", bytes_, "\"one\"", Parts::hanging);
+  const auto source = open(begin("/dems/a.tif"));
+  const auto before = host_.asked().size();
+  std::thread ends([&] {
+    while (host_.asked().size() == before) std::this_thread::yield();
+    stop_ = true;
+  });
+  EXPECT_EQ(have(*source, 5 * kBlock, 1), "cancelled");
+  ends.join();
+}
+
+TEST_F(Ranged, WithoutPartsAllOfItIsCopied) {
+  for (const Parts parts : {Parts::none, Parts::without_total, Parts::untagged, Parts::in_full}) {
+    host_.has_parts("/dems/a.tif", bytes_, "\"one\"", parts);
+    const Print print = begin("/dems/a.tif");
+    EXPECT_FALSE(print.ranged);
+    EXPECT_TRUE(file_text(file_) == bytes_);
+    EXPECT_FALSE(std::filesystem::exists(map_of(file_)));
+  }
+  for (const std::string& other : {std::string(3 * kBlock, 'z'), bytes_.substr(0, 1000)}) {
+    host_.has_parts("/dems/a.zip", other, "\"one\"");
+    EXPECT_FALSE(begin("/dems/a.zip").ranged) << "no TIFF, or too small";
+    EXPECT_TRUE(file_text(file_) == other);
+  }
+}
+
+TEST_F(Ranged, AJobIsNotTrusted) {
+  host_.has_parts("/dems/a.tif", bytes_, "\"one\"");
+  const Print print = begin("/dems/a.tif");
+  auto source = open(print);
+  const auto asked = host_.asked().size();
+  for (const auto& [first, count] : {std::pair<std::uint64_t, std::uint64_t>{bytes_.size(), 1},
+                                     {0, ~std::uint64_t{0}},
+                                     {~std::uint64_t{0}, 2},
+                                     {1, raster::kMostAsked_bytes + 1}})
+    EXPECT_EQ(have(*source, first, count), "internal") << first << " " << count;
+  EXPECT_EQ(host_.asked().size(), asked);
+  source.reset();
+  std::filesystem::rename(file_, folder_.path() / "other");
+  std::filesystem::create_symlink(folder_.path() / "other", file_);
+  EXPECT_FALSE(open(print)) << "a link could lead anywhere";
+}
+
+TEST_F(Ranged, MoreThanARasterMayHaveIsNotFetched) {
+  settings_.limits.body_mib = 1;
+  host_.has_parts("/dems/a.tif", bytes_, "\"one\"");
+  const auto source = open(begin("/dems/a.tif"));
+  EXPECT_EQ(have(*source, kBlock, 15 * kBlock), "");
+  EXPECT_EQ(have(*source, 30 * kBlock, 1), "body-too-large");
+}
+
+TEST(ContentRange, IsReadAsItIsWritten) {
+  const auto range = read_content_range("bytes 100-199/1000");
+  ASSERT_TRUE(range);
+  EXPECT_EQ(std::tuple(range->first, range->count, range->total), std::tuple(100u, 100u, 1000u));
+  for (const char* wrong : {"", "bytes 0-9/*", "bytes */10", "bytes 5-4/10", "bytes 0-10/10", "bytes -1-2/10", "bytes 0-1/10 ",
+                            "items 0-1/10", "bytes 0-1", "bytes 0-99999999999999999999/1"})
+    EXPECT_FALSE(read_content_range(wrong)) << wrong;
+}
+
+}  // namespace
+}  // namespace cordillera::server::updates
