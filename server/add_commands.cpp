@@ -137,8 +137,10 @@ struct BuildWords {
     if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
     std::error_code error;
     const std::string& last = line.rasters.back();
-    if (line.rasters.size() > 1 && last.find("://") == last.npos && !last.starts_with("/vsi") && !std::filesystem::exists(last, error))
-      return wrong_usage({"usage", "build needs to know where to write, and there is no " + last, "-o " + last + ", if that is to be written", "--output"});
+    if (line.rasters.size() > 1 && last.find("://") == last.npos && !last.starts_with("/vsi") &&
+        !std::filesystem::exists(last, error))
+      return wrong_usage({"usage", "build needs to know where to write, and there is no " + last,
+                          "-o " + last + ", if that is to be written", "--output"});
     return wrong_usage({"usage", "build needs to know where to write",
                         "-o FOLDER, -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles", "--output"});
   }
@@ -190,7 +192,8 @@ void add_info(CommandLine& commands) {
                             "these options would make",
                             [line] {
                               const PathKind kind = path_kind(line->subject);
-                              if (kind != PathKind::raster && kind != PathKind::folder) return info_command(line->subject, line->show, {});
+                              if (kind != PathKind::raster && kind != PathKind::folder)
+                                return info_command(line->subject, line->show, {});
                               return with_settings(build_options(), line->reading, [&](const Settings& settings) {
                                 return info_command(line->subject, line->show, settings);
                               });

@@ -14,7 +14,8 @@ namespace {
 proto::Problem unknown_command(const std::string& word, const std::vector<std::string>& names) {
   std::error_code error;
   if (std::filesystem::exists(word, error))
-    return {"usage", "'" + word + "' is no command but a file", "cordillera view " + word + ", cordillera info " + word + ", or cordillera build " + word + " -o FOLDER", word};
+    return {"usage", "'" + word + "' is no command but a file",
+            "cordillera view " + word + ", cordillera info " + word + ", or cordillera build " + word + " -o FOLDER", word};
   std::string all;
   for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   const auto nearest = nearest_name(word, names);
@@ -54,7 +55,9 @@ std::optional<proto::Problem> check_words(const CLI::App& command) {
     if (word.rfind("-", 0) == 0) return unknown_option(word.substr(0, word.find('=')), names, command.get_name());
     std::error_code error;
     if (command.get_name() == "serve" && std::filesystem::exists(word, error))
-      return proto::Problem{"usage", "unexpected '" + word + "'", "cordillera view " + word + "; or serve --live FOLDER of rasters, or --mount NAME=PATH of what was built", word};
+      return proto::Problem{
+          "usage", "unexpected '" + word + "'",
+          "cordillera view " + word + "; or serve --live FOLDER of rasters, or --mount NAME=PATH of what was built", word};
     return proto::Problem{"usage", "unexpected '" + word + "'", help, word};
   }
   for (const CLI::Option* option : command.get_options()) {

@@ -17,7 +17,8 @@ struct Machine {
 /// All that request, plan and source tell; options with the values that are in effect, defaults included. What is measured is left out.
 proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine);
 
-/// Looks at values of the source, and notes in the manifest what a person should know of them. None: several rasters, or too much would have to be read.
+/// Looks at values of the source, and notes in the manifest what a person should know of them. None: several rasters, or too much
+/// would have to be read.
 std::optional<raster::ValueLook> note_values(raster::Source& source, proto::Manifest& manifest);
 
 }  // namespace cordillera::pipeline

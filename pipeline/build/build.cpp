@@ -203,8 +203,8 @@ struct HeightsSeen {
   int own_level = -1;                            ///< the first level as fine as the raster; negative: unknown
 };
 
-/// At places spread over one raster, until a height within the limit is found. A reader takes what is out of range for a void. So the raster is read
-/// once more at a scale where every height is within it.
+/// At places spread over one raster, until a height within the limit is found. A reader takes what is out of range for a void. So
+/// the raster is read once more at a scale where every height is within it.
 HeightsSeen heights_seen(const BuildRequest& request) {
   constexpr double kScale = 1e-26;  // 1e30 is the greatest value that is no void
   constexpr int kAcross = 64;
@@ -239,8 +239,10 @@ HeightsSeen heights_seen(const BuildRequest& request) {
 /// Data between the samples of a level whose cells are as wide as they, or wider.
 proto::Problem between_samples(const BuildRequest& request, int own_level) {
   const std::string level = std::to_string(request.options.max_level());
-  return {"option-invalid", "the cells of level " + level + " are so wide that no three neighbouring samples lie on the data of " + request.raster_name,
-          "a finer max_level; the first that is as fine as the raster is " + std::to_string(own_level), "max_level"};
+  return {
+      "option-invalid",
+      "the cells of level " + level + " are so wide that no three neighbouring samples lie on the data of " + request.raster_name,
+      "a finer max_level; the first that is as fine as the raster is " + std::to_string(own_level), "max_level"};
 }
 
 }  // namespace
@@ -280,7 +282,8 @@ proto::Problem without_data(const BuildRequest& request) {
   const bool boxed = request.options.bbox_size() > 0;
   const std::string where = boxed ? " inside the bbox" : "";
   const HeightsSeen seen = heights_seen(request);
-  if (seen.within && request.options.has_max_level() && static_cast<int>(request.options.max_level()) < seen.own_level) return between_samples(request, seen.own_level);
+  if (seen.within && request.options.has_max_level() && static_cast<int>(request.options.max_level()) < seen.own_level)
+    return between_samples(request, seen.own_level);
   if (const auto& far = seen.far; far && !seen.within)
     return {"raster-heights-out-of-range", request.raster_name + " has no heights within 16384 m of zero" + where + ": they are " + shown(far->first) + " to " +
                 shown(far->second) + " m at the places that were looked at",

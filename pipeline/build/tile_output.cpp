@@ -157,7 +157,8 @@ proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRe
   }
 }
 
-FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels, Measure measure) {
+FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,
+                             const std::vector<raster::PixelPoint>& pixels, Measure measure) {
   FinishedFinest finished;
   bool changed = false;
   if (context.promise && pixels_within_m(plan) > 0) {

@@ -25,6 +25,7 @@ struct FinishedFinest {
 enum class Measure : std::uint8_t { always, changed };
 
 /// Lets the tile meet pixels where the plan asks for it, measures and encodes it, and notes how far it is from its pixels.
-FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built, const std::vector<raster::PixelPoint>& pixels, Measure measure);
+FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,
+                             const std::vector<raster::PixelPoint>& pixels, Measure measure);
 
 }  // namespace cordillera::pipeline

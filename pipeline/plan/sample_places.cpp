@@ -33,7 +33,8 @@ bool certainly_empty(const proto::Plan& plan, const raster::Source& source, cons
 }  // namespace
 
 std::vector<proto::TileAddress> filled_nodes(const proto::Plan& plan, const raster::Source& source, int level) {
-  // Rasters far apart have more blocks between them than can be asked for: then larger nodes are asked first, and the level is as fine as what is left allows.
+  // Rasters far apart have more blocks between them than can be asked for: then larger nodes are asked first, and the level is as
+  // fine as what is left allows.
   int from = std::min(level, static_cast<int>(plan.block_level()));
   const bool far_apart = touched_count(plan, from) > kMostQuestions;
   while (far_apart && from > 0 && touched_count(plan, from) > kFirstQuestions) --from;

@@ -89,8 +89,11 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
   auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
   if (!way) return way.problem();
   if (!*way)
-    return Problem{"geoid-not-found", "PROJ knows no way from " + proto::shown_text(crs->name) + " to the ellipsoid where the raster lies: it is of another place, or has no grid",
-                   "EGM96, EGM2008, EGM84, ellipsoid, the height system of the place, or the name of a geoid grid that covers it", "vertical_datum"};
+    return Problem{"geoid-not-found",
+                   "PROJ knows no way from " + proto::shown_text(crs->name) +
+                       " to the ellipsoid where the raster lies: it is of another place, or has no grid",
+                   "EGM96, EGM2008, EGM84, ellipsoid, the height system of the place, or the name of a geoid grid that covers it",
+                   "vertical_datum"};
   return VerticalDatum{crs->name, "request", (*way)->grid, std::move((*way)->geoid)};
 }
 

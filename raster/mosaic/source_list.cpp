@@ -25,7 +25,9 @@ bool is_one_of(const std::string& text, const std::array<const char*, N>& words)
 }
 
 proto::Problem invalid(const std::string& list, const std::string& what) {
-  return {"sources-invalid", list + " " + what, "a raster; or of several a folder, a text with a path in each line, a tile index as gdaltindex makes it, or STAC items", ""};
+  return {"sources-invalid", list + " " + what,
+          "a raster; or of several a folder, a text with a path in each line, a tile index as gdaltindex makes it, or STAC items",
+          ""};
 }
 
 /// As GDAL addresses it; a plain relative path counts from the list.
@@ -51,7 +53,9 @@ Listed in_folder(const std::string& folder) {
     if (at->is_regular_file(error) && is_listed(extension_of(at->path().string()))) sources.push_back({at->path().string(), {}});
   }
   if (error) return invalid(folder, "cannot be read: " + error.message());
-  if (sources.empty()) return proto::Problem{"sources-invalid", folder + " has no raster in it", "a folder with files that end in " + raster_extensions() + " .zip or .gz", ""};
+  if (sources.empty())
+    return proto::Problem{"sources-invalid", folder + " has no raster in it",
+                          "a folder with files that end in " + raster_extensions() + " .zip or .gz", ""};
   std::sort(sources.begin(), sources.end(), [](const ListedSource& a, const ListedSource& b) { return a.path < b.path; });
   return sources;
 }

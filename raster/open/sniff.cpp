@@ -67,7 +67,8 @@ proto::Result<void> sniff(const std::string& path, const std::string& name, Trus
   if (head.empty()) return proto::Problem{"raster-empty", name + " is empty or cannot be read", accepted_formats(""), ""};
   const FileKind kind = kind_of(head);
   if (kind.points)
-    return proto::Problem{"raster-format-unsupported", name + " " + kind.what, "a raster of heights, such as a GeoTIFF; gdal_grid makes one of points with heights", ""};
+    return proto::Problem{"raster-format-unsupported", name + " " + kind.what,
+                          "a raster of heights, such as a GeoTIFF; gdal_grid makes one of points with heights", ""};
   if (!kind.what.empty()) return proto::Problem{"raster-format-unsupported", name + " " + kind.what, accepted_formats(kind.picture ? name : ""), ""};
   if (trust == Trust::posted_file && head.find("<VRTDataset") != std::string::npos)
     return proto::Problem{"raster-format-unsupported", name + " is a VRT, which can point at other files of this machine", accepted_formats(name), ""};

@@ -14,7 +14,7 @@ namespace cordillera::raster {
 namespace {
 
 constexpr double kGoodPart = 0.01;  // of the values with a height
-/// What programs write for no data. -32768 and 65535 are here for rasters in decimetres or less: in metres they are beyond the limit.
+/// What programs write for no data. -32768 and 65535 are here for rasters in decimetres: in metres they are beyond the limit.
 constexpr std::array kUsual = {-9999.0, 9999.0, -99999.0, 99999.0, -999.0, -32767.0, -32768.0, 32767.0, 65535.0};
 constexpr double kNear = 0.02;              // of the value, on either side
 constexpr std::int64_t kTimesNeighbours = 4;  // a value of the terrain has others near it, about as many of each
@@ -54,7 +54,8 @@ ValueLook look_at_values(const Dataset& dataset, const HeightRule& rule, const D
   const auto count = static_cast<std::size_t>(pixels.columns) * static_cast<std::size_t>(pixels.rows);
   const GDALDataType type = dataset.band->GetRasterDataType();
   std::vector<double> raw(count);
-  GDALCopyWords64(pixels.values.data(), type, GDALGetDataTypeSizeBytes(type), raw.data(), GDT_Float64, sizeof(double), static_cast<GPtrDiff_t>(count));
+  GDALCopyWords64(pixels.values.data(), type, GDALGetDataTypeSizeBytes(type), raw.data(), GDT_Float64, sizeof(double),
+                  static_cast<GPtrDiff_t>(count));
   ValueLook look;
   look.pixels = static_cast<std::int64_t>(count);
   look.whole = pixels.columns == pixels.covered_columns && pixels.rows == dataset.rows;
@@ -93,13 +94,15 @@ std::vector<std::string> notes_on(const ValueLook& look) {
   const auto all = static_cast<double>(look.with_height + look.far);
   // One value alone beyond the limit is no data by another name, and is taken so.
   if (look.with_height > 0 && static_cast<double>(look.far - look.far_at_rims) >= kGoodPart * all) {
-    notes.push_back(percent_text(static_cast<double>(look.far) / all) + " of the values are heights beyond 16384 m, from " + shown(look.lowest_far_m) + " to " +
-                    shown(look.highest_far_m) + " m, and count as no data; z_scale= takes values in another unit to metres, nodata= names one that means none");
+    notes.push_back(
+        percent_text(static_cast<double>(look.far) / all) + " of the values are heights beyond 16384 m, from " +
+        shown(look.lowest_far_m) + " to " + shown(look.highest_far_m) +
+        " m, and count as no data; z_scale= takes values in another unit to metres, nodata= names one that means none");
   }
   for (const ValueLook::Doubtful& value : look.doubtful) {
     const std::string name = shown(value.raw);
-    notes.push_back(percent_text(static_cast<double>(value.pixels) / all) + " of the values are " + name + ", which may mean no data and is not declared: they are heights here; nodata=" + name +
-                    " leaves them out");
+    notes.push_back(percent_text(static_cast<double>(value.pixels) / all) + " of the values are " + name +
+                    ", which may mean no data and is not declared: they are heights here; nodata=" + name + " leaves them out");
   }
   return notes;
 }
@@ -109,7 +112,8 @@ std::string text_of(const ValueLook& look, const std::string& datum) {
   char range[80];
   std::snprintf(range, sizeof range, "%.2f to %.2f m above ", look.lowest_m, look.highest_m);
   const std::int64_t voids = look.pixels - look.with_height;
-  return range + datum + ", " + (voids == 0 ? "no" : percent_text(static_cast<double>(voids) / static_cast<double>(look.pixels))) + " voids, at " +
+  return range + datum + ", " +
+         (voids == 0 ? "no" : percent_text(static_cast<double>(voids) / static_cast<double>(look.pixels))) + " voids, at " +
          (look.whole ? "all pixels" : std::to_string(look.pixels) + " pixels spread over the raster");
 }
 

@@ -15,7 +15,9 @@ struct ValueLook {
   bool whole = false;                        ///< all pixels of the raster were
   double lowest_m = 0, highest_m = 0;        ///< of those with a height, above the vertical datum
 
-  std::int64_t far = 0, far_at_rims = 0;     ///< with a height beyond the limit, which counts as none; of them, the lowest and the highest height
+  std::int64_t far = 0,
+               far_at_rims =
+                   0;  ///< with a height beyond the limit, which counts as none; of them, the lowest and the highest height
   double lowest_far_m = 0, highest_far_m = 0;
 
   /// A value by which files often mean no data, that was not declared and is a height within the limit here.

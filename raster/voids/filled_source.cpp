@@ -20,7 +20,9 @@ class FilledSource final : public Source {
   }
   proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override { return source_->pixels(lattice, cells); }
   std::string datum_print() const override { return source_->datum_print(); }
-  proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override { return source_->decimate(most_pixels); }
+  proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override {
+    return source_->decimate(most_pixels);
+  }
 
   /// So much void around it that no void it is part of can be filled.
   bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override {

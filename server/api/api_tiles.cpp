@@ -224,12 +224,16 @@ class Unfinished {
 
  private:
   /// When the tile is made; none: it is not waited for, or too many wait.
-  std::optional<Response> later() const { return awaited_ ? wait_for(service_, request_, dataset_, wait_, *awaited_) : std::nullopt; }
+  std::optional<Response> later() const {
+    return awaited_ ? wait_for(service_, request_, dataset_, wait_, *awaited_) : std::nullopt;
+  }
 
   Response of_what_is_shown(const std::shared_ptr<const pipeline::faces::Terrain>& terrain) const {
     const proto::Manifest& shown = terrain->manifest();
     const bool to_come = tile_ && lacks(dataset_, &shown, route_, *tile_);
-    if (to_come) service_.queue().look(dataset_, {*tile_}, shown, wait_.preferred ? JobQueue::Who::waits : JobQueue::Who::passes);  // a tile that is not there yet, too
+    if (to_come)
+      service_.queue().look(dataset_, {*tile_}, shown,
+                            wait_.preferred ? JobQueue::Who::waits : JobQueue::Who::passes);  // a tile that is not there yet, too
     auto put_off = to_come && wait_.preferred ? later() : std::nullopt;
     if (put_off) return std::move(*put_off);
     Response response = of_terrain(terrain, request_, route_);
@@ -291,7 +295,9 @@ Opened open_readable(Service& service, const Dataset& dataset, const Route& rout
 std::optional<Awaited> awaited_tile(const Route& route) {
   const auto tile = tile_of(route);
   if (!tile || route.found.resource->path.ends_with(kSubtree)) return std::nullopt;
-  return Awaited{{*tile}, [route, tile = *tile](const Dataset& dataset, const proto::Manifest* shown) { return lacks(dataset, shown, route, tile); }};
+  return Awaited{{*tile}, [route, tile = *tile](const Dataset& dataset, const proto::Manifest* shown) {
+                   return lacks(dataset, shown, route, tile);
+                 }};
 }
 
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {

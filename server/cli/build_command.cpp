@@ -59,7 +59,8 @@ proto::Result<pipeline::BuildRequest> request_for(const Settings& settings, cons
 int dry_run(const pipeline::BuildRequest& request, Show show) {
   const auto estimate = pipeline::estimate(request);
   if (!estimate) return fail(estimate.problem());
-  std::cout << (show == Show::json ? dump(estimate_json(estimate->manifest, estimate->seconds)) + "\n" : estimate_table(estimate->manifest, estimate->seconds, estimate->values));
+  std::cout << (show == Show::json ? dump(estimate_json(estimate->manifest, estimate->seconds)) + "\n"
+                                   : estimate_table(estimate->manifest, estimate->seconds, estimate->values));
   return kDone;
 }
 

@@ -47,7 +47,9 @@ proto::Result<std::unique_ptr<pipeline::StoreReader>> open_source(const std::str
   const std::string accepted = "a file that `cordillera build -o NAME.sqlite` made, or a dataset's folder in a server's data";
   if (!fs::exists(source, error)) return Problem{"file-unreadable", "there is no " + source, accepted, "source"};
   if (raster::is_raster_extension(raster::extension_of(source)) && path_kind(source) == PathKind::raster)
-    return Problem{"file-unreadable", source + " is a raster, and export takes what was built of one", "cordillera build " + source + " -o FILE, with the same FILE: it goes from the raster to the archive or mesh", "source"};
+    return Problem{"file-unreadable", source + " is a raster, and export takes what was built of one",
+                   "cordillera build " + source + " -o FILE, with the same FILE: it goes from the raster to the archive or mesh",
+                   "source"};
   if (!fs::is_directory(source, error)) return pipeline::StoreReader::open(source);
   const fs::path inside = fs::path(source) / kStoreFile;
   if (!fs::exists(inside, error)) return Problem{"file-unreadable", source + " holds no " + kStoreFile, accepted, "source"};

@@ -85,7 +85,9 @@ proto::Problem no_meshes(const std::string& path) {
     accepted = "cordillera view " + made_of.string() + ", if it was made of that; else " + accepted;
     break;
   }
-  const char* clients = begins_with(path, "PMTiles") ? "https://pmtiles.io opens it in a browser, and MapLibre GL and OpenLayers show it" : "QGIS opens it, and tile servers for MapLibre GL";
+  const char* clients = begins_with(path, "PMTiles")
+                            ? "https://pmtiles.io opens it in a browser, and MapLibre GL and OpenLayers show it"
+                            : "QGIS opens it, and tile servers for MapLibre GL";
   return {"file-unreadable", path + " holds tiles for maps, and the viewer shows meshes: " + clients, accepted, "path"};
 }
 

@@ -116,7 +116,9 @@ bool FormReader::head() {
   if (end == rest_.npos) return rest_.size() > kMostHead && fail("a part's head has more than 8 KiB");
   const std::string lines = rest_.substr(2, end > 2 ? end - 2 : 0);
   if (proto::lower("\r\n" + lines).find("\r\ncontent-type: multipart/") != std::string::npos)
-    return fail("a part holds several files, as curl -F file=@a.tif,b.tif sends them; each has its own -F, and a name with a comma quotes: -F 'file=@\"a,b.tif\"'");
+    return fail(
+        "a part holds several files, as curl -F file=@a.tif,b.tif sends them; each has its own -F, and a name with a comma "
+        "quotes: -F 'file=@\"a,b.tif\"'");
   const std::string line = disposition(lines);
   rest_.erase(0, end + 4);
   const auto name = parameter(line, "name"), file = parameter(line, "filename");

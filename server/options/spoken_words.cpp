@@ -82,13 +82,15 @@ std::optional<std::string> meant_by_habit(std::string word) {
 std::string as_typed(const std::string& sentence) {
   static const std::set<std::string> kNames = [] {
     std::set<std::string> names;
-    for (const OptionSpec& option : post_options()) names.insert({spelt(option, Spelling::query), alias_spelt(option, Spelling::query)});
+    for (const OptionSpec& option : post_options())
+      names.insert({spelt(option, Spelling::query), alias_spelt(option, Spelling::query)});
     for (const MeshOption& option : mesh_options()) names.insert(option.name);
     names.erase("");
     return names;
   }();
   constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyz_";
-  constexpr std::string_view kBefore = " (\"'";  // what a word begins behind: not an address, a path or an option that is spelt as typed already
+  constexpr std::string_view kBefore =
+      " (\"'";  // what a word begins behind: not an address, a path or an option that is spelt as typed already
   std::string out;
   for (std::size_t at = 0; at < sentence.size();) {
     const bool begins = at == 0 || kBefore.find(sentence[at - 1]) != kBefore.npos;
@@ -104,7 +106,8 @@ std::string as_typed(const std::string& sentence) {
     out += spelt({word, "", "", "", nullptr}, Spelling::command_line);
     std::replace(out.end() - static_cast<std::ptrdiff_t>(word.size()), out.end(), '_', '-');
     at = end;
-    const bool valued = set && end + 1 < sentence.size() && std::string_view(" ,;.)").find(sentence[end + 1]) == std::string_view::npos;
+    const bool valued =
+        set && end + 1 < sentence.size() && std::string_view(" ,;.)").find(sentence[end + 1]) == std::string_view::npos;
     if (set && !valued) ++at;
   }
   return out;

@@ -13,8 +13,8 @@ std::vector<std::string> understood(std::vector<std::string> words);
 /// The option that other programs call so: "--t_srs" and "epsg" are "crs", "units" is "z-scale". None: nobody is known to.
 std::optional<std::string> meant_by_habit(std::string word);
 
-/// A sentence whose options are spelt as over HTTP, said to somebody at a command line: "z_scale= for another unit" is "--z-scale for another unit",
-/// "nodata=-9999" is "--nodata=-9999". Options of building, posting and meshes; other words are left.
+/// A sentence whose options are spelt as over HTTP, said to somebody at a command line: "z_scale= for another unit" is "--z-scale
+/// for another unit", "nodata=-9999" is "--nodata=-9999". Options of building, posting and meshes; other words are left.
 std::string as_typed(const std::string& sentence);
 
 /// "HOST:PORT" of --host and --port; what is empty is that of the default. An IPv6 address gets its brackets.

@@ -130,7 +130,8 @@ TEST_F(Decimated, AValueThatMayMeanNoDataIsNoted) {
   Spec spec = plane(64);
   spec.value = [](int c, int r) { return c < 16 ? -9999.0 : 100 + c + r; };
   EXPECT_THAT(raster::notes_on(look(write(spec))),
-              ::testing::ElementsAre("25 % of the values are -9999, which may mean no data and is not declared: they are heights here; nodata=-9999 leaves them out"));
+              ::testing::ElementsAre("25 % of the values are -9999, which may mean no data and is not declared: they are heights "
+                                     "here; nodata=-9999 leaves them out"));
   proto::BuildOptions options = plain_options();
   options.set_nodata("-9999");
   EXPECT_THAT(raster::notes_on(look(write(spec), options)), ::testing::IsEmpty());
@@ -139,13 +140,17 @@ TEST_F(Decimated, AValueThatMayMeanNoDataIsNoted) {
   spec.type = "Int16", spec.value = [](int c, int r) { return c < 16 ? -32768.0 : 1000 + c + r; };
   EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::IsEmpty()) << "no height in metres, and taken for none";
   spec.scale = 0.1;
-  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::ElementsAre(::testing::HasSubstr("25 % of the values are -32768"))) << "decimetres";
+  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::ElementsAre(::testing::HasSubstr("25 % of the values are -32768")))
+      << "decimetres";
 }
 
 TEST_F(Decimated, HeightsBeyondTheLimitAreNotedWhereTheyAreMany) {
   Spec spec = plane(64);
   spec.value = [](int c, int r) { return 1000.0 * c + r; };  // millimetres, say
-  EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::ElementsAre(::testing::AllOf(::testing::HasSubstr("73 % of the values are heights beyond 16384 m, from 17000 to 63063 m"), ::testing::HasSubstr("z_scale="))));
+  EXPECT_THAT(raster::notes_on(look(write(spec))),
+              ::testing::ElementsAre(
+                  ::testing::AllOf(::testing::HasSubstr("73 % of the values are heights beyond 16384 m, from 17000 to 63063 m"),
+                                   ::testing::HasSubstr("z_scale="))));
   spec.value = [](int c, int r) { return c == 0 && r == 0 ? 40000.0 : c == 0 && r == 1 ? 41000.0 : 100.0; };
   EXPECT_THAT(raster::notes_on(look(write(spec))), ::testing::IsEmpty()) << "two pixels are no good part";
   spec.value = [](int c, int r) { return c < 32 ? 65535.0 : 100.0 + r; };

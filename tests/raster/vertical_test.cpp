@@ -310,7 +310,9 @@ TEST_F(HeightSystem, OfAnotherPlaceIsNotAdvisedAgain) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.problem().type, "geoid-not-found");
   EXPECT_THAT(refused.problem().detail, ::testing::HasSubstr("NAVD88 height"));
-  EXPECT_THAT(refused.problem().accepted, ::testing::AllOf(::testing::HasSubstr("EGM96"), ::testing::Not(::testing::HasSubstr("NAVD88")), ::testing::Not(::testing::HasSubstr("5703"))));
+  EXPECT_THAT(refused.problem().accepted,
+              ::testing::AllOf(::testing::HasSubstr("EGM96"), ::testing::Not(::testing::HasSubstr("NAVD88")),
+                               ::testing::Not(::testing::HasSubstr("5703"))));
 }
 
 TEST_F(HeightSystem, WhoseGridEndsBeforeTheDataIsRefused) {

@@ -161,7 +161,8 @@ TEST_F(DryRun, OfALevelWhoseCellsAreWiderThanTheDataNamesTheLevel) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.problem().type, "option-invalid");
   EXPECT_EQ(refused.problem().parameter, "max_level");
-  EXPECT_THAT(refused.problem().line(), ::testing::AllOf(::testing::HasSubstr("cells of level 0 are so wide"), ::testing::HasSubstr("as fine as the raster is 7")));
+  EXPECT_THAT(refused.problem().line(), ::testing::AllOf(::testing::HasSubstr("cells of level 0 are so wide"),
+                                                         ::testing::HasSubstr("as fine as the raster is 7")));
 }
 
 TEST_F(DryRun, OfRastersFarApartFindsThem) {

@@ -37,7 +37,8 @@ TEST_F(Export, EveryEndingIsAFile) {
   EXPECT_EQ(exported("-o " + place("a.glb") + " --overwrite -q").output, "");
   const Ended raster = shell(kProgram + " export " + raster_ + " -o " + place("b.pmtiles"));
   EXPECT_EQ(raster.code, 1);
-  EXPECT_THAT(raster.output, HasSubstr("is a raster, and export takes what was built of one; accepted: cordillera build " + raster_));
+  EXPECT_THAT(raster.output,
+              HasSubstr("is a raster, and export takes what was built of one; accepted: cordillera build " + raster_));
 }
 
 /// One command from the raster to the file: the same bytes as by way of a dataset.

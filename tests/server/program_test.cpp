@@ -59,11 +59,14 @@ TEST_F(Program, AnUnknownOptionIsOneSentence) {
   EXPECT_EQ(shell(kProgram + " build dem.tif --frobnicate 3 -o out").output, "cordillera: unknown option '--frobnicate'; see `cordillera help build`\n");
   EXPECT_EQ(shell(kProgram + " serve --frobnicate").output, "cordillera: unknown option '--frobnicate'; see `cordillera help serve`\n");
   EXPECT_THAT(shell(kProgram + " build dem.tif --eror 3").output, HasSubstr("did you mean --error?\n"));
-  EXPECT_THAT(shell(kProgram + " build dem.tif --epsg 4326").output, HasSubstr("did you mean --crs?\n")) << "as other programs have it";
-  EXPECT_THAT(shell(kProgram + " " + raster_).output, HasSubstr("is no command but a file; accepted: cordillera view " + raster_));
+  EXPECT_THAT(shell(kProgram + " build dem.tif --epsg 4326").output, HasSubstr("did you mean --crs?\n"))
+      << "as other programs have it";
+  EXPECT_THAT(shell(kProgram + " " + raster_).output,
+              HasSubstr("is no command but a file; accepted: cordillera view " + raster_));
   EXPECT_THAT(shell(kProgram + " serve " + raster_).output, HasSubstr("accepted: cordillera view " + raster_));
   EXPECT_THAT(shell(kProgram + " build " + raster_ + " out").output, HasSubstr("accepted: -o out, "));
-  EXPECT_THAT(shell(kProgram + " build " + raster_ + " " + raster_ + " --crs EPSG:4326 --dry-run").output, HasSubstr("2 rasters")) << "a dry run needs no -o";
+  EXPECT_THAT(shell(kProgram + " build " + raster_ + " " + raster_ + " --crs EPSG:4326 --dry-run").output, HasSubstr("2 rasters"))
+      << "a dry run needs no -o";
 }
 
 TEST_F(Program, HelpHasOptionsInGroups) {

@@ -26,11 +26,16 @@ TEST(SpokenWords, HelpVersionAndFourWordsOfABox) {
 }
 
 TEST(SpokenWords, OptionsInMessagesAreSpeltAsTyped) {
-  EXPECT_EQ(as_typed("z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value"), "--z-scale for another unit (--z-scale=0.001 for millimetres), or --nodata for a value");
-  EXPECT_EQ(as_typed("vertical_datum=EGM96, a finer max_level, or frame=enu"), "--vertical-datum=EGM96, a finer --max-level, or --frame=enu");
-  EXPECT_EQ(as_typed("error and keep are two ways; a coarser error= or a bbox="), "error and keep are two ways; a coarser --error or a --bbox");
+  EXPECT_EQ(as_typed("z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value"),
+            "--z-scale for another unit (--z-scale=0.001 for millimetres), or --nodata for a value");
+  EXPECT_EQ(as_typed("vertical_datum=EGM96, a finer max_level, or frame=enu"),
+            "--vertical-datum=EGM96, a finer --max-level, or --frame=enu");
+  EXPECT_EQ(as_typed("error and keep are two ways; a coarser error= or a bbox="),
+            "error and keep are two ways; a coarser --error or a --bbox");
   EXPECT_EQ(as_typed("max_level"), "--max-level");
-  for (const char* same : {"", "--error='x': no number", "/v1/live?url=A&error=5", "lsm=landlock, KEY=value", "a/z_scale=2.tif", "the name of a raster", "my_error=5"}) EXPECT_EQ(as_typed(same), same);
+  for (const char* same : {"", "--error='x': no number", "/v1/live?url=A&error=5", "lsm=landlock, KEY=value", "a/z_scale=2.tif",
+                           "the name of a raster", "my_error=5"})
+    EXPECT_EQ(as_typed(same), same);
 }
 
 TEST(SpokenWords, OptionsOfOtherProgramsAreKnown) {
@@ -39,8 +44,11 @@ TEST(SpokenWords, OptionsOfOtherProgramsAreKnown) {
   EXPECT_EQ(meant_by_habit("min_zoom"), "min-level");
   for (const char* word : {"", "--", "eror", "z", "crs"}) EXPECT_EQ(meant_by_habit(word), std::nullopt) << word;
   const auto names = build_options();
-  for (const char* word : {"epsg", "units", "zoom", "min-zoom", "tolerance", "ratio", "extent", "srcnodata", "fill", "geoid", "copyright", "cores"}) {
-    EXPECT_TRUE(std::any_of(names.begin(), names.end(), [&](const OptionSpec& option) { return option.name == meant_by_habit(word); })) << word;
+  for (const char* word : {"epsg", "units", "zoom", "min-zoom", "tolerance", "ratio", "extent", "srcnodata", "fill", "geoid",
+                           "copyright", "cores"}) {
+    EXPECT_TRUE(std::any_of(names.begin(), names.end(), [&](const OptionSpec& option) {
+      return option.name == meant_by_habit(word);
+    })) << word;
   }
   const auto refused = with_layer({}, build_options(), {{"epsg", "4326"}}, Spelling::query);
   ASSERT_FALSE(refused.ok());
@@ -160,7 +168,8 @@ TEST_F(Program, InfoOfARasterIsADryRun) {
   EXPECT_THAT(placed.output, HasSubstr("(EPSG:25832) (request)"));
   std::filesystem::create_directory(folder_.path() / "many");
   for (const char* name : {"a.tif", "b.tif"}) std::filesystem::copy_file(raster, folder_.path() / "many" / name);
-  EXPECT_THAT(shell(kProgram + " info " + (folder_.path() / "many").string()).output, HasSubstr("source    2 rasters: 960 x 540"));
+  EXPECT_THAT(shell(kProgram + " info " + (folder_.path() / "many").string()).output,
+              HasSubstr("source    2 rasters: 960 x 540"));
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
   EXPECT_EQ(shell(kProgram + " info " + (folder_.path() / "bad.tif").string()).code, 1);
 }

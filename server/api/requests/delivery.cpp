@@ -15,7 +15,8 @@ namespace {
 constexpr std::chrono::seconds kLongestPost{600};
 
 proto::Problem body_empty() {
-  return {"body-empty", "the request has no body", "a raster as the body: curl --data-binary @dem.tif …; or source= with its address", ""};
+  return {"body-empty", "the request has no body",
+          "a raster as the body: curl --data-binary @dem.tif …; or source= with its address", ""};
 }
 
 /// "a.tif, https://…": addresses in a row. An address may have a comma of its own.
@@ -117,7 +118,9 @@ std::optional<proto::Problem> unknown_in_body(const Given& options, const std::s
 
 proto::Problem several_sources() {
   return {"option-invalid", "source names several rasters, and a POST takes one address",
-          "the first alone, and POST /v1/datasets/{id}/sources?source=ADDRESS for each of the others; or the files in one form: curl -F file=@a.tif -F file=@b.tif", "source"};
+          "the first alone, and POST /v1/datasets/{id}/sources?source=ADDRESS for each of the others; or the files in one form: "
+          "curl -F file=@a.tif -F file=@b.tif",
+          "source"};
 }
 
 std::uint64_t most_bytes(const Service& service) { return std::uint64_t{service.settings().serve.limits.body_mib} << 20; }

@@ -161,7 +161,8 @@ proto::Result<Request> with_json_as_query(const Request& request) {
     if (!json.is_object()) return not_json("the body is JSON, but no object");
     return with_members(request, json);
   } catch (const Json::parse_error& error) {
-    return not_json(text.empty() ? "the body is empty" : "the body is no JSON from its byte " + std::to_string(error.byte) + " on");
+    return not_json(text.empty() ? "the body is empty"
+                                 : "the body is no JSON from its byte " + std::to_string(error.byte) + " on");
   }
 }
 
@@ -177,7 +178,8 @@ Request with_body_looked_at(const Request& request, const std::shared_ptr<bool>&
 }
 
 Problem body_stripped() {
-  return {"body-stripped", "the body is a raster without its line breaks and zero bytes, as curl -d @dem.tif sends it", "curl -T dem.tif …, curl --data-binary @dem.tif …, or curl -F file=@dem.tif …", ""};
+  return {"body-stripped", "the body is a raster without its line breaks and zero bytes, as curl -d @dem.tif sends it",
+          "curl -T dem.tif …, curl --data-binary @dem.tif …, or curl -F file=@dem.tif …", ""};
 }
 
 proto::Result<Request> with_typed_body_as_query(const Request& request) {

@@ -28,7 +28,8 @@ proto::Result<Request> with_json_as_query(const Request& request);
 /// A body of type application/x-www-form-urlencoded. What curl -d sends, source=…&error=5 or the JSON above, becomes parameters in the same way.
 /// curl --data-binary says that type of a raster, too: any other body stays, as it came.
 proto::Result<Request> with_typed_body_as_query(const Request& request);
-/// The request, but its body ends early, and stripped is set, where it is a raster out of which curl -d has taken line breaks and zero bytes.
+/// The request, but its body ends early, and stripped is set, where it is a raster out of which curl -d has taken line breaks and
+/// zero bytes.
 Request with_body_looked_at(const Request& request, const std::shared_ptr<bool>& stripped);
 proto::Problem body_stripped();
 /// Takes out what the headers say of a body whose parts have gone elsewhere.
