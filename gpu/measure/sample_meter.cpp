@@ -1,7 +1,13 @@
 #include "gpu/measure/sample_meter.h"
 
+#include <algorithm>
+#include <cmath>
+
 namespace cordillera::gpu {
 namespace {
+
+// Rows nearer to a pole than 86.4 degrees.
+constexpr double kPolarCosine = 1.0 / 16;
 
 // Of all that may become a corner: the mesh's vertices and the tile's samples, rounded.
 std::pair<double, double> height_range_m(const SurfaceErrorInput& in, std::int32_t step) {
@@ -17,7 +23,14 @@ std::pair<double, double> height_range_m(const SurfaceErrorInput& in, std::int32
 }  // namespace
 
 SampleMeter::SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step)
-    : meter_(input, height_range_m(input, height_step)), side_(input.mesh->side) {}
+    : meter_(input, height_range_m(input, height_step)), side_(input.mesh->side), lattice_(*input.lattice), south_(lattice_.south(input.tile)) {}
+
+// Beside a pole a row's columns are hundreds of times closer than its rows. Vertices at any of them make needles along lines that are straight in
+// plan and not in space.
+std::int64_t SampleMeter::columns_apart(std::int64_t y) const {
+  const double cos_lat = proto::row_frame(lattice_, std::clamp<std::int64_t>(south_ + y, 1, lattice_.rows() - 1)).cos_lat;
+  return cos_lat < kPolarCosine ? std::int64_t{1} << std::clamp(-std::ilogb(cos_lat) - 1, 0, 30) : 1;
+}
 
 MeasuredTriangle SampleMeter::triangle(const std::array<MeshPoint, 3>& corners) const {
   const auto corner = [&](std::size_t k) { return meter_.corner(corners[k].x, corners[k].y, corners[k].height); };
@@ -45,11 +58,16 @@ TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, doub
   const WorstSample any = worst.any;
   if (worst.inside.error_m < 0) worst = meter_.worst(triangle, -1, tally);
   if (worst.inside.error_m >= 0) {
-    offer(worst.inside.x, worst.inside.y);
+    const std::int64_t x = worst.inside.x, y = worst.inside.y, apart = columns_apart(y);
+    const auto rounded = [&](std::int64_t unit) { return std::clamp((x + unit / 2) / unit * unit, std::min(unit, side_ / 2), std::max(side_ - unit, side_ / 2)); };
+    for (std::int64_t unit = apart; unit > 1 && unit >= apart / 16; unit /= 4) offer(rounded(unit), y);
+    offer(x, y);
     return error;
   }
   // A needle between samples: vertices beside its worst corner part it from what lies around.
-  for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) offer(any.x + dx, any.y + dy);
+  const std::int64_t apart = columns_apart(any.y);
+  const std::int64_t east = (any.x / apart + 1) * apart, west = (any.x - 1) / apart * apart;
+  for (const auto& [x, y] : {std::pair{east, any.y}, {west, any.y}, {any.x, any.y + 1}, {any.x, any.y - 1}}) offer(x, y);
   return error;
 }
 

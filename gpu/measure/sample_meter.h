@@ -6,7 +6,7 @@
 namespace cordillera::gpu {
 
 /// As surface_error measures it, both decodings; the point that helps is the worst sample inside or, of a needle without any, one
-/// beside its worst corner. Borrows what input points to.
+/// beside its worst corner. Beside a pole, columns about as far apart as rows are offered first. Borrows what input points to.
 class SampleMeter final : public ErrorMeter {
  public:
   /// height_step: no corner is farther than that beyond the samples and the mesh, in kHeightStep_m.
@@ -16,8 +16,13 @@ class SampleMeter final : public ErrorMeter {
 
  private:
   MeasuredTriangle triangle(const std::array<MeshPoint, 3>& corners) const;
+  /// As far apart in space as rows are, or half of that: a power of two.
+  std::int64_t columns_apart(std::int64_t y) const;
+
   SurfaceMeter meter_;
   std::int64_t side_;
+  proto::Lattice lattice_;
+  std::int64_t south_;
 };
 
 }  // namespace cordillera::gpu

@@ -84,11 +84,20 @@ class Flipper {
     if (t != kNoTriangle) std::replace(across_[t].begin(), across_[t].end(), old, now);
   }
 
-  /// A corner inside the mesh, with data all around, moves into another one of its triangle, the nearest first.
+  /// With data all around.
+  bool is_inside(std::uint32_t v) const {
+    if (sides_of(mesh_, v) > 0) return false;
+    const std::vector<std::uint32_t> beside = neighbours_of(v);
+    return beside.size() == around_[v].size() && std::none_of(beside.begin(), beside.end(), [this](std::uint32_t u) { return is_void(u); });
+  }
+
+  /// A corner inside the mesh, with data all around, moves into a neighbour, the nearest first.
   bool collapse_one(std::uint32_t t) {
-    const Triangle corner = mesh_.triangles[t];
-    std::array<std::pair<std::uint32_t, std::uint32_t>, 6> ways;
-    for (unsigned k = 0; k < 3; ++k) ways[2 * k] = {corner[k], corner[after(k)]}, ways[2 * k + 1] = {corner[after(k)], corner[k]};
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> ways;
+    for (const std::uint32_t corner : mesh_.triangles[t]) {
+      if (!is_inside(corner)) continue;
+      for (const std::uint32_t to : neighbours_of(corner)) ways.emplace_back(corner, to);
+    }
     const auto apart2 = [&](const auto& way) {
       const double dx = mesh_.x[way.first] - mesh_.x[way.second], dy = mesh_.y[way.first] - mesh_.y[way.second];
       return dx * dx + dy * dy;
@@ -97,17 +106,14 @@ class Flipper {
     return std::any_of(ways.begin(), ways.end(), [&](const auto& way) { return collapse(way.first, way.second); });
   }
   bool collapse(std::uint32_t from, std::uint32_t to) {
-    if (sides_of(mesh_, from) > 0) return false;
     const std::vector<std::uint32_t> of_from = neighbours_of(from), of_to = neighbours_of(to);
-    if (std::any_of(of_from.begin(), of_from.end(), [this](std::uint32_t v) { return is_void(v); })) return false;
     std::vector<std::uint32_t> moving, shared, both;
     for (const std::uint32_t t : around_[from]) {
       const Triangle& c = mesh_.triangles[t];
       (std::find(c.begin(), c.end(), to) != c.end() ? shared : moving).push_back(t);
     }
     std::set_intersection(of_from.begin(), of_from.end(), of_to.begin(), of_to.end(), std::back_inserter(both));
-    // A closed fan, which meets that of the other in two neighbours alone.
-    if (shared.size() != 2 || both.size() != 2 || of_from.size() != moving.size() + 2) return false;
+    if (shared.size() != 2 || both.size() != 2) return false;  // their fans meet in two neighbours alone
     if (of_from.size() + of_to.size() - 4 > most_neighbours(mesh_, to, kWeldedCaps)) return false;
     std::vector<Triangle> moved;
     for (const std::uint32_t t : moving) {
@@ -203,7 +209,7 @@ class Flipper {
 }  // namespace
 
 std::uint32_t flip_turned(proto::TileMesh& mesh, const Upright& upright, const ErrorMeter& meter, double limit_m) {
-  return Flipper(mesh, upright, meter, limit_m).run();
+  return turned_triangles(upright, mesh).empty() ? 0 : Flipper(mesh, upright, meter, limit_m).run();
 }
 
 }  // namespace cordillera::gpu

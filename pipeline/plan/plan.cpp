@@ -20,6 +20,7 @@ constexpr double kLeastError_m = 0.01;       // heights are steps of a millimetr
 constexpr double kDefaultErrorCells = 1.0 / 4, kDefaultErrorRelief = 1.0 / 50;
 constexpr double kLeastDefaultCells = 1.0 / 64, kLeastDefault_m = 100;
 constexpr double kChainShare = 0.8;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
+constexpr double kPolarChainShare = 0.5;      // beside a pole, where triangles are held to be upright too
 constexpr double kStepsPerTile = 262144;      // .glb quantisation: 18 bits a tile side, so that walls and spikes stay where they are
 constexpr double kStepShare = 1.0 / 64;       // of the target: quantisation must not spend the promise
 constexpr double kExactStepShare = 1.0 / 512;  // an exact block has only what this leaves of its target
@@ -203,7 +204,7 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   // asks for less than a float32 can tell.
   const bool composed = z < static_cast<int>(plan.block_level()) && !merged_at_once(plan), exact = plan.exact() && !composed;
   const double left = target_m * (composed ? 0.5 : 1) - level.ecef_step() - level.height_step() / 2;
-  level.set_chain_tolerance((exact ? 1 : kChainShare) * std::max(left, 0.0));
+  level.set_chain_tolerance((exact ? 1 : at_pole ? kPolarChainShare : kChainShare) * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
   level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
 }

@@ -261,6 +261,19 @@ Piece piece_of(const std::vector<Placed>& placed, std::int32_t from, std::int32_
   return {index(from), index(to)};
 }
 
+// A run's pieces between vertices that stay anyway: a chord ends at each of them, and another one than was measured might leave a sample too far.
+std::vector<Piece> between(const std::vector<Placed>& placed, const std::vector<std::int32_t>& stay, std::int32_t from, std::int32_t to) {
+  std::vector<Piece> pieces;
+  std::int32_t last = from;
+  for (const std::int32_t at : stay) {
+    if (at <= last || at >= to || placed[piece_of(placed, at, to).first].position != at) continue;
+    pieces.push_back(piece_of(placed, last, at));
+    last = at;
+  }
+  pieces.push_back(piece_of(placed, last, to));
+  return pieces;
+}
+
 Chain only(const Chain& chain, std::vector<std::int32_t>& kept) {
   std::sort(kept.begin(), kept.end());
   Chain result;
@@ -281,15 +294,19 @@ Chain reduce(const Edge& edge, Chain candidates, const EdgeHeights& heights, Ter
   // Voids first: two stretches of data that a small hole parts are one stretch, and not each too short.
   std::vector<Run> runs = without_short_runs(runs_of(candidates), false, rule, candidates);
   runs = without_short_runs(runs, true, rule, candidates);
-  std::vector<std::int32_t> kept{candidates.position.front(), candidates.position.back()};
-  if (rule.void_gap_units > 0) keep_support(edge, candidates, rule, kept);
-  for (std::int64_t reach = heights.cell; reach <= heights.reach; reach *= 2) keep_near_rims(candidates, heights, reach, kept);
+  std::vector<std::int32_t> anyway;
+  if (rule.void_gap_units > 0) keep_support(edge, candidates, rule, anyway);
+  for (std::int64_t reach = heights.cell; reach <= heights.reach; reach *= 2) keep_near_rims(candidates, heights, reach, anyway);
+  std::sort(anyway.begin(), anyway.end());
+  std::vector<std::int32_t> kept = anyway;
+  kept.push_back(candidates.position.front());
+  kept.push_back(candidates.position.back());
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const std::int32_t from = candidates.position[runs[k].first], to = candidates.position[runs[k].last];
     if (runs[k].valid) {
       kept.push_back(from);
       kept.push_back(to);
-      keep_significant(terrain, piece_of(terrain.line, from, to), rule, kept);
+      for (const Piece& piece : between(terrain.line, anyway, from, to)) keep_significant(terrain, piece, rule, kept);
     } else if (k > 0 && k + 1 < runs.size()) {
       kept.push_back(void_representative(candidates, runs[k]));
     }

@@ -24,8 +24,7 @@ gpu::Upright upright_of(const LevelContext& context, const BuiltTile& built) {
 /// In a tile at a pole, collapses make fans of needles that plan has the right way up and space has not. A vertex more in each makes them thinner;
 /// turning their edges first does not. Errors are for refinement to mend.
 void stand_up(BuiltTile& built, const gpu::Upright& upright, const gpu::ErrorMeter& meter) {
-  const bool at_pole = built.tile.y == 0 || built.tile.y + 1 == proto::tiles_up(built.tile.z);
-  if (at_pole) gpu::flip_turned(built.mesh, upright, meter, INFINITY);
+  if (is_at_pole(built.tile)) gpu::flip_turned(built.mesh, upright, meter, INFINITY);
 }
 
 /// Ascending lists as one.
@@ -55,6 +54,7 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
     const gpu::UprightMeter in_space(samples, upright);
     const gpu::SteppedMeter meter(in_space, step);
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, limit_m, over, SIZE_MAX).inserted;
+    gpu::flip_turned(built.mesh, upright, samples, limit_m);
     if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {limit_m, context.height_rounds, step});
   }
   built.measured = gpu::surface_error(input, limit_m);
@@ -83,6 +83,7 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   over = both(over, gpu::turned_triangles(upright, built.mesh));
   if (context.promise) {
     if (!over.empty()) built.put_back = gpu::refine(built.mesh, meter, left_m, over, truth.points()).inserted;
+    gpu::flip_turned(built.mesh, upright, errors, left_m);
     if (context.height_rounds >= 0) gpu::thin(built.mesh, meter, {left_m, context.height_rounds, step});
     greatest_m = greatest_error_m(errors, built.mesh, left_m, still_over);
   }

@@ -41,8 +41,8 @@ constexpr double kRimSparseShare = 1.0 / 8;
 constexpr double kMoreCaution = 1.5;  // from one of these to the next: a denser inside has more for the border to hold on to
 constexpr std::size_t kMostHelped = 16;  // of samples left uncovered, what is kept around before another attempt
 constexpr int kPromiseAttempts = 6;  // to keep a promise that refinement could not
-// Where nothing but triangles upside down is left: what helps them helps soon. Twelve attempts more at two tiles of a coast range took an eighth of
-// its build, and turned one triangle of three.
+// Where nothing but triangles upside down is left, away from poles: what helps them helps soon. Twelve attempts more at two tiles of a coast range
+// took an eighth of its build, and turned one triangle of three.
 constexpr int kUprightAttempts = 2;
 // Of the error left to a collapse. What it sees, added up from collapse to collapse, is more than the error: refinement repairs the few places
 // where it is not, and so tiles get a quarter of the triangles that a cautious guard would leave.
@@ -193,8 +193,7 @@ std::optional<PreparedTile> prepare_finest(const LevelContext& context, const pr
   prepared.elevation = elevations(lattice, tile, prepared.input);
   apply_chains(context, prepared, true);
   // At a pole a cell is a sliver in space: halves of squares are nothing there, and their chords leave what is measured of them.
-  const bool polar = tile.y == 0 || tile.y + 1 == proto::tiles_up(tile.z);
-  if (context.promise && context.sparse_start && !polar) {
+  if (context.promise && context.sparse_start && !is_at_pole(tile)) {
     const bool rims = std::find(heights.begin(), heights.end(), proto::kNoHeight) != heights.end();
     prepared.start_tolerance_m = static_cast<float>((rims ? kRimSparseShare : kSparseShare) * context.level->target());
   }
@@ -345,7 +344,7 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
   const std::vector<gpu::MeshPoint> bare = bare_samples(context, built);
   built.bare = bare.size();
   // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.
-  const bool only_turned = over.size() == built.turned && bare.empty();
+  const bool only_turned = over.size() == built.turned && bare.empty() && !is_at_pole(built.tile);
   const bool broken = (!over.empty() || !bare.empty()) && attempt < (only_turned ? kUprightAttempts : kPromiseAttempts);
   if (broken) {
     made_dense(prepared, attempt);

@@ -18,6 +18,9 @@
 
 namespace cordillera::pipeline {
 
+/// Whether one of the tile's sides is a pole.
+inline bool is_at_pole(const proto::TileAddress& tile) { return tile.y == 0 || tile.y + 1 == proto::tiles_up(tile.z); }
+
 /// A finished mesh of a tile. Covers the whole rectangle; may be void throughout.
 struct BuiltTile {
   proto::TileAddress tile;

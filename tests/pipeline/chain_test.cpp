@@ -152,11 +152,14 @@ TEST(Chain, NoSampleIsFartherThanTolerated) {
   std::mt19937 random(5);
   for (int round = 0; round < 24; ++round) {
     const Lattice lattice = lattice_of(round % 3 ? 6 : 11);  // at level 6 the earth's curvature rules
-    const bool north = round % 2;
-    const Edge e = edge(lattice, 512, north ? Along::north : Along::east);
+    const bool north = round % 2, to_pole = round % 4 == 3;  // some vertices stay there, whatever lies between
+    Edge e = edge(lattice, 512, north ? Along::north : Along::east);
+    if (to_pole) e.row = lattice.rows() - 512;
     const auto heights = terrain(random, 513, 0);
     const double tolerance = 0.5 * (1 + round);
-    const Chain chain = chain_finest(e, heights, {tolerance, 0, 0});
+    ChainRule rule{tolerance, 0, 0};
+    if (to_pole) rule.void_gap_units = 8;
+    const Chain chain = chain_finest(e, heights, rule);
     const auto rows = proto::row_frames(lattice, e.row, 513);
     const auto columns = proto::column_frames(lattice, e.column, 513);
     const auto at = [&](std::int32_t p) { return proto::ecef(rows[north ? p : 0], columns[north ? 0 : p], heights[p] / 1024.0); };
