@@ -156,7 +156,9 @@ inline proto::Result<std::optional<proto::Estimate>> play_job(const std::filesys
     *estimate.mutable_manifest()->mutable_options() = job.options();
     return std::optional(estimate);
   }
-  make_store((folder / kStoreFile).string(), job.id());
+  // As a real job: nobody sees a store that is half written.
+  make_store((folder / "made.sqlite").string(), job.id());
+  std::filesystem::rename(folder / "made.sqlite", folder / kStoreFile);
   return std::optional<proto::Estimate>();
 }
 
