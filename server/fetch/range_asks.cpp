@@ -105,12 +105,13 @@ int RangeAnswers::open() {
 }
 
 void RangeAnswers::begin(RangedSource& source, const std::atomic<bool>& stop) {
-  thread_ = std::thread([this, &source, &stop] {
+  // Made before, for there may be no memory to make it.
+  proto::Problem busy{"service-busy", "the raster cannot be fetched: the service has no memory left", "trying again later", ""};
+  thread_ = std::thread([this, &source, &stop, busy = std::move(busy)]() mutable {
     try {
       answer(source, stop);
-    } catch (const std::exception& error) {  // want of memory
-      problem_ =
-          proto::Problem{"service-busy", std::string("the raster cannot be fetched: ") + error.what(), "trying again later", ""};
+    } catch (const std::exception&) {
+      problem_ = std::move(busy);
     }
     shutdown(descriptor_, SHUT_RDWR);  // who waits for an answer gets none
   });

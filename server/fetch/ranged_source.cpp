@@ -62,7 +62,9 @@ std::optional<bool> is_same(const Got& head, const Print& print) {
   return std::nullopt;
 }
 
-bool is_strong(const std::string& etag) { return !etag.empty() && !etag.starts_with("W/"); }
+bool is_strong(const std::string& etag) { return etag.starts_with('"'); }
+
+bool is_http(const std::string& address) { return address.starts_with("http://") || address.starts_with("https://"); }
 
 }  // namespace
 
@@ -84,7 +86,7 @@ std::optional<ContentRange> read_content_range(const std::string& text) {
 }
 
 bool can_be_ranged(const Got& head) {
-  constexpr std::uint64_t kLargest = std::uint64_t{1} << 50;  // of a file that a disk can have
+  constexpr std::uint64_t kLargest = std::uint64_t{1} << 42;  // its map has 8 MiB: a source may say any number
   const auto range = read_content_range(head.range);
   const bool has_mark = !head.etag.empty() || !head.modified.empty();
   return head.status == 206 && has_mark && range && range->first == 0 && range->total <= kLargest &&
@@ -99,6 +101,8 @@ bool begins_as_tiff(std::string_view bytes) {
 }
 
 proto::Result<void> begin_ranged(const fs::path& file, std::uint64_t begun_bytes, std::uint64_t bytes) {
+  if (truncate(file.c_str(), static_cast<off_t>(bytes)) != 0 && errno == EFBIG)
+    return Problem{"body-too-large", "the raster is larger than the service's disk holds in one file", "a smaller raster", "source"};
   std::string map((blocks_of(bytes) + 7) / 8, '\0');
   for (std::uint64_t block = 0; block < blocks_of(begun_bytes); ++block)
     map[block / 8] = static_cast<char>(map[block / 8] | 1 << (block % 8));
@@ -207,14 +211,15 @@ RangedSource::Answer RangedSource::ask(const Run& run, const Terms& terms) {
     answer.bytes.clear();
     const Got got = talk_.get(
         at_, [&](std::string_view piece) { return answer.bytes.append(piece).size() <= count; }, of_part);
-    if (other || got.status == 412 || got.status == 416) return {Is::changed, "", "", {}};
+    // Also where it answers with all of it, which gave parts before.
+    if (other || got.status == 412 || got.status == 416 || got.status == 200) return {Is::changed, "", "", {}};
     if (got.status / 100 == 3 && !got.location.empty()) {
       at_ = resolved(at_, got.location);
+      if (!is_http(at_)) return {Is::refused, "", "it leads to what is neither http nor https", {}};
       continue;
     }
     if (got.status == 0) return {Is::late, "", got.trouble, {}};
     if (got.status == 429 || got.status / 100 == 5) return {Is::late, "", "it answers " + std::to_string(got.status), {}};
-    if (got.status == 200) return {Is::refused, "", "it answers with all of it, where it gave parts before", {}};
     if (got.status != 206) return {Is::refused, "", "it answers " + std::to_string(got.status), {}};
     if (answer.bytes.size() > count) return {Is::refused, "", "it sends more than was asked for", {}};
     if (!got.trouble.empty() || answer.bytes.size() < count)
@@ -263,6 +268,7 @@ proto::Result<void> RangedSource::fetch(const Run& run, const std::function<bool
 }
 
 proto::Result<void> RangedSource::keep(const Run& run, const std::string& bytes) {
+  if (lost_) return no_room("the raster cannot be written to disk");
   if (claim_) full_ = claim_->next(bytes.size());
   if (!full_.empty()) return no_room(full_);
   if (!write_at(file_, bytes.data(), bytes.size(), run.first * kRangeBlock_bytes))
@@ -279,7 +285,8 @@ void RangedSource::mark(const Run& run) {
 }
 
 void RangedSource::note() {
-  if (noted_ || fdatasync(file_) != 0) return;
+  // What a disk lost once it may call written the next time: then the map stays as it is.
+  if (noted_ || lost_ || (lost_ = fdatasync(file_) != 0)) return;
   noted_ = write_at(map_file_, map_.data(), map_.size(), 0);
 }
 

@@ -15,7 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kTriesOfSource = 2;  // beside the first; what was built stays meanwhile
+// Beside the first; what was built stays meanwhile. Of a source that cannot be reached: some ten minutes.
+constexpr int kTriesOfSource = 2, kTriesToReach = 8;
 constexpr auto kBeforeAnew = std::chrono::milliseconds(200);
 constexpr const char* kNext = "next-";  // before the name of a raster that is not whole, or whose time has not come
 
@@ -24,13 +25,20 @@ proto::Problem cannot(const std::string& what) { return {"storage-full", what, "
 }  // namespace
 
 std::optional<updates::Print> fetched_print(const fs::path& folder) try {
-  std::ifstream file(folder / kFetchedFile);
-  const Json note = Json::parse(file, nullptr, false);
+  // The job could have written there: what is no note of ours is not read, and what it says goes into requests.
+  constexpr std::uintmax_t kLargestNote_bytes = 16 << 10;
+  const fs::path path = folder / kFetchedFile;
+  std::error_code error;
+  if (!fs::is_regular_file(fs::symlink_status(path, error)) || fs::file_size(path, error) > kLargestNote_bytes) return std::nullopt;
+  std::ifstream file(path);
+  std::string text(kLargestNote_bytes, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  const Json note = Json::parse(text, nullptr, false);
   if (!note.is_object()) return std::nullopt;
-  // The job could have written there, and this goes into requests.
   const auto plain = [&](const char* key) {
-    const std::string text = note.value(key, "");
-    return std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }) ? std::string() : text;
+    const std::string value = note.value(key, "");
+    return std::any_of(value.begin(), value.end(), [](unsigned char c) { return c < ' ' || c > 126; }) ? std::string() : value;
   };
   return updates::Print{plain("etag"), plain("modified"), note.value("bytes", std::uint64_t{0}), note.value("ranged", false)};
 } catch (const Json::exception&) {  // of other types than we wrote
@@ -76,10 +84,13 @@ bool JobQueue::has_raster(const Dataset& dataset) const {
 /// now. nullopt: no more, or it failed of something else.
 std::optional<JobQueue::Next> JobQueue::fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn) {
   const bool changed = why.type == "source-replaced";
-  if (dataset.address.empty() || turn.attempt >= kTriesOfSource || !(changed || why.type == "source-unreachable")) return std::nullopt;
+  const int most = changed ? kTriesOfSource : why.type == "source-unreachable" ? kTriesToReach : 0;
+  if (dataset.address.empty() || turn.attempt >= most) return std::nullopt;
   if (changed) {
     const std::lock_guard lock(mutex_);
     anew_.insert(dataset.id);
+    // Servers behind one name that do not agree on a tag, or on parts, have the file all the same.
+    if (turn.attempt + 1 == most) as_whole_.insert(dataset.id);
   }
   registry_.set_state(dataset.id, State::queued, why);
   hub_.touch(dataset.id);
@@ -126,7 +137,12 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   if (const auto written = write_record(folder, dataset); !written) return written;
   log_info("dataset " + dataset.id + ": its raster is fetched");
   tell_fetching(dataset.id);
-  const auto print = (is_lazy(dataset) ? fetch_.beginning : fetch_.whole)(dataset.address, next, stop);
+  bool as_whole = !is_lazy(dataset);
+  {
+    const std::lock_guard lock(mutex_);
+    as_whole = as_whole_.erase(dataset.id) > 0 || as_whole;
+  }
+  const auto print = (as_whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
   if (!print) return print.problem();
   const Json note = {{"etag", print->etag}, {"modified", print->modified}, {"bytes", print->bytes}, {"ranged", print->ranged}};
   // In an order in which a service that is killed finds a build that is done, or one that is to be done, or a raster that is to

@@ -153,7 +153,9 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
 
 /// Where the raster comes as it is read. False: it is not there at all.
 bool have_raster(const proto::Job& job, const std::filesystem::path& folder) {
-  if (!updates::may_ask()) return true;
+  // A file with holes and nobody to ask has no heights there.
+  std::error_code error;
+  if (!updates::may_ask()) return !std::filesystem::exists(map_of(folder / job.raster()), error);
   std::ifstream note(folder / kFetchedFile);  // of what stands at its address: a build goes on where that is the same
   std::ostringstream state;
   state << note.rdbuf();

@@ -286,7 +286,8 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     hub_.touch(id);
     log_info("dataset " + id + ": build started");
     metrics::StageClock clock(metrics_);
-    if (attempt > 0 && attempt % kTriesWithOneStore == 0) forget_store(id);
+    const bool was_out_of_reach = dataset->problem && dataset->problem->type == "source-unreachable";  // its store is as good as before
+    if (attempt > 0 && attempt % kTriesWithOneStore == 0 && !was_out_of_reach) forget_store(id);
     const auto outcome = build(*dataset, clock, *flag);
     const bool paused = !outcome && outcome.problem().type == "paused";
     clock.end(*flag ? "cancelled" : outcome ? "ready" : paused ? "paused" : "failed");

@@ -160,6 +160,7 @@ class JobQueue {
   std::condition_variable ended_;
   std::map<std::string, Running> running_;  ///< by id, as long as begin()'s flag lives
   std::set<std::string> anew_;           ///< ids whose rasters are to be fetched again
+  std::set<std::string> as_whole_;       ///< those of them that are not fetched by ranges then
   std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
   std::atomic<bool> stopping_{false};
   const unsigned concurrency_;

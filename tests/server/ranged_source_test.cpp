@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 #include "server/fetch/fetch.h"
 #include "tests/server/fixture.h"
 #include "tests/server/raster_host.h"
@@ -129,14 +131,14 @@ TEST_F(Ranged, AnotherRasterIsNoticed) {
 }
 
 TEST_F(Ranged, NothingOfAWrongAnswerIsKept) {
-  for (const auto& [parts, why] : {std::pair{Parts::elsewhere, "another part"},
-                                   {Parts::cut, "broke off after"},
-                                   {Parts::not_after_the_first, "with all of it"},
-                                   {Parts::endless, "more than was asked"}}) {
+  for (const auto& [parts, slug, why] : {std::tuple{Parts::elsewhere, "source-unreachable", "another part"},
+                                         {Parts::cut, "source-unreachable", "broke off after"},
+                                         {Parts::not_after_the_first, "source-replaced", "dems/a.tif"},
+                                         {Parts::endless, "source-unreachable", "more than was asked"}}) {
     host_.has_parts("/dems/a.tif", bytes_, "\"one\"", parts);
     const auto source = open(begin("/dems/a.tif"));
     ASSERT_TRUE(source) << why;
-    EXPECT_EQ(have(*source, 5 * kBlock, 1), "source-unreachable") << why;
+    EXPECT_EQ(have(*source, 5 * kBlock, 1), slug) << why;
     EXPECT_NE(said_.find(why), std::string::npos) << said_;
     EXPECT_EQ(file_text(file_).substr(5 * kBlock, kBlock), std::string(kBlock, '\0')) << why;
   }
@@ -202,6 +204,16 @@ TEST(ContentRange, IsReadAsItIsWritten) {
   for (const char* wrong : {"", "bytes 0-9/*", "bytes */10", "bytes 5-4/10", "bytes 0-10/10", "bytes -1-2/10", "bytes 0-1/10 ",
                             "items 0-1/10", "bytes 0-1", "bytes 0-99999999999999999999/1"})
     EXPECT_FALSE(read_content_range(wrong)) << wrong;
+}
+
+TEST(ContentRange, OfMoreThanAMapIsKeptForIsNotBegun) {
+  Got head;
+  head.status = 206;
+  head.etag = "\"one\"";
+  for (const auto& [total, is_begun] : {std::pair{"70000", true}, {"1099511627776", true}, {"4398046511105", false}, {"1125899906842624", false}}) {
+    head.range = std::string("bytes 0-65535/") + total;
+    EXPECT_EQ(can_be_ranged(head), is_begun) << total;
+  }
 }
 
 }  // namespace
