@@ -4,7 +4,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -27,6 +26,7 @@
 #include "proto/mesh.h"
 #include "proto/version.h"
 #include "raster/pixels/decimation.h"
+#include "raster/pixels/short_number.h"
 #include "raster/sample/back_projection.h"
 #include "raster/storage/storage.h"
 #include "raster/voids/filled_source.h"
@@ -190,12 +190,6 @@ proto::Result<void> merge_upwards(const Site& site) {
   return {};
 }
 
-std::string shown(double height_m) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", height_m);
-  return text.data();
-}
-
 /// What a raster without a triangle holds all the same.
 struct HeightsSeen {
   bool within = false;                           ///< a height within the limit
@@ -285,8 +279,8 @@ proto::Problem without_data(const BuildRequest& request) {
   if (seen.within && request.options.has_max_level() && static_cast<int>(request.options.max_level()) < seen.own_level)
     return between_samples(request, seen.own_level);
   if (const auto& far = seen.far; far && !seen.within)
-    return {"raster-heights-out-of-range", request.raster_name + " has no heights within 16384 m of zero" + where + ": they are " + shown(far->first) + " to " +
-                shown(far->second) + " m at the places that were looked at",
+    return {"raster-heights-out-of-range", request.raster_name + " has no heights within 16384 m of zero" + where + ": they are " + raster::short_number(far->first) + " to " +
+                raster::short_number(far->second) + " m at the places that were looked at",
             "heights in metres, z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value that means no data", "z_scale"};
   return {"raster-all-nodata", request.raster_name + " has no data" + where + ": nowhere do three neighbouring samples have heights within 16384 m of zero",
           "a raster with some data, z_scale= for heights in another unit than metres, or voids= with a height to put where there are none", boxed ? "bbox" : ""};

@@ -3,17 +3,9 @@
 #include <cmath>
 
 #include "proto/mesh.h"
+#include "raster/pixels/short_number.h"
 
 namespace cordillera::raster {
-namespace {
-
-std::string short_number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
-
-}  // namespace
 
 Validity::ValueRange Validity::around(double value, GDALDataType type) {
   if (!std::isfinite(value)) return {};

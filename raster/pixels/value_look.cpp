@@ -9,6 +9,7 @@
 #include "raster/open/dataset.h"
 #include "raster/pixels/decimation.h"
 #include "raster/pixels/pixels.h"
+#include "raster/pixels/short_number.h"
 
 namespace cordillera::raster {
 namespace {
@@ -18,12 +19,6 @@ constexpr double kGoodPart = 0.01;  // of the values with a height
 constexpr std::array kUsual = {-9999.0, 9999.0, -99999.0, 99999.0, -999.0, -32767.0, -32768.0, 32767.0, 65535.0};
 constexpr double kNear = 0.02;              // of the value, on either side
 constexpr std::int64_t kTimesNeighbours = 4;  // a value of the terrain has others near it, about as many of each
-
-std::string shown(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
 
 std::string percent_text(double share) {
   char text[40];
@@ -96,11 +91,11 @@ std::vector<std::string> notes_on(const ValueLook& look) {
   if (look.with_height > 0 && static_cast<double>(look.far - look.far_at_rims) >= kGoodPart * all) {
     notes.push_back(
         percent_text(static_cast<double>(look.far) / all) + " of the values are heights beyond 16384 m, from " +
-        shown(look.lowest_far_m) + " to " + shown(look.highest_far_m) +
+        short_number(look.lowest_far_m) + " to " + short_number(look.highest_far_m) +
         " m, and count as no data; z_scale= takes values in another unit to metres, nodata= names one that means none");
   }
   for (const ValueLook::Doubtful& value : look.doubtful) {
-    const std::string name = shown(value.raw);
+    const std::string name = short_number(value.raw);
     notes.push_back(percent_text(static_cast<double>(value.pixels) / all) + " of the values are " + name +
                     ", which may mean no data and is not declared: they are heights here; nodata=" + name + " leaves them out");
   }

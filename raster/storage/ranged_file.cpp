@@ -16,7 +16,6 @@ namespace cordillera::raster {
 namespace {
 
 constexpr const char* kRangedPrefix = "/vsicordillera/";
-constexpr std::uint64_t kAskedBlock_bytes = 64 << 10;  // that is asked for as a whole
 
 struct OpenRanged {
   RangedFile file;
@@ -38,17 +37,17 @@ void have_come(std::span<const ByteRange> ranges) {
   const auto ask = [&] {
     if (!asked.empty()) file.file.ask(asked);
     for (const ByteRange& range : asked) {
-      for (std::uint64_t at = range.first; at < range.first + range.count; at += kAskedBlock_bytes)
-        file.here[at / kAskedBlock_bytes] = true;
+      for (std::uint64_t at = range.first; at < range.first + range.count; at += kRangeBlock_bytes)
+        file.here[at / kRangeBlock_bytes] = true;
     }
     asked.clear();
     bytes = 0;
   };
   for (const ByteRange& range : ranges) {
     const std::uint64_t end = std::min(range.first + range.count, file.size);
-    for (std::uint64_t at = range.first / kAskedBlock_bytes * kAskedBlock_bytes; at < end; at += kAskedBlock_bytes) {
-      const std::uint64_t count = std::min(kAskedBlock_bytes, file.size - at);
-      if (file.here[at / kAskedBlock_bytes]) continue;
+    for (std::uint64_t at = range.first / kRangeBlock_bytes * kRangeBlock_bytes; at < end; at += kRangeBlock_bytes) {
+      const std::uint64_t count = std::min(kRangeBlock_bytes, file.size - at);
+      if (file.here[at / kRangeBlock_bytes]) continue;
       if (bytes + count > kMostAsked_bytes) ask();
       if (!asked.empty() && at < asked.back().first + asked.back().count && at >= asked.back().first)
         continue;  // two ranges share it
@@ -145,7 +144,7 @@ bool read_by_ranges(RangedFile ranged) {
   struct stat found {};
   if (file->descriptor < 0 || fstat(file->descriptor, &found) != 0) return false;
   file->size = static_cast<std::uint64_t>(found.st_size);
-  file->here.resize(file->size / kAskedBlock_bytes + 1);
+  file->here.resize(file->size / kRangeBlock_bytes + 1);
   g_ranged = std::move(file);
   VSIFilesystemPluginCallbacksStruct* const calls = VSIAllocFilesystemPluginCallbacksStruct();
   calls->stat = stat_ranged;

@@ -12,6 +12,8 @@ struct ByteRange {
   std::uint64_t first = 0, count = 0;
 };
 
+inline constexpr std::uint64_t kRangeBlock_bytes = 64 << 10;  ///< is there or not there as a whole
+
 /// Returns when these bytes are in the file; it does not return without them. Within the file, at most kMostRanges and kMostAsked
 /// bytes together. Called by one thread at a time.
 using AskRanges = std::function<void(std::span<const ByteRange>)>;

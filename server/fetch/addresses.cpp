@@ -152,4 +152,15 @@ proto::Result<void> check_address(const ServeSettings& settings, const std::stri
   return {};
 }
 
+proto::Result<std::string> led_to(const ServeSettings& settings, const std::string& address, const std::string& location) {
+  std::string next = resolved(address, location);
+  if (const auto allowed = check_address(settings, next); !allowed) return allowed.problem();
+  if (next.starts_with("s3://")) return unreachable(address, "it leads to what is neither http nor https");
+  return next;
+}
+
+Problem unreachable(const std::string& address, const std::string& why) {
+  return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
+}
+
 }  // namespace cordillera::server::updates

@@ -23,4 +23,11 @@ std::string resolved(const std::string& address, const std::string& location);
 /// Whether the operator lets it be fetched.
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address);
 
+/// Where a redirect of an address leads, if it may be followed: to http or https, and where the operator lets rasters be fetched from. Problems:
+/// "option-forbidden", "source-unreachable".
+proto::Result<std::string> led_to(const ServeSettings& settings, const std::string& address, const std::string& location);
+
+/// "source-unreachable", with why.
+proto::Problem unreachable(const std::string& address, const std::string& why);
+
 }  // namespace cordillera::server::updates

@@ -23,10 +23,6 @@ using proto::Problem;
 
 constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
 
-Problem unreachable(const std::string& address, const std::string& why) {
-  return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
-}
-
 /// Takes what comes, within what the operator lets a raster have.
 class Sink {
  public:
@@ -149,8 +145,9 @@ proto::Result<Print> fetch_http(const ServeSettings& settings, std::string addre
     if (got.status == 200) return unreachable(address, "it broke off after " + std::to_string(sink.size()) + " bytes");
     if (got.status == 0) return unreachable(address, got.trouble);
     if (got.status / 100 != 3 || got.location.empty()) return unreachable(address, "it answers " + std::to_string(got.status));
-    address = resolved(address, got.location);
-    if (const auto allowed = check_address(settings, address); !allowed) return allowed.problem();
+    auto next = led_to(settings, address, got.location);
+    if (!next) return next.problem();
+    address = std::move(*next);
   }
   return unreachable(address, "it leads on and on");
 }

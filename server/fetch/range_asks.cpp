@@ -12,6 +12,7 @@
 #include <functional>
 #include <vector>
 
+#include "raster/disk/write_all.h"
 #include "server/fetch/ranged_source.h"
 
 namespace cordillera::server::updates {
@@ -22,20 +23,10 @@ using Number = std::uint64_t;
 constexpr char kThere = 'y';
 constexpr int kLookEvery_ms = 200;  // at whether it is to end, and whether something is to be noted
 
-/// Of one of the job's two ends. False: the other one is closed.
+/// False: the other end is closed.
 bool get_from_service(int descriptor, void* out, std::size_t count) {
   for (std::size_t done = 0; done < count;) {
     const ssize_t now = read(descriptor, static_cast<char*>(out) + done, count - done);
-    if (now < 0 && errno == EINTR) continue;
-    if (now <= 0) return false;
-    done += static_cast<std::size_t>(now);
-  }
-  return true;
-}
-
-bool put_to_service(int descriptor, const void* bytes, std::size_t count) {
-  for (std::size_t done = 0; done < count;) {
-    const ssize_t now = write(descriptor, static_cast<const char*>(bytes) + done, count - done);
     if (now < 0 && errno == EINTR) continue;
     if (now <= 0) return false;
     done += static_cast<std::size_t>(now);
@@ -92,7 +83,7 @@ void ask_for(std::span<const raster::ByteRange> ranges) {
   std::vector<Number> words{ranges.size()};
   for (const raster::ByteRange& range : ranges) words.insert(words.end(), {range.first, range.count});
   char answer = 0;
-  const bool came = put_to_service(kAskDescriptor, words.data(), words.size() * sizeof(Number)) &&
+  const bool came = raster::write_all(kAskDescriptor, {reinterpret_cast<const char*>(words.data()), words.size() * sizeof(Number)}) &&
                     get_from_service(kAskDescriptor, &answer, 1) && answer == kThere;
   if (!came) _exit(1);
 }

@@ -64,8 +64,6 @@ std::optional<bool> is_same(const Got& head, const Print& print) {
 
 bool is_strong(const std::string& etag) { return etag.starts_with('"'); }
 
-bool is_http(const std::string& address) { return address.starts_with("http://") || address.starts_with("https://"); }
-
 }  // namespace
 
 std::optional<ContentRange> read_content_range(const std::string& text) {
@@ -101,13 +99,14 @@ bool begins_as_tiff(std::string_view bytes) {
 }
 
 proto::Result<void> begin_ranged(const fs::path& file, std::uint64_t begun_bytes, std::uint64_t bytes) {
-  if (truncate(file.c_str(), static_cast<off_t>(bytes)) != 0 && errno == EFBIG)
+  const bool sized = truncate(file.c_str(), static_cast<off_t>(bytes)) == 0;
+  if (!sized && errno == EFBIG)
     return Problem{"body-too-large", "the raster is larger than the service's disk holds in one file", "a smaller raster", "source"};
   std::string map((blocks_of(bytes) + 7) / 8, '\0');
   for (std::uint64_t block = 0; block < blocks_of(begun_bytes); ++block)
     map[block / 8] = static_cast<char>(map[block / 8] | 1 << (block % 8));
   const int descriptor = open(map_of(file).c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, 0640);
-  const bool good = truncate(file.c_str(), static_cast<off_t>(bytes)) == 0 && descriptor >= 0 &&
+  const bool good = sized && descriptor >= 0 &&
                     write_at(descriptor, map.data(), map.size(), 0) && fsync(descriptor) == 0;
   const std::string why = strerror(errno);
   if (descriptor >= 0) close(descriptor);
@@ -135,11 +134,6 @@ proto::Result<std::unique_ptr<RangedSource>> RangedSource::open(const ServeSetti
   if (pread(source->map_file_, source->map_.data(), map_bytes, 0) != static_cast<ssize_t>(map_bytes)) return source->changed();
   for (std::uint64_t block = 0; block < blocks_of(bytes); ++block) source->here_ += source->is_here(block) ? 1 : 0;
   return source;
-}
-
-Problem RangedSource::unreachable(const std::string& why) const {
-  return {"source-unreachable", without_query(place_.address) + " cannot be fetched: " + why,
-          "an address that answers with the raster", "source"};
 }
 
 Problem RangedSource::changed() const {
@@ -206,16 +200,17 @@ RangedSource::Answer RangedSource::ask(const Run& run, const Terms& terms) {
     return head.status == 206 && !other && range && range->first == first && range->count == count &&
            (head.length == 0 || head.length == count);
   };
+  if (const auto allowed = check_address(settings_, at_); !allowed) return {Is::refused, "", "", allowed.problem()};
   for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
-    if (const auto allowed = check_address(settings_, at_); !allowed) return {Is::refused, "", "", allowed.problem()};
     answer.bytes.clear();
     const Got got = talk_.get(
         at_, [&](std::string_view piece) { return answer.bytes.append(piece).size() <= count; }, of_part);
     // Also where it answers with all of it, which gave parts before.
     if (other || got.status == 412 || got.status == 416 || got.status == 200) return {Is::changed, "", "", {}};
     if (got.status / 100 == 3 && !got.location.empty()) {
-      at_ = resolved(at_, got.location);
-      if (!is_http(at_)) return {Is::refused, "", "it leads to what is neither http nor https", {}};
+      auto next = led_to(settings_, at_, got.location);
+      if (!next) return {Is::refused, "", "", next.problem()};
+      at_ = std::move(*next);
       continue;
     }
     if (got.status == 0) return {Is::late, "", got.trouble, {}};
@@ -264,7 +259,7 @@ proto::Result<void> RangedSource::fetch(const Run& run, const std::function<bool
   }
   if (stopped()) return Problem{"cancelled", "the build was cancelled", "", ""};
   if (answer.problem) return *answer.problem;
-  return unreachable(answer.why);
+  return unreachable(place_.address, answer.why);
 }
 
 proto::Result<void> RangedSource::keep(const Run& run, const std::string& bytes) {

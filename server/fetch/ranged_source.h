@@ -21,7 +21,7 @@
 
 namespace cordillera::server::updates {
 
-inline constexpr std::uint64_t kRangeBlock_bytes = 64 << 10;
+using raster::kRangeBlock_bytes;
 
 /// "bytes 0-99/1000": what a part is of. nullopt: it is not said, or not so.
 struct ContentRange {
@@ -34,7 +34,7 @@ std::optional<ContentRange> read_content_range(const std::string& text);
 bool can_be_ranged(const Got& head);
 /// Whether it is a TIFF by its first bytes: other formats have what opens them at their end, or all over.
 bool begins_as_tiff(std::string_view bytes);
-/// The file with its beginning becomes one of the whole size, with its map. Problem: "storage-full".
+/// The file with its beginning becomes one of the whole size, with its map. Problems: "storage-full", "body-too-large".
 proto::Result<void> begin_ranged(const std::filesystem::path& file, std::uint64_t begun_bytes, std::uint64_t bytes);
 
 /// One thread's.
@@ -70,7 +70,6 @@ class RangedSource {
   struct Answer;
   Answer ask(const Run& run, const Terms& terms);
   proto::Result<void> keep(const Run& run, const std::string& bytes);
-  proto::Problem unreachable(const std::string& why) const;
   proto::Problem changed() const;
 
   const ServeSettings settings_;

@@ -153,13 +153,13 @@ proto::Result<void> build_job(const proto::Job& job, const std::filesystem::path
 
 /// Where the raster comes as it is read. False: it is not there at all.
 bool have_raster(const proto::Job& job, const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / job.raster();
   // A file with holes and nobody to ask has no heights there.
   std::error_code error;
-  if (!updates::may_ask()) return !std::filesystem::exists(map_of(folder / job.raster()), error);
+  if (!updates::may_ask()) return !std::filesystem::exists(map_of(file), error);
   std::ifstream note(folder / kFetchedFile);  // of what stands at its address: a build goes on where that is the same
   std::ostringstream state;
   state << note.rdbuf();
-  const std::filesystem::path file = folder / job.raster();
   return raster::read_by_ranges({file.string(), std::filesystem::path(job.name()).filename().string(), state.str(), updates::ask_for});
 }
 

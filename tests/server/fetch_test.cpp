@@ -83,9 +83,9 @@ TEST(Fetch, EscapesOfARedirectStayAndBlanksGetSome) {
 class Fetched : public testing::Test {
  protected:
   /// What came of it: the raster's bytes, or the problem's name.
-  std::string fetch(const std::string& address, const std::string& prefix) {
+  std::string fetch(const std::string& address, const std::vector<std::string>& prefixes) {
     ServeSettings settings;
-    settings.source_allow = {prefix};
+    settings.source_allow = prefixes;
     limits::Space space([] { return std::nullopt; }, 5);
     const std::filesystem::path file = folder_.path() / "raster";
     std::filesystem::remove(file);
@@ -95,6 +95,7 @@ class Fetched : public testing::Test {
     said_ = fetched ? "" : fetched.problem().detail;
     return fetched ? file_text(file) : fetched.problem().type;
   }
+  std::string fetch(const std::string& address, const std::string& prefix) { return fetch(address, std::vector<std::string>{prefix}); }
   std::string fetch(const RasterHost& host, const std::string& target) { return fetch(host.address() + target, host.address() + "/dems/"); }
 
   const TempFolder folder_;
@@ -121,6 +122,14 @@ TEST_F(Fetched, EachHopIsHeldAgainstTheList) {
   host.has("/private/a.tif", "a secret");
   for (const char* name : {"out", "hidden", "slash", "host"}) EXPECT_EQ(fetch(host, "/dems/" + std::string(name) + ".tif"), "option-forbidden") << name;
   for (const std::string& target : host.asked()) EXPECT_TRUE(target.starts_with("/dems/")) << target;
+}
+
+TEST_F(Fetched, ARedirectToAnObjectIsNotFollowed) {
+  RasterHost host;
+  host.leads("/dems/object.tif", "s3://127.0.0.1/a.tif");
+  EXPECT_EQ(fetch(host, "/dems/object.tif"), "option-forbidden");
+  EXPECT_EQ(fetch(host.address() + "/dems/object.tif", {host.address() + "/dems/", "s3://127.0.0.1/"}), "source-unreachable");
+  EXPECT_NE(said_.find("neither http nor https"), std::string::npos) << said_;
 }
 
 TEST_F(Fetched, ACircleEnds) {

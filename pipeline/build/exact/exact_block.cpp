@@ -6,8 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "gpu/measure/sample_meter.h"
-#include "gpu/measure/upright_flips.h"
+#include "gpu/measure/upright.h"
 #include "pipeline/plan/block_grid.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/tile_error.h"
@@ -249,10 +248,6 @@ double measure_exact(const LevelContext& context, BuiltTile& tile) {
     LevelContext put_back = context;
     put_back.height_rounds = -1;
     measure(put_back, tile, target_m);
-    if (tile.turned > 0 && gpu::flip_turned(tile.mesh, upright, gpu::SampleMeter(input, height_step(*context.level)), target_m - gpu::kGrace_m) > 0) {
-      tile.measured = gpu::surface_error(input, target_m - gpu::kGrace_m);
-      tile.max_error_m = tile.measured.max_m + gpu::kGrace_m;
-    }
   }
   return std::max(0.0, tile.max_error_m - target_m);
 }
