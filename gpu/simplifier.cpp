@@ -1,9 +1,9 @@
 #include <algorithm>
 
 #include "gpu/cleap/tile_simplifier.h"
+#include "gpu/collapse/waves.h"
 #include "gpu/device/device_choice.h"
 #include "gpu/simplify.h"
-#include "gpu/collapse/waves.h"
 
 namespace cordillera::gpu {
 
@@ -23,13 +23,17 @@ std::optional<proto::Problem> check_strategy(const std::string& strategy, const 
     return proto::Problem{"option-invalid", "strategy \"" + strategy + "\" is not known", names, "strategy"};
   }
   if (strategy != "sequential" || !device.starts_with("cuda")) return {};
-  return proto::Problem{"options-conflict", "strategy sequential collapses one edge after the other: there is nothing in it for a GPU",
+  return proto::Problem{"options-conflict",
+                        "strategy sequential collapses one edge after the other: there is nothing in it for a GPU",
                         "device auto or cpu, or strategy cleap", "device"};
 }
 
-proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel, const std::string& strategy) {
+proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel,
+                                                           const std::string& strategy) {
   if (auto problem = check_strategy(strategy, device)) return *problem;
-  if (strategy == kExact) return proto::Problem{"option-invalid", "strategy exact simplifies blocks, not tiles", "waves, cleap, sequential", "strategy"};
+  if (strategy == kExact)
+    return proto::Problem{"option-invalid", "strategy exact simplifies blocks, not tiles", "waves, cleap, sequential",
+                          "strategy"};
   if (strategy != kStrategies.front()) return cleap::make_tile_simplifier(device, std::move(parallel), strategy);
   return on_device(
       device, [&] { return make_host_waves(parallel); }, [&](int number) { return make_cuda_waves(number, parallel); });

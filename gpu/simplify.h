@@ -20,14 +20,15 @@ struct SimplifyJob {
   /// Indexed by vertex of input: metres, the height the cost works on (ellipsoidal height minus the sag of the earth's curvature
   /// relative to the tile, so that a flat sea is seen as curved). Void vertices: any finite value.
   std::span<const float> elevation;
-  float cell_units = 1;     ///< one cell of the tile's level, in units
-  float tolerance_m = 1;    ///< collapses are taken while the quadric cost stays under tolerance_m^2 * cost_per_tolerance
-  float guard_m = 0;        ///< > 0: no vertex may end up farther than this from the new surface, as far as the collapse can see
-  float rim_units = 0;      ///< how far the rim of a hole may move, in units
-  float unit_m = 1;         ///< metres a unit, about; for strategies that measure across as well as along the vertical
-  /// > 0, input a full grid of a power of two of cells: strategy `waves` starts from a right-triangulated network of some of its vertices (see
-  /// sparse_start.h). kKeep and the rims of voids are among them; where data is all around, a vertex is left out only if it lies within this of the
-  /// middle of the edge that then passes over it. Vertices left out later than it add to that, so this bounds no error: results must be measured.
+  float cell_units = 1;   ///< one cell of the tile's level, in units
+  float tolerance_m = 1;  ///< collapses are taken while the quadric cost stays under tolerance_m^2 * cost_per_tolerance
+  float guard_m = 0;      ///< > 0: no vertex may end up farther than this from the new surface, as far as the collapse can see
+  float rim_units = 0;    ///< how far the rim of a hole may move, in units
+  float unit_m = 1;       ///< metres a unit, about; for strategies that measure across as well as along the vertical
+  /// > 0, input a full grid of a power of two of cells: strategy `waves` starts from a right-triangulated network of some of its
+  /// vertices (see sparse_start.h). kKeep and the rims of voids are among them; where data is all around, a vertex is left out
+  /// only if it lies within this of the middle of the edge that then passes over it. Vertices left out later than it add to that,
+  /// so this bounds no error: results must be measured.
   float start_tolerance_m = 0;
 };
 
@@ -40,12 +41,12 @@ struct StageTime {
   double seconds = 0;
 };
 
-/// Simplifies tiles. Every vertex of a result is a vertex of its input (half-edge collapse; positions do not move, but for a border vertex
-/// that steps inside where nothing else can take it off the border).
-/// Vertices marked kKeep survive, unless they stand in the way of the border; vertices marked kRemove (tile border) are gone (where one is
-/// left, its surroundings were too sparse: keep some of them and ask again); the tile rectangle stays exactly covered by
-/// triangles of positive area; valence <= 14 inside (a weld may leave more, which the next simplification brings down by flips), and on
-/// the tile's border at most what rings.h says.
+/// Simplifies tiles. Every vertex of a result is a vertex of its input (half-edge collapse; positions do not move, but for a
+/// border vertex that steps inside where nothing else can take it off the border). Vertices marked kKeep survive, unless they
+/// stand in the way of the border; vertices marked kRemove (tile border) are gone (where one is left, its surroundings were too
+/// sparse: keep some of them and ask again); the tile rectangle stays exactly covered by triangles of positive area; valence <=
+/// 14 inside (a weld may leave more, which the next simplification brings down by flips), and on the tile's border at most what
+/// rings.h says.
 class Simplifier {
  public:
   virtual ~Simplifier() = default;
@@ -57,11 +58,12 @@ class Simplifier {
 };
 
 /// The regular mesh of (side+1)^2 vertices in which every inner vertex has I(v) = 6 triangles; triangle diagonals run SW-NE.
-/// x and y are multiples of step (units); heights row-major from the south-west, kNoHeight where void; the four corners are kKeep.
+/// x and y are multiples of step (units); heights row-major from the south-west, kNoHeight where void; the four corners are
+/// kKeep.
 proto::TileMesh grid_mesh(std::int32_t cells, std::int32_t step, std::span<const std::int32_t> heights);
 
-/// How tiles are simplified, by name: the production strategy first; then the published algorithm, many edges at a time or one after
-/// the other, to be compared with (cleap/README.md).
+/// How tiles are simplified, by name: the production strategy first; then the published algorithm, many edges at a time or one
+/// after the other, to be compared with (cleap/README.md).
 inline constexpr const char* kExact = "exact";  ///< of blocks, not of tiles: see gpu/exact
 inline constexpr std::array<const char*, 4> kStrategies{"waves", kExact, "cleap", "sequential"};
 
@@ -69,8 +71,8 @@ inline constexpr std::array<const char*, 4> kStrategies{"waves", kExact, "cleap"
 std::optional<proto::Problem> check_strategy(const std::string& strategy, const std::string& device);
 
 /// "auto", "cpu", "cuda", "cuda:N". auto takes the first CUDA device that works, else the CPU. One Simplifier a thread.
-/// parallel: for what remains on the host, tile by tile; called from the thread that calls simplify(). strategy: see check_strategy();
-/// `sequential` works on the CPU alone.
+/// parallel: for what remains on the host, tile by tile; called from the thread that calls simplify(). strategy: see
+/// check_strategy(); `sequential` works on the CPU alone.
 proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel = one_after_the_other,
                                                            const std::string& strategy = kStrategies.front());
 

@@ -7,7 +7,7 @@
 namespace cordillera::proto {
 namespace {
 
-constexpr double kAngleStep = 0x1p-40;     // 6 micrometres on the ground
+constexpr double kAngleStep = 0x1p-40;  // 6 micrometres on the ground
 constexpr double kDistanceStep_m = 0x1p-20;
 
 double rounded(double value, double step) { return std::nearbyint(value / step) * step; }
@@ -22,9 +22,7 @@ Direction circle(std::int64_t i, std::int64_t n) {
   const std::int64_t quarter = n / 4;
   const std::int64_t quadrant = wrapped / quarter;
   const std::int64_t rest = wrapped % quarter;
-  const auto octant = [&](std::int64_t k) {
-    return 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n);
-  };
+  const auto octant = [&](std::int64_t k) { return 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(n); };
   const bool upper = 2 * rest > quarter;
   const double a = octant(upper ? quarter - rest : rest);
   double s = rounded(std::sin(a), kAngleStep), c = rounded(std::cos(a), kAngleStep);

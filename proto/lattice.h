@@ -2,10 +2,10 @@
 // The one lattice that every tile of a dataset stands on.
 //
 // Tiles form a quadtree. A tile of level z has kTileCells x kTileCells cells of its own level. All positions, of every level, are
-// counted in cells of the *finest* level Z of the dataset ("units"): vertex (i, j) of the lattice has one longitude and latitude for
-// every tile that touches it, and a coarser tile keeps exact positions of the finest lattice. Nothing is ever rounded on the way up,
-// so neighbours and parents agree by integer equality. A tile of level z spans kTileCells << (Z - z) units; that is below 2^31 for
-// every level because Z <= kMaxLevel.
+// counted in cells of the *finest* level Z of the dataset ("units"): vertex (i, j) of the lattice has one longitude and latitude
+// for every tile that touches it, and a coarser tile keeps exact positions of the finest lattice. Nothing is ever rounded on the
+// way up, so neighbours and parents agree by integer equality. A tile of level z spans kTileCells << (Z - z) units; that is below
+// 2^31 for every level because Z <= kMaxLevel.
 #include <compare>
 #include <cstdint>
 

@@ -1,5 +1,6 @@
 #pragma once
-// Plain mesh and sample structs that the floors hand to each other. No protobuf here: gpu and its benches build on a bare CUDA machine.
+// Plain mesh and sample structs that the floors hand to each other. No protobuf here: gpu and its benches build on a bare CUDA
+// machine.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -28,8 +29,9 @@ struct Samples {
   std::int64_t south = 0;
   std::int32_t columns = 0;
   std::int32_t rows = 0;
-  std::vector<std::int32_t> height;     ///< columns*rows, kHeightStep_m above the WGS 84 ellipsoid
-  std::vector<std::uint8_t> flat_water;  ///< columns*rows, SampleMark: 1 where the source is a flat water surface (found before the datum shift)
+  std::vector<std::int32_t> height;  ///< columns*rows, kHeightStep_m above the WGS 84 ellipsoid
+  std::vector<std::uint8_t>
+      flat_water;  ///< columns*rows, SampleMark: 1 where the source is a flat water surface (found before the datum shift)
 
   std::int32_t at(std::int64_t i, std::int64_t j) const {
     return height[static_cast<std::size_t>((j - south) * columns + (i - west))];
@@ -43,15 +45,15 @@ enum VertexMark : std::uint8_t {
   kRemove = 4,  ///< a tile-border vertex that the border chain dropped: must be gone after simplification
 };
 
-/// A triangulation of one whole tile rectangle, voids included: every point of the rectangle lies in a triangle, so exact positive
-/// orientation of all triangles, void ones too, is all that keeps the mesh a manifold and its rims from crossing.
+/// A triangulation of one whole tile rectangle, voids included: every point of the rectangle lies in a triangle, so exact
+/// positive orientation of all triangles, void ones too, is all that keeps the mesh a manifold and its rims from crossing.
 /// Positions are tile-local units, 0..side in both directions, (0, 0) the south-western corner.
 struct TileMesh {
-  std::int32_t side = 0;                                 ///< Lattice::tile_units(z)
-  std::vector<std::int32_t> x;                           ///< indexed by vertex
-  std::vector<std::int32_t> y;                           ///< indexed by vertex
-  std::vector<std::int32_t> height;                      ///< indexed by vertex, kHeightStep_m; 0 where void
-  std::vector<std::uint8_t> mark;                        ///< indexed by vertex, VertexMark bits
+  std::int32_t side = 0;                                ///< Lattice::tile_units(z)
+  std::vector<std::int32_t> x;                          ///< indexed by vertex
+  std::vector<std::int32_t> y;                          ///< indexed by vertex
+  std::vector<std::int32_t> height;                     ///< indexed by vertex, kHeightStep_m; 0 where void
+  std::vector<std::uint8_t> mark;                       ///< indexed by vertex, VertexMark bits
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< counter-clockwise seen from above
 
   std::size_t vertices() const { return x.size(); }

@@ -55,8 +55,10 @@ inline std::string one_line(std::string_view text) {
     const auto at = [&](std::size_t k) { return i + k < text.size() ? static_cast<unsigned char>(text[i + k]) : 0u; };
     const bool control = at(0) < 0x20 || at(0) == 0x7f, late = at(0) == 0xc2 && at(1) >= 0x80 && at(1) < 0xa0;
     const bool separator = at(0) == 0xe2 && at(1) == 0x80 && (at(2) == 0xa8 || at(2) == 0xa9);
-    if (control || late || separator) out += ' ';
-    else out += text[i];
+    if (control || late || separator)
+      out += ' ';
+    else
+      out += text[i];
     i += late ? 2 : separator ? 3 : 1;
   }
   return out;

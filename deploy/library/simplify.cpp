@@ -81,8 +81,10 @@ cordillera_result* cordillera_simplify(const cordillera_mesh* mesh, const cordil
   auto result = std::make_unique<cordillera_result>();
   try {
     auto made = simplified(*mesh, known(options));
-    if (made) result->simplified = *std::move(made);
-    else result->problem = made.problem();
+    if (made)
+      result->simplified = *std::move(made);
+    else
+      result->problem = made.problem();
   } catch (const std::bad_alloc&) {
     result->problem = {"memory-limit", "there is not enough memory for this mesh", "a smaller one", ""};
   } catch (const std::exception& error) {
@@ -90,19 +92,26 @@ cordillera_result* cordillera_simplify(const cordillera_mesh* mesh, const cordil
   }
   if (result->problem) result->line = result->problem->line();
   return result.release();
-} catch (...) {
-  return nullptr;
-}
+} catch (...) { return nullptr; }
 
 void cordillera_result_free(cordillera_result* result) { delete result; }
 
-const char* cordillera_result_problem(const cordillera_result* result) { return result->problem ? result->line.c_str() : nullptr; }
+const char* cordillera_result_problem(const cordillera_result* result) {
+  return result->problem ? result->line.c_str() : nullptr;
+}
 
-const char* cordillera_result_problem_type(const cordillera_result* result) { return result->problem ? result->problem->type.c_str() : nullptr; }
+const char* cordillera_result_problem_type(const cordillera_result* result) {
+  return result->problem ? result->problem->type.c_str() : nullptr;
+}
 
 cordillera_mesh cordillera_result_mesh(const cordillera_result* result) {
   const HeightMesh& mesh = result->simplified.mesh;
-  return {mesh.x.data(), mesh.y.data(), mesh.z.data(), mesh.vertices(), mesh.triangles.empty() ? nullptr : mesh.triangles.data()->data(), mesh.triangles.size()};
+  return {mesh.x.data(),
+          mesh.y.data(),
+          mesh.z.data(),
+          mesh.vertices(),
+          mesh.triangles.empty() ? nullptr : mesh.triangles.data()->data(),
+          mesh.triangles.size()};
 }
 
 double cordillera_result_rmse(const cordillera_result* result) { return result->simplified.report.rmse_m; }

@@ -10,7 +10,8 @@ namespace {
 
 // What a weld leaves above the contract inside is brought down by flips.
 constexpr ValenceCaps kMendCaps{kInnerValence, kMendedSide, kMendedCorner};
-// Where nothing else empties a border: 13 + 13 - 2 and 4 x 7 - 4 are as wide as a row. Too tight for all, for then no weld had room.
+// Where nothing else empties a border: 13 + 13 - 2 and 4 x 7 - 4 are as wide as a row. Too tight for all, for then no weld had
+// room.
 constexpr ValenceCaps kLastCaps{kMostValence, 13, 7};
 static_assert(2 * kLastCaps.side - 2 <= kRowWidth && 4 * kLastCaps.corner - 4 <= kRowWidth);
 
@@ -18,7 +19,9 @@ static_assert(2 * kLastCaps.side - 2 <= kRowWidth && 4 * kLastCaps.corner - 4 <=
 
 proto::TileMesh with_border_emptied(Rings& rings, proto::TileMesh& mesh, float rim_units) {
   const bool must_step = mend(rings, mesh, kMendCaps, rim_units) > 0;
-  if (must_step && nudge_inwards(rings, mesh, Steps::amid_data) > 0 && mend(rings, mesh, kMendCaps) > 0 && nudge_inwards(rings, mesh, Steps::anywhere) > 0) mend(rings, mesh, kLastCaps);
+  if (must_step && nudge_inwards(rings, mesh, Steps::amid_data) > 0 && mend(rings, mesh, kMendCaps) > 0 &&
+      nudge_inwards(rings, mesh, Steps::anywhere) > 0)
+    mend(rings, mesh, kLastCaps);
   return mesh_from_rings(mesh, rings);
 }
 

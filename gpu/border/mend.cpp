@@ -21,8 +21,8 @@ struct Licence {
   int removals = 0;          // of inner vertices, for one border vertex
   int rings = 0;             // how far from it
 };
-// No further: taking out all that stands in the way would destroy terrain for the sake of one vertex. Who asked can keep more of the
-// surroundings and simplify again.
+// No further: taking out all that stands in the way would destroy terrain for the sake of one vertex. Who asked can keep more of
+// the surroundings and simplify again.
 constexpr std::array<Licence, 4> kLicences{{{0, 0, 0, 0}, {0, 12, 0, 0}, {0, 12, 32, 1}, {kMostValence, 12, 32, 1}}};
 
 class Mender {
@@ -93,8 +93,9 @@ class Mender {
     return (p.x[b] - p.x[a]) * (p.y[c] - p.y[a]) - (p.y[b] - p.y[a]) * (p.x[c] - p.x[a]);
   }
 
-  // Does what is published end where it did before, but for what rims may move? By area over the star's width, and what was published around a
-  // vertex with data stays so to the line between the ends of its rim: without that, a slit as long as the star is wide would do.
+  // Does what is published end where it did before, but for what rims may move? By area over the star's width, and what was
+  // published around a vertex with data stays so to the line between the ends of its rim: without that, a slit as long as the
+  // star is wide would do.
   bool spares_rims(std::uint32_t v, const Polygon& star, const Diagonals& diagonals) const {
     const auto ring = rings_.ring(v);
     std::uint32_t voids = is_void(v) ? 1 : 0;
@@ -109,7 +110,8 @@ class Mender {
     const double width = static_cast<double>(std::max(*east - *west, *north - *south));
     return static_cast<double>(std::abs(after - before)) <= 2.0 * static_cast<double>(rim_units_) * width;
   }
-  // Of every run of published triangles around v: are its ends joined, and v no farther from the line between them than rims may move?
+  // Of every run of published triangles around v: are its ends joined, and v no farther from the line between them than rims may
+  // move?
   bool keeps_runs(std::uint32_t v, const Polygon& star, const Joined& joined) const {
     const auto ring = rings_.ring(v);
     const std::uint32_t triangles = star.count - (rings_.open[v] ? 1 : 0);
@@ -127,7 +129,8 @@ class Mender {
   double distance_from(std::uint32_t v, const Polygon& star, std::uint32_t a, std::uint32_t b) const {
     const auto ex = static_cast<double>(star.x[b] - star.x[a]), ey = static_cast<double>(star.y[b] - star.y[a]);
     const auto px = static_cast<double>(mesh_.x[v] - star.x[a]), py = static_cast<double>(mesh_.y[v] - star.y[a]);
-    const double along = std::clamp((px * ex + py * ey) / (ex * ex + ey * ey), 0.0, 1.0), dx = px - along * ex, dy = py - along * ey;
+    const double along = std::clamp((px * ex + py * ey) / (ex * ex + ey * ey), 0.0, 1.0), dx = px - along * ex,
+                 dy = py - along * ey;
     return std::sqrt(dx * dx + dy * dy);
   }
   std::int64_t published_around(std::uint32_t v, const Polygon& star) const {
@@ -158,7 +161,8 @@ class Mender {
       for (std::uint32_t m = k + 1; m < star.count; ++m) {
         if (!((joined[k] >> m) & 1u)) continue;
         for (std::uint32_t n = m + 1; n < star.count; ++n) {
-          if (((joined[k] & joined[m]) >> n & 1u) && !is_void(ring[k]) && !is_void(ring[m]) && !is_void(ring[n])) sum += twice_area(star, k, m, n);
+          if (((joined[k] & joined[m]) >> n & 1u) && !is_void(ring[k]) && !is_void(ring[m]) && !is_void(ring[n]))
+            sum += twice_area(star, k, m, n);
         }
       }
     }
@@ -211,7 +215,8 @@ class Mender {
     return bx * cy - by * cx > 0;
   }
 
-  // May the edge from a to the k-th of its ring become the other diagonal of its two triangles? Not if other area would be published.
+  // May the edge from a to the k-th of its ring become the other diagonal of its two triangles? Not if other area would be
+  // published.
   bool may_flip(std::uint32_t a, std::uint32_t k) const {
     const auto ring = rings_.ring(a);
     const auto count = static_cast<std::uint32_t>(ring.size());
@@ -245,13 +250,16 @@ class Mender {
       const double rx = mesh_.x[r] - mesh_.x[p], ry = mesh_.y[r] - mesh_.y[p];
       return qx * ry - qy * rx;
     };
-    const double along_ab = cross(c, d, a) / (cross(c, d, a) - cross(c, d, b)), along_cd = cross(a, b, c) / (cross(a, b, c) - cross(a, b, d));
-    const auto between = [&](std::uint32_t p, std::uint32_t q, double t) { return mesh_.height[p] + t * (mesh_.height[q] - mesh_.height[p]); };
+    const double along_ab = cross(c, d, a) / (cross(c, d, a) - cross(c, d, b)),
+                 along_cd = cross(a, b, c) / (cross(a, b, c) - cross(a, b, d));
+    const auto between = [&](std::uint32_t p, std::uint32_t q, double t) {
+      return mesh_.height[p] + t * (mesh_.height[q] - mesh_.height[p]);
+    };
     return std::abs(between(a, b, along_ab) - between(c, d, along_cd));
   }
 
-  // Turns edges away from vertices with data that have more neighbours than the contract allows, as a weld may leave them: those that
-  // change the surface least.
+  // Turns edges away from vertices with data that have more neighbours than the contract allows, as a weld may leave them: those
+  // that change the surface least.
   void relax() {
     for (std::uint32_t v = 0; v < rings_.vertices(); ++v) {
       while (!is_void(v) && rings_.valence[v] > kMostValence) {

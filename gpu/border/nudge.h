@@ -10,9 +10,9 @@ namespace cordillera::gpu {
 /// amid_data: a vertex with data beside a void stays, for it might step to where there is none.
 enum class Steps { amid_data, anywhere };
 
-/// Moves each vertex that is still marked kRemove straight inwards, by the fewest units (1, 2, 4, ...) that keep every triangle's area
-/// positive; its border neighbours are joined behind it and it becomes an inner vertex without marks but kVoid. Needs it where a hole
-/// has so few vertices left that their valences cannot close the gap. Returns how many are left on the border.
+/// Moves each vertex that is still marked kRemove straight inwards, by the fewest units (1, 2, 4, ...) that keep every triangle's
+/// area positive; its border neighbours are joined behind it and it becomes an inner vertex without marks but kVoid. Needs it
+/// where a hole has so few vertices left that their valences cannot close the gap. Returns how many are left on the border.
 std::uint32_t nudge_inwards(Rings& rings, proto::TileMesh& mesh, Steps steps);
 
 }  // namespace cordillera::gpu

@@ -1,8 +1,8 @@
 #pragma once
 // The arrays of a mesh, made from its vertices and triangles (section 4.2). Every step gathers: numbers do not depend on who is
 // first.
-#include "gpu/device/atomic.h"
 #include "gpu/cleap/structure.h"
+#include "gpu/device/atomic.h"
 
 namespace cordillera::gpu::cleap {
 

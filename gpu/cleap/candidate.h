@@ -43,9 +43,9 @@ struct Window {
   std::uint32_t next = 0;  ///< the place in the pool after them
   Fate* fate = nullptr;    ///< indexed by candidate, like the others
   std::int32_t* edge = nullptr;
-  Position* to = nullptr;         ///< where the new vertex goes
-  std::int32_t* left = nullptr;   ///< three a candidate: the triangles that go (-1: none), the vertex that stays
-  Tag* tag = nullptr;             ///< of tiles: what the vertex that stays will be
+  Position* to = nullptr;        ///< where the new vertex goes
+  std::int32_t* left = nullptr;  ///< three a candidate: the triangles that go (-1: none), the vertex that stays
+  Tag* tag = nullptr;            ///< of tiles: what the vertex that stays will be
 
   CORDILLERA_HD std::uint32_t place(std::uint32_t i) const { return i < queued ? queue[i] : next + (i - queued); }
 };

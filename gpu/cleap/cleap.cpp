@@ -15,7 +15,8 @@ proto::Result<std::unique_ptr<Engine>> make_cuda_engine(int) { return built_with
 namespace {
 
 proto::Result<std::unique_ptr<Engine>> make_engine(const std::string& device, unsigned threads) {
-  return on_device(device, [threads] { return make_host_engine(threads); }, make_cuda_engine);
+  return on_device(
+      device, [threads] { return make_host_engine(threads); }, make_cuda_engine);
 }
 
 std::optional<proto::Problem> check_options(const Options& options) {
@@ -51,7 +52,7 @@ proto::Problem not_manifold(const fit::HeightMesh& mesh) {
 }  // namespace
 
 const char* name_of(Fate fate) {
-  static constexpr const char* kNames[kFates] = {"collapsed",  "collapsed_on_border", "edge_gone", "lock_down",
+  static constexpr const char* kNames[kFates] = {"collapsed", "collapsed_on_border", "edge_gone",  "lock_down",
                                                  "inversion", "border_edge",         "neighbours", "past_target"};
   return kNames[static_cast<std::size_t>(fate)];
 }
@@ -70,9 +71,7 @@ proto::Result<Simplified> simplify(const fit::HeightMesh& mesh, const Target& ta
   Outcome outcome;
   try {
     outcome = (*engine)->simplify(mesh, target, options);
-  } catch (const DeviceLost&) {
-    outcome = make_host_engine(options.threads)->simplify(mesh, target, options);
-  }
+  } catch (const DeviceLost&) { outcome = make_host_engine(options.threads)->simplify(mesh, target, options); }
   if (outcome.crowded_edge) return not_manifold(mesh);
   return std::move(outcome.result);
 }

@@ -16,10 +16,10 @@ namespace cordillera::gpu::cleap {
 
 /// Which edges are tried, and in which order (section 4.3).
 enum class Selection {
-  sort,         ///< the cheapest by a sort, as published
-  histogram,    ///< the cheapest by a threshold, within a sixteenth of the cost
-  unsorted,     ///< all; costs are not looked at (Franc and Skala)
-  vertex_best,  ///< those that are the cheapest at both their ends (Grund, Cellier)
+  sort,               ///< the cheapest by a sort, as published
+  histogram,          ///< the cheapest by a threshold, within a sixteenth of the cost
+  unsorted,           ///< all; costs are not looked at (Franc and Skala)
+  vertex_best,        ///< those that are the cheapest at both their ends (Grund, Cellier)
   super_independent,  ///< one each of vertices that are three edges apart (Papageorgiou and Platis)
 };
 enum class Shuffle {
@@ -27,10 +27,10 @@ enum class Shuffle {
   keyed,         ///< a permutation that every place computes for itself
   none,
 };
-enum class Lock { ordered, raced };         ///< see lock_down.h
-enum class Order { lock_first, test_first };  ///< as published, or only what passed the tests asks for locks
-enum class Repair { everywhere, around };   ///< over all arrays as published, or what a collapse touched
-enum class Rearrange { scan, pointers };    ///< see rearrange.h
+enum class Lock { ordered, raced };             ///< see lock_down.h
+enum class Order { lock_first, test_first };    ///< as published, or only what passed the tests asks for locks
+enum class Repair { everywhere, around };       ///< over all arrays as published, or what a collapse touched
+enum class Rearrange { scan, pointers };        ///< see rearrange.h
 enum class Delaunay { none, at_end, between };  ///< flips: never, before the output, after every pass
 
 /// Down to where: one of them.
@@ -50,29 +50,30 @@ struct Options {
   Delaunay delaunay = Delaunay::none;
   Border border = Border::keep;
   Inversion inversion = Inversion::sign;
-  double pool = 0.8;               ///< share of the edges that are tried, above 0 to 1; published: 0.05 to 0.8
-  std::uint32_t window = 512;      ///< candidates at the same time; 0: the whole pool. 1: one after the other (`sequential`)
+  double pool = 0.8;           ///< share of the edges that are tried, above 0 to 1; published: 0.05 to 0.8
+  std::uint32_t window = 512;  ///< candidates at the same time; 0: the whole pool. 1: one after the other (`sequential`)
   std::uint64_t seed = 1;
   std::int32_t most_triangles = 14;  ///< c: at a vertex that a collapse makes
-  bool come_back = false;          ///< those that lost the lock-down are tried again in the next window
-  bool closing = false;            ///< what a collapse touched is left alone until the next pass (Shontz and Nistor)
+  bool come_back = false;            ///< those that lost the lock-down are tried again in the next window
+  bool closing = false;              ///< what a collapse touched is left alone until the next pass (Shontz and Nistor)
   double most_cost = std::numeric_limits<double>::infinity();  ///< edges that cost more are not tried, where costs are looked at
-  double idle_share = 0;           ///< a pass that collapses no larger share of the vertices is the last
-  std::uint64_t around_first = 0;  ///< with Repair::everywhere: so many collapses are repaired around, for measurements that begin in the middle
+  double idle_share = 0;  ///< a pass that collapses no larger share of the vertices is the last
+  std::uint64_t around_first =
+      0;  ///< with Repair::everywhere: so many collapses are repaired around, for measurements that begin in the middle
   std::uint32_t most_passes = 100;  ///< when a pool is used up the costs are found anew; published: 1
-  std::string device = "auto";     ///< as in fit::MeshOptions
-  unsigned threads = 1;            ///< likewise
-  bool time_phases = true;         ///< stages of the report; costs some time on a GPU with small windows
-  bool each_window = false;        ///< the report's list of windows
+  std::string device = "auto";      ///< as in fit::MeshOptions
+  unsigned threads = 1;             ///< likewise
+  bool time_phases = true;          ///< stages of the report; costs some time on a GPU with small windows
+  bool each_window = false;         ///< the report's list of windows
   std::function<void(std::uint64_t done, std::uint64_t all)> progress;  ///< collapses; now and then
 };
 
 struct Report {
-  std::uint64_t vertices = 0, triangles = 0;       ///< of the result
-  std::uint64_t collapses = 0, iterations = 0;     ///< an iteration is a window
+  std::uint64_t vertices = 0, triangles = 0;    ///< of the result
+  std::uint64_t collapses = 0, iterations = 0;  ///< an iteration is a window
   std::uint64_t passes = 0;
-  std::array<std::uint64_t, kFates> fates{};       ///< indexed by Fate: what became of all candidates
-  std::vector<std::uint32_t> window_collapses;     ///< of each iteration, if asked for
+  std::array<std::uint64_t, kFates> fates{};    ///< indexed by Fate: what became of all candidates
+  std::vector<std::uint32_t> window_collapses;  ///< of each iteration, if asked for
   std::string device;
   double build_seconds = 0;      ///< the arrays, once a pass
   double select_seconds = 0;     ///< costs, sort, shuffle

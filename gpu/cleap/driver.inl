@@ -49,7 +49,8 @@ class Driver : public Engine {
 
   /// False: an edge has more than two triangles.
   template <class Metric>
-  bool simplify(const fit::HeightMesh& from, const Target& target, const Options& options, Simplified& result, TileTags* tile = nullptr) {
+  bool simplify(const fit::HeightMesh& from, const Target& target, const Options& options, Simplified& result,
+                TileTags* tile = nullptr) {
     Report& report = result.report;
     report.device = device_->name();
     last_ = Clock::now();
@@ -62,7 +63,8 @@ class Driver : public Engine {
       if (!mesh_.connect(options.repair == Repair::around || options.around_first > 0)) return false;
       if (Metric::kQuadrics && report.passes == 0) mesh_.sum_planes();
       report.build_seconds += lap();
-      const std::uint64_t before = goal.collapses, idle = static_cast<std::uint64_t>(options.idle_share * mesh_.arrays().vertices);
+      const std::uint64_t before = goal.collapses,
+                          idle = static_cast<std::uint64_t>(options.idle_share * mesh_.arrays().vertices);
       const std::uint32_t size = pool_.template make<Metric>(mesh_.arrays(), options, report.passes);
       report.select_seconds += lap();
       windows.template run<Metric>(mesh_.arrays(), pool_.data(), size, goal);

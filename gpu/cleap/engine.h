@@ -26,8 +26,8 @@ class Engine {
   virtual ~Engine() = default;
   /// A mesh and options that were checked.
   virtual Outcome simplify(const fit::HeightMesh& mesh, const Target& target, const Options& options) = 0;
-  /// Triangles turn counter-clockwise. The metric is the tiles' own (half_edge.h), and so is what may happen on the border; it goes on
-  /// until options.most_cost, or what is left of the passes, stops it.
+  /// Triangles turn counter-clockwise. The metric is the tiles' own (half_edge.h), and so is what may happen on the border; it
+  /// goes on until options.most_cost, or what is left of the passes, stops it.
   virtual Outcome simplify_tile(const fit::HeightMesh& mesh, TileTags& tile, const Options& options) = 0;
   virtual std::string device() const = 0;
   virtual fit::HeightMesh smooth(const fit::HeightMesh& mesh, std::uint32_t steps, double lambda, double mu) = 0;

@@ -55,7 +55,7 @@ struct Departure {
   CORDILLERA_HD bool is_allowed(const Edge& edge) const {
     if (has(from, proto::kKeep)) return false;
     if (has(from, kOnSide)) return has(from, proto::kRemove) && edge.b[0] < 0 && has(from, proto::kVoid) == has(to, proto::kVoid);
-    if (has(to, proto::kRemove)) return false;  // it is leaving itself
+    if (has(to, proto::kRemove)) return false;                                         // it is leaving itself
     if (has(from, proto::kVoid)) return has(to, proto::kVoid) || !any_void_neighbour;  // the last of a hole may close it
     if (!any_void || !any_published) return true;
     return !is_on_rim() || is_rim(to);
@@ -69,8 +69,10 @@ struct Departure {
     double most = 0;
     each_neighbour([&](std::int32_t v) {
       double distance = 0;
-      if (closes) distance = sqrt(distance2(mesh.vertex[from], mesh.vertex[v]));
-      else if (v != to && is_rim(v)) distance = distance_from_segment(mesh.vertex[from], mesh.vertex[to], mesh.vertex[v]);
+      if (closes)
+        distance = sqrt(distance2(mesh.vertex[from], mesh.vertex[v]));
+      else if (v != to && is_rim(v))
+        distance = distance_from_segment(mesh.vertex[from], mesh.vertex[to], mesh.vertex[v]);
       if (distance > most) most = distance;
     });
     return most;
@@ -119,8 +121,10 @@ CORDILLERA_HD inline HalfEdge best_half_edge(const Arrays& mesh, const Edge& edg
     // What must go need not spare what others spent.
     if (!(spent <= 1 || (must && rim <= 1))) continue;
     double cost = kShort * distance2(mesh.vertex[from], mesh.vertex[to]);
-    if (must || !departure.any_published) cost = 0;
-    else cost += value(sum(mesh.quadric[from], mesh.quadric[to]), mesh.origin, mesh.vertex[to]);
+    if (must || !departure.any_published)
+      cost = 0;
+    else
+      cost += value(sum(mesh.quadric[from], mesh.quadric[to]), mesh.origin, mesh.vertex[to]);
     if (cost < best.cost) best = {to, cost, spent};
   }
   return best;

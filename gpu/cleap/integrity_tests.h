@@ -35,9 +35,12 @@ struct TestCandidate {
   CORDILLERA_HD void operator()(std::size_t i) const {
     if (!goes(window.fate[i])) return;
     const Edge& edge = mesh.edge[window.edge[i]];
-    if (inverts(edge, window.to[i])) window.fate[i] = Fate::inverted;
-    else if (border == Border::keep && touches_border(edge)) window.fate[i] = Fate::border;
-    else if (crowds(i, edge)) window.fate[i] = Fate::crowded;
+    if (inverts(edge, window.to[i]))
+      window.fate[i] = Fate::inverted;
+    else if (border == Border::keep && touches_border(edge))
+      window.fate[i] = Fate::border;
+    else if (crowds(i, edge))
+      window.fate[i] = Fate::crowded;
   }
 
  private:

@@ -5,8 +5,8 @@
 //
 // Ordered (ours, the default): each flag ends with the least number that asked for it; who finds another's number in its vicinity
 // has lost. Raced (as published): compare-and-swap, first come first served, released on failure; depends on timing.
-#include "gpu/device/atomic.h"
 #include "gpu/cleap/candidate.h"
+#include "gpu/device/atomic.h"
 
 namespace cordillera::gpu::cleap {
 
@@ -15,8 +15,7 @@ CORDILLERA_HD inline void lower_flag(std::uint32_t* at, std::uint32_t value) {
   atomicMin(at, value);
 #else
   std::uint32_t before = __atomic_load_n(at, __ATOMIC_RELAXED);
-  while (value < before && !__atomic_compare_exchange_n(at, &before, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
-  }
+  while (value < before && !__atomic_compare_exchange_n(at, &before, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
 #endif
 }
 /// atomicCAS: what was there.
@@ -56,9 +55,8 @@ struct DecideOrdered {
   Window window;
   CORDILLERA_HD void operator()(std::size_t i) const {
     if (!goes(window.fate[i])) return;
-    const bool holds_all = all_in_vicinity(mesh, mesh.edge[window.edge[i]], [&](std::int32_t triangle) {
-      return mesh.flag[triangle] == number_of(i);
-    });
+    const bool holds_all = all_in_vicinity(mesh, mesh.edge[window.edge[i]],
+                                           [&](std::int32_t triangle) { return mesh.flag[triangle] == number_of(i); });
     if (!holds_all) window.fate[i] = Fate::locked;
   }
 };
@@ -92,10 +90,14 @@ struct Release {
     if (window.fate[i] == Fate::gone) return;
     const bool close = closing && goes(window.fate[i]);
     all_in_vicinity(mesh, mesh.edge[window.edge[i]], [&](std::int32_t triangle) {
-      if (!closing) set_flag(mesh.flag + triangle, kFree);
-      else if (get_shared(mesh.flag + triangle) == kClosed) return true;
-      else if (close) set_flag(mesh.flag + triangle, kClosed);
-      else swap_flag(mesh.flag + triangle, number_of(i), kFree);
+      if (!closing)
+        set_flag(mesh.flag + triangle, kFree);
+      else if (get_shared(mesh.flag + triangle) == kClosed)
+        return true;
+      else if (close)
+        set_flag(mesh.flag + triangle, kClosed);
+      else
+        swap_flag(mesh.flag + triangle, number_of(i), kFree);
       return true;
     });
   }

@@ -110,9 +110,9 @@ struct VerticalDistance {
     for (int end = 0; end < 2; ++end) {
       all_triangles_at(mesh, edge.n[end], [&](std::int32_t triangle) {
         const Plane plane = plane_of(mesh, triangle);
-        const double away = (plane.a * (at.x - mesh.origin.x) + plane.b * (at.y - mesh.origin.y) +
-                             plane.c * (at.z - mesh.origin.z) + plane.d) /
-                            plane.c;
+        const double away =
+            (plane.a * (at.x - mesh.origin.x) + plane.b * (at.y - mesh.origin.y) + plane.c * (at.z - mesh.origin.z) + plane.d) /
+            plane.c;
         const double distance = away < 0 ? -away : away;
         if (distance > most) most = distance;
         return true;

@@ -5,8 +5,8 @@
 // Readings. A triangle is gone if all of its corners are 0; Algorithm 13 would pass over every triangle at vertex 0. Of two edges
 // that merge the one of the higher number stays, as in Algorithms 15 to 17 and Figure C.11; a sentence of section 4.6.4 has it
 // the other way. The listings look up vertex -1 of edges that are gone; ours leave first.
-#include "gpu/device/atomic.h"
 #include "gpu/cleap/candidate.h"
+#include "gpu/device/atomic.h"
 
 namespace cordillera::gpu::cleap {
 

@@ -3,8 +3,8 @@
 // or any.
 #include <bit>
 
-#include "gpu/device/atomic.h"
 #include "gpu/cleap/metrics.h"
+#include "gpu/device/atomic.h"
 
 namespace cordillera::gpu::cleap {
 

@@ -61,7 +61,7 @@ class PoolMaker {
   }
 
   std::uint32_t within(const Arrays& mesh, const std::uint64_t* key, double most_cost) {
-    std::uint32_t* const bins = room(bins_, kCostClasses), found[2] = {};
+    std::uint32_t *const bins = room(bins_, kCostClasses), found[2] = {};
     device_.zero(bins, 2);
     device_.histogram(mesh.edges, IsDearer{key, std::bit_cast<std::uint32_t>(static_cast<float>(most_cost))}, bins, 2);
     device_.copy_out(found, bins, 2);

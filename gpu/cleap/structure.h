@@ -41,24 +41,22 @@ inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Borrowed; where the steps run.
 struct Arrays {
   std::uint32_t vertices = 0, triangles = 0, edges = 0;
-  std::uint32_t row_places = 8;           ///< of triangles, in a row of the table
-  Position origin;                        ///< quadrics are about it, for the sake of their digits
-  Position* vertex = nullptr;             ///< indexed by vertex
-  std::int32_t* corner = nullptr;         ///< the triangles array; 0, 0, 0: the triangle is gone
-  Edge* edge = nullptr;                   ///< indexed by edge
-  std::int32_t* table = nullptr;          ///< rows of Figure 4.3: count, continues, triangles
-  std::uint8_t* border = nullptr;         ///< indexed by vertex, 1: on the border (Algorithm 8)
-  std::uint32_t* flag = nullptr;          ///< the flags array, indexed by triangle
-  Quadric* quadric = nullptr;             ///< indexed by vertex; of metrics that want them
+  std::uint32_t row_places = 8;    ///< of triangles, in a row of the table
+  Position origin;                 ///< quadrics are about it, for the sake of their digits
+  Position* vertex = nullptr;      ///< indexed by vertex
+  std::int32_t* corner = nullptr;  ///< the triangles array; 0, 0, 0: the triangle is gone
+  Edge* edge = nullptr;            ///< indexed by edge
+  std::int32_t* table = nullptr;   ///< rows of Figure 4.3: count, continues, triangles
+  std::uint8_t* border = nullptr;  ///< indexed by vertex, 1: on the border (Algorithm 8)
+  std::uint32_t* flag = nullptr;   ///< the flags array, indexed by triangle
+  Quadric* quadric = nullptr;      ///< indexed by vertex; of metrics that want them
   /// Ours: the three edges of a triangle. Only for repairs that go no farther than the candidate's vicinity; null otherwise.
   std::int32_t* edge_of = nullptr;
   /// Of a tile (half_edge.h), indexed by vertex; null: any other mesh.
   Tag* tag = nullptr;
   double inverse_rim = 0;  ///< 1 / units that rims may move
 
-  CORDILLERA_HD std::int32_t* row(std::int32_t v) const {
-    return table + static_cast<std::int64_t>(v) * (row_places + 2);
-  }
+  CORDILLERA_HD std::int32_t* row(std::int32_t v) const { return table + static_cast<std::int64_t>(v) * (row_places + 2); }
   CORDILLERA_HD bool is_gone(std::int32_t v) const { return vertex[v].x == kInfinite; }
 };
 

@@ -1,8 +1,8 @@
 #pragma once
 // Papageorgiou and Platis' selection (section 3.3.3): vertices at least three edges apart, so that their stars share nothing; of
 // each, its cheapest edge. Theirs is a greedy set, cheapest vertex first, one after the other. Ours takes all vertices at once
-// whose edge is the cheapest within two edges around, sets aside what is that close to them, and looks again until nobody is left:
-// what greed finds, too.
+// whose edge is the cheapest within two edges around, sets aside what is that close to them, and looks again until nobody is
+// left: what greed finds, too.
 #include "gpu/cleap/pool.h"
 
 namespace cordillera::gpu::cleap {

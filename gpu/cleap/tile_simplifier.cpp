@@ -4,10 +4,10 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "gpu/cleap/engine.h"
-#include "gpu/device/device_choice.h"
 #include "gpu/border/empty_border.h"
+#include "gpu/cleap/engine.h"
 #include "gpu/collapse/waves.h"
+#include "gpu/device/device_choice.h"
 
 namespace cordillera::gpu::cleap {
 namespace {
@@ -56,11 +56,13 @@ TileTags tags_of(const SimplifyJob& job) {
 }
 
 /// Of what is left, in the input's order, as whoever looks for moved vertices expects it.
-proto::TileMesh tile_mesh(const SimplifyJob& job, const TileTags& tags, const std::vector<std::array<std::uint32_t, 3>>& triangles) {
+proto::TileMesh tile_mesh(const SimplifyJob& job, const TileTags& tags,
+                          const std::vector<std::array<std::uint32_t, 3>>& triangles) {
   const proto::TileMesh& in = *job.input;
   std::vector<std::uint32_t> order(tags.tags.size()), number(order.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return tags.tags[a].original < tags.tags[b].original; });
+  std::sort(order.begin(), order.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return tags.tags[a].original < tags.tags[b].original; });
   proto::TileMesh mesh;
   mesh.side = in.side;
   for (std::uint32_t i = 0; i < order.size(); ++i) {
@@ -109,11 +111,14 @@ class TileSimplifier final : public Simplifier {
 
 }  // namespace
 
-proto::Result<std::unique_ptr<Simplifier>> make_tile_simplifier(const std::string& device, ParallelFor parallel, const std::string& strategy) {
+proto::Result<std::unique_ptr<Simplifier>> make_tile_simplifier(const std::string& device, ParallelFor parallel,
+                                                                const std::string& strategy) {
   const std::string where = strategy == "sequential" ? "cpu" : device;
-  auto engine = on_device(where, [] { return make_host_engine(1); }, make_cuda_engine);
+  auto engine = on_device(
+      where, [] { return make_host_engine(1); }, make_cuda_engine);
   if (!engine.ok()) return engine.problem();
-  return std::unique_ptr<Simplifier>(std::make_unique<TileSimplifier>(std::move(*engine), std::move(parallel), options_of(strategy)));
+  return std::unique_ptr<Simplifier>(
+      std::make_unique<TileSimplifier>(std::move(*engine), std::move(parallel), options_of(strategy)));
 }
 
 }  // namespace cordillera::gpu::cleap

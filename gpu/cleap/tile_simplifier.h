@@ -8,6 +8,7 @@
 namespace cordillera::gpu::cleap {
 
 /// strategy: "cleap" or "sequential", which needs no GPU.
-proto::Result<std::unique_ptr<Simplifier>> make_tile_simplifier(const std::string& device, ParallelFor parallel, const std::string& strategy);
+proto::Result<std::unique_ptr<Simplifier>> make_tile_simplifier(const std::string& device, ParallelFor parallel,
+                                                                const std::string& strategy);
 
 }  // namespace cordillera::gpu::cleap

@@ -3,9 +3,9 @@
 // reached or the pool is used up.
 #include <vector>
 
+#include "gpu/cleap/integrity_tests.h"
 #include "gpu/cleap/lock_down.h"
 #include "gpu/cleap/phases.h"
-#include "gpu/cleap/integrity_tests.h"
 
 namespace cordillera::gpu::cleap {
 
@@ -187,9 +187,9 @@ class Windows {
   }
   void report_phases() {
     if (!options_.time_phases) return;
-    static constexpr const char* kNames[kPhases] = {"candidates",  "lock-down",        "integrity tests", "count",
-                                                    "elimination", "triangle repair", "edge repair",     "connectivity repair",
-                                                    "repair around"};
+    static constexpr const char* kNames[kPhases] = {"candidates",  "lock-down",           "integrity tests",
+                                                    "count",       "elimination",         "triangle repair",
+                                                    "edge repair", "connectivity repair", "repair around"};
     report_.phases.clear();
     for (int phase = 0; phase < kPhases; ++phase) {
       if (seconds_[phase] > 0) report_.phases.push_back({kNames[phase], seconds_[phase]});

@@ -32,8 +32,17 @@ void Batch<Device>::start(std::span<const SimplifyJob> jobs) {
   std::int32_t* const y = room(all ? given_y_ : y_, n);
   float* const elevation = all ? given_elevation_.data() : room(elevation_, n);
   std::uint8_t* const mark = all ? given_mark_.data() : room(mark_, n);
-  view_ = {x, y, elevation, room(carried_, n), room(spent_, n), room(key_, n), room(row_, n * kRowWidth), room(valence_, n), mark,
-           room(window_, n), room(local_, n)};
+  view_ = {x,
+           y,
+           elevation,
+           room(carried_, n),
+           room(spent_, n),
+           room(key_, n),
+           room(row_, n * kRowWidth),
+           room(valence_, n),
+           mark,
+           room(window_, n),
+           room(local_, n)};
   device_.each(n, StartVertex{given_, view_, x, y, elevation});
   row_width_ = kInnerValence;
   if (triangle_first_.back() > 0) chain_rings(jobs);
@@ -45,7 +54,8 @@ void Batch<Device>::choose() {
   std::int32_t most_cells = 0;
   for (const BatchTile& tile : tiles_) most_cells = std::max(most_cells, SparseStart::chooses(tile) ? tile.cells : 0);
   const SparseStart start{given_tiles_.data(), given_.elevation, given_.mark, room(stays_, given_count_)};
-  const bool others = std::any_of(tiles_.begin(), tiles_.end(), [](const BatchTile& tile) { return !SparseStart::chooses(tile); });
+  const bool others =
+      std::any_of(tiles_.begin(), tiles_.end(), [](const BatchTile& tile) { return !SparseStart::chooses(tile); });
   if (others) device_.each(given_count_, StartsWhole{start.stays});
   device_.each(tiles_.size(), KeepCorners{start});
   for (std::int32_t half = 1; half <= most_cells / 2; half *= 2) {
@@ -59,8 +69,8 @@ void Batch<Device>::choose() {
   given_.stays = start.stays;
   given_.kept = kept;
   given_.number = number;
-  device_.each(tiles_.size(), NumberTile{given_, room(numbered_tiles_, tiles_.size()),
-                                             static_cast<std::uint32_t>(given_count_), static_cast<std::uint32_t>(vertices_)});
+  device_.each(tiles_.size(), NumberTile{given_, room(numbered_tiles_, tiles_.size()), static_cast<std::uint32_t>(given_count_),
+                                         static_cast<std::uint32_t>(vertices_)});
   device_.each(triangle_first_.back(), NumberTriangle{number, triangles_.data()});
 }
 
@@ -80,7 +90,8 @@ void Batch<Device>::stage(std::span<const SimplifyJob> jobs, const ParallelFor& 
     tiles_[t].cells = grid_cells(*jobs[t].input);
     tiles_[t].start_tolerance_m = jobs[t].start_tolerance_m;
     const auto is_void = [](std::uint8_t mark) { return (mark & proto::kVoid) != 0; };
-    tiles_[t].any_void = SparseStart::chooses(tiles_[t]) && std::any_of(jobs[t].input->mark.begin(), jobs[t].input->mark.end(), is_void);
+    tiles_[t].any_void =
+        SparseStart::chooses(tiles_[t]) && std::any_of(jobs[t].input->mark.begin(), jobs[t].input->mark.end(), is_void);
     std::copy_n(jobs[t].elevation.begin(), jobs[t].input->vertices(), host_elevation_.data() + tiles_[t].first);
     std::copy_n(jobs[t].input->mark.begin(), jobs[t].input->vertices(), host_mark_.data() + tiles_[t].first);
   });
@@ -169,10 +180,15 @@ template <class Device>
 Survivors Batch<Device>::survivors(std::size_t tile) const {
   const std::uint32_t* const all = host_survivors_.data();
   const auto place = [&](std::size_t t) {
-    return t == tiles_.size() ? survivors_count_ : static_cast<std::size_t>(std::lower_bound(all, all + survivors_count_, tiles_[t].first) - all);
+    return t == tiles_.size() ? survivors_count_
+                              : static_cast<std::size_t>(std::lower_bound(all, all + survivors_count_, tiles_[t].first) - all);
   };
   const std::size_t from = place(tile), to = place(tile + 1);
-  return {{all + from, to - from}, host_row_start_.data() + from, host_neighbour_.data(), static_cast<std::uint32_t>(from), tiles_[tile].first};
+  return {{all + from, to - from},
+          host_row_start_.data() + from,
+          host_neighbour_.data(),
+          static_cast<std::uint32_t>(from),
+          tiles_[tile].first};
 }
 
 }  // namespace cordillera::gpu

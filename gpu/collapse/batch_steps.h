@@ -1,28 +1,29 @@
 #pragma once
 // What is done to every vertex (or tile) of a batch before, between and after the passes.
 #include "gpu/collapse/batch_tile.h"
-#include "gpu/mesh/grid_rings.h"
 #include "gpu/collapse/sparse_start.h"
-#include "gpu/mesh/wedges.h"
 #include "gpu/collapse/window_pass.h"
+#include "gpu/mesh/grid_rings.h"
+#include "gpu/mesh/wedges.h"
 
 namespace cordillera::gpu {
 
 /// What came to the device: the vertices of all inputs, and which of them the batch starts from.
 struct BatchGiven {
-  TileFinder tiles;                             ///< their vertices numbered as they came
+  TileFinder tiles;                               ///< their vertices numbered as they came
   const std::int32_t *x = nullptr, *y = nullptr;  ///< read where a tile is no regular grid
   const float* elevation = nullptr;
   const std::uint8_t* mark = nullptr;
-  const std::uint8_t* stays = nullptr;          ///< see SparseStart; this and the next two: null where all do
-  const std::uint32_t* kept = nullptr;          ///< those that stay, ascending
-  const std::uint32_t* number = nullptr;        ///< their places in `kept`
+  const std::uint8_t* stays = nullptr;    ///< see SparseStart; this and the next two: null where all do
+  const std::uint32_t* kept = nullptr;    ///< those that stay, ascending
+  const std::uint32_t* number = nullptr;  ///< their places in `kept`
 
   CORDILLERA_HD std::uint32_t given(std::uint32_t vertex) const { return kept ? kept[vertex] : vertex; }
   CORDILLERA_HD std::uint32_t numbered(std::uint32_t given) const { return number ? number[given] : given; }
 };
 
-/// Every vertex before the first pass: its own marks, and in a regular grid its position and ring. The arrays of mesh may be those given.
+/// Every vertex before the first pass: its own marks, and in a regular grid its position and ring. The arrays of mesh may be
+/// those given.
 struct StartVertex {
   BatchGiven given;
   MeshView mesh;

@@ -9,7 +9,7 @@ namespace cordillera::gpu {
 struct BatchTile {
   std::uint32_t first = 0;  ///< its first vertex
   std::int32_t side = 0;
-  std::int32_t cells = 0;   ///< > 0: a regular grid, its rings and positions are arithmetic
+  std::int32_t cells = 0;       ///< > 0: a regular grid, its rings and positions are arithmetic
   float start_tolerance_m = 0;  ///< > 0: of that grid only what the sparse start leaves
   bool any_void = false;        ///< known where there is a sparse start
   Rules rules;

@@ -1,6 +1,6 @@
 #pragma once
-// One wave: who collapses, and how every touched vertex finds its new ring. No locks and no float atomics: a vertex wins by being the
-// local minimum of a unique key over its ring and the best suitor of its target, and every vertex writes its own row only.
+// One wave: who collapses, and how every touched vertex finds its new ring. No locks and no float atomics: a vertex wins by being
+// the local minimum of a unique key over its ring and the best suitor of its target, and every vertex writes its own row only.
 #include "gpu/collapse/window.h"
 
 namespace cordillera::gpu {
@@ -28,7 +28,8 @@ struct Decide {
   }
 
  private:
-  // Rings are looked at four neighbours at a time, the last one repeated: what four need is under way together, and most answers are no.
+  // Rings are looked at four neighbours at a time, the last one repeated: what four need is under way together, and most answers
+  // are no.
   static constexpr int kAtOnce = 4;
   CORDILLERA_HD int neighbour(int u, int slot, int n) const { return w.neighbour(u, slot < n ? slot : n - 1); }
 
@@ -60,8 +61,8 @@ struct Decide {
   }
 };
 
-/// Rewrites v's row after its dead neighbours collapsed: the target takes over the dead star, side vertices drop the dead one, all
-/// others see the target in its place. In place: rows of dead vertices are read only, nobody else reads v's.
+/// Rewrites v's row after its dead neighbours collapsed: the target takes over the dead star, side vertices drop the dead one,
+/// all others see the target in its place. In place: rows of dead vertices are read only, nobody else reads v's.
 struct Gather {
   WindowView w;
 
@@ -81,8 +82,10 @@ struct Gather {
         n = splice(v, n, i, u);
       } else {
         const int before = w.neighbour(v, i ? i - 1 : n - 1), after = w.neighbour(v, i + 1 < n ? i + 1 : 0);
-        if (t == before || t == after) n = erase(v, n, i);
-        else put(v, i, t);
+        if (t == before || t == after)
+          n = erase(v, n, i);
+        else
+          put(v, i, t);
       }
     }
     w.vertex[v].info = {n, info.mark(), info.hash()};

@@ -1,12 +1,12 @@
 #pragma once
-// Which vertices of a grid a promised tile starts from, and their rings: a right-triangulated irregular network, made by steps over arrays.
-// W. Evans, D. Kirkpatrick, G. Townsend, "Right-triangulated irregular networks", Algorithmica 30(2), 2001; dependencies as in
-// P. Lindstrom et al., "Real-time, continuous level of detail rendering of height fields", 1996.
+// Which vertices of a grid a promised tile starts from, and their rings: a right-triangulated irregular network, made by steps
+// over arrays. W. Evans, D. Kirkpatrick, G. Townsend, "Right-triangulated irregular networks", Algorithmica 30(2), 2001;
+// dependencies as in P. Lindstrom et al., "Real-time, continuous level of detail rendering of height fields", 1996.
 //
-// Every vertex but the corners is the middle of one longest edge: the centre of a square, whose diagonal the edge is, or the middle of a
-// square's side. It can be left out if nothing speaks for it and none of the vertices is there that would cut the halves of its triangles.
-// So a vertex that is there has its neighbours in eight directions, at distances that halve as long as there is somebody half-way: no
-// triangle needs to be made to find a ring.
+// Every vertex but the corners is the middle of one longest edge: the centre of a square, whose diagonal the edge is, or the
+// middle of a square's side. It can be left out if nothing speaks for it and none of the vertices is there that would cut the
+// halves of its triangles. So a vertex that is there has its neighbours in eight directions, at distances that halve as long as
+// there is somebody half-way: no triangle needs to be made to find a ring.
 #include <bit>
 #include <cstdint>
 
@@ -32,9 +32,8 @@ struct SparseStart {
   }
 };
 
-/// A step over the points of the lattice of `half` cells in all tiles: step.choose(start, tile, x, y), which writes `stays` of the points that
-/// are in the middle of something. An element is a point on a device, a row of
-/// points on a host.
+/// A step over the points of the lattice of `half` cells in all tiles: step.choose(start, tile, x, y), which writes `stays` of
+/// the points that are in the middle of something. An element is a point on a device, a row of points on a host.
 template <class Step>
 struct OverPoints {
   SparseStart start;
@@ -70,7 +69,8 @@ struct OverPoints {
 
 /// Number of the vertex at (x, y) of a grid.
 CORDILLERA_HD inline std::uint32_t grid_vertex(const BatchTile& tile, std::int32_t x, std::int32_t y) {
-  return tile.first + static_cast<std::uint32_t>(y) * (static_cast<std::uint32_t>(tile.cells) + 1) + static_cast<std::uint32_t>(x);
+  return tile.first + static_cast<std::uint32_t>(y) * (static_cast<std::uint32_t>(tile.cells) + 1) +
+         static_cast<std::uint32_t>(x);
 }
 
 /// The corners of tile i: no square has them in its middle.
@@ -83,8 +83,8 @@ struct KeepCorners {
   }
 };
 
-/// What stays whatever the terrain: what is marked, and every vertex of a cell that is partly void, so that the rest of a rim's triangles are
-/// the smallest, whichever way their cell is cut.
+/// What stays whatever the terrain: what is marked, and every vertex of a cell that is partly void, so that the rest of a rim's
+/// triangles are the smallest, whichever way their cell is cut.
 CORDILLERA_HD inline bool always_stays(const SparseStart& start, const BatchTile& tile, std::int32_t x, std::int32_t y) {
   if (start.mark[grid_vertex(tile, x, y)] & proto::kKeep) return true;
   if (!tile.any_void) return false;
@@ -96,8 +96,8 @@ CORDILLERA_HD inline bool always_stays(const SparseStart& start, const BatchTile
   return labels == 3;
 }
 
-/// Middles of the sides of squares of 2 * half cells. Their triangles' halves are cut by the centres of the squares half as large around
-/// them.
+/// Middles of the sides of squares of 2 * half cells. Their triangles' halves are cut by the centres of the squares half as large
+/// around them.
 struct ChooseSides {
   std::int32_t half;
 
@@ -119,8 +119,8 @@ struct ChooseSides {
   }
 };
 
-/// Centres of squares of 2 * half cells. Diagonals meet in the centres of the squares twice as large; the halves are cut by the sides'
-/// middles.
+/// Centres of squares of 2 * half cells. Diagonals meet in the centres of the squares twice as large; the halves are cut by the
+/// sides' middles.
 struct ChooseCentres {
   std::int32_t half;
 
@@ -153,10 +153,12 @@ class StartRing {
     }
   }
 
-  /// Into row, in the order that rings.h asks for; name(k): what the k-th vertex of the grid is called there, in their order. Returns how many.
+  /// Into row, in the order that rings.h asks for; name(k): what the k-th vertex of the grid is called there, in their order.
+  /// Returns how many.
   template <class Name>
   CORDILLERA_HD int write(const Name& name, std::uint32_t* row) const {
-    // Distances first, all eight of them, so that a device waits for its reads together: a byte each, 0 for nobody, else 1 + its logarithm.
+    // Distances first, all eight of them, so that a device waits for its reads together: a byte each, 0 for nobody, else 1 + its
+    // logarithm.
     std::uint64_t distances = 0;
     unsigned inside = 0;
     std::uint32_t lowest = UINT32_MAX;
@@ -215,7 +217,7 @@ class StartRing {
   const std::uint8_t* stays_;
   std::int32_t cells_, x_, y_;
   std::int32_t size_;  ///< to the neighbours that came with this vertex
-  unsigned sure_;      ///< bit k: they lie in direction k. Between two such there is somebody once the triangle between them is cut
+  unsigned sure_;  ///< bit k: they lie in direction k. Between two such there is somebody once the triangle between them is cut
 };
 
 }  // namespace cordillera::gpu

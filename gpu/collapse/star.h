@@ -1,13 +1,14 @@
 #pragma once
 // The star of a vertex, and the best half-edge collapse out of it.
 //
-// Cost: the memoryless vertical quadric (Lindstrom & Turk 1998, "memoryless"; distance taken along the vertical): the sum over the
-// star's triangles of area x (height difference)^2, evaluated at the target, plus what the vertex already carries. Validity: exact
-// orientation. A straight-line triangulation whose triangles all keep positive plan area cannot get a doubled edge, so this
+// Cost: the memoryless vertical quadric (Lindstrom & Turk 1998, "memoryless"; distance taken along the vertical): the sum over
+// the star's triangles of area x (height difference)^2, evaluated at the target, plus what the vertex already carries. Validity:
+// exact orientation. A straight-line triangulation whose triangles all keep positive plan area cannot get a doubled edge, so this
 // replaces the link test.
 //
-// Holes are vertex labels: a triangle is published iff no corner is void. A valid vertex may only collapse onto a valid one, so what
-// is published stays published and what is not stays not, whatever moves. A rim vertex moves along its rim, within the rim budget.
+// Holes are vertex labels: a triangle is published iff no corner is void. A valid vertex may only collapse onto a valid one, so
+// what is published stays published and what is not stays not, whatever moves. A rim vertex moves along its rim, within the rim
+// budget.
 //
 // A device walks around a star anew for every question, so that it needs few registers; a host core copies the corners once.
 #include <cmath>
@@ -57,7 +58,8 @@ struct Star {
 #endif
   CORDILLERA_HD Corner look(int i) const {
     const WindowVertex v = w.vertex[w.neighbour(u, i)];
-    return {v.x<Coordinate>() - centre.x<Coordinate>(), v.y<Coordinate>() - centre.y<Coordinate>(), v.elevation - centre.elevation, v.info};
+    return {v.x<Coordinate>() - centre.x<Coordinate>(), v.y<Coordinate>() - centre.y<Coordinate>(),
+            v.elevation - centre.elevation, v.info};
   }
   CORDILLERA_HD int after(int i) const { return i + 1 == count ? 0 : i + 1; }
   CORDILLERA_HD bool on_side() const { return !kInside && centre.info.has(kOnSide); }
@@ -117,8 +119,10 @@ CORDILLERA_HD inline Quadric survey(Star<Coordinate, kInside>& s) {
     }
     a = b;
   }
-  if (kInside) s.valid = s.published = (1u << s.count) - 1;
-  else s.find_rim();
+  if (kInside)
+    s.valid = s.published = (1u << s.count) - 1;
+  else
+    s.find_rim();
   return q;
 }
 
@@ -141,7 +145,8 @@ CORDILLERA_HD inline std::uint32_t allowed_targets(const Star<Coordinate, kInsid
   return s.rim ? s.rim : all;
 }
 
-/// u moves onto neighbour b, triangle by triangle: do all of them keep positive area, and where in the new surface does u come to lie?
+/// u moves onto neighbour b, triangle by triangle: do all of them keep positive area, and where in the new surface does u come to
+/// lie?
 template <class Coordinate, bool kInside>
 struct Trial {
   using Corner = typename Star<Coordinate, kInside>::Corner;
@@ -151,7 +156,8 @@ struct Trial {
   int at = 0;  ///< triangle to look at
   Corner to, here;
   Area here_from_to;  ///< twice the area of (u, to, here): of one triangle it is one side's, of the next the other's
-  // The new triangle over u is (b, i, after(i)): its weights at u and the rises of the last two. No weight: no published triangle is.
+  // The new triangle over u is (b, i, after(i)): its weights at u and the rises of the last two. No weight: no published triangle
+  // is.
   float weight_b = 0, weight_here = 0, weight_next = 0, rise_here = 0, rise_next = 0;
 
   CORDILLERA_HD Trial(const Star<Coordinate, kInside>& s, int slot)
@@ -201,7 +207,8 @@ CORDILLERA_HD inline float segment_distance(const Star<Coordinate, kInside>& s, 
   return (area < 0 ? -area : area) / sqrtf(length2);
 }
 
-/// How far the rim moves, in cells, when u collapses onto b: its rim edges swing from u to b. A hole that closes moves by its radius.
+/// How far the rim moves, in cells, when u collapses onto b: its rim edges swing from u to b. A hole that closes moves by its
+/// radius.
 template <class Coordinate, bool kInside>
 CORDILLERA_HD inline float rim_deviation(const Star<Coordinate, kInside>& s, int b) {
   float deviation = 0;
@@ -264,7 +271,8 @@ struct Evaluate {
 
  private:
   /// The two cheapest targets; of equals the first. A third best hardly ever helps and costs every vertex.
-  CORDILLERA_HD void rank_targets(const Star<Coordinate, kInside>& s, const Quadric& quadric, float carried, Choice& best, Choice& second) const {
+  CORDILLERA_HD void rank_targets(const Star<Coordinate, kInside>& s, const Quadric& quadric, float carried, Choice& best,
+                                  Choice& second) const {
     const std::uint32_t allowed = allowed_targets(s);
     const bool on_side = s.on_side();
     for (int i = 0; i < s.count; ++i) {

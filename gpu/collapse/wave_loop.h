@@ -13,12 +13,13 @@ inline constexpr int kLeastWaves = 3, kMostWaves = 96, kIdleShare = 24;
 
 inline constexpr int kWaveLists = 3;
 enum WaveList {
-  kTouchedList,    ///< the ring changed in the last wave
-  kStaleList,      ///< key under the threshold, to be evaluated first
-  kUpToDateList,   ///< key under the threshold
+  kTouchedList,   ///< the ring changed in the last wave
+  kStaleList,     ///< key under the threshold, to be evaluated first
+  kUpToDateList,  ///< key under the threshold
 };
 
-/// Lists of local vertices, in window storage. Candidates are the stale ones, from the front, and those that are up to date, from the back.
+/// Lists of local vertices, in window storage. Candidates are the stale ones, from the front, and those that are up to date, from
+/// the back.
 struct WaveLists {
   std::uint16_t* touched = nullptr;
   std::uint16_t* candidates = nullptr;
@@ -56,9 +57,12 @@ struct EvaluateListed {
   CORDILLERA_HD void operator()(int i) const {
     const int u = list[i];
     w.state[u] = kClean;
-    if (w.small && w.inside) Evaluate<float, true>{w, rules}(u);
-    else if (w.small) Evaluate<float>{w, rules}(u);
-    else Evaluate<std::int32_t>{w, rules}(u);
+    if (w.small && w.inside)
+      Evaluate<float, true>{w, rules}(u);
+    else if (w.small)
+      Evaluate<float>{w, rules}(u);
+    else
+      Evaluate<std::int32_t>{w, rules}(u);
   }
 };
 struct DecideListed {
@@ -74,8 +78,8 @@ struct GatherListed {
   CORDILLERA_HD void operator()(int i) const { gather(list[i]); }
 };
 
-/// Runs all waves over the first `count` vertices of the window. One threshold for all, so that windows need no talk with each other: a
-/// window keeps what its terrain needs. The least key around goes first, and that is order enough.
+/// Runs all waves over the first `count` vertices of the window. One threshold for all, so that windows need no talk with each
+/// other: a window keeps what its terrain needs. The least key around goes first, and that is order enough.
 template <class Team>
 CORDILLERA_HD void run_waves(Team& team, const WindowView& w, WaveLists& lists, int count, const Rules& rules) {
   const std::uint32_t threshold = key_limit(rules.cost);

@@ -47,7 +47,8 @@ proto::TileMesh finish_tile(const SimplifyJob& job, const Survivors& survivors) 
     const std::uint32_t from = survivors.row_start[i], to = survivors.row_start[i + 1];
     rings.valence[i] = static_cast<std::uint8_t>(to - from);
     rings.open[i] = in.x[v] == 0 || in.x[v] == in.side || in.y[v] == 0 || in.y[v] == in.side;
-    for (std::uint32_t k = from; k < to; ++k) rings.neighbour[i * kRowWidth + k - from] = survivors.neighbour[k] - survivors.first;
+    for (std::uint32_t k = from; k < to; ++k)
+      rings.neighbour[i * kRowWidth + k - from] = survivors.neighbour[k] - survivors.first;
   }
   return with_border_emptied(rings, mesh, job.rim_units);
 }

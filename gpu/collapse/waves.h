@@ -40,7 +40,7 @@ class WaveSimplifier final : public Simplifier {
   std::span<const StageTime> stages() const override { return stages_; }
 
  private:
-  static constexpr int kPasses = 2;       // at least: seams of one lie inside windows of the next
+  static constexpr int kPasses = 2;  // at least: seams of one lie inside windows of the next
   static constexpr int kMostPasses = 12;
   void simplify_batch(std::span<const SimplifyJob> jobs, std::span<proto::TileMesh> results);
   void stage(const std::string& name);  ///< what ends now; empty: only starts the clock

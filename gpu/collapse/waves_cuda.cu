@@ -1,17 +1,17 @@
-// Strategy `waves` on CUDA: a window is a block of threads, its arrays lie in shared memory (in global scratch on devices that have
-// too little of it). The body is simplify_window(), the same source that the host runs.
+// Strategy `waves` on CUDA: a window is a block of threads, its arrays lie in shared memory (in global scratch on devices that
+// have too little of it). The body is simplify_window(), the same source that the host runs.
 #include <algorithm>
 
+#include "gpu/collapse/waves.inl"
 #include "gpu/device/cuda_device.cuh"
 #include "gpu/device/cuda_steps.cuh"
-#include "gpu/collapse/waves.inl"
 
 namespace cordillera::gpu {
 namespace {
 
-/// What a block is made for. Measured on an H200: where windows abound, more threads a window wait longer for each other and fewer leave the
-/// multiprocessor idle; its shared memory holds four windows of rows as wide as kInnerValence, or eight of half the size. Where there
-/// are few, the slowest window is what counts.
+/// What a block is made for. Measured on an H200: where windows abound, more threads a window wait longer for each other and
+/// fewer leave the multiprocessor idle; its shared memory holds four windows of rows as wide as kInnerValence, or eight of half
+/// the size. Where there are few, the slowest window is what counts.
 struct FullWindows {
   static constexpr int kThreads = 256, kAtOnce = 4, kCapacity = kWindowVertices;
 };
@@ -32,8 +32,8 @@ struct BlockTeam {
   }
   __device__ void barrier() { __syncthreads(); }
 
-  /// Order within the lists does not matter: all decisions are by key. A thread looks at four vertices, a warp takes its places in all
-  /// lists at once.
+  /// Order within the lists does not matter: all decisions are by key. A thread looks at four vertices, a warp takes its places
+  /// in all lists at once.
   __device__ void sort_out(int n, const Classify& classify, WaveLists& lists) {
     std::uint64_t* const last = lists.counts;
     lists.counts = reinterpret_cast<std::uint64_t*>(reinterpret_cast<std::uintptr_t>(last) ^ sizeof(std::uint64_t));
@@ -76,7 +76,8 @@ struct BlockTeam {
   /// Room for a warp's vertices in every list. sum: of this lane and those before it, own: of this lane, 8 bits a list.
   __device__ static Places take_places(const WaveLists& lists, unsigned sum, unsigned own) {
     using Word = unsigned long long;
-    const Word widened = static_cast<Word>(sum & 0xffu) | static_cast<Word>(sum >> 8 & 0xffu) << 16 | static_cast<Word>(sum >> 16) << 32;
+    const Word widened =
+        static_cast<Word>(sum & 0xffu) | static_cast<Word>(sum >> 8 & 0xffu) << 16 | static_cast<Word>(sum >> 16) << 32;
     Word at = 0;
     if ((threadIdx.x & 31u) == 31 && sum) at = atomicAdd(reinterpret_cast<Word*>(lists.counts), widened);
     at = __shfl_sync(~0u, at, 31);
@@ -86,7 +87,8 @@ struct BlockTeam {
   }
 };
 
-/// Windows of at least `fewest` vertices that fit. kShared: they lie in shared memory, and the compiler knows it; else in scratch.
+/// Windows of at least `fewest` vertices that fit. kShared: they lie in shared memory, and the compiler knows it; else in
+/// scratch.
 template <class Windows, bool kShared>
 __global__ void __launch_bounds__(Windows::kThreads, Windows::kAtOnce)
     simplify_windows_kernel(MeshView mesh, WindowCut cut, const BatchTile* tiles, std::uint32_t fewest, unsigned char* scratch,
@@ -138,8 +140,10 @@ class CudaDevice : public CudaSteps {
 
   void simplify(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles, std::uint32_t row_width) {
     if (cut.count <= kFewPerMultiprocessor * processors_) {
-      if (cut.count <= processors_) simplify_those<FewWindows>(mesh, cut, tiles, {row_width, 1, stream_}, full_scratch_);
-      else simplify_those<FullWindows>(mesh, cut, tiles, {row_width, 1, stream_}, full_scratch_);
+      if (cut.count <= processors_)
+        simplify_those<FewWindows>(mesh, cut, tiles, {row_width, 1, stream_}, full_scratch_);
+      else
+        simplify_those<FullWindows>(mesh, cut, tiles, {row_width, 1, stream_}, full_scratch_);
       return;
     }
     // Side by side: the last windows of the one kind run beside the first of the other.
@@ -158,18 +162,21 @@ class CudaDevice : public CudaSteps {
   template <class Windows>
   void allow_shared() {
     const std::size_t widest = std::min(shared_bytes_, window_bytes(Windows::kCapacity, kRowWidth));
-    CORDILLERA_CUDA(cudaFuncSetAttribute(simplify_windows_kernel<Windows, true>, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(widest)));
+    CORDILLERA_CUDA(cudaFuncSetAttribute(simplify_windows_kernel<Windows, true>, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                         static_cast<int>(widest)));
   }
   struct Launch {
     std::uint32_t row_width, fewest;
     cudaStream_t stream;
   };
   template <class Windows>
-  void simplify_those(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles, const Launch& how, DeviceBuffer<unsigned char>& scratch) {
+  void simplify_those(const MeshView& mesh, const WindowCut& cut, const TileFinder& tiles, const Launch& how,
+                      DeviceBuffer<unsigned char>& scratch) {
     const std::size_t bytes = window_bytes(Windows::kCapacity, how.row_width);
     const auto count = static_cast<unsigned>(cut.count);
     if (bytes <= shared_bytes_) {
-      simplify_windows_kernel<Windows, true><<<count, Windows::kThreads, bytes, how.stream>>>(mesh, cut, tiles.tiles, how.fewest, nullptr, 0);
+      simplify_windows_kernel<Windows, true>
+          <<<count, Windows::kThreads, bytes, how.stream>>>(mesh, cut, tiles.tiles, how.fewest, nullptr, 0);
     } else {
       const unsigned blocks = std::min(count, scratch_blocks_);
       scratch.reserve(blocks * bytes);

@@ -1,8 +1,8 @@
 #include <memory>
 
-#include "gpu/device/host_steps.h"
 #include "gpu/collapse/host_team.h"
 #include "gpu/collapse/waves.inl"
+#include "gpu/device/host_steps.h"
 
 namespace cordillera::gpu {
 namespace {
@@ -17,7 +17,8 @@ class HostDevice : public HostSteps {
     HostTeam team;
     f(team);
   }
-  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first, std::uint32_t* to) {
+  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first,
+             std::uint32_t* to) {
     cursor_.assign(first.begin(), first.end());
     for (std::size_t i = 0; i < values.size(); ++i) to[cursor_[group_of[i]]++] = values[i];
   }

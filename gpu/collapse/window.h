@@ -1,10 +1,10 @@
 #pragma once
-// A window: some hundreds of neighbouring vertices of one tile, small enough for a multiprocessor's shared memory (or a core's first
-// cache), simplified on its own. Seams stay locked in one pass and lie inside a window in the next.
+// A window: some hundreds of neighbouring vertices of one tile, small enough for a multiprocessor's shared memory (or a core's
+// first cache), simplified on its own. Seams stay locked in one pass and lie inside a window in the next.
 //
-// The mesh is ring-only: a vertex's row lists its neighbours counter-clockwise and triangles are implied, (u, r[i], r[i+1]). A vertex
-// on the tile's border has an open fan from one border neighbour to the other. No triangle array, nothing to repair: after a collapse
-// every touched vertex gathers its own new row.
+// The mesh is ring-only: a vertex's row lists its neighbours counter-clockwise and triangles are implied, (u, r[i], r[i+1]). A
+// vertex on the tile's border has an open fan from one border neighbour to the other. No triangle array, nothing to repair: after
+// a collapse every touched vertex gathers its own new row.
 #include <bit>
 #include <cstdint>
 
@@ -15,16 +15,17 @@
 
 namespace cordillera::gpu {
 
-inline constexpr std::uint32_t kNever = 0xffffffffu;  ///< key of a vertex that may not collapse
+inline constexpr std::uint32_t kNever = 0xffffffffu;    ///< key of a vertex that may not collapse
 inline constexpr std::uint32_t kBlocked = 0xfffffffeu;  ///< key of a vertex that found no target; asked again when touched
-inline constexpr int kKeyShift = 19;                  ///< a key is 13 bits of cost over 19 bits of hash: unique enough to order by
-inline constexpr std::uint16_t kOutside = 0x8000;     ///< row entry: slot (low bits) of the vertex's own global row, outside the window
+inline constexpr int kKeyShift = 19;  ///< a key is 13 bits of cost over 19 bits of hash: unique enough to order by
+inline constexpr std::uint16_t kOutside =
+    0x8000;  ///< row entry: slot (low bits) of the vertex's own global row, outside the window
 /// Rules::cost = this x tolerance_m^2 (cells). Measured: so that the root mean square error is about an eighth of the tolerance;
 /// with a guard, which decides then, so that tiles of a promise get fewest triangles.
 inline constexpr float kCostPerTolerance = 6, kGuardedCostPerTolerance = 150;
-inline constexpr float kFreeShare = 0.2f;             ///< of the guard: moves by less are never too costly
-inline constexpr int kExactUnits = 4096;              ///< products of two numbers up to this are exact in float
-inline constexpr int kWindowVertices = 1092;          ///< 33 x 33 samples fit; the shared-memory capacity of a window
+inline constexpr float kFreeShare = 0.2f;     ///< of the guard: moves by less are never too costly
+inline constexpr int kExactUnits = 4096;      ///< products of two numbers up to this are exact in float
+inline constexpr int kWindowVertices = 1092;  ///< 33 x 33 samples fit; the shared-memory capacity of a window
 
 /// Vertex marks inside a window, beyond proto::VertexMark.
 enum WindowMark : std::uint8_t {
@@ -44,11 +45,17 @@ CORDILLERA_HD inline std::uint32_t hash32(std::uint32_t v) {
   return v ^ (v >> 16);
 }
 CORDILLERA_HD inline std::uint32_t float_bits(float f) {
-  union { float f; std::uint32_t u; } bits{f};
+  union {
+    float f;
+    std::uint32_t u;
+  } bits{f};
   return bits.u;
 }
 CORDILLERA_HD inline float bits_float(std::uint32_t u) {
-  union { std::uint32_t u; float f; } bits{u};
+  union {
+    std::uint32_t u;
+    float f;
+  } bits{u};
   return bits.f;
 }
 
@@ -69,17 +76,21 @@ class VertexInfo {
   std::uint32_t bits_;
 };
 
-/// What neighbours look at: 16 bytes, read at once. Coordinates are std::int32_t units or, in a small window, the same in cells as
-/// float: a cell is a power of two of units, so both give the same signs of areas and the same rounded sums.
+/// What neighbours look at: 16 bytes, read at once. Coordinates are std::int32_t units or, in a small window, the same in cells
+/// as float: a cell is a power of two of units, so both give the same signs of areas and the same rounded sums.
 struct alignas(16) WindowVertex {
   std::uint32_t x_bits, y_bits;
   float elevation;
   VertexInfo info;
 
   template <class Coordinate>
-  CORDILLERA_HD Coordinate x() const { return as(x_bits, Coordinate{}); }
+  CORDILLERA_HD Coordinate x() const {
+    return as(x_bits, Coordinate{});
+  }
   template <class Coordinate>
-  CORDILLERA_HD Coordinate y() const { return as(y_bits, Coordinate{}); }
+  CORDILLERA_HD Coordinate y() const {
+    return as(y_bits, Coordinate{});
+  }
 
  private:
   CORDILLERA_HD static float as(std::uint32_t bits, float) { return bits_float(bits); }
@@ -97,10 +108,11 @@ struct WindowView {
   std::uint32_t* key = nullptr;
   std::uint16_t* target = nullptr;
   std::uint8_t* state = nullptr;
-  bool small = false;            ///< coordinates are floats: no two vertices are more than kExactUnits apart in x or y
-  bool inside = false;           ///< no vertex is void, on the tile's border, or to be removed: most questions need not be asked
+  bool small = false;   ///< coordinates are floats: no two vertices are more than kExactUnits apart in x or y
+  bool inside = false;  ///< no vertex is void, on the tile's border, or to be removed: most questions need not be asked
 
-  /// Rows are slot-major on a device, where neighbouring lanes look at neighbouring vertices; a host core has a row at a time in its cache.
+  /// Rows are slot-major on a device, where neighbouring lanes look at neighbouring vertices; a host core has a row at a time in
+  /// its cache.
   CORDILLERA_HD std::uint16_t& entry(int u, int slot) const {
 #ifdef __CUDA_ARCH__
     return row[slot * stride + u];
@@ -116,7 +128,7 @@ struct Rules {
   float cells_per_unit = 1;   ///< power of two
   float inverse_guard = 0;    ///< 1 / metres a removed vertex may lie off the surface; 0: no guard
   float inverse_rim = 1e30f;  ///< 1 / units a rim may move
-  float cost = 0;             ///< metres^2 x cells; what costs more stays, unless it must go or hardly moves the surface (kFreeShare)
+  float cost = 0;  ///< metres^2 x cells; what costs more stays, unless it must go or hardly moves the surface (kFreeShare)
 };
 
 CORDILLERA_HD inline int valence_cap(std::uint8_t mark) {
@@ -128,7 +140,8 @@ CORDILLERA_HD inline bool has_room(VertexInfo v, int gain) { return gain <= 0 ||
 CORDILLERA_HD inline std::uint32_t cost_key(float cost) { return (float_bits(cost) >> kKeyShift) << kKeyShift; }
 /// Keys below this have at most this cost (to the key's precision).
 CORDILLERA_HD inline std::uint32_t key_limit(float cost) { return (((float_bits(cost) >> kKeyShift) + 1) << kKeyShift); }
-/// Keys order by cost, rounded down to 4 bits of mantissa, then by a hash of the position, so that neighbours of like cost do not queue.
+/// Keys order by cost, rounded down to 4 bits of mantissa, then by a hash of the position, so that neighbours of like cost do not
+/// queue.
 CORDILLERA_HD inline std::uint32_t position_hash(std::int32_t x, std::int32_t y) {
   const std::uint32_t h = hash32(static_cast<std::uint32_t>(x) * 0x9e3779b1u ^ hash32(static_cast<std::uint32_t>(y)));
   return h & ((1u << kKeyShift) - 1);

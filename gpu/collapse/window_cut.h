@@ -1,13 +1,13 @@
 #pragma once
-// Cuts the tiles of a batch into windows: a quadtree over each tile, split until a leaf holds at most kWindowVertices, so that windows
-// are as small as dense terrain needs and as large as plain terrain allows. All tiles at once, level by level; a level is a count of the
-// vertices in its nodes. Nothing but the number of nodes leaves the device.
+// Cuts the tiles of a batch into windows: a quadtree over each tile, split until a leaf holds at most kWindowVertices, so that
+// windows are as small as dense terrain needs and as large as plain terrain allows. All tiles at once, level by level; a level is
+// a count of the vertices in its nodes. Nothing but the number of nodes leaves the device.
 #include <cstdint>
 #include <span>
 
-#include "gpu/device/atomic.h"
 #include "gpu/collapse/batch_tile.h"
 #include "gpu/collapse/window_pass.h"
+#include "gpu/device/atomic.h"
 
 namespace cordillera::gpu {
 
@@ -23,8 +23,8 @@ struct QuadBox {
   }
 };
 
-/// Pass 0 is aligned with the tile; passes 1 and 2 are shifted by one and two thirds of it, so that at every leaf size no seam of one
-/// pass is a seam of another.
+/// Pass 0 is aligned with the tile; passes 1 and 2 are shifted by one and two thirds of it, so that at every leaf size no seam of
+/// one pass is a seam of another.
 CORDILLERA_HD inline QuadBox root_box(std::int32_t side, int pass) {
   const std::int64_t shift = std::int64_t{side} * (3 - pass % 3) / 3;
   return pass == 0 ? QuadBox{0, 0, side} : QuadBox{-shift, -shift, 2 * std::int64_t{side}};
@@ -91,8 +91,10 @@ struct WakeTile {
     QuadNode& root = cut.nodes[t];
     TileProgress& progress = cut.progress[t];
     if (may_sleep && 6 * std::uint64_t{root.count} > 5 * std::uint64_t{progress.alive}) progress.done = 1;
-    if (progress.done) root.child = QuadNode::kAsleep;
-    else fetch_add(&cut.facts->in_work, root.count);
+    if (progress.done)
+      root.child = QuadNode::kAsleep;
+    else
+      fetch_add(&cut.facts->in_work, root.count);
     progress.alive = root.count;
   }
 };
@@ -173,8 +175,10 @@ struct WindowCut {
 template <class Device>
 class WindowCutter {
  public:
-  /// vertices: the ones to cut, ascending. Writes mesh.window. From pass `passes` on, tiles at which the last pass took little are done.
-  WindowCut cut(Device& device, const MeshView& mesh, const TileFinder& tiles, std::span<const std::uint32_t> vertices, int pass, int passes) {
+  /// vertices: the ones to cut, ascending. Writes mesh.window. From pass `passes` on, tiles at which the last pass took little
+  /// are done.
+  WindowCut cut(Device& device, const MeshView& mesh, const TileFinder& tiles, std::span<const std::uint32_t> vertices, int pass,
+                int passes) {
     const std::size_t n = vertices.size();
     // A level has at most n / kWindowVertices nodes that are too full, and a box of 2^31 has 31 levels.
     const std::size_t most = tiles.count + 31 * 4 * (n / kWindowVertices);
@@ -186,8 +190,9 @@ class WindowCutter {
     outer_.reserve(kOuterFloats * n);
     progress_.reserve(tiles.count);
     facts_.reserve(1);
-    const CutArrays arrays{mesh, tiles, vertices.data(), static_cast<std::uint32_t>(n), nodes_.data(), node_of_.data(),
-                           node_counts_.data(), progress_.data(), facts_.data()};
+    const CutArrays arrays{mesh,          tiles,           vertices.data(),     static_cast<std::uint32_t>(n),
+                           nodes_.data(), node_of_.data(), node_counts_.data(), progress_.data(),
+                           facts_.data()};
     device.cooperate(n, CutTiles{arrays, pass, pass >= passes});
     CutFacts facts;
     device.copy_out(&facts, facts_.data(), 1);

@@ -1,7 +1,7 @@
 #pragma once
 // A window's life: carved out of raw storage, loaded from the tile's mesh, simplified, stored back.
-#include "gpu/device/atomic.h"
 #include "gpu/collapse/wave_loop.h"
+#include "gpu/device/atomic.h"
 
 namespace cordillera::gpu {
 
@@ -14,8 +14,8 @@ struct MeshView {
   const float* elevation = nullptr;
   float* carried = nullptr;
   float* spent = nullptr;
-  std::uint32_t* key = nullptr;     ///< 0: not known; kBlocked: not to be asked until the ring changes
-  std::uint32_t* row = nullptr;     ///< row[v * kRowWidth + slot], a vertex of the batch
+  std::uint32_t* key = nullptr;  ///< 0: not known; kBlocked: not to be asked until the ring changes
+  std::uint32_t* row = nullptr;  ///< row[v * kRowWidth + slot], a vertex of the batch
   std::uint8_t* valence = nullptr;
   std::uint8_t* mark = nullptr;
   std::uint32_t* window = nullptr;  ///< window of the vertex in this pass
@@ -27,13 +27,14 @@ inline constexpr std::size_t kBytesPerWindowVertex = sizeof(WindowVertex) + 4 + 
 inline constexpr std::size_t kWindowHead = 32;
 /// What is seldom looked at lies outside the window's storage, so that more windows fit a multiprocessor.
 inline constexpr std::size_t kOuterFloats = 3;
-/// Room for a window, a multiple of 16. width: of the rows. The waves raise no valence above the caps, so max(kInnerValence, greatest at the
-/// start) is enough.
+/// Room for a window, a multiple of 16. width: of the rows. The waves raise no valence above the caps, so max(kInnerValence,
+/// greatest at the start) is enough.
 CORDILLERA_HD constexpr std::size_t window_bytes(std::size_t capacity, std::size_t width) {
   return (kWindowHead + capacity * (kBytesPerWindowVertex + 2 * width) + 15) / 16 * 16;
 }
 
-/// Lays a window's arrays into storage of window_bytes(capacity, width), and outer of kOuterFloats * count; capacity is a multiple of 4.
+/// Lays a window's arrays into storage of window_bytes(capacity, width), and outer of kOuterFloats * count; capacity is a
+/// multiple of 4.
 CORDILLERA_HD inline WindowView carve(unsigned char* storage, int capacity, float* outer, int count, WaveLists& lists) {
   WindowView w;
   unsigned char* at = storage;
@@ -143,15 +144,15 @@ struct StoreVertex {
 /// A window of a pass: `count` vertices of the batch, ascending.
 struct WindowRange {
   const std::uint32_t* order = nullptr;
-  float* outer = nullptr;    ///< kOuterFloats * count
+  float* outer = nullptr;  ///< kOuterFloats * count
   std::uint32_t count = 0;
   std::uint32_t window = 0;  ///< its number
   bool small = false;        ///< see WindowView
 };
 
 template <class Team>
-CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const WindowRange& range, const Rules& rules, unsigned char* storage,
-                                   int capacity) {
+CORDILLERA_HD void simplify_window(Team& team, const MeshView& mesh, const WindowRange& range, const Rules& rules,
+                                   unsigned char* storage, int capacity) {
   WaveLists lists;
   const int count = static_cast<int>(range.count);
   WindowView w = carve(storage, capacity, range.outer, count, lists);

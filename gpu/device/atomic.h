@@ -20,7 +20,8 @@ CORDILLERA_HD inline std::uint32_t fetch_add(std::uint32_t* at, std::uint32_t n)
 CORDILLERA_HD inline void count_one(std::uint32_t* at) {
 #ifdef __CUDA_ARCH__
   const unsigned same = __match_any_sync(__activemask(), reinterpret_cast<std::uintptr_t>(at));
-  if ((threadIdx.x & 31u) == static_cast<unsigned>(__ffs(static_cast<int>(same)) - 1)) atomicAdd(at, static_cast<unsigned>(__popc(same)));
+  if ((threadIdx.x & 31u) == static_cast<unsigned>(__ffs(static_cast<int>(same)) - 1))
+    atomicAdd(at, static_cast<unsigned>(__popc(same)));
 #else
   ++*at;
 #endif
@@ -63,8 +64,7 @@ CORDILLERA_HD inline void raise_to(std::uint32_t* at, std::uint32_t value) {
   if (*static_cast<volatile std::uint32_t*>(at) < value) atomicMax(at, value);
 #else
   std::uint32_t before = __atomic_load_n(at, __ATOMIC_RELAXED);
-  while (before < value && !__atomic_compare_exchange_n(at, &before, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
-  }
+  while (before < value && !__atomic_compare_exchange_n(at, &before, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
 #endif
 }
 
@@ -94,8 +94,7 @@ CORDILLERA_HD inline void lower_to(std::uint64_t* at, std::uint64_t value) {
     if (value < before) *at = value;
     return;
   }
-  while (value < before && !__atomic_compare_exchange_n(at, &before, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
-  }
+  while (value < before && !__atomic_compare_exchange_n(at, &before, value, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
 #endif
 }
 

@@ -21,16 +21,15 @@ proto::Result<std::unique_ptr<Made>> with_cuda_device(int device, const Make& ma
   const cudaError_t error = cudaGetDeviceCount(&count);
   if (error != cudaSuccess || device >= count) {
     const std::string reason = error != cudaSuccess ? cudaGetErrorString(error) : "there are " + std::to_string(count);
-    return proto::Problem{"device-unavailable", "CUDA device " + std::to_string(device) + " cannot be used: " + reason, "auto, cpu", "device"};
+    return proto::Problem{"device-unavailable", "CUDA device " + std::to_string(device) + " cannot be used: " + reason,
+                          "auto, cpu", "device"};
   }
   try {
     cudaDeviceProp properties{};
     CORDILLERA_CUDA(cudaSetDevice(device));
     CORDILLERA_CUDA(cudaGetDeviceProperties(&properties, device));
     return std::unique_ptr<Made>(make(properties));
-  } catch (const DeviceLost& lost) {
-    return proto::Problem{"device-unavailable", lost.what(), "auto, cpu", "device"};
-  }
+  } catch (const DeviceLost& lost) { return proto::Problem{"device-unavailable", lost.what(), "auto, cpu", "device"}; }
 }
 
 }  // namespace cordillera::gpu

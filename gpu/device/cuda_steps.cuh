@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 #include <cub/device/device_select.cuh>
-#include <cstring>
 #include <memory>
 #include <span>
 
@@ -18,11 +18,14 @@ namespace cordillera::gpu {
 
 inline constexpr unsigned kStepThreads = 256;
 
-/// How many blocks a multiprocessor shall have room for: F::kBlocksAtOnce, if F knows, else the compiler may spend all registers on one.
+/// How many blocks a multiprocessor shall have room for: F::kBlocksAtOnce, if F knows, else the compiler may spend all registers
+/// on one.
 template <class F>
 consteval int blocks_at_once() {
-  if constexpr (requires { F::kBlocksAtOnce; }) return F::kBlocksAtOnce;
-  else return 1;
+  if constexpr (requires { F::kBlocksAtOnce; })
+    return F::kBlocksAtOnce;
+  else
+    return 1;
 }
 
 template <class F>
@@ -65,7 +68,8 @@ class CudaSteps {
     const std::size_t bytes = n * sizeof(T);
     const bool small = bytes <= kMailbox;  // into pageable memory a copy takes twice as long
     if (small) mailbox_.reserve(kMailbox);
-    CORDILLERA_CUDA(cudaMemcpyAsync(small ? static_cast<void*>(mailbox_.data()) : to, from, bytes, cudaMemcpyDeviceToHost, stream_));
+    CORDILLERA_CUDA(
+        cudaMemcpyAsync(small ? static_cast<void*>(mailbox_.data()) : to, from, bytes, cudaMemcpyDeviceToHost, stream_));
     CORDILLERA_CUDA(cudaStreamSynchronize(stream_));
     if (small) std::memcpy(to, mailbox_.data(), bytes);
   }
@@ -87,8 +91,8 @@ class CudaSteps {
     const std::size_t blocks = std::clamp<std::size_t>((n + kStepThreads - 1) / kStepThreads, 1, most);
     F argument = f;
     void* arguments[] = {&argument};
-    CORDILLERA_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(cooperate_kernel<F>), dim3(static_cast<unsigned>(blocks)),
-                                                dim3(kStepThreads), arguments, 0, stream_));
+    CORDILLERA_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(cooperate_kernel<F>),
+                                                dim3(static_cast<unsigned>(blocks)), dim3(kStepThreads), arguments, 0, stream_));
   }
   template <class Keep>
   std::size_t select(std::size_t n, const Keep& keep, std::uint32_t* to) {
@@ -106,7 +110,8 @@ class CudaSteps {
       return cub::DeviceScan::ExclusiveSum(scratch, bytes, from, to, static_cast<std::int64_t>(n), stream_);
     });
   }
-  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first, std::uint32_t* to) {
+  void group(std::span<const std::uint32_t> values, const std::uint32_t* group_of, std::span<const std::uint32_t> first,
+             std::uint32_t* to) {
     sorted_.reserve(values.size());
     const int bits = std::bit_width(first.size() - 1);
     with_scratch([&](void* scratch, std::size_t& bytes) {

@@ -1,6 +1,6 @@
 #pragma once
-// Device memory, and host memory that the device copies quickly: owned, move-only, uninitialised. Every CUDA call is checked; a failure
-// is a DeviceLost, and the job goes on elsewhere.
+// Device memory, and host memory that the device copies quickly: owned, move-only, uninitialised. Every CUDA call is checked; a
+// failure is a DeviceLost, and the job goes on elsewhere.
 #include <cuda_runtime.h>
 
 #include <cstddef>

@@ -8,8 +8,8 @@
 
 namespace cordillera::gpu {
 
-/// "cpu", "cuda", "cuda:N"; "auto" or nothing is the first GPU where one can be used and the CPU elsewhere. host() gives a pointer to what
-/// works there, cuda(number) a Result of the same or why that device cannot be used.
+/// "cpu", "cuda", "cuda:N"; "auto" or nothing is the first GPU where one can be used and the CPU elsewhere. host() gives a
+/// pointer to what works there, cuda(number) a Result of the same or why that device cannot be used.
 template <class Host, class Cuda>
 auto on_device(const std::string& device, const Host& host, const Cuda& cuda) -> decltype(cuda(0)) {
   if (device == "cpu") return host();
@@ -25,7 +25,8 @@ auto on_device(const std::string& device, const Host& host, const Cuda& cuda) ->
     const auto [stop, error] = std::from_chars(device.data() + 5, end, number);
     known = error == std::errc{} && stop == end && number >= 0;
   }
-  if (!known) return proto::Problem{"unknown-device", "device \"" + device + "\" is not known", "auto, cpu, cuda, cuda:N", "device"};
+  if (!known)
+    return proto::Problem{"unknown-device", "device \"" + device + "\" is not known", "auto, cpu, cuda, cuda:N", "device"};
   return cuda(number);
 }
 

@@ -7,7 +7,8 @@
 
 namespace cordillera::gpu::exact {
 
-inline constexpr int kBinShift = 4;  ///< a bin has 16 x 16 samples, which fit the smallest window, or more where it is known that its vertices do
+inline constexpr int kBinShift =
+    4;  ///< a bin has 16 x 16 samples, which fit the smallest window, or more where it is known that its vertices do
 inline constexpr std::uint32_t kWindowsWanted = 132;  ///< of a block: windows are smaller where that gives more of them
 
 CORDILLERA_HD inline std::uint32_t spread_bits(std::uint32_t v) {
@@ -28,7 +29,7 @@ struct CutView {
   MeshView mesh;
   const std::uint32_t* first_vertex = nullptr;  ///< indexed by block; one more at the end
   std::uint32_t blocks = 0;
-  int bits = 0;                     ///< of a block's bins, a way
+  int bits = 0;  ///< of a block's bins, a way
   int bin_shift = kBinShift;
   std::uint32_t shift = 0;          ///< of the squares, in bins: seams of one pass lie inside windows of the next
   std::uint32_t* bin = nullptr;     ///< indexed by vertex
@@ -41,8 +42,10 @@ struct CutView {
     std::uint32_t low = 0, high = blocks;
     while (high - low > 1) {
       const std::uint32_t middle = (low + high) / 2;
-      if (first_vertex[middle] <= v) low = middle;
-      else high = middle;
+      if (first_vertex[middle] <= v)
+        low = middle;
+      else
+        high = middle;
     }
     return low;
   }

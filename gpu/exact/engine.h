@@ -12,12 +12,12 @@
 //   give_back(array)                     what is not needed before the next call
 #include <chrono>
 
-#include "gpu/exact/steps/bounds.h"
-#include "gpu/exact/steps/eight_columns.h"
-#include "gpu/exact/levels.h"
 #include "gpu/exact/engine_makers.h"
 #include "gpu/exact/ground.h"
 #include "gpu/exact/hem.h"
+#include "gpu/exact/levels.h"
+#include "gpu/exact/steps/bounds.h"
+#include "gpu/exact/steps/eight_columns.h"
 
 namespace cordillera::gpu::exact {
 
@@ -46,7 +46,8 @@ class Engine final : public BlockSimplifier {
  public:
   explicit Engine(std::unique_ptr<Executor> executor) : executor_(std::move(executor)) {}
 
-  proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan, const Watch& watch) override;
+  proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan,
+                                                              const Watch& watch) override;
   proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan,
                                                        const Watch& watch) override;
   std::string device() const override { return executor_->name(); }

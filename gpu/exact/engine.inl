@@ -14,8 +14,8 @@ inline constexpr int kIdleShare = 64;
 inline constexpr std::size_t kRunsWanted = 8192, kPartsWanted = std::size_t{1} << 20;  ///< of triangles, when they are measured
 
 template <class Executor>
-proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(std::span<const Block> blocks, const BlockPlan& plan,
-                                                                              const Watch& follow) {
+proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(std::span<const Block> blocks,
+                                                                              const BlockPlan& plan, const Watch& follow) {
   if (auto problem = check_call(blocks, plan)) return *problem;
   executor_->use(follow.stop);
   StopWatch watch;
@@ -25,8 +25,8 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::simplify(st
 }
 
 template <class Executor>
-proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan,
-                                                                       const Watch& follow) {
+proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(Ground ground, const BlockMesh& start,
+                                                                       const BlockPlan& plan, const Watch& follow) {
   if (auto problem = check_call(ground, plan)) return *problem;
   const auto rings = ring_mesh(start, ground.columns, ground.rows);
   if (!rings.ok()) return rings.problem();
@@ -50,7 +50,8 @@ proto::Result<std::vector<BlockMesh>> Engine<Executor>::simplify_above(Ground gr
 }
 
 template <class Executor>
-proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(const BlockPlan& plan, const Watch& follow, StopWatch& watch) {
+proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(const BlockPlan& plan, const Watch& follow,
+                                                                                StopWatch& watch) {
   const auto stopped = [&follow] { return follow.stop && *follow.stop; };
   const proto::Problem cancelled{"cancelled", "the call was stopped", "", ""};
   const std::size_t blocks = blocks_.size();
@@ -67,7 +68,8 @@ proto::Result<std::vector<std::vector<BlockMesh>>> Engine<Executor>::run_levels(
     time.simplify_s = watch.lap();
     const OwnTriangles own{mesh_.view(), block_array_.data(), finder()};
     const std::size_t triangles = list_triangles(own);
-    const std::vector<ErrorSums> errors = plan.measured && has_samples ? measure(own, triangles, tolerance) : std::vector<ErrorSums>(blocks);
+    const std::vector<ErrorSums> errors =
+        plan.measured && has_samples ? measure(own, triangles, tolerance) : std::vector<ErrorSums>(blocks);
     if (!has_samples) bound_triangles(own, triangles, static_cast<float>(tolerance));
     time.measure_s = watch.lap();
     download(triangles, errors, tolerance, meshes);
@@ -159,8 +161,10 @@ void Engine<Executor>::load(std::span<const Block> blocks) {
     const std::int32_t* const from =
         samples.height.data() + ((blocks[b].south - samples.south) * samples.columns + (blocks[b].west - samples.west));
     const SampleRows rows = executor_->rows(rows_, from, field.columns, field.rows, samples.columns);
-    executor_->each_at(field.stride, field.rows, LoadSample{rows.first, rows.stride, heights_.data() + places_[b].sample, depths_.data() + places_[b].sample,
-                               has_voids_.data() + b, field.columns, field.rows, field.stride});
+    executor_->each_at(
+        field.stride, field.rows,
+        LoadSample{rows.first, rows.stride, heights_.data() + places_[b].sample, depths_.data() + places_[b].sample,
+                   has_voids_.data() + b, field.columns, field.rows, field.stride});
   }
   std::vector<std::uint32_t> has_voids(blocks.size());
   executor_->copy_out(has_voids.data(), has_voids_.data(), blocks.size());
@@ -204,10 +208,12 @@ void Engine<Executor>::hand_out_squares(const Watch& follow) {
   if (!follow.squares) return;
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     const Field& field = blocks_[b].field;
-    const std::size_t squares = static_cast<std::size_t>(field.tier_stride[0]) * static_cast<std::size_t>(field.squares_down(0)), first = places_[b].square[0];
+    const std::size_t squares = static_cast<std::size_t>(field.tier_stride[0]) * static_cast<std::size_t>(field.squares_down(0)),
+                      first = places_[b].square[0];
     codes_.reserve(64 * squares);
     executor_->each(squares, CodeSamples{field, codes_.data()});
-    Squares known{std::vector<BoundingPlane>(squares), std::vector<std::uint8_t>(64 * squares), std::vector<Depth>(field.has_voids() ? squares : 0)};
+    Squares known{std::vector<BoundingPlane>(squares), std::vector<std::uint8_t>(64 * squares),
+                  std::vector<Depth>(field.has_voids() ? squares : 0)};
     executor_->copy_out(known.plane.data(), planes_.data() + first, squares);
     executor_->copy_out(known.code.data(), codes_.data(), known.code.size());
     if (field.has_voids()) executor_->copy_out(known.depth.data(), tier_depths_.data() + first, squares);
@@ -258,8 +264,10 @@ void Engine<Executor>::bound(int first_tier) {
       Depth* const depth = field.has_voids() ? tier_depths_.data() + places_[b].square[tier] : nullptr;
       const std::size_t squares =
           static_cast<std::size_t>(field.tier_stride[tier]) * static_cast<std::size_t>(field.squares_down(tier));
-      if (tier == 0) executor_->each(squares, BoundSamples{field, plane, depth});
-      else executor_->each(squares, BoundSquares{field, tier, plane, depth});
+      if (tier == 0)
+        executor_->each(squares, BoundSamples{field, plane, depth});
+      else
+        executor_->each(squares, BoundSquares{field, tier, plane, depth});
     }
   }
   block_array_.reserve(blocks_.size());
@@ -321,7 +329,8 @@ void Engine<Executor>::take_network(std::span<const Network> nets) {
   vertices_ = first_vertex_.back();
   mesh_.reserve(vertices_);
   for (std::size_t b = 0; b < nets.size(); ++b) {
-    executor_->each_at(nets[b].field.stride, nets[b].field.rows, TakeVertex{nets[b], number_.data() + places_[b].sample, mesh_.view()});
+    executor_->each_at(nets[b].field.stride, nets[b].field.rows,
+                       TakeVertex{nets[b], number_.data() + places_[b].sample, mesh_.view()});
   }
   first_array_.reserve(nets.size() + 1);
   executor_->copy_in(first_array_.data(), first_vertex_.data(), first_vertex_.size());
@@ -362,7 +371,8 @@ template <class Executor>
 void Engine<Executor>::run_level(const BlockPlan& plan, std::size_t l) {
   const BlockLevel& level = plan.levels[l];
   const auto steps = [](double metres) { return static_cast<float>(metres / proto::kHeightStep_m); };
-  const LevelRules rules{steps(level.tolerance_m), static_cast<float>(level.height_step), plan.tile_side << l, level.rim_reach, static_cast<float>(level.least_width)};
+  const LevelRules rules{steps(level.tolerance_m), static_cast<float>(level.height_step), plan.tile_side << l, level.rim_reach,
+                         static_cast<float>(level.least_width)};
   executor_->each(vertices_, BeginLevel{mesh_.view(), rules.height_step});
   if (has_shared_sides_) {
     LevelRules of_sides = rules;

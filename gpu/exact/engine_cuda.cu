@@ -4,8 +4,8 @@
 
 #include "gpu/device/cuda_device.cuh"
 #include "gpu/device/cuda_steps.cuh"
-#include "gpu/exact/steps/block_team.cuh"
 #include "gpu/exact/engine.inl"
+#include "gpu/exact/steps/block_team.cuh"
 
 namespace cordillera::gpu::exact {
 namespace {

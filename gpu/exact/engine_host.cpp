@@ -2,9 +2,9 @@
 #include <atomic>
 #include <mutex>
 
+#include "gpu/device/host_steps.h"
 #include "gpu/exact/engine.inl"
 #include "gpu/exact/steps/host_team.h"
-#include "gpu/device/host_steps.h"
 
 namespace cordillera::gpu::exact {
 namespace {
@@ -23,8 +23,7 @@ struct HostLane {
     __atomic_fetch_add(&to.samples, sums.samples, __ATOMIC_RELAXED);
     std::uint64_t before = __atomic_load_n(&to.max_bits, __ATOMIC_RELAXED);
     while (before < sums.max_bits &&
-           !__atomic_compare_exchange_n(&to.max_bits, &before, sums.max_bits, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
-    }
+           !__atomic_compare_exchange_n(&to.max_bits, &before, sums.max_bits, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
   }
 };
 

@@ -14,13 +14,16 @@ std::vector<std::uint16_t> squares_apart(std::span<const std::uint8_t> has, std:
   constexpr std::uint16_t kMost = 1 << 14;
   std::vector<std::uint16_t> apart(has.size());
   const auto at = [&](std::int32_t x, std::int32_t y) -> std::uint16_t {
-    return x < 0 || y < 0 || x >= across || y >= up ? kMost : apart[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
+    return x < 0 || y < 0 || x >= across || y >= up
+               ? kMost
+               : apart[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
   };
   for (std::size_t i = 0; i < has.size(); ++i) apart[i] = has[i] ? 0 : kMost;
   // Neighbours before a square, then those after it: exact where a step goes to any of eight.
   const auto sweep = [&](std::int32_t x, std::int32_t y, std::int32_t row) {
     std::uint16_t& here = apart[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
-    for (const std::uint16_t near : {at(x + row, y), at(x - 1, y + row), at(x, y + row), at(x + 1, y + row)}) here = std::min<std::uint16_t>(here, near + 1);
+    for (const std::uint16_t near : {at(x + row, y), at(x - 1, y + row), at(x, y + row), at(x + 1, y + row)})
+      here = std::min<std::uint16_t>(here, near + 1);
   };
   for (std::int32_t y = 0; y < up; ++y)
     for (std::int32_t x = 0; x < across; ++x) sweep(x, y, -1);
@@ -36,7 +39,9 @@ int reach_of(std::uint16_t apart) {
   return r;
 }
 
-proto::Problem invalid(std::string detail) { return {"option-invalid", std::move(detail), "a triangulation of the rectangle", "start"}; }
+proto::Problem invalid(std::string detail) {
+  return {"option-invalid", std::move(detail), "a triangulation of the rectangle", "start"};
+}
 
 /// The neighbours of a vertex, from two after one another in each triangle.
 class Fan {
@@ -112,7 +117,8 @@ proto::Result<RingMesh> ring_mesh(const BlockMesh& mesh, std::int32_t columns, s
   for (std::size_t v = 0; v < n; ++v) {
     const bool open = mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == columns - 1 || mesh.y[v] == rows - 1;
     const int valence = fans[v].order(open, rings.ring.data() + v * kRingWidth);
-    if (valence == 0) return invalid("triangles around vertex " + std::to_string(v) + " of the start are not one fan of at most 14 neighbours");
+    if (valence == 0)
+      return invalid("triangles around vertex " + std::to_string(v) + " of the start are not one fan of at most 14 neighbours");
     rings.valence[v] = static_cast<std::uint8_t>(valence);
     rings.position.push_back(pack_position(mesh.x[v], mesh.y[v]));
     rings.height.push_back(static_cast<float>(mesh.height[v]));
@@ -129,7 +135,9 @@ int bin_shift_for(std::span<const std::uint32_t> positions) {
     std::vector<std::uint32_t> count(across * across, 0);
     std::uint32_t most = 0;
     for (const std::uint32_t p : positions)
-      most = std::max(most, ++count[static_cast<std::size_t>(position_y(p) >> shift) * across + static_cast<std::size_t>(position_x(p) >> shift)]);
+      most = std::max(
+          most,
+          ++count[static_cast<std::size_t>(position_y(p) >> shift) * across + static_cast<std::size_t>(position_x(p) >> shift)]);
     if (most <= kSmallestWindow / kBinsOfWindow) return shift;
   }
   return kBinShift;

@@ -4,13 +4,13 @@
 #include <span>
 #include <vector>
 
-#include "gpu/exact/steps/mesh.h"
 #include "gpu/exact/simplify_block.h"
+#include "gpu/exact/steps/mesh.h"
 
 namespace cordillera::gpu::exact {
 
-/// Squares hold how far their samples are from the other kind as far as their block knows it. Where that is less by how far squares are apart, also of
-/// other blocks, they hold that now, up to 2^reach; never less than it is.
+/// Squares hold how far their samples are from the other kind as far as their block knows it. Where that is less by how far
+/// squares are apart, also of other blocks, they hold that now, up to 2^reach; never less than it is.
 void join_depths(Ground& ground, int reach);
 
 /// The ring-only mesh of a triangulation; on the host.

@@ -1,8 +1,8 @@
 #pragma once
 // What happens to all vertices between passes and levels: from samples to a mesh, packed, made ready for a level, and out as
 // triangles with their true error.
-#include "gpu/exact/steps/coded.h"
 #include "gpu/exact/cut.h"
+#include "gpu/exact/steps/coded.h"
 #include "gpu/exact/steps/start.h"
 
 namespace cordillera::gpu::exact {
@@ -124,7 +124,8 @@ struct BoundTriangle {
   CORDILLERA_HD void operator()(std::size_t t) const {
     const std::uint32_t* const v = corners + 3 * t;
     const Field& field = own.blocks[own.finder.block_of(v[0])].field;
-    bound[t] = bound_under(make_triangle(own.corner(v[0]), own.corner(v[1]), own.corner(v[2]), {tolerance, 0, field.curve}), field, tolerance);
+    bound[t] = bound_under(make_triangle(own.corner(v[0]), own.corner(v[1]), own.corner(v[2]), {tolerance, 0, field.curve}),
+                           field, tolerance);
   }
 };
 
@@ -209,7 +210,8 @@ struct MeasureTriangles {
       for (int x = from + lanes.column(); x <= to; x += lanes.columns()) {
         if (field.is_void_at(x, y)) continue;
         const double u = x - t.ex[0];
-        const double off = (static_cast<double>(t.height) - field.height[field.index(x, y)]) + ((dx * u + bend_x * (u * u)) + rise);
+        const double off =
+            (static_cast<double>(t.height) - field.height[field.index(x, y)]) + ((dx * u + bend_x * (u * u)) + rise);
         const std::uint64_t bits = magnitude_bits(off);
         if (bits > sums.max_bits) sums.max_bits = bits;
         if (x < own_from || x > own_to) continue;
@@ -223,8 +225,10 @@ struct MeasureTriangles {
   CORDILLERA_HD static void clip_row(const Triangle& t, int y, int& from, int& to) {
     for (int k = 0; k < 3; ++k) {
       const int slope = t.across[k], at = t.along[k] * (y - t.ey[k]);  // slope * (x - ex) >= -at
-      if (slope > 0) from = greatest(from, t.ex[k] - floor_of(at, slope));
-      else if (slope < 0) to = least(to, t.ex[k] + floor_of(at, -slope));
+      if (slope > 0)
+        from = greatest(from, t.ex[k] - floor_of(at, slope));
+      else if (slope < 0)
+        to = least(to, t.ex[k] + floor_of(at, -slope));
     }
   }
   CORDILLERA_HD static int floor_of(int n, int by) { return n >= 0 ? n / by : -((by - 1 - n) / by); }

@@ -27,7 +27,8 @@ inline SideSamples side_samples(const Block& block, Side side) {
                      y = block.south + (side == kNorth ? block.rows - 1 : 0);
   SideSamples samples;
   samples.lattice = along_x ? x : y;
-  if (!along_x) samples.bend = block.curve_up;
+  if (!along_x)
+    samples.bend = block.curve_up;
   else if (!block.curve.empty()) {
     const CurveRow& row = block.curve[static_cast<std::size_t>(y - block.south)];
     samples.bend = row.along;

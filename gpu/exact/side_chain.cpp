@@ -28,7 +28,8 @@ class Coarsening {
         height_(finer.height),
         rules_(rules),
         step_(static_cast<std::int32_t>(rules.height_step)),
-        longest_(samples.sway > 0 ? static_cast<int>(std::min<double>(kLongestChord, std::sqrt(kMostSway / samples.sway))) : kLongestChord) {
+        longest_(samples.sway > 0 ? static_cast<int>(std::min<double>(kLongestChord, std::sqrt(kMostSway / samples.sway)))
+                                  : kLongestChord) {
     const double tolerance = rules.tolerance, side = kChordShare * tolerance - 2;
     // Heights of vertices that rows 1 to 3 get later are rounded on their chords.
     for (int r = 0; r < kRows; ++r)
@@ -80,7 +81,8 @@ class Coarsening {
   double tolerance(int r) const { return tolerance_[static_cast<std::size_t>(r)]; }
   bool stays(int i) const {
     if (i == 0 || i == count() - 1 || ((samples_.lattice + at(i)) & (rules_.tile_side - 1)) == 0) return true;
-    return ((samples_.lattice + at(i)) & (std::max(rules_.tile_side / kVoidChords, 1) - 1)) == 0 && voids(at(i), at(i)) == Voids::all;
+    return ((samples_.lattice + at(i)) & (std::max(rules_.tile_side / kVoidChords, 1) - 1)) == 0 &&
+           voids(at(i), at(i)) == Voids::all;
   }
 
   /// What a chord from a to b is lower at s than a line of the lattice, as a height.
@@ -150,14 +152,17 @@ class Coarsening {
       for (int s = at(a) + 1; s < at(b); ++s) {
         const int end = s <= at(i) ? a : b;
         const double near = static_cast<double>(s - at(end)) / (at(i) - at(end));
-        const double chord = height(r, end) * (1 - near) + height(r, i) * near + (end == a ? sag(at(a), s, at(i)) : sag(at(i), s, at(b)));
+        const double chord =
+            height(r, end) * (1 - near) + height(r, i) * near + (end == a ? sag(at(a), s, at(i)) : sag(at(i), s, at(b)));
         sum += near * (samples_.height(r, s) - chord);
         weights += near * near;
       }
       std::int32_t moved = rounded(height(r, i) + sum / weights, step_);
       for (int attempt = 0; attempt < 2 && moved != height(r, i); ++attempt) {
-        if (holds(r, i, moved)) height(r, i) = moved;
-        else moved = rounded(0.5 * (moved + static_cast<double>(height(r, i))), step_);
+        if (holds(r, i, moved))
+          height(r, i) = moved;
+        else
+          moved = rounded(0.5 * (moved + static_cast<double>(height(r, i))), step_);
       }
     }
   }
@@ -190,7 +195,8 @@ std::int32_t SideChain::height_at(int r, int s, double bend, std::int32_t step) 
   if (place[b] == s) return heights[b];
   if (place[a] == s) return heights[a];
   const double sag = -bend * (static_cast<double>(s - place[a]) * (place[b] - s));
-  return rounded(heights[a] + (static_cast<double>(heights[b]) - heights[a]) * (s - place[a]) / (place[b] - place[a]) + sag, step);
+  return rounded(heights[a] + (static_cast<double>(heights[b]) - heights[a]) * (s - place[a]) / (place[b] - place[a]) + sag,
+                 step);
 }
 
 SideChain finest_chain(const SideSamples& samples) {

@@ -31,10 +31,12 @@ std::optional<proto::Problem> check_level(const BlockPlan& plan, std::size_t l) 
                    "a power of two, at most a quarter of the tolerance", at + ".height_step");
   }
   if (level.rim_reach < -1 || level.rim_reach > kMostRimReach || (l > 0 && level.rim_reach < plan.levels[l - 1].rim_reach)) {
-    return invalid(at + " has a rim reach of " + std::to_string(level.rim_reach), "-1 to 12, no less than the finer level's", at + ".rim_reach");
+    return invalid(at + " has a rim reach of " + std::to_string(level.rim_reach), "-1 to 12, no less than the finer level's",
+                   at + ".rim_reach");
   }
   if (!(level.least_width >= 0)) return invalid(at + " has a least width below 0", "0 or samples", at + ".least_width");
-  if (!(level.side_tolerance_m >= 0)) return invalid(at + " has a side tolerance below 0", "0 or metres", at + ".side_tolerance_m");
+  if (!(level.side_tolerance_m >= 0))
+    return invalid(at + " has a side tolerance below 0", "0 or metres", at + ".side_tolerance_m");
   if (l == 0) return {};
   const BlockLevel& finer = plan.levels[l - 1];
   if (level.height_step < finer.height_step || level.tolerance_m < least_tolerance_m(finer, level.height_step)) {
@@ -85,7 +87,8 @@ std::optional<proto::Problem> check_plan(const BlockPlan& plan) {
   if (plan.levels.empty() || plan.levels.size() > 22)
     return invalid(std::to_string(plan.levels.size()) + " levels", "1 to 22", "levels");
   if (!is_power_of_two(plan.tile_side) || std::int64_t{plan.tile_side} << (plan.levels.size() - 1) > std::int64_t{1} << 30)
-    return invalid("a tile side of " + std::to_string(plan.tile_side) + " samples, doubled a level", "powers of two up to 2^30", "tile_side");
+    return invalid("a tile side of " + std::to_string(plan.tile_side) + " samples, doubled a level", "powers of two up to 2^30",
+                   "tile_side");
   for (std::size_t l = 0; l < plan.levels.size(); ++l) {
     if (auto problem = check_level(plan, l)) return problem;
   }
@@ -111,10 +114,12 @@ std::optional<proto::Problem> check_call(std::span<const Block> blocks, const Bl
 std::optional<proto::Problem> check_call(const Ground& ground, const BlockPlan& plan) {
   if (auto problem = check_plan(plan)) return problem;
   if (ground.columns < 2 || ground.rows < 2 || ground.columns > kMostSamples || ground.rows > kMostSamples)
-    return invalid("a ground of " + std::to_string(ground.columns) + " x " + std::to_string(ground.rows) + " samples", "2 to 16385 each way", "ground");
+    return invalid("a ground of " + std::to_string(ground.columns) + " x " + std::to_string(ground.rows) + " samples",
+                   "2 to 16385 each way", "ground");
   const std::size_t squares = ground.across() * ground.up();
   const Squares& known = ground.squares;
-  if (known.plane.size() != squares || known.code.size() != 64 * squares || !(known.depth.empty() || known.depth.size() == squares))
+  if (known.plane.size() != squares || known.code.size() != 64 * squares ||
+      !(known.depth.empty() || known.depth.size() == squares))
     return invalid("a ground with another number of squares than it has place for", std::to_string(squares), "ground");
   if (!ground.curve.empty() && ground.curve.size() != static_cast<std::size_t>(ground.rows))
     return invalid("a ground with another curve than rows", "a number a row", "ground.curve");

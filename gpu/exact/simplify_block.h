@@ -38,9 +38,9 @@ struct Block {
   /// level 0.
   std::array<SideKind, 4> sides{};
   /// What the curvature of the earth is to a flat triangle: over (u, v) samples from a corner its height is that of a plane, and
-  /// along * u * u + up * v * v (kHeightStep_m, not below 0), but for what its edges sway from their lines on the lattice: by up to
-  /// sway * u * u samples to the north, and sway * u * v to the east. Indexed by row, functions of the row's latitude alone, so that
-  /// blocks that share a side agree; empty: 0.
+  /// along * u * u + up * v * v (kHeightStep_m, not below 0), but for what its edges sway from their lines on the lattice: by up
+  /// to sway * u * u samples to the north, and sway * u * v to the east. Indexed by row, functions of the row's latitude alone,
+  /// so that blocks that share a side agree; empty: 0.
   std::span<const CurveRow> curve{};
   float curve_up = 0;
 };
@@ -56,11 +56,13 @@ struct BlockLevel {
   double tolerance_m = 0;
   std::int32_t height_step = 1;  ///< of vertices, in proto::kHeightStep_m: a power of two, at most a quarter of the tolerance, no
                                  ///< less than the finer level's
-  /// Rims may move by 2^rim_reach samples, in columns and in rows; -1: not at all. No less than the finer level's, up to kMostRimReach.
+  /// Rims may move by 2^rim_reach samples, in columns and in rows; -1: not at all. No less than the finer level's, up to
+  /// kMostRimReach.
   int rim_reach = -1;
   /// On shared sides, where it is another one than inside; 0: the same. Blocks that share a side must be given the same one.
   double side_tolerance_m = 0;
-  /// Collapses leave no triangle that is narrower, in samples, than this across its longest extent: what rounding of corners may turn over.
+  /// Collapses leave no triangle that is narrower, in samples, than this across its longest extent: what rounding of corners may
+  /// turn over.
   double least_width = 0;
 };
 
@@ -73,7 +75,8 @@ struct BlockPlan {
   std::int32_t tile_side = 256;    ///< samples from side to side of a tile of level 0, a power of two; doubled a level
   std::vector<BlockLevel> levels;  ///< 1 .. 22
   Quality quality = Quality::standard;
-  int known_reach = -1;  ///< of rims, for the squares that are handed out: up to 2^known_reach samples, or what the last level asks
+  int known_reach =
+      -1;  ///< of rims, for the squares that are handed out: up to 2^known_reach samples, or what the last level asks
   bool measured = true;  ///< false: errors of meshes are left out, for whoever measures them otherwise
 };
 
@@ -86,10 +89,11 @@ struct BlockMesh {
   std::vector<std::int32_t> height;   ///< indexed by vertex, kHeightStep_m, a multiple of the level's height_step; void: 0
   std::vector<std::uint8_t> is_void;  ///< indexed by vertex, 0 or 1
   std::vector<std::array<std::uint32_t, 3>> triangles;  ///< in the order of their least vertex
-  std::vector<float> bound;  ///< above blocks, indexed by triangle: no valid sample under it, if it is published, is farther, 2^-10 m
-  double max_error_m = 0;                               ///< of the valid samples under published triangles, in doubles; see BlockPlan::measured
-  double rmse_m = 0;                                    ///< of the same, but for some on the rims of voids
-  std::uint64_t measured = 0;                           ///< how many those are
+  std::vector<float>
+      bound;  ///< above blocks, indexed by triangle: no valid sample under it, if it is published, is farther, 2^-10 m
+  double max_error_m = 0;      ///< of the valid samples under published triangles, in doubles; see BlockPlan::measured
+  double rmse_m = 0;           ///< of the same, but for some on the rims of voids
+  std::uint64_t measured = 0;  ///< how many those are
 
   std::size_t vertices() const { return x.size(); }
 };
@@ -115,7 +119,8 @@ struct Ground {
 /// How a call is followed while it runs.
 struct Watch {
   const std::atomic<bool>* stop = nullptr;  ///< once true, the call ends soon, with the problem "cancelled"
-  /// A level is done, the finest first; called by the caller's thread. What it takes out of meshes, indexed by block, is not in the result.
+  /// A level is done, the finest first; called by the caller's thread. What it takes out of meshes, indexed by block, is not in
+  /// the result.
   std::function<void(std::size_t level, std::vector<BlockMesh>& meshes)> level;
   /// Squares of a block, before its first level.
   std::function<void(std::size_t block, Squares&& squares)> squares;
@@ -140,9 +145,10 @@ class BlockSimplifier {
   /// a DeviceLost: ask another simplifier.
   virtual proto::Result<std::vector<std::vector<BlockMesh>>> simplify(std::span<const Block> blocks, const BlockPlan& plan,
                                                                       const Watch& watch = {}) = 0;
-  /// result[l] is a level above blocks, from their meshes as one, `start`. What is known of the ground is all that is asked: triangles that the start
-  /// has may be farther from samples than the first level's tolerance only if they were in it.
-  virtual proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan, const Watch& watch = {}) = 0;
+  /// result[l] is a level above blocks, from their meshes as one, `start`. What is known of the ground is all that is asked:
+  /// triangles that the start has may be farther from samples than the first level's tolerance only if they were in it.
+  virtual proto::Result<std::vector<BlockMesh>> simplify_above(Ground ground, const BlockMesh& start, const BlockPlan& plan,
+                                                               const Watch& watch = {}) = 0;
   virtual std::string device() const = 0;       ///< "cpu" or "cuda:0 (NVIDIA …)"
   virtual const BlockTimes& times() const = 0;  ///< of the last call
 };

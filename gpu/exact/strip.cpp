@@ -137,9 +137,12 @@ class StripMaker {
     v.mark = static_cast<std::uint8_t>(t == 0 ? kHeld : 0);
     const bool in_corner =
         t > 0 && ((s == frame.first(t) && frame.shared_at_start()) || (s == frame.last(t) && frame.shared_at_end()));
-    if (samples.is_void(row, s)) v.mark |= kVoidVertex;
-    else if (in_corner) v.height = rounded_to(static_cast<float>(samples.height(row, s)), rules_.height_step);
-    else v.height = static_cast<float>(sides_.chain[static_cast<std::size_t>(side)].height_at(row, s, samples.bend, step_));
+    if (samples.is_void(row, s))
+      v.mark |= kVoidVertex;
+    else if (in_corner)
+      v.height = rounded_to(static_cast<float>(samples.height(row, s)), rules_.height_step);
+    else
+      v.height = static_cast<float>(sides_.chain[static_cast<std::size_t>(side)].height_at(row, s, samples.bend, step_));
     strip_.added.push_back(v);
     return v.vertex;
   }

@@ -3,11 +3,11 @@
 // collapse that are the least around them, several rounds of this for one evaluation.
 #include <utility>
 
-#include "gpu/fit/steps/collapse_steps.h"
 #include "gpu/fit/cutter.h"
+#include "gpu/fit/recipe.h"
+#include "gpu/fit/steps/collapse_steps.h"
 #include "gpu/fit/steps/lock_steps.h"
 #include "gpu/fit/steps/quadric_cost.h"
-#include "gpu/fit/recipe.h"
 #include "gpu/fit/steps/sample_cost.h"
 #include "gpu/fit/threshold.h"
 #include "gpu/fit/work_mesh.h"

@@ -9,7 +9,7 @@ namespace cordillera::gpu::fit {
 struct CutRules {
   std::uint64_t budget = 0;
   std::uint32_t most = ~std::uint32_t{0};  ///< changes
-  bool evenly = false;  ///< none by one that would leave one more to do: it might find no other
+  bool evenly = false;                     ///< none by one that would leave one more to do: it might find no other
 };
 
 struct CutResult {

@@ -12,7 +12,8 @@ proto::Result<std::unique_ptr<FitEngine>> make_cuda_fit(int) { return built_with
 #endif
 
 proto::Result<std::unique_ptr<FitEngine>> make_engine(const std::string& device, unsigned threads) {
-  return on_device(device, [threads] { return make_host_fit(threads); }, make_cuda_fit);
+  return on_device(
+      device, [threads] { return make_host_fit(threads); }, make_cuda_fit);
 }
 
 FitRequest request_of(std::uint64_t triangles, const MeshTarget& target, const MeshOptions& options) {

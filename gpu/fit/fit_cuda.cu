@@ -1,6 +1,6 @@
 // The fit on CUDA: the driver that the host runs too.
-#include "gpu/fit/steps/cuda_steps.cuh"
 #include "gpu/fit/fitter.inl"
+#include "gpu/fit/steps/cuda_steps.cuh"
 
 namespace cordillera::gpu::fit {
 

@@ -245,7 +245,8 @@ class Fitter final : public FitEngine {
   void sum_up_stages() {
     std::size_t from = start_;
     for (const auto& [name, to] : ended_) {
-      auto at = std::find_if(stages_.begin(), stages_.end(), [&stage = name](const MeshStage& known) { return known.name == stage; });
+      auto at =
+          std::find_if(stages_.begin(), stages_.end(), [&stage = name](const MeshStage& known) { return known.name == stage; });
       if (at == stages_.end()) at = stages_.insert(at, {name, 0});
       at->seconds += device_->seconds_between(from, to);
       from = to;

@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "gpu/fit/steps/samples.h"
 #include "gpu/fit/simplify_height_mesh.h"
+#include "gpu/fit/steps/samples.h"
 
 namespace cordillera::gpu::fit {
 

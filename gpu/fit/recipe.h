@@ -2,8 +2,8 @@
 // What each quality does, in numbers. The README tells what each of them brought.
 #include <cstdint>
 
-#include "gpu/fit/steps/relocate.h"
 #include "gpu/fit/simplify_height_mesh.h"
+#include "gpu/fit/steps/relocate.h"
 
 namespace cordillera::gpu::fit {
 
@@ -25,7 +25,7 @@ struct Recipe {
   double drop_to = 0;  ///< down to so many times the target, vertices are dropped onto neighbours; 0: never
   CollapseRules waves;
   double pool_after_drops = 0.25;  ///< little is left to do then, and it shows
-  double late_from = 0;  ///< below so many times the target, costs come from the samples; 0: never
+  double late_from = 0;            ///< below so many times the target, costs come from the samples; 0: never
   double late_pool = 0.1;
   int sweeps = 3;
   int flip_rounds = 3;  ///< of every flip pass
@@ -44,11 +44,8 @@ inline Recipe recipe_of(Quality quality) {
       recipe.drop_to = 1.7;
       recipe.sweeps = recipe.exchanges = 0;
       break;
-    case Quality::default_:
-      break;
-    case Quality::minimax:
-      recipe.lower_maximum = true;
-      [[fallthrough]];
+    case Quality::default_: break;
+    case Quality::minimax: recipe.lower_maximum = true; [[fallthrough]];
     case Quality::best:
       recipe.waves.pool = 0.1;
       recipe.waves.rounds = 6;

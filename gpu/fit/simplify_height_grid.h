@@ -11,10 +11,10 @@ namespace cordillera::gpu::fit {
 struct HeightGrid {
   /// columns * rows heights, row by row from the south-west corner; finite. Read by simplify() only.
   const float* z = nullptr;
-  bool on_device = false;             ///< z is memory of the device that simplifies, and what writes it has been waited for
+  bool on_device = false;               ///< z is memory of the device that simplifies, and what writes it has been waited for
   std::uint32_t columns = 0, rows = 0;  ///< at least 2 each, at most 2^28 samples
-  double x0 = 0, y0 = 0;              ///< of the first sample
-  double cell_x = 1, cell_y = 1;      ///< > 0
+  double x0 = 0, y0 = 0;                ///< of the first sample
+  double cell_x = 1, cell_y = 1;        ///< > 0
 };
 
 class FitEngine;

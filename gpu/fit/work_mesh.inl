@@ -115,8 +115,7 @@ void WorkMesh<Device>::pack() {
   device_.each(count, NumberSurvivor{left.list, number});
   device_.each(count, CountOwnTriangles{mesh_, left.list, first});
   device_.exclusive_sum(first, first, count);
-  device_.each(count,
-               PackVertex{mesh_, left.list, number, first, room(at_, count), room(z_, count), triangles});
+  device_.each(count, PackVertex{mesh_, left.list, number, first, room(at_, count), room(z_, count), triangles});
   packed_ = count;
 }
 

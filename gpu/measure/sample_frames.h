@@ -8,7 +8,7 @@
 namespace cordillera::gpu {
 
 struct SampleFrames {
-  std::vector<proto::RowFrame> rows;        ///< indexed by the samples' row
+  std::vector<proto::RowFrame> rows;     ///< indexed by the samples' row
   std::vector<double> sin_lon, cos_lon;  ///< indexed by their column; apart, so that a row's loop reads them in order
 
   SampleFrames(const proto::Lattice& lattice, const proto::Samples& samples)

@@ -23,10 +23,13 @@ std::pair<double, double> height_range_m(const SurfaceErrorInput& in, std::int32
 }  // namespace
 
 SampleMeter::SampleMeter(const SurfaceErrorInput& input, std::int32_t height_step)
-    : meter_(input, height_range_m(input, height_step)), side_(input.mesh->side), lattice_(*input.lattice), south_(lattice_.south(input.tile)) {}
+    : meter_(input, height_range_m(input, height_step)),
+      side_(input.mesh->side),
+      lattice_(*input.lattice),
+      south_(lattice_.south(input.tile)) {}
 
-// Beside a pole a row's columns are hundreds of times closer than its rows. Vertices at any of them make needles along lines that are straight in
-// plan and not in space.
+// Beside a pole a row's columns are hundreds of times closer than its rows. Vertices at any of them make needles along lines that
+// are straight in plan and not in space.
 std::int64_t SampleMeter::columns_apart(std::int64_t y) const {
   const double cos_lat = proto::row_frame(lattice_, std::clamp<std::int64_t>(south_ + y, 1, lattice_.rows() - 1)).cos_lat;
   return cos_lat < kPolarCosine ? std::int64_t{1} << std::clamp(-std::ilogb(cos_lat) - 1, 0, 30) : 1;
@@ -59,7 +62,9 @@ TriangleError SampleMeter::measure(const std::array<MeshPoint, 3>& corners, doub
   if (worst.inside.error_m < 0) worst = meter_.worst(triangle, -1, tally);
   if (worst.inside.error_m >= 0) {
     const std::int64_t x = worst.inside.x, y = worst.inside.y, apart = columns_apart(y);
-    const auto rounded = [&](std::int64_t unit) { return std::clamp((x + unit / 2) / unit * unit, std::min(unit, side_ / 2), std::max(side_ - unit, side_ / 2)); };
+    const auto rounded = [&](std::int64_t unit) {
+      return std::clamp((x + unit / 2) / unit * unit, std::min(unit, side_ / 2), std::max(side_ - unit, side_ / 2));
+    };
     for (std::int64_t unit = apart; unit > 1 && unit >= apart / 16; unit /= 4) offer(rounded(unit), y);
     offer(x, y);
     return error;

@@ -1,7 +1,7 @@
 #pragma once
 // The error of a triangle against the finest samples, for refinement.
-#include "gpu/refine/refine.h"
 #include "gpu/measure/surface_meter.h"
+#include "gpu/refine/refine.h"
 
 namespace cordillera::gpu {
 

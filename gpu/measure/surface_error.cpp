@@ -98,8 +98,7 @@ class Measurement {
     result_.max_m = std::max(result_.max_m, worst.any.error_m);
     if (worst.any.error_m <= limit_m_) return;
     const WorstSample& put = worst.inside.error_m > limit_m_ ? worst.inside : worst.any;
-    result_.over_limit.push_back(
-        {index, static_cast<std::int32_t>(put.x), static_cast<std::int32_t>(put.y), worst.any.error_m});
+    result_.over_limit.push_back({index, static_cast<std::int32_t>(put.x), static_cast<std::int32_t>(put.y), worst.any.error_m});
   }
 
   /// Corners count once each, whatever triangles meet there.

@@ -23,14 +23,14 @@ struct SurfaceErrorInput {
   const proto::TileMesh* mesh = nullptr;  ///< void triangles are skipped (their samples count as uncovered when valid)
   /// Finest samples. What lies outside their window counts as invalid. Columns are taken modulo the circle.
   const proto::Samples* samples = nullptr;
-  double ecef_step_m = 0;  ///< > 0, a power of two
+  double ecef_step_m = 0;                ///< > 0, a power of two
   const SampleFrames* frames = nullptr;  ///< of samples; null: made for the call
 };
 
 struct SurfaceError {
-  double max_m = 0;           ///< over both decodings; an upper bound also for samples that chords move to a neighbour triangle
-  double sum_squared_m2 = 0;  ///< of the .drc decoding, each sample once (tile's western and southern border included, eastern
-                              ///< and northern too: a shared sample counts in every tile that shows it)
+  double max_m = 0;             ///< over both decodings; an upper bound also for samples that chords move to a neighbour triangle
+  double sum_squared_m2 = 0;    ///< of the .drc decoding, each sample once (tile's western and southern border included, eastern
+                                ///< and northern too: a shared sample counts in every tile that shows it)
   std::uint32_t samples = 0;    ///< valid samples covered and summed. Counts saturate at 2^32 - 1. A triangle of two corners on a
                                 ///< pole has no area: its samples are neither summed nor uncovered, its neighbours show them
   std::uint32_t uncovered = 0;  ///< valid samples in no triangle

@@ -61,12 +61,13 @@ struct PlaneRow {
   }
 };
 
-/// Does the line through foot along up meet the triangle, or pass it by less than a millimetre? edge_m: its longest edge. From either side:
-/// a sliver that runs east and west is narrower than its chords' bulge, and roundings alone may turn it over.
+/// Does the line through foot along up meet the triangle, or pass it by less than a millimetre? edge_m: its longest edge. From
+/// either side: a sliver that runs east and west is narrower than its chords' bulge, and roundings alone may turn it over.
 CORDILLERA_HD inline bool meets(const proto::Vec3& foot, const proto::Vec3& up, const proto::Vec3 (&corner)[3], double edge_m) {
   const proto::Vec3 a = corner[0] - foot, b = corner[1] - foot, c = corner[2] - foot;
   const double grace = 1e-3 * edge_m;
-  const double ab = proto::dot(up, proto::cross(a, b)), bc = proto::dot(up, proto::cross(b, c)), ca = proto::dot(up, proto::cross(c, a));
+  const double ab = proto::dot(up, proto::cross(a, b)), bc = proto::dot(up, proto::cross(b, c)),
+               ca = proto::dot(up, proto::cross(c, a));
   return (ab >= -grace && bc >= -grace && ca >= -grace) || (ab <= grace && bc <= grace && ca <= grace);
 }
 
@@ -89,7 +90,8 @@ CORDILLERA_HD inline HeightRange height_range(double low_m, double high_m, doubl
 /// error^2 in steps of 1 / kSquaresPerStep.
 CORDILLERA_HD inline std::uint64_t square_steps(double error_m) {
   const double e = error_m < kLargestSummed_m ? error_m : kLargestSummed_m;
-  return static_cast<std::uint64_t>(static_cast<std::int64_t>(e * e * kSquaresPerStep + 0.5));  // NOLINT(bugprone-incorrect-roundings): never negative
+  return static_cast<std::uint64_t>(
+      static_cast<std::int64_t>(e * e * kSquaresPerStep + 0.5));  // NOLINT(bugprone-incorrect-roundings): never negative
 }
 
 /// Up to 2^32 squares, in any order, with integer additions only.

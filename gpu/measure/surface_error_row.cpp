@@ -7,7 +7,8 @@
 #include "proto/mesh.h"
 
 // A sanitizer's own calls do not work yet where the loader chooses between the versions.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && defined(__OPTIMIZE__)
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
+    defined(__OPTIMIZE__)
 #define CORDILLERA_WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define CORDILLERA_WIDE
@@ -20,15 +21,16 @@ constexpr std::size_t kLanes = 4;
 using Doubles = double __attribute__((vector_size(sizeof(double) * kLanes)));
 using Heights = std::int32_t __attribute__((vector_size(sizeof(std::int32_t) * kLanes)));
 
-// What follows is PlaneRow::height_m, HeightRange::clamp and square_steps, word for word, four at a time: left to itself the compiler takes
-// such loops apart.
+// What follows is PlaneRow::height_m, HeightRange::clamp and square_steps, word for word, four at a time: left to itself the
+// compiler takes such loops apart.
 inline __attribute__((always_inline)) double greatest_of(const Doubles& lanes) {
   return std::max(std::max(lanes[0], lanes[1]), std::max(lanes[2], lanes[3]));
 }
 
 // The whole of a row, four at a time; of a rest some are measured twice, to the same effect. out: null unless written.
 template <bool kWritten>
-inline __attribute__((always_inline)) double errors_of_row(const PlaneRow& plane, const HeightRange& range, const RowRun& run, double* __restrict out) {
+inline __attribute__((always_inline)) double errors_of_row(const PlaneRow& plane, const HeightRange& range, const RowRun& run,
+                                                           double* __restrict out) {
   const PlaneRow p = plane;
   const double* const sin_lon = run.sin_lon;
   const double* const cos_lon = run.cos_lon;

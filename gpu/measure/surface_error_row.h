@@ -1,6 +1,6 @@
 #pragma once
-// The samples of one row, many at once: the loops that measuring spends its time in, for the widest vectors that the processor has.
-// Every sample's numbers are its own, and sums are of integers, so the width changes no bit.
+// The samples of one row, many at once: the loops that measuring spends its time in, for the widest vectors that the processor
+// has. Every sample's numbers are its own, and sums are of integers, so the width changes no bit.
 #include <cstddef>
 #include <cstdint>
 

@@ -22,7 +22,7 @@ struct TileFacts {
   std::int32_t side = 0;
   double unit_rad = 0;  ///< one unit, along either axis
   double step_m = 0;
-  std::int32_t small_units = 0;  ///< triangles no larger than this show no sample outside their plan
+  std::int32_t small_units = 0;                    ///< triangles no larger than this show no sample outside their plan
   proto::RowFrame off_south_pole, off_north_pole;  ///< the rows next to the poles
 };
 
@@ -88,8 +88,8 @@ CORDILLERA_HD inline void widen(MeasuredTriangle& t, const TileFacts& tile, cons
 
 }  // namespace detail
 
-/// What the rounding of frames may add to an error: some micrometres on the ground, which on a sliver as steep as a wall are millimetres of
-/// height. Of the steeper decoding.
+/// What the rounding of frames may add to an error: some micrometres on the ground, which on a sliver as steep as a wall are
+/// millimetres of height. Of the steeper decoding.
 CORDILLERA_HD inline double place_error_m(const MeasuredTriangle& t) {
   constexpr double kPlace_m = 2e-5, kSteepest = 1e4;
   constexpr double kPolar2 = (1 - proto::kFlattening) * (1 - proto::kFlattening);
@@ -132,7 +132,8 @@ CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, const proto
   return 0;
 }
 
-/// Of two triangles at an edge, the one that sees it run north (or due east) counts its samples; on the tile's border the only one does.
+/// Of two triangles at an edge, the one that sees it run north (or due east) counts its samples; on the tile's border the only
+/// one does.
 CORDILLERA_HD inline bool counts_edge(std::int32_t side, const Corner& from, const Corner& to) {
   const bool border = (from.x == to.x && (from.x == 0 || from.x == side)) || (from.y == to.y && (from.y == 0 || from.y == side));
   return border || to.y > from.y || (to.y == from.y && to.x > from.x);

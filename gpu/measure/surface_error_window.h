@@ -52,8 +52,12 @@ class SampleWindow {
   Span rows_;
 };
 
-CORDILLERA_HD inline Span intersection(const Span& a, const Span& b) { return {std::max(a.first, b.first), std::min(a.last, b.last)}; }
-CORDILLERA_HD inline std::uint64_t length(const Span& s) { return s.last < s.first ? 0 : static_cast<std::uint64_t>(s.last - s.first + 1); }
+CORDILLERA_HD inline Span intersection(const Span& a, const Span& b) {
+  return {std::max(a.first, b.first), std::min(a.last, b.last)};
+}
+CORDILLERA_HD inline std::uint64_t length(const Span& s) {
+  return s.last < s.first ? 0 : static_cast<std::uint64_t>(s.last - s.first + 1);
+}
 
 inline std::uint64_t count_valid(const std::int32_t* heights, std::size_t n) {
   std::uint64_t valid = 0;

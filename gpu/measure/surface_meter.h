@@ -8,13 +8,13 @@
 #include <utility>
 #include <vector>
 
-#include "gpu/refine/refine.h"
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_error.h"
 #include "gpu/measure/surface_error_apart.h"
 #include "gpu/measure/surface_error_row.h"
 #include "gpu/measure/surface_error_triangle.h"
 #include "gpu/measure/surface_error_window.h"
+#include "gpu/refine/refine.h"
 
 namespace cordillera::gpu {
 
@@ -49,7 +49,8 @@ inline TileFacts tile_facts(const SurfaceErrorInput& in, std::pair<double, doubl
   tile.step_m = in.ecef_step_m;
   tile.off_south_pole = proto::row_frame(lattice, 1);
   tile.off_north_pole = proto::row_frame(lattice, lattice.rows() - 1);
-  tile.small_units = small_units(tile, proto::row_frame(lattice, south), proto::row_frame(lattice, south + tile.side), range_m.first, range_m.second);
+  tile.small_units = small_units(tile, proto::row_frame(lattice, south), proto::row_frame(lattice, south + tile.side),
+                                 range_m.first, range_m.second);
   return tile;
 }
 
@@ -88,12 +89,13 @@ class SurfaceMeter {
   /// owned: see measured_triangle.
   MeasuredTriangle triangle(const Corner (&corners)[3], unsigned owned) const { return measured_triangle(tile_, corners, owned); }
 
-  /// Tally: row(spans) for each row, samples(triangle, heights, owned, strict) and errors(first, owned, out) for each stretch of samples in
-  /// it; kSums: out is wanted. Where the error is within the limit, those up to floor_m need not be told apart.
+  /// Tally: row(spans) for each row, samples(triangle, heights, owned, strict) and errors(first, owned, out) for each stretch of
+  /// samples in it; kSums: out is wanted. Where the error is within the limit, those up to floor_m need not be told apart.
   template <class Tally>
   TriangleWorst worst(const MeasuredTriangle& t, double limit_m, Tally& tally, double floor_m = -1) const {
     TriangleWorst worst;
-    const double place_m = place_error_m(t), apart_m = decodings_apart_m(t, tile_.unit_rad), least_m = less_than(floor_m, place_m);
+    const double place_m = place_error_m(t), apart_m = decodings_apart_m(t, tile_.unit_rad),
+                 least_m = less_than(floor_m, place_m);
     const double within_m = std::min(limit_m, less_than(limit_m, place_m));  // with place_m on top, too
     for (std::int64_t y = t.plan.rows.first; y <= t.plan.rows.last; ++y) {
       row(t, y, {limit_m, apart_m, std::min(within_m, std::max(least_m, worst.any.error_m))}, tally, worst);
@@ -104,7 +106,8 @@ class SurfaceMeter {
 
   /// any.error_m, as far as it is asked for.
   double greatest_m(const MeasuredTriangle& t, const Glance& asked) const {
-    const double place_m = place_error_m(t), apart_m = decodings_apart_m(t, tile_.unit_rad), least_m = less_than(asked.floor_m, place_m);
+    const double place_m = place_error_m(t), apart_m = decodings_apart_m(t, tile_.unit_rad),
+                 least_m = less_than(asked.floor_m, place_m);
     TriangleWorst worst;
     NoTally tally;
     const auto passed = [&](std::int64_t y) {
@@ -148,7 +151,9 @@ class SurfaceMeter {
       if (x >= s.columns.first && x <= s.columns.last) return column_frame(s, x);
     return proto::column_frame(lattice_, west_ + x);
   }
-  proto::ColumnFrame column_frame(const Strip& s, std::int64_t x) const { return frames_.column(static_cast<std::size_t>(x + s.shift)); }
+  proto::ColumnFrame column_frame(const Strip& s, std::int64_t x) const {
+    return frames_.column(static_cast<std::size_t>(x + s.shift));
+  }
 
   template <class Tally>
   void row(const MeasuredTriangle& t, std::int64_t y, const Asked& asked, Tally& tally, TriangleWorst& worst) const {
@@ -175,7 +180,8 @@ class SurfaceMeter {
   }
 
   /// Samples outside the plan triangle that its chords may show: few, so each is tried for itself.
-  void beyond(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& span, TriangleWorst& worst) const {
+  void beyond(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& span,
+              TriangleWorst& worst) const {
     for (std::int64_t x = span.first; x <= span.last; ++x) {
       if (heights[x] == proto::kNoHeight) continue;
       const double e = t.error_beyond(frame(y), column_frame(s, x), heights[x] * proto::kHeightStep_m);
@@ -189,8 +195,8 @@ class SurfaceMeter {
   }
 
   template <class Tally>
-  double exact_row(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& closed, const Span& owned,
-                   Tally& tally) const {
+  double exact_row(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& closed,
+                   const Span& owned, Tally& tally) const {
     if (!t.exact.shows()) return 0;
     const PlaneRow plane(t.exact, frame(y));
     if constexpr (!Tally::kSums) return greatest_row_error(plane, t.exact_range, run(s, heights, closed.first, length(closed)));
@@ -203,7 +209,8 @@ class SurfaceMeter {
     return greatest;
   }
 
-  double rounded_row(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights, const Span& closed) const {
+  double rounded_row(const MeasuredTriangle& t, const Strip& s, std::int64_t y, const std::int32_t* heights,
+                     const Span& closed) const {
     if (!t.rounded.shows()) return 0;
     return greatest_row_error(PlaneRow(t.rounded, frame(y)), t.rounded_range, run(s, heights, closed.first, length(closed)));
   }

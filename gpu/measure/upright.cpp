@@ -26,16 +26,20 @@ bool shows_front(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& up) {
 }  // namespace
 
 Upright::Upright(const TilePlace& place)
-    : at_(place), west_(place.lattice->west(place.tile)), south_(place.lattice->south(place.tile)), unit_rad_(std::numbers::pi / static_cast<double>(place.lattice->rows())) {
-  const std::int64_t rows = place.lattice->rows(), first = std::max<std::int64_t>(south_, 1), last = std::min(south_ + place.side, rows - 1);
+    : at_(place),
+      west_(place.lattice->west(place.tile)),
+      south_(place.lattice->south(place.tile)),
+      unit_rad_(std::numbers::pi / static_cast<double>(place.lattice->rows())) {
+  const std::int64_t rows = place.lattice->rows(), first = std::max<std::int64_t>(south_, 1),
+                     last = std::min(south_ + place.side, rows - 1);
   least_cos_ = std::min(proto::row_frame(*place.lattice, first).cos_lat, proto::row_frame(*place.lattice, last).cos_lat);
 }
 
 bool Upright::at_pole(const MeshPoint& p) const { return south_ + p.y == 0 || south_ + p.y == at_.lattice->rows(); }
 
-// In units of the lattice, edges leave their lines in plan by less than the square of their length (an angle), heights lean towards each other
-// by their difference over the earth's radius, and rounding moves points by a step. Triangles with room for that, nearly all there are, need no
-// sines.
+// In units of the lattice, edges leave their lines in plan by less than the square of their length (an angle), heights lean
+// towards each other by their difference over the earth's radius, and rounding moves points by a step. Triangles with room for
+// that, nearly all there are, need no sines.
 bool Upright::cannot_turn(const std::array<MeshPoint, 3>& c) const {
   const auto [west, east] = std::minmax({c[0].x, c[1].x, c[2].x});
   const auto [south, north] = std::minmax({c[0].y, c[1].y, c[2].y});
@@ -48,7 +52,8 @@ bool Upright::cannot_turn(const std::array<MeshPoint, 3>& c) const {
 }
 
 bool Upright::is(const std::array<MeshPoint, 3>& corners) const {
-  if (std::count_if(corners.begin(), corners.end(), [&](const MeshPoint& p) { return at_pole(p); }) > 1 || cannot_turn(corners)) return true;
+  if (std::count_if(corners.begin(), corners.end(), [&](const MeshPoint& p) { return at_pole(p); }) > 1 || cannot_turn(corners))
+    return true;
   std::array<Vec3, 3> exact, rounded, up;
   for (std::size_t k = 0; k < 3; ++k) {
     const proto::RowFrame row = proto::row_frame(*at_.lattice, south_ + corners[k].y);

@@ -1,6 +1,7 @@
 #pragma once
-// Which way up a triangle is in space. Positive area in longitude and latitude is not enough: an edge is straight in space, so beside a pole,
-// where parallels turn, and on needles, a triangle may show its back to whoever looks along the ellipsoid's normal.
+// Which way up a triangle is in space. Positive area in longitude and latitude is not enough: an edge is straight in space, so
+// beside a pole, where parallels turn, and on needles, a triangle may show its back to whoever looks along the ellipsoid's
+// normal.
 #include <array>
 
 #include "gpu/refine/refine.h"
@@ -19,8 +20,8 @@ struct TilePlace {
 class Upright {
  public:
   explicit Upright(const TilePlace& place);
-  /// Seen along the normal at each corner, is the triangle the right way up, its points exact and rounded? One with two corners at a pole counts
-  /// as if it were: it is a line, and nobody sees it. Corners are counter-clockwise in plan.
+  /// Seen along the normal at each corner, is the triangle the right way up, its points exact and rounded? One with two corners
+  /// at a pole counts as if it were: it is a line, and nobody sees it. Corners are counter-clockwise in plan.
   bool is(const std::array<MeshPoint, 3>& corners) const;
 
  private:

@@ -16,7 +16,12 @@ namespace {
 class Flipper {
  public:
   Flipper(proto::TileMesh& mesh, const Upright& upright, const ErrorMeter& meter, double limit_m)
-      : mesh_(mesh), upright_(upright), meter_(meter), limit_m_(limit_m), across_(neighbours(mesh.triangles)), around_(mesh.vertices()) {
+      : mesh_(mesh),
+        upright_(upright),
+        meter_(meter),
+        limit_m_(limit_m),
+        across_(neighbours(mesh.triangles)),
+        around_(mesh.vertices()) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t)
       for (const std::uint32_t v : mesh.triangles[t]) around_[v].push_back(t);
   }
@@ -57,7 +62,8 @@ class Flipper {
   bool is_published(const Triangle& t) const { return !is_void(t[0]) && !is_void(t[1]) && !is_void(t[2]); }
   bool fits(const Triangle& t) const {
     const auto c = corners(t);
-    return twice_area(c[0], c[1], c[2]) > 0 && upright_.is(c) && (std::isinf(limit_m_) || meter_.error_m(c, limit_m_) <= limit_m_);
+    return twice_area(c[0], c[1], c[2]) > 0 && upright_.is(c) &&
+           (std::isinf(limit_m_) || meter_.error_m(c, limit_m_) <= limit_m_);
   }
   /// Ascending.
   std::vector<std::uint32_t> neighbours_of(std::uint32_t v) const {
@@ -88,7 +94,8 @@ class Flipper {
   bool is_inside(std::uint32_t v) const {
     if (sides_of(mesh_, v) > 0) return false;
     const std::vector<std::uint32_t> beside = neighbours_of(v);
-    return beside.size() == around_[v].size() && std::none_of(beside.begin(), beside.end(), [this](std::uint32_t u) { return is_void(u); });
+    return beside.size() == around_[v].size() &&
+           std::none_of(beside.begin(), beside.end(), [this](std::uint32_t u) { return is_void(u); });
   }
 
   /// A corner inside the mesh, with data all around, moves into a neighbour, the nearest first.
@@ -159,7 +166,8 @@ class Flipper {
   }
   bool on_one_side(std::uint32_t a, std::uint32_t b) const {
     const auto same = [](std::int32_t p, std::int32_t q, std::int32_t line) { return p == line && q == line; };
-    return same(mesh_.x[a], mesh_.x[b], 0) || same(mesh_.x[a], mesh_.x[b], mesh_.side) || same(mesh_.y[a], mesh_.y[b], 0) || same(mesh_.y[a], mesh_.y[b], mesh_.side);
+    return same(mesh_.x[a], mesh_.x[b], 0) || same(mesh_.x[a], mesh_.x[b], mesh_.side) || same(mesh_.y[a], mesh_.y[b], 0) ||
+           same(mesh_.y[a], mesh_.y[b], mesh_.side);
   }
   std::size_t valence(std::uint32_t v) const { return around_[v].size() + (sides_of(mesh_, v) > 0 ? 1 : 0); }
   bool has_room(std::uint32_t v) const { return valence(v) + 1 <= most_neighbours(mesh_, v, kWeldedCaps); }
@@ -200,10 +208,10 @@ class Flipper {
   const Upright& upright_;
   const ErrorMeter& meter_;
   const double limit_m_;
-  std::vector<std::array<std::uint32_t, 3>> across_;    ///< indexed by triangle: see neighbours()
-  std::vector<std::vector<std::uint32_t>> around_;      ///< indexed by vertex: its triangles
-  std::vector<std::uint32_t> turned_;                   ///< triangles that are, ascending
-  std::vector<std::uint8_t> is_turned_;                 ///< indexed by triangle
+  std::vector<std::array<std::uint32_t, 3>> across_;  ///< indexed by triangle: see neighbours()
+  std::vector<std::vector<std::uint32_t>> around_;    ///< indexed by vertex: its triangles
+  std::vector<std::uint32_t> turned_;                 ///< triangles that are, ascending
+  std::vector<std::uint8_t> is_turned_;               ///< indexed by triangle
 };
 
 }  // namespace

@@ -10,9 +10,10 @@ namespace cordillera::gpu {
 /// Cells along a side if mesh is, vertex for vertex and triangle for triangle, what grid_mesh() makes; else 0.
 std::int32_t grid_cells(const proto::TileMesh& mesh);
 
-/// The row of vertex (column, row) of a grid of cells x cells whose south-western vertex is `first`, in the order that rings.h asks for.
-/// Returns the valence.
-CORDILLERA_HD inline int grid_ring(std::int32_t cells, std::int32_t column, std::int32_t row, std::uint32_t first, std::uint32_t* ring) {
+/// The row of vertex (column, row) of a grid of cells x cells whose south-western vertex is `first`, in the order that rings.h
+/// asks for. Returns the valence.
+CORDILLERA_HD inline int grid_ring(std::int32_t cells, std::int32_t column, std::int32_t row, std::uint32_t first,
+                                   std::uint32_t* ring) {
   // Counter-clockwise from the south-west, the lowest neighbour of an inner vertex; diagonals run south-west to north-east.
   const std::uint32_t across = static_cast<std::uint32_t>(cells) + 1;
   if (column > 0 && row > 0 && column < cells && row < cells) {

@@ -1,6 +1,6 @@
 #pragma once
-// Shapes of triangles in plan, as refinement judges them. Doubles: a tie decided wrongly costs a little shape, and all machines decide
-// alike.
+// Shapes of triangles in plan, as refinement judges them. Doubles: a tie decided wrongly costs a little shape, and all machines
+// decide alike.
 #include <algorithm>
 
 #include "gpu/mesh/mesh_point.h"

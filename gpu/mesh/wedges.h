@@ -1,6 +1,6 @@
 #pragma once
-// Rings out of triangles. A wedge is a triangle seen from one of its corners: the other two, counter-clockwise. Wedges are gathered by
-// corner (a counting sort whose order within a corner does not matter) and put end to end.
+// Rings out of triangles. A wedge is a triangle seen from one of its corners: the other two, counter-clockwise. Wedges are
+// gathered by corner (a counting sort whose order within a corner does not matter) and put end to end.
 #include <array>
 #include <cstdint>
 

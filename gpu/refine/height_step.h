@@ -10,7 +10,8 @@ inline std::int32_t rounded_height(std::int32_t height, std::int32_t step) {
   return shifted - (past < 0 ? past + step : past);
 }
 
-/// Offers points whose heights are multiples of step. Borrows the meter, which must bear corners half a step beyond those that it offers.
+/// Offers points whose heights are multiples of step. Borrows the meter, which must bear corners half a step beyond those that it
+/// offers.
 class SteppedMeter final : public ErrorMeter {
  public:
   SteppedMeter(const ErrorMeter& meter, std::int32_t step) : meter_(meter), step_(step) {}
@@ -21,7 +22,9 @@ class SteppedMeter final : public ErrorMeter {
     return error;
   }
 
-  double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override { return meter_.error_m(corners, asked); }
+  double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override {
+    return meter_.error_m(corners, asked);
+  }
 
   std::optional<std::array<MeshPoint, 3>> wanted(const std::array<MeshPoint, 3>& corners, double limit_m) const override {
     auto triangle = meter_.wanted(corners, limit_m);

@@ -10,21 +10,26 @@
 namespace cordillera::gpu {
 namespace {
 
-constexpr std::uint32_t kCrowd = 4;    // neighbours more than its valence allows that a vertex has for a while
+constexpr std::uint32_t kCrowd = 4;       // neighbours more than its valence allows that a vertex has for a while
 constexpr std::size_t kMostCrowded = 16;  // points that go in there at a time
-constexpr std::size_t kMostTurns = 256;  // of edges that cross one that is to be there
+constexpr std::size_t kMostTurns = 256;   // of edges that cross one that is to be there
 
-bool is_on_side(const proto::TileMesh& mesh, const MeshPoint& p) { return p.x == 0 || p.y == 0 || p.x == mesh.side || p.y == mesh.side; }
+bool is_on_side(const proto::TileMesh& mesh, const MeshPoint& p) {
+  return p.x == 0 || p.y == 0 || p.x == mesh.side || p.y == mesh.side;
+}
 bool lie_on_a_side(const proto::TileMesh& mesh, const MeshPoint& a, const MeshPoint& b) {
   return (a.x == b.x && (a.x == 0 || a.x == mesh.side)) || (a.y == b.y && (a.y == 0 || a.y == mesh.side));
 }
 /// Is p, on the line of a and b, between them?
-bool is_between(const MeshPoint& p, const MeshPoint& a, const MeshPoint& b) { return (a.x - p.x) * (b.x - p.x) + (a.y - p.y) * (b.y - p.y) < 0; }
+bool is_between(const MeshPoint& p, const MeshPoint& a, const MeshPoint& b) {
+  return (a.x - p.x) * (b.x - p.x) + (a.y - p.y) * (b.y - p.y) < 0;
+}
 
 /// As valences count them: on a side one more than triangles.
 std::uint32_t neighbours_of(const proto::TileMesh& mesh, std::uint32_t v) {
   const auto has = [v](const std::array<std::uint32_t, 3>& t) { return t[0] == v || t[1] == v || t[2] == v; };
-  return static_cast<std::uint32_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), has)) + (sides_of(mesh, v) > 0 ? 1 : 0);
+  return static_cast<std::uint32_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), has)) +
+         (sides_of(mesh, v) > 0 ? 1 : 0);
 }
 
 std::optional<std::uint32_t> vertex_at(const proto::TileMesh& mesh, const MeshPoint& p) {
@@ -39,10 +44,11 @@ class Making : Refinement {
  public:
   Making(proto::TileMesh& mesh, const ErrorMeter& meter, double limit_m) : Refinement(mesh, meter, limit_m, kCrowd) {}
 
-  /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines what that has left
-  /// over the limit. False: some is left, or a vertex has too many neighbours.
+  /// Makes these points vertices and the lines between them edges, which neighbours on the lattice can always be, and refines
+  /// what that has left over the limit. False: some is left, or a vertex has too many neighbours.
   bool make_triangle(Id t, const std::array<MeshPoint, 3>& corners) {
-    if (std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; })) return take_off_rim(t);
+    if (std::any_of(corners.begin(), corners.end(), [](const MeshPoint& p) { return p.height == proto::kNoHeight; }))
+      return take_off_rim(t);
     std::array<std::uint32_t, 3> v{};
     for (unsigned k = 0; k < 3; ++k) {
       const std::optional<std::uint32_t> made = make_vertex(t, corners[k]);
@@ -51,7 +57,8 @@ class Making : Refinement {
     }
     return make_edge(v[0], v[1]) && make_edge(v[1], v[2]) && make_edge(v[2], v[0]) && finish(t);
   }
-  /// Likewise a corner inside the tile, and the ends of the edge that passes another one on the tile's side. False also where a vertex is there.
+  /// Likewise a corner inside the tile, and the ends of the edge that passes another one on the tile's side. False also where a
+  /// vertex is there.
   bool make_triangle_on_side(Id t, const MeshPoint& inside, const MeshPoint& on_side) {
     if (vertex_at(mesh_, on_side)) return false;
     const auto edge = edge_of_side(on_side);
@@ -81,7 +88,8 @@ class Making : Refinement {
     return true;
   }
 
-  // What making a triangle has left over the limit, and neighbours that are too many. t: may be as it was, when all was there already.
+  // What making a triangle has left over the limit, and neighbours that are too many. t: may be as it was, when all was there
+  // already.
   bool finish(Id t) {
     std::vector<Id> changed{t};
     for (Id u = 0; u < mesh_.triangles.size(); ++u) {
@@ -106,7 +114,8 @@ class Making : Refinement {
       for (unsigned k = 0; k < 3; ++k) {
         const std::uint32_t v = mesh_.triangles[t][k], w = mesh_.triangles[t][after(k)];
         const MeshPoint a = point(v), b = point(w);
-        if (across_[t][k] != kNone || !lie_on_a_side(mesh_, a, b) || !lie_on_a_side(mesh_, a, p) || !lie_on_a_side(mesh_, b, p)) continue;
+        if (across_[t][k] != kNone || !lie_on_a_side(mesh_, a, b) || !lie_on_a_side(mesh_, a, p) || !lie_on_a_side(mesh_, b, p))
+          continue;
         if (is_between(p, a, b)) return std::pair{v, w};
       }
     }
@@ -117,7 +126,8 @@ class Making : Refinement {
     const auto side = [](std::int64_t area) { return area > 0 ? 1 : area < 0 ? -1 : 0; };
     return side(area(a, b, u)) * side(area(a, b, w)) < 0 && side(area(u, w, a)) * side(area(u, w, b)) < 0;
   }
-  // The edge a - b, by turning those that cross it (S. W. Sloan, "A fast algorithm for generating constrained Delaunay triangulations", 1993).
+  // The edge a - b, by turning those that cross it (S. W. Sloan, "A fast algorithm for generating constrained Delaunay
+  // triangulations", 1993).
   bool make_edge(std::uint32_t a, std::uint32_t b) {
     for (std::size_t turns = 0; turns < kMostTurns; ++turns) {
       std::vector<Quad> crossing, clearing;  // convex ones; those whose other diagonal is out of the way
@@ -134,7 +144,8 @@ class Making : Refinement {
       }
       if (!crossed) return true;
       if (crossing.empty()) return false;
-      flip(turned(clearing.empty() ? crossing[turns % crossing.size()] : clearing.front()));  // another one each time, not one back and forth
+      flip(turned(clearing.empty() ? crossing[turns % crossing.size()]
+                                   : clearing.front()));  // another one each time, not one back and forth
     }
     return false;
   }
@@ -226,7 +237,8 @@ bool split_side(proto::TileMesh& mesh, const MeshPoint& p) {
       const std::array<std::uint32_t, 3>& corners = mesh.triangles[t];
       const std::uint32_t a = corners[k], b = corners[after(k)], c = corners[before(k)];
       const auto point = [&](std::uint32_t v) { return MeshPoint{mesh.x[v], mesh.y[v], mesh.height[v]}; };
-      if (!lie_on_a_side(mesh, point(a), point(b)) || !lie_on_a_side(mesh, point(a), p) || !lie_on_a_side(mesh, point(b), p)) continue;
+      if (!lie_on_a_side(mesh, point(a), point(b)) || !lie_on_a_side(mesh, point(a), p) || !lie_on_a_side(mesh, point(b), p))
+        continue;
       if (!is_between(p, point(a), point(b))) continue;
       if (is_void(a) || is_void(b) || neighbours_of(mesh, c) >= most_neighbours(mesh, c, kWeldedCaps)) return false;
       const auto v = static_cast<std::uint32_t>(mesh.vertices());

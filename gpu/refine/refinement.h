@@ -1,6 +1,6 @@
 #pragma once
-// A mesh while points go in: its triangles, their neighbours and errors, and the steps that refine() and refine_stuck() are made of. Nothing else
-// includes it.
+// A mesh while points go in: its triangles, their neighbours and errors, and the steps that refine() and refine_stuck() are made
+// of. Nothing else includes it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -62,7 +62,8 @@ class Refinement {
   static constexpr Id kNone = kNoTriangle;
   static constexpr std::uint32_t kReserve = 2;  ///< places at a vertex that edges turned for shape leave to insertions
   static constexpr int kMostSteps = 64;         ///< of a walk from triangle to triangle
-  static constexpr int kMostHarms = 32;         ///< at a vertex: edges turned to make room, or away from needles, might turn back for ever
+  static constexpr int kMostHarms =
+      32;  ///< at a vertex: edges turned to make room, or away from needles, might turn back for ever
 
   struct Entry {
     double error_m;
@@ -159,7 +160,8 @@ class Refinement {
       unsigned k = 0;
       while (k < 3 && twice_area(point(c[k]), point(c[after(k)]), p) >= 0) ++k;
       if (k == 3) {
-        const bool taken = std::any_of(c.begin(), c.end(), [&](std::uint32_t v) { return mesh_.x[v] == p.x && mesh_.y[v] == p.y; });
+        const bool taken =
+            std::any_of(c.begin(), c.end(), [&](std::uint32_t v) { return mesh_.x[v] == p.x && mesh_.y[v] == p.y; });
         return taken || !published(c) ? kNone : t;
       }
       t = across_[t][k];
@@ -260,14 +262,15 @@ class Refinement {
     return !has_body(point(q.a), point(q.d), point(q.c)) || !has_body(point(q.d), point(q.b), point(q.c));
   }
   // With that edge turned neither triangle is published.
-  bool is_on_rim(Id t, unsigned k, Quad& q) const { return fits(t, k, q, 0) && is_void(q.d) && !is_void(q.a) && !is_void(q.b) && !is_void(q.c); }
-  // A needle along a rim, outside of which there is no data: with its rim edge turned it is not published, and the rim moves by less than
-  // half a unit.
-  bool can_shed(Id t, unsigned k, Quad& q) const {
-    return is_on_rim(t, k, q) && all_but_on(point(q.a), point(q.b), point(q.c));
+  bool is_on_rim(Id t, unsigned k, Quad& q) const {
+    return fits(t, k, q, 0) && is_void(q.d) && !is_void(q.a) && !is_void(q.b) && !is_void(q.c);
   }
-  // What the greater error of two triangles must stay below for their edge to be turned; none when there is no reason to. Over the limit
-  // the error has to fall; below it the shape may improve. So refinement ends: the errors over the limit only ever fall.
+  // A needle along a rim, outside of which there is no data: with its rim edge turned it is not published, and the rim moves by
+  // less than half a unit.
+  bool can_shed(Id t, unsigned k, Quad& q) const { return is_on_rim(t, k, q) && all_but_on(point(q.a), point(q.b), point(q.c)); }
+  // What the greater error of two triangles must stay below for their edge to be turned; none when there is no reason to. Over
+  // the limit the error has to fall; below it the shape may improve. So refinement ends: the errors over the limit only ever
+  // fall.
   std::optional<double> bound_for(const Quad& q) {
     const double now_m = std::max(error(q.t).error_m, error(q.u).error_m);
     if (now_m > limit_m_) return now_m;
@@ -284,7 +287,9 @@ class Refinement {
 
   // The same of its greater error, at a glance.
   bool stays_below(const Quad& q, double bound_m) const {
-    const auto below = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) { return meter_.error_m({point(i), point(j), point(k)}, bound_m) < bound_m; };
+    const auto below = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
+      return meter_.error_m({point(i), point(j), point(k)}, bound_m) < bound_m;
+    };
     return below(q.a, q.d, q.c) && below(q.d, q.b, q.c);
   }
 
@@ -356,10 +361,12 @@ class Refinement {
     if (best && (best->greater_m() < error(t).error_m || may_harm(mesh_.triangles[t][0]))) flip_and_queue(*best);
   }
 
-  // Takes a neighbour from v, a corner of t that is over the limit: turns the edge at v that does least harm. waiting: vertices that must
-  // have room for one neighbour more afterwards.
+  // Takes a neighbour from v, a corner of t that is over the limit: turns the edge at v that does least harm. waiting: vertices
+  // that must have room for one neighbour more afterwards.
   void relieve(Id t, std::uint32_t v, const Triangle& waiting) {
-    const auto in_the_way = [&](std::uint32_t w) { return std::find(waiting.begin(), waiting.end(), w) != waiting.end() && !has_room(w, 1); };
+    const auto in_the_way = [&](std::uint32_t w) {
+      return std::find(waiting.begin(), waiting.end(), w) != waiting.end() && !has_room(w, 1);
+    };
     const Id start = first_around(t, v);
     std::optional<Turned> best;
     t = start;
@@ -381,7 +388,9 @@ class Refinement {
   // On the border the fan around v starts somewhere.
   Id first_around(Id t, std::uint32_t v) const {
     const Id start = t;
-    for (Id clockwise = across_[t][corner_of(t, v)]; clockwise != kNone && clockwise != start; clockwise = across_[t][corner_of(t, v)]) t = clockwise;
+    for (Id clockwise = across_[t][corner_of(t, v)]; clockwise != kNone && clockwise != start;
+         clockwise = across_[t][corner_of(t, v)])
+      t = clockwise;
     return t;
   }
 
@@ -392,8 +401,8 @@ class Refinement {
   std::vector<std::array<Id, 3>> across_;
   std::vector<TriangleError> error_;
   std::vector<char> known_;
-  std::vector<std::uint32_t> stamp_;    // indexed by triangle: changes when its corners do
-  std::vector<std::uint32_t> valence_;  // indexed by vertex: neighbours
+  std::vector<std::uint32_t> stamp_;     // indexed by triangle: changes when its corners do
+  std::vector<std::uint32_t> valence_;   // indexed by vertex: neighbours
   std::map<std::uint32_t, int> harmed_;  // indexed by vertex: edges turned there to make room
   std::priority_queue<Entry> worst_;
   Refined result_;

@@ -15,14 +15,20 @@
 namespace cordillera::gpu {
 namespace {
 
-constexpr std::size_t kMostTries = 2;  // neighbours to collapse onto: those that leave the vertex itself least far from the surface
+constexpr std::size_t kMostTries =
+    2;                               // neighbours to collapse onto: those that leave the vertex itself least far from the surface
 constexpr double kSightShare = 1.1;  // of the limit; what is farther off at the vertex, on a flat earth, need not be measured
 constexpr int kHeightSteps = 5;      // of a search for the best height: each half as long as the one before
 
 class Thinner {
  public:
   Thinner(proto::TileMesh& mesh, const ErrorMeter& meter, const Thinning& how)
-      : mesh_(mesh), meter_(meter), limit_m_(how.limit_m), height_step_(how.height_step), rings_(rings_of(mesh)), round_(mesh.vertices(), 0) {
+      : mesh_(mesh),
+        meter_(meter),
+        limit_m_(how.limit_m),
+        height_step_(how.height_step),
+        rings_(rings_of(mesh)),
+        round_(mesh.vertices(), 0) {
     for (std::uint32_t v = 0; v < mesh.vertices(); ++v) {
       if (is_void(v)) continue;
       low_ = std::min(low_, mesh.height[v]);
@@ -85,9 +91,12 @@ class Thinner {
     const MeshPoint at = point(v);
     double height = at.height;
     const bool lawful = each_new_triangle(v, k, [&](const MeshPoint& a, const MeshPoint& b, const MeshPoint& c) {
-      const std::int64_t area = twice_area(a, b, c), wa = twice_area(at, b, c), wb = twice_area(a, at, c), wc = twice_area(a, b, at);
+      const std::int64_t area = twice_area(a, b, c), wa = twice_area(at, b, c), wb = twice_area(a, at, c),
+                         wc = twice_area(a, b, at);
       if (area <= 0 || !has_body(a, b, c)) return false;
-      const auto share = [&](std::int64_t w, const MeshPoint& p) { return static_cast<double>(w) / static_cast<double>(area) * p.height; };
+      const auto share = [&](std::int64_t w, const MeshPoint& p) {
+        return static_cast<double>(w) / static_cast<double>(area) * p.height;
+      };
       if (wa >= 0 && wb >= 0 && wc >= 0) height = share(wa, a) + share(wb, b) + share(wc, c);
       return true;
     });
@@ -173,7 +182,8 @@ class Thinner {
     const auto ring = rings_.ring(v);
     double greatest = 0;
     for (std::size_t i = 0; i < ring.size() && greatest < bound_m; ++i)
-      greatest = std::max(greatest, meter_.error_m({point(v), point(ring[i]), point(ring[(i + 1) % ring.size()])}, {bound_m, greatest, mesh_.y[v]}));
+      greatest = std::max(greatest, meter_.error_m({point(v), point(ring[i]), point(ring[(i + 1) % ring.size()])},
+                                                   {bound_m, greatest, mesh_.y[v]}));
     return greatest;
   }
 
@@ -205,7 +215,7 @@ class Thinner {
   std::int32_t height_step_;
   Rings rings_;
   std::int32_t low_ = INT32_MAX, high_ = INT32_MIN;  // of the mesh as it came
-  std::vector<std::uint32_t> round_;  // indexed by vertex: what was queued in an earlier round no longer counts
+  std::vector<std::uint32_t> round_;                 // indexed by vertex: what was queued in an earlier round no longer counts
   std::priority_queue<Collapse> queue_;
 };
 

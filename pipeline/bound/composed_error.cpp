@@ -31,8 +31,8 @@ struct Plane {
 // What one surface does over a place: of a steep triangle we know the heights between which it is there.
 struct Over {
   double low_m = 0, high_m = 0;
-  Vec3 slope;               // rise per metre, in the tangent plane
-  double along_edges = 0;   // of a steep triangle, instead of the slope: the greatest rise per metre of an edge
+  Vec3 slope;              // rise per metre, in the tangent plane
+  double along_edges = 0;  // of a steep triangle, instead of the slope: the greatest rise per metre of an edge
 };
 
 Plane plane_of(const Spot& a, const Spot& b, const Spot& c) {
@@ -45,8 +45,8 @@ Plane plane_of(const Spot& a, const Spot& b, const Spot& c) {
 // On a pole row two corners are one point: such a triangle shows nothing.
 bool has_area(const Plane& plane) { return dot(plane.normal, plane.normal) > 1e-6; }
 
-// A steep triangle is a needle: no terrain rises so much. Its plane tells little, for the tilt of a needle is one of roundings; but across
-// its length it reaches from its longest edge to the others, and these are no steeper than the terrain.
+// A steep triangle is a needle: no terrain rises so much. Its plane tells little, for the tilt of a needle is one of roundings;
+// but across its length it reaches from its longest edge to the others, and these are no steeper than the terrain.
 Over over_steep(const Plane& plane, const Place& place) {
   std::array<Vec3, 3> flat;  // seen from the place, along the ground
   for (int k = 0; k < 3; ++k) {
@@ -61,12 +61,14 @@ Over over_steep(const Plane& plane, const Place& place) {
   const Vec3 along = flat[j] - flat[i];
   const auto share = [&](const Vec3& p) { return std::clamp(dot(p - flat[i], along) / dot(along, along), 0.0, 1.0); };
   const double here = share({}), at_tip = share(flat[tip]);
-  const auto height_m = [&](const Vec3& from, const Vec3& to, double t) { return dot(from + t * (to - from) - place.at, place.up); };
+  const auto height_m = [&](const Vec3& from, const Vec3& to, double t) {
+    return dot(from + t * (to - from) - place.at, place.up);
+  };
   const auto& c = plane.corner;
   const double first = height_m(c[i], c[j], here);
-  const double second = here < at_tip   ? height_m(c[i], c[tip], here / at_tip)
-                        : at_tip < 1 ? height_m(c[tip], c[j], (here - at_tip) / (1 - at_tip))
-                                     : height_m(c[tip], c[tip], 0);
+  const double second = here < at_tip ? height_m(c[i], c[tip], here / at_tip)
+                        : at_tip < 1  ? height_m(c[tip], c[j], (here - at_tip) / (1 - at_tip))
+                                      : height_m(c[tip], c[tip], 0);
   Over over{std::min(first, second), std::max(first, second), {}, 0};
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
@@ -90,7 +92,9 @@ Over over(const Plane& plane, const Place& place) {
 // difference of two planes the first term cancels. Lines of the lattice are no great circles (a parallel turns by tan(lat) / R a
 // metre), which brings in the difference of the slopes. A function that curves by c at most is within c d^2 / 6 of the linear one
 // between the corners of a triangle of diameter d.
-double farthest_m(const gpu::HeightRange& a, const gpu::HeightRange& b) { return std::max(a.high_m - b.low_m, b.high_m - a.low_m); }
+double farthest_m(const gpu::HeightRange& a, const gpu::HeightRange& b) {
+  return std::max(a.high_m - b.low_m, b.high_m - a.low_m);
+}
 
 struct Apart {
   double most_m = 0;  // an upper bound
@@ -110,7 +114,8 @@ Apart apart(const Plane& a, const Plane& b, const Common& ground, const Earth& o
     const Vec3 difference = first.slope - second.slope;
     const double bend = std::sqrt(dot(difference, difference)) + first.along_edges + second.along_edges;
     bent = std::max(bent, bend);
-    for (const Over& one : {first, second}) steepest2 = std::max({steepest2, dot(one.slope, one.slope), one.along_edges * one.along_edges});
+    for (const Over& one : {first, second})
+      steepest2 = std::max({steepest2, dot(one.slope, one.slope), one.along_edges * one.along_edges});
     turning = std::max(turning, bend * place.tan_lat);
     corner[k] = place.at;
     for (int j = 0; j < k; ++j) diameter2 = std::max(diameter2, dot(place.at - corner[j], place.at - corner[j]));
@@ -146,7 +151,8 @@ TileMesh with_patches(const TileMesh& mesh, const TileMesh& patches) {
 
 class ComposedMeter::Ground {
  public:
-  Ground(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh, double max_error_m, const Loose& loose, double ecef_step_m)
+  Ground(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh, double max_error_m,
+         const Loose& loose, double ecef_step_m)
       : earth_(lattice, tile),
         welded_(with_patches(mesh, loose.patches)),
         error_m_(mesh.triangles.size(), max_error_m),
@@ -213,7 +219,8 @@ class ComposedMeter::Ground {
     std::array<PlanPoint, 3> plan;
     for (std::size_t k = 0; k < 3; ++k) plan[k] = {static_cast<double>(corners[k].x), static_cast<double>(corners[k].y)};
     index_.meeting(plan, near);
-    const auto same = std::find_if(near.begin(), near.end(), [&](std::uint32_t k) { return is_same(welded_.triangles[k], corners); });
+    const auto same =
+        std::find_if(near.begin(), near.end(), [&](std::uint32_t k) { return is_same(welded_.triangles[k], corners); });
     if (same != near.end()) {
       seen.shown_already = true;
       seen.error_m = rounding_m_ + error_m_[*same];
@@ -238,7 +245,8 @@ class ComposedMeter::Ground {
   bool is_same(const std::array<std::uint32_t, 3>& t, const std::array<gpu::MeshPoint, 3>& corners) const {
     return std::all_of(t.begin(), t.end(), [&](std::uint32_t v) {
       const gpu::MeshPoint p = point(v);
-      return std::any_of(corners.begin(), corners.end(), [&](const gpu::MeshPoint& c) { return same_place(c, p) && c.height == p.height; });
+      return std::any_of(corners.begin(), corners.end(),
+                         [&](const gpu::MeshPoint& c) { return same_place(c, p) && c.height == p.height; });
     });
   }
 
@@ -250,7 +258,8 @@ class ComposedMeter::Ground {
   }
 
   // Where edges cross and no vertex lies between: the ends of the children's edges there, the nearest first.
-  void offer_nearest(const std::array<gpu::MeshPoint, 3>& c, PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
+  void offer_nearest(const std::array<gpu::MeshPoint, 3>& c, PlanPoint at, const std::array<std::uint32_t, 3>& triangle,
+                     gpu::TriangleError& error) const {
     std::array<std::pair<double, std::uint32_t>, 3> ends;
     for (std::size_t k = 0; k < 3; ++k) {
       const double dx = welded_.x[triangle[k]] - at.x, dy = welded_.y[triangle[k]] - at.y;
@@ -274,12 +283,13 @@ class ComposedMeter::Ground {
     index_.meeting({at, at, at}, near);
     return std::any_of(near.begin(), near.end(), [&](std::uint32_t k) {
       const auto& t = welded_.triangles[k];
-      return !along_rim(t) && twice_area(point(t[0]), point(t[1]), p) >= 0 && twice_area(point(t[1]), point(t[2]), p) >= 0 && twice_area(point(t[2]), point(t[0]), p) >= 0;
+      return !along_rim(t) && twice_area(point(t[0]), point(t[1]), p) >= 0 && twice_area(point(t[1]), point(t[2]), p) >= 0 &&
+             twice_area(point(t[2]), point(t[0]), p) >= 0;
     });
   }
 
-  // The place itself, where all ends are vertices already and still other edges run between them. Not along a rim, nor where one has moved over
-  // places without data, here or on a finer level: no vertex stands on those.
+  // The place itself, where all ends are vertices already and still other edges run between them. Not along a rim, nor where one
+  // has moved over places without data, here or on a finer level: no vertex stands on those.
   void offer_between(PlanPoint at, const std::array<std::uint32_t, 3>& triangle, gpu::TriangleError& error) const {
     gpu::MeshPoint p{static_cast<std::int32_t>(std::lround(at.x)), static_cast<std::int32_t>(std::lround(at.y)), 0};
     const gpu::MeshPoint c[3] = {point(triangle[0]), point(triangle[1]), point(triangle[2])};
@@ -296,7 +306,7 @@ class ComposedMeter::Ground {
   }
 
   void offer_farthest(const std::array<gpu::MeshPoint, 3>& c, const Plane& plane, const std::vector<std::uint32_t>& near,
-                     gpu::TriangleError& error) const {
+                      gpu::TriangleError& error) const {
     double farthest_m = -1;
     gpu::MeshPoint farthest;
     for (const std::uint32_t k : near) {
@@ -320,14 +330,14 @@ class ComposedMeter::Ground {
   double least_m_, rounding_m_;
   TriangleIndex index_;
   LooseSamples loose_;
-  std::vector<Spot> at_;      // indexed by welded vertex
-  std::vector<char> on_rim_;  // likewise: beside an unpublished triangle, of a patch, or kOverVoid
+  std::vector<Spot> at_;       // indexed by welded vertex
+  std::vector<char> on_rim_;   // likewise: beside an unpublished triangle, of a patch, or kOverVoid
   bool has_rims_ = false;      // any of them
   std::vector<Plane> planes_;  // indexed by welded triangle
 };
 
-ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh, double max_error_m, const Loose& loose,
-                             double ecef_step_m)
+ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh,
+                             double max_error_m, const Loose& loose, double ecef_step_m)
     : ground_(std::make_unique<Ground>(lattice, tile, mesh, max_error_m, loose, ecef_step_m)) {}
 ComposedMeter::~ComposedMeter() = default;
 

@@ -14,16 +14,17 @@ namespace cordillera::pipeline {
 
 /// Measures triangles of a parent by way of a finer surface: an upper bound of how far finest samples are from them, in metres.
 ///
-/// Of samples that the finer surface or its patches cover it is that surface's own error, what rounding can add, and the distance between
-/// the two, flat ECEF triangles both, along the ellipsoid's normal. They are compared at every vertex of their overlay (welded vertices,
-/// and crossings of edges); between these, where the distance is not quite linear because normals turn, a bound of its curvature is added.
-/// Loose samples are measured themselves. Points that help are the loose sample that is too far; the welded vertex that is farthest from the
-/// triangle or, where edges cross and no vertex lies between, the ends of these edges; and the place of the greatest distance.
+/// Of samples that the finer surface or its patches cover it is that surface's own error, what rounding can add, and the distance
+/// between the two, flat ECEF triangles both, along the ellipsoid's normal. They are compared at every vertex of their overlay
+/// (welded vertices, and crossings of edges); between these, where the distance is not quite linear because normals turn, a bound
+/// of its curvature is added. Loose samples are measured themselves. Points that help are the loose sample that is too far; the
+/// welded vertex that is farthest from the triangle or, where edges cross and no vertex lies between, the ends of these edges;
+/// and the place of the greatest distance.
 class ComposedMeter final : public gpu::ErrorMeter {
  public:
   /// mesh, loose: of a finer surface over the tile, which is max_error_m off where the mesh is. lattice is borrowed.
-  ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh, double max_error_m, const Loose& loose,
-                double ecef_step_m);
+  ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh, double max_error_m,
+                const Loose& loose, double ecef_step_m);
   ~ComposedMeter() override;
 
   gpu::TriangleError measure(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override;
@@ -50,6 +51,7 @@ class NearerMeter final : public gpu::ErrorMeter {
 };
 
 /// The greatest error of mesh's published triangles; those above limit_m are appended to over.
-double greatest_error_m(const gpu::ErrorMeter& meter, const proto::TileMesh& mesh, double limit_m, std::vector<std::uint32_t>& over);
+double greatest_error_m(const gpu::ErrorMeter& meter, const proto::TileMesh& mesh, double limit_m,
+                        std::vector<std::uint32_t>& over);
 
 }  // namespace cordillera::pipeline

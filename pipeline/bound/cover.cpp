@@ -13,16 +13,21 @@ using proto::floor_divide;
 /// Which samples of a rectangle must be covered, until something covers them.
 class Demand {
  public:
-  Demand(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::Samples& samples, const TileRectangle& rectangle)
+  Demand(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::Samples& samples,
+         const TileRectangle& rectangle)
       : at_(rectangle), columns_(rectangle.east - rectangle.west + 1), rows_(rectangle.north - rectangle.south + 1) {
-    const std::int64_t west = lattice.west(tile) + at_.west, south = lattice.south(tile) + at_.south, cell = lattice.cell_units(tile.z);
+    const std::int64_t west = lattice.west(tile) + at_.west, south = lattice.south(tile) + at_.south,
+                       cell = lattice.cell_units(tile.z);
     open_.assign(static_cast<std::size_t>(columns_ * rows_), 0);
     const std::int64_t first = std::max<std::int64_t>(south - cell, 0);
-    std::vector<std::int64_t> run(static_cast<std::size_t>(columns_), 0);  // of rows up to this one whose samples nearby all have data
+    std::vector<std::int64_t> run(static_cast<std::size_t>(columns_),
+                                  0);  // of rows up to this one whose samples nearby all have data
     std::vector<char> clear(static_cast<std::size_t>(columns_));
     for (std::int64_t j = first; j < south + rows_ + cell; ++j) {
-      if (j <= lattice.rows()) clear_along(lattice, samples, west, j, cell, clear);
-      else std::fill(clear.begin(), clear.end(), 1);
+      if (j <= lattice.rows())
+        clear_along(lattice, samples, west, j, cell, clear);
+      else
+        std::fill(clear.begin(), clear.end(), 1);
       const std::int64_t enough = std::min(2 * cell, j - first) + 1, row = j - cell - south;
       for (std::size_t k = 0; k < run.size(); ++k) {
         run[k] = clear[k] ? run[k] + 1 : 0;
@@ -48,11 +53,13 @@ class Demand {
     }
   }
 
-  std::vector<gpu::MeshPoint> left(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::Samples& samples) const {
+  std::vector<gpu::MeshPoint> left(const proto::Lattice& lattice, const proto::TileAddress& tile,
+                                   const proto::Samples& samples) const {
     std::vector<gpu::MeshPoint> found;
     for (std::size_t k = 0; k < open_.size(); ++k) {
       if (!open_[k]) continue;
-      const auto x = at_.west + static_cast<std::int32_t>(static_cast<std::int64_t>(k) % columns_), y = at_.south + static_cast<std::int32_t>(static_cast<std::int64_t>(k) / columns_);
+      const auto x = at_.west + static_cast<std::int32_t>(static_cast<std::int64_t>(k) % columns_),
+                 y = at_.south + static_cast<std::int32_t>(static_cast<std::int64_t>(k) / columns_);
       found.push_back({x, y, samples.at(in_window(lattice, samples, lattice.west(tile) + x), lattice.south(tile) + y)});
     }
     return found;
@@ -68,8 +75,8 @@ class Demand {
     if (row < samples.south || row >= samples.south + samples.rows || i >= samples.west + samples.columns) return false;
     return samples.at(i, row) != proto::kNoHeight;
   }
-  static void clear_along(const proto::Lattice& lattice, const proto::Samples& samples, std::int64_t west, std::int64_t row, std::int64_t cell,
-                          std::vector<char>& clear) {
+  static void clear_along(const proto::Lattice& lattice, const proto::Samples& samples, std::int64_t west, std::int64_t row,
+                          std::int64_t cell, std::vector<char>& clear) {
     std::int64_t run = 0;
     const std::int64_t count = static_cast<std::int64_t>(clear.size());
     for (std::int64_t k = -cell; k < count + cell; ++k) {
@@ -99,13 +106,16 @@ TileRectangle part_in_window(const proto::Lattice& lattice, const proto::TileAdd
     const std::int64_t a = std::max<std::int64_t>(from, 0), b = std::min(from + window.columns - 1, side);
     if (a <= b) west = std::min(west, a), east = std::max(east, b);
   }
-  return {static_cast<std::int32_t>(west), static_cast<std::int32_t>(std::clamp<std::int64_t>(south, 0, side)), static_cast<std::int32_t>(east),
-          static_cast<std::int32_t>(std::clamp<std::int64_t>(south + window.rows - 1, 0, side))};
+  return {static_cast<std::int32_t>(west), static_cast<std::int32_t>(std::clamp<std::int64_t>(south, 0, side)),
+          static_cast<std::int32_t>(east), static_cast<std::int32_t>(std::clamp<std::int64_t>(south + window.rows - 1, 0, side))};
 }
 
-std::vector<gpu::MeshPoint> uncovered_inside(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::TileMesh& mesh,
-                                             const proto::Samples& samples, const TileRectangle& rectangle) {
-  if (rectangle.west > rectangle.east || rectangle.south > rectangle.north || all_near_outline(lattice, samples, lattice.cell_units(tile.z))) return {};
+std::vector<gpu::MeshPoint> uncovered_inside(const proto::Lattice& lattice, const proto::TileAddress& tile,
+                                             const proto::TileMesh& mesh, const proto::Samples& samples,
+                                             const TileRectangle& rectangle) {
+  if (rectangle.west > rectangle.east || rectangle.south > rectangle.north ||
+      all_near_outline(lattice, samples, lattice.cell_units(tile.z)))
+    return {};
   Demand demand(lattice, tile, samples, rectangle);
   for (const auto& t : mesh.triangles)
     if (is_published(mesh, t)) demand.cover(mesh, t);

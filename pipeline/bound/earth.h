@@ -23,7 +23,8 @@ struct Spot {
   double height_m = 0;
 };
 
-/// Frames of rows or columns that are asked for again and again: making one takes a sine, which costs as much as all that is done with it.
+/// Frames of rows or columns that are asked for again and again: making one takes a sine, which costs as much as all that is done
+/// with it.
 template <class Frame>
 class RememberedFrames {
  public:

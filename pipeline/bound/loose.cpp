@@ -20,7 +20,8 @@ gpu::PlanTriangle plan_triangle(const TileMesh& mesh, const std::array<std::uint
   plan.rows = {south, north};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::uint32_t from = t[k], to = t[(k + 1) % 3];
-    plan.edge[k] = {mesh.x[from], mesh.y[from], std::int64_t{mesh.x[to]} - mesh.x[from], std::int64_t{mesh.y[to]} - mesh.y[from], 0, false};
+    plan.edge[k] = {
+        mesh.x[from], mesh.y[from], std::int64_t{mesh.x[to]} - mesh.x[from], std::int64_t{mesh.y[to]} - mesh.y[from], 0, false};
   }
   return plan;
 }
@@ -32,7 +33,8 @@ bool covers(const TileMesh& mesh, const TriangleIndex& published, const gpu::Mes
   published.meeting({at, at, at}, near);
   return std::any_of(near.begin(), near.end(), [&](std::uint32_t k) {
     const auto& t = mesh.triangles[k];
-    const gpu::MeshPoint c[3] = {{mesh.x[t[0]], mesh.y[t[0]], 0}, {mesh.x[t[1]], mesh.y[t[1]], 0}, {mesh.x[t[2]], mesh.y[t[2]], 0}};
+    const gpu::MeshPoint c[3] = {
+        {mesh.x[t[0]], mesh.y[t[0]], 0}, {mesh.x[t[1]], mesh.y[t[1]], 0}, {mesh.x[t[2]], mesh.y[t[2]], 0}};
     return gpu::twice_area(c[0], c[1], p) >= 0 && gpu::twice_area(c[1], c[2], p) >= 0 && gpu::twice_area(c[2], c[0], p) >= 0;
   });
 }
@@ -145,7 +147,8 @@ std::vector<gpu::MeshPoint> uncovered_samples(const proto::Lattice& lattice, con
   const auto across = static_cast<std::size_t>(samples.columns);
   std::vector<bool> covered(across * static_cast<std::size_t>(samples.rows));  // as the samples are, from the window's first row
   const auto place = [&](std::int64_t x, std::int64_t y, const gpu::SampleWindow::Stretch& s) {
-    return static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y - window.rows().first) * across + static_cast<std::size_t>(x + s.shift));
+    return static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y - window.rows().first) * across +
+                                       static_cast<std::size_t>(x + s.shift));
   };
   for (const auto& t : mesh.triangles) {
     if (!is_published(mesh, t)) continue;
@@ -154,7 +157,8 @@ std::vector<gpu::MeshPoint> uncovered_samples(const proto::Lattice& lattice, con
     for (std::int64_t y = rows.first; y <= rows.last; ++y)
       for (const auto& s : window.stretches()) {
         const gpu::Span span = gpu::intersection(plan.row(y).closed, s.columns);
-        if (gpu::length(span) > 0) std::fill(covered.begin() + place(span.first, y, s), covered.begin() + place(span.last, y, s) + 1, true);
+        if (gpu::length(span) > 0)
+          std::fill(covered.begin() + place(span.first, y, s), covered.begin() + place(span.last, y, s) + 1, true);
       }
   }
   std::vector<gpu::MeshPoint> found;
@@ -177,10 +181,13 @@ Loose joined(const std::array<const Loose*, 4>& children, std::int32_t child_sid
     const std::int32_t east = c & 1 ? child_side : 0, north = c & 2 ? child_side : 0;
     for (const gpu::MeshPoint& p : children[c]->samples) all.samples.push_back({p.x + east, p.y + north, p.height});
     patches.from(children[c]->patches, east, north);
-    for (std::size_t k = 0; k < children[c]->patches.triangles.size(); ++k) patches.add(children[c]->patches.triangles[k], children[c]->patch_error_m[k]);
+    for (std::size_t k = 0; k < children[c]->patches.triangles.size(); ++k)
+      patches.add(children[c]->patches.triangles[k], children[c]->patch_error_m[k]);
   }
   std::sort(all.samples.begin(), all.samples.end(), by_rows);
-  const auto same = [](const gpu::MeshPoint& a, const gpu::MeshPoint& b) { return a.x == b.x && a.y == b.y; };  // of a border, twice
+  const auto same = [](const gpu::MeshPoint& a, const gpu::MeshPoint& b) {
+    return a.x == b.x && a.y == b.y;
+  };  // of a border, twice
   all.samples.erase(std::unique(all.samples.begin(), all.samples.end(), same), all.samples.end());
   return all;
 }
@@ -212,7 +219,8 @@ LeftOut left_out(const TileMesh& mesh, const TileMesh& finer, double finer_error
   return left;
 }
 
-void mark_over_void(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::Samples& samples, TileMesh& mesh) {
+void mark_over_void(const proto::Lattice& lattice, const proto::TileAddress& tile, const proto::Samples& samples,
+                    TileMesh& mesh) {
   gpu::SurfaceErrorInput input;
   input.lattice = &lattice;
   input.tile = tile;
@@ -229,7 +237,9 @@ void mark_over_void(const TileMesh& finer, TileMesh& mesh) {
     if (!is_published(mesh, t)) continue;
     const auto plan = plan_of(mesh, t);
     doubtful.meeting(plan, near);
-    const auto shares_ground = [&](std::uint32_t k) { return area_of(common_part(plan, plan_of(finer, finer.triangles[k]))) > 0; };
+    const auto shares_ground = [&](std::uint32_t k) {
+      return area_of(common_part(plan, plan_of(finer, finer.triangles[k]))) > 0;
+    };
     if (std::any_of(near.begin(), near.end(), shares_ground)) mark_corners(mesh, t);
   }
 }

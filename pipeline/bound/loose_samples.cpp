@@ -76,13 +76,15 @@ LooseSamples::Farthest LooseSamples::farthest(const std::array<gpu::MeshPoint, 3
   if (samples_.empty()) return found;
   const gpu::Corner three[3] = {corner(corners[0]), corner(corners[1]), corner(corners[2])};
   const gpu::MeasuredTriangle triangle = gpu::measured_triangle(tile_, three, 0);
-  const double graze = gpu::kGrace_m + graze_m(triangle, proto::normal(three[0].row, proto::column_frame(lattice_, west_ + corners[0].x)));
+  const double graze =
+      gpu::kGrace_m + graze_m(triangle, proto::normal(three[0].row, proto::column_frame(lattice_, west_ + corners[0].x)));
   const auto& plan = triangle.plan;
   std::vector<std::uint32_t> open{0};
   while (!open.empty()) {
     const Box& box = boxes_[open.back()];
     open.pop_back();
-    const bool beside = box.west > plan.columns.last || box.east < plan.columns.first || box.south > plan.rows.last || box.north < plan.rows.first;
+    const bool beside = box.west > plan.columns.last || box.east < plan.columns.first || box.south > plan.rows.last ||
+                        box.north < plan.rows.first;
     if (beside || std::any_of(std::begin(plan.edge), std::end(plan.edge), [&](const gpu::PlanEdge& e) {
           return most_left_of(e, box.west, box.south, box.east, box.north) < -e.slack;
         }))
@@ -97,8 +99,8 @@ LooseSamples::Farthest LooseSamples::farthest(const std::array<gpu::MeshPoint, 3
   return found;
 }
 
-void LooseSamples::see(const gpu::MeasuredTriangle& t, double graze_m, const std::array<gpu::MeshPoint, 3>& corners, const gpu::MeshPoint& p,
-                       Farthest& found) const {
+void LooseSamples::see(const gpu::MeasuredTriangle& t, double graze_m, const std::array<gpu::MeshPoint, 3>& corners,
+                       const gpu::MeshPoint& p, Farthest& found) const {
   bool inside = true;
   for (const gpu::PlanEdge& e : t.plan.edge) {
     const std::int64_t left = e.dx * (p.y - e.y) - e.dy * (p.x - e.x);
@@ -113,14 +115,18 @@ void LooseSamples::see(const gpu::MeasuredTriangle& t, double graze_m, const std
   if (!inside) {
     error_m = t.error_beyond(row, column, height_m);
   } else {
-    if (t.exact.shows()) error_m = std::abs(t.exact_range.clamp(gpu::PlaneRow(t.exact, row).height_m(column.sin_lon, column.cos_lon)) - height_m);
+    if (t.exact.shows())
+      error_m = std::abs(t.exact_range.clamp(gpu::PlaneRow(t.exact, row).height_m(column.sin_lon, column.cos_lon)) - height_m);
     if (t.rounded.shows())
-      error_m = std::max(error_m, std::abs(t.rounded_range.clamp(gpu::PlaneRow(t.rounded, row).height_m(column.sin_lon, column.cos_lon)) - height_m));
+      error_m = std::max(
+          error_m,
+          std::abs(t.rounded_range.clamp(gpu::PlaneRow(t.rounded, row).height_m(column.sin_lon, column.cos_lon)) - height_m));
   }
   if (error_m > 0) error_m += graze_m;
   found.error_m = std::max(found.error_m, error_m);
   const bool border = p.x == 0 || p.y == 0 || p.x == tile_.side || p.y == tile_.side;
-  const bool corner = std::any_of(corners.begin(), corners.end(), [&](const gpu::MeshPoint& c) { return c.x == p.x && c.y == p.y; });
+  const bool corner =
+      std::any_of(corners.begin(), corners.end(), [&](const gpu::MeshPoint& c) { return c.x == p.x && c.y == p.y; });
   if (!inside || border || corner) return;
   // Which of equal ones must not depend on the order they are in.
   if (error_m > found.inside_m || (error_m == found.inside_m && std::tie(p.y, p.x) < std::tie(found.inside.y, found.inside.x))) {

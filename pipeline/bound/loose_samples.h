@@ -1,11 +1,12 @@
 #pragma once
-// Triangles of a parent against the finest samples that a finer surface left uncovered: as gpu/measure/surface_error measures them, both decodings.
+// Triangles of a parent against the finest samples that a finer surface left uncovered: as gpu/measure/surface_error measures
+// them, both decodings.
 #include <array>
 #include <cstdint>
 #include <vector>
 
-#include "gpu/refine/refine.h"
 #include "gpu/measure/surface_error_triangle.h"
+#include "gpu/refine/refine.h"
 #include "proto/lattice.h"
 
 namespace cordillera::pipeline {
@@ -13,12 +14,13 @@ namespace cordillera::pipeline {
 class LooseSamples {
  public:
   /// side: of the tile, units. ecef_step_m: of its level.
-  LooseSamples(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side, double ecef_step_m, std::vector<gpu::MeshPoint> samples);
+  LooseSamples(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side, double ecef_step_m,
+               std::vector<gpu::MeshPoint> samples);
 
   struct Farthest {
-    double error_m = 0;      ///< of all that the triangle may show
-    gpu::MeshPoint inside;   ///< the farthest that could become a vertex of it
-    double inside_m = -1;    ///< less than 0: there is none
+    double error_m = 0;     ///< of all that the triangle may show
+    gpu::MeshPoint inside;  ///< the farthest that could become a vertex of it
+    double inside_m = -1;   ///< less than 0: there is none
   };
   Farthest farthest(const std::array<gpu::MeshPoint, 3>& corners) const;
   std::size_t size() const { return samples_.size(); }
@@ -31,7 +33,8 @@ class LooseSamples {
   };
   void divide(std::uint32_t box);
   gpu::Corner corner(const gpu::MeshPoint& p) const;
-  void see(const gpu::MeasuredTriangle& triangle, double graze_m, const std::array<gpu::MeshPoint, 3>& corners, const gpu::MeshPoint& p, Farthest& found) const;
+  void see(const gpu::MeasuredTriangle& triangle, double graze_m, const std::array<gpu::MeshPoint, 3>& corners,
+           const gpu::MeshPoint& p, Farthest& found) const;
 
   const proto::Lattice& lattice_;
   std::int64_t west_, south_;

@@ -74,7 +74,8 @@ TriangleIndex::TriangleIndex(const proto::TileMesh& mesh, Wanted wanted) {
 }
 
 TriangleIndex::Box TriangleIndex::box_of(const std::array<PlanPoint, 3>& t) {
-  return {std::min({t[0].x, t[1].x, t[2].x}), std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].x, t[1].x, t[2].x}), std::max({t[0].y, t[1].y, t[2].y})};
+  return {std::min({t[0].x, t[1].x, t[2].x}), std::min({t[0].y, t[1].y, t[2].y}), std::max({t[0].x, t[1].x, t[2].x}),
+          std::max({t[0].y, t[1].y, t[2].y})};
 }
 
 TriangleIndex::Cells TriangleIndex::cells_of(const Box& box) const {

@@ -15,7 +15,8 @@ namespace cordillera::pipeline {
 namespace {
 
 /// crs and bbox stay as they were asked for: without them the source's own are in effect, and those are in the manifest's source.
-proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine) {
+proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source,
+                              const Machine& machine) {
   proto::BuildOptions options = request.options;
   if (plan.promise()) options.set_error(plan.levels(0).target());
   options.set_scheme(plan.scheme());
@@ -45,7 +46,8 @@ std::optional<raster::ValueLook> note_values(raster::Source& source, proto::Mani
   return (*pixels)->look;
 }
 
-proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine) {
+proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source,
+                               const Machine& machine) {
   proto::Manifest manifest;
   manifest.set_id(proto::as_utf8(request.id));
   manifest.set_name(proto::as_utf8(request.options.name().empty() ? request.raster_name : request.options.name()));

@@ -14,8 +14,10 @@ struct Machine {
   std::string device;  ///< as gpu::Simplifier says it: "cpu" or "cuda:0 (NVIDIA …)"
 };
 
-/// All that request, plan and source tell; options with the values that are in effect, defaults included. What is measured is left out.
-proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source, const Machine& machine);
+/// All that request, plan and source tell; options with the values that are in effect, defaults included. What is measured is
+/// left out.
+proto::Manifest blank_manifest(const BuildRequest& request, const proto::Plan& plan, const proto::Source& source,
+                               const Machine& machine);
 
 /// Looks at values of the source, and notes in the manifest what a person should know of them. None: several rasters, or too much
 /// would have to be read.

@@ -39,7 +39,9 @@ std::vector<std::size_t> BlockOrder::those(const std::function<bool(const proto:
   return found;
 }
 
-std::vector<proto::TileAddress> BlockOrder::looked_at_now() const { return follower_ ? follower_->looked_at() : std::vector<proto::TileAddress>(); }
+std::vector<proto::TileAddress> BlockOrder::looked_at_now() const {
+  return follower_ ? follower_->looked_at() : std::vector<proto::TileAddress>();
+}
 
 /// The block of the first of these tiles whose block is still to be made.
 std::optional<std::size_t> BlockOrder::next_under(const std::vector<proto::TileAddress>& tiles) const {

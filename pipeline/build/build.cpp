@@ -15,14 +15,14 @@
 #include "pipeline/build/blank_manifest.h"
 #include "pipeline/build/block_order.h"
 #include "pipeline/build/builder.h"
-#include "pipeline/store/content_hash.h"
 #include "pipeline/build/in_flight.h"
 #include "pipeline/build/pilot.h"
-#include "pipeline/plan/block_grid.h"
-#include "pipeline/plan/plan.h"
-#include "pipeline/store/store.h"
 #include "pipeline/build/teller.h"
 #include "pipeline/build/water_build.h"
+#include "pipeline/plan/block_grid.h"
+#include "pipeline/plan/plan.h"
+#include "pipeline/store/content_hash.h"
+#include "pipeline/store/store.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
 #include "raster/pixels/decimation.h"
@@ -36,7 +36,9 @@ namespace {
 
 double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
   const raster::Source::Window w = node_window(plan, node);
-  return w.west > w.east || w.south > w.north ? 0 : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
+  return w.west > w.east || w.south > w.north
+             ? 0
+             : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
 }
 
 const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
@@ -93,8 +95,8 @@ using MakeBlock = std::function<proto::Result<FinishedTask>(const proto::TileAdd
 using TakeBlock = std::function<proto::Result<void>(std::size_t, FinishedTask&&)>;
 
 /// Those of the blocks that somebody looks at. In the end all of them; or kPaused, kTurnIsOver.
-proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::TileAddress>& blocks, BlockOrder& order, const MakeBlock& make,
-                                    const TakeBlock& take) {
+proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::TileAddress>& blocks, BlockOrder& order,
+                                    const MakeBlock& make, const TakeBlock& take) {
   using Clock = std::chrono::steady_clock;
   BlockFollower& follower = *site.follower;
   const auto has_tiles = [&](const proto::TileAddress& block) { return follower.has_tiles(block); };
@@ -116,7 +118,8 @@ proto::Result<void> build_looked_at(const Site& site, const std::vector<proto::T
       std::this_thread::sleep_for(kBetweenLooks);
       continue;
     }
-    const auto built = in_flight(wanted.size(), wanted.size(), [&](std::size_t k) { return make(blocks[wanted[k]]); }, take);
+    const auto built = in_flight(
+        wanted.size(), wanted.size(), [&](std::size_t k) { return make(blocks[wanted[k]]); }, take);
     if (!built.ok()) return built;
     left -= std::count_if(wanted.begin(), wanted.end(), [&](std::size_t k) { return has_tiles(blocks[k]); });
     made = Clock::now();
@@ -135,7 +138,8 @@ proto::Result<void> build_blocks(const Site& site) {
   const std::vector<proto::TileAddress> all = touched_tiles(site.plan, level);
   std::vector<proto::TileAddress> blocks = unfinished(site, all);
   // The largest first: a large one at the end would leave most threads without work.
-  std::stable_sort(blocks.begin(), blocks.end(), [&](const auto& a, const auto& b) { return samples_of(site.plan, a) > samples_of(site.plan, b); });
+  std::stable_sort(blocks.begin(), blocks.end(),
+                   [&](const auto& a, const auto& b) { return samples_of(site.plan, a) > samples_of(site.plan, b); });
   double total = 0, left = 0;
   for (const proto::TileAddress& node : all) total += samples_of(site.plan, node);
   for (const proto::TileAddress& node : blocks) left += samples_of(site.plan, node);
@@ -160,8 +164,10 @@ proto::Result<void> build_blocks(const Site& site) {
   const bool lazy = site.follower && site.follower->lazy();
   if (lazy) show_made(site, all);
   BlockOrder order(blocks, site.follower);
-  auto built = lazy ? build_looked_at(site, blocks, order, make, take)
-                    : in_flight(blocks.size(), site.builder.tasks_at_once(), [&](std::size_t) { return make(blocks[order.next()]); }, take);
+  auto built =
+      lazy ? build_looked_at(site, blocks, order, make, take)
+           : in_flight(
+                 blocks.size(), site.builder.tasks_at_once(), [&](std::size_t) { return make(blocks[order.next()]); }, take);
   if (built.ok()) site.teller.tell(total);  // parts add up to it but for rounding
   return built;
 }
@@ -215,7 +221,8 @@ HeightsSeen heights_seen(const BuildRequest& request) {
   for (int row = 0; row < kAcross; ++row) {  // a row at a time: what is read at once stays small
     std::array<double, kAcross> longitude_deg{}, latitude_deg{}, height{};
     latitude_deg.fill(bbox[1] + (bbox[3] - bbox[1]) * (row + 0.5) / kAcross);
-    for (std::size_t k = 0; k < kAcross; ++k) longitude_deg[k] = bbox[0] + (bbox[2] - bbox[0]) * (static_cast<double>(k) + 0.5) / kAcross;
+    for (std::size_t k = 0; k < kAcross; ++k)
+      longitude_deg[k] = bbox[0] + (bbox[2] - bbox[0]) * (static_cast<double>(k) + 0.5) / kAcross;
     if (!(*source)->nearest(longitude_deg, latitude_deg, height.data()).ok()) return {};
     for (const double scaled : height) {
       if (std::isnan(scaled)) continue;
@@ -243,15 +250,19 @@ proto::Problem between_samples(const BuildRequest& request, int own_level) {
 
 proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request) {
   const std::uint32_t limit_cells = raster::fill_limit_cells(request.options);
-  if (!request.members.empty()) return raster::fill_enclosed_voids(raster::make_mosaic(request.members, request.options.feather()), limit_cells);
-  if (!request.decimation) return raster::open_filled_source(request.raster_path, request.raster_name, request.trust, request.options);
-  auto source = raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation);
+  if (!request.members.empty())
+    return raster::fill_enclosed_voids(raster::make_mosaic(request.members, request.options.feather()), limit_cells);
+  if (!request.decimation)
+    return raster::open_filled_source(request.raster_path, request.raster_name, request.trust, request.options);
+  auto source =
+      raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation);
   return source.ok() ? raster::fill_enclosed_voids(std::move(*source), limit_cells) : std::move(source);
 }
 
 std::unique_ptr<raster::Source> source_of_tiles(const proto::Plan& plan, std::unique_ptr<raster::Source> source) {
   const double within_m = pixels_within_m(plan);
-  return within_m > 0 ? raster::project_back(std::move(source), static_cast<int>(plan.finest_level()), within_m) : std::move(source);
+  return within_m > 0 ? raster::project_back(std::move(source), static_cast<int>(plan.finest_level()), within_m)
+                      : std::move(source);
 }
 
 proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& source) {
@@ -266,7 +277,8 @@ proto::Result<proto::Plan> plan_of(const BuildRequest& request, raster::Source& 
 
 std::string state_of(const BuildRequest& request) {
   std::string state = request.members.empty() ? raster::state_of(request.raster_path) : "";
-  for (const raster::MosaicMember& member : request.members) state += member.path + "\n" + member.state + "\n" + member.options.SerializeAsString();
+  for (const raster::MosaicMember& member : request.members)
+    state += member.path + "\n" + member.state + "\n" + member.options.SerializeAsString();
   if (!request.members.empty()) state = hex(content_hash(state));
   const std::string& mask = request.options.water_mask();
   return mask.empty() ? state : state + "; water mask " + raster::state_of(mask);
@@ -279,14 +291,23 @@ proto::Problem without_data(const BuildRequest& request) {
   if (seen.within && request.options.has_max_level() && static_cast<int>(request.options.max_level()) < seen.own_level)
     return between_samples(request, seen.own_level);
   if (const auto& far = seen.far; far && !seen.within)
-    return {"raster-heights-out-of-range", request.raster_name + " has no heights within 16384 m of zero" + where + ": they are " + raster::short_number(far->first) + " to " +
-                raster::short_number(far->second) + " m at the places that were looked at",
-            "heights in metres, z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value that means no data", "z_scale"};
-  return {"raster-all-nodata", request.raster_name + " has no data" + where + ": nowhere do three neighbouring samples have heights within 16384 m of zero",
-          "a raster with some data, z_scale= for heights in another unit than metres, or voids= with a height to put where there are none", boxed ? "bbox" : ""};
+    return {
+        "raster-heights-out-of-range",
+        request.raster_name + " has no heights within 16384 m of zero" + where + ": they are " +
+            raster::short_number(far->first) + " to " + raster::short_number(far->second) +
+            " m at the places that were looked at",
+        "heights in metres, z_scale= for another unit (z_scale=0.001 for millimetres), or nodata= for a value that means no data",
+        "z_scale"};
+  return {"raster-all-nodata",
+          request.raster_name + " has no data" + where +
+              ": nowhere do three neighbouring samples have heights within 16384 m of zero",
+          "a raster with some data, z_scale= for heights in another unit than metres, or voids= with a height to put where there "
+          "are none",
+          boxed ? "bbox" : ""};
 }
 
-proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop) {
+proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress,
+                                     const std::atomic<bool>& stop) {
   Teller teller(progress);
   teller.stage("open", 1);
   const auto source = open_source(request);
@@ -294,7 +315,8 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   auto plan = plan_of(request, **source);
   if (!plan.ok()) return plan.problem();
   Workers workers(request.options.threads());
-  Builder builder(*plan, workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
+  Builder builder(
+      *plan, workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   if (request.options.keep_size() > 0) {
     teller.stage("plan", 1);
@@ -307,7 +329,10 @@ proto::Result<proto::Manifest> build(const BuildRequest& request, const Progress
   if (const auto built = build_blocks(site); !built.ok()) return built.problem();
   if (const auto merged = merge_upwards(site); !merged.ok()) return merged.problem();
   teller.stage("publish", 1);
-  if (const auto masked = build_water(*plan, workers, [&] { return open_source(request); }, **store, stop); !masked.ok()) return masked.problem();
+  if (const auto masked = build_water(
+          *plan, workers, [&] { return open_source(request); }, **store, stop);
+      !masked.ok())
+    return masked.problem();
   const proto::Source& described = request.decimation ? request.decimation->of : (*source)->description();
   proto::Manifest manifest = blank_manifest(request, *plan, described, {workers.threads(), builder.device()});
   manifest.set_provisional(request.decimation != nullptr);

@@ -18,7 +18,8 @@ namespace cordillera::pipeline {
 class BlockFollower {
  public:
   virtual ~BlockFollower() = default;
-  /// shown: to be called, by any thread, when other provisional tiles are shown than before. The same thread calls begin(), take() and end().
+  /// shown: to be called, by any thread, when other provisional tiles are shown than before. The same thread calls begin(),
+  /// take() and end().
   virtual void begin(const proto::Plan& plan, std::function<void()> shown) = 0;
   /// Tiles that were asked for lately, the last first: their blocks are to be made next. Called by any thread.
   virtual std::vector<proto::TileAddress> looked_at() = 0;
@@ -35,16 +36,17 @@ class BlockFollower {
 };
 
 struct BuildRequest {
-  std::string raster_path;   ///< the one raster, unless there are members
-  std::string raster_name;   ///< what the user called it
+  std::string raster_path;  ///< the one raster, unless there are members
+  std::string raster_name;  ///< what the user called it
   raster::Trust trust = raster::Trust::operator_file;
-  std::string id;            ///< dataset id, goes into the manifest
-  std::string store_path;    ///< an unfinished store of the same plan is continued
+  std::string id;                      ///< dataset id, goes into the manifest
+  std::string store_path;              ///< an unfinished store of the same plan is continued
   Existing other = Existing::replace;  ///< a store of another plan at store_path
   proto::BuildOptions options;
   std::int64_t block_samples = 0;  ///< blocks of so many samples of the finest level at most; 0: as the plan has them
   std::vector<raster::MosaicMember> members{};  ///< several rasters, the one that wins first
-  std::shared_ptr<const raster::Decimation> decimation{};  ///< read in place of the one raster's pixels: what is built is provisional
+  std::shared_ptr<const raster::Decimation>
+      decimation{};                   ///< read in place of the one raster's pixels: what is built is provisional
   BlockFollower* follower = nullptr;  ///< outlives the build; may be null
 };
 
@@ -52,9 +54,10 @@ struct BuildRequest {
 using ProgressCallback = std::function<void(const proto::Progress&)>;
 
 /// Builds and publishes. Same request, same bytes, whatever threads, device, order or restarts. stop: set to leave early
-/// (type "cancelled"). A lazy follower's build ends when nobody has looked at another block for a while (type "paused"), or after its turn (the
-/// same, parameter "turn"). Everything committed so far is kept for the next call.
-proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress, const std::atomic<bool>& stop);
+/// (type "cancelled"). A lazy follower's build ends when nobody has looked at another block for a while (type "paused"), or after
+/// its turn (the same, parameter "turn"). Everything committed so far is kept for the next call.
+proto::Result<proto::Manifest> build(const BuildRequest& request, const ProgressCallback& progress,
+                                     const std::atomic<bool>& stop);
 
 /// The request's raster, or the mosaic of its members.
 proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& request);

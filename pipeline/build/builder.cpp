@@ -9,27 +9,30 @@
 
 #include "gpu/device/device_lost.h"
 #include "gpu/measure/sample_frames.h"
-#include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/build.h"
+#include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/build/side_vertices.h"
-#include "pipeline/tile/mesh_record.h"
+#include "pipeline/build/tile_output.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/chain.h"
-#include "pipeline/build/tile_output.h"
+#include "pipeline/tile/mesh_record.h"
 
 namespace cordillera::pipeline {
 namespace {
 
 constexpr std::int64_t kStripRows = 128;  // of a block's samples, read by one worker at a time
 
-constexpr double kReadShare = 0.2, kFinestShare = 0.75;  // of a block's time, until its samples are read and its finest level is built
-constexpr std::size_t kBatchTiles = 64;   // on a GPU; 0.4 GB of host memory while they are prepared
+constexpr double kReadShare = 0.2,
+                 kFinestShare = 0.75;    // of a block's time, until its samples are read and its finest level is built
+constexpr std::size_t kBatchTiles = 64;  // on a GPU; 0.4 GB of host memory while they are prepared
 
 const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
 
 /// What a quality is to gpu::thin.
-int height_rounds(const proto::BuildOptions& options) { return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0; }
+int height_rounds(const proto::BuildOptions& options) {
+  return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0;
+}
 
 /// How many exact blocks are simplified side by side: the more, the smaller they are.
 std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32_t memory_mib) {
@@ -38,7 +41,9 @@ std::size_t exact_at_once(const proto::Plan& plan, unsigned threads, std::uint32
   constexpr double kSamplesOfThread = 1 << 20, kUsualMemory = 4e9;  // so many samples, and a thread seldom waits
   constexpr std::size_t kMost = 8;
   const double units = static_cast<double>(lattice_of(plan).tile_units(static_cast<int>(plan.block_level())));
-  const double samples = std::min(units, static_cast<double>(plan.window(2)) - plan.window(0)) * std::min(units, static_cast<double>(plan.window(3)) - plan.window(1)) + 1;
+  const double samples = std::min(units, static_cast<double>(plan.window(2)) - plan.window(0)) *
+                             std::min(units, static_cast<double>(plan.window(3)) - plan.window(1)) +
+                         1;
   const double by_memory = (memory_mib > 0 ? 0.75 * memory_mib * (1 << 20) : kUsualMemory) / (kBytesOfSample * samples);
   const double by_threads = 2 + threads / std::max(1.0, samples / kSamplesOfThread);
   return std::clamp(static_cast<std::size_t>(std::min(by_memory, by_threads)), std::size_t{1}, kMost);
@@ -56,13 +61,19 @@ std::array<const BuiltTile*, 4> children_of(const proto::TileAddress& tile, cons
 }
 
 Builder::Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Room room, const std::atomic<bool>& stop)
-    : plan_(plan), lattice_(lattice_of(plan)), workers_(workers), open_(std::move(open)), room_(std::move(room)), stop_(stop), exact_(workers, stop) {}
+    : plan_(plan),
+      lattice_(lattice_of(plan)),
+      workers_(workers),
+      open_(std::move(open)),
+      room_(std::move(room)),
+      stop_(stop),
+      exact_(workers, stop) {}
 
 std::size_t Builder::tasks_at_once() const {
   const unsigned threads = workers_.threads();
   if (threads <= 1) return 1;
   if (plan_.exact()) return exact_at_once(plan_, threads, room_.memory_mib) + 1;  // one of them is read, or encoded
-  constexpr std::uint32_t kMemoryOfTask_mib = 384;  // with its share of the threads'
+  constexpr std::uint32_t kMemoryOfTask_mib = 384;                                // with its share of the threads'
   const std::size_t most = room_.memory_mib > 0 ? std::max(room_.memory_mib / kMemoryOfTask_mib, 1u) : SIZE_MAX;
   const std::size_t tiles = std::size_t{1} << 2 * std::min<std::uint32_t>(plan_.finest_level() - plan_.block_level(), 8);
   constexpr std::size_t kTilesOfThread = 64;  // so many in a block, and it seldom lets a thread wait
@@ -126,7 +137,8 @@ proto::Result<proto::Samples> Builder::read(const proto::TileAddress& node) {
   if (window.west > window.east || window.south > window.north) return samples;
   bool empty = false;
   workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
-    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1);
+    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1,
+                                    window.north - window.south + 1);
   });
   if (empty) return samples;
   samples.west = window.west;
@@ -150,7 +162,8 @@ proto::Result<void> Builder::read_into(const raster::Source::Window& window, pro
     if (stop_ || failed) return;
     const std::int64_t from = static_cast<std::int64_t>(strip) * kStripRows;
     const auto high = static_cast<std::int32_t>(std::min<std::int64_t>(kStripRows, rows - from));
-    const auto part = sources_[worker]->sample(lattice_, window.west, window.south + from, static_cast<std::int32_t>(columns), high);
+    const auto part =
+        sources_[worker]->sample(lattice_, window.west, window.south + from, static_cast<std::int32_t>(columns), high);
     if (!part.ok()) {
       const std::lock_guard lock(mutex);
       if (!problem) problem = part.problem();
@@ -158,7 +171,8 @@ proto::Result<void> Builder::read_into(const raster::Source::Window& window, pro
       return;
     }
     for (std::int64_t r = 0; r < high; ++r) {
-      const auto to = static_cast<std::ptrdiff_t>((window.south + from + r - samples.south) * samples.columns + (window.west - samples.west));
+      const auto to =
+          static_cast<std::ptrdiff_t>((window.south + from + r - samples.south) * samples.columns + (window.west - samples.west));
       const auto of = static_cast<std::ptrdiff_t>(r * columns), end = of + static_cast<std::ptrdiff_t>(columns);
       std::copy(part->height.begin() + of, part->height.begin() + end, samples.height.begin() + to);
       std::copy(part->flat_water.begin() + of, part->flat_water.begin() + end, samples.flat_water.begin() + to);
@@ -179,21 +193,28 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   window.south = std::max(window.south, all.south), window.north = std::min(window.north, all.north);
   bool empty = false;
   workers_.each(1, [&](std::size_t, unsigned worker) {  // a source is its worker's alone
-    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1, window.north - window.south + 1);
+    empty = sources_[worker]->empty(lattice_, window.west, window.south, window.east - window.west + 1,
+                                    window.north - window.south + 1);
   });
   if (empty) return task;
-  proto::Samples samples = place.empty_samples();  // not before: pages of blocks without data would take most of the time of a sparse raster
+  proto::Samples samples =
+      place.empty_samples();  // not before: pages of blocks without data would take most of the time of a sparse raster
   if (const auto read = read_into(window, samples); !read.ok()) return read.problem();
   if (stop_) return kCancelled;
-  if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) return task;
+  if (std::all_of(samples.height.begin(), samples.height.end(), [](std::int32_t h) { return h == proto::kNoHeight; }))
+    return task;
   share(kReadShare);
-  const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) { return pixels_of(lattice_, tile, *sources_[worker]); };
-  auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels}, [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
+  const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) {
+    return pixels_of(lattice_, tile, *sources_[worker]);
+  };
+  auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels},
+                                 [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
   return built;
 }
 
-std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done) {
+std::vector<BuiltTile> Builder::simplify(const LevelContext& context, std::size_t count, const Prepare& prepare,
+                                         const TileDone& done) {
   std::vector<std::optional<BuiltTile>> tiles(count);
   if (!has_device_) {
     simplify_on_cpu(context, prepare, tiles, done);
@@ -221,7 +242,8 @@ void Builder::simplify_on_cpu(const LevelContext& context, const Prepare& prepar
   });
 }
 
-void Builder::simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles) {
+void Builder::simplify_batched(const LevelContext& context, const Prepare& prepare,
+                               std::vector<std::optional<BuiltTile>>& tiles) {
   for (std::size_t from = 0; from < tiles.size() && !stop_; from += kBatchTiles) {
     const std::size_t count = std::min(kBatchTiles, tiles.size() - from);
     std::vector<std::optional<PreparedTile>> maybe(count);
@@ -239,7 +261,8 @@ void Builder::simplify_batched(const LevelContext& context, const Prepare& prepa
   }
 }
 
-void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built) {
+void Builder::simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared,
+                             std::vector<std::optional<BuiltTile>>& built) {
   std::vector<std::size_t> open(prepared.size());
   for (std::size_t k = 0; k < open.size(); ++k) open[k] = k;
   for (int attempt = 0; !open.empty() && !stop_; ++attempt) {
@@ -282,7 +305,8 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
   task.node = node;
   const proto::Result<proto::Samples> samples = read(node);
   if (!samples.ok()) return samples.problem();
-  const bool any = std::any_of(samples->height.begin(), samples->height.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
+  const bool any =
+      std::any_of(samples->height.begin(), samples->height.end(), [](std::int32_t h) { return h != proto::kNoHeight; });
   if (!any) return stop_ ? proto::Result<FinishedTask>(kCancelled) : task;
   share(kReadShare);
   const gpu::SampleFrames frames(lattice_, *samples);
@@ -304,7 +328,8 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
     std::vector<BuiltTile> built = simplify(
         context, addresses.size(),
         [&](std::size_t k) {
-          return finest ? prepare_finest(context, addresses[k]) : prepare_parent(context, addresses[k], children_of(addresses[k], below));
+          return finest ? prepare_finest(context, addresses[k])
+                        : prepare_parent(context, addresses[k], children_of(addresses[k], below));
         },
         one_more);
     if (stop_) return kCancelled;

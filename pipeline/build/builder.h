@@ -1,6 +1,6 @@
 #pragma once
-// Blocks and merges: the tasks of a build. A task needs nothing but the plan, its node and the source (a merge: its children's stored
-// meshes), so it can run in any order, anywhere, twice, with the same bytes.
+// Blocks and merges: the tasks of a build. A task needs nothing but the plan, its node and the source (a merge: its children's
+// stored meshes), so it can run in any order, anywhere, twice, with the same bytes.
 #include <atomic>
 #include <functional>
 #include <map>
@@ -12,9 +12,9 @@
 
 #include "gpu/simplify.h"
 #include "pipeline/build/exact_build.h"
+#include "pipeline/build/workers.h"
 #include "pipeline/store/store.h"
 #include "pipeline/tile/tile_mesh.h"
-#include "pipeline/build/workers.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {
@@ -37,16 +37,19 @@ class Builder {
 
   Builder(const proto::Plan& plan, Workers& workers, OpenSource open, Room room, const std::atomic<bool>& stop);
   proto::Result<void> prepare();  ///< opens sources and simplifiers
-  std::string device() const;  ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
-  /// The targets are in the plan's copy that the caller changed: take them over. alone: nodes are samples of a dry run, each for itself.
+  std::string device() const;     ///< where tiles are made now: a GPU that fails gives way to the CPU, and the words say so
+  /// The targets are in the plan's copy that the caller changed: take them over. alone: nodes are samples of a dry run, each for
+  /// itself.
   void use(const proto::Plan& plan, bool alone = false) { plan_ = plan, alone_ = alone; }
 
   // Tasks may be made side by side, each in a thread of its own; they share the workers.
 
-  /// How many blocks keep the threads busy, or as many as there is memory for. Each holds the samples of its block, and its finest meshes.
+  /// How many blocks keep the threads busy, or as many as there is memory for. Each holds the samples of its block, and its
+  /// finest meshes.
   std::size_t tasks_at_once() const;
 
-  /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any thread.
+  /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any
+  /// thread.
   proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
   /// The mesh that a finished task left for its parent; nullopt where it has none.
   using ChildMesh = std::function<std::optional<std::string>(const proto::TileAddress& child)>;
@@ -60,7 +63,8 @@ class Builder {
   /// Called after every tile, by any thread.
   using TileDone = std::function<void()>;
   /// Tiles 0 .. count - 1 of a level, those without data left out. Some are missing when the build was stopped.
-  std::vector<BuiltTile> simplify(const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done = [] {});
+  std::vector<BuiltTile> simplify(
+      const LevelContext& context, std::size_t count, const Prepare& prepare, const TileDone& done = [] {});
 
  private:
   proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of);
@@ -68,9 +72,11 @@ class Builder {
   proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share);
   /// Reads what of the window its samples hold; those lie within the window or are void already.
   proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples);
-  void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles, const TileDone& done);
+  void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles,
+                       const TileDone& done);
   void simplify_batched(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles);
-  void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared, std::vector<std::optional<BuiltTile>>& built);
+  void simplify_batch(const LevelContext& context, std::vector<PreparedTile>& prepared,
+                      std::vector<std::optional<BuiltTile>>& built);
   std::vector<proto::TileMesh> simplify_on_device(const std::vector<gpu::SimplifyJob>& jobs);
   /// Tiles of the finest level meet the source's pixels first, where that is asked for.
   void encode(const LevelContext& context, std::vector<BuiltTile>& tiles, FinishedTask& task);
@@ -85,7 +91,7 @@ class Builder {
   std::vector<std::unique_ptr<raster::Source>> sources_;  ///< one a worker
   std::vector<std::unique_ptr<gpu::Simplifier>> on_cpu_;  ///< likewise
   mutable std::mutex device_mutex_;
-  std::atomic<bool> has_device_{false};  ///< asked while another task's batch holds the mutex
+  std::atomic<bool> has_device_{false};         ///< asked while another task's batch holds the mutex
   std::unique_ptr<gpu::Simplifier> on_device_;  ///< one task's batch at a time; none: there is no GPU, or it was lost
   std::string lost_;                            ///< how
   ExactSimplifiers exact_;

@@ -8,8 +8,8 @@
 #include "gpu/measure/sample_frames.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/build/side_vertices.h"
-#include "pipeline/plan/plan.h"
 #include "pipeline/build/tile_output.h"
+#include "pipeline/plan/plan.h"
 #include "pipeline/tile/mesh_record.h"
 
 namespace cordillera::pipeline {
@@ -31,7 +31,8 @@ struct EncodedLevel {
 
 class BlockBuild {
  public:
-  BlockBuild(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place, const proto::Samples& samples, const BlockTeam& team)
+  BlockBuild(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place, const proto::Samples& samples,
+             const BlockTeam& team)
       : plan_(plan),
         node_(node),
         lattice_(lattice_of(plan)),
@@ -57,15 +58,18 @@ class BlockBuild {
       FinishedTask task;
       task.node = node_;
       for (EncodedLevel& level : levels) std::move(level.tiles.begin(), level.tiles.end(), std::back_inserter(task.tiles));
-      if (keeps_squares_) task.mesh = {node_, to_bytes(kept_)};
-      else if (place_.merged_above) task.mesh = {node_, to_bytes(handed_up(levels))};
+      if (keeps_squares_)
+        task.mesh = {node_, to_bytes(kept_)};
+      else if (place_.merged_above)
+        task.mesh = {node_, to_bytes(handed_up(levels))};
       return task;
     }
   }
 
  private:
   /// Levels that are there stay: what they are made of is asked for as before, so their meshes would be the same.
-  proto::Result<void> one_run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share, std::vector<EncodedLevel>& levels) {
+  proto::Result<void> one_run(ExactSimplifiers& simplifiers, const std::function<void(double)>& share,
+                              std::vector<EncodedLevel>& levels) {
     gpu::exact::Block block;
     block.samples = &samples_;
     block.west = place_.west, block.south = place_.south;
@@ -110,8 +114,10 @@ class BlockBuild {
       if (!handed_up && !meets) tiles[k] = {};
       return std::move(finished.on_sides);
     };
-    if (meets) finish_with_sides(context, tiles, team_.workers, finish);
-    else team_.workers.each(tiles.size(), finish);
+    if (meets)
+      finish_with_sides(context, tiles, team_.workers, finish);
+    else
+      team_.workers.each(tiles.size(), finish);
     if (!handed_up) tiles.clear();
     EncodedLevel level;
     if (handed_up) level.whole = std::move(tiles);
@@ -131,13 +137,15 @@ class BlockBuild {
     return tile;
   }
 
-  /// Less is asked of levels above their target the next time, but on sides that other blocks share. The first of them; none: how many there are.
+  /// Less is asked of levels above their target the next time, but on sides that other blocks share. The first of them; none: how
+  /// many there are.
   std::size_t ask_for_more(const std::vector<EncodedLevel>& levels) {
     std::size_t first = levels.size();
     for (std::size_t l = 0; l < levels.size(); ++l) {
       if (levels[l].above_m == 0) continue;
       gpu::exact::BlockLevel& level = asked_.levels[l];
-      const double floor_m = std::max({0.5 * level.tolerance_m, 4 * level.height_step * proto::kHeightStep_m, l > 0 ? least_above(l) : 0.0});
+      const double floor_m =
+          std::max({0.5 * level.tolerance_m, 4 * level.height_step * proto::kHeightStep_m, l > 0 ? least_above(l) : 0.0});
       const double less_m = std::max(level.tolerance_m * kMoreCareful - kTakenOff * levels[l].above_m, floor_m);
       if (level.side_tolerance_m == 0) level.side_tolerance_m = level.tolerance_m;
       if (less_m >= level.tolerance_m) continue;
@@ -147,9 +155,7 @@ class BlockBuild {
     return first;
   }
   /// See gpu::exact::BlockLevel.
-  double least_above(std::size_t l) const {
-    return least_tolerance_m(asked_.levels[l - 1], asked_.levels[l].height_step);
-  }
+  double least_above(std::size_t l) const { return least_tolerance_m(asked_.levels[l - 1], asked_.levels[l].height_step); }
 
   const proto::Plan& plan_;
   const proto::TileAddress node_;
@@ -210,7 +216,8 @@ ExactSimplifiers::Turn ExactSimplifiers::begin() {
 void ExactSimplifiers::end(Turn turn) {
   const std::lock_guard lock(mutex_);
   --in_use_;
-  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ < at_once_) idle_.push_back(std::move(turn.simplifier));
+  if (turn.simplifier && turn.on_device == (device_ != kCpu) && idle_.size() + in_use_ < at_once_)
+    idle_.push_back(std::move(turn.simplifier));
   changed_.notify_all();
 }
 
@@ -242,8 +249,8 @@ proto::Result<void> ExactSimplifiers::call(const Work& work) {
   }
 }
 
-proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take,
-                                               const TakeSquares& squares) {
+proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan,
+                                               const TakeLevel& take, const TakeSquares& squares) {
   gpu::exact::Watch watch = this->watch(take);
   if (squares) {
     watch.squares = [&squares](std::size_t, gpu::exact::Squares&& known) { squares(std::move(known)); };
@@ -254,7 +261,8 @@ proto::Result<void> ExactSimplifiers::simplify(const gpu::exact::Block& block, c
   });
 }
 
-proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const gpu::exact::BlockPlan& plan, const TakeLevel& take) {
+proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const gpu::exact::BlockPlan& plan,
+                                                     const TakeLevel& take) {
   return call([&](gpu::exact::BlockSimplifier& simplifier) -> proto::Result<void> {
     const auto made = simplifier.simplify_above(above.ground, above.start, plan, watch(take));
     return made.ok() ? proto::Result<void>() : made.problem();
@@ -267,8 +275,8 @@ proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const pro
   return BlockBuild(plan, node, place, samples, team).run(simplifiers, share);
 }
 
-proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept, ExactSimplifiers& simplifiers,
-                                              Workers& workers) {
+proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept,
+                                              ExactSimplifiers& simplifiers, Workers& workers) {
   FinishedTask task;
   task.node = node_above(plan);
   if (std::all_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block; })) return task;

@@ -1,5 +1,6 @@
 #pragma once
-// The task of an exact plan: a block simplified by gpu/exact, all its levels, each tile measured and encoded while the next level is made.
+// The task of an exact plan: a block simplified by gpu/exact, all its levels, each tile measured and encoded while the next level
+// is made.
 #include <atomic>
 #include <condition_variable>
 #include <functional>
@@ -11,15 +12,15 @@
 #include "gpu/exact/simplify_block.h"
 #include "pipeline/build/exact/exact_above.h"
 #include "pipeline/build/exact/exact_block.h"
+#include "pipeline/build/workers.h"
 #include "pipeline/store/store.h"
 #include "pipeline/tile/tile_mesh.h"
-#include "pipeline/build/workers.h"
 #include "raster/source.h"
 
 namespace cordillera::pipeline {
 
-/// Simplifiers of blocks, one for each call that is under way: of a device, and of the CPU, which steps in when the device is lost. Each uses all
-/// threads.
+/// Simplifiers of blocks, one for each call that is under way: of a device, and of the CPU, which steps in when the device is
+/// lost. Each uses all threads.
 class ExactSimplifiers {
  public:
   ExactSimplifiers(Workers& workers, const std::atomic<bool>& stop) : workers_(workers), stop_(stop) {}
@@ -29,9 +30,10 @@ class ExactSimplifiers {
 
   using TakeLevel = std::function<void(std::size_t level, gpu::exact::BlockMesh&& mesh)>;
   using TakeSquares = std::function<void(gpu::exact::Squares&& squares)>;
-  /// May be called by several threads; levels come in order, by the caller's thread. If a device fails, all come again. squares: before the
-  /// levels; may be empty.
-  proto::Result<void> simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take, const TakeSquares& squares);
+  /// May be called by several threads; levels come in order, by the caller's thread. If a device fails, all come again. squares:
+  /// before the levels; may be empty.
+  proto::Result<void> simplify(const gpu::exact::Block& block, const gpu::exact::BlockPlan& plan, const TakeLevel& take,
+                               const TakeSquares& squares);
   /// Likewise, levels above blocks.
   proto::Result<void> simplify_above(const Above& above, const gpu::exact::BlockPlan& plan, const TakeLevel& take);
 
@@ -56,7 +58,7 @@ class ExactSimplifiers {
   mutable std::mutex mutex_;  ///< of all that follows
   std::condition_variable changed_;
   std::size_t at_once_ = 1, in_use_ = 0;
-  std::string wanted_ = "cpu", device_ = "cpu";  ///< as asked for, and as it calls itself
+  std::string wanted_ = "cpu", device_ = "cpu";                     ///< as asked for, and as it calls itself
   std::vector<std::unique_ptr<gpu::exact::BlockSimplifier>> idle_;  ///< of device_
   std::string lost_;
 };
@@ -68,14 +70,14 @@ struct BlockTeam {
   const ReadPixels& pixels;
 };
 
-/// All tiles of a node's block, from samples that hold it (see BlockPlace::empty_samples), and its mesh where levels are merged above. share: as in
-/// Builder::block, from where the samples are there to 1.
+/// All tiles of a node's block, from samples that hold it (see BlockPlace::empty_samples), and its mesh where levels are merged
+/// above. share: as in Builder::block, from where the samples are there to 1.
 proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
                                               const proto::Samples& samples, ExactSimplifiers& simplifiers, const BlockTeam& team,
                                               const std::function<void(double)>& share);
 
 /// All tiles above the blocks, see merged_at_once. kept: indexed as node_at; null where a block has no data.
-proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept, ExactSimplifiers& simplifiers,
-                                              Workers& workers);
+proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept,
+                                              ExactSimplifiers& simplifiers, Workers& workers);
 
 }  // namespace cordillera::pipeline

@@ -1,5 +1,6 @@
 #pragma once
-// Tasks of a build, several of them under way at once: while one ends with few tiles, or waits for its file, the threads work on another.
+// Tasks of a build, several of them under way at once: while one ends with few tiles, or waits for its file, the threads work on
+// another.
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -14,9 +15,10 @@
 
 namespace cordillera::pipeline {
 
-/// make(k) for 0 .. count - 1, at_once of them side by side, each in a thread of its own; take(k, task) in their order, in the caller's. Those that
-/// end before their turn make room for others. The first problem ends it, after those under way.
-inline proto::Result<void> in_flight(std::size_t count, std::size_t at_once, const std::function<proto::Result<FinishedTask>(std::size_t)>& make,
+/// make(k) for 0 .. count - 1, at_once of them side by side, each in a thread of its own; take(k, task) in their order, in the
+/// caller's. Those that end before their turn make room for others. The first problem ends it, after those under way.
+inline proto::Result<void> in_flight(std::size_t count, std::size_t at_once,
+                                     const std::function<proto::Result<FinishedTask>(std::size_t)>& make,
                                      const std::function<proto::Result<void>(std::size_t, FinishedTask&&)>& take) {
   constexpr std::size_t kMostBegun = 4;  // times at_once, with those that wait for their turn: a finished task is a few megabytes
   std::mutex mutex;

@@ -10,11 +10,11 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr std::size_t kSubtrees = 4;   // sample sub-trees of a dataset that is too large to be its own sample
-constexpr int kSubtreeLevels = 2;      // 4 x 4 finest tiles each
+constexpr std::size_t kSubtrees = 4;     // sample sub-trees of a dataset that is too large to be its own sample
+constexpr int kSubtreeLevels = 2;        // 4 x 4 finest tiles each
 constexpr std::size_t kWholeTiles = 64;  // a dataset of so few finest tiles is its own sample
-constexpr int kSteps = 9;              // of a bisection that starts from a factor of 64
-constexpr double kCloseEnough = 0.01;  // relative to the share
+constexpr int kSteps = 9;                // of a bisection that starts from a factor of 64
+constexpr double kCloseEnough = 0.01;    // relative to the share
 
 std::size_t published_triangles(const proto::TileMesh& mesh) {
   return static_cast<std::size_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
@@ -86,10 +86,11 @@ void Pilot::count_grid() {
 Tiles Pilot::simplify(int z, const Tiles& below, double& triangles) const {
   const std::vector<SampledTile> at = places(z);
   const bool finest = z == lattice.finest_level;
-  std::vector<BuiltTile> built = builder.simplify({&lattice, &level_plan(plan, z), false, nullptr, false}, at.size(), [&](std::size_t k) {
-    const LevelContext here = context(z, at[k].root);
-    return finest ? prepare_finest(here, at[k].tile) : prepare_parent(here, at[k].tile, children_of(at[k].tile, below));
-  });
+  std::vector<BuiltTile> built =
+      builder.simplify({&lattice, &level_plan(plan, z), false, nullptr, false}, at.size(), [&](std::size_t k) {
+        const LevelContext here = context(z, at[k].root);
+        return finest ? prepare_finest(here, at[k].tile) : prepare_parent(here, at[k].tile, children_of(at[k].tile, below));
+      });
   Tiles tiles;
   triangles = 0;
   for (BuiltTile& tile : built) {

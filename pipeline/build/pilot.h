@@ -8,12 +8,13 @@
 
 namespace cordillera::pipeline {
 
-/// Share of the finest grid's triangles asked for at `levels_up` above the finest level; beyond the list the last ratio is repeated.
+/// Share of the finest grid's triangles asked for at `levels_up` above the finest level; beyond the list the last ratio is
+/// repeated.
 double kept_share(const proto::BuildOptions& options, int levels_up);
 
-/// Sets the targets of all levels of plan (and what derives from them) by bisection on a few sub-trees of tiles spread over the data.
-/// The whole dataset is the sample when it is small. Deterministic: a function of source and plan alone. builder reads and simplifies the
-/// sample, with all that it has.
+/// Sets the targets of all levels of plan (and what derives from them) by bisection on a few sub-trees of tiles spread over the
+/// data. The whole dataset is the sample when it is small. Deterministic: a function of source and plan alone. builder reads and
+/// simplifies the sample, with all that it has.
 proto::Result<void> run_pilot(Builder& builder, proto::Plan& plan, const std::atomic<bool>& stop);
 
 }  // namespace cordillera::pipeline

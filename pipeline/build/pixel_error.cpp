@@ -23,7 +23,8 @@ namespace {
 /// Pixels by the cell that they lie in.
 class PixelsByCell {
  public:
-  PixelsByCell(const std::vector<raster::PixelPoint>& pixels, std::int32_t side) : side_(side), start_(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) + 1, 0) {
+  PixelsByCell(const std::vector<raster::PixelPoint>& pixels, std::int32_t side)
+      : side_(side), start_(static_cast<std::size_t>(side) * static_cast<std::size_t>(side) + 1, 0) {
     for (const raster::PixelPoint& pixel : pixels) ++start_[cell_of(pixel) + 1];
     for (std::size_t k = 1; k < start_.size(); ++k) start_[k] += start_[k - 1];
     std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
@@ -40,7 +41,8 @@ class PixelsByCell {
   /// Those in cells west .. east of a row.
   std::span<const std::uint32_t> row(std::int32_t row, std::int32_t west, std::int32_t east) const {
     const auto from = static_cast<std::size_t>(row * side_);
-    const std::uint32_t first = start_[from + static_cast<std::size_t>(west)], end = start_[from + static_cast<std::size_t>(east) + 1];
+    const std::uint32_t first = start_[from + static_cast<std::size_t>(west)],
+                        end = start_[from + static_cast<std::size_t>(east) + 1];
     return {order_.data() + first, end - first};
   }
 
@@ -79,7 +81,8 @@ struct Facet {
         if ((a.y < y) != (b.y < y)) take(a.x + static_cast<double>(b.x - a.x) * (y - a.y) / (b.y - a.y));
       }
     }
-    return {std::clamp(static_cast<std::int32_t>(std::floor(west - 1e-6)), 0, side - 1), std::clamp(static_cast<std::int32_t>(std::floor(east + 1e-6)), 0, side - 1)};
+    return {std::clamp(static_cast<std::int32_t>(std::floor(west - 1e-6)), 0, side - 1),
+            std::clamp(static_cast<std::int32_t>(std::floor(east + 1e-6)), 0, side - 1)};
   }
 };
 
@@ -107,7 +110,8 @@ std::array<gpu::MeshPoint, 3> corners_of(const proto::TileMesh& mesh, const std:
 /// The pixels of a tile on the ellipsoid.
 class PlacedPixels {
  public:
-  PlacedPixels(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side, const std::vector<raster::PixelPoint>& pixels)
+  PlacedPixels(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t side,
+               const std::vector<raster::PixelPoint>& pixels)
       : pixels_(pixels), earth_(lattice, tile), cells_(pixels, side), side_(side) {}
 
   const raster::PixelPoint& operator[](std::uint32_t k) const { return pixels_[k]; }
@@ -125,7 +129,8 @@ class PlacedPixels {
         const raster::PixelPoint& pixel = pixels_[k];
         if (!facet.holds(pixel.x, pixel.y)) continue;
         const Place place = earth_.place({pixel.x, pixel.y});
-        const double surface_m = (facet.plane.offset - proto::dot(facet.plane.normal, place.at)) / proto::dot(facet.plane.normal, place.up);
+        const double surface_m =
+            (facet.plane.offset - proto::dot(facet.plane.normal, place.at)) / proto::dot(facet.plane.normal, place.up);
         if (!f(k, std::abs(facet.range.clamp(surface_m) - pixel.height_m))) return;
       }
     }
@@ -138,11 +143,12 @@ class PlacedPixels {
   const std::int32_t side_;
 };
 
-/// The greater of a triangle's error at samples and at pixels. Where a pixel is too far off, the vertices of the lattice around it are offered:
-/// between those three, the lattice itself meets it.
+/// The greater of a triangle's error at samples and at pixels. Where a pixel is too far off, the vertices of the lattice around
+/// it are offered: between those three, the lattice itself meets it.
 class PixelMeter final : public gpu::ErrorMeter {
  public:
-  PixelMeter(const gpu::ErrorMeter& at_samples, const PlacedPixels& pixels, const proto::TileAddress& tile, const proto::Lattice& lattice, const proto::Samples& samples)
+  PixelMeter(const gpu::ErrorMeter& at_samples, const PlacedPixels& pixels, const proto::TileAddress& tile,
+             const proto::Lattice& lattice, const proto::Samples& samples)
       : at_samples_(at_samples),
         pixels_(pixels),
         lattice_(lattice),
@@ -173,13 +179,16 @@ class PixelMeter final : public gpu::ErrorMeter {
   }
 
   /// Of the lattice's surface, around the worst pixel.
-  std::optional<std::array<gpu::MeshPoint, 3>> wanted(const std::array<gpu::MeshPoint, 3>& corners, double limit_m) const override {
+  std::optional<std::array<gpu::MeshPoint, 3>> wanted(const std::array<gpu::MeshPoint, 3>& corners,
+                                                      double limit_m) const override {
     const auto worst = worst_over(corners, limit_m);
     if (!worst) return std::nullopt;
     const raster::PixelPoint& pixel = pixels_[worst->pixel];
-    const std::int32_t x = std::min(static_cast<std::int32_t>(pixel.x), side_ - 1), y = std::min(static_cast<std::int32_t>(pixel.y), side_ - 1);
+    const std::int32_t x = std::min(static_cast<std::int32_t>(pixel.x), side_ - 1),
+                       y = std::min(static_cast<std::int32_t>(pixel.y), side_ - 1);
     const auto height = [&](std::uint32_t east, std::uint32_t north) { return sample(west_ + x + east, south_ + y + north); };
-    const auto around = raster::triangle_around(pixel.x - x, pixel.y - y, height(0, 0) == proto::kNoHeight, height(1, 1) == proto::kNoHeight);
+    const auto around =
+        raster::triangle_around(pixel.x - x, pixel.y - y, height(0, 0) == proto::kNoHeight, height(1, 1) == proto::kNoHeight);
     std::array<gpu::MeshPoint, 3> out;
     for (std::size_t k = 0; k < 3; ++k) {
       const auto& [east, north, weight] = around[k];
@@ -241,7 +250,8 @@ std::vector<std::uint32_t> triangles_over(const PlacedPixels& pixels, const prot
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!is_published(mesh, mesh.triangles[t])) continue;
     bool far = false;
-    pixels.each_error(corners_of(mesh, mesh.triangles[t]), [&](std::uint32_t, double error_m) { return !(far = error_m > limit_m); });
+    pixels.each_error(corners_of(mesh, mesh.triangles[t]),
+                      [&](std::uint32_t, double error_m) { return !(far = error_m > limit_m); });
     if (far) over.push_back(t);
   }
   return over;
@@ -329,8 +339,8 @@ MetPixels meet_pixels(const LevelContext& context, BuiltTile& built, const std::
       met.on_sides = std::move(refined.on_sides);
     }
   };
-  // The promise at samples comes first. What breaks it, steep walls from before too, is mended without a harm to pixels; else, where valences left no
-  // room for both, samples alone are asked.
+  // The promise at samples comes first. What breaks it, steep walls from before too, is mended without a harm to pixels; else,
+  // where valences left no room for both, samples alone are asked.
   const auto mend = [&] {  // how many triangles are left that break it
     std::vector<std::uint32_t> left = broken(built.mesh);
     for (const gpu::ErrorMeter* meter : {&with_pixels, &samples_alone}) {

@@ -34,7 +34,8 @@ proto::BuildOptions quick(const proto::BuildOptions& asked, int finest, int leve
 
 }  // namespace
 
-proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source, std::int64_t most_samples) {
+proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source,
+                                                    std::int64_t most_samples) {
   const std::optional<int> none;
   if (!request.members.empty() || request.options.bbox_size() > 0) return none;
   const auto range = level_range(source.description(), request.options);
@@ -46,7 +47,8 @@ proto::Result<std::optional<int>> provisional_level(const BuildRequest& request,
   return level < coarsest || samples_at(source, level) == 0 ? none : std::optional(level);
 }
 
-proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source, std::int64_t most_samples) {
+proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source,
+                                                               std::int64_t most_samples) {
   const std::optional<BuildRequest> none;
   const auto level = provisional_level(request, source, most_samples);
   if (!level.ok()) return level.problem();

@@ -1,6 +1,6 @@
 #pragma once
-// Provisional tiles: the coarse levels of a dataset, made of few of its pixels while its build is still to come. They have the addresses of
-// the final ones; how far they are off nobody has measured.
+// Provisional tiles: the coarse levels of a dataset, made of few of its pixels while its build is still to come. They have the
+// addresses of the final ones; how far they are off nobody has measured.
 #include <cstdint>
 #include <optional>
 
@@ -8,15 +8,19 @@
 
 namespace cordillera::pipeline {
 
-/// A build, in the ordinary way, of the finest level at which the raster has at most `most_samples` on the lattice and of all above it.
-/// Its store is another than the request's, for the caller to name. Nothing: the request is for several rasters, for a part (bbox) of one,
-/// for no such level, or is itself no more than kWorthwhile times as much work. Problems: those of plan_of, and of reading the pixels.
-proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source, std::int64_t most_samples);
+/// A build, in the ordinary way, of the finest level at which the raster has at most `most_samples` on the lattice and of all
+/// above it. Its store is another than the request's, for the caller to name. Nothing: the request is for several rasters, for a
+/// part (bbox) of one, for no such level, or is itself no more than kWorthwhile times as much work. Problems: those of plan_of,
+/// and of reading the pixels.
+proto::Result<std::optional<BuildRequest>> provisional_request(const BuildRequest& request, raster::Source& source,
+                                                               std::int64_t most_samples);
 
 /// The finest level of that build; nothing where there is none. Reads no pixel.
-proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source, std::int64_t most_samples);
+proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source,
+                                                    std::int64_t most_samples);
 
-/// How many samples the raster has at the coarsest level of an exact build's blocks: with so many, tiles of blocks can take their places one by one.
+/// How many samples the raster has at the coarsest level of an exact build's blocks: with so many, tiles of blocks can take their
+/// places one by one.
 proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, const raster::Source& source);
 
 /// How many times the work of its provisional tiles a build must be.

@@ -23,7 +23,8 @@ proto::Result<std::string> on_lattice(const std::string& drc, std::int64_t side)
 constexpr std::size_t kTilesAtOnce = 1024;  // in a transaction
 
 /// Tiles that no done block covers.
-proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& plan, const std::set<proto::TileAddress>& done, StoreWriter& to) {
+proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& plan, const std::set<proto::TileAddress>& done,
+                                StoreWriter& to) {
   FinishedTask task;
   const int finest = static_cast<int>(store.manifest().max_level()), block_level = static_cast<int>(plan.block_level());
   for (int z = static_cast<int>(store.manifest().min_level()); z <= finest; ++z) {
@@ -48,7 +49,8 @@ proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& pla
 
 bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional) {
   const bool water = plan.options().has_water() || !plan.options().water_mask().empty();
-  return provisional.provisional() && !water && has_levels_above(plan) && provisional.max_level() >= plan.block_level() && provisional.min_level() == plan.min_level();
+  return provisional.provisional() && !water && has_levels_above(plan) && provisional.max_level() >= plan.block_level() &&
+         provisional.min_level() == plan.min_level();
 }
 
 std::set<proto::TileAddress> blocks_in(const proto::Manifest& provisional) {
@@ -60,7 +62,8 @@ std::set<proto::TileAddress> blocks_in(const proto::Manifest& provisional) {
   return blocks;
 }
 
-proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done, const std::string& next) {
+proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done,
+                                    const std::string& next) {
   const auto shown = StoreReader::open(store);
   if (!shown.ok()) return shown.problem();
   auto writer = StoreWriter::open(next, plan);

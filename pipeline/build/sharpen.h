@@ -9,15 +9,17 @@
 
 namespace cordillera::pipeline {
 
-/// Whether final tiles of the plan's blocks can stand in a provisional dataset: it reaches down to the level of the blocks, so that every tile has either
-/// all of its children or none; there are several blocks; and there are no water masks, which are made at a build's end.
+/// Whether final tiles of the plan's blocks can stand in a provisional dataset: it reaches down to the level of the blocks, so
+/// that every tile has either all of its children or none; there are several blocks; and there are no water masks, which are made
+/// at a build's end.
 bool can_show_blocks(const proto::Plan& plan, const proto::Manifest& provisional);
 
 /// Blocks of which a provisional dataset has the final tiles.
 std::set<proto::TileAddress> blocks_in(const proto::Manifest& provisional);
 
-/// Writes the provisional dataset of one store into another, with the tiles of done blocks in place of its own. Tiles are on the plan's lattice then.
-/// done: of blocks alone. Their errors are not stated, as those of all provisional tiles.
-proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done, const std::string& next);
+/// Writes the provisional dataset of one store into another, with the tiles of done blocks in place of its own. Tiles are on the
+/// plan's lattice then. done: of blocks alone. Their errors are not stated, as those of all provisional tiles.
+proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done,
+                                    const std::string& next);
 
 }  // namespace cordillera::pipeline

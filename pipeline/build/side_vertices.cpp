@@ -31,7 +31,8 @@ class SideLine {
         side_(built.mesh.side),
         runs_north_(p.x == 0 || p.x == side_),
         across_(runs_north_ ? p.x : p.y),
-        vertices_(border_chain(built.mesh, runs_north_ ? (p.x == 0 ? Side::west : Side::east) : (p.y == 0 ? Side::south : Side::north))) {}
+        vertices_(border_chain(built.mesh,
+                               runs_north_ ? (p.x == 0 ? Side::west : Side::east) : (p.y == 0 ? Side::south : Side::north))) {}
 
   bool runs_north() const { return runs_north_; }
   const Chain& vertices() const { return vertices_; }
@@ -42,14 +43,16 @@ class SideLine {
     const std::int32_t across = proto::tiles_across(tile_.z);
     return {tile_.z, (tile_.x + step + across) % across, tile_.y};
   }
-  MeshPoint point(std::int32_t along, std::int32_t height) const { return runs_north_ ? MeshPoint{across_, along, height} : MeshPoint{along, across_, height}; }
+  MeshPoint point(std::int32_t along, std::int32_t height) const {
+    return runs_north_ ? MeshPoint{across_, along, height} : MeshPoint{along, across_, height};
+  }
   MeshPoint beyond(const MeshPoint& p) const {
     const std::int32_t there = side_ - across_;
     return runs_north_ ? MeshPoint{there, p.y, p.height} : MeshPoint{p.x, there, p.height};
   }
 
-  /// Samples that have to become vertices with the one at `along`, for no edge to be farther from a sample than the edge that is there now. None where
-  /// there is no such edge or something has no data.
+  /// Samples that have to become vertices with the one at `along`, for no edge to be farther from a sample than the edge that is
+  /// there now. None where there is no such edge or something has no data.
   std::vector<MeshPoint> needed(std::int32_t along, std::int32_t step) const {
     const auto end = std::lower_bound(vertices_.position.begin(), vertices_.position.end(), along);
     if (end == vertices_.position.begin() || end == vertices_.position.end() || *end == along) return {};
@@ -114,7 +117,8 @@ bool split_all(proto::TileMesh& mesh, const std::vector<MeshPoint>& points) {
 
 }  // namespace
 
-std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, const std::vector<std::vector<MeshPoint>>& on_sides) {
+std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<BuiltTile>& tiles,
+                                      const std::vector<std::vector<MeshPoint>>& on_sides) {
   std::map<proto::TileAddress, std::size_t> at;
   for (std::size_t k = 0; k < tiles.size(); ++k) at.emplace(tiles[k].tile, k);
   const std::int32_t step = height_step(*context.level);

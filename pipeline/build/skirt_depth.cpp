@@ -21,8 +21,9 @@ struct Extent {
   double size() const { return static_cast<double>(high) - low; }
 };
 
-/// Below the data's lowest point a coarser neighbour may reach by what flat triangles are off: by their stated errors or, where the data is
-/// small, by the earth's curvature below them. Targets of coarse levels allow for far more. apart: errors that two neighbours may be apart.
+/// Below the data's lowest point a coarser neighbour may reach by what flat triangles are off: by their stated errors or, where
+/// the data is small, by the earth's curvature below them. Targets of coarse levels allow for far more. apart: errors that two
+/// neighbours may be apart.
 double floor_m(const LevelContext& context, const BuiltTile& built, const PublishedMesh& published, double apart) {
   Extent x, y, height;
   for (const std::uint32_t v : published.source) {
@@ -32,7 +33,8 @@ double floor_m(const LevelContext& context, const BuiltTile& built, const Publis
   }
   const proto::Lattice& lattice = *context.lattice;
   const std::int64_t south = lattice.south(built.tile);
-  const double widest = std::max(proto::row_frame(lattice, south + y.low).cos_lat, proto::row_frame(lattice, south + y.high).cos_lat);
+  const double widest =
+      std::max(proto::row_frame(lattice, south + y.low).cos_lat, proto::row_frame(lattice, south + y.high).cos_lat);
   const double reach_m = std::max(x.size() * widest, y.size()) * proto::cell_height_m(lattice, lattice.rows() / 2);
   const double sag_m = reach_m * reach_m / (2 * proto::kSemiMajor_m);  // of a chord twice as long
   return height.low * proto::kHeightStep_m - std::max(kReliefBeyond_m, std::min(apart * built.max_error_m, sag_m));
@@ -41,7 +43,8 @@ double floor_m(const LevelContext& context, const BuiltTile& built, const Publis
 }  // namespace
 
 Skirts skirts_of(const LevelContext& context, const BuiltTile& built, const PublishedMesh& published, int coarsest_level) {
-  // Both levels' border chains may be off, in opposite directions. Finer ones are off by less, coarser ones, if there are any, by more.
+  // Both levels' border chains may be off, in opposite directions. Finer ones are off by less, coarser ones, if there are any, by
+  // more.
   const double apart = 2 + std::clamp(built.tile.z - coarsest_level, 0, kLevelsApart);
   const double rounding_m = kSteps * context.level->ecef_step();
   return {apart * context.level->chain_tolerance() + rounding_m, floor_m(context, built, published, apart) - rounding_m};

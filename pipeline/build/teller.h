@@ -8,8 +8,8 @@
 
 namespace cordillera::pipeline {
 
-/// Tells the beginning and the end of every stage, and what lies between no more often than a few times a second, with the time left
-/// as the rate so far suggests.
+/// Tells the beginning and the end of every stage, and what lies between no more often than a few times a second, with the time
+/// left as the rate so far suggests.
 class Teller {
  public:
   explicit Teller(const ProgressCallback& callback) : callback_(callback) {}

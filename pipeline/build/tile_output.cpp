@@ -5,20 +5,21 @@
 #include <utility>
 
 #include "gpu/measure/surface_error_row.h"
-#include "pipeline/encode/draco_mesh.h"
-#include "pipeline/encode/encode.h"
-#include "pipeline/plan/plan.h"
-#include "pipeline/encode/published_mesh.h"
 #include "pipeline/build/exact/exact_block.h"
 #include "pipeline/build/pixel_error.h"
 #include "pipeline/build/skirt_depth.h"
+#include "pipeline/encode/draco_mesh.h"
+#include "pipeline/encode/encode.h"
+#include "pipeline/encode/published_mesh.h"
 #include "pipeline/encode/tile_glb.h"
+#include "pipeline/plan/plan.h"
 
 namespace cordillera::pipeline {
 namespace {
 
-/// Finest samples with data, and the flat ones among them; western and southern border only, so that tiles add up. Their least and
-/// greatest height: of all of them, for the samples of a border may be all that a neighbour has, which then publishes nothing.
+/// Finest samples with data, and the flat ones among them; western and southern border only, so that tiles add up. Their least
+/// and greatest height: of all of them, for the samples of a border may be all that a neighbour has, which then publishes
+/// nothing.
 void count_samples(const LevelContext& context, const proto::TileAddress& tile, proto::TileRecord& record) {
   const proto::Lattice& lattice = *context.lattice;
   const proto::Samples& samples = *context.samples;
@@ -33,7 +34,8 @@ void count_samples(const LevelContext& context, const proto::TileAddress& tile, 
   const auto all = static_cast<std::size_t>(std::max<std::int64_t>(last - first, 0));
   gpu::RowHeights counted, beside;
   std::uint32_t flat = 0, filled = 0;
-  for (std::int64_t j = std::max(south, samples.south); all > 0 && j < std::min(south + units + 1, samples.south + samples.rows); ++j) {
+  for (std::int64_t j = std::max(south, samples.south); all > 0 && j < std::min(south + units + 1, samples.south + samples.rows);
+       ++j) {
     const auto at = static_cast<std::size_t>((j - samples.south) * samples.columns + (first - samples.west));
     const std::int32_t* const height = samples.height.data() + at;
     const std::size_t mine = j < north ? own : 0;
@@ -110,7 +112,8 @@ proto::Problem damaged(const std::string& why) {
 /// By its number, as level_plan() cannot: the plan may be of a damaged store.
 const proto::LevelPlan* level_of(const proto::Plan& plan, std::uint32_t z) {
   const auto& levels = plan.levels();
-  const auto found = std::find_if(levels.begin(), levels.end(), [&](const proto::LevelPlan& level) { return level.level() == z; });
+  const auto found =
+      std::find_if(levels.begin(), levels.end(), [&](const proto::LevelPlan& level) { return level.level() == z; });
   return found == levels.end() ? nullptr : &*found;
 }
 
@@ -152,9 +155,7 @@ proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRe
     EncodeInput input = encode_input(context, built, published, plan.options());
     input.shading = shading;
     return encode_glb(input);
-  } catch (const std::invalid_argument& failed) {
-    return damaged(failed.what());
-  }
+  } catch (const std::invalid_argument& failed) { return damaged(failed.what()); }
 }
 
 FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,

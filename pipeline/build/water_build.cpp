@@ -30,7 +30,8 @@ proto::Result<std::unique_ptr<raster::Source>> open_mask(const std::string& path
 
 class WaterBuilder {
  public:
-  WaterBuilder(const proto::Plan& plan, Workers& workers, StoreWriter& store, std::vector<std::unique_ptr<raster::Source>> sources)
+  WaterBuilder(const proto::Plan& plan, Workers& workers, StoreWriter& store,
+               std::vector<std::unique_ptr<raster::Source>> sources)
       : plan_(plan), workers_(workers), store_(store), sources_(std::move(sources)) {}
 
   /// A block's tiles of all its levels; what is left for the levels above is its own mask.

@@ -72,9 +72,7 @@ void Workers::do_one(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& 
   std::exception_ptr thrown;
   try {
     loop.work(item, worker);
-  } catch (...) {
-    thrown = std::current_exception();
-  }
+  } catch (...) { thrown = std::current_exception(); }
   lock.lock();
   --loop.running;
   if (thrown) {

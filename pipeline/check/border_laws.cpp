@@ -15,15 +15,17 @@ void BorderLaws::compare(const proto::TileAddress& a, const std::vector<SideEdge
     const SideEdge &p = of_a[i], &q = of_b[j];
     if (p.from < q.to && q.from < p.to) {  // where only one has data there is nothing to share
       if (p.from != q.from || p.to != q.to) {
-        report_.findings.add(where, "a vertex of one lies inside an edge of the other, near unit " + std::to_string(std::max(p.from, q.from)) +
-                                        " of their common side");
+        report_.findings.add(where, "a vertex of one lies inside an edge of the other, near unit " +
+                                        std::to_string(std::max(p.from, q.from)) + " of their common side");
         return;
       }
       if (p.from_height != q.from_height || p.to_height != q.to_height) {
-        return report_.findings.add(where, "they have different heights at unit " + std::to_string(p.from) + " of their common side");
+        return report_.findings.add(where,
+                                    "they have different heights at unit " + std::to_string(p.from) + " of their common side");
       }
       if (!same(p.from_point, q.from_point) || !same(p.to_point, q.to_point)) {
-        return report_.findings.add(where, "their .glb points differ at unit " + std::to_string(p.from) + " of their common side");
+        return report_.findings.add(where,
+                                    "their .glb points differ at unit " + std::to_string(p.from) + " of their common side");
       }
     }
     p.to <= q.to ? ++i : ++j;
@@ -43,7 +45,8 @@ void BorderLaws::end_row() {
   const std::int32_t across = proto::tiles_across(level_);
   for (const auto& [x, sides] : now_) {
     const std::int32_t next = (x + 1) % across;
-    if (const auto east = now_.find(next); east != now_.end()) compare({level_, x, row_}, sides[kEast], {level_, next, row_}, east->second[kWest]);
+    if (const auto east = now_.find(next); east != now_.end())
+      compare({level_, x, row_}, sides[kEast], {level_, next, row_}, east->second[kWest]);
     if (const auto south = below_.find(x); south != below_.end()) {
       compare({level_, x, row_ - 1}, south->second[kNorth], {level_, x, row_}, sides[kSouth]);
     }

@@ -1,5 +1,6 @@
 #pragma once
-// Neighbours of one level share every vertex of their common edge. Tiles come in order, by y, then by x; two rows of sides are kept.
+// Neighbours of one level share every vertex of their common edge. Tiles come in order, by y, then by x; two rows of sides are
+// kept.
 #include <map>
 
 #include "pipeline/check/tile_laws.h"
@@ -17,7 +18,8 @@ class BorderLaws {
  private:
   using Sides = std::array<std::vector<SideEdge>, 4>;
   void end_row();
-  void compare(const proto::TileAddress& a, const std::vector<SideEdge>& of_a, const proto::TileAddress& b, const std::vector<SideEdge>& of_b);
+  void compare(const proto::TileAddress& a, const std::vector<SideEdge>& of_a, const proto::TileAddress& b,
+               const std::vector<SideEdge>& of_b);
 
   int level_;
   Report& report_;

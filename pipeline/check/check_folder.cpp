@@ -56,17 +56,20 @@ fs::path glb_path(const fs::path& folder, const proto::TileAddress& tile) {
          (std::to_string(tile.y) + ".glb");
 }
 
-void check_level(const fs::path& folder, const proto::Manifest& manifest, const proto::LevelSummary& level, ErrorLaws* errors, Report& report) {
+void check_level(const fs::path& folder, const proto::Manifest& manifest, const proto::LevelSummary& level, ErrorLaws* errors,
+                 Report& report) {
   const int z = static_cast<int>(level.level());
   const std::string where = "level " + std::to_string(z);
   BorderLaws borders(z, report);
   std::uint64_t triangles = 0;
   const auto tiles = drc_tiles(folder, z);
   for (const proto::TileAddress& at : tiles) {
-    const std::string drc = bytes_of(folder / "tiles" / std::to_string(z) / std::to_string(at.x) / (std::to_string(at.y) + ".drc"));
+    const std::string drc =
+        bytes_of(folder / "tiles" / std::to_string(z) / std::to_string(at.x) / (std::to_string(at.y) + ".drc"));
     const std::string glb = bytes_of(glb_path(folder, at));
     ++report.tiles;
-    auto tile = check_tile({at, static_cast<int>(manifest.max_level()), drc, glb, nullptr, 0, level.height_step()}, report.findings);
+    auto tile =
+        check_tile({at, static_cast<int>(manifest.max_level()), drc, glb, nullptr, 0, level.height_step()}, report.findings);
     if (!tile) continue;
     triangles += tile->drc.triangles.size();
     if (errors != nullptr) errors->add(*tile, level.stated_max_error(), report);
@@ -74,9 +77,11 @@ void check_level(const fs::path& folder, const proto::Manifest& manifest, const 
   }
   borders.finish();
   if (tiles.size() != level.tiles()) {
-    report.findings.add(where, "the manifest counts " + std::to_string(level.tiles()) + " tiles, " + std::to_string(tiles.size()) + " .drc files are there");
+    report.findings.add(where, "the manifest counts " + std::to_string(level.tiles()) + " tiles, " +
+                                   std::to_string(tiles.size()) + " .drc files are there");
   } else if (triangles != level.triangles()) {
-    report.findings.add(where, "the manifest counts " + std::to_string(level.triangles()) + " triangles, the tiles have " + std::to_string(triangles));
+    report.findings.add(where, "the manifest counts " + std::to_string(level.triangles()) + " triangles, the tiles have " +
+                                   std::to_string(triangles));
   }
 }
 
@@ -85,11 +90,13 @@ void check_level(const fs::path& folder, const proto::Manifest& manifest, const 
 proto::Result<Report> check_folder(const std::string& folder, const std::string& raster) {
   const auto manifest = manifest_of_folder(folder);
   if (!manifest || manifest->levels_size() == 0) {
-    return proto::Problem{"file-unreadable", folder + "/manifest.json is no manifest", "a folder that `cordillera build` wrote", "path"};
+    return proto::Problem{"file-unreadable", folder + "/manifest.json is no manifest", "a folder that `cordillera build` wrote",
+                          "path"};
   }
   std::error_code error;
   if (!fs::exists(fs::path(folder) / "tiles" / "E", error) && !fs::exists(fs::path(folder) / "tiles" / "W", error)) {
-    return proto::Problem{"file-unreadable", folder + " holds no .glb tiles; only those of `build` with its usual formats can be checked",
+    return proto::Problem{"file-unreadable",
+                          folder + " holds no .glb tiles; only those of `build` with its usual formats can be checked",
                           "a folder with drc and 3d-tiles, or the dataset's .sqlite file", "path"};
   }
   proto::Plan plan;

@@ -5,14 +5,14 @@
 #include "pipeline/check/check.h"
 #include "pipeline/check/error_laws.h"
 #include "pipeline/check/store_laws.h"
-#include "pipeline/store/content_hash.h"
+#include "pipeline/encode/tile_glb.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
 #include "pipeline/store/store_publish.h"
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
-#include "pipeline/encode/tile_glb.h"
 
 namespace cordillera::pipeline::check {
 namespace {
@@ -48,11 +48,14 @@ class StoreCheck {
   /// Rows that are not as they were written: what a server would refuse to serve, and what it never reads.
   void sums() {
     if (!has_sums(database_)) return;
-    for (const auto& [table, name, sound] : {std::array{"meta", "key", kSoundMeta}, {"tiles", "level || '/' || x || '/' || y", kSoundTile},
-                                             {"water", "level || '/' || x || '/' || y", kSoundWater}, {"nodes", "level || '/' || x || '/' || y", kSoundNode}}) {
+    for (const auto& [table, name, sound] : {std::array{"meta", "key", kSoundMeta},
+                                             {"tiles", "level || '/' || x || '/' || y", kSoundTile},
+                                             {"water", "level || '/' || x || '/' || y", kSoundWater},
+                                             {"nodes", "level || '/' || x || '/' || y", kSoundNode}}) {
       if (database_.integer("SELECT count(*) FROM sqlite_schema WHERE name = '" + std::string(table) + "'") == 0) continue;
       Statement rows(database_, "SELECT " + std::string(name) + " FROM " + table + " WHERE NOT (" + sound + ")");
-      while (rows.step()) report_.findings.add(std::string(table) + " " + std::string(rows.blob(0)), "this row is not as it was written");
+      while (rows.step())
+        report_.findings.add(std::string(table) + " " + std::string(rows.blob(0)), "this row is not as it was written");
     }
   }
 
@@ -66,16 +69,18 @@ class StoreCheck {
       const std::string hash(rows.blob(0));
       if (content_hash(rows.blob(1)) != hash) report_.findings.add("bytes " + hex(hash), "they are not those of their name");
     }
-    report_.unreferenced = static_cast<std::uint64_t>(
-        database_.integer("SELECT count(*) FROM blobs WHERE hash NOT IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM tiles)"));
+    report_.unreferenced = static_cast<std::uint64_t>(database_.integer(
+        "SELECT count(*) FROM blobs WHERE hash NOT IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM tiles)"));
   }
 
   void tiles(ErrorLaws* errors) {
     for (const proto::LevelPlan& level : plan_.levels()) {
       BorderLaws borders(static_cast<int>(level.level()), report_);
-      Statement rows(database_,
-                     "SELECT t.y, t.x, t.record, d.bytes, g.bytes, t.error, t.west, t.south, t.east, t.north, t.low, t.high, t.glb FROM tiles t "
-                     "LEFT JOIN blobs d ON d.hash = t.drc LEFT JOIN blobs g ON g.hash = t.glb WHERE t.level = ? ORDER BY t.y, t.x");
+      Statement rows(
+          database_,
+          "SELECT t.y, t.x, t.record, d.bytes, g.bytes, t.error, t.west, t.south, t.east, t.north, t.low, t.high, t.glb FROM "
+          "tiles t "
+          "LEFT JOIN blobs d ON d.hash = t.drc LEFT JOIN blobs g ON g.hash = t.glb WHERE t.level = ? ORDER BY t.y, t.x");
       rows.bind(level.level());
       while (rows.step()) {
         auto tile = one(rows, level);
@@ -86,7 +91,8 @@ class StoreCheck {
       borders.finish();
     }
     const auto planned = static_cast<std::uint64_t>(database_.integer("SELECT count(*) FROM tiles"));
-    if (planned != seen_) report_.findings.add("tiles", std::to_string(planned - seen_) + " are of levels that the plan does not have");
+    if (planned != seen_)
+      report_.findings.add("tiles", std::to_string(planned - seen_) + " are of levels that the plan does not have");
   }
 
   void nodes() {
@@ -96,7 +102,9 @@ class StoreCheck {
     Statement put(scratch, "INSERT INTO tiles VALUES(?, ?, ?, '', '', '', ?, ?, ?, ?, ?, ?, ?, NULL)");
     Statement tile(database_, "SELECT level, y, x, error, west, south, east, north, low, high FROM tiles");
     while (tile.step()) {
-      put.bind(tile.integer(0), tile.integer(1), tile.integer(2), tile.real(3), tile.real(4), tile.real(5), tile.real(6), tile.real(7), tile.real(8), tile.real(9)).run();
+      put.bind(tile.integer(0), tile.integer(1), tile.integer(2), tile.real(3), tile.real(4), tile.real(5), tile.real(6),
+               tile.real(7), tile.real(8), tile.real(9))
+          .run();
     }
     make_nodes(scratch, static_cast<int>(plan_.finest_level()));
     const std::string all = "SELECT level, y, x, error, west, south, east, north, low, high FROM nodes ORDER BY level, y, x";
@@ -130,7 +138,8 @@ class StoreCheck {
  private:
   std::optional<CheckedTile> one(const Statement& row, const proto::LevelPlan& level) {
     ++seen_;
-    const proto::TileAddress at{static_cast<int>(level.level()), static_cast<std::int32_t>(row.integer(1)), static_cast<std::int32_t>(row.integer(0))};
+    const proto::TileAddress at{static_cast<int>(level.level()), static_cast<std::int32_t>(row.integer(1)),
+                                static_cast<std::int32_t>(row.integer(0))};
     proto::TileRecord record;
     if (!record.ParseFromArray(row.blob(2).data(), static_cast<int>(row.blob(2).size()))) {
       report_.findings.add(name_of(at), "its record cannot be read");
@@ -148,7 +157,9 @@ class StoreCheck {
       report_.findings.add(name_of(at), glb.problem().detail);
       return std::nullopt;
     }
-    return check_tile({at, static_cast<int>(plan_.finest_level()), row.blob(3), *glb, &record, level.ecef_step(), height_step(level) * proto::kHeightStep_m}, report_.findings);
+    return check_tile({at, static_cast<int>(plan_.finest_level()), row.blob(3), *glb, &record, level.ecef_step(),
+                       height_step(level) * proto::kHeightStep_m},
+                      report_.findings);
   }
 
   void check_columns(const Statement& row, const proto::TileRecord& record, const proto::TileAddress& at) {
@@ -189,9 +200,7 @@ proto::Result<Report> check_store(const std::string& path, const std::string& ra
     if (errors) errors->finish(manifest.source(), report);
     check.nodes();
     check.manifest();
-  } catch (const StoreError& e) {
-    report.findings.add("file", e.what());
-  }
+  } catch (const StoreError& e) { report.findings.add("file", e.what()); }
   return report;
 }
 

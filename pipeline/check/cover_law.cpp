@@ -15,7 +15,8 @@ constexpr std::int64_t kWindow = 2048;  // samples across what is read at once; 
 
 /// A window's samples, where it has any.
 proto::Result<proto::Samples> read(raster::Source& source, const proto::Lattice& lattice, const raster::Source::Window& w) {
-  return source.sample(lattice, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1));
+  return source.sample(lattice, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1),
+                       static_cast<std::int32_t>(w.north - w.south + 1));
 }
 
 /// What of the tile may have data.
@@ -33,7 +34,9 @@ void check_cover(raster::Source& source, const proto::Plan& plan, const CheckedT
   const std::int64_t cell = lattice.cell_units(tile.tile.z), west = lattice.west(tile.tile), south = lattice.south(tile.tile);
   const raster::Source::Window all = node_window(plan, tile.tile, 0), around = node_window(plan, tile.tile, cell);
   if (all.west > all.east || all.south > all.north) return;  // somebody else's finding
-  if (std::min(around.east - around.west, around.north - around.south) < 2 * cell && around.south > 0 && around.north < lattice.rows()) return;
+  if (std::min(around.east - around.west, around.north - around.south) < 2 * cell && around.south > 0 &&
+      around.north < lattice.rows())
+    return;
   if (cell > kWindow) {
     ++report.unmeasured;
     return;
@@ -44,19 +47,24 @@ void check_cover(raster::Source& source, const proto::Plan& plan, const CheckedT
   std::optional<gpu::MeshPoint> one;
   for (std::int64_t y = whole.south; y <= whole.north; y += kWindow) {
     for (std::int64_t x = whole.west; x <= whole.east; x += kWindow) {
-      const TileRectangle part{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y), static_cast<std::int32_t>(std::min<std::int64_t>(x + kWindow - 1, whole.east)),
+      const TileRectangle part{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
+                               static_cast<std::int32_t>(std::min<std::int64_t>(x + kWindow - 1, whole.east)),
                                static_cast<std::int32_t>(std::min<std::int64_t>(y + kWindow - 1, whole.north))};
-      const auto samples = read(source, lattice, {west + part.west - cell, std::max<std::int64_t>(south + part.south - cell, 0), west + part.east + cell,
-                                                  std::min(south + part.north + cell, lattice.rows())});
-      if (!samples) return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
+      const auto samples = read(source, lattice,
+                                {west + part.west - cell, std::max<std::int64_t>(south + part.south - cell, 0),
+                                 west + part.east + cell, std::min(south + part.north + cell, lattice.rows())});
+      if (!samples)
+        return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
       const auto left = uncovered_inside(lattice, tile.tile, mesh, *samples, part);
       count += left.size();
       if (!one && !left.empty()) one = left.front();
     }
   }
   if (count == 0) return;
-  report.findings.add(name_of(tile.tile), std::to_string(count) + " samples with data are uncovered and farther than a cell from any void, one of them at (" +
-                                              std::to_string(one->x) + ", " + std::to_string(one->y) + ")");
+  report.findings.add(name_of(tile.tile),
+                      std::to_string(count) +
+                          " samples with data are uncovered and farther than a cell from any void, one of them at (" +
+                          std::to_string(one->x) + ", " + std::to_string(one->y) + ")");
 }
 
 }  // namespace cordillera::pipeline::check

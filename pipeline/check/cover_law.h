@@ -1,6 +1,6 @@
 #pragma once
-// The law of covering held against the raster: every sample farther than one cell of its level, in columns or in rows, from where there is no
-// data lies under a triangle of its tile.
+// The law of covering held against the raster: every sample farther than one cell of its level, in columns or in rows, from where
+// there is no data lies under a triangle of its tile.
 #include "pipeline/check/tile_laws.h"
 #include "raster/source.h"
 

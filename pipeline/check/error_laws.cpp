@@ -23,14 +23,16 @@ std::string metres(double value) {
 
 }  // namespace
 
-proto::Result<std::unique_ptr<ErrorLaws>> ErrorLaws::open(const std::string& raster, const proto::Manifest& manifest, const proto::Plan& plan) {
+proto::Result<std::unique_ptr<ErrorLaws>> ErrorLaws::open(const std::string& raster, const proto::Manifest& manifest,
+                                                          const proto::Plan& plan) {
   auto source = raster::open_filled_source(raster, manifest.name(), raster::Trust::operator_file, manifest.options());
   if (!source) return source.problem();
   *source = source_of_tiles(plan, std::move(*source));
   proto::Plan known = plan;
   const raster::Source::Window window = (*source)->window(lattice_of(plan));
   known.clear_window();
-  for (const std::int64_t bound : {window.west, window.south, window.east, window.north}) known.add_window(static_cast<std::int32_t>(bound));
+  for (const std::int64_t bound : {window.west, window.south, window.east, window.north})
+    known.add_window(static_cast<std::int32_t>(bound));
   return std::unique_ptr<ErrorLaws>(new ErrorLaws(std::move(*source), std::move(known)));
 }
 
@@ -44,10 +46,12 @@ void ErrorLaws::add(const CheckedTile& tile, double stated_m, Report& report) {
     ++report.unmeasured;
     return;
   }
-  const auto samples = source_->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
+  const auto samples =
+      source_->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
   if (!samples) return report.findings.add(name_of(tile.tile), "the raster cannot be read there: " + samples.problem().detail);
   const proto::TileMesh mesh = tile_mesh_of(tile.drc);
-  if (tile.tile.z == lattice.finest_level) pixels_.add(pixel_errors(lattice, tile.tile, mesh, pixels_of(lattice, tile.tile, *source_)));
+  if (tile.tile.z == lattice.finest_level)
+    pixels_.add(pixel_errors(lattice, tile.tile, mesh, pixels_of(lattice, tile.tile, *source_)));
   gpu::SurfaceErrorInput input;
   input.lattice = &lattice;
   input.tile = tile.tile;
@@ -68,10 +72,12 @@ void ErrorLaws::finish(const proto::Source& stated, Report& report) const {
   const proto::ErrorAtPixels& said = stated.error_at_pixels();
   const auto exceeds = [](double now_m, double said_m) { return now_m > said_m + std::max(kGrace_m, kGraceShare * said_m); };
   if (exceeds(found.max(), said.max()) || exceeds(found.rmse(), said.rmse()))
-    report.findings.add("pixels", "the finest level is " + metres(found.max()) + " off the raster's pixels, RMSE " + metres(found.rmse()) + ", and " +
-                                      metres(said.max()) + ", RMSE " + metres(said.rmse()) + ", are stated");
+    report.findings.add("pixels", "the finest level is " + metres(found.max()) + " off the raster's pixels, RMSE " +
+                                      metres(found.rmse()) + ", and " + metres(said.max()) + ", RMSE " + metres(said.rmse()) +
+                                      ", are stated");
   if (found.pixels() != said.pixels())
-    report.findings.add("pixels", std::to_string(static_cast<std::uint64_t>(found.pixels())) + " of the raster's are under a triangle, and " +
+    report.findings.add("pixels", std::to_string(static_cast<std::uint64_t>(found.pixels())) +
+                                      " of the raster's are under a triangle, and " +
                                       std::to_string(static_cast<std::uint64_t>(said.pixels())) + " are stated");
 }
 

@@ -12,7 +12,8 @@ namespace cordillera::pipeline::check {
 class ErrorLaws {
  public:
   /// plan: scheme, finest_level and levels.
-  static proto::Result<std::unique_ptr<ErrorLaws>> open(const std::string& raster, const proto::Manifest& manifest, const proto::Plan& plan);
+  static proto::Result<std::unique_ptr<ErrorLaws>> open(const std::string& raster, const proto::Manifest& manifest,
+                                                        const proto::Plan& plan);
   void add(const CheckedTile& tile, double stated_m, Report& report);
   /// After all tiles: what the manifest states at the raster's pixels, held against the finest level's.
   void finish(const proto::Source& stated, Report& report) const;

@@ -29,11 +29,11 @@ class Findings {
 
 struct Report {
   Findings findings;
-  std::uint64_t checksums = 0;  ///< bytes held against the hash that names them
-  std::uint64_t tiles = 0;      ///< decoded both ways
-  std::uint64_t borders = 0;    ///< sides of tiles compared with the neighbour's
-  std::uint64_t measured = 0;   ///< tiles held against the raster
-  std::uint64_t unmeasured = 0; ///< tiles that cover too many samples for that
+  std::uint64_t checksums = 0;     ///< bytes held against the hash that names them
+  std::uint64_t tiles = 0;         ///< decoded both ways
+  std::uint64_t borders = 0;       ///< sides of tiles compared with the neighbour's
+  std::uint64_t measured = 0;      ///< tiles held against the raster
+  std::uint64_t unmeasured = 0;    ///< tiles that cover too many samples for that
   std::uint64_t unreferenced = 0;  ///< blobs that no tile names: no harm, `vacuum` takes them out
   bool sound() const { return findings.count() == 0; }
 };

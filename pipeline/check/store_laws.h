@@ -1,8 +1,9 @@
 #pragma once
-// What a published store has beside its tiles: its tables, what it keeps for who builds on it, and what its manifest says of itself.
+// What a published store has beside its tiles: its tables, what it keeps for who builds on it, and what its manifest says of
+// itself.
+#include "cordillera.pb.h"
 #include "pipeline/check/report.h"
 #include "pipeline/store/sqlite.h"
-#include "cordillera.pb.h"
 
 namespace cordillera::pipeline::check {
 

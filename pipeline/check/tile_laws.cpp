@@ -25,7 +25,8 @@ std::optional<std::string> misplaced(const DecodedDrc& mesh, const TileBytes& by
   if (proto::TileAddress{mesh.z, mesh.x, mesh.y} != bytes.tile) return "its .drc is of " + name_of({mesh.z, mesh.x, mesh.y});
   if (mesh.side != lattice.tile_units(bytes.tile.z)) return "its side has " + std::to_string(mesh.side) + " units";
   const double steps = mesh.height_step / proto::kHeightStep_m;
-  const bool of_the_level = bytes.height_step_m == 0 ? steps >= 1 && steps == std::floor(steps) : mesh.height_step == bytes.height_step_m;
+  const bool of_the_level =
+      bytes.height_step_m == 0 ? steps >= 1 && steps == std::floor(steps) : mesh.height_step == bytes.height_step_m;
   if (!of_the_level) return "its height step is not that of its level";
   for (const auto& p : mesh.points) {
     if (p[0] < 0 || p[1] < 0 || p[0] > mesh.side || p[1] > mesh.side) return "vertex " + words(p) + " is outside";
@@ -45,7 +46,8 @@ void check_triangles(const DecodedDrc& mesh, const std::string& where, Findings&
   double doubled = 0;
   for (const Triangle& t : mesh.triangles) {
     const auto &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
-    const std::int64_t area = (std::int64_t{b[0]} - a[0]) * (std::int64_t{c[1]} - a[1]) - (std::int64_t{b[1]} - a[1]) * (std::int64_t{c[0]} - a[0]);
+    const std::int64_t area =
+        (std::int64_t{b[0]} - a[0]) * (std::int64_t{c[1]} - a[1]) - (std::int64_t{b[1]} - a[1]) * (std::int64_t{c[0]} - a[0]);
     if (area <= 0) findings.add(where, "the triangle at " + words(a) + " has no area or is upside down");
     doubled += static_cast<double>(area);
     for (unsigned k = 0; k < 3; ++k) {
@@ -57,7 +59,8 @@ void check_triangles(const DecodedDrc& mesh, const std::string& where, Findings&
   if (doubled > 2 * side * side) findings.add(where, "its triangles cover more than the tile: some overlap");
   std::sort(edges.begin(), edges.end());
   const auto twice = std::adjacent_find(edges.begin(), edges.end());
-  if (twice != edges.end()) findings.add(where, "an edge at " + words(mesh.points[(*twice)[0]]) + " is used twice in one direction");
+  if (twice != edges.end())
+    findings.add(where, "an edge at " + words(mesh.points[(*twice)[0]]) + " is used twice in one direction");
   for (std::size_t v = 0; v < around.size(); ++v) {
     if (around[v] > 0 && around[v] <= kMostTriangles) continue;
     findings.add(where, "vertex " + words(mesh.points[v]) + " has " + std::to_string(around[v]) + " triangles");
@@ -66,17 +69,20 @@ void check_triangles(const DecodedDrc& mesh, const std::string& where, Findings&
 
 void check_record(const DecodedDrc& mesh, const TileBytes& bytes, const std::string& where, Findings& findings) {
   const proto::TileRecord& record = *bytes.record;
-  const auto [lowest, highest] = std::minmax_element(mesh.points.begin(), mesh.points.end(), [](const auto& a, const auto& b) { return a[2] < b[2]; });
+  const auto [lowest, highest] =
+      std::minmax_element(mesh.points.begin(), mesh.points.end(), [](const auto& a, const auto& b) { return a[2] < b[2]; });
   if (record.triangles() != mesh.triangles.size() || record.vertices() != mesh.points.size()) {
-    findings.add(where, "its record counts " + std::to_string(record.vertices()) + " vertices and " + std::to_string(record.triangles()) +
-                            " triangles, the tile has " + std::to_string(mesh.points.size()) + " and " + std::to_string(mesh.triangles.size()));
+    findings.add(where, "its record counts " + std::to_string(record.vertices()) + " vertices and " +
+                            std::to_string(record.triangles()) + " triangles, the tile has " +
+                            std::to_string(mesh.points.size()) + " and " + std::to_string(mesh.triangles.size()));
   }
   if (lowest == mesh.points.end()) return;
   if (record.min_height() != (*lowest)[2] * mesh.height_step || record.max_height() != (*highest)[2] * mesh.height_step) {
     findings.add(where, "its record has other heights than the tile");
   }
   const bool glb_stored = record.glb_bytes() != 0;
-  if (record.drc_bytes() != bytes.drc.size() || (glb_stored && record.glb_bytes() != bytes.glb.size())) findings.add(where, "its record has other sizes than the tile");
+  if (record.drc_bytes() != bytes.drc.size() || (glb_stored && record.glb_bytes() != bytes.glb.size()))
+    findings.add(where, "its record has other sizes than the tile");
   if (!(record.max_error() >= 0) || !std::isfinite(record.max_error())) findings.add(where, "its stated error is no distance");
 }
 
@@ -106,7 +112,8 @@ class GlbPoints {
     std::sort(points_.begin(), points_.end(), [](const Vec3& a, const Vec3& b) { return a.x < b.x; });
   }
   std::optional<Vec3> at(const Vec3& place) const {
-    auto p = std::lower_bound(points_.begin(), points_.end(), place.x - reach_m_, [](const Vec3& a, double x) { return a.x < x; });
+    auto p =
+        std::lower_bound(points_.begin(), points_.end(), place.x - reach_m_, [](const Vec3& a, double x) { return a.x < x; });
     std::optional<Vec3> nearest;
     double best = INFINITY;
     for (; p != points_.end() && p->x <= place.x + reach_m_; ++p) {
@@ -124,14 +131,16 @@ class GlbPoints {
 };
 
 /// Where the .drc's vertices are in the .glb; empty after a finding.
-std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const TileBytes& bytes, const std::string& where, Findings& findings) {
+std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const TileBytes& bytes, const std::string& where,
+                          Findings& findings) {
   const proto::Lattice lattice{proto::Scheme::geodetic, bytes.finest_level};
   const std::int64_t west = lattice.west(bytes.tile), south = lattice.south(bytes.tile);
   const GlbPoints points(glb, bytes.ecef_step_m);
   std::vector<Vec3> out;
   for (std::size_t v = 0; v < drc.points.size(); ++v) {
     const auto& p = drc.points[v];
-    const auto found = points.at(proto::ecef(proto::row_frame(lattice, south + p[1]), proto::column_frame(lattice, west + p[0]), p[2] * drc.height_step));
+    const auto found = points.at(
+        proto::ecef(proto::row_frame(lattice, south + p[1]), proto::column_frame(lattice, west + p[0]), p[2] * drc.height_step));
     if (!found) {
       findings.add(where, "vertex " + words(drc.points[v]) + " of its .drc is not in its .glb");
       return {};
@@ -145,19 +154,24 @@ std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const Ti
 std::size_t lines_at_pole(const DecodedDrc& mesh, const TileBytes& bytes) {
   const proto::Lattice lattice{proto::Scheme::geodetic, bytes.finest_level};
   const std::int64_t south = lattice.south(bytes.tile);
-  const auto at_pole = [&](std::uint32_t v) { return south + mesh.points[v][1] == 0 || south + mesh.points[v][1] == lattice.rows(); };
-  return static_cast<std::size_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) { return at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]) > 1; }));
+  const auto at_pole = [&](std::uint32_t v) {
+    return south + mesh.points[v][1] == 0 || south + mesh.points[v][1] == lattice.rows();
+  };
+  return static_cast<std::size_t>(std::count_if(mesh.triangles.begin(), mesh.triangles.end(), [&](const Triangle& t) {
+    return at_pole(t[0]) + at_pole(t[1]) + at_pole(t[2]) > 1;
+  }));
 }
 
-/// Seen along the ellipsoid's normal at each corner every triangle is the right way up, but for those within a pole's own row of the level's cells,
-/// where columns may be closer than any step. None has two corners at a pole, unless the tile has no other.
+/// Seen along the ellipsoid's normal at each corner every triangle is the right way up, but for those within a pole's own row of
+/// the level's cells, where columns may be closer than any step. None has two corners at a pole, unless the tile has no other.
 void check_orientation(const DecodedGlb& mesh, const proto::TileAddress& tile, Findings& findings) {
   const double cell_rad = std::numbers::pi / (static_cast<double>(proto::kTileCells) * proto::tiles_up(tile.z));
   std::vector<Vec3> up;
   std::vector<std::uint8_t> in_pole_row;
   for (const Vec3& p : mesh.points) {
     const Geodetic at = geodetic(p);
-    up.push_back({std::cos(at.latitude) * std::cos(at.longitude), std::cos(at.latitude) * std::sin(at.longitude), std::sin(at.latitude)});
+    up.push_back(
+        {std::cos(at.latitude) * std::cos(at.longitude), std::cos(at.latitude) * std::sin(at.longitude), std::sin(at.latitude)});
     in_pole_row.push_back(std::numbers::pi / 2 - std::abs(at.latitude) < 1.001 * cell_rad ? 1 : 0);
   }
   std::size_t turned = 0, lines = 0;
@@ -170,12 +184,14 @@ void check_orientation(const DecodedGlb& mesh, const proto::TileAddress& tile, F
   }
   const std::string where = name_of(tile);
   if (turned > 0) findings.add(where, std::to_string(turned) + " triangles of its .glb are upside down, seen along the normal");
-  if (lines > 0 && lines < mesh.triangles.size()) findings.add(where, std::to_string(lines) + " triangles of its .glb have two corners at a pole");
+  if (lines > 0 && lines < mesh.triangles.size())
+    findings.add(where, std::to_string(lines) + " triangles of its .glb have two corners at a pole");
 }
 
 bool finite(const DecodedGlb& mesh) {
   const auto good = [](const Vec3& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z); };
-  return std::all_of(mesh.points.begin(), mesh.points.end(), good) && std::all_of(mesh.skirt_points.begin(), mesh.skirt_points.end(), good) &&
+  return std::all_of(mesh.points.begin(), mesh.points.end(), good) &&
+         std::all_of(mesh.skirt_points.begin(), mesh.skirt_points.end(), good) &&
          std::all_of(mesh.normals.begin(), mesh.normals.end(), good);
 }
 
@@ -196,7 +212,8 @@ void collect_sides(CheckedTile& tile, const std::vector<Vec3>& points) {
       }
     }
   }
-  for (auto& side : tile.sides) std::sort(side.begin(), side.end(), [](const SideEdge& a, const SideEdge& b) { return a.from < b.from; });
+  for (auto& side : tile.sides)
+    std::sort(side.begin(), side.end(), [](const SideEdge& a, const SideEdge& b) { return a.from < b.from; });
 }
 
 }  // namespace
@@ -219,7 +236,8 @@ std::optional<CheckedTile> check_tile(const TileBytes& bytes, Findings& findings
   *drc = in_mesh_steps(std::move(*drc));
   check_triangles(*drc, where, findings);
   if (!finite(*glb)) findings.add(where, "its .glb has a coordinate that is no number");
-  const std::size_t lines = lines_at_pole(*drc, bytes), shown = lines < drc->triangles.size() ? drc->triangles.size() - lines : lines;
+  const std::size_t lines = lines_at_pole(*drc, bytes),
+                    shown = lines < drc->triangles.size() ? drc->triangles.size() - lines : lines;
   if (glb->triangles.size() != shown) findings.add(where, "its .glb has another number of triangles than its .drc");
   check_orientation(*glb, bytes.tile, findings);
   if (bytes.record != nullptr) {

@@ -1,5 +1,6 @@
 #pragma once
-// What one tile must be by itself: decodable both ways, where it says it is, a manifold of triangles with area, inside its region.
+// What one tile must be by itself: decodable both ways, where it says it is, a manifold of triangles with area, inside its
+// region.
 #include <array>
 #include <optional>
 #include <string>

@@ -14,7 +14,8 @@ proto::Problem damaged(const std::string& why) { return {"tile-damaged", why, "b
 proto::Vec3 z_up(std::array<float, 3> p) { return {p[0], -p[2], p[1]}; }
 
 proto::Result<LitSurface> primitive(const Json& root, const Json& primitive, std::string_view binary) {
-  const Json& view = root.at("bufferViews").at(primitive.at("extensions").at("KHR_draco_mesh_compression").at("bufferView").get<std::size_t>());
+  const Json& view =
+      root.at("bufferViews").at(primitive.at("extensions").at("KHR_draco_mesh_compression").at("bufferView").get<std::size_t>());
   const auto offset = view.at("byteOffset").get<std::size_t>(), size = view.at("byteLength").get<std::size_t>();
   if (offset > binary.size() || size > binary.size() - offset) return damaged("a buffer view leaves its buffer");
   proto::Result<LitSurface> surface = draco_decode_lit(binary.substr(offset, size));
@@ -52,9 +53,7 @@ proto::Result<DecodedGlb> decode_glb(std::string_view bytes) {
   if (!chunks) return chunks.problem();
   try {
     return decode(Json::parse(chunks->first), chunks->second);
-  } catch (const Json::exception& e) {
-    return damaged(std::string("its JSON is not a tile's: ") + e.what());
-  }
+  } catch (const Json::exception& e) { return damaged(std::string("its JSON is not a tile's: ") + e.what()); }
 }
 
 DrcPoint drc_point(const DecodedDrc& tile, std::size_t vertex) {

@@ -1,5 +1,6 @@
 #pragma once
-// What a client sees: tiles read back with Draco's own decoder. For tests, for the quickstart's check and for re-measuring errors.
+// What a client sees: tiles read back with Draco's own decoder. For tests, for the quickstart's check and for re-measuring
+// errors.
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -14,9 +15,9 @@ namespace cordillera::pipeline {
 using DecodedDrc = LatticeMesh;
 
 struct DecodedGlb {
-  proto::Vec3 translation;              ///< ECEF, z-up
-  std::vector<proto::Vec3> points;      ///< ECEF metres, translation added in double
-  std::vector<proto::Vec3> normals;     ///< indexed by point; empty with Normals::none
+  proto::Vec3 translation;           ///< ECEF, z-up
+  std::vector<proto::Vec3> points;   ///< ECEF metres, translation added in double
+  std::vector<proto::Vec3> normals;  ///< indexed by point; empty with Normals::none
   std::vector<Triangle> triangles;
   std::vector<proto::Vec3> skirt_points;
   std::vector<Triangle> skirt_triangles;  ///< into skirt_points

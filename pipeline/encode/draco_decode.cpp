@@ -13,7 +13,8 @@ proto::Problem not_a_tile(const std::string& why) {
 }
 
 template <class Scalar, std::size_t count>
-bool read_attribute(const draco::Mesh& mesh, draco::GeometryAttribute::Type type, std::vector<std::array<Scalar, count>>& values) {
+bool read_attribute(const draco::Mesh& mesh, draco::GeometryAttribute::Type type,
+                    std::vector<std::array<Scalar, count>>& values) {
   const draco::PointAttribute* attribute = mesh.GetNamedAttribute(type);
   if (attribute == nullptr || attribute->num_components() != count) return false;
   values.resize(mesh.num_points());

@@ -11,7 +11,8 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr int kNormalBits = 10;
-// Of up and east, beside which the terrain's own normals have eight bits: they change by little, so more bits cost next to nothing.
+// Of up and east, beside which the terrain's own normals have eight bits: they change by little, so more bits cost next to
+// nothing.
 constexpr int kFrameBits = 12;
 // Draco's entropy coder counts symbols in a table as long as the greatest one. Tiles a dozen levels above the finest would need
 // gigabytes of it; there are a handful of them in a dataset, so their integers go in as they are.
@@ -71,8 +72,8 @@ std::string draco_encode(const LatticeMesh& mesh, int speed) {
 
 namespace {
 
-// Draco keeps these numbers as text with six decimals. From -1 to 1 a tangent's last number comes back as exactly 1; texture coordinates may be a
-// ten-thousandth of a pixel off.
+// Draco keeps these numbers as text with six decimals. From -1 to 1 a tangent's last number comes back as exactly 1; texture
+// coordinates may be a ten-thousandth of a pixel off.
 void quantise_frame(draco::Encoder& encoder) {
   constexpr float kLow[4] = {-1, -1, -1, -1};
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::GENERIC, kFrameBits, 4, kLow, 2);

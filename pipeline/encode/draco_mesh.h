@@ -1,5 +1,6 @@
 #pragma once
-// The two kinds of Draco buffer that tiles are made of. The only door to Draco: its headers stay in draco_encode.cpp and draco_decode.cpp.
+// The two kinds of Draco buffer that tiles are made of. The only door to Draco: its headers stay in draco_encode.cpp and
+// draco_decode.cpp.
 #include <array>
 #include <cstdint>
 #include <string>
@@ -16,8 +17,8 @@ struct LatticeMesh {
   std::vector<std::array<std::int32_t, 3>> points;  ///< u, v (units from the tile's south-west), h (steps)
   std::vector<Triangle> triangles;
   std::int32_t z = 0, x = 0, y = 0;
-  std::int32_t side = 0;   ///< units a tile side
-  double height_step = 0;  ///< metres
+  std::int32_t side = 0;      ///< units a tile side
+  double height_step = 0;     ///< metres
   bool web_mercator = false;  ///< z, x and y name a tile of WebMercatorQuad, y from the north; v counts along its map
 };
 
@@ -34,7 +35,8 @@ struct LitSurface {
   std::vector<std::array<float, 3>> positions;  ///< multiples of the grid's step: they survive exactly
   std::vector<std::array<float, 3>> normals;    ///< unit vectors, quantised; may be empty, as may be the next two
   std::vector<std::array<float, 4>> tangents;   ///< unit vectors and 1 or -1, quantised
-  std::vector<std::array<float, 2>> texcoords;  ///< pixel centres of a normal map, and shares of 1 / kPlacesAcross between the outer ones
+  std::vector<std::array<float, 2>>
+      texcoords;  ///< pixel centres of a normal map, and shares of 1 / kPlacesAcross between the outer ones
   std::vector<Triangle> triangles;
 };
 
@@ -47,12 +49,13 @@ inline constexpr int kDracoNormal = 1;
 inline constexpr int kDracoTangent = 2;
 inline constexpr int kDracoTexcoord = 3;
 
-/// Steps of a texture coordinate from one side of a tile to the other: 16 a pixel of a normal map. The sides themselves are steps.
+/// Steps of a texture coordinate from one side of a tile to the other: 16 a pixel of a normal map. The sides themselves are
+/// steps.
 inline constexpr int kPlacesAcross = 4096;
 
-/// Draco's 0 (small) to 10 (quick). Measured on an irregular terrain tile of 8,192 triangles, .drc and .glb: speed 3 saves 7-9 % and takes
-/// twice the time to encode and two to three times to decode; 5 and 7 give the same bytes; 10 costs 0-8 % more and saves nothing
-/// worth it. tests/bench/drc measures it on whole builds.
+/// Draco's 0 (small) to 10 (quick). Measured on an irregular terrain tile of 8,192 triangles, .drc and .glb: speed 3 saves 7-9 %
+/// and takes twice the time to encode and two to three times to decode; 5 and 7 give the same bytes; 10 costs 0-8 % more and
+/// saves nothing worth it. tests/bench/drc measures it on whole builds.
 inline constexpr int kDracoSpeed = 5;
 
 std::string draco_encode(const LatticeMesh& mesh, int speed = kDracoSpeed);

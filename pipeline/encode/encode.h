@@ -16,8 +16,8 @@ namespace cordillera::pipeline {
 
 /// Hang from the sides of a .glb.
 struct Skirts {
-  double depth_m = 0;           ///< 0: no skirts
-  double floor_m = -INFINITY;   ///< above the ellipsoid; no skirt hangs lower
+  double depth_m = 0;          ///< 0: no skirts
+  double floor_m = -INFINITY;  ///< above the ellipsoid; no skirt hangs lower
 };
 
 /// What a .glb says of how light falls on it.
@@ -30,7 +30,8 @@ struct Shading {
   Normals normals = Normals::vertex;
   std::string_view picture{};  ///< with Normals::texture: WebP, kNormalMapSide pixels a side; not copied
 };
-/// Pixels of a normal map a side: one at each vertex of the level's own lattice, so its outer rows and columns lie on the tile's sides.
+/// Pixels of a normal map a side: one at each vertex of the level's own lattice, so its outer rows and columns lie on the tile's
+/// sides.
 inline constexpr std::uint32_t kNormalMapSide = proto::kTileCells + 1;
 
 struct EncodeInput {
@@ -42,7 +43,7 @@ struct EncodeInput {
   Skirts skirts;
   Shading shading;
   double geometric_error_m = 0;
-  std::string title;                      ///< of the dataset, if it was given one
+  std::string title;  ///< of the dataset, if it was given one
   std::string attribution;
 };
 
@@ -51,19 +52,19 @@ struct EncodeInput {
 ///   lon = -180 + (x + u / side) * 180 / 2^z,  lat = -90 + (y + v / side) * 180 / 2^z,  height = h * height_step
 std::string encode_drc(const EncodeInput& input);
 
-/// glTF 2.0 binary, KHR_draco_mesh_compression; ECEF positions rounded to multiples of ecef_step_m, relative to a translation that
-/// is itself a multiple of it, the glTF y-up rotation excepted; what the shading asks for; skirts, where data reaches a side of the tile, as
-/// a primitive of their own.
-/// Vertices where two rims touch are split, so every primitive is a manifold.
+/// glTF 2.0 binary, KHR_draco_mesh_compression; ECEF positions rounded to multiples of ecef_step_m, relative to a translation
+/// that is itself a multiple of it, the glTF y-up rotation excepted; what the shading asks for; skirts, where data reaches a side
+/// of the tile, as a primitive of their own. Vertices where two rims touch are split, so every primitive is a manifold.
 std::string encode_glb(const EncodeInput& input);
 // Both give an empty string when the tile has no published triangle.
 
-/// For TileRecord::region: west, south, east, north (radians), lowest, highest (metres). Contains every decoded .glb point, skirts too,
-/// and all triangles between them: chords sag and bulge poleward. Longitudes are clamped to [-pi, pi]. Not for empty tiles.
+/// For TileRecord::region: west, south, east, north (radians), lowest, highest (metres). Contains every decoded .glb point,
+/// skirts too, and all triangles between them: chords sag and bulge poleward. Longitudes are clamped to [-pi, pi]. Not for empty
+/// tiles.
 std::array<double, 6> tile_region(const EncodeInput& input);
 
-/// The finest ecef_step_m that holds any tile of a level: Draco keeps 23 bits of a coordinate exactly. Coarser powers of two are fine;
-/// with a finer one encode_glb may throw std::invalid_argument.
+/// The finest ecef_step_m that holds any tile of a level: Draco keeps 23 bits of a coordinate exactly. Coarser powers of two are
+/// fine; with a finer one encode_glb may throw std::invalid_argument.
 double smallest_ecef_step_m(int level);
 
 /// Goes into the manifest as drc_formula.

@@ -76,7 +76,8 @@ void add_bounds(Json& accessor, const LitSurface& surface) {
 void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& grid) {
   const std::size_t view = doc.add_view(draco_encode(surface, grid));
   const std::size_t points = surface.positions.size();
-  const std::size_t indices = doc.add_accessor(points < UINT16_MAX ? kUnsignedShort : kUnsignedInt, 3 * surface.triangles.size(), "SCALAR");
+  const std::size_t indices =
+      doc.add_accessor(points < UINT16_MAX ? kUnsignedShort : kUnsignedInt, 3 * surface.triangles.size(), "SCALAR");
   Json attributes = {{"POSITION", doc.add_accessor(kFloat, points, "VEC3")}}, coded = {{"POSITION", kDracoPosition}};
   add_bounds(doc.accessors.back(), surface);
   const auto add = [&](const char* name, int id, const char* type) {
@@ -86,11 +87,12 @@ void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& gr
   if (!surface.normals.empty()) add("NORMAL", kDracoNormal, "VEC3");
   if (!surface.tangents.empty()) add("TANGENT", kDracoTangent, "VEC4");
   if (!surface.texcoords.empty()) add("TEXCOORD_0", kDracoTexcoord, "VEC2");
-  doc.primitives.push_back({{"attributes", std::move(attributes)},
-                            {"indices", indices},
-                            {"material", 0},
-                            {"mode", kTriangleMode},
-                            {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", std::move(coded)}}}}}});
+  doc.primitives.push_back(
+      {{"attributes", std::move(attributes)},
+       {"indices", indices},
+       {"material", 0},
+       {"mode", kTriangleMode},
+       {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", std::move(coded)}}}}}});
 }
 
 /// The picture as the material's normals. There is no second one for clients that do not read WebP.

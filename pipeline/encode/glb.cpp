@@ -32,7 +32,8 @@ std::string pack_glb(std::string json, std::string binary) {
 }
 
 proto::Result<std::pair<std::string_view, std::string_view>> unpack_glb(std::string_view bytes) {
-  const proto::Problem damaged{"tile-damaged", "not a binary glTF file of two chunks", "bytes of a tile that Cordillera wrote", ""};
+  const proto::Problem damaged{"tile-damaged", "not a binary glTF file of two chunks", "bytes of a tile that Cordillera wrote",
+                               ""};
   if (bytes.size() < kHeader + 2 * kChunkHeader || little_endian_at<std::uint32_t>(bytes, 0) != kMagic ||
       little_endian_at<std::uint32_t>(bytes, 4) != 2 || little_endian_at<std::uint32_t>(bytes, 8) != bytes.size() ||
       little_endian_at<std::uint32_t>(bytes, 16) != kJsonChunk) {

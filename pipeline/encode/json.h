@@ -7,8 +7,8 @@ namespace cordillera::pipeline {
 
 using Json = nlohmann::ordered_json;
 
-/// The last item of an array, or the value of the last member of an object; null: there is none. An array or object that was to be begun
-/// when no memory was left is one without a container.
+/// The last item of an array, or the value of the last member of an object; null: there is none. An array or object that was to
+/// be begun when no memory was left is one without a container.
 inline Json* last_child(Json& json) {
   if (auto* const items = json.get_ptr<Json::array_t*>()) return items->empty() ? nullptr : &items->back();
   if (auto* const members = json.get_ptr<Json::object_t*>()) return members->empty() ? nullptr : &members->back().second;
@@ -19,8 +19,8 @@ inline void drop_last_child(Json& json) {
   json.is_array() ? json.get_ref<Json::array_t&>().pop_back() : json.get_ref<Json::object_t&>().pop_back();
 }
 
-/// Takes everything out of it, however deep it nests, without recursion and without memory: on the way down each parent waits in the place
-/// of the child that was taken out of it.
+/// Takes everything out of it, however deep it nests, without recursion and without memory: on the way down each parent waits in
+/// the place of the child that was taken out of it.
 inline void empty_json(Json& json) noexcept {
   Json here = std::move(json), above;
   while (true) {
@@ -40,8 +40,8 @@ inline void empty_json(Json& json) noexcept {
 
 }  // namespace cordillera::pipeline
 
-/// What destroys every value. The library's own lists the children in a std::vector first: a destructor that finds no memory for it ends
-/// the program. Nor does it expect what operator[] leaves where it finds none: the type of an object, and no object.
+/// What destroys every value. The library's own lists the children in a std::vector first: a destructor that finds no memory for
+/// it ends the program. Nor does it expect what operator[] leaves where it finds none: the type of an object, and no object.
 template <>
 inline void nlohmann::ordered_json::json_value::destroy(value_t type) {
   if (type == value_t::array && array != nullptr) {

@@ -60,7 +60,8 @@ class Ground {
   std::vector<proto::ColumnFrame> columns_;
 };
 
-// Weights of N. Max, "Weights for computing vertex normals from facet normals", 1999: exact on spheres, and slivers do not tilt them.
+// Weights of N. Max, "Weights for computing vertex normals from facet normals", 1999: exact on spheres, and slivers do not tilt
+// them.
 std::vector<Vec3> corner_sums(const std::vector<Vec3>& points, const std::vector<Triangle>& triangles) {
   std::vector<Vec3> sums(points.size());
   for (const Triangle& t : triangles) {
@@ -81,9 +82,10 @@ bool on_one_side(const proto::TileMesh& mesh, std::uint32_t a, std::uint32_t b, 
          all_at(mesh.y, a, b, c, mesh.side);
 }
 
-// Neighbouring tiles share the vertices of their common side and nothing else. A normal there is made perpendicular to the side's own
-// direction, which both know exactly; only the slope across the side is left to what each tile sees.
-void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, const std::vector<Vec3>& points, std::vector<Vec3>& sums) {
+// Neighbouring tiles share the vertices of their common side and nothing else. A normal there is made perpendicular to the side's
+// own direction, which both know exactly; only the slope across the side is left to what each tile sees.
+void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, const std::vector<Vec3>& points,
+                       std::vector<Vec3>& sums) {
   std::vector<std::uint32_t> before(points.size(), kNone), after(points.size(), kNone);
   for (const auto& [from, to] : mesh.boundary) {
     after[from] = to;
@@ -98,8 +100,10 @@ void agree_along_sides(const EncodeInput& input, const PublishedMesh& mesh, cons
   }
 }
 
-// A strip hung from every boundary edge on a side of the tile, facing outward. Rims have no neighbour whose other level could leave a crack.
-LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, const Ground& ground, const LitMesh::Surface& terrain) {
+// A strip hung from every boundary edge on a side of the tile, facing outward. Rims have no neighbour whose other level could
+// leave a crack.
+LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, const Ground& ground,
+                        const LitMesh::Surface& terrain) {
   LitMesh::Surface out;
   std::vector<std::uint32_t> top(terrain.points.size(), kNone);
   const auto hang = [&](std::uint32_t v) {
@@ -144,8 +148,8 @@ void lean_on_triangles(const EncodeInput& input, const PublishedMesh& mesh, cons
 
 bool touches_pole(const EncodeInput& input) { return input.tile.y == 0 || input.tile.y + 1 == proto::tiles_up(input.tile.z); }
 
-// Vertices of a pole's row are one point in space: a triangle with two of them is a line there, and goes. The .drc keeps it, for in plan the
-// tile would have a gap.
+// Vertices of a pole's row are one point in space: a triangle with two of them is a line there, and goes. The .drc keeps it, for
+// in plan the tile would have a gap.
 proto::TileMesh without_lines_at_pole(const EncodeInput& input) {
   proto::TileMesh mesh = *input.mesh;
   const std::int64_t south = input.lattice->south(input.tile), rows = input.lattice->rows();
@@ -197,8 +201,10 @@ LitMesh lit_mesh(const EncodeInput& input) {
   if (mesh.empty()) return out;
   const Ground ground(input);
   for (const std::uint32_t v : mesh.source) out.terrain.points.push_back(rounded(ground.point(v, 0), out.step_m));
-  if (input.shading.normals == Normals::texture) stand_upright(mesh, ground, out.terrain);
-  else lean_on_triangles(input, mesh, ground, out.terrain);
+  if (input.shading.normals == Normals::texture)
+    stand_upright(mesh, ground, out.terrain);
+  else
+    lean_on_triangles(input, mesh, ground, out.terrain);
   if (input.skirts.depth_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain);
   out.terrain.triangles = std::move(mesh.triangles);
   centre(out);

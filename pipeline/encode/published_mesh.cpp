@@ -33,9 +33,8 @@ std::vector<std::uint32_t> twins(const std::vector<Triangle>& triangles) {
     const std::uint64_t a = triangles[c / 3][c % 3], b = triangles[c / 3][next(c) % 3];
     edges[c] = {std::min(a, b) << 32 | std::max(a, b), c};
   }
-  std::sort(edges.begin(), edges.end(), [](const Edge& p, const Edge& q) {
-    return p.ends != q.ends ? p.ends < q.ends : p.corner < q.corner;
-  });
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& p, const Edge& q) { return p.ends != q.ends ? p.ends < q.ends : p.corner < q.corner; });
   std::vector<std::uint32_t> twin(corners, kNone);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     if (edges[i].ends != edges[i + 1].ends) continue;

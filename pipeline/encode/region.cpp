@@ -56,8 +56,9 @@ void include_latitude(Extent& e, double latitude, double bulge) {
   if (latitude < 0) e.south = std::min(e.south, latitude - bulge);
 }
 
-// A chord between two points of one parallel bulges poleward, by L^2 tan(lat) / (8 R^2). Long ones are sampled in pieces of 20 km, the
-// bulge within a piece added by that formula, doubled. Inside a triangle latitude has no maximum of its own: {latitude >= c} is a cone.
+// A chord between two points of one parallel bulges poleward, by L^2 tan(lat) / (8 R^2). Long ones are sampled in pieces of 20
+// km, the bulge within a piece added by that formula, doubled. Inside a triangle latitude has no maximum of its own: {latitude >=
+// c} is a cone.
 void include_long_edge(Extent& e, Vec3 a, Vec3 b) {
   const double edge = length(b - a);
   const int pieces = std::clamp(static_cast<int>(edge / kShort_m) + 1, 1, 256);
@@ -82,20 +83,22 @@ double distance_from_origin(Vec3 a, Vec3 b, Vec3 c) {
   if (n2 == 0) return sides;
   const double height = dot(a, n);
   const Vec3 foot = (height / n2) * n;
-  const bool inside = dot(cross(b - a, foot - a), n) >= 0 && dot(cross(c - b, foot - b), n) >= 0 && dot(cross(a - c, foot - c), n) >= 0;
+  const bool inside =
+      dot(cross(b - a, foot - a), n) >= 0 && dot(cross(c - b, foot - b), n) >= 0 && dot(cross(a - c, foot - c), n) >= 0;
   return inside ? std::abs(height) / std::sqrt(n2) : sides;
 }
 
-// The point of a triangle nearest to the earth's centre, with the ellipsoid scaled to a sphere: a point on r times the ellipsoid is at
-// most (1 - r) a below it.
+// The point of a triangle nearest to the earth's centre, with the ellipsoid scaled to a sphere: a point on r times the ellipsoid
+// is at most (1 - r) a below it.
 double lowest_in_large(Vec3 a, Vec3 b, Vec3 c) {
   const auto scaled = [](Vec3 p) { return Vec3{p.x / proto::kSemiMajor_m, p.y / proto::kSemiMajor_m, p.z / kSemiMinor_m}; };
   const double r = distance_from_origin(scaled(a), scaled(b), scaled(c));
   return r < 1 ? (r - 1) * proto::kSemiMajor_m : (r - 1) * kSemiMinor_m;
 }
 
-// For small triangles: the second derivative of the height along a line is at most 1/R, and for q = sum l_i p_i inside a triangle of
-// longest side L the spread sum l_i |p_i - q|^2 is at most L^2 / 3. So q lies at most L^2 / (6 R) below its corners' mean; latitude likewise.
+// For small triangles: the second derivative of the height along a line is at most 1/R, and for q = sum l_i p_i inside a triangle
+// of longest side L the spread sum l_i |p_i - q|^2 is at most L^2 / 3. So q lies at most L^2 / (6 R) below its corners' mean;
+// latitude likewise.
 void include_triangles(Extent& e, const LitMesh::Surface& surface, const std::vector<Geodetic>& at) {
   const double steepest = steepness(std::max(std::abs(e.south), std::abs(e.north)));
   for (const Triangle& t : surface.triangles) {
@@ -142,9 +145,12 @@ std::array<double, 6> region_of(const LitMesh& mesh, const proto::TileAddress& t
     include_triangles(e, *surface, at);
   }
   // A step's rounding may carry a point over the antimeridian; a region that wraps for its sake would help nobody.
-  return {std::max(-kPi, down(middle + e.west, kAngleStep)),  std::max(-kPi / 2, down(e.south, kAngleStep)),
-          std::min(kPi, up(middle + e.east, kAngleStep)),     std::min(kPi / 2, up(e.north, kAngleStep)),
-          down(e.low, kHeightStep_m),                         up(e.high, kHeightStep_m)};
+  return {std::max(-kPi, down(middle + e.west, kAngleStep)),
+          std::max(-kPi / 2, down(e.south, kAngleStep)),
+          std::min(kPi, up(middle + e.east, kAngleStep)),
+          std::min(kPi / 2, up(e.north, kAngleStep)),
+          down(e.low, kHeightStep_m),
+          up(e.high, kHeightStep_m)};
 }
 
 std::array<double, 6> tile_region(const EncodeInput& input) { return region_of(lit_mesh(input), input.tile); }

@@ -5,8 +5,8 @@
 
 #include "pipeline/build/blank_manifest.h"
 #include "pipeline/build/pilot.h"
-#include "pipeline/plan/plan.h"
 #include "pipeline/estimate/sample_build.h"
+#include "pipeline/plan/plan.h"
 #include "pipeline/plan/sample_places.h"
 #include "pipeline/store/store_publish.h"
 #include "proto/version.h"
@@ -14,9 +14,9 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr double kDrcOverhead = 200;        // bytes of a tile without any triangle
+constexpr double kDrcOverhead = 200;                       // bytes of a tile without any triangle
 constexpr double kLeastGrowth = 0.25, kMostGrowth = 0.75;  // of a level's triangles, from one level to the one above
-constexpr double kPilotSteps = 5;           // what the search for a share costs, in times that its tiles are built once
+constexpr double kPilotSteps = 5;  // what the search for a share costs, in times that its tiles are built once
 constexpr double kPilotTiles = 64;
 
 /// keep=: targets nearer to those that give the shares. Triangles fall about as the target rises.
@@ -43,7 +43,8 @@ std::vector<LevelSum> extrapolate(const proto::Plan& plan, const Sampled& sample
     if (up < static_cast<int>(sampled.levels.size())) {
       sum = sampled.levels[static_cast<std::size_t>(up)];
       for (double* part : {&sum.tiles, &sum.triangles, &sum.drc, &sum.valid}) *part *= sampled.scale();
-      if (up > 0 && sums.back().triangles > 0) growth = std::clamp(sum.triangles / sums.back().triangles, kLeastGrowth, kMostGrowth);
+      if (up > 0 && sums.back().triangles > 0)
+        growth = std::clamp(sum.triangles / sums.back().triangles, kLeastGrowth, kMostGrowth);
     } else {
       const LevelSum& below = sums.back();
       const int above = up - static_cast<int>(sampled.levels.size()) + 1;

@@ -14,8 +14,9 @@ struct Estimate {
   std::optional<raster::ValueLook> values;  ///< of one raster, unless too much of it would have to be read
 };
 
-/// Opens the source, plans, builds sample tiles: at most kEstimateTiles of the finest level (twice for keep=), the same ones every time.
-/// All but the seconds is a function of source and plan. A second or two of two threads, however large the raster. Writes nothing.
+/// Opens the source, plans, builds sample tiles: at most kEstimateTiles of the finest level (twice for keep=), the same ones
+/// every time. All but the seconds is a function of source and plan. A second or two of two threads, however large the raster.
+/// Writes nothing.
 proto::Result<Estimate> estimate(const BuildRequest& request);
 
 inline constexpr int kEstimateTiles = 20;

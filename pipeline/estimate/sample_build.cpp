@@ -4,24 +4,26 @@
 #include <ctime>
 #include <set>
 
-#include "pipeline/estimate/estimate.h"
 #include "pipeline/build/in_flight.h"
+#include "pipeline/estimate/estimate.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/plan/sample_places.h"
 
 namespace cordillera::pipeline {
 namespace {
 
-constexpr std::size_t kPlaces = 12;   // single tiles of the finest level
-constexpr std::size_t kParents = 2;   // of them, four tiles and the one above each
+constexpr std::size_t kPlaces = 12;    // single tiles of the finest level
+constexpr std::size_t kParents = 2;    // of them, four tiles and the one above each
 constexpr std::size_t kMostTries = 3;  // times as many places as wanted are looked at where some hold no data
-constexpr double kUpperLevels = 1.4;  // time of all levels, in times of the finest
+constexpr double kUpperLevels = 1.4;   // time of all levels, in times of the finest
 
 static_assert(kPlaces + 4 * kParents <= kEstimateTiles);
 
 double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
   const raster::Source::Window w = node_window(plan, node);
-  return w.west > w.east || w.south > w.north ? 0 : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
+  return w.west > w.east || w.south > w.north
+             ? 0
+             : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
 }
 
 /// Of all threads: what the build will need, whoever else uses the machine now.
@@ -75,9 +77,11 @@ proto::Result<Sampled> Sampler::build(const proto::Plan& plan) {
   const int finest = static_cast<int>(plan.finest_level()), top = is_small(plan) ? nodes_.front().z : finest;
   sampled.levels.resize(static_cast<std::size_t>(finest - top) + 1);
   const double before = cpu_seconds();
-  if (const auto built = build_places(with_blocks_at(plan, top), is_small(plan) ? nodes_.size() : kPlaces, sampled); !built.ok()) return built.problem();
+  if (const auto built = build_places(with_blocks_at(plan, top), is_small(plan) ? nodes_.size() : kPlaces, sampled); !built.ok())
+    return built.problem();
   sampled.cpu_seconds = cpu_seconds() - before;
-  if (is_small(plan) || found_.empty() || finest == static_cast<int>(std::max(plan.min_level(), plan.block_level()))) return sampled;
+  if (is_small(plan) || found_.empty() || finest == static_cast<int>(std::max(plan.min_level(), plan.block_level())))
+    return sampled;
   if (const auto built = build_parents(plan, sampled); !built.ok()) return built.problem();
   sampled.cpu_seconds *= kUpperLevels;
   return sampled;
@@ -120,7 +124,8 @@ proto::Result<void> Sampler::build_parents(const proto::Plan& plan, Sampled& sam
   std::vector<proto::TileAddress> parents;
   for (const auto& [triangles, tile] : found_) {
     const proto::TileAddress parent{finest - 1, tile.x >> 1, tile.y >> 1};
-    if (parents.size() < kParents && std::find(parents.begin(), parents.end(), parent) == parents.end()) parents.push_back(parent);
+    if (parents.size() < kParents && std::find(parents.begin(), parents.end(), parent) == parents.end())
+      parents.push_back(parent);
   }
   std::vector<LevelSum> pair(2);
   const auto tasks = blocks(with_blocks_at(plan, finest - 1), parents);

@@ -41,7 +41,7 @@ class Sampler {
 
   Builder& builder_;
   const std::vector<proto::TileAddress>& nodes_;
-  int block_level_ = 0;  ///< of a build: nodes of other levels are samples, each for itself
+  int block_level_ = 0;                                       ///< of a build: nodes of other levels are samples, each for itself
   std::vector<std::pair<double, proto::TileAddress>> found_;  ///< triangles of each place that has some
 };
 

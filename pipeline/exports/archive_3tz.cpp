@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "pipeline/store/content_hash.h"
+#include "pipeline/encode/little_endian.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/exports/zip_writer.h"
-#include "pipeline/encode/little_endian.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/tileset/manifest_json.h"
 
 namespace cordillera::pipeline::exports {
@@ -51,7 +51,9 @@ void write(const faces::Terrain& terrain, const faces::Face& face, const fs::pat
     if (!found) throw std::logic_error("a face names " + path + ", which it does not know");
     add(path, made(terrain, *found->resource, found->place).bytes);
   });
-  add(kManifest, manifest_json(terrain.manifest()));  // no client of 3D Tiles asks for it: it says what the tiles were made of, as in a folder
+  add(kManifest,
+      manifest_json(
+          terrain.manifest()));  // no client of 3D Tiles asks for it: it says what the tiles were made of, as in a folder
   zip.add(kIndex, index_bytes(std::move(entries)));
   zip.finish();
   out.close();

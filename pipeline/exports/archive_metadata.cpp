@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/encode/json.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/encode/json.h"
 #include "pipeline/tileset/manifest_json.h"
 
 namespace cordillera::pipeline::exports {
@@ -13,7 +13,8 @@ namespace {
 
 const char* address_rule(faces::Grid grid) {
   if (grid == faces::Grid::web_mercator) return "zoom, column and row from the north are the tile's own z, x and y";
-  if (grid == faces::Grid::web_mercator_south) return "zoom and column are the tile's own z and x, the row from the north is 2^z - 1 - y (y counts from the south)";
+  if (grid == faces::Grid::web_mercator_south)
+    return "zoom and column are the tile's own z and x, the row from the north is 2^z - 1 - y (y counts from the south)";
   return "zoom is level + 1, the column is x, the row from the north is 2^level - 1 - y (y counts from the south)";
 }
 

@@ -26,7 +26,8 @@ std::string pixel_encoding(const faces::Terrain& terrain, const faces::Face& fac
 /// What a client is told of layers of vector tiles, as TileJSON has it; an empty list for other tiles.
 Json vector_layers(const faces::Terrain& terrain, const faces::Face& face);
 
-/// How readers know a format: "pbf" for vector tiles, as the specification of MBTiles has it; the ending of their paths for others.
+/// How readers know a format: "pbf" for vector tiles, as the specification of MBTiles has it; the ending of their paths for
+/// others.
 std::string format_name(const faces::Resource& tiles);
 /// "overlay" for what a map lies under, "baselayer" for the rest.
 std::string layer_type(const faces::Resource& tiles);

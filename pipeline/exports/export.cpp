@@ -8,8 +8,8 @@
 #include <set>
 
 #include "pipeline/exports/folder_page.h"
-#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/sqlite.h"
+#include "pipeline/tileset/manifest_json.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -113,30 +113,25 @@ proto::Result<void> check_export_folder(const std::string& folder, Existing othe
       return {};
     }
     return Problem{"export-folder-in-use", folder + " exists and holds something else", kAccepted, "output"};
-  } catch (const fs::filesystem_error& e) {
-    return write_problem(folder, e.code().message());
-  }
+  } catch (const fs::filesystem_error& e) { return write_problem(folder, e.code().message()); }
 }
 
-proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen, const std::string& folder,
-                                  Existing other) {
+proto::Result<void> export_static(const faces::Terrain& terrain, const std::vector<const faces::Face*>& chosen,
+                                  const std::string& folder, Existing other) {
   if (const auto usable = check_export_folder(folder, other); !usable) return usable;
   try {
     const fs::path target = (fs::absolute(folder) / "").lexically_normal().parent_path();  // without a slash at the end
     Workplace work(target.string() + ".partial-" + std::to_string(getpid()));
     write_faces(terrain, chosen, work);
     work.write("manifest.json", manifest_json(terrain.manifest()));
-    const bool has_page = std::any_of(chosen.begin(), chosen.end(), [](const faces::Face* face) { return face->entry == "tileset.json"; });
+    const bool has_page =
+        std::any_of(chosen.begin(), chosen.end(), [](const faces::Face* face) { return face->entry == "tileset.json"; });
     if (has_page) work.write(kFolderPage, folder_page(terrain.manifest()));
     move_into_place(work, target);
     return {};
-  } catch (const Refused& refused) {
-    return refused.problem;
-  } catch (const fs::filesystem_error& e) {
+  } catch (const Refused& refused) { return refused.problem; } catch (const fs::filesystem_error& e) {
     return write_problem(folder, e.code().message());
-  } catch (const StoreError& e) {
-    return write_problem(folder, std::string("its store failed: ") + e.what());
-  }
+  } catch (const StoreError& e) { return write_problem(folder, std::string("its store failed: ") + e.what()); }
 }
 
 }  // namespace cordillera::pipeline

@@ -7,8 +7,8 @@
 namespace cordillera::pipeline {
 namespace {
 
-// @TITLE@ and @ATTRIBUTION@ stand for the dataset's own. Heights are coloured on the GPU, from the position relative to the camera: 32-bit world
-// coordinates know half metres only.
+// @TITLE@ and @ATTRIBUTION@ stand for the dataset's own. Heights are coloured on the GPU, from the position relative to the
+// camera: 32-bit world coordinates know half metres only.
 constexpr std::string_view kPage = R"html(<!doctype html>
 <html lang="en">
 <head>
@@ -85,7 +85,8 @@ try {
 )html";
 
 void put(std::string& page, std::string_view word, const std::string& value) {
-  for (std::size_t at = page.find(word); at != page.npos; at = page.find(word, at + value.size())) page.replace(at, word.size(), value);
+  for (std::size_t at = page.find(word); at != page.npos; at = page.find(word, at + value.size()))
+    page.replace(at, word.size(), value);
 }
 
 }  // namespace

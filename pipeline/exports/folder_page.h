@@ -8,8 +8,8 @@ namespace cordillera::pipeline {
 
 inline constexpr const char* kFolderPage = "index.html";
 
-/// A page that shows tileset.json beside it with CesiumJS, which it takes from a public host and holds against a hash. It asks for nothing
-/// else, and needs a web server: browsers do not let a page read files of their own disk.
+/// A page that shows tileset.json beside it with CesiumJS, which it takes from a public host and holds against a hash. It asks
+/// for nothing else, and needs a web server: browsers do not let a page read files of their own disk.
 std::string folder_page(const proto::Manifest& manifest);
 
 }  // namespace cordillera::pipeline

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "pipeline/store/content_hash.h"
+#include "pipeline/encode/json.h"
 #include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/encode/json.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite.h"
 
 namespace cordillera::pipeline::exports {
@@ -82,7 +82,8 @@ void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zoom
 
 bool fits_mbtiles(const faces::Face& face) {
   const faces::Resource* tiles = tiles_of(face);
-  return tiles != nullptr && tiles->grid == faces::Grid::web_mercator && (tiles->type.starts_with("image/") || tiles->type == faces::kVectorTile);
+  return tiles != nullptr && tiles->grid == faces::Grid::web_mercator &&
+         (tiles->type.starts_with("image/") || tiles->type == faces::kVectorTile);
 }
 
 proto::Result<void> write_mbtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,

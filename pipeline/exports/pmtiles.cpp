@@ -6,13 +6,13 @@
 #include <fstream>
 #include <unordered_map>
 
-#include "pipeline/store/content_hash.h"
+#include "pipeline/encode/little_endian.h"
 #include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/encode/little_endian.h"
+#include "pipeline/store/content_hash.h"
 
 namespace cordillera::pipeline::exports {
 namespace {
@@ -63,8 +63,8 @@ void ask(const std::function<std::optional<proto::Problem>(std::uint64_t)>& boun
 }
 
 /// Every content once, in the order of ids.
-Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const std::vector<std::uint64_t>& ids, const ArchiveBounds& bounds,
-                     std::ostream& out) {
+Contents write_tiles(const faces::Terrain& terrain, const Resource& tiles, const std::vector<std::uint64_t>& ids,
+                     const ArchiveBounds& bounds, std::ostream& out) {
   Contents all;
   std::unordered_map<std::string, PmtilesEntry, HashOfHash> known;
   for (const std::uint64_t id : ids) {
@@ -141,7 +141,8 @@ proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Fa
   return write_whole(path, other, [&](const fs::path& sibling) { write(terrain, face, {}, sibling); });
 }
 
-proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, const ArchiveBounds& bounds) {
+proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
+                                  const ArchiveBounds& bounds) {
   return write_whole(path, Existing::replace, [&](const fs::path& sibling) { write(terrain, face, bounds, sibling); });
 }
 

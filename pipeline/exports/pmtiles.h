@@ -24,6 +24,7 @@ struct ArchiveBounds {
 /// that does not fit is a programmer's mistake.
 proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
                                   Existing other = Existing::replace);
-proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path, const ArchiveBounds& bounds);
+proto::Result<void> write_pmtiles(const faces::Terrain& terrain, const faces::Face& face, const std::string& path,
+                                  const ArchiveBounds& bounds);
 
 }  // namespace cordillera::pipeline::exports

@@ -51,15 +51,11 @@ proto::Result<void> write_whole(const std::string& path, Existing other,
     write(sibling.path());
     fs::rename(sibling.path(), place);
     return {};
-  } catch (const Refused& refused) {
-    return refused.problem;
-  } catch (const fs::filesystem_error& e) {
+  } catch (const Refused& refused) { return refused.problem; } catch (const fs::filesystem_error& e) {
     return unwritable(path, e.code().message());
   } catch (const std::ios_base::failure&) {
     return unwritable(path, "no room, or its folder cannot be written");
-  } catch (const StoreError& e) {
-    return unwritable(path, e.what());
-  }
+  } catch (const StoreError& e) { return unwritable(path, e.what()); }
 }
 
 std::ofstream opened(const fs::path& path) {

@@ -4,9 +4,9 @@
 #include <limits>
 #include <stdexcept>
 
+#include "pipeline/encode/little_endian.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

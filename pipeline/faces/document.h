@@ -12,7 +12,8 @@ namespace cordillera::pipeline::faces {
 class SharedBytes {
  public:
   SharedBytes() : SharedBytes(std::string()) {}
-  SharedBytes(std::string bytes) : held_(std::make_shared<const std::string>(std::move(bytes))) {}  // from any string: it becomes one of these
+  SharedBytes(std::string bytes)
+      : held_(std::make_shared<const std::string>(std::move(bytes))) {}  // from any string: it becomes one of these
   operator const std::string&() const { return *held_; }
   operator std::string_view() const { return *held_; }
   std::size_t size() const { return held_->size(); }

@@ -11,12 +11,14 @@ proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place&
   return terrain.tile({place.z, place.x, place.y}, Encoding::drc);
 }
 
-std::optional<std::string> tag(const Terrain& terrain, const Place& place) { return terrain.tile_tag({place.z, place.x, place.y}, Encoding::drc); }
+std::optional<std::string> tag(const Terrain& terrain, const Place& place) {
+  return terrain.tile_tag({place.z, place.x, place.y}, Encoding::drc);
+}
 
 constexpr std::array<Resource, 1> kResources = {{
     {"tiles/{z}/{x}/{y}.drc", Grid::geodetic, "application/octet-stream",
-     "A tile as a Draco mesh of integers; the manifest's drc_formula makes degrees and metres of them", tile, Links::relative, Absent::not_found,
-     Compression::none, tag},
+     "A tile as a Draco mesh of integers; the manifest's drc_formula makes degrees and metres of them", tile, Links::relative,
+     Absent::not_found, Compression::none, tag},
 }};
 
 void each_path(const Terrain& terrain, const PathSink& sink) {

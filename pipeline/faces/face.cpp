@@ -80,8 +80,10 @@ std::string path_of(const Resource& resource, const Place& place) {
     out += pattern.substr(0, brace);
     const std::size_t end = pattern.find('}', brace);
     const std::string_view name = pattern.substr(brace + 1, end - brace - 1);
-    if (name == "root") out += place.root;
-    else out += std::to_string(name == "z" ? place.z : name == "x" ? place.x : place.y);
+    if (name == "root")
+      out += place.root;
+    else
+      out += std::to_string(name == "z" ? place.z : name == "x" ? place.x : place.y);
     pattern.remove_prefix(end + 1);
   }
   return out.append(pattern);

@@ -1,7 +1,7 @@
 #pragma once
-// One store, many faces. A face is what one family of clients fetches: paths below the dataset's own, and for each a function that makes
-// what stands there from the published store. The table of all faces is what the server routes by, what a static folder is written from,
-// and what the API's description lists.
+// One store, many faces. A face is what one family of clients fetches: paths below the dataset's own, and for each a function
+// that makes what stands there from the published store. The table of all faces is what the server routes by, what a static
+// folder is written from, and what the API's description lists.
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -23,17 +23,17 @@ struct Place {
   char root = 0;  ///< 'W' or 'E'; 0 where the path has none
   int z = 0;
   std::int32_t x = 0, y = 0;
-  std::string_view ramp{};  ///< ramp= of a resource that takes it, not copied; empty: the style's own
+  std::string_view ramp{};      ///< ramp= of a resource that takes it, not copied; empty: the style's own
   std::string_view interval{};  ///< interval= of a resource that takes it, not copied; empty: the zoom's own
-  std::string_view normals{};  ///< normals= in the same way; empty: those of the vertices
+  std::string_view normals{};   ///< normals= in the same way; empty: those of the vertices
 };
 
 /// What a path's z, x and y count.
 enum class Grid : std::uint8_t {
-  none,          ///< the path has no tile
-  geodetic,      ///< two tiles at level 0, y from the south
-  implicit,      ///< levels below the root W or E, y from the south
-  web_mercator,  ///< one tile at level 0, y from the north
+  none,                ///< the path has no tile
+  geodetic,            ///< two tiles at level 0, y from the south
+  implicit,            ///< levels below the root W or E, y from the south
+  web_mercator,        ///< one tile at level 0, y from the north
   web_mercator_south,  ///< the same tiles, y from the south
 };
 
@@ -46,7 +46,8 @@ using Tag = std::optional<std::string> (*)(const Terrain& terrain, const Place& 
 /// What a document's links are.
 enum class Links : std::uint8_t {
   relative,        ///< to the document; whoever reads it resolves them
-  tile_templates,  ///< JSON whose "tiles" are relative here; readers take them as they stand, so a server puts its own address before them
+  tile_templates,  ///< JSON whose "tiles" are relative here; readers take them as they stand, so a server puts its own address
+                   ///< before them
 };
 /// How a server answers where a resource has no tile.
 enum class Absent : std::uint8_t {
@@ -54,12 +55,13 @@ enum class Absent : std::uint8_t {
   no_content,  ///< with nothing: pages that show pictures take a refusal for an error
 };
 
-/// What a server may do to the bytes for a client that accepts it, beside JSON, text and vector tiles, which are always compressed.
+/// What a server may do to the bytes for a client that accepts it, beside JSON, text and vector tiles, which are always
+/// compressed.
 enum class Compression : std::uint8_t { none, gzip };
 
 /// A document, or all tiles of one kind.
 struct Resource {
-  std::string_view path;   ///< "terrain/{z}/{x}/{y}.terrain"; the braces are root, z, x and y, each once at most
+  std::string_view path;  ///< "terrain/{z}/{x}/{y}.terrain"; the braces are root, z, x and y, each once at most
   Grid grid = Grid::none;
   std::string_view type;   ///< media type
   std::string_view about;  ///< one line for the API's description
@@ -67,9 +69,9 @@ struct Resource {
   Links links = Links::relative;
   Absent absent = Absent::not_found;
   Compression compression = Compression::none;
-  Tag tag = nullptr;       ///< null: only making the document tells
-  std::string_view ramps{};  ///< what ?ramp= accepts; empty: the resource takes none
-  std::string_view normals{};  ///< what ?normals= accepts, in the same way
+  Tag tag = nullptr;             ///< null: only making the document tells
+  std::string_view ramps{};      ///< what ?ramp= accepts; empty: the resource takes none
+  std::string_view normals{};    ///< what ?normals= accepts, in the same way
   std::string_view intervals{};  ///< what ?interval= accepts, in the same way
 };
 
@@ -92,8 +94,8 @@ struct Found {
   const Resource* resource = nullptr;
   Place place;
 };
-/// Which resource a path names. Numbers are plain decimals without sign or leading zeros: a tile has one name. The place may lie outside
-/// the grid.
+/// Which resource a path names. Numbers are plain decimals without sign or leading zeros: a tile has one name. The place may lie
+/// outside the grid.
 std::optional<Found> find(std::string_view path);
 /// Whether the grid has such a place; make is only to be asked for those.
 bool inside(Grid grid, const Place& place);

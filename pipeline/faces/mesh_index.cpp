@@ -51,7 +51,8 @@ MeshIndex::MeshIndex(LatticeMesh mesh) : mesh_(std::move(mesh)) {
     const auto [west, east] = std::minmax({c.at[0][0], c.at[1][0], c.at[2][0]});
     const auto [south, north] = std::minmax({c.at[0][1], c.at[1][1], c.at[2][1]});
     for (std::int32_t row = cell_of(south); row <= cell_of(north); ++row)
-      for (std::int32_t column = cell_of(west); column <= cell_of(east); ++column) visit(static_cast<std::size_t>(row) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(column));
+      for (std::int32_t column = cell_of(west); column <= cell_of(east); ++column)
+        visit(static_cast<std::size_t>(row) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(column));
   };
   first_.assign(static_cast<std::size_t>(cells_) * static_cast<std::size_t>(cells_) + 1, 0);
   const auto count = static_cast<std::uint32_t>(mesh_.triangles.size());
@@ -72,7 +73,8 @@ std::int32_t MeshIndex::cell_of(double units) const {
 }
 
 std::optional<std::uint32_t> MeshIndex::triangle_at(double u, double v) const {
-  const auto cell = static_cast<std::size_t>(cell_of(v)) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(cell_of(u));
+  const auto cell =
+      static_cast<std::size_t>(cell_of(v)) * static_cast<std::size_t>(cells_) + static_cast<std::size_t>(cell_of(u));
   for (std::uint32_t k = first_[cell]; k < first_[cell + 1]; ++k) {
     if (covers(corners_of(mesh_, triangles_[k]), u, v)) return triangles_[k];
   }
@@ -104,7 +106,8 @@ struct Facet {
     const proto::TileAddress tile{mesh.z, mesh.x, mesh.y};
     for (std::size_t k = 0; k < 3; ++k) {
       const double height_m = corner.at[k][2] * mesh.height_step;
-      at[k] = proto::ecef(proto::row_frame(lattice, lattice.south(tile) + corner.at[k][1]), proto::column_frame(lattice, lattice.west(tile) + corner.at[k][0]), height_m);
+      at[k] = proto::ecef(proto::row_frame(lattice, lattice.south(tile) + corner.at[k][1]),
+                          proto::column_frame(lattice, lattice.west(tile) + corner.at[k][0]), height_m);
       low_m = std::min(low_m, height_m);
       high_m = std::max(high_m, height_m);
     }
@@ -176,7 +179,8 @@ std::optional<double> MeshIndex::height_m(double longitude_deg, double latitude_
   const double v = (latitude_deg + 90) * units_a_degree - static_cast<double>(mesh_.y) * mesh_.side;
   const auto below = triangle_at(u, v);
   if (!below) return std::nullopt;
-  // An edge is straight in space and leaves the straight line in degrees: the normal may meet the triangle beside the one that is there in plan.
+  // An edge is straight in space and leaves the straight line in degrees: the normal may meet the triangle beside the one that is
+  // there in plan.
   constexpr int kMostSteps = 8;
   const Ground ground(longitude_deg, latitude_deg);
   std::uint32_t triangle = *below;

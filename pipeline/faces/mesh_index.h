@@ -32,9 +32,9 @@ class MeshIndex {
   double height_of_nearest_m(double longitude_deg, double latitude_deg, std::uint32_t below) const;
 
   LatticeMesh mesh_;
-  std::int32_t cells_ = 1;                  // a side
-  std::vector<std::uint32_t> first_;        // indexed by cell: where its triangles begin
-  std::vector<std::uint32_t> triangles_;    // by cell
+  std::int32_t cells_ = 1;                // a side
+  std::vector<std::uint32_t> first_;      // indexed by cell: where its triangles begin
+  std::vector<std::uint32_t> triangles_;  // by cell
 };
 
 }  // namespace cordillera::pipeline::faces

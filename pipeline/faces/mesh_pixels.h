@@ -15,13 +15,13 @@ struct PixelRows {
   std::vector<proto::RowFrame> frame;  ///< indexed like latitude_deg
 };
 struct PixelColumns {
-  std::span<const double> longitude_deg;            ///< within [-180, 180]
-  std::span<const proto::ColumnFrame> frame;        ///< indexed like longitude_deg
+  std::span<const double> longitude_deg;      ///< within [-180, 180]
+  std::span<const proto::ColumnFrame> frame;  ///< indexed like longitude_deg
 };
 
 /// The same where the pixels are known in the mesh's own units from its south-west: they may lie on its sides to the bit.
 struct PixelPlaces {
-  std::vector<double> u, v;  ///< of columns, growing; of rows, falling
+  std::vector<double> u, v;                     ///< of columns, growing; of rows, falling
   std::span<const proto::RowFrame> rows;        ///< indexed like v
   std::span<const proto::ColumnFrame> columns;  ///< indexed like u
 };

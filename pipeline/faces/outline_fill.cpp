@@ -42,7 +42,8 @@ double interpolated(const PixelWindow& coarse, std::int64_t column, std::int64_t
   return 0.75 * near + 0.25 * far;
 }
 
-/// Gaps become the mean of their four neighbours, some times over. What lies kRounds within the window does not depend on its size.
+/// Gaps become the mean of their four neighbours, some times over. What lies kRounds within the window does not depend on its
+/// size.
 void average(PixelWindow& window, const std::vector<std::size_t>& gaps) {
   const auto columns = static_cast<std::size_t>(window.columns), rows = static_cast<std::size_t>(window.rows);
   std::vector<double> next(gaps.size());
@@ -146,7 +147,9 @@ std::vector<double> distances(const std::vector<bool>& hull, std::size_t columns
     const std::size_t c = k % columns, r = k / columns;
     const bool first = side < 0 ? c == 0 : c + 1 == columns, top = side < 0 ? r == 0 : r + 1 == rows;
     const bool last = side < 0 ? c + 1 == columns : c == 0;
-    const auto from = [&](std::ptrdiff_t offset, double way) { far[k] = std::min(far[k], far[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + offset)] + way); };
+    const auto from = [&](std::ptrdiff_t offset, double way) {
+      far[k] = std::min(far[k], far[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + offset)] + way);
+    };
     const auto row = side * static_cast<std::ptrdiff_t>(columns);
     if (!first) from(side, 1);
     if (!top) from(row, 1);
@@ -185,7 +188,8 @@ PixelWindow overview_of(const Extent& extent, const Zooms& zooms, const proto::M
   PixelWindow window{zoom, level_of(manifest, zooms, zoom, middle_deg(extent)), 0, 0, 0, 0, {}};
   window.west = static_cast<std::int64_t>(std::floor(longitude_pixel(zoom, extent.west_deg)));
   window.north = static_cast<std::int64_t>(std::floor(latitude_pixel(zoom, extent.north_deg)));
-  window.columns = static_cast<std::int32_t>(std::ceil(longitude_pixel(zoom, extent.east_deg)) - static_cast<double>(window.west));
+  window.columns =
+      static_cast<std::int32_t>(std::ceil(longitude_pixel(zoom, extent.east_deg)) - static_cast<double>(window.west));
   window.rows = static_cast<std::int32_t>(std::ceil(latitude_pixel(zoom, extent.south_deg)) - static_cast<double>(window.north));
   return grown(window, OutlineFill::kMostFade + 2);
 }
@@ -194,7 +198,9 @@ PixelWindow overview_of(const Extent& extent, const Zooms& zooms, const proto::M
 
 proto::Result<OutlineFill> OutlineFill::of(const Terrain& terrain) {
   const auto extent = extent_of(terrain.manifest());
-  if (!extent) return proto::Problem{"tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends", {}, {}};
+  if (!extent)
+    return proto::Problem{
+        "tile-unknown", "all of the dataset lies beyond 85.05 degrees of latitude, where Web Mercator ends", {}, {}};
   PixelWindow overview = overview_of(*extent, zooms_of(terrain.manifest(), *extent), terrain.manifest());
   if (const auto drawn = draw_heights(terrain, overview); !drawn) return drawn.problem();
   OutlineFill made;
@@ -223,7 +229,8 @@ proto::Result<void> OutlineFill::fill(const Terrain& terrain, PixelWindow& windo
   }
   for (std::size_t k = 0; k < window.height_m.size(); ++k) {
     if (!std::isnan(window.height_m[k])) continue;
-    const std::int64_t row = window.north + static_cast<std::int64_t>(k) / window.columns, column = window.west + static_cast<std::int64_t>(k) % window.columns;
+    const std::int64_t row = window.north + static_cast<std::int64_t>(k) / window.columns,
+                       column = window.west + static_cast<std::int64_t>(k) % window.columns;
     window.height_m[k] = coarse_enough ? height_m(window.zoom, column, row) : wide.at(column, row);
   }
   return {};
@@ -241,7 +248,8 @@ std::int64_t OutlineFill::turned(int zoom, std::int64_t column) const {
 double OutlineFill::height_m(int zoom, std::int64_t column, std::int64_t row) const {
   const PixelWindow& window = filled_[static_cast<std::size_t>(filled_.front().zoom - zoom)];
   const std::int64_t c = turned(zoom, column);
-  const bool within = c >= window.west && row >= window.north && c < window.west + window.columns && row < window.north + window.rows;
+  const bool within =
+      c >= window.west && row >= window.north && c < window.west + window.columns && row < window.north + window.rows;
   if (!within) return 0;
   const double height_m = window.at(c, row);
   return std::isnan(height_m) ? 0 : height_m;
@@ -275,8 +283,12 @@ bool OutlineFill::holes_in(const PixelWindow& window) const {
 bool OutlineFill::reaches(int zoom, std::int32_t x, std::int32_t y, bool faded) const {
   const PixelWindow& overview = filled_.front();
   const double scale = std::ldexp(1, overview.zoom - zoom);
-  const auto first = [&](std::int64_t pixel) { return static_cast<std::int64_t>(std::floor(static_cast<double>(pixel) * scale)) - 2; };
-  const auto last = [&](std::int64_t pixel) { return static_cast<std::int64_t>(std::ceil(static_cast<double>(pixel) * scale)) + 2; };
+  const auto first = [&](std::int64_t pixel) {
+    return static_cast<std::int64_t>(std::floor(static_cast<double>(pixel) * scale)) - 2;
+  };
+  const auto last = [&](std::int64_t pixel) {
+    return static_cast<std::int64_t>(std::ceil(static_cast<double>(pixel) * scale)) + 2;
+  };
   const std::int64_t west = std::int64_t{kTilePixels} * x, north = std::int64_t{kTilePixels} * y;
   if (zoom <= overview.zoom) return true;  // such tiles are few
   const std::int64_t turn = turned(zoom, west + kTilePixels / 2) - (west + kTilePixels / 2);

@@ -1,6 +1,6 @@
 #pragma once
-// Heights where a dataset has none, for pictures of heights that cannot say so: a hole gets what lies around it, and outside the data's
-// outline the ground goes down to the geoid slowly. Every pixel is a function of the dataset alone, so tiles meet.
+// Heights where a dataset has none, for pictures of heights that cannot say so: a hole gets what lies around it, and outside the
+// data's outline the ground goes down to the geoid slowly. Every pixel is a function of the dataset alone, so tiles meet.
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -15,7 +15,8 @@ namespace cordillera::pipeline::faces {
 class OutlineFill {
  public:
   static constexpr std::int32_t kOverviewPixels = 256;
-  /// How far outside the outline the geoid is reached, in pixels of the overview: as far as the greatest height is high, within these.
+  /// How far outside the outline the geoid is reached, in pixels of the overview: as far as the greatest height is high, within
+  /// these.
   static constexpr std::int32_t kLeastFade = 16, kMostFade = 64;
 
   /// The dataset must have something within Web Mercator. A problem without a geoid.
@@ -23,8 +24,8 @@ class OutlineFill {
 
   /// Gives every pixel that is not a number a height above the geoid. The others stay.
   ///
-  /// A pixel starts with what the next coarser zoom has there, its meshes first, filled by the same rule down to the overview. Then some
-  /// rounds of averaging join it to the data beside it.
+  /// A pixel starts with what the next coarser zoom has there, its meshes first, filled by the same rule down to the overview.
+  /// Then some rounds of averaging join it to the data beside it.
   proto::Result<void> fill(const Terrain& terrain, PixelWindow& window) const;
 
   /// Whether a place without data lies in a hole, and not within a pixel of the overview of the outside. False in doubt.

@@ -53,25 +53,30 @@ Span span_of(double from_deg, double to_deg, int level, std::int32_t count) {
   return {std::clamp(first, 0, count - 1), std::clamp(last, 0, count - 1)};
 }
 
-void draw_level(const Terrain& terrain, int level, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window, double* out) {
+void draw_level(const Terrain& terrain, int level, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window,
+                double* out) {
   const auto& [west, east] = std::pair(columns.longitude_deg.front(), columns.longitude_deg.back());
   const auto& [north, south] = std::pair(rows.latitude_deg.front(), rows.latitude_deg.back());
   const Span x = span_of(west + 180, east + 180, level, proto::tiles_across(level));
   const Span y = span_of(south + 90, north + 90, level, proto::tiles_up(level));
   for (std::int32_t row = y.first; row <= y.last; ++row) {
     for (std::int32_t column = x.first; column <= x.last; ++column) {
-      if (const auto mesh = terrain.mesh({level, column, row})) draw_mesh(mesh->mesh(), rows, columns, out, static_cast<std::size_t>(window.columns));
+      if (const auto mesh = terrain.mesh({level, column, row}))
+        draw_mesh(mesh->mesh(), rows, columns, out, static_cast<std::size_t>(window.columns));
     }
   }
 }
 
 /// Finest first: a pixel keeps the height that it gets first.
-void draw_run(const Terrain& terrain, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window, double* out) {
-  for (int level = window.level; level >= terrain.coarsest_for(window.level); --level) draw_level(terrain, level, rows, columns, window, out);
+void draw_run(const Terrain& terrain, const PixelRows& rows, const PixelColumns& columns, const PixelWindow& window,
+              double* out) {
+  for (int level = window.level; level >= terrain.coarsest_for(window.level); --level)
+    draw_level(terrain, level, rows, columns, window, out);
 }
 
 /// Takes the geoid's height off wherever there is data: a grid of undulations is only near where data is.
-proto::Result<void> to_geoid(const Terrain& terrain, const PixelRows& rows, std::span<const double> longitude_deg, PixelWindow& window) {
+proto::Result<void> to_geoid(const Terrain& terrain, const PixelRows& rows, std::span<const double> longitude_deg,
+                             PixelWindow& window) {
   const auto columns = static_cast<std::size_t>(window.columns);
   std::vector<double> undulation_m(columns);
   for (std::size_t r = 0; r < rows.latitude_deg.size(); ++r) {
@@ -93,7 +98,8 @@ proto::Result<void> to_geoid(const Terrain& terrain, const PixelRows& rows, std:
 }  // namespace
 
 proto::Result<void> draw_heights(const Terrain& terrain, PixelWindow& window) {
-  window.height_m.assign(static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows), std::numeric_limits<double>::quiet_NaN());
+  window.height_m.assign(static_cast<std::size_t>(window.columns) * static_cast<std::size_t>(window.rows),
+                         std::numeric_limits<double>::quiet_NaN());
   const Columns columns = columns_of(window);
   const PixelRows rows = rows_of(window);
   std::size_t from = 0;

@@ -13,7 +13,7 @@ class Terrain;
 /// Columns count on across the antimeridian, in either direction, by less than a turn; rows count on beyond the grid's ends.
 struct PixelWindow {
   int zoom = 0;
-  int level = 0;  ///< of the meshes that it is drawn from
+  int level = 0;                     ///< of the meshes that it is drawn from
   std::int64_t west = 0, north = 0;  ///< its first column and row; at whole numbers of 256 a tile begins
   std::int32_t columns = 0, rows = 0;
   std::vector<double> height_m;  ///< by row, then column; above the geoid, not a number where there is none

@@ -29,7 +29,11 @@ struct Terrain::Undulation {
 };
 
 Terrain::Terrain(std::shared_ptr<const StoreReader> store, Normals normals)
-    : store_(std::move(store)), normals_(normals), meshes_(kMostMeshBytes), documents_(kMostDocumentBytes), tiles_(kMostTileBytes) {}
+    : store_(std::move(store)),
+      normals_(normals),
+      meshes_(kMostMeshBytes),
+      documents_(kMostDocumentBytes),
+      tiles_(kMostTileBytes) {}
 Terrain::~Terrain() = default;
 
 proto::Lattice Terrain::lattice() const { return {proto::Scheme::geodetic, static_cast<int>(manifest().max_level())}; }
@@ -94,9 +98,11 @@ Terrain::Undulation& Terrain::undulation() const {
   if (undulation_) return *undulation_;
   undulation_ = std::make_unique<Undulation>();
   const auto& b = manifest().bounds();
-  const raster::Area area = b.size() < 4 ? raster::Area{-180, -90, 180, 90} : raster::Area{b[0], b[1], b[2] < b[0] ? b[2] + 360 : b[2], b[3]};
+  const raster::Area area =
+      b.size() < 4 ? raster::Area{-180, -90, 180, 90} : raster::Area{b[0], b[1], b[2] < b[0] ? b[2] + 360 : b[2], b[3]};
   const std::string& declared = manifest().source().vertical_datum();
-  auto datum = raster::resolve_vertical({.requested = declared == "ellipsoid" ? raster::kDefaultDatum : declared}, raster::Trust::posted_file, area);
+  auto datum = raster::resolve_vertical({.requested = declared == "ellipsoid" ? raster::kDefaultDatum : declared},
+                                        raster::Trust::posted_file, area);
   if (!datum) datum = raster::resolve_vertical({.requested = raster::kDefaultDatum}, raster::Trust::posted_file, area);
   if (!datum) {
     undulation_->problem = datum.problem();

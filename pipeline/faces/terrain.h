@@ -35,8 +35,8 @@ class Terrain {
   proto::Lattice lattice() const;
   Normals normals() const { return normals_; }
 
-  /// A tile's mesh, decoded from the .drc that clients get, ready to be asked for heights. Null where the store has no tile. Throws
-  /// StoreError where its bytes are damaged.
+  /// A tile's mesh, decoded from the .drc that clients get, ready to be asked for heights. Null where the store has no tile.
+  /// Throws StoreError where its bytes are damaged.
   std::shared_ptr<const MeshIndex> mesh(const proto::TileAddress& tile) const;
 
   /// A stored tile as clients get it. Those asked for lately are kept, and shared by all who read them.
@@ -44,14 +44,15 @@ class Terrain {
   /// Its tag alone: its bytes are not read.
   std::optional<std::string> tile_tag(const proto::TileAddress& tile, Encoding encoding) const;
 
-  /// Metres above the ellipsoid of the flat triangle over a place, in the mesh of the level; none beside the data and in holes. Longitude
-  /// in [-180, 180], latitude in [-90, 90].
+  /// Metres above the ellipsoid of the flat triangle over a place, in the mesh of the level; none beside the data and in holes.
+  /// Longitude in [-180, 180], latitude in [-90, 90].
   std::optional<double> height_m(int level, double longitude_deg, double latitude_deg) const;
-  /// Of a provisional dataset fine levels are there in part: what they do not show, coarser ones do, down to this one. Else the level itself.
+  /// Of a provisional dataset fine levels are there in part: what they do not show, coarser ones do, down to this one. Else the
+  /// level itself.
   int coarsest_for(int level) const;
 
-  /// What orthometric heights of this dataset count from: the source's own datum, EGM96 where that is the ellipsoid itself or a grid that
-  /// is not here.
+  /// What orthometric heights of this dataset count from: the source's own datum, EGM96 where that is the ellipsoid itself or a
+  /// grid that is not here.
   const std::string& geoid_name() const;
   /// Height of that geoid above the ellipsoid, metres. A problem where no geoid grid is installed.
   proto::Result<double> undulation_m(double longitude_deg, double latitude_deg) const;
@@ -71,7 +72,9 @@ class Terrain {
   }
 
   /// Memory that what is kept takes at the moment. Waits for nothing that is being made.
-  std::size_t kept_bytes() const { return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes() + outline_bytes_; }
+  std::size_t kept_bytes() const {
+    return meshes_.bytes() + documents_.bytes() + tiles_.bytes() + store_->cache_bytes() + outline_bytes_;
+  }
 
  private:
   std::optional<double> height_on(int level, double longitude_deg, double latitude_deg) const;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pipeline/build/provisional.h"
+#include "pipeline/encode/json.h"
 #include "pipeline/faces/web_mercator.h"
 #include "pipeline/tileset/html_text.h"
-#include "pipeline/encode/json.h"
-#include "pipeline/build/provisional.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

@@ -2,15 +2,15 @@
 // TileJSON 3.0: what a map client is given to open a face of raster tiles.
 #include <string_view>
 
+#include "pipeline/encode/json.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/faces/web_mercator.h"
-#include "pipeline/encode/json.h"
 
 namespace cordillera::pipeline::faces {
 
 struct RasterTileset {
-  std::string_view path;      ///< of the tiles
-  std::string_view format;    ///< "png" or "webp"
+  std::string_view path;    ///< of the tiles
+  std::string_view format;  ///< "png" or "webp"
   std::string_view about;
   std::string_view encoding{};  ///< "mapbox" or "terrarium", as clients know them; empty: a picture
   std::string_view formula{};   ///< of the height, in words of R, G and B

@@ -19,7 +19,8 @@ BlockGrid grid_of(const proto::Plan& plan) {
   grid.west = floor_divide(plan.window(0) - 1, units);
   grid.south = std::max<std::int64_t>(floor_divide(plan.window(1) - 1, units), 0);
   grid.across = static_cast<std::int32_t>(floor_divide(plan.window(2), units) - grid.west + 1);
-  grid.up = static_cast<std::int32_t>(std::min<std::int64_t>(floor_divide(plan.window(3), units), proto::tiles_up(z) - 1) - grid.south + 1);
+  grid.up = static_cast<std::int32_t>(std::min<std::int64_t>(floor_divide(plan.window(3), units), proto::tiles_up(z) - 1) -
+                                      grid.south + 1);
   return grid;
 }
 
@@ -34,11 +35,13 @@ bool merged_at_once(const proto::Plan& plan) {
   const BlockGrid grid = grid_of(plan);
   const int z = static_cast<int>(plan.block_level());
   const std::int64_t units = lattice_of(plan).tile_units(z), most = gpu::exact::kMostSamples - 1;
-  // All around the earth the western side is the eastern one, which the rectangle does not know; and no tile of any level may meet it on two turns.
+  // All around the earth the western side is the eastern one, which the rectangle does not know; and no tile of any level may
+  // meet it on two turns.
   const int coarsest = static_cast<int>(plan.min_level());
   const std::int64_t side = lattice_of(plan).tile_units(coarsest), west = grid.west * units, east = west + grid.across * units;
   const std::int64_t touched = floor_divide(east - 1, side) - floor_divide(west, side) + 1;
-  return grid.across * units <= most && grid.up * units <= most && grid.across < proto::tiles_across(z) && touched <= proto::tiles_across(coarsest);
+  return grid.across * units <= most && grid.up * units <= most && grid.across < proto::tiles_across(z) &&
+         touched <= proto::tiles_across(coarsest);
 }
 
 proto::TileAddress node_above(const proto::Plan& plan) { return node_at(plan, grid_of(plan), 0).parent(); }
@@ -46,7 +49,8 @@ proto::TileAddress node_above(const proto::Plan& plan) { return node_at(plan, gr
 std::vector<std::vector<proto::TileAddress>> stages_above(const proto::Plan& plan) {
   if (merged_at_once(plan)) return {{node_above(plan)}};
   std::vector<std::vector<proto::TileAddress>> stages;
-  for (int z = static_cast<int>(plan.block_level()) - 1; z >= static_cast<int>(plan.min_level()); --z) stages.push_back(touched_tiles(plan, z));
+  for (int z = static_cast<int>(plan.block_level()) - 1; z >= static_cast<int>(plan.min_level()); --z)
+    stages.push_back(touched_tiles(plan, z));
   return stages;
 }
 

@@ -21,8 +21,8 @@ BlockGrid grid_of(const proto::Plan& plan);
 /// Row by row from the south-west.
 proto::TileAddress node_at(const proto::Plan& plan, const BlockGrid& grid, std::int32_t k);
 
-/// Whether one task makes all levels above the blocks of a plan: exact blocks that fit into one rectangle of gpu/exact. Else parents are merged of four
-/// children, level by level.
+/// Whether one task makes all levels above the blocks of a plan: exact blocks that fit into one rectangle of gpu/exact. Else
+/// parents are merged of four children, level by level.
 bool merged_at_once(const proto::Plan& plan);
 /// The node that stands for that task, of the level above the blocks.
 proto::TileAddress node_above(const proto::Plan& plan);

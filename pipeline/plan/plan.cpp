@@ -14,34 +14,35 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr double kLeastError_m = 0.01;       // heights are steps of a millimetre
-// error= when nothing is asked: a quarter of the finest cell, or what shows the relief if that is less; no less than a flat sea, cut into
-// triangles of a decent size, is off for the earth's curvature.
+constexpr double kLeastError_m = 0.01;  // heights are steps of a millimetre
+// error= when nothing is asked: a quarter of the finest cell, or what shows the relief if that is less; no less than a flat sea,
+// cut into triangles of a decent size, is off for the earth's curvature.
 constexpr double kDefaultErrorCells = 1.0 / 4, kDefaultErrorRelief = 1.0 / 50;
 constexpr double kLeastDefaultCells = 1.0 / 64, kLeastDefault_m = 100;
-constexpr double kChainShare = 0.8;           // of the target: border chains, as dense as the inside, leave triangles beside them the rest
-constexpr double kPolarChainShare = 0.5;      // beside a pole, where triangles are held to be upright too
-constexpr double kStepsPerTile = 262144;      // .glb quantisation: 18 bits a tile side, so that walls and spikes stay where they are
-constexpr double kStepShare = 1.0 / 64;       // of the target: quantisation must not spend the promise
+constexpr double kChainShare = 0.8;  // of the target: border chains, as dense as the inside, leave triangles beside them the rest
+constexpr double kPolarChainShare = 0.5;  // beside a pole, where triangles are held to be upright too
+constexpr double kStepsPerTile = 262144;  // .glb quantisation: 18 bits a tile side, so that walls and spikes stay where they are
+constexpr double kStepShare = 1.0 / 64;   // of the target: quantisation must not spend the promise
 constexpr double kExactStepShare = 1.0 / 512;  // an exact block has only what this leaves of its target
-constexpr double kMostSteps = 1 << 21;        // float32 positions stay exact
-// Of the target. Heights are most of a .drc: at 2 m a step of 1/4 m instead of a millimetre leaves less than half of its bytes, and adds 1/8 m at the most.
+constexpr double kMostSteps = 1 << 21;         // float32 positions stay exact
+// Of the target. Heights are most of a .drc: at 2 m a step of 1/4 m instead of a millimetre leaves less than half of its bytes,
+// and adds 1/8 m at the most.
 constexpr double kHeightStepShare = 1.0 / 8;
-constexpr double kGreatestHeightStep_m = 4;   // seen from afar, mountains should not be terraces
+constexpr double kGreatestHeightStep_m = 4;    // seen from afar, mountains should not be terraces
 constexpr double kRimCells = 0.5;              // that a rim may move in a level; over all finer levels that adds up to one cell
 constexpr double kRimExtentShare = 1.0 / 256;  // small data keeps its outline, however coarse the level
-constexpr int kExactLevels = 2;  // of an exact block, at least: what is merged above it is measured against both
+constexpr int kExactLevels = 2;                // of an exact block, at least: what is merged above it is measured against both
 constexpr const char* kWithoutExact = "strategy=waves";
-constexpr double kExactLatitude_deg = 85;      // towards a pole a row of the lattice is no line any more
-constexpr double kPixelShare = 1.0 / 10;        // of the finest target: see pixels_within_m
-constexpr double kRelief_m = 8192;             // within a tile, and its skirts, quantisation must have room for
+constexpr double kExactLatitude_deg = 85;  // towards a pole a row of the lattice is no line any more
+constexpr double kPixelShare = 1.0 / 10;   // of the finest target: see pixels_within_m
+constexpr double kRelief_m = 8192;         // within a tile, and its skirts, quantisation must have room for
 
 double power_of_two_below(double value) { return std::exp2(std::floor(std::log2(value))); }
 
 using proto::floor_divide;
 
-/// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it where the
-/// raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
+/// The first level whose cell height is no larger than the geometric mean of the source's pixel at its centre; than half of it
+/// where the raster is a line of pixels, or two, which a whole cell of the lattice must fit into wherever it lies.
 int level_of_pixels(const proto::Source& source) {
   const double share = std::min(source.columns(), source.rows()) <= 2 ? 0.5 : 1;
   const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
@@ -59,8 +60,11 @@ bool has_cells_within_pixels(const proto::Source& source, int level) {
   return raster::spacing(source, {proto::Scheme::geodetic, level}) <= raster::kMostSpacing;
 }
 
-/// voids= a height. Beside ground that is a wall as high as the ground: to meet pixels on both sides of it, samples would leap over it and below it.
-bool paints_voids(const proto::BuildOptions& options) { return !options.voids().empty() && options.voids() != "fill" && options.voids() != "hole"; }
+/// voids= a height. Beside ground that is a wall as high as the ground: to meet pixels on both sides of it, samples would leap
+/// over it and below it.
+bool paints_voids(const proto::BuildOptions& options) {
+  return !options.voids().empty() && options.voids() != "fill" && options.voids() != "hole";
+}
 
 /// Whether the target is to hold at pixels, too: by default, where there is one.
 bool is_to_meet_pixels(const proto::BuildOptions& options) {
@@ -72,11 +76,14 @@ bool is_to_meet_pixels(const proto::BuildOptions& options) {
 /// as it is wide are one level finer.
 int finest_level(const proto::Source& source, const proto::BuildOptions& options) {
   const int level = level_of_pixels(source);
-  const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) && has_cells_within_pixels(source, level + 1);
+  const bool finer = is_to_meet_pixels(options) && level < proto::kMaxLevel && !has_cells_within_pixels(source, level) &&
+                     has_cells_within_pixels(source, level + 1);
   return finer ? level + 1 : level;
 }
 
-bool is_automatic(const proto::BuildOptions& options) { return options.strategy().empty() || options.strategy() == kAutoStrategy; }
+bool is_automatic(const proto::BuildOptions& options) {
+  return options.strategy().empty() || options.strategy() == kAutoStrategy;
+}
 
 proto::Result<void> check_options(const proto::BuildOptions& options) {
   if (options.has_error() && options.keep_size() > 0) {
@@ -88,7 +95,8 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
   double before = 1;
   for (const double share : options.keep()) {
     if (!(share > 0 && share <= before)) {
-      return proto::Problem{"option-invalid", "keep is not a falling list of shares", "numbers in (0, 1], finest level first", "keep"};
+      return proto::Problem{"option-invalid", "keep is not a falling list of shares", "numbers in (0, 1], finest level first",
+                            "keep"};
     }
     before = share;
   }
@@ -113,7 +121,8 @@ proto::Result<std::pair<int, int>> level_range(const proto::Source& source, cons
                           "0 to " + std::to_string(proto::kMaxLevel), "max_level"};
   }
   if (coarsest > finest) {
-    return proto::Problem{"option-invalid", "min_level " + std::to_string(coarsest) + " is above the finest level " + std::to_string(finest),
+    return proto::Problem{"option-invalid",
+                          "min_level " + std::to_string(coarsest) + " is above the finest level " + std::to_string(finest),
                           "0 to " + std::to_string(finest), "min_level"};
   }
   return std::pair{finest, coarsest};
@@ -148,29 +157,31 @@ int exact_block_level(const proto::Plan& plan, std::int64_t most) {
 
 std::int64_t samples_of(const proto::Plan& plan) { return columns_of(plan) * rows_of(plan); }
 
-/// One piece up to kExactSamples, else blocks of so many: several of them keep all threads and a GPU busy, and are shown one after the other. Larger ones
-/// where levels above them are merged four to one, which then has less to do.
+/// One piece up to kExactSamples, else blocks of so many: several of them keep all threads and a GPU busy, and are shown one
+/// after the other. Larger ones where levels above them are merged four to one, which then has less to do.
 void plan_exact_blocks(proto::Plan& plan) {
   plan.set_block_level(plan.min_level());
-  const bool one_piece = samples_of(plan) <= kExactSamples && std::max(columns_of(plan), rows_of(plan)) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
+  const bool one_piece = samples_of(plan) <= kExactSamples &&
+                         std::max(columns_of(plan), rows_of(plan)) + 2 * proto::kTileCells <= gpu::exact::kMostSamples;
   if (one_piece) return;
   plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kExactSamples)));
   if (!merged_at_once(plan)) plan.set_block_level(static_cast<std::uint32_t>(exact_block_level(plan, kBlockSamples)));
 }
 
-std::int64_t extent_of(const proto::Plan& plan) { return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
+std::int64_t extent_of(const proto::Plan& plan) {
+  return std::max(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
+}
 
 /// How far a tile of the level reaches over data.
 double reach_m(const proto::Plan& plan, int level) {
   const proto::Lattice lattice = lattice_of(plan);
-  return static_cast<double>(std::min(extent_of(plan), lattice.tile_units(level))) * proto::cell_height_m(lattice, lattice.rows() / 2);
+  return static_cast<double>(std::min(extent_of(plan), lattice.tile_units(level))) *
+         proto::cell_height_m(lattice, lattice.rows() / 2);
 }
 
 }  // namespace
 
-proto::Lattice lattice_of(const proto::Plan& plan) {
-  return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
-}
+proto::Lattice lattice_of(const proto::Plan& plan) { return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())}; }
 
 std::string named_strategy(const proto::BuildOptions& options) {
   return is_automatic(options) ? gpu::kStrategies.front() : options.strategy();
@@ -178,7 +189,9 @@ std::string named_strategy(const proto::BuildOptions& options) {
 
 std::string strategy_of(const proto::Plan& plan) { return plan.exact() ? gpu::kExact : named_strategy(plan.options()); }
 
-const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) { return plan.levels(static_cast<int>(plan.finest_level()) - level); }
+const proto::LevelPlan& level_plan(const proto::Plan& plan, int level) {
+  return plan.levels(static_cast<int>(plan.finest_level()) - level);
+}
 
 std::int32_t height_step(const proto::LevelPlan& level) {
   return std::max(static_cast<std::int32_t>(std::lround(level.height_step() / proto::kHeightStep_m)), 1);
@@ -194,19 +207,22 @@ void derive_level(const proto::Plan& plan, proto::LevelPlan& level) {
   // Around a pole columns are closer than any step: there, as fine as float32 allows.
   const std::int64_t polar = lattice.rows() / 128;
   const bool at_pole = plan.window(1) < polar || plan.window(3) > lattice.rows() - polar;
-  const double step = at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * (plan.exact() ? kExactStepShare : kStepShare));
+  const double step =
+      at_pole ? 0 : std::min(reach_m(plan, z) / kStepsPerTile, target_m * (plan.exact() ? kExactStepShare : kStepShare));
   const double room_m = greatest_target_m(plan, z) + 2 * target_m;
   level.set_ecef_step(power_of_two_below(std::max(step, room_m / kMostSteps)));
-  // There, too, two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the normal.
+  // There, too, two heights a step apart would stand a hand's breadth beside each other, and tilt what is measured along the
+  // normal.
   const double height_step = at_pole ? 0 : std::min(target_m * kHeightStepShare, kGreatestHeightStep_m);
   level.set_height_step(power_of_two_below(std::max(height_step, proto::kHeightStep_m)));
-  // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where somebody
-  // asks for less than a float32 can tell.
+  // Above the blocks half of the target is spent already: children's errors are added. Rounding takes its part, all of it where
+  // somebody asks for less than a float32 can tell.
   const bool composed = z < static_cast<int>(plan.block_level()) && !merged_at_once(plan), exact = plan.exact() && !composed;
   const double left = target_m * (composed ? 0.5 : 1) - level.ecef_step() - level.height_step() / 2;
   level.set_chain_tolerance((exact ? 1 : at_pole ? kPolarChainShare : kChainShare) * std::max(left, 0.0));
   const double cell = static_cast<double>(lattice.cell_units(z));
-  level.set_rim_tolerance(std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
+  level.set_rim_tolerance(
+      std::min(kRimCells * cell, std::max(kRimCells, static_cast<double>(extent_of(plan)) * kRimExtentShare)));
 }
 
 namespace {
@@ -226,13 +242,15 @@ proto::Result<void> choose_pixels(const proto::Source& source, proto::Plan& plan
   const bool fine = has_cells_within_pixels(source, static_cast<int>(plan.finest_level()));
   const std::string cells = "cells of level " + std::to_string(plan.finest_level());
   if (asked && !plan.promise())
-    return proto::Problem{"options-conflict", "pixels=exact and keep are both given: with keep no error is promised", "pixels=lattice, or error in place of keep",
-                          "pixels"};
+    return proto::Problem{"options-conflict", "pixels=exact and keep are both given: with keep no error is promised",
+                          "pixels=lattice, or error in place of keep", "pixels"};
   if (asked && !fine)
-    return proto::Problem{"options-conflict", cells + " are wider than a pixel, or higher, so they cannot meet all pixels", "pixels=lattice, or a finer max_level",
-                          "pixels"};
-  if (fine && is_to_meet_pixels(plan.options())) plan.mutable_options()->set_pixels(raster::kExactPixels);
-  else plan.mutable_options()->clear_pixels();
+    return proto::Problem{"options-conflict", cells + " are wider than a pixel, or higher, so they cannot meet all pixels",
+                          "pixels=lattice, or a finer max_level", "pixels"};
+  if (fine && is_to_meet_pixels(plan.options()))
+    plan.mutable_options()->set_pixels(raster::kExactPixels);
+  else
+    plan.mutable_options()->clear_pixels();
   return {};
 }
 
@@ -253,9 +271,11 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
   const proto::Lattice lattice = lattice_of(plan);
   const raster::Source::Window window = source.window(lattice);
   if (window.west > window.east || window.south > window.north) {
-    return proto::Problem{"no-data", "no vertex of the tile lattice lies inside the raster (or bbox)", "a larger bbox or a finer max_level", "bbox"};
+    return proto::Problem{"no-data", "no vertex of the tile lattice lies inside the raster (or bbox)",
+                          "a larger bbox or a finer max_level", "bbox"};
   }
-  for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
+  for (const std::int64_t side : {window.west, window.south, window.east, window.north})
+    plan.add_window(static_cast<std::int32_t>(side));
   plan.set_promise(options.keep_size() == 0);
   *plan.mutable_options() = options;
   const auto exact = check_exact(plan);
@@ -286,7 +306,8 @@ proto::Result<proto::Plan> make_plan(raster::Source& source, const proto::BuildO
 void use_smaller_blocks(proto::Plan& plan, std::int64_t most) {
   const proto::Lattice lattice = lattice_of(plan);
   const int now = static_cast<int>(plan.block_level());
-  const int level = plan.exact() ? std::max(now, exact_block_level(plan, most)) : level_of_nodes(lattice, now, lattice.finest_level, most);
+  const int level =
+      plan.exact() ? std::max(now, exact_block_level(plan, most)) : level_of_nodes(lattice, now, lattice.finest_level, most);
   plan.set_block_level(static_cast<std::uint32_t>(level));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
 }
@@ -298,7 +319,8 @@ std::string why_waves(const proto::Plan& plan) {
 
 proto::Result<void> check_exact(const proto::Plan& plan) {
   const auto refused = [](std::string detail, const std::string& accepted) {
-    return proto::Problem{"options-conflict", "strategy exact " + std::move(detail), accepted + ", or " + kWithoutExact, "strategy"};
+    return proto::Problem{"options-conflict", "strategy exact " + std::move(detail), accepted + ", or " + kWithoutExact,
+                          "strategy"};
   };
   const proto::Lattice lattice = lattice_of(plan);
   if (lattice.latitude_deg(plan.window(1)) < -kExactLatitude_deg || lattice.latitude_deg(plan.window(3)) > kExactLatitude_deg)
@@ -317,15 +339,17 @@ struct TileRange {
   std::int64_t west = 0, south = 0, east = 0, north = 0;
 };
 
-/// What the plan's window touches of a range of a level's tiles. Closed rectangles: data that only touches a tile's border gives that tile a
-/// border to share.
+/// What the plan's window touches of a range of a level's tiles. Closed rectangles: data that only touches a tile's border gives
+/// that tile a border to share.
 std::vector<proto::TileAddress> touched_within(const proto::Plan& plan, int level, const TileRange& range) {
   const std::int64_t units = lattice_of(plan).tile_units(level), across = proto::tiles_across(level);
-  const std::int64_t from = floor_divide(plan.window(0) - 1, units), more = std::min(floor_divide(plan.window(2), units) - from, across - 1);
+  const std::int64_t from = floor_divide(plan.window(0) - 1, units),
+                     more = std::min(floor_divide(plan.window(2), units) - from, across - 1);
   const std::int64_t west = from - across * floor_divide(from, across);
   std::vector<std::int64_t> columns;  // the window may go on beyond the antimeridian: then it begins again at column 0
   for (const std::int64_t turn : {-across, std::int64_t{0}}) {
-    for (std::int64_t x = std::max(range.west, west + turn); x <= std::min(range.east, west + turn + more); ++x) columns.push_back(x);
+    for (std::int64_t x = std::max(range.west, west + turn); x <= std::min(range.east, west + turn + more); ++x)
+      columns.push_back(x);
   }
   const std::int64_t south = std::max(range.south, floor_divide(plan.window(1) - 1, units));
   const std::int64_t north = std::min(range.north, floor_divide(plan.window(3), units));
@@ -352,14 +376,16 @@ raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAdd
   const std::int64_t circle = lattice.columns();
   const std::int64_t units = std::min(lattice.tile_units(node.z) + 2 * around, circle);
   const std::int64_t node_west = lattice.west(node) - around, node_south = lattice.south(node) - around;
-  raster::Source::Window result{INT64_MAX, std::max<std::int64_t>(node_south, plan.window(1)), INT64_MIN,
-                                std::min<std::int64_t>(lattice.south(node) + lattice.tile_units(node.z) + around, plan.window(3))};
+  raster::Source::Window result{
+      INT64_MAX, std::max<std::int64_t>(node_south, plan.window(1)), INT64_MIN,
+      std::min<std::int64_t>(lattice.south(node) + lattice.tile_units(node.z) + around, plan.window(3))};
   for (int turn = -2; turn <= 2; ++turn) {
     const std::int64_t west = std::max<std::int64_t>(node_west + turn * circle, plan.window(0));
     const std::int64_t east = std::min<std::int64_t>(node_west + turn * circle + units, plan.window(2));
     if (west > east) continue;
     // Data on both ends of the circle: the whole node, once.
-    if (result.west <= result.east && west - result.west > units) return {node_west, result.south, node_west + units, result.north};
+    if (result.west <= result.east && west - result.west > units)
+      return {node_west, result.south, node_west + units, result.north};
     result.west = std::min(result.west, west);
     result.east = std::max(result.east, east);
   }

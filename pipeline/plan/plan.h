@@ -32,8 +32,8 @@ std::string why_waves(const proto::Plan& plan);
 /// Why a plan cannot be exact: a pole, shares, too few levels. It has a window.
 proto::Result<void> check_exact(const proto::Plan& plan);
 
-/// How near to the raster's own pixels the surface between samples is brought before anything is simplified, metres; 0: samples stay as they are,
-/// and the error counts at samples alone. It leaves simplification the rest of the finest target.
+/// How near to the raster's own pixels the surface between samples is brought before anything is simplified, metres; 0: samples
+/// stay as they are, and the error counts at samples alone. It leaves simplification the rest of the finest target.
 double pixels_within_m(const proto::Plan& plan);
 
 /// Sets chain tolerance, .glb step, height step and rim tolerance of a level from its target.
@@ -53,8 +53,8 @@ std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level
 /// The same below one node, whose level is no greater; its time and memory are of that node's tiles alone.
 std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level, const proto::TileAddress& node);
 
-/// The lattice vertices of node's closed rectangle, and `around` units more on every side, inside the plan's window: what a block reads.
-/// west may exceed the circle.
+/// The lattice vertices of node's closed rectangle, and `around` units more on every side, inside the plan's window: what a block
+/// reads. west may exceed the circle.
 raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node, std::int64_t around = 0);
 
 }  // namespace cordillera::pipeline

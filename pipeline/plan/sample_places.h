@@ -6,9 +6,9 @@
 
 namespace cordillera::pipeline {
 
-/// Nodes of a level, or of the finest one above it that has no more than a quarter of a million, that the source does not know to be
-/// empty; in the order of a Z curve: neighbours in the list are neighbours on the ground. Asks from the blocks downwards, so that a sparse
-/// raster costs what it holds, and asks no more than a few thousand times.
+/// Nodes of a level, or of the finest one above it that has no more than a quarter of a million, that the source does not know to
+/// be empty; in the order of a Z curve: neighbours in the list are neighbours on the ground. Asks from the blocks downwards, so
+/// that a sparse raster costs what it holds, and asks no more than a few thousand times.
 std::vector<proto::TileAddress> filled_nodes(const proto::Plan& plan, const raster::Source& source, int level);
 
 /// How many nodes of another level lie above or below the nodes.
@@ -20,12 +20,12 @@ proto::TileAddress node_at(const std::vector<proto::TileAddress>& nodes, std::si
 /// At most how many tiles of a level the plan's window touches.
 double touched_count(const proto::Plan& plan, int level);
 
-/// The k-th of count places, for k = 0, 1, 2, …: each new one falls into a large gap between those before (steps of the golden ratio), so
-/// any number of them is spread evenly.
+/// The k-th of count places, for k = 0, 1, 2, …: each new one falls into a large gap between those before (steps of the golden
+/// ratio), so any number of them is spread evenly.
 std::size_t spread_place(std::size_t k, std::size_t count);
 
-/// The finest samples of up to kMostSamplePlaces tiles of the finest level, spread evenly. Those that cannot be read are left out, for the build to
-/// tell. Needs levels and window of the plan only, and a block level of waves.
+/// The finest samples of up to kMostSamplePlaces tiles of the finest level, spread evenly. Those that cannot be read are left
+/// out, for the build to tell. Needs levels and window of the plan only, and a block level of waves.
 std::vector<proto::Samples> sample_places(const proto::Plan& plan, raster::Source& source);
 inline constexpr std::size_t kMostSamplePlaces = 16;
 

@@ -7,7 +7,8 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr std::uint64_t kFirstStep = std::bit_cast<std::uint64_t>(0x1p-10) >> 48;  // sign, exponent and four bits behind the point
+constexpr std::uint64_t kFirstStep =
+    std::bit_cast<std::uint64_t>(0x1p-10) >> 48;  // sign, exponent and four bits behind the point
 
 /// What all errors of a step are below.
 double end_of(std::size_t step) { return std::bit_cast<double>((kFirstStep + step) << 48); }
@@ -24,7 +25,8 @@ void PixelErrorSum::add(const proto::PixelErrors& tile) {
   sum_squared_ += tile.sum_squared();
   pixels_ += tile.pixels();
   uncovered_ += tile.uncovered();
-  for (int k = 0; k < tile.counts_size(); ++k) counts_[std::min<std::size_t>(tile.first() + static_cast<std::size_t>(k), kSteps - 1)] += tile.counts(k);
+  for (int k = 0; k < tile.counts_size(); ++k)
+    counts_[std::min<std::size_t>(tile.first() + static_cast<std::size_t>(k), kSteps - 1)] += tile.counts(k);
 }
 
 proto::ErrorAtPixels PixelErrorSum::total() const {

@@ -58,9 +58,7 @@ void row_sum(sqlite3_context* context, int count, sqlite3_value** values) {
     std::int64_t sum = 0;
     std::memcpy(&sum, content_hash(row).data(), sizeof sum);
     sqlite3_result_int64(context, sum);
-  } catch (const std::bad_alloc&) {
-    sqlite3_result_error_nomem(context);
-  } catch (const std::exception& error) {
+  } catch (const std::bad_alloc&) { sqlite3_result_error_nomem(context); } catch (const std::exception& error) {
     sqlite3_result_error(context, error.what(), -1);
   }
 }
@@ -80,7 +78,8 @@ void remove_database(const std::string& path) {
 
 Database::Database(const std::string& path, Mode mode) {
   const bool writes = mode == Mode::create || mode == Mode::scratch;
-  const int flags = SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (writes ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
+  const int flags =
+      SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (writes ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
   const std::string name = mode == Mode::scratch ? ":memory:" : uri(path) + (mode == Mode::published ? "?immutable=1" : "");
   open(name, flags);
   if (mode == Mode::shared) sqlite3_busy_timeout(handle_, kPatience_ms);
@@ -98,7 +97,9 @@ Database::Database(const SqliteObject& object) {
 
 void Database::open(const std::string& address, int flags) {
   if (sqlite3_open_v2(address.c_str(), &handle_, flags, nullptr) == SQLITE_OK) {
-    if (sqlite3_create_function(handle_, "row_sum", -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr, row_sum, nullptr, nullptr) == SQLITE_OK) return;
+    if (sqlite3_create_function(handle_, "row_sum", -1, SQLITE_UTF8 | SQLITE_DETERMINISTIC, nullptr, row_sum, nullptr, nullptr) ==
+        SQLITE_OK)
+      return;
   }
   const bool starved = wants_memory(handle_);
   const std::string why = starved ? "" : sqlite3_errmsg(handle_);

@@ -1,6 +1,6 @@
 #pragma once
-// SQLite, as much of it as the store needs: a connection, statements that are prepared once, transactions that roll back by themselves.
-// The only door to sqlite3.h. Failures are StoreError exceptions inside the store and become Problems at its faces.
+// SQLite, as much of it as the store needs: a connection, statements that are prepared once, transactions that roll back by
+// themselves. The only door to sqlite3.h. Failures are StoreError exceptions inside the store and become Problems at its faces.
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
@@ -26,7 +26,8 @@ void remove_database(const std::string& path);
 /// A connection. Its SQL knows row_sum(…): eight bytes of the content hash of its arguments, their types and lengths.
 class Database {
  public:
-  /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. scratch: in memory, no path.
+  /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. scratch: in memory,
+  /// no path.
   enum class Mode { create, published, shared, scratch };
   Database(const std::string& path, Mode mode);
   /// A database in this one's file, published.

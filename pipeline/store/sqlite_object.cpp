@@ -34,21 +34,25 @@ int size(sqlite3_file* opened, sqlite3_int64* bytes) {
 }
 
 // What a database that is opened as immutable is never asked for, or what there is nothing to do for.
-constexpr sqlite3_io_methods kMethods{
-    1,
-    [](sqlite3_file*) { return SQLITE_OK; },                                                        // close
-    read,
-    [](sqlite3_file*, const void*, int, sqlite3_int64) { return SQLITE_READONLY; },                 // write
-    [](sqlite3_file*, sqlite3_int64) { return SQLITE_READONLY; },                                   // truncate
-    [](sqlite3_file*, int) { return SQLITE_OK; },                                                   // sync
-    size,
-    [](sqlite3_file*, int) { return SQLITE_OK; },                                                   // lock
-    [](sqlite3_file*, int) { return SQLITE_OK; },                                                   // unlock
-    [](sqlite3_file*, int* locked) { return *locked = 0, SQLITE_OK; },                              // is it locked
-    [](sqlite3_file*, int, void*) { return SQLITE_NOTFOUND; },                                      // control
-    [](sqlite3_file*) { return 0; },                                                                // sector: the default
-    [](sqlite3_file*) { return SQLITE_IOCAP_IMMUTABLE; },
-    nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
+constexpr sqlite3_io_methods kMethods{1,
+                                      [](sqlite3_file*) { return SQLITE_OK; },  // close
+                                      read,
+                                      [](sqlite3_file*, const void*, int, sqlite3_int64) { return SQLITE_READONLY; },  // write
+                                      [](sqlite3_file*, sqlite3_int64) { return SQLITE_READONLY; },                    // truncate
+                                      [](sqlite3_file*, int) { return SQLITE_OK; },                                    // sync
+                                      size,
+                                      [](sqlite3_file*, int) { return SQLITE_OK; },                       // lock
+                                      [](sqlite3_file*, int) { return SQLITE_OK; },                       // unlock
+                                      [](sqlite3_file*, int* locked) { return *locked = 0, SQLITE_OK; },  // is it locked
+                                      [](sqlite3_file*, int, void*) { return SQLITE_NOTFOUND; },          // control
+                                      [](sqlite3_file*) { return 0; },                                    // sector: the default
+                                      [](sqlite3_file*) { return SQLITE_IOCAP_IMMUTABLE; },
+                                      nullptr,
+                                      nullptr,
+                                      nullptr,
+                                      nullptr,
+                                      nullptr,
+                                      nullptr};
 
 int open(sqlite3_vfs* vfs, const char* name, sqlite3_file* opened, int, int* flags) {
   opened->pMethods = nullptr;

@@ -31,10 +31,10 @@ inline proto::TileAddress address_of(const proto::TileRecord& record) {
 
 /// What a block or a merge hands to the store in one transaction.
 struct FinishedTask {
-  proto::TileAddress node;                                     ///< the block or the merged parent
-  std::vector<EncodedTile> tiles;                              ///< tiles with at least one triangle
+  proto::TileAddress node;                                         ///< the block or the merged parent
+  std::vector<EncodedTile> tiles;                                  ///< tiles with at least one triangle
   std::optional<std::pair<proto::TileAddress, std::string>> mesh;  ///< serialised mesh for the parent's weld; none when all void
-  std::vector<proto::TileAddress> consumed;                    ///< child meshes no longer needed
+  std::vector<proto::TileAddress> consumed;                        ///< child meshes no longer needed
 };
 
 /// What becomes of another build that is already where a new one is to go.
@@ -42,13 +42,13 @@ enum class Existing { replace, refuse };
 /// The refusal. what: which build is in the way.
 proto::Problem output_exists(const std::string& what);
 
-/// The store while a job writes it. Thread-safe (calls are serialised). Reads that fail (disk gone, file damaged) throw StoreError,
-/// here and in StoreReader.
+/// The store while a job writes it. Thread-safe (calls are serialised). Reads that fail (disk gone, file damaged) throw
+/// StoreError, here and in StoreReader.
 class StoreWriter {
  public:
   /// Creates the file or opens an unfinished one of the same plan; a file of another plan, and one with a damaged manifest, is
-  /// started anew or refused. A published one of the same plan has everything finished, and publish gives its manifest again. A file that is
-  /// no store is refused, and so is one in use.
+  /// started anew or refused. A published one of the same plan has everything finished, and publish gives its manifest again. A
+  /// file that is no store is refused, and so is one in use.
   static proto::Result<std::unique_ptr<StoreWriter>> open(const std::string& path, const proto::Plan& plan,
                                                           Existing other = Existing::replace);
   virtual ~StoreWriter() = default;
@@ -69,15 +69,15 @@ class StoreWriter {
   virtual proto::Result<proto::Manifest> publish(proto::Manifest manifest) = 0;
 };
 
-/// Rewrites a published store without blobs that no tile names and without free pages, if it has such. Bytes saved; whoever reads the
-/// file keeps the old one. The new one is whole on disk before it takes its place.
+/// Rewrites a published store without blobs that no tile names and without free pages, if it has such. Bytes saved; whoever reads
+/// the file keeps the old one. The new one is whole on disk before it takes its place.
 proto::Result<std::uint64_t> compact_store(const std::string& path);
 
 /// A node of the tile tree as 3D Tiles sees it: it has triangles itself or tiles below it have.
 struct TileExtent {
   proto::TileAddress tile;
-  bool content = false;          ///< it has triangles itself
-  double geometric_error_m = 0;  ///< greatest stated error of it and all below it
+  bool content = false;            ///< it has triangles itself
+  double geometric_error_m = 0;    ///< greatest stated error of it and all below it
   std::array<double, 6> region{};  ///< as TileRecord::region, of it and all below it
 };
 
@@ -106,9 +106,12 @@ class StoreReader {
   virtual std::string water(const proto::TileAddress& tile) const = 0;
   virtual std::optional<proto::TileRecord> record(const proto::TileAddress& tile) const = 0;
   /// Every record of a level between x and y bounds (inclusive), ordered by y then x.
-  virtual std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const = 0;
+  virtual std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1,
+                                                 std::int32_t y1) const = 0;
   /// Every record of a level.
-  std::vector<proto::TileRecord> records_of(int level) const { return records(level, 0, 0, proto::tiles_across(level) - 1, proto::tiles_up(level) - 1); }
+  std::vector<proto::TileRecord> records_of(int level) const {
+    return records(level, 0, 0, proto::tiles_across(level) - 1, proto::tiles_up(level) - 1);
+  }
   /// Every node of a level between bounds (inclusive), ordered by y then x. Unless overridden: those that have records.
   virtual std::vector<TileExtent> extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const;
 };

@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 bool has_waste(const std::string& path) {
   Database database(path, Database::Mode::published);
   return database.integer("PRAGMA freelist_count") > 0 ||
-         database.integer("SELECT EXISTS(SELECT 1 FROM blobs WHERE hash NOT IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM tiles))") != 0;
+         database.integer(
+             "SELECT EXISTS(SELECT 1 FROM blobs WHERE hash NOT IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM tiles))") != 0;
 }
 
 void sync(const std::string& path, int flags) {
@@ -38,7 +39,9 @@ proto::Result<std::uint64_t> compact_store(const std::string& path) {
     Database(path, Database::Mode::published).copy_to(copy);
     {
       Database database(copy, Database::Mode::create);
-      database.execute("PRAGMA journal_mode = DELETE; DELETE FROM blobs WHERE hash NOT IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM tiles); VACUUM");
+      database.execute(
+          "PRAGMA journal_mode = DELETE; DELETE FROM blobs WHERE hash NOT IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM "
+          "tiles); VACUUM");
     }
     const auto before = fs::file_size(path), after = fs::file_size(copy);
     sync(copy, 0);
@@ -47,7 +50,8 @@ proto::Result<std::uint64_t> compact_store(const std::string& path) {
     return before > after ? before - after : 0;
   } catch (const std::exception& e) {
     fs::remove(copy, error);
-    return proto::Problem{"store-write", "the store " + path + " cannot be rewritten: " + e.what(), "a sound store on a disk with room for a second one", ""};
+    return proto::Problem{"store-write", "the store " + path + " cannot be rewritten: " + e.what(),
+                          "a sound store on a disk with room for a second one", ""};
   }
 }
 

@@ -78,8 +78,8 @@ struct Longitudes {
   double west_deg = -180, east_deg = 180;
 };
 
-// The shortest stretch of longitudes that holds all tiles of a level: what is left of the circle without its widest empty stretch of
-// tile columns. west > east where it crosses the antimeridian.
+// The shortest stretch of longitudes that holds all tiles of a level: what is left of the circle without its widest empty stretch
+// of tile columns. west > east where it crosses the antimeridian.
 Longitudes longitudes(Database& database, int level) {
   struct Column {
     std::int64_t x;
@@ -109,7 +109,8 @@ void add_bounds(Database& database, int level, proto::Manifest& manifest) {
   box.step();
   const Longitudes lon = longitudes(database, level);
   manifest.clear_bounds();
-  for (const double degrees : {lon.west_deg, box.real(0) * kDegrees, lon.east_deg, box.real(1) * kDegrees}) manifest.add_bounds(degrees);
+  for (const double degrees : {lon.west_deg, box.real(0) * kDegrees, lon.east_deg, box.real(1) * kDegrees})
+    manifest.add_bounds(degrees);
 }
 
 // What the source turned out to hold, from the finest level's sums.
@@ -172,7 +173,8 @@ void summarise(Database& database, const proto::Plan& plan, proto::Manifest& man
   for (const proto::LevelPlan& level : plan.levels()) {
     proto::LevelSummary& sum = *manifest.add_levels();
     sum = level_summary(database, level, range, pixels);
-    sum.set_target(plan.promise() ? level.target() : sum.stated_max_error());  // a share promises no error: none but what came out
+    sum.set_target(plan.promise() ? level.target()
+                                  : sum.stated_max_error());  // a share promises no error: none but what came out
     geometric_error = std::max(geometric_error, sum.stated_max_error());
     sum.set_geometric_error(geometric_error);
     sum.set_height_step(height_step(level) * proto::kHeightStep_m);

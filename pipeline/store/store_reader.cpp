@@ -6,6 +6,7 @@
 #include <mutex>
 #include <vector>
 
+#include "pipeline/encode/tile_glb.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/sqlite_object.h"
@@ -14,7 +15,6 @@
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
 #include "pipeline/store/store_words.h"
-#include "pipeline/encode/tile_glb.h"
 #include "raster/storage/storage.h"
 
 namespace cordillera::pipeline {
@@ -29,8 +29,8 @@ constexpr const char* kPageCache = "PRAGMA cache_size = -512";
 constexpr std::uint64_t kOwnCache_bytes = std::uint64_t{64} << 20;
 // A window of few rows is asked row by row: the key finds each run of columns at once. A tall one is one scan.
 constexpr std::int32_t kFewRows = 256;
-// Tiles that are looked for when a store is opened: 3 ms a thousand. Counting alone would be cheaper, but takes every page of the table: 235 ms for a
-// million tiles that the system has in memory, and as long as the disk takes for 330 MB that it has not.
+// Tiles that are looked for when a store is opened: 3 ms a thousand. Counting alone would be cheaper, but takes every page of the
+// table: 235 ms for a million tiles that the system has in memory, and as long as the disk takes for 330 MB that it has not.
 constexpr std::uint64_t kMostCounted = 20000;
 
 std::string name_of(const TileAddress& tile) {
@@ -64,11 +64,13 @@ struct Connection {
         drc(database, blob_of("drc")),
         glb(database, blob_of("glb")),
         tags(database, "SELECT " + sound(kSoundTile) + ", drc, glb FROM tiles WHERE level = ? AND y = ? AND x = ?"),
-        records(database, "SELECT " + sound(kSoundTile) + ", record, y, x FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
-        nodes(database,
-              "SELECT " + sound(kSoundNode) + ", y, x, error, west, south, east, north, low, high, "
-              "EXISTS(SELECT 1 FROM tiles t WHERE t.level = nodes.level AND t.y = nodes.y AND t.x = nodes.x) "
-              "FROM nodes WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x") {
+        records(database,
+                "SELECT " + sound(kSoundTile) +
+                    ", record, y, x FROM tiles WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x"),
+        nodes(database, "SELECT " + sound(kSoundNode) +
+                            ", y, x, error, west, south, east, north, low, high, "
+                            "EXISTS(SELECT 1 FROM tiles t WHERE t.level = nodes.level AND t.y = nodes.y AND t.x = nodes.x) "
+                            "FROM nodes WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ? ORDER BY y, x") {
     if (database.integer("SELECT count(*) FROM sqlite_schema WHERE name = 'water'") == 0) return;
     water.emplace(database, "SELECT " + sound(kSoundWater) + ", mask FROM water WHERE level = ? AND y = ? AND x = ?");
   }
@@ -148,7 +150,8 @@ class SqliteReader final : public StoreReader {
   const proto::Manifest& manifest() const override { return manifest_; }
 
   std::optional<Blob> tile(const TileAddress& tile, Encoding encoding) const override {
-    const auto found = with_connection([&](Connection& c) { return read(c, encoding == Encoding::drc ? c.drc : c.glb, tile, encoding); });
+    const auto found =
+        with_connection([&](Connection& c) { return read(c, encoding == Encoding::drc ? c.drc : c.glb, tile, encoding); });
     if (!found || !found->blob.etag.empty()) return found ? std::optional(found->blob) : std::nullopt;
     return made(tile, {});  // the connection is free meanwhile
   }
@@ -186,11 +189,13 @@ class SqliteReader final : public StoreReader {
     return std::move(found[0]);
   }
 
-  std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const override {
+  std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1,
+                                         std::int32_t y1) const override {
     return with_connection([&](Connection& c) {
       std::vector<proto::TileRecord> out;
       for_each_row(c.records, {level, x0, y0, x1, y1}, [&] {
-        require_sound(c.records, {level, static_cast<std::int32_t>(c.records.integer(3)), static_cast<std::int32_t>(c.records.integer(2))});
+        require_sound(c.records,
+                      {level, static_cast<std::int32_t>(c.records.integer(3)), static_cast<std::int32_t>(c.records.integer(2))});
         out.push_back(record_of(c.records, 1));
       });
       return out;
@@ -247,7 +252,8 @@ class SqliteReader final : public StoreReader {
 };
 
 proto::Result<proto::Manifest> published_manifest(Database& database, const std::string& path) {
-  if (database.integer("PRAGMA application_id") != kApplicationId) return refused("store-unknown", path, "is no store of Cordillera");
+  if (database.integer("PRAGMA application_id") != kApplicationId)
+    return refused("store-unknown", path, "is no store of Cordillera");
   const std::int64_t version = database.integer("PRAGMA user_version");
   if (version < kOldestSchema || version > kSchemaVersion) {
     return refused("store-version", path, "was written by another version of Cordillera");
@@ -257,14 +263,17 @@ proto::Result<proto::Manifest> published_manifest(Database& database, const std:
   if (!row.step()) return refused("store-unpublished", path, "is not finished");
   proto::Manifest manifest;
   const std::string_view bytes = row.blob(1);
-  if (row.integer(0) == 0 || !manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return refused("store-damaged", path, "has a damaged manifest");
+  if (row.integer(0) == 0 || !manifest.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
+    return refused("store-damaged", path, "has a damaged manifest");
   return manifest;
 }
 
 std::optional<proto::Plan> sound_plan(Database& database) {
-  Statement row(database, "SELECT " + std::string(has_sums(database) ? kSoundMeta : "1") + ", value FROM meta WHERE key = 'plan'");
+  Statement row(database,
+                "SELECT " + std::string(has_sums(database) ? kSoundMeta : "1") + ", value FROM meta WHERE key = 'plan'");
   proto::Plan plan;
-  if (!row.step() || row.integer(0) == 0 || !plan.ParseFromArray(row.blob(1).data(), static_cast<int>(row.blob(1).size()))) return std::nullopt;
+  if (!row.step() || row.integer(0) == 0 || !plan.ParseFromArray(row.blob(1).data(), static_cast<int>(row.blob(1).size())))
+    return std::nullopt;
   return plan;
 }
 
@@ -286,18 +295,19 @@ std::vector<proto::LevelSummary> counted_levels(const proto::Manifest& manifest)
   return levels;
 }
 
-/// Whether every tile that the manifest counts is found at its place, and its node at the same. A row that is gone, or one whose key is another,
-/// says nothing when it is asked for: the level above would be shown in its place. What cannot be read is told when it is.
+/// Whether every tile that the manifest counts is found at its place, and its node at the same. A row that is gone, or one whose
+/// key is another, says nothing when it is asked for: the level above would be shown in its place. What cannot be read is told
+/// when it is.
 bool all_there(Database& database, const proto::Manifest& manifest) {
   try {
-    Statement count(database, "SELECT count(*) FROM nodes n WHERE level = ? AND EXISTS(SELECT 1 FROM tiles t WHERE t.level = n.level AND t.y = n.y AND t.x = n.x)");
+    Statement count(database,
+                    "SELECT count(*) FROM nodes n WHERE level = ? AND EXISTS(SELECT 1 FROM tiles t WHERE t.level = n.level AND "
+                    "t.y = n.y AND t.x = n.x)");
     for (const proto::LevelSummary& level : counted_levels(manifest)) {
       if (!count.bind(level.level()).step() || count.integer(0) != static_cast<std::int64_t>(level.tiles())) return false;
     }
     return true;
-  } catch (const StoreError&) {
-    return true;
-  }
+  } catch (const StoreError&) { return true; }
 }
 
 /// Throws StoreError.
@@ -307,7 +317,8 @@ proto::Result<std::unique_ptr<StoreReader>> open_at(const StoreAddress& place, s
   if (!manifest) return manifest.problem();
   if (!whole(*database, size)) return refused("store-damaged", place.path, "is cut short");
   // Object storage gives a page in the time in which a disk gives a thousand.
-  if (!place.object && !all_there(*database, *manifest)) return refused("store-damaged", place.path, "has not all of the tiles that its manifest tells of");
+  if (!place.object && !all_there(*database, *manifest))
+    return refused("store-damaged", place.path, "has not all of the tiles that its manifest tells of");
   put_words(words, *manifest);
   auto plan = sound_plan(*database);
   if (plan && !words.attribution.empty()) plan->mutable_options()->set_attribution(words.attribution);
@@ -335,7 +346,8 @@ Problem damaged(const std::string& path, const StoreError& error) {
 
 }  // namespace
 
-std::vector<TileExtent> StoreReader::extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const {
+std::vector<TileExtent> StoreReader::extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1,
+                                             std::int32_t y1) const {
   std::vector<TileExtent> out;
   for (const proto::TileRecord& record : records(level, x0, y0, x1, y1)) {
     TileExtent& e = out.emplace_back();
@@ -371,9 +383,7 @@ proto::Result<std::unique_ptr<StoreReader>> open_store_with(const std::string& p
   if (!size) return size.problem();
   try {
     return open_at({path, nullptr}, *size, words);
-  } catch (const StoreError& e) {
-    return damaged(path, e);
-  }
+  } catch (const StoreError& e) { return damaged(path, e); }
 }
 
 proto::Result<proto::Manifest> StoreReader::manifest_of(const std::string& path) {
@@ -382,9 +392,7 @@ proto::Result<proto::Manifest> StoreReader::manifest_of(const std::string& path)
   try {
     Database database(path, Database::Mode::published);
     return published_manifest(database, path);
-  } catch (const StoreError& e) {
-    return damaged(path, e);
-  }
+  } catch (const StoreError& e) { return damaged(path, e); }
 }
 
 proto::Result<std::unique_ptr<StoreReader>> open_store(std::shared_ptr<raster::ObjectFile> file) {

@@ -31,7 +31,8 @@ proto::Result<void> copy_file(const std::string& from, const std::string& to) {
   bool copied = in >= 0 && out >= 0 && ioctl(out, FICLONE, in) == 0;
   std::error_code error;
   const auto size = fs::file_size(from, error);
-  const auto full = copied || error ? std::nullopt : raster::no_room(to, size, "the version before, on which the next one is built");
+  const auto full =
+      copied || error ? std::nullopt : raster::no_room(to, size, "the version before, on which the next one is built");
   for (ssize_t count = 1; in >= 0 && out >= 0 && !copied && !full; copied = count == 0) {
     count = copy_file_range(in, nullptr, out, nullptr, std::size_t{1} << 30, 0);
     if (count < 0) break;
@@ -65,7 +66,9 @@ class Remover {
               "UNION SELECT glb FROM tiles WHERE level = ?1 AND y = ?2 AND x BETWEEN ?3 AND ?4"),
         tiles_(database, "DELETE FROM tiles WHERE level = ? AND y = ? AND x BETWEEN ? AND ?"),
         mesh_(database, "DELETE FROM meshes WHERE level = ? AND y = ? AND x = ?"),
-        note_above_(database, "INSERT OR IGNORE INTO gone SELECT drc FROM tiles WHERE level < ?1 UNION SELECT glb FROM tiles WHERE level < ?1"),
+        note_above_(
+            database,
+            "INSERT OR IGNORE INTO gone SELECT drc FROM tiles WHERE level < ?1 UNION SELECT glb FROM tiles WHERE level < ?1"),
         tiles_above_(database, "DELETE FROM tiles WHERE level < ?") {}
 
   void remove(const proto::TileAddress& node) {
@@ -129,7 +132,8 @@ std::optional<std::string> sound_note_in(const std::string& store_path, const st
     return std::nullopt;
   }
   Database database(store_path, Database::Mode::published);
-  Statement row(database, "SELECT value, " + std::string(has_sums(database) ? kSoundMeta : "1") + " FROM meta WHERE key = CAST(? AS TEXT)");
+  Statement row(database,
+                "SELECT value, " + std::string(has_sums(database) ? kSoundMeta : "1") + " FROM meta WHERE key = CAST(? AS TEXT)");
   if (!row.bind(key).step()) return std::nullopt;
   if (row.integer(1) == 0) throw StoreError("the note '" + key + "' of " + store_path + " is not as it was written");
   return std::string(row.blob(0));
@@ -176,9 +180,7 @@ proto::Result<void> begin_store(const std::string& path, const proto::Plan& plan
   try {
     put_notes(path, notes);
     return {};
-  } catch (const StoreError& failed) {
-    return write_problem(path, failed.what());
-  }
+  } catch (const StoreError& failed) { return write_problem(path, failed.what()); }
 }
 
 }  // namespace cordillera::pipeline

@@ -19,8 +19,8 @@ inline constexpr const char* kChangesFile = "changes.json";
 
 /// nullopt: no such file or note, or one that is not as it was written. The store may be unfinished; nobody writes it meanwhile.
 std::optional<std::string> note_in(const std::string& store_path, const std::string& key);
-/// For who must not take damage for none. nullopt: no such file or note. Throws StoreError where the file cannot be read, or the note is not as it was
-/// written.
+/// For who must not take damage for none. nullopt: no such file or note. Throws StoreError where the file cannot be read, or the
+/// note is not as it was written.
 std::optional<std::string> sound_note_in(const std::string& store_path, const std::string& key);
 
 struct Note {

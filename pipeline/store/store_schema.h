@@ -1,24 +1,23 @@
 #pragma once
 // The tables of a dataset's file.
 //
-//   meta    'plan' while it is written and after, 'manifest' once it is published: nothing else says that it is; notes (store_revise.h)
-//   tiles   a row a tile that has triangles; drc names a row of blobs. glb is empty: tile_glb makes it. In rows of format 1 it names one too
-//   blobs   bytes by content hash
-//   tasks   committed blocks and merges                               } only while it is written
-//   meshes  meshes that wait for their parent's weld: hashes of files   }   (mesh_files.h); kept, whole, in a store that will be built on
-//   water   water masks by tile, only of datasets that have any
-//   nodes   a row a tile that has triangles itself or below it, with the region and the error of it all: made when published
+//   meta    'plan' while it is written and after, 'manifest' once it is published: nothing else says that it is; notes
+//   (store_revise.h) tiles   a row a tile that has triangles; drc names a row of blobs. glb is empty: tile_glb makes it. In rows
+//   of format 1 it names one too blobs   bytes by content hash tasks   committed blocks and merges } only while it is written
+//   meshes  meshes that wait for their parent's weld: hashes of files   }   (mesh_files.h); kept, whole, in a store that will be
+//   built on water   water masks by tile, only of datasets that have any nodes   a row a tile that has triangles itself or below
+//   it, with the region and the error of it all: made when published
 //
 // Rows are addressed by content or by place, so what they hold does not depend on the order of commits.
 //
-// `sum` is row_sum (sqlite.h) of what else a reader takes from the row: a disk that gives back other bytes, or a row in another's place, is
-// seen when the row is read. Stores of earlier versions have none.
+// `sum` is row_sum (sqlite.h) of what else a reader takes from the row: a disk that gives back other bytes, or a row in another's
+// place, is seen when the row is read. Stores of earlier versions have none.
 
 namespace cordillera::pipeline {
 
 inline constexpr int kApplicationId = 0x43446C72;  ///< "CDlr"
-inline constexpr int kSchemaVersion = 2;  ///< of stores that are written
-inline constexpr int kOldestSchema = 1;   ///< still read, continued and updated; both encodings are stored there
+inline constexpr int kSchemaVersion = 2;           ///< of stores that are written
+inline constexpr int kOldestSchema = 1;            ///< still read, continued and updated; both encodings are stored there
 
 inline constexpr const char* kCreateTables = R"(
 CREATE TABLE meta(key TEXT PRIMARY KEY, value BLOB NOT NULL, sum INT) WITHOUT ROWID;
@@ -30,7 +29,8 @@ CREATE TABLE meshes(id INTEGER PRIMARY KEY, level INT, y INT, x INT, bytes BLOB 
 )";
 
 inline constexpr const char* kCreateWater =
-    "CREATE TABLE IF NOT EXISTS water(level INT, y INT, x INT, mask BLOB NOT NULL, sum INT, PRIMARY KEY(level, y, x)) WITHOUT ROWID";
+    "CREATE TABLE IF NOT EXISTS water(level INT, y INT, x INT, mask BLOB NOT NULL, sum INT, PRIMARY KEY(level, y, x)) WITHOUT "
+    "ROWID";
 
 inline constexpr const char* kPutMeta =
     "INSERT OR REPLACE INTO meta(key, value, sum) VALUES(CAST(?1 AS TEXT), ?2, row_sum(CAST(?1 AS TEXT), ?2))";

@@ -10,7 +10,8 @@ bool has_column(Database& database, const std::string& table) {
 }
 
 void add_sum(Database& database, const std::string& table, const std::string& columns) {
-  if (database.integer("SELECT count(*) FROM sqlite_schema WHERE name = '" + table + "'") == 0 || has_column(database, table)) return;
+  if (database.integer("SELECT count(*) FROM sqlite_schema WHERE name = '" + table + "'") == 0 || has_column(database, table))
+    return;
   database.execute("ALTER TABLE " + table + " ADD COLUMN sum INT; UPDATE " + table + " SET sum = row_sum(" + columns + ")");
 }
 

@@ -19,7 +19,8 @@ using proto::Problem;
 using proto::TileAddress;
 
 Problem write_problem(const std::string& path, const std::string& why) {
-  return {"store-write", "the store " + path + " cannot be written: " + why, "a writable file on a disk with free space, used by one job at a time", ""};
+  return {"store-write", "the store " + path + " cannot be written: " + why,
+          "a writable file on a disk with free space, used by one job at a time", ""};
 }
 
 /// What a task leaves in the store, about.
@@ -76,8 +77,10 @@ class SqliteWriter final : public StoreWriter {
     }
     // A commit is one sync of the log; it is on the disk when commit() returns.
     database_->execute("PRAGMA journal_mode=WAL");
-    if (fresh) create();
-    else bring_up_to_date();
+    if (fresh)
+      create();
+    else
+      bring_up_to_date();
     if (fresh) files_.drop_all();  // another store's, which is gone
     keeps_meshes_ = has_note(kTasksNote);
     work_ = std::make_unique<WorkStatements>(*database_);
@@ -99,7 +102,8 @@ class SqliteWriter final : public StoreWriter {
     const std::lock_guard lock(mutex_);
     if (published_) return write_problem(path_, "it is published");
     if (!work_) return write_problem(path_, "it cannot be read");
-    // Nothing is lost with one of these but a look at its place. A sparse raster has thousands, and each sync takes as long as that of a block.
+    // Nothing is lost with one of these but a look at its place. A sparse raster has thousands, and each sync takes as long as
+    // that of a block.
     if (task.tiles.empty() && !task.mesh && task.consumed.empty() && without_data_.size() < kMostWithoutData) {
       without_data_.push_back(task.node);
       return {};
@@ -120,16 +124,16 @@ class SqliteWriter final : public StoreWriter {
       without_data_.clear();
       for (const TileAddress& child : task.consumed) files_.drop(child);
       return {};
-    } catch (const StoreError& e) {
-      return write_problem(path_, e.what());
-    }
+    } catch (const StoreError& e) { return write_problem(path_, e.what()); }
   }
 
   FinishedTask block(const TileAddress& node) const override {
     const std::lock_guard lock(mutex_);
     FinishedTask task{.node = node};
     if (published_ || !database_) return task;
-    Statement tiles(*database_, "SELECT record, bytes FROM tiles JOIN blobs ON hash = drc WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ?");
+    Statement tiles(
+        *database_,
+        "SELECT record, bytes FROM tiles JOIN blobs ON hash = drc WHERE level = ? AND y BETWEEN ? AND ? AND x BETWEEN ? AND ?");
     for (int z = node.z; z <= static_cast<int>(plan_.finest_level()); ++z) {
       const int below = z - node.z;
       const auto first = [below](std::int32_t at) { return std::int64_t{at} << below; };
@@ -138,7 +142,8 @@ class SqliteWriter final : public StoreWriter {
       while (tiles.step()) {
         EncodedTile tile;
         const std::string_view record = tiles.blob(0);
-        if (!tile.record.ParseFromArray(record.data(), static_cast<int>(record.size()))) throw StoreError("a tile's record cannot be read");
+        if (!tile.record.ParseFromArray(record.data(), static_cast<int>(record.size())))
+          throw StoreError("a tile's record cannot be read");
         tile.drc = tiles.blob(1);
         task.tiles.push_back(std::move(tile));
       }
@@ -153,7 +158,9 @@ class SqliteWriter final : public StoreWriter {
     }();
     if (!left || !is_hash(*left)) return left;
     auto bytes = files_.get(node);
-    if (!bytes || content_hash(*bytes) != *left) throw StoreError("what block " + std::to_string(node.z) + "/" + std::to_string(node.x) + "/" + std::to_string(node.y) + " has left is not as it was written");
+    if (!bytes || content_hash(*bytes) != *left)
+      throw StoreError("what block " + std::to_string(node.z) + "/" + std::to_string(node.x) + "/" + std::to_string(node.y) +
+                       " has left is not as it was written");
     return bytes;
   }
 
@@ -166,13 +173,12 @@ class SqliteWriter final : public StoreWriter {
     try {
       Transaction transaction(*database_);
       database_->execute(kCreateWater);
-      Statement put(*database_, "INSERT OR REPLACE INTO water(level, y, x, mask, sum) VALUES(?1, ?2, ?3, ?4, row_sum(?1, ?2, ?3, ?4))");
+      Statement put(*database_,
+                    "INSERT OR REPLACE INTO water(level, y, x, mask, sum) VALUES(?1, ?2, ?3, ?4, row_sum(?1, ?2, ?3, ?4))");
       for (const auto& [tile, packed] : masks) put.bind(tile.z, tile.y, tile.x, packed).run();
       transaction.commit();
       return {};
-    } catch (const StoreError& e) {
-      return write_problem(path_, e.what());
-    }
+    } catch (const StoreError& e) { return write_problem(path_, e.what()); }
   }
 
   proto::Result<proto::Manifest> publish(proto::Manifest manifest) override {
@@ -181,7 +187,8 @@ class SqliteWriter final : public StoreWriter {
     if (!work_) return write_problem(path_, "it cannot be read");
     try {
       // What takes the place of the meshes moves there.
-      if (auto full = no_room_for(static_cast<std::uint64_t>(database_->integer("SELECT total(length(bytes)) FROM meshes")))) return *full;
+      if (auto full = no_room_for(static_cast<std::uint64_t>(database_->integer("SELECT total(length(bytes)) FROM meshes"))))
+        return *full;
       work_.reset();  // their tables are about to go
       publish_in_one(manifest);
       settle();
@@ -218,14 +225,12 @@ class SqliteWriter final : public StoreWriter {
     return plan.step() && plan.blob(0) == plan_.SerializeAsString();
   }
 
-  /// After publishing failed: it is published all the same, where folding the log in was what failed, or work goes on. Neither, if the
-  /// disk cannot even be read any more: then nothing is finished and every commit is refused.
+  /// After publishing failed: it is published all the same, where folding the log in was what failed, or work goes on. Neither,
+  /// if the disk cannot even be read any more: then nothing is finished and every commit is refused.
   void resume() {
     try {
       if (!read_manifest()) work_ = std::make_unique<WorkStatements>(*database_);
-    } catch (const StoreError&) {
-      work_.reset();
-    }
+    } catch (const StoreError&) { work_.reset(); }
   }
 
   // Readers take a published file as it is, without a log beside it. Nothing is left to do with it here: it is closed.
@@ -284,11 +289,13 @@ class SqliteWriter final : public StoreWriter {
     record.set_drc_bytes(static_cast<std::uint32_t>(tile.drc.size()));
     record.set_glb_bytes(static_cast<std::uint32_t>(tile.glb.size()));
     if (record.region_size() != 6) throw StoreError("a tile without a region of six numbers");
-    const std::string drc = content_hash(tile.drc), glb = tile.glb.empty() ? "" : content_hash(tile.glb), bytes = record.SerializeAsString();
+    const std::string drc = content_hash(tile.drc), glb = tile.glb.empty() ? "" : content_hash(tile.glb),
+                      bytes = record.SerializeAsString();
     work_->put_blob.bind(drc, tile.drc).run();
     if (!glb.empty()) work_->put_blob.bind(glb, tile.glb).run();
     const auto& r = record.region();
-    work_->put_tile.bind(record.level(), record.y(), record.x(), bytes, drc, glb, record.max_error(), r[0], r[1], r[2], r[3], r[4], r[5])
+    work_->put_tile
+        .bind(record.level(), record.y(), record.x(), bytes, drc, glb, record.max_error(), r[0], r[1], r[2], r[3], r[4], r[5])
         .run();
   }
 
@@ -308,7 +315,7 @@ class SqliteWriter final : public StoreWriter {
   proto::Plan plan_;
   MeshFiles files_;
   std::vector<TileAddress> without_data_;  ///< finished blocks that the file does not tell of yet
-  bool keeps_meshes_ = false;  ///< in the store, for who builds on it
+  bool keeps_meshes_ = false;              ///< in the store, for who builds on it
   mutable std::mutex mutex_;
   std::unique_ptr<Database> database_;
   std::unique_ptr<WorkStatements> work_;
@@ -327,15 +334,14 @@ proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string&
     if (const auto found = writer->start(); found != SqliteWriter::Found::ours) {
       const bool damaged = found == SqliteWriter::Found::damaged;
       if (other == Existing::refuse)
-        return output_exists(path + (damaged ? " holds a damaged build" : " holds a build of another raster or with other options"));
+        return output_exists(path +
+                             (damaged ? " holds a damaged build" : " holds a build of another raster or with other options"));
       writer = std::make_unique<SqliteWriter>(path, plan);
       remove_store(path);
       if (writer->start() != SqliteWriter::Found::ours) return write_problem(path, "the old file could not be removed");
     }
     return std::unique_ptr<StoreWriter>(std::move(writer));
-  } catch (const StoreError& e) {
-    return write_problem(path, e.what());
-  }
+  } catch (const StoreError& e) { return write_problem(path, e.what()); }
 }
 
 }  // namespace cordillera::pipeline

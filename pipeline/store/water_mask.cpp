@@ -35,7 +35,8 @@ WaterPixels unpack_water(std::string_view packed) {
   WaterPixels out(kPixels);
   uLongf bytes = out.size();
   const auto* from = reinterpret_cast<const Bytef*>(packed.data());
-  if (uncompress(out.data(), &bytes, from, packed.size()) != Z_OK || bytes != kPixels) throw StoreError("a water mask is damaged");
+  if (uncompress(out.data(), &bytes, from, packed.size()) != Z_OK || bytes != kPixels)
+    throw StoreError("a water mask is damaged");
   return out;
 }
 
@@ -49,7 +50,8 @@ WaterPixels coarser_water(const std::array<const WaterPixels*, 4>& children) {
     for (std::size_t r = 0; r < kHalf; ++r) {
       for (std::size_t q = 0; q < kHalf; ++q) {
         const std::uint8_t* p = children[c]->data() + 2 * r * kWaterSide + 2 * q;
-        out[(south + r) * kWaterSide + east + q] = static_cast<std::uint8_t>((p[0] + p[1] + p[kWaterSide] + p[kWaterSide + 1] + 2) / 4);
+        out[(south + r) * kWaterSide + east + q] =
+            static_cast<std::uint8_t>((p[0] + p[1] + p[kWaterSide] + p[kWaterSide + 1] + 2) / 4);
       }
     }
   }

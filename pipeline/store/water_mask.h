@@ -1,6 +1,6 @@
 #pragma once
-// Where a tile is water: 256 x 256 pixels, a cell of its level each, rows from the north, columns from the west. 0 is land, 255 water,
-// what lies between is the share of water in the pixel.
+// Where a tile is water: 256 x 256 pixels, a cell of its level each, rows from the north, columns from the west. 0 is land, 255
+// water, what lies between is the share of water in the pixel.
 #include <array>
 #include <cstdint>
 #include <string>

@@ -39,8 +39,8 @@ std::vector<Placed> place_all(const Edge& edge, std::span<const std::int32_t> he
     if (heights[k] == kNoHeight) continue;
     const auto& row = rows[east ? 0 : k];
     const auto& column = columns[east ? k : 0];
-    placed.push_back({static_cast<std::int32_t>(first + static_cast<std::int64_t>(k)), false, proto::ecef(row, column, heights[k] * proto::kHeightStep_m),
-                      proto::normal(row, column)});
+    placed.push_back({static_cast<std::int32_t>(first + static_cast<std::int64_t>(k)), false,
+                      proto::ecef(row, column, heights[k] * proto::kHeightStep_m), proto::normal(row, column)});
   }
   return placed;
 }
@@ -236,8 +236,8 @@ void keep_support(const Edge& edge, const Chain& chain, const ChainRule& rule, s
   }
 }
 
-// Next to where a rim comes as near the edge as a level or a coarser one of the block cares for, and where it leaves it: the nearest candidate
-// on either hand.
+// Next to where a rim comes as near the edge as a level or a coarser one of the block cares for, and where it leaves it: the
+// nearest candidate on either hand.
 void keep_near_rims(const Chain& chain, const EdgeHeights& heights, std::int64_t reach, std::vector<std::int32_t>& kept) {
   std::size_t next = 0;
   for (std::size_t k = 1; k < heights.to_void.size(); ++k) {
@@ -261,8 +261,10 @@ Piece piece_of(const std::vector<Placed>& placed, std::int32_t from, std::int32_
   return {index(from), index(to)};
 }
 
-// A run's pieces between vertices that stay anyway: a chord ends at each of them, and another one than was measured might leave a sample too far.
-std::vector<Piece> between(const std::vector<Placed>& placed, const std::vector<std::int32_t>& stay, std::int32_t from, std::int32_t to) {
+// A run's pieces between vertices that stay anyway: a chord ends at each of them, and another one than was measured might leave a
+// sample too far.
+std::vector<Piece> between(const std::vector<Placed>& placed, const std::vector<std::int32_t>& stay, std::int32_t from,
+                           std::int32_t to) {
   std::vector<Piece> pieces;
   std::int32_t last = from;
   for (const std::int32_t at : stay) {
@@ -344,12 +346,14 @@ Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeH
 
 Chain simplify_chain(const Edge& edge, const Chain& candidates, const EdgeHeights& heights, const ChainRule& rule) {
   if (heights.edge.empty()) return reduce(edge, candidates, heights, {place_vertices(edge, candidates), {}, 0}, rule);
-  return reduce(edge, candidates, heights, {place_all(edge, heights.edge, heights.first), witnesses(edge, heights), heights.first}, rule);
+  return reduce(edge, candidates, heights,
+                {place_all(edge, heights.edge, heights.first), witnesses(edge, heights), heights.first}, rule);
 }
 
 Chain void_chain(std::int32_t units, std::int32_t void_gap_units) {
   Chain chain;
-  for (std::int64_t k = 0; k < units; k += void_gap_units > 0 ? void_gap_units : units) chain.position.push_back(static_cast<std::int32_t>(k));
+  for (std::int64_t k = 0; k<units; k += void_gap_units> 0 ? void_gap_units : units)
+    chain.position.push_back(static_cast<std::int32_t>(k));
   chain.position.push_back(units);
   chain.height.assign(chain.position.size(), kNoHeight);
   return chain;

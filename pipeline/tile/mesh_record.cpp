@@ -15,8 +15,8 @@ proto::TileMeshRecord record_of_mesh(const proto::TileMesh& mesh) {
 
 std::optional<proto::TileMesh> mesh_of_record(const proto::TileMeshRecord& record) {
   const auto n = static_cast<std::size_t>(record.x_size());
-  if (static_cast<std::size_t>(record.y_size()) != n || static_cast<std::size_t>(record.height_size()) != n || record.mark().size() != n ||
-      record.corner_size() % 3 != 0) {
+  if (static_cast<std::size_t>(record.y_size()) != n || static_cast<std::size_t>(record.height_size()) != n ||
+      record.mark().size() != n || record.corner_size() % 3 != 0) {
     return std::nullopt;
   }
   proto::TileMesh mesh;
@@ -61,7 +61,8 @@ std::optional<Loose> loose_of(const proto::TileMeshRecord& record) {
   if (record.loose_size() % 3 != 0) return std::nullopt;
   gpu::MeshPoint at;
   for (int k = 0; k < record.loose_size(); k += 3) {
-    if (!add(record.loose(k + 1), at.x) || !add(record.loose(k), at.y) || !add(record.loose(k + 2), at.height)) return std::nullopt;
+    if (!add(record.loose(k + 1), at.x) || !add(record.loose(k), at.y) || !add(record.loose(k + 2), at.height))
+      return std::nullopt;
     loose.samples.push_back(at);
   }
   if (!record.has_patches()) return loose;

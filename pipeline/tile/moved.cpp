@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gpu/refine/refine.h"
 #include "gpu/measure/surface_error_window.h"
+#include "gpu/refine/refine.h"
 #include "pipeline/bound/overlay.h"
 
 namespace cordillera::pipeline {

@@ -47,7 +47,8 @@ std::uint32_t keep_support(proto::TileMesh& input, const proto::TileMesh& simpli
     const std::int64_t in_x = x == 0 ? 1 : x == input.side ? -1 : 0, in_y = y == 0 ? 1 : y == input.side ? -1 : 0;
     // Not close by: what is kept there would stand in the way as well.
     for (std::int64_t d = std::int64_t{4} * cell_units << (attempt & 3); d < input.side; d *= 2) {
-      for (int across = -1; across <= 1; ++across) keep_nearest(x + in_x * d + in_y * across * d, y + in_y * d + in_x * across * d);
+      for (int across = -1; across <= 1; ++across)
+        keep_nearest(x + in_x * d + in_y * across * d, y + in_y * d + in_x * across * d);
     }
   }
   return left;

@@ -8,8 +8,8 @@
 
 namespace cordillera::pipeline {
 
-/// Marks inner vertices of the simplification's input kKeep, some way in from each border vertex that the chain dropped and that is still in
-/// the result. Returns how many are still there; 0: nothing is marked.
+/// Marks inner vertices of the simplification's input kKeep, some way in from each border vertex that the chain dropped and that
+/// is still in the result. Returns how many are still there; 0: nothing is marked.
 std::uint32_t keep_support(proto::TileMesh& input, const proto::TileMesh& simplified, std::int32_t cell_units, int attempt);
 
 /// Marks the `count` removable vertices of input that are nearest to the middle of a triangle of the result kKeep.

@@ -5,10 +5,10 @@
 #include <iterator>
 #include <utility>
 
-#include "gpu/refine/height_step.h"
 #include "gpu/measure/sample_meter.h"
 #include "gpu/measure/upright.h"
 #include "gpu/measure/upright_flips.h"
+#include "gpu/refine/height_step.h"
 #include "gpu/refine/thin.h"
 #include "pipeline/bound/composed_error.h"
 #include "pipeline/bound/loose.h"
@@ -21,8 +21,8 @@ gpu::Upright upright_of(const LevelContext& context, const BuiltTile& built) {
   return gpu::Upright({context.lattice, built.tile, built.mesh.side, context.level->ecef_step()});
 }
 
-/// In a tile at a pole, collapses make fans of needles that plan has the right way up and space has not. A vertex more in each makes them thinner;
-/// turning their edges first does not. Errors are for refinement to mend.
+/// In a tile at a pole, collapses make fans of needles that plan has the right way up and space has not. A vertex more in each
+/// makes them thinner; turning their edges first does not. Errors are for refinement to mend.
 void stand_up(BuiltTile& built, const gpu::Upright& upright, const gpu::ErrorMeter& meter) {
   if (is_at_pole(built.tile)) gpu::flip_turned(built.mesh, upright, meter, INFINITY);
 }
@@ -70,7 +70,8 @@ std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTi
   const double step_m = context.level->ecef_step();
   const Surface& surface = *prepared.truth;
   const ComposedMeter truth(*context.lattice, built.tile, surface.mesh, surface.max_error_m, surface.loose, step_m);
-  const ComposedMeter children(*context.lattice, built.tile, prepared.input, prepared.inherited_error_m, prepared.inherited_loose, step_m);
+  const ComposedMeter children(*context.lattice, built.tile, prepared.input, prepared.inherited_error_m, prepared.inherited_loose,
+                               step_m);
   const NearerMeter nearer(truth, children);
   const gpu::Upright upright = upright_of(context, built);
   const gpu::UprightMeter in_space(nearer, upright);
@@ -113,10 +114,12 @@ void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& bui
     loose = std::move(left.loose);
     // As many samples as cells of the lattice, about.
     const double patched = prepared.inherited_uncovered - static_cast<double>(below.samples.size()) + left.more_units2;
-    built.measured.uncovered = static_cast<std::uint32_t>(static_cast<double>(loose.samples.size()) + std::clamp(patched, 0.0, 1e9));
+    built.measured.uncovered =
+        static_cast<std::uint32_t>(static_cast<double>(loose.samples.size()) + std::clamp(patched, 0.0, 1e9));
   }
   if (!context.merges_above) loose = {};
-  if (context.merges_above && has_children) built.finer = Surface{std::move(prepared.input), prepared.inherited_error_m, std::move(below)};
+  if (context.merges_above && has_children)
+    built.finer = Surface{std::move(prepared.input), prepared.inherited_error_m, std::move(below)};
 }
 
 }  // namespace cordillera::pipeline

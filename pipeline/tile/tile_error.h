@@ -15,7 +15,8 @@ std::vector<std::uint32_t> measure(const LevelContext& context, BuiltTile& built
 /// Against finer surfaces, whose own errors are known. Returns the triangles that are still over the limit.
 std::vector<std::uint32_t> compose(const LevelContext& context, const PreparedTile& prepared, BuiltTile& built, double limit_m);
 
-/// Gives a tile that is done what levels above need: what it leaves uncovered, and the surface that it was made of. Takes it from prepared.
+/// Gives a tile that is done what levels above need: what it leaves uncovered, and the surface that it was made of. Takes it from
+/// prepared.
 void hand_up(const LevelContext& context, PreparedTile& prepared, BuiltTile& built);
 
 }  // namespace cordillera::pipeline

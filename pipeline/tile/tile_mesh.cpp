@@ -6,15 +6,15 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "gpu/refine/height_step.h"
 #include "gpu/mesh/rings.h"
-#include "pipeline/tile/border.h"
-#include "pipeline/tile/chain.h"
+#include "gpu/refine/height_step.h"
 #include "pipeline/bound/cover.h"
 #include "pipeline/bound/loose.h"
-#include "pipeline/tile/moved.h"
 #include "pipeline/bound/overlay.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/tile/border.h"
+#include "pipeline/tile/chain.h"
+#include "pipeline/tile/moved.h"
 #include "pipeline/tile/support.h"
 #include "pipeline/tile/tile_error.h"
 #include "pipeline/tile/to_void.h"
@@ -24,28 +24,31 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr std::array kSides{Side::west, Side::east, Side::south, Side::north};
-constexpr int kAttempts = 20;  // to empty the border of what its chain dropped
+constexpr int kAttempts = 20;              // to empty the border of what its chain dropped
 constexpr std::int64_t kVoidGapCells = 8;  // between void vertices of a border
-// Between vertices of a pole's row, of the level's cells. Each must have triangles of its own, and they fill up the vertices around the pole: with
-// one a cell, needles were left between these that no edge could part. With one in 32, single ones were left.
+// Between vertices of a pole's row, of the level's cells. Each must have triangles of its own, and they fill up the vertices
+// around the pole: with one a cell, needles were left between these that no edge could part. With one in 32, single ones were
+// left.
 constexpr std::int64_t kPoleGapCells = 16;
-// Of these, how many make the inside denser. Where that does not help, corners are full of it: the others make it sparser, rims too, and
-// refinement puts back what the promise needs.
+// Of these, how many make the inside denser. Where that does not help, corners are full of it: the others make it sparser, rims
+// too, and refinement puts back what the promise needs.
 constexpr int kCarefulAttempts = 6;
 constexpr int kSparseAttempts = 2;  // with a sparse start
-// Of the target, for what a promised tile's start may leave out. Measured on ten elevation models: a half takes 0 to 15 % less processor time
-// than a quarter for the same triangles (0.5 % fewer to 0.1 % more), and a GPU a sixth less; the RMSE is 0 to 3 % greater.
+// Of the target, for what a promised tile's start may leave out. Measured on ten elevation models: a half takes 0 to 15 % less
+// processor time than a quarter for the same triangles (0.5 % fewer to 0.1 % more), and a GPU a sixth less; the RMSE is 0 to 3 %
+// greater.
 constexpr double kSparseShare = 1.0 / 2;
-// Where the tile has voids: with a quarter, levels above left out twice as much along ragged rims, and a promise was broken there.
+// Where the tile has voids: with a quarter, levels above left out twice as much along ragged rims, and a promise was broken
+// there.
 constexpr double kRimSparseShare = 1.0 / 8;
-constexpr double kMoreCaution = 1.5;  // from one of these to the next: a denser inside has more for the border to hold on to
+constexpr double kMoreCaution = 1.5;     // from one of these to the next: a denser inside has more for the border to hold on to
 constexpr std::size_t kMostHelped = 16;  // of samples left uncovered, what is kept around before another attempt
-constexpr int kPromiseAttempts = 6;  // to keep a promise that refinement could not
-// Where nothing but triangles upside down is left, away from poles: what helps them helps soon. Twelve attempts more at two tiles of a coast range
-// took an eighth of its build, and turned one triangle of three.
+constexpr int kPromiseAttempts = 6;      // to keep a promise that refinement could not
+// Where nothing but triangles upside down is left, away from poles: what helps them helps soon. Twelve attempts more at two tiles
+// of a coast range took an eighth of its build, and turned one triangle of three.
 constexpr int kUprightAttempts = 2;
-// Of the error left to a collapse. What it sees, added up from collapse to collapse, is more than the error: refinement repairs the few places
-// where it is not, and so tiles get a quarter of the triangles that a cautious guard would leave.
+// Of the error left to a collapse. What it sees, added up from collapse to collapse, is more than the error: refinement repairs
+// the few places where it is not, and so tiles get a quarter of the triangles that a cautious guard would leave.
 constexpr double kGuardShare = 2;
 
 /// Heights minus the sag of the ellipsoid relative to the tile's centre, so that a flat sea costs what its curvature costs.
@@ -73,7 +76,8 @@ ChainRule chain_rule(const LevelContext& context) {
   rule.tolerance_m = context.level->chain_tolerance();
   rule.rim_units = static_cast<std::int32_t>(context.level->rim_tolerance());
   rule.void_gap_units = void_gap(context, static_cast<int>(context.level->level()));
-  rule.pole_gap_units = static_cast<std::int32_t>(kPoleGapCells * context.lattice->cell_units(static_cast<int>(context.level->level())));
+  rule.pole_gap_units =
+      static_cast<std::int32_t>(kPoleGapCells * context.lattice->cell_units(static_cast<int>(context.level->level())));
   return rule;
 }
 
@@ -96,7 +100,8 @@ Stretch covered(const proto::Samples& samples, const proto::Lattice& lattice, co
 }
 
 /// Finest samples along a stretch of an edge; columns are modulo the circle, outside the window there is no data.
-std::vector<std::int32_t> edge_samples(const proto::Lattice& lattice, const proto::Samples& samples, const Edge& edge, const Stretch& at) {
+std::vector<std::int32_t> edge_samples(const proto::Lattice& lattice, const proto::Samples& samples, const Edge& edge,
+                                       const Stretch& at) {
   std::vector<std::int32_t> heights(static_cast<std::size_t>(at.count), proto::kNoHeight);
   for (std::int64_t k = 0; k < at.count; ++k) {
     const std::int64_t j = edge.row + (edge.along == Along::north ? at.first + k : 0);
@@ -153,8 +158,8 @@ void apply_chains(const LevelContext& context, PreparedTile& prepared, bool fine
     std::optional<EdgeLines> lines;
     if (context.samples) lines.emplace(context, edge, finest ? whole(edge) : covered(*context.samples, *context.lattice, edge));
     const EdgeHeights heights = lines ? lines->heights() : EdgeHeights{};
-    const Chain chain = finest ? chain_finest(edge, heights, rule)
-                               : simplify_chain(edge, border_chain(prepared.input, side), heights, rule);
+    const Chain chain =
+        finest ? chain_finest(edge, heights, rule) : simplify_chain(edge, border_chain(prepared.input, side), heights, rule);
     must(apply_chain(prepared.input, side, chain));
   }
 }
@@ -168,7 +173,8 @@ gpu::SimplifyJob PreparedTile::job(const LevelContext& context) const {
   job.cell_units = static_cast<float>(context.lattice->cell_units(tile.z));
   job.unit_m = static_cast<float>(proto::kSemiMajor_m * std::numbers::pi / static_cast<double>(context.lattice->rows()));
   job.tolerance_m = static_cast<float>(context.level->target() / caution);
-  // Children that left too little must not make the guard keep all: then the promise would be no nearer, on this level and all above.
+  // Children that left too little must not make the guard keep all: then the promise would be no nearer, on this level and all
+  // above.
   const double left = std::max(context.level->target() - inherited_error_m, kLeastStepShare * context.level->target());
   if (context.promise) job.guard_m = static_cast<float>(kGuardShare * left / caution);
   job.rim_units = static_cast<float>(context.level->rim_tolerance() * rim_share);
@@ -203,8 +209,8 @@ std::optional<PreparedTile> prepare_finest(const LevelContext& context, const pr
 namespace {
 
 /// Meshes of a tile's children as one. level: of which they are made.
-proto::TileMesh welded(const LevelContext& context, const proto::TileAddress& tile, const std::array<const proto::TileMesh*, 4>& children,
-                       int level) {
+proto::TileMesh welded(const LevelContext& context, const proto::TileAddress& tile,
+                       const std::array<const proto::TileMesh*, 4>& children, int level) {
   WeldInput input;
   input.children = children;
   input.child_side = static_cast<std::int32_t>(context.lattice->tile_units(tile.z + 1));
@@ -216,9 +222,10 @@ proto::TileMesh welded(const LevelContext& context, const proto::TileAddress& ti
   return std::move(*mesh);
 }
 
-/// What the tile is measured against where samples are out of reach. A surface whose own error is half of the target would leave the
-/// other half to a mesh that is as rough as that: hardly a vertex could go. Two levels finer it is a quarter.
-Surface truth_above(const LevelContext& context, const proto::TileAddress& tile, const std::array<const BuiltTile*, 4>& children) {
+/// What the tile is measured against where samples are out of reach. A surface whose own error is half of the target would leave
+/// the other half to a mesh that is as rough as that: hardly a vertex could go. Two levels finer it is a quarter.
+Surface truth_above(const LevelContext& context, const proto::TileAddress& tile,
+                    const std::array<const BuiltTile*, 4>& children) {
   const bool finer = std::all_of(children.begin(), children.end(), [](const BuiltTile* child) { return !child || child->finer; });
   std::array<const proto::TileMesh*, 4> meshes{};
   std::array<const Loose*, 4> loose{};
@@ -298,8 +305,9 @@ void release_inside(proto::TileMesh& mesh) {
 bool has_its_border(const LevelContext& context, PreparedTile& prepared, const proto::TileMesh& mesh, int attempt) {
   const auto cell = static_cast<std::int32_t>(context.lattice->cell_units(prepared.tile.z));
   if (keep_support(prepared.input, mesh, cell, attempt) == 0) return true;
-  if (attempt >= kAttempts && !prepared.best) throw std::logic_error("tile mesh: border vertices of " + std::to_string(prepared.tile.z) + "/" + std::to_string(prepared.tile.x) +
-                                                                    "/" + std::to_string(prepared.tile.y) + " could not be removed");
+  if (attempt >= kAttempts && !prepared.best)
+    throw std::logic_error("tile mesh: border vertices of " + std::to_string(prepared.tile.z) + "/" +
+                           std::to_string(prepared.tile.x) + "/" + std::to_string(prepared.tile.y) + " could not be removed");
   if (made_dense(prepared, attempt)) return false;
   if (attempt < kCarefulAttempts) {
     prepared.caution *= kMoreCaution;
@@ -323,7 +331,8 @@ void round_heights(const LevelContext& context, proto::TileMesh& mesh) {
 /// Where the samples are at hand; few tiles leave any uncovered at all.
 std::vector<gpu::MeshPoint> bare_samples(const LevelContext& context, const BuiltTile& built) {
   if (!context.samples || built.measured.uncovered == 0) return {};
-  return uncovered_inside(*context.lattice, built.tile, built.mesh, *context.samples, part_in_window(*context.lattice, built.tile, *context.samples));
+  return uncovered_inside(*context.lattice, built.tile, built.mesh, *context.samples,
+                          part_in_window(*context.lattice, built.tile, *context.samples));
 }
 
 std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt) {
@@ -340,7 +349,8 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
   built.mesh = std::move(mesh);
   if (!context.measured) return built;
   const double limit_m = context.promise ? context.level->target() : INFINITY;
-  const std::vector<std::uint32_t> over = context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
+  const std::vector<std::uint32_t> over =
+      context.samples ? measure(context, built, limit_m) : compose(context, prepared, built, limit_m);
   const std::vector<gpu::MeshPoint> bare = bare_samples(context, built);
   built.bare = bare.size();
   // Refinement leaves hardly anything: where valences or slivers gave it no room, another mesh will.
@@ -349,9 +359,12 @@ std::optional<BuiltTile> judge(const LevelContext& context, PreparedTile& prepar
   if (broken) {
     made_dense(prepared, attempt);
     for (const std::uint32_t k : over) keep_around(prepared.input, built.mesh, k, std::size_t{8} << attempt);
-    for (std::size_t k = 0; k < bare.size(); k += bare.size() / kMostHelped + 1) keep_near(prepared.input, bare[k].x, bare[k].y, std::size_t{8} << attempt);
+    for (std::size_t k = 0; k < bare.size(); k += bare.size() / kMostHelped + 1)
+      keep_near(prepared.input, bare[k].x, bare[k].y, std::size_t{8} << attempt);
   }
-  const auto faults = [&](const BuiltTile& tile) { return std::tuple(tile.max_error_m > limit_m, tile.turned + tile.bare, tile.max_error_m); };
+  const auto faults = [&](const BuiltTile& tile) {
+    return std::tuple(tile.max_error_m > limit_m, tile.turned + tile.bare, tile.max_error_m);
+  };
   if (!prepared.best || faults(built) < faults(*prepared.best)) prepared.best = std::move(built);
   if (broken) return std::nullopt;
   return std::move(prepared.best);

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "cordillera.pb.h"
-#include "gpu/simplify.h"
 #include "gpu/measure/surface_error.h"
+#include "gpu/simplify.h"
 #include "pipeline/bound/surface.h"
 #include "proto/lattice.h"
 #include "proto/mesh.h"
@@ -28,9 +28,9 @@ struct BuiltTile {
   double max_error_m = 0;  ///< stated
   bool composed = false;   ///< bound by composition instead of measured against finest samples
   gpu::SurfaceError measured;
-  std::uint32_t put_back = 0;  ///< vertices, for the promise
-  std::size_t bare = 0;        ///< samples well inside the data that nothing covers, see uncovered_inside
-  std::size_t turned = 0;      ///< triangles that are upside down in space
+  std::uint32_t put_back = 0;      ///< vertices, for the promise
+  std::size_t bare = 0;            ///< samples well inside the data that nothing covers, see uncovered_inside
+  std::size_t turned = 0;          ///< triangles that are upside down in space
   Loose loose{};                   ///< what the mesh leaves uncovered, where a tile above the blocks will be measured against it
   std::optional<Surface> finer{};  ///< its children's, likewise
 };
@@ -45,7 +45,7 @@ struct LevelContext {
   bool merges_above = false;                ///< the tile is a block or above: keep what its parent will be measured against
   bool sparse_start = true;                 ///< a promised tile may start without what it would hardly keep
   int height_rounds = 0;                    ///< see gpu::Thinning; below 0: nothing is thinned
-  std::int64_t rim_reach = 0;               ///< units that samples reach beyond the block, see pipeline::rim_reach; 0: that of the level
+  std::int64_t rim_reach = 0;  ///< units that samples reach beyond the block, see pipeline::rim_reach; 0: that of the level
   const gpu::SampleFrames* frames = nullptr;  ///< of samples, where more than one tile will be measured
 };
 
@@ -54,13 +54,14 @@ struct PreparedTile {
   proto::TileAddress tile;
   proto::TileMesh input;
   std::vector<float> elevation;
-  double inherited_error_m = 0;  ///< greatest stated error of the children; 0 at the finest level
-  std::uint32_t inherited_uncovered = 0;  ///< of the children together
-  Loose inherited_loose{};                ///< likewise, above the blocks
+  double inherited_error_m = 0;            ///< greatest stated error of the children; 0 at the finest level
+  std::uint32_t inherited_uncovered = 0;   ///< of the children together
+  Loose inherited_loose{};                 ///< likewise, above the blocks
   std::vector<std::uint32_t> over_void{};  ///< likewise: vertices of input that are kOverVoid in a child
-  std::optional<Surface> truth{};   ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
-  double caution = 1;               ///< tolerances are divided by it
-  double rim_share = 1;             ///< the level's rim tolerance is multiplied by it
+  std::optional<Surface>
+      truth{};           ///< above the blocks: the surface that stands for the samples, two levels finer where there is one
+  double caution = 1;    ///< tolerances are divided by it
+  double rim_share = 1;  ///< the level's rim tolerance is multiplied by it
   float start_tolerance_m = 0;      ///< > 0: the simplifier starts without the samples that a promise will hardly need
   std::optional<BuiltTile> best{};  ///< of the attempts so far, where none kept the promise
 
@@ -74,8 +75,8 @@ std::optional<PreparedTile> prepare_parent(const LevelContext& context, const pr
 /// Is the border of a simplification's result what its chain wants? If not, more is marked kKeep in prepared: simplify again.
 bool has_its_border(const LevelContext& context, PreparedTile& prepared, const proto::TileMesh& mesh, int attempt);
 
-/// Measures the result of prepared's simplification and, where the promise is broken, puts vertices back. Nullopt when the border is not
-/// as its chain wants it or the promise is broken still: more is marked kKeep in prepared, simplify again.
+/// Measures the result of prepared's simplification and, where the promise is broken, puts vertices back. Nullopt when the border
+/// is not as its chain wants it or the promise is broken still: more is marked kKeep in prepared, simplify again.
 std::optional<BuiltTile> finish(const LevelContext& context, PreparedTile& prepared, proto::TileMesh mesh, int attempt);
 
 /// All of it for one tile: prepared -> simplified (and again, while finish asks for it) -> finished.

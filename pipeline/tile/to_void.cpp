@@ -17,7 +17,9 @@ class InWindow {
     const std::int64_t c = proto::modulo(i - samples_.west, circle_);
     return c < samples_.columns ? c : kOutside;
   }
-  std::int64_t row(std::int64_t j) const { return j >= samples_.south && j < samples_.south + samples_.rows ? j - samples_.south : kOutside; }
+  std::int64_t row(std::int64_t j) const {
+    return j >= samples_.south && j < samples_.south + samples_.rows ? j - samples_.south : kOutside;
+  }
   bool has_data(std::int64_t column, std::int64_t row) const {
     if (column == kOutside || row == kOutside) return false;
     return samples_.height[static_cast<std::size_t>(row * samples_.columns + column)] != proto::kNoHeight;
@@ -30,11 +32,13 @@ class InWindow {
 
 }  // namespace
 
-std::vector<std::int32_t> distances_to_void(const proto::Samples& samples, const Edge& edge, std::int64_t first, std::int64_t count, std::int64_t reach) {
+std::vector<std::int32_t> distances_to_void(const proto::Samples& samples, const Edge& edge, std::int64_t first,
+                                            std::int64_t count, std::int64_t reach) {
   const InWindow window(samples, *edge.lattice);
   const bool east = edge.along == Along::east;
   std::vector<std::int64_t> along;
-  for (std::int64_t k = first; k < first + count; ++k) along.push_back(east ? window.column(edge.column + k) : window.row(edge.row + k));
+  for (std::int64_t k = first; k < first + count; ++k)
+    along.push_back(east ? window.column(edge.column + k) : window.row(edge.row + k));
   std::vector<std::int32_t> distance(along.size(), static_cast<std::int32_t>(reach + 1));
   std::size_t open = along.size();
   for (std::int64_t d = 0; d <= reach && open > 0; ++d) {

@@ -9,8 +9,10 @@
 
 namespace cordillera::pipeline {
 
-/// Of positions first, first + 1, ... of an edge: how far it is straight across, on either side, to a place without data. 0: there is none at the
-/// position itself; reach + 1: nowhere within reach. Outside of the window there is none; but beyond a pole is nothing that could have any.
-std::vector<std::int32_t> distances_to_void(const proto::Samples& samples, const Edge& edge, std::int64_t first, std::int64_t count, std::int64_t reach);
+/// Of positions first, first + 1, ... of an edge: how far it is straight across, on either side, to a place without data. 0:
+/// there is none at the position itself; reach + 1: nowhere within reach. Outside of the window there is none; but beyond a pole
+/// is nothing that could have any.
+std::vector<std::int32_t> distances_to_void(const proto::Samples& samples, const Edge& edge, std::int64_t first,
+                                            std::int64_t count, std::int64_t reach);
 
 }  // namespace cordillera::pipeline

@@ -33,14 +33,10 @@ struct Ends {
 Ends ends_of(std::size_t child, Side side) {
   const std::size_t sw = (child & 1) + 3 * (child >> 1);
   switch (side) {
-    case Side::west:
-      return {sw, sw + 3};
-    case Side::east:
-      return {sw + 1, sw + 4};
-    case Side::south:
-      return {sw, sw + 1};
-    default:
-      return {sw + 3, sw + 4};
+    case Side::west: return {sw, sw + 3};
+    case Side::east: return {sw + 1, sw + 4};
+    case Side::south: return {sw, sw + 1};
+    default: return {sw + 3, sw + 4};
   }
 }
 

@@ -38,7 +38,8 @@ proto::Result<proto::Manifest> parse_manifest_json(const std::string& json) {
   options.ignore_unknown_fields = true;
   proto::Manifest manifest;
   const auto status = google::protobuf::util::JsonStringToMessage(json, &manifest, options);
-  if (!status.ok()) return proto::Problem{"manifest-damaged", "not a manifest: " + status.ToString(), "a manifest.json of Cordillera", ""};
+  if (!status.ok())
+    return proto::Problem{"manifest-damaged", "not a manifest: " + status.ToString(), "a manifest.json of Cordillera", ""};
   return manifest;
 }
 

@@ -3,7 +3,8 @@
 
 namespace cordillera::pipeline {
 
-/// options: a google::protobuf::util::JsonPrintOptions. Fields have the names of the schema, and those that are zero are written too.
+/// options: a google::protobuf::util::JsonPrintOptions. Fields have the names of the schema, and those that are zero are written
+/// too.
 template <class Options>
 void print_all_fields(Options& options) {
   options.preserve_proto_field_names = true;

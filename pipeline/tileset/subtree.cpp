@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/tileset/subtree_file.h"
 #include "pipeline/tileset/tileset.h"
 
@@ -28,7 +28,8 @@ struct Availability {
 };
 
 // A hemisphere's nodes at one depth below the subtree's root, with their place in Morton order.
-std::vector<std::pair<std::uint32_t, TileExtent>> level_nodes(const StoreReader& store, const proto::TileAddress& root, int depth) {
+std::vector<std::pair<std::uint32_t, TileExtent>> level_nodes(const StoreReader& store, const proto::TileAddress& root,
+                                                              int depth) {
   const std::int32_t x0 = root.x << depth, y0 = root.y << depth, last = (1 << depth) - 1;
   std::vector<std::pair<std::uint32_t, TileExtent>> out;
   for (const TileExtent& node : store.extents(root.z + depth, x0, y0, x0 + last, y0 + last)) {
@@ -64,7 +65,8 @@ std::optional<std::string> subtree(const StoreReader& store, char hemisphere, in
   SubtreeFile file;
   const Json tiles = file.availability(found.tiles), contents = file.availability(found.contents);
   const Json subtrees = file.availability(found.subtrees);
-  const Json properties = {{"region", {{"values", file.add(found.regions)}}}, {"geometric_error", {{"values", file.add(found.errors)}}}};
+  const Json properties = {{"region", {{"values", file.add(found.regions)}}},
+                           {"geometric_error", {{"values", file.add(found.errors)}}}};
   Json json;
   json["propertyTables"] = Json::array({{{"class", "tile"}, {"count", found.tiles.available()}, {"properties", properties}}});
   json["tileAvailability"] = tiles;

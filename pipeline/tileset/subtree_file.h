@@ -1,5 +1,6 @@
 #pragma once
-// The container of a binary subtree (3D Tiles 1.1, implicit tiling): one JSON chunk, one binary chunk of 8-byte aligned buffer views.
+// The container of a binary subtree (3D Tiles 1.1, implicit tiling): one JSON chunk, one binary chunk of 8-byte aligned buffer
+// views.
 #include <cstddef>
 #include <string>
 

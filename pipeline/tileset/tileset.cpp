@@ -4,19 +4,20 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/tileset/html_text.h"
 #include "pipeline/encode/json.h"
+#include "pipeline/tileset/html_text.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Half of the earth, less what sums of its parts may be off: clients and validators cut regions into quarters by adding, and a last digit
-// beyond the pole is an error to them.
+// Half of the earth, less what sums of its parts may be off: clients and validators cut regions into quarters by adding, and a
+// last digit beyond the pole is an error to them.
 constexpr double kPole = kPi / 2 - 1e-14, kAntimeridian = kPi - 1e-14;
 
-// What the property tables of the subtrees hold. Implied regions and errors (a quarter and a half of the parent's) would be untrue.
+// What the property tables of the subtrees hold. Implied regions and errors (a quarter and a half of the parent's) would be
+// untrue.
 Json schema() {
   return {{"id", "cordillera"},
           {"classes",
@@ -38,8 +39,8 @@ Json schema() {
                   {"required", true}}}}}}}}}};
 }
 
-// The root's region is what clients cut into quarters until they have read a subtree, so it is the whole hemisphere and not the data's
-// own extent: quarters of that would lie elsewhere, and a client would cull subtrees that it should fetch.
+// The root's region is what clients cut into quarters until they have read a subtree, so it is the whole hemisphere and not the
+// data's own extent: quarters of that would lie elsewhere, and a client would cull subtrees that it should fetch.
 std::array<double, 6> hemisphere(const TileExtent& node) {
   const double west = node.tile.x == 0 ? -kAntimeridian : 0;
   return {west, -kPole, west + kAntimeridian, kPole, node.region[4], node.region[5]};

@@ -1,7 +1,7 @@
 #pragma once
-// The dataset as 3D Tiles 1.1: an outer root over two implicit quadtrees, W and E, because a template URI counts levels from its implicit
-// root and the lattice has two tiles at level 0. Implicit and absolute addresses: z = level, x = x + (E ? 2^level : 0), y = y (3D Tiles
-// counts y of regions northward, as the lattice does).
+// The dataset as 3D Tiles 1.1: an outer root over two implicit quadtrees, W and E, because a template URI counts levels from its
+// implicit root and the lattice has two tiles at level 0. Implicit and absolute addresses: z = level, x = x + (E ? 2^level : 0),
+// y = y (3D Tiles counts y of regions northward, as the lattice does).
 #include <array>
 #include <string>
 #include <string_view>
@@ -18,7 +18,8 @@ inline constexpr int kSubtreeLevels = 5;
 /// query: the end of the tiles' URIs, "?normals=texture", or empty.
 std::string tileset_json(const StoreReader& store, std::string_view query = {});
 
-/// The error of showing nothing where the data is: what content-less tiles and the outer root say, so that viewers look below them.
+/// The error of showing nothing where the data is: what content-less tiles and the outer root say, so that viewers look below
+/// them.
 double empty_error_m(const proto::Manifest& manifest);
 
 /// What a tileset says of itself: title, attribution, imagery, and credits where CesiumJS looks for them.

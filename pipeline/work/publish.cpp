@@ -4,9 +4,9 @@
 #include <set>
 
 #include "pipeline/build/blank_manifest.h"
-#include "pipeline/store/mesh_files.h"
 #include "pipeline/build/water_build.h"
 #include "pipeline/build/workers.h"
+#include "pipeline/store/mesh_files.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
 #include "raster/storage/storage.h"
@@ -32,7 +32,8 @@ proto::Result<void> all_there(const proto::WorkPlan& plan, const std::string& fo
     }
   }
   if (missing == 0) return {};
-  return proto::Problem{"shards-missing", std::to_string(missing) + " tasks have not been done: " + named + (missing > kMostNamed ? ", …" : ""),
+  return proto::Problem{"shards-missing",
+                        std::to_string(missing) + " tasks have not been done: " + named + (missing > kMostNamed ? ", …" : ""),
                         "cordillera work for these tasks", ""};
 }
 
@@ -44,7 +45,8 @@ proto::Result<void> add_water(const proto::WorkPlan& plan, const BuildRequest& r
   }
   Workers workers(0);
   const std::atomic<bool> never{false};
-  return build_water(plan.plan(), workers, [&] { return open_source(request); }, store, never);
+  return build_water(
+      plan.plan(), workers, [&] { return open_source(request); }, store, never);
 }
 
 proto::Result<proto::Manifest> collect(const proto::WorkPlan& plan, const std::string& folder, const std::string& path,
@@ -103,7 +105,9 @@ proto::Result<proto::Manifest> publish(const proto::WorkPlan& plan, const std::s
   }
   std::error_code error;
   fs::rename(part, store_path, error);
-  if (error) return proto::Problem{"storage-write", store_path + " cannot be written: " + error.message(), "a folder that can be written", ""};
+  if (error)
+    return proto::Problem{"storage-write", store_path + " cannot be written: " + error.message(), "a folder that can be written",
+                          ""};
   return manifest;
 }
 

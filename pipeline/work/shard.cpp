@@ -1,7 +1,7 @@
 #include "pipeline/work/shard.h"
 
-#include "pipeline/store/content_hash.h"
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/work/work_plan.h"
 #include "raster/storage/storage.h"
 
@@ -21,15 +21,18 @@ std::string place(const proto::WorkTask& task) {
 }
 
 proto::Problem missing(const std::string& path, const proto::WorkTask& task) {
-  return {"shard-missing", "task " + place(task) + " has not been done: " + path + " does not exist", "cordillera work for its stage", ""};
+  return {"shard-missing", "task " + place(task) + " has not been done: " + path + " does not exist",
+          "cordillera work for its stage", ""};
 }
 proto::Problem damaged(const std::string& path, const proto::WorkTask& task) {
-  return {"shard-damaged", "the result of task " + place(task) + " is damaged: " + path, "cordillera work for its stage, which makes it anew", ""};
+  return {"shard-damaged", "the result of task " + place(task) + " is damaged: " + path,
+          "cordillera work for its stage, which makes it anew", ""};
 }
 
 std::optional<Head> head_of(const std::string& bytes) {
   if (bytes.size() < kHead || bytes.compare(0, kMagic.size(), kMagic) != 0) return std::nullopt;
-  return Head{little_endian_at<std::uint64_t>(bytes, 8), little_endian_at<std::uint64_t>(bytes, 16), bytes.substr(24, kHash), bytes.substr(24 + kHash, kHash)};
+  return Head{little_endian_at<std::uint64_t>(bytes, 8), little_endian_at<std::uint64_t>(bytes, 16), bytes.substr(24, kHash),
+              bytes.substr(24 + kHash, kHash)};
 }
 
 }  // namespace

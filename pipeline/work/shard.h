@@ -23,7 +23,8 @@ proto::Result<FinishedTask> read_shard(const std::string& folder, const proto::W
 /// Of the shard the mesh alone; nullopt where the task left none.
 proto::Result<std::optional<std::string>> read_shard_mesh(const std::string& folder, const proto::WorkTask& task);
 
-/// Paths of all shards in the folder, as shard_path has them, by listing it: asking a storage for each shard of a planet would take an hour.
+/// Paths of all shards in the folder, as shard_path has them, by listing it: asking a storage for each shard of a planet would
+/// take an hour.
 proto::Result<std::set<std::string>> shards_there(const std::string& folder);
 
 }  // namespace cordillera::pipeline::work

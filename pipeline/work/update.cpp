@@ -143,9 +143,11 @@ proto::Result<proto::Manifest> update(const UpdateOrder& order, const ProgressCa
   auto store = StoreWriter::open(request.store_path, plan->plan(), Existing::refuse);  // what was prepared is not to be lost
   if (!store.ok()) return store.problem();
   Workers workers(request.options.threads());
-  Builder builder(plan->plan(), workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
+  Builder builder(
+      plan->plan(), workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
-  if (const auto done = do_all({*plan, **store, builder, workers.threads(), teller, stop, request.follower}); !done.ok()) return done.problem();
+  if (const auto done = do_all({*plan, **store, builder, workers.threads(), teller, stop, request.follower}); !done.ok())
+    return done.problem();
   teller.stage("publish", 1);
   if (const auto masked = build_water(
           plan->plan(), workers, [&] { return open_source(request); }, **store, stop);

@@ -14,7 +14,8 @@
 namespace cordillera::pipeline::work {
 namespace {
 
-constexpr double kMergeCost = 1 << 23;  // in samples of a block: four meshes of full blocks take 13 s in the mean, 17 million samples 19
+constexpr double kMergeCost =
+    1 << 23;  // in samples of a block: four meshes of full blocks take 13 s in the mean, 17 million samples 19
 
 using proto::Problem;
 
@@ -28,7 +29,8 @@ unsigned threads_of(const WorkOrder& order, std::size_t device) {
 
 class Worker {
  public:
-  Worker(const proto::WorkPlan& plan, const proto::WorkStage& stage, const WorkOrder& order, std::size_t device, const std::atomic<bool>& stop)
+  Worker(const proto::WorkPlan& plan, const proto::WorkStage& stage, const WorkOrder& order, std::size_t device,
+         const std::atomic<bool>& stop)
       : plan_(plan), order_(order), device_(order.devices[device]), stop_(stop), workers_(threads_of(order, device)) {
     // Keys of the stage below, which hold the meshes to be merged.
     for (int k = 1; k < plan.stages_size(); ++k) {
@@ -78,7 +80,8 @@ class Worker {
   std::map<proto::TileAddress, const proto::WorkTask*> below_;
 };
 
-/// A raster in object storage that was read when the plan was made, and now is not there or ends early: who asks again may get it.
+/// A raster in object storage that was read when the plan was made, and now is not there or ends early: who asks again may get
+/// it.
 Problem of_storage(const proto::WorkPlan& plan, const proto::WorkTask& task, Problem problem) {
   for (const raster::MosaicMember& member : members_of(plan, task)) {
     if (problem.type.starts_with("raster-") && raster::is_remote(member.path)) problem.type = "storage-read";
@@ -93,7 +96,8 @@ class TaskList {
  public:
   TaskList(const proto::WorkStage& stage, std::vector<std::size_t> tasks, Order order) : stage_(stage), tasks_(std::move(tasks)) {
     if (order == Order::as_given) return;
-    std::stable_sort(tasks_.begin(), tasks_.end(), [&](std::size_t a, std::size_t b) { return cost_of(task(a)) > cost_of(task(b)); });
+    std::stable_sort(tasks_.begin(), tasks_.end(),
+                     [&](std::size_t a, std::size_t b) { return cost_of(task(a)) > cost_of(task(b)); });
   }
   /// Null where none is left.
   const proto::WorkTask* next() {
@@ -109,7 +113,8 @@ class TaskList {
   std::atomic<std::size_t> next_{0};
 };
 
-proto::Result<Outcome> do_task(Worker& worker, const proto::WorkPlan& plan, const proto::WorkTask& task, const std::string& folder) {
+proto::Result<Outcome> do_task(Worker& worker, const proto::WorkPlan& plan, const proto::WorkTask& task,
+                               const std::string& folder) {
   if (read_shard(folder, task).ok()) return Outcome::was_done;
   const auto finished = worker.work(task);
   if (!finished.ok()) return of_storage(plan, task, finished.problem());
@@ -118,7 +123,8 @@ proto::Result<Outcome> do_task(Worker& worker, const proto::WorkPlan& plan, cons
 }
 
 /// A worker a device. The first problem, by the devices' order, or an exception ends the list for all.
-proto::Result<void> side_by_side(std::size_t devices, TaskList& list, const std::function<proto::Result<void>(std::size_t)>& work_on) {
+proto::Result<void> side_by_side(std::size_t devices, TaskList& list,
+                                 const std::function<proto::Result<void>(std::size_t)>& work_on) {
   std::vector<proto::Result<void>> results(devices);
   Workers(static_cast<unsigned>(devices)).each(devices, [&](std::size_t device, unsigned) {
     try {

@@ -27,9 +27,9 @@ enum class Outcome { done, was_done };
 /// Called after every task, by one worker at a time.
 using TaskEnded = std::function<void(const proto::WorkTask&, Outcome)>;
 
-/// Does the tasks, with one device in order, and writes their shards. One whose shard is there, whole and undamaged, is not done again. Problems:
-/// "source-changed" (a raster or its geoid is not as planned), "shard-missing" (a stage below is not finished), "shard-damaged",
-/// "storage-write", "storage-read", "cancelled", and those of the raster.
+/// Does the tasks, with one device in order, and writes their shards. One whose shard is there, whole and undamaged, is not done
+/// again. Problems: "source-changed" (a raster or its geoid is not as planned), "shard-missing" (a stage below is not finished),
+/// "shard-damaged", "storage-write", "storage-read", "cancelled", and those of the raster.
 proto::Result<void> do_tasks(const proto::WorkPlan& plan, const proto::WorkStage& stage, const std::vector<std::size_t>& tasks,
                              const WorkOrder& order, const TaskEnded& ended, const std::atomic<bool>& stop);
 

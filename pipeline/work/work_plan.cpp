@@ -6,11 +6,11 @@
 
 #include "pipeline/build/builder.h"
 #include "pipeline/build/exact/exact_above.h"
-#include "pipeline/store/content_hash.h"
-#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/build/pilot.h"
 #include "pipeline/plan/plan.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/tile/chain.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "proto/mesh.h"
 #include "proto/version.h"
 #include "raster/mosaic/window_index.h"
@@ -40,13 +40,15 @@ proto::PlannedSource planned(const raster::MosaicMember& member) {
 
 raster::MosaicMember member_of(const proto::PlannedSource& source) {
   const auto side = [&](int k) { return static_cast<std::int64_t>(source.window(k)); };
-  return {source.spec().path(), source.spec().name(), raster::Trust::operator_file, source.spec().options(), source.description(),
-          {side(0), side(1), side(2), side(3)}, source.state(), source.datum()};
+  return {source.spec().path(),    source.spec().name(), raster::Trust::operator_file,
+          source.spec().options(), source.description(), {side(0), side(1), side(2), side(3)},
+          source.state(),          source.datum()};
 }
 
 /// What tells a raster and the way in which it is read from others.
 std::string print_of(const proto::PlannedSource& source) {
-  return source.spec().path() + "\n" + source.state() + "\n" + source.datum() + "\n" + source.spec().options().SerializeAsString();
+  return source.spec().path() + "\n" + source.state() + "\n" + source.datum() + "\n" +
+         source.spec().options().SerializeAsString();
 }
 
 /// Keys of tasks: what is common to all of them, then what each has of its own.
@@ -61,15 +63,15 @@ class Namer {
     if (merged_at_once(plan.plan())) common_ += "\nat once";  // blocks leave something else then
     if (numbers.exact()) common_ += "\nrims " + std::to_string(most_rim_reach(plan.plan()));
     // A task does not depend on levels above its own, whose numbers change where the data comes to reach farther.
-    for (const proto::LevelPlan& level : plan.plan().levels()) levels_[static_cast<int>(level.level())] = (numbers_ += level.SerializeAsString());
-    for (const proto::PlannedSource& source : plan.sources()) {
-      sources_.push_back(print_of(source));
-    }
+    for (const proto::LevelPlan& level : plan.plan().levels())
+      levels_[static_cast<int>(level.level())] = (numbers_ += level.SerializeAsString());
+    for (const proto::PlannedSource& source : plan.sources()) { sources_.push_back(print_of(source)); }
   }
 
   std::string block(const TileAddress& node, const raster::Source::Window& window, const proto::WorkTask& task) const {
     std::string text = common_ + levels_.at(node.z) + place(node);
-    for (const std::int64_t side : {window.west, window.south, window.east, window.north}) text.append(1, ' ').append(std::to_string(side));
+    for (const std::int64_t side : {window.west, window.south, window.east, window.north})
+      text.append(1, ' ').append(std::to_string(side));
     for (const std::uint32_t k : task.sources()) text.append(1, '\n').append(sources_[k]);
     return hex(content_hash(text));
   }
@@ -115,7 +117,8 @@ Keys add_blocks(const Namer& namer, proto::WorkPlan& work) {
   const proto::Lattice lattice = lattice_of(plan);
   const int level = static_cast<int>(plan.block_level());
   // One raster alone has no seam, and a block of it no other source.
-  const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) + raster::fill_reach(raster::fill_limit_cells(work.options())) +
+  const std::int64_t seam = raster::feather_vertices(work.options().feather(), lattice) +
+                            raster::fill_reach(raster::fill_limit_cells(work.options())) +
                             (pixels_within_m(plan) > 0 ? raster::kProjectionReach : 0);
   const std::int64_t beside = rim_reach(lattice, level) + (work.sources_size() > 1 ? seam : 0);
   std::vector<raster::Source::Window> windows;
@@ -163,18 +166,21 @@ void add_merges(const Namer& namer, Keys below, proto::WorkPlan& work) {
 void set_blocks(const PlanGiven& given, proto::Plan& plan) {
   std::int64_t most = given.block_samples;
   if (most == 0 && given.blocks > 0) {
-    most = (plan.window(2) - std::int64_t{plan.window(0)} + 1) * (plan.window(3) - std::int64_t{plan.window(1)} + 1) / given.blocks;
+    most =
+        (plan.window(2) - std::int64_t{plan.window(0)} + 1) * (plan.window(3) - std::int64_t{plan.window(1)} + 1) / given.blocks;
   }
   if (most > 0) use_smaller_blocks(plan, std::max(most, kLeastBlockSamples));
 }
 
-/// The numbers of an earlier plan where its rasters lie now. Where that is farther apart, coarse levels are rounded in another way.
+/// The numbers of an earlier plan where its rasters lie now. Where that is farther apart, coarse levels are rounded in another
+/// way.
 proto::Result<proto::Plan> plan_again(const BuildRequest& request, raster::Source& source, const proto::Plan& before) {
   proto::Plan plan = before;
   const raster::Source::Window window = source.window(lattice_of(plan));
   if (window.west > window.east || window.south > window.north) return without_data(request);
   plan.clear_window();
-  for (const std::int64_t side : {window.west, window.south, window.east, window.north}) plan.add_window(static_cast<std::int32_t>(side));
+  for (const std::int64_t side : {window.west, window.south, window.east, window.north})
+    plan.add_window(static_cast<std::int32_t>(side));
   for (proto::LevelPlan& numbers : *plan.mutable_levels()) derive_level(plan, numbers);
   if (plan.exact()) {
     if (const auto checked = check_exact(plan); !checked.ok()) return checked.problem();
@@ -185,14 +191,16 @@ proto::Result<proto::Plan> plan_again(const BuildRequest& request, raster::Sourc
 }
 
 /// All numbers: worked out, or those of an earlier plan.
-proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Source& source, const PlanGiven& given, const std::atomic<bool>& stop) {
+proto::Result<proto::Plan> numbers_of(const BuildRequest& request, raster::Source& source, const PlanGiven& given,
+                                      const std::atomic<bool>& stop) {
   if (given.before != nullptr) return plan_again(request, source, given.before->plan());
   auto plan = plan_of(request, source);
   if (!plan.ok()) return plan;
   set_blocks(given, *plan);
   if (request.options.keep_size() == 0) return plan;
   Workers workers(request.options.threads());
-  Builder builder(*plan, workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
+  Builder builder(
+      *plan, workers, [&] { return open_source(request); }, {request.options.device(), request.options.memory()}, stop);
   if (const auto ready = builder.prepare(); !ready.ok()) return ready.problem();
   if (const auto piloted = run_pilot(builder, *plan, stop); !piloted.ok()) return piloted.problem();
   return plan;
@@ -247,9 +255,7 @@ proto::Result<proto::WorkPlan> read_plan(const std::string& folder) {
   if (!json.ok()) return json.problem();
   if (!*json) return unreadable(path, "does not exist");
   proto::WorkPlan plan;
-  if (!parse_json(**json, &plan) || !plan.has_plan() || plan.stages_size() == 0) {
-    return unreadable(path, "is no plan");
-  }
+  if (!parse_json(**json, &plan) || !plan.has_plan() || plan.stages_size() == 0) { return unreadable(path, "is no plan"); }
   if (plan.format() != kPlanFormat || plan.plan().program() != proto::kProgram) {
     return proto::Problem{"plan-version", path + " was made by " + plan.plan().program() + "; this is " + proto::kProgram,
                           "the same version on every machine, or a new plan", ""};
@@ -276,12 +282,16 @@ proto::Result<void> check_unchanged(const raster::MosaicMember& planned) {
   const auto now = raster::examine(planned.path, planned.name, planned.trust, planned.options);
   if (!now.ok()) return now.problem();
   if (now->state != planned.state) {
-    return proto::Problem{"source-changed", planned.path + " is not what it was when the plan was made (then " + planned.state + ", now " + now->state + ")",
-                   "the same files as planned, or a new plan", ""};
+    return proto::Problem{
+        "source-changed",
+        planned.path + " is not what it was when the plan was made (then " + planned.state + ", now " + now->state + ")",
+        "the same files as planned, or a new plan", ""};
   }
   if (now->datum != planned.datum) {
-    return proto::Problem{"source-changed", "the geoid grid for " + planned.path + " differs from the plan's (undulations " + now->datum + ", planned " +
-                   planned.datum + ")", "the same grid files on every machine, or a new plan", ""};
+    return proto::Problem{"source-changed",
+                          "the geoid grid for " + planned.path + " differs from the plan's (undulations " + now->datum +
+                              ", planned " + planned.datum + ")",
+                          "the same grid files on every machine, or a new plan", ""};
   }
   return {};
 }

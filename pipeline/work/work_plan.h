@@ -1,7 +1,7 @@
 #pragma once
-// A build cut into tasks: blocks first, then merges level by level. Each has a key, the hash of all that its result depends on, so a task
-// that was done once, for this plan or an earlier one in the same folder, is not done again: a changed raster costs the blocks that it
-// touches and what lies above them.
+// A build cut into tasks: blocks first, then merges level by level. Each has a key, the hash of all that its result depends on,
+// so a task that was done once, for this plan or an earlier one in the same folder, is not done again: a changed raster costs the
+// blocks that it touches and what lies above them.
 #include <atomic>
 #include <string>
 
@@ -15,18 +15,19 @@ inline constexpr const char* kPlanFile = "plan.json";
 
 /// What a plan takes over instead of working it out.
 struct PlanGiven {
-  /// An earlier plan of the same dataset: its levels, blocks and targets stay, so that what no changed raster touches keeps its keys.
+  /// An earlier plan of the same dataset: its levels, blocks and targets stay, so that what no changed raster touches keeps its
+  /// keys.
   const proto::WorkPlan* before = nullptr;
-  /// Blocks of so many samples at most, no smaller than kLeastBlockSamples; 0: as large as memory allows. Smaller ones make a change cheaper; errors
-  /// above the blocks are bounds, so coarse levels take more triangles.
+  /// Blocks of so many samples at most, no smaller than kLeastBlockSamples; 0: as large as memory allows. Smaller ones make a
+  /// change cheaper; errors above the blocks are bounds, so coarse levels take more triangles.
   std::int64_t block_samples = 0;
   /// As many as the data has, divided by this, if block_samples is 0; 0: see there.
   std::int64_t blocks = 0;
 };
 inline constexpr std::int64_t kLeastBlockSamples = std::int64_t{513} * 513;
 
-/// Fixes numbers, tasks and keys. request.members must be set. Reads no more than a pilot (keep=) or a default error needs; with error=
-/// no pixel at all. Deterministic.
+/// Fixes numbers, tasks and keys. request.members must be set. Reads no more than a pilot (keep=) or a default error needs; with
+/// error= no pixel at all. Deterministic.
 proto::Result<proto::WorkPlan> plan_work(const BuildRequest& request, const std::atomic<bool>& stop, const PlanGiven& given = {});
 
 /// The options of a build that say how a raster is read.

@@ -16,9 +16,7 @@ namespace fs = std::filesystem;
 constexpr const char* kEndings = ".ply, .off or .obj";
 
 /// ".ply" of "Hill.PLY".
-std::string ending_of(const std::string& name) {
-  return lower(fs::path(name).extension().string());
-}
+std::string ending_of(const std::string& name) { return lower(fs::path(name).extension().string()); }
 
 /// Next to the file, so that the rename is within one file system.
 fs::path temporary_for(const fs::path& path) {

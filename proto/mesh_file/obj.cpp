@@ -33,9 +33,7 @@ class ObjReader {
       }
     }
     // A triangle may name a vertex that comes later: only now it is known whether it came.
-    if (greatest_ > file_.mesh.vertices()) {
-      return source_.invalid_line(greatest_line_, beyond(greatest_), kVertices);
-    }
+    if (greatest_ > file_.mesh.vertices()) { return source_.invalid_line(greatest_line_, beyond(greatest_), kVertices); }
     return std::move(file_);
   }
 

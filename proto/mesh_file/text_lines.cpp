@@ -24,8 +24,7 @@ bool TextLines::ends_word(int byte) const {
 }
 
 bool TextLines::next() {
-  while (line_ > 0 && !word().empty()) {
-  }
+  while (line_ > 0 && !word().empty()) {}
   for (;;) {
     pass_blanks();
     int byte = source_.peek();

@@ -22,7 +22,8 @@ using proto::Problem;
 
 using Pgm = GeographicLib::Geoid;
 
-/// Largest part of a grid held in memory (two bytes a point); beyond it GeographicLib reads from the file, a system call or two a point.
+/// Largest part of a grid held in memory (two bytes a point); beyond it GeographicLib reads from the file, a system call or two a
+/// point.
 constexpr double kMaxCachedPoints = 16e6;
 /// Up to here a grid is in memory as a whole, and once for all who read it: EGM96 has 1,038,240 points.
 constexpr double kMaxSharedPoints = 2e6;
@@ -96,7 +97,8 @@ class PgmGeoid : public Geoid {
   double points_a_degree_;
 };
 
-/// Points around the globe. 0: GeographicLib stretches any PGM over the globe without a word; a regional one would give wrong heights.
+/// Points around the globe. 0: GeographicLib stretches any PGM over the globe without a word; a regional one would give wrong
+/// heights.
 long columns_around(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string line;
@@ -118,12 +120,15 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_pgm(const std::string& path, co
   const std::string name = fs::path(path).filename().string();
   const long columns = columns_around(path);
   if (columns == 0)
-    return Problem{"geoid-invalid", "the PGM " + name + " is no global geoid grid of GeographicLib (Origin 90N 0E, twice as wide as high)",
+    return Problem{"geoid-invalid",
+                   "the PGM " + name + " is no global geoid grid of GeographicLib (Origin 90N 0E, twice as wide as high)",
                    "a global PGM, or a regional grid as GTX or GeoTIFF", "vertical_datum"};
   try {
     return std::unique_ptr<Geoid>(new PgmGeoid(path, columns, area));
   } catch (const std::exception& error) {  // GeographicLib speaks in exceptions: they end here
-    return Problem{"geoid-invalid", "the geoid grid " + name + " cannot be read: " + proto::without_path(error.what(), path, name), "a complete GeographicLib PGM", "vertical_datum"};
+    return Problem{"geoid-invalid",
+                   "the geoid grid " + name + " cannot be read: " + proto::without_path(error.what(), path, name),
+                   "a complete GeographicLib PGM", "vertical_datum"};
   }
 }
 

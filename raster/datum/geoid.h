@@ -14,15 +14,16 @@ class Geoid {
   virtual ~Geoid() = default;
   /// To be added to a height above the geoid. Not thread-safe.
   virtual double undulation_m(double latitude_deg, double longitude_deg) const = 0;
-  /// The same at points of one parallel, less than kAlongParallel_m off: a grid's cell costs once what else every point does. out as
-  /// long as longitude_deg.
+  /// The same at points of one parallel, less than kAlongParallel_m off: a grid's cell costs once what else every point does. out
+  /// as long as longitude_deg.
   virtual void along_parallel(double latitude_deg, std::span<const double> longitude_deg, double* out) const {
     for (const double longitude : longitude_deg) *out++ = undulation_m(latitude_deg, longitude);
   }
 };
 inline constexpr double kAlongParallel_m = 1e-9;
 
-/// A global grid in GeographicLib's PGM format, interpolated with its cubic fit (rms error 7 mm on the 15' grid; bilinear: 40 mm).
+/// A global grid in GeographicLib's PGM format, interpolated with its cubic fit (rms error 7 mm on the 15' grid; bilinear: 40
+/// mm).
 proto::Result<std::unique_ptr<Geoid>> open_geoid_pgm(const std::string& path, const Area& area);
 
 /// A grid that GDAL reads (GTX or GeoTIFF in degrees), interpolated bilinearly; it must cover the area.

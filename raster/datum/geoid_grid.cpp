@@ -20,7 +20,8 @@ constexpr double kSlack_px = 1e-6;
 constexpr std::int64_t kMostGridPoints = 64'000'000;
 
 struct GridFrame {
-  double west_deg = 0, north_deg = 0, step_lon_deg = 0, step_lat_deg = 0;  ///< centre of the first point; step_lat is negative southward
+  double west_deg = 0, north_deg = 0, step_lon_deg = 0,
+         step_lat_deg = 0;  ///< centre of the first point; step_lat is negative southward
   int columns = 0, rows = 0;
   int period = 0;  ///< columns around the earth, 0 for a regional grid
 
@@ -76,7 +77,8 @@ proto::Result<GridFrame> frame_of(GDALDataset& grid, const std::string& name) {
   frame.west_deg = g[0] + g[1] / 2;
   frame.north_deg = g[3] + g[5] / 2;
   const double around = 360 / g[1];
-  if (std::abs(around - std::round(around)) < 0.05 && frame.columns + 0.05 >= around) frame.period = static_cast<int>(std::round(around));
+  if (std::abs(around - std::round(around)) < 0.05 && frame.columns + 0.05 >= around)
+    frame.period = static_cast<int>(std::round(around));
   return frame;
 }
 
@@ -117,20 +119,22 @@ proto::Result<std::unique_ptr<Geoid>> open_geoid_grid(const std::string& path, c
   const char* const allowed[] = {"GTiff", "GTX", nullptr};
   const GDALDatasetUniquePtr grid(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, allowed, nullptr, nullptr));
   if (!grid)
-    return Problem{"geoid-invalid", "the geoid grid " + name + " cannot be opened: " + scope.message(path, name), "a GTX, GeoTIFF or GeographicLib PGM grid",
-                   "vertical_datum"};
+    return Problem{"geoid-invalid", "the geoid grid " + name + " cannot be opened: " + scope.message(path, name),
+                   "a GTX, GeoTIFF or GeographicLib PGM grid", "vertical_datum"};
   auto frame = frame_of(*grid, name);
   if (!frame) return frame.problem();
   auto geoid = std::make_unique<GridGeoid>();
   geoid->frame = *frame;
   if (!place_part(*geoid, area)) return geoid_does_not_cover(name, area);
   if (std::int64_t{geoid->columns} * geoid->rows > kMostGridPoints)
-    return Problem{"geoid-invalid", "the geoid grid " + name + " has more than 64 million points under the data", "a coarser grid", "vertical_datum"};
+    return Problem{"geoid-invalid", "the geoid grid " + name + " has more than 64 million points under the data",
+                   "a coarser grid", "vertical_datum"};
   geoid->height_m.resize(static_cast<std::size_t>(geoid->columns) * geoid->rows);
   GDALRasterBand* band = grid->GetRasterBand(1);
-  if (band->RasterIO(GF_Read, geoid->x0, geoid->y0, geoid->columns, geoid->rows, geoid->height_m.data(), geoid->columns, geoid->rows,
-                     GDT_Float32, 0, 0, nullptr) != CE_None)
-    return Problem{"geoid-invalid", "the geoid grid " + name + " is damaged: " + scope.message(path, name), "a complete grid", "vertical_datum"};
+  if (band->RasterIO(GF_Read, geoid->x0, geoid->y0, geoid->columns, geoid->rows, geoid->height_m.data(), geoid->columns,
+                     geoid->rows, GDT_Float32, 0, 0, nullptr) != CE_None)
+    return Problem{"geoid-invalid", "the geoid grid " + name + " is damaged: " + scope.message(path, name), "a complete grid",
+                   "vertical_datum"};
   int has_nodata = 0;
   const auto nodata = static_cast<float>(band->GetNoDataValue(&has_nodata));
   // No geoid rises or falls more than about 110 m; -88.8888 is GTX's own void.

@@ -1,5 +1,6 @@
 // EGM96 must always work, and Debian ships no GeographicLib grid. PROJ's package carries the same 15' grid as GTX, or as
-// GeoTIFF where it has PROJ's newer grids: a step of the build rewrites it, so that a service has nothing to make that its jobs could change for one another.
+// GeoTIFF where it has PROJ's newer grids: a step of the build rewrites it, so that a service has nothing to make that its jobs
+// could change for one another.
 //   make_egm96 OUTPUT
 #include <gdal_priv.h>
 
@@ -57,10 +58,12 @@ bool read_grid(const std::string& path, Grid& grid) {
 }
 
 std::string pgm_of(const Grid& grid) {
-  std::string out = "P5\n# Geoid file in PGM format for the GeographicLib::Geoid class\n"
-                    "# Description WGS84 EGM96, 15-minute grid\n# Source PROJ egm96_15.gtx, rewritten by Cordillera\n# Offset -108\n# Scale 0.003\n# Origin 90N 0E\n"
-                    "# AREA_OR_POINT Point\n# Vertical_Datum WGS84\n" +
-                    std::to_string(grid.columns) + " " + std::to_string(grid.rows) + "\n65535\n";
+  std::string out =
+      "P5\n# Geoid file in PGM format for the GeographicLib::Geoid class\n"
+      "# Description WGS84 EGM96, 15-minute grid\n# Source PROJ egm96_15.gtx, rewritten by Cordillera\n# Offset -108\n# Scale "
+      "0.003\n# Origin 90N 0E\n"
+      "# AREA_OR_POINT Point\n# Vertical_Datum WGS84\n" +
+      std::to_string(grid.columns) + " " + std::to_string(grid.rows) + "\n65535\n";
   for (int r = 0; r < grid.rows; ++r) {
     for (int c = 0; c < grid.columns; ++c) {
       const int from = ((c + grid.greenwich) % grid.columns + grid.columns) % grid.columns;
@@ -83,7 +86,10 @@ int fail(const std::string& why) {
 int main(int count, char** words) {
   if (count != 2) return fail("the file to write is missing");
   const std::string given = find_grid();
-  if (given.empty()) return fail("neither egm96_15.gtx nor us_nga_egm96_15.tif is there; they come with the package proj-data (or set PROJ_DATA to its folder)");
+  if (given.empty())
+    return fail(
+        "neither egm96_15.gtx nor us_nga_egm96_15.tif is there; they come with the package proj-data (or set PROJ_DATA to its "
+        "folder)");
   Grid grid;
   if (!read_grid(given, grid)) return fail(given + " is no global grid that GDAL can read");
   const std::string pgm = pgm_of(grid), draft = std::string(words[1]) + ".draft";

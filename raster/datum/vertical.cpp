@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 using proto::Problem;
 
 constexpr const char* kAcceptedDatums =
-    "EGM96, EGM2008, EGM84, ellipsoid, a height system such as EPSG:5703 or NAVD88, or the name of a geoid grid (GTX, GeoTIFF, GeographicLib PGM)";
+    "EGM96, EGM2008, EGM84, ellipsoid, a height system such as EPSG:5703 or NAVD88, or the name of a geoid grid (GTX, GeoTIFF, "
+    "GeographicLib PGM)";
 
 struct KnownDatum {
   const char* name;
@@ -26,9 +27,10 @@ struct KnownDatum {
 };
 const std::array<KnownDatum, 3>& known_datums() {
   // EGM96: always the 15' grid, the one that every installation has; heights must not depend on what else is installed.
-  static const std::array<KnownDatum, 3> known{{{"EGM96", {"egm96-15.pgm"}},
-                                                {"EGM2008", {"egm2008-1.pgm", "egm2008-2_5.pgm", "egm2008-5.pgm", "us_nga_egm08_25.tif"}},
-                                                {"EGM84", {"egm84-15.pgm", "egm84-30.pgm", "us_nga_egm84_30.tif"}}}};
+  static const std::array<KnownDatum, 3> known{
+      {{"EGM96", {"egm96-15.pgm"}},
+       {"EGM2008", {"egm2008-1.pgm", "egm2008-2_5.pgm", "egm2008-5.pgm", "us_nga_egm08_25.tif"}},
+       {"EGM84", {"egm84-15.pgm", "egm84-30.pgm", "us_nga_egm84_30.tif"}}}};
   return known;
 }
 
@@ -45,7 +47,8 @@ proto::Result<std::unique_ptr<Geoid>> open_known(const KnownDatum& datum, const 
   if (proto::same_letters(datum.name, "EGM96"))
     if (const std::string path = egm96_path(); !path.empty()) return open_geoid(path, area);
   return Problem{"geoid-not-found",
-                 "heights above " + std::string(datum.name) + " need a grid that is not installed: put one of " + files + " into " + geoid_home(trust),
+                 "heights above " + std::string(datum.name) + " need a grid that is not installed: put one of " + files +
+                     " into " + geoid_home(trust),
                  kAcceptedDatums, "vertical_datum"};
 }
 
@@ -83,9 +86,12 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
   }
   const auto crs = find_vertical_crs(name);
   if (!crs)
-    return Problem{"geoid-not-found", "vertical_datum=" + proto::shown_text(name) + " is neither a height system known here nor a grid file that may be read",
-                   kAcceptedDatums, "vertical_datum"};
-  if (const KnownDatum* datum = known(is_mean_sea_level(*crs) ? kDefaultDatum : crs->name)) return of_known(*datum, "request", area, trust);
+    return Problem{
+        "geoid-not-found",
+        "vertical_datum=" + proto::shown_text(name) + " is neither a height system known here nor a grid file that may be read",
+        kAcceptedDatums, "vertical_datum"};
+  if (const KnownDatum* datum = known(is_mean_sea_level(*crs) ? kDefaultDatum : crs->name))
+    return of_known(*datum, "request", area, trust);
   auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);
   if (!way) return way.problem();
   if (!*way)

@@ -31,7 +31,8 @@ struct VerticalAsked {
   std::string base_wkt{};      ///< the horizontal CRS
 };
 
-/// What is declared and PROJ cannot take to the ellipsoid by any means counts as not declared. A grid that is only not installed is a problem.
+/// What is declared and PROJ cannot take to the ellipsoid by any means counts as not declared. A grid that is only not installed
+/// is a problem.
 proto::Result<VerticalDatum> resolve_vertical(const VerticalAsked& asked, Trust trust, const Area& area);
 
 }  // namespace cordillera::raster

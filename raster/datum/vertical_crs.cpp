@@ -44,9 +44,12 @@ std::optional<VerticalCrs> described(PJ_CONTEXT* context, const PJ* crs) {
 /// EPSG:5703, or 5703 alone: authority and code.
 std::optional<std::pair<std::string, std::string>> code_of(const std::string& text) {
   const std::size_t colon = text.find(':');
-  const auto all = [](std::string_view part, auto is) { return !part.empty() && std::all_of(part.begin(), part.end(), [&](unsigned char c) { return is(c) != 0; }); };
+  const auto all = [](std::string_view part, auto is) {
+    return !part.empty() && std::all_of(part.begin(), part.end(), [&](unsigned char c) { return is(c) != 0; });
+  };
   if (colon == std::string::npos && all(text, isdigit)) return std::pair{std::string("EPSG"), text};
-  if (colon == std::string::npos || !all(text.substr(0, colon), isalpha) || !all(text.substr(colon + 1), isdigit)) return std::nullopt;
+  if (colon == std::string::npos || !all(text.substr(0, colon), isalpha) || !all(text.substr(colon + 1), isdigit))
+    return std::nullopt;
   return std::pair{text.substr(0, colon), text.substr(colon + 1)};
 }
 
@@ -55,19 +58,22 @@ double metres_of_axis(PJ_CONTEXT* context, const PJ* vertical) {
   const Object axes(proj_crs_get_coordinate_system(context, vertical));
   const char* direction = nullptr;
   double factor = 1;
-  if (!axes || proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, &direction, &factor, nullptr, nullptr, nullptr) == 0) return 1;
+  if (!axes ||
+      proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, &direction, &factor, nullptr, nullptr, nullptr) == 0)
+    return 1;
   return direction != nullptr && proto::lower(direction) == "down" ? -factor : factor;
 }
 
-/// The operation takes longitude, latitude and height above WGS 84 to the base CRS and the height system. Where the ellipsoid's own height is 0,
-/// the system's is minus the undulation.
+/// The operation takes longitude, latitude and height above WGS 84 to the base CRS and the height system. Where the ellipsoid's
+/// own height is 0, the system's is minus the undulation.
 class OperationGeoid : public Geoid {
  public:
   /// Takes a copy of the operation, in a context of its own.
   OperationGeoid(ProjContext context, const PJ* operation, double metres)
       : context_(std::move(context)), operation_(proj_clone(context_.get(), operation)), metres_(metres) {}
   double undulation_m(double latitude_deg, double longitude_deg) const override {
-    const PJ_COORD out = proj_trans(operation_.get(), PJ_FWD, proj_coord(std::remainder(longitude_deg, 360.0), latitude_deg, 0, HUGE_VAL));
+    const PJ_COORD out =
+        proj_trans(operation_.get(), PJ_FWD, proj_coord(std::remainder(longitude_deg, 360.0), latitude_deg, 0, HUGE_VAL));
     return std::isfinite(out.xyz.z) ? -out.xyz.z * metres_ : std::numeric_limits<double>::quiet_NaN();
   }
 
@@ -77,8 +83,8 @@ class OperationGeoid : public Geoid {
   double metres_;
 };
 
-/// Grids that PROJ's own package has in another form, under a name that the older databases do not know: they name what was published, which PROJ
-/// does not read.
+/// Grids that PROJ's own package has in another form, under a name that the older databases do not know: they name what was
+/// published, which PROJ does not read.
 struct OtherName {
   const char *published, *packaged;
 };
@@ -86,7 +92,8 @@ constexpr OtherName kOtherNames[] = {{"GCG2016.txt", "de_bkg_gcg2016.tif"}};
 
 /// The packaged name; empty where the database's is right.
 std::string other_name(std::string_view grid) {
-  const auto* const found = std::find_if(std::begin(kOtherNames), std::end(kOtherNames), [&](const OtherName& name) { return grid == name.published; });
+  const auto* const found =
+      std::find_if(std::begin(kOtherNames), std::end(kOtherNames), [&](const OtherName& name) { return grid == name.published; });
   return found == std::end(kOtherNames) ? "" : found->packaged;
 }
 
@@ -101,16 +108,19 @@ struct Grids {
 /// A way that could be gone; lower is better: first all that is known well, then what is only near.
 enum class Way : std::uint8_t { exact, near, none };
 
-/// A ballpark step leaves coordinates as they are. Heights would then not be shifted at all, so such a way is none. Where the last step alone is one,
-/// and of longitude and latitude, it only turns places on the ground to the base's datum: the height is done by then, and an undulation hardly
-/// changes over metres. An earlier one would take heights above another ellipsoid for those of this one. PROJ tells the steps only in the name.
+/// A ballpark step leaves coordinates as they are. Heights would then not be shifted at all, so such a way is none. Where the
+/// last step alone is one, and of longitude and latitude, it only turns places on the ground to the base's datum: the height is
+/// done by then, and an undulation hardly changes over metres. An earlier one would take heights above another ellipsoid for
+/// those of this one. PROJ tells the steps only in the name.
 Way way_kind(PJ_CONTEXT* context, const PJ* operation) {
   if (proj_coordoperation_has_ballpark_transformation(context, operation) == 0) return Way::exact;
   constexpr std::string_view kHorizontal = "ballpark geographic offset", kAny = "ballpark", kNextStep = " + ";
   const std::string name = proto::lower(proj_get_name(operation));
   const std::size_t first = name.find(kAny), step = name.rfind(kNextStep);
   const bool only = first != std::string::npos && name.find(kAny, first + 1) == std::string::npos;
-  return only && step != std::string::npos && step < first && name.compare(first, kHorizontal.size(), kHorizontal) == 0 ? Way::near : Way::none;
+  return only && step != std::string::npos && step < first && name.compare(first, kHorizontal.size(), kHorizontal) == 0
+             ? Way::near
+             : Way::none;
 }
 
 /// The year that grids carry in their names, to ask for the newest: g2018u0, geoid09, RAF20; 0: none.
@@ -144,8 +154,10 @@ Grids grids_of(PJ_CONTEXT* context, const PJ* operation) {
     if (available != 0 || grids.missing_count++ > 0) continue;
     grids.missing = other.empty() ? name : other;
     grids.year = year_in(grids.missing);
-    if (!other.empty()) grids.missing += " (https://cdn.proj.org/" + other + ")";
-    else if (url != nullptr && *url != 0) grids.missing.append(" (").append(url).append(")");
+    if (!other.empty())
+      grids.missing += " (https://cdn.proj.org/" + other + ")";
+    else if (url != nullptr && *url != 0)
+      grids.missing.append(" (").append(url).append(")");
   }
   return grids;
 }
@@ -171,19 +183,24 @@ bool covers(const Geoid& geoid, const Area& area) {
 /// Longitudes and latitudes of the base with heights of the system, as WKT; empty when they do not go together.
 std::string compound_of(const std::string& base_wkt, const std::string& vertical) {
   OGRSpatialReference base, geographic, heights, compound;
-  if (base.SetFromUserInput(base_wkt.c_str()) != OGRERR_NONE || geographic.CopyGeogCSFrom(&base) != OGRERR_NONE) geographic.importFromEPSG(4326);
-  if (heights.SetFromUserInput(vertical.c_str()) != OGRERR_NONE || compound.SetCompoundCS("heights", &geographic, &heights) != OGRERR_NONE) return "";
+  if (base.SetFromUserInput(base_wkt.c_str()) != OGRERR_NONE || geographic.CopyGeogCSFrom(&base) != OGRERR_NONE)
+    geographic.importFromEPSG(4326);
+  if (heights.SetFromUserInput(vertical.c_str()) != OGRERR_NONE ||
+      compound.SetCompoundCS("heights", &geographic, &heights) != OGRERR_NONE)
+    return "";
   return wkt_of(compound);
 }
 
-/// All ways from WGS 84 (three axes) to the base with the height system, the best first, whether their grids are installed or not.
+/// All ways from WGS 84 (three axes) to the base with the height system, the best first, whether their grids are installed or
+/// not.
 List operations(PJ_CONTEXT* context, const std::string& vertical, const std::string& base_wkt, const Area& area) {
-  const Object compound(proj_create(context, compound_of(base_wkt, vertical).c_str())), ellipsoidal(proj_create(context, "EPSG:4979"));
+  const Object compound(proj_create(context, compound_of(base_wkt, vertical).c_str())),
+      ellipsoidal(proj_create(context, "EPSG:4979"));
   const Factory factory(proj_create_operation_factory_context(context, nullptr));
   if (!compound || !ellipsoidal || !factory) return nullptr;
   if (area.east_deg - area.west_deg < 360)
-    proj_operation_factory_context_set_area_of_interest(context, factory.get(), std::remainder(area.west_deg, 360.0), area.south_deg,
-                                                        std::remainder(area.east_deg, 360.0), area.north_deg);
+    proj_operation_factory_context_set_area_of_interest(context, factory.get(), std::remainder(area.west_deg, 360.0),
+                                                        area.south_deg, std::remainder(area.east_deg, 360.0), area.north_deg);
   proj_operation_factory_context_set_spatial_criterion(context, factory.get(), PROJ_SPATIAL_CRITERION_PARTIAL_INTERSECTION);
   proj_operation_factory_context_set_grid_availability_use(context, factory.get(), PROJ_GRID_AVAILABILITY_IGNORED);
   return List(proj_create_operations(context, ellipsoidal.get(), compound.get(), factory.get()));
@@ -191,13 +208,17 @@ List operations(PJ_CONTEXT* context, const std::string& vertical, const std::str
 
 }  // namespace
 
-bool is_mean_sea_level(const VerticalCrs& crs) { return proto::lower(crs.name).starts_with("msl height") || proto::lower(crs.name).starts_with("msl depth"); }
+bool is_mean_sea_level(const VerticalCrs& crs) {
+  return proto::lower(crs.name).starts_with("msl height") || proto::lower(crs.name).starts_with("msl depth");
+}
 
 std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {
   const ProjContext context = make_proj_context();
   if (const auto code = code_of(text)) {
-    const Object crs(proj_create_from_database(context.get(), code->first.c_str(), code->second.c_str(), PJ_CATEGORY_CRS, 0, nullptr));
-    if (crs && proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS) return described(context.get(), Object(proj_crs_get_sub_crs(context.get(), crs.get(), 1)).get());
+    const Object crs(
+        proj_create_from_database(context.get(), code->first.c_str(), code->second.c_str(), PJ_CATEGORY_CRS, 0, nullptr));
+    if (crs && proj_get_type(crs.get()) == PJ_TYPE_COMPOUND_CRS)
+      return described(context.get(), Object(proj_crs_get_sub_crs(context.get(), crs.get(), 1)).get());
     return described(context.get(), crs.get());
   }
   const PJ_TYPE type = PJ_TYPE_VERTICAL_CRS;
@@ -219,7 +240,8 @@ std::optional<VerticalCrs> vertical_part(const std::string& compound_wkt) {
   return described(context.get(), Object(proj_crs_get_sub_crs(context.get(), compound.get(), 1)).get());
 }
 
-proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt, const Area& area, Trust trust) {
+proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt,
+                                                                       const Area& area, Trust trust) {
   ProjContext context = make_proj_context();
   const Object vertical(proj_create(context.get(), crs.definition.c_str()));
   const List ways = vertical ? operations(context.get(), crs.definition, base_wkt, area) : nullptr;
@@ -230,7 +252,9 @@ proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const Ver
       if (way_kind(context.get(), way.get()) != kind) continue;
       const Grids grids = grids_of(context.get(), way.get());
       if (grids.missing_count > 0) {
-        if (wanted.missing_count == 0 || std::pair(grids.missing_count, -grids.year) < std::pair(wanted.missing_count, -wanted.year)) wanted = grids;
+        if (wanted.missing_count == 0 ||
+            std::pair(grids.missing_count, -grids.year) < std::pair(wanted.missing_count, -wanted.year))
+          wanted = grids;
         continue;
       }
       if (!grids.geoid.empty()) {
@@ -240,7 +264,8 @@ proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const Ver
       }
       Object degrees(proj_normalize_for_visualization(context.get(), way.get()));
       if (!degrees) continue;
-      auto geoid = std::make_unique<OperationGeoid>(make_proj_context(), degrees.get(), metres_of_axis(context.get(), vertical.get()));
+      auto geoid =
+          std::make_unique<OperationGeoid>(make_proj_context(), degrees.get(), metres_of_axis(context.get(), vertical.get()));
       if (!covers(*geoid, area)) return geoid_does_not_cover(grids.names.empty() ? crs.name : grids.names, area);
       return std::optional(VerticalTransformation{std::move(geoid), grids.names});
     }

@@ -1,5 +1,6 @@
 #pragma once
-// National height systems (NAVD88, DHHN2016, LN02, ...) through PROJ: which there are, and how far their zero is from the ellipsoid.
+// National height systems (NAVD88, DHHN2016, LN02, ...) through PROJ: which there are, and how far their zero is from the
+// ellipsoid.
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,11 +17,12 @@ struct VerticalCrs {
   std::string definition;  ///< WKT
 };
 
-/// Heights above mean sea level with no word about which surface that is (EPSG:5714, 5715 and the like): no way to the ellipsoid is theirs.
+/// Heights above mean sea level with no word about which surface that is (EPSG:5714, 5715 and the like): no way to the ellipsoid
+/// is theirs.
 bool is_mean_sea_level(const VerticalCrs& crs);
 
-/// The system that a text names: a code such as EPSG:5703 or 5703, or a name such as NAVD88 or "DHHN2016 height", without regard to case. Nullopt
-/// when PROJ knows none of that name, or several and none better than the others. Never a file.
+/// The system that a text names: a code such as EPSG:5703 or 5703, or a name such as NAVD88 or "DHHN2016 height", without regard
+/// to case. Nullopt when PROJ knows none of that name, or several and none better than the others. Never a file.
 std::optional<VerticalCrs> find_vertical_crs(const std::string& text);
 
 /// The vertical part of a compound CRS, given as WKT. Nullopt when it has none.
@@ -31,9 +33,10 @@ struct VerticalTransformation {
   std::string grid;              ///< file names of the grids that it takes, separated by blanks; may be empty
 };
 
-/// The way from a height system to the WGS 84 ellipsoid that PROJ takes for the best in the area, among those whose grids are installed. base_wkt:
-/// the raster's horizontal CRS, since some national datums belong to one; empty: WGS 84. Nullopt when PROJ knows no way at all. Problems:
-/// geoid-not-found, which names the grid that is missing; geoid-does-not-cover; geoid-invalid.
-proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt, const Area& area, Trust trust);
+/// The way from a height system to the WGS 84 ellipsoid that PROJ takes for the best in the area, among those whose grids are
+/// installed. base_wkt: the raster's horizontal CRS, since some national datums belong to one; empty: WGS 84. Nullopt when PROJ
+/// knows no way at all. Problems: geoid-not-found, which names the grid that is missing; geoid-does-not-cover; geoid-invalid.
+proto::Result<std::optional<VerticalTransformation>> open_vertical_crs(const VerticalCrs& crs, const std::string& base_wkt,
+                                                                       const Area& area, Trust trust);
 
 }  // namespace cordillera::raster

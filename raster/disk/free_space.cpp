@@ -24,8 +24,8 @@ std::optional<proto::Problem> no_room(const std::string& path, std::uint64_t byt
   const auto disk = fs::space(folder.empty() ? fs::path(".") : folder, error);
   if (error || (disk.available >= stays && disk.available - stays >= bytes)) return std::nullopt;
   return proto::Problem{"storage-full",
-                        "there is no room for " + what + ": the disk has " + mebibytes(disk.available) + " free, and " + mebibytes(stays) +
-                            " of them stay free",
+                        "there is no room for " + what + ": the disk has " + mebibytes(disk.available) + " free, and " +
+                            mebibytes(stays) + " of them stay free",
                         "a smaller raster, or trying again when there is room", ""};
 }
 

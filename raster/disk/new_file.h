@@ -13,7 +13,8 @@ namespace cordillera::raster {
 class NewFile {
  public:
   /// Of a name that is not there yet.
-  explicit NewFile(const std::filesystem::path& path) : descriptor_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0640)) {}
+  explicit NewFile(const std::filesystem::path& path)
+      : descriptor_(::open(path.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0640)) {}
   ~NewFile() { close(); }
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;

@@ -15,7 +15,8 @@ constexpr const char* kTrusted[] = {"/etc/ssl/certs/ca-certificates.crt", "/etc/
 void use_private_tables(const std::string& own) {
   const char* given = std::getenv("PROJ_DATA");
   const std::string others = given == nullptr ? "" : given;
-  if (others != own && !others.starts_with(own + ":")) setenv("PROJ_DATA", (others.empty() ? own : own + ":" + others).c_str(), 1);
+  if (others != own && !others.starts_with(own + ":"))
+    setenv("PROJ_DATA", (others.empty() ? own : own + ":" + others).c_str(), 1);
   setenv("GDAL_DRIVER_PATH", "disable", 1);  // plugins of the machine's GDAL are not for this one
 }
 

@@ -31,7 +31,8 @@ constexpr std::array kFormats{
 constexpr std::string_view kSides = ".hdr .prj .sgrd .tfw .tifw .wld .ige ";
 constexpr std::string_view kPam = ".aux.xml";
 
-/// What the driver of Esri's raw files opens has any name: whatever has a .hdr beside it, which may be the header of another file.
+/// What the driver of Esri's raw files opens has any name: whatever has a .hdr beside it, which may be the header of another
+/// file.
 constexpr std::string_view kRawDriver = "EHdr", kRaw = ".bil .flt .bip .bsq .dem ";
 
 bool holds(std::string_view extensions, std::string_view extension) {
@@ -51,9 +52,7 @@ std::string shell_word(const std::string& name) {
 
 std::span<const Format> formats() { return kFormats; }
 
-std::string extension_of(const std::string& name) {
-  return proto::lower(std::filesystem::path(name).extension().string());
-}
+std::string extension_of(const std::string& name) { return proto::lower(std::filesystem::path(name).extension().string()); }
 
 bool is_raster_extension(std::string_view extension) {
   return std::any_of(kFormats.begin(), kFormats.end(), [&](const Format& format) { return holds(format.extensions, extension); });
@@ -74,7 +73,8 @@ bool is_side_of(const std::string& raster, const std::string& other) {
 }
 
 const Format* needs_others(std::string_view extension) {
-  const auto found = std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.from == From::together && holds(f.extensions, extension); });
+  const auto found = std::find_if(kFormats.begin(), kFormats.end(),
+                                  [&](const Format& f) { return f.from == From::together && holds(f.extensions, extension); });
   return found == kFormats.end() ? nullptr : found;
 }
 
@@ -88,9 +88,11 @@ std::string raster_extensions() {
 std::vector<const char*> allowed_drivers(const std::string& name, Trust trust, bool in_archive) {
   std::vector<const char*> allowed;
   for (const Format& format : kFormats) {
-    const bool welcome = trust == Trust::operator_file || format.from == From::anybody || (format.from == From::together && in_archive);
+    const bool welcome =
+        trust == Trust::operator_file || format.from == From::anybody || (format.from == From::together && in_archive);
     const std::string_view driver = format.driver;
-    if (driver == "SRTMHGT" || (driver == kRawDriver && !holds(kRaw, extension_of(name)))) continue;  // the former is asked for by its name alone
+    if (driver == "SRTMHGT" || (driver == kRawDriver && !holds(kRaw, extension_of(name))))
+      continue;  // the former is asked for by its name alone
     if (welcome) allowed.push_back(format.driver);
   }
   allowed.push_back(nullptr);
@@ -99,7 +101,8 @@ std::vector<const char*> allowed_drivers(const std::string& name, Trust trust, b
 
 std::string accepted_formats(const std::string& name) {
   const std::string accepted =
-      "GeoTIFF or COG, an .hgt named like N44W072.hgt, Esri ASCII grid, USGS DEM, NetCDF, Erdas .img, DTED, XYZ, GeoPackage, JPEG 2000; Esri .bil or .flt, "
+      "GeoTIFF or COG, an .hgt named like N44W072.hgt, Esri ASCII grid, USGS DEM, NetCDF, Erdas .img, DTED, XYZ, GeoPackage, "
+      "JPEG 2000; Esri .bil or .flt, "
       "ER Mapper, SAGA with their headers in a .zip; any of them in a .zip or .gz";
   if (name.empty()) return accepted;
   const std::string tiff = std::filesystem::path(name).stem().string() + (extension_of(name) == ".tif" ? "-2.tif" : ".tif");

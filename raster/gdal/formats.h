@@ -1,5 +1,6 @@
 #pragma once
-// The formats that we vouch for, and no others: GDAL reads some two hundred, several of which can name other files, URLs or commands.
+// The formats that we vouch for, and no others: GDAL reads some two hundred, several of which can name other files, URLs or
+// commands.
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,10 +32,11 @@ std::string extension_of(const std::string& name);
 bool is_raster_extension(std::string_view extension);
 /// What a raster's side files have: the header that places it, its CRS, the world file.
 bool is_side_extension(std::string_view extension);
-/// Whether a file of this name says something of the raster of that name and is none itself: of "dem.tif" those are "dem.tfw", "dem.prj",
-/// "dem.tif.aux.xml" and such, and of an ER Mapper header "dem.ers" the heights, "dem".
+/// Whether a file of this name says something of the raster of that name and is none itself: of "dem.tif" those are "dem.tfw",
+/// "dem.prj", "dem.tif.aux.xml" and such, and of an ER Mapper header "dem.ers" the heights, "dem".
 bool is_side_of(const std::string& raster, const std::string& other);
-/// "dem.tif.aux.xml": GDAL's and Esri's notes on a raster. They can name other files, so an unpacked one lies where no driver looks for it.
+/// "dem.tif.aux.xml": GDAL's and Esri's notes on a raster. They can name other files, so an unpacked one lies where no driver
+/// looks for it.
 bool is_pam(const std::string& name);
 std::string pam_of_unpacked(const std::string& raster);
 /// The format whose rasters need files beside them and have this extension; null: there is none.

@@ -25,7 +25,9 @@ void start_gdal() {
   // GDAL's default is a share of the machine's memory; ours must not grow with the machine or with the raster.
   if (CPLGetConfigOption("GDAL_CACHEMAX", nullptr) == nullptr) GDALSetCacheMax64(kBlockCache_bytes);
   // A storage that does not answer is an error after a while; GDAL by itself waits for ever.
-  for (const auto& [key, value] : {std::pair{"GDAL_HTTP_CONNECTTIMEOUT", "10"}, {"GDAL_HTTP_LOW_SPEED_TIME", "20"}, {"GDAL_HTTP_LOW_SPEED_LIMIT", "1"},
+  for (const auto& [key, value] : {std::pair{"GDAL_HTTP_CONNECTTIMEOUT", "10"},
+                                   {"GDAL_HTTP_LOW_SPEED_TIME", "20"},
+                                   {"GDAL_HTTP_LOW_SPEED_LIMIT", "1"},
                                    // JPEG 2000 would start a thread a core for each source; builds have threads of their own.
                                    {"GDAL_NUM_THREADS", "1"}}) {
     if (CPLGetConfigOption(key, nullptr) == nullptr) CPLSetConfigOption(key, value);

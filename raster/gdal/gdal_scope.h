@@ -17,7 +17,8 @@ class GdalScope {
 
   /// Whether GDAL reported a failure since the scope began. Some drivers do so and still say that the read succeeded.
   bool failed() const;
-  /// Whether PROJ could not read its tables since this thread's outermost scope began: then what it did not find may be there all the same.
+  /// Whether PROJ could not read its tables since this thread's outermost scope began: then what it did not find may be there all
+  /// the same.
   bool tables_failed() const;
   /// GDAL's last message, not longer than a line, with the given path replaced by what the user called the file.
   std::string message(const std::string& path, const std::string& name) const;

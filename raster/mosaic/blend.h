@@ -7,13 +7,13 @@
 
 namespace cordillera::raster {
 
-/// Distance of every sample to the nearest one without data, in samples, diagonals counted as one (Rosenfeld and Pfaltz 1966); at most
-/// `most`, and `most` where the window ends before it is met. Indexed as samples.height.
+/// Distance of every sample to the nearest one without data, in samples, diagonals counted as one (Rosenfeld and Pfaltz 1966); at
+/// most `most`, and `most` where the window ends before it is met. Indexed as samples.height.
 std::vector<std::uint16_t> distance_to_void(const proto::Samples& samples, int most);
 
-/// Puts `top` over `below`, both of one window. Where only one has data it is taken. Where both have, top gives way to below over the
-/// last `feather` samples before its own rim, and as far as below does not end there itself: so neither rim shows as a step. Distances
-/// are true at least `feather` samples inside the window. feather 0: top wins.
+/// Puts `top` over `below`, both of one window. Where only one has data it is taken. Where both have, top gives way to below over
+/// the last `feather` samples before its own rim, and as far as below does not end there itself: so neither rim shows as a step.
+/// Distances are true at least `feather` samples inside the window. feather 0: top wins.
 void lay_over(const proto::Samples& top, proto::Samples& below, int feather);
 
 }  // namespace cordillera::raster

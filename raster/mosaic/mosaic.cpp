@@ -14,7 +14,7 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr std::size_t kOpenMembers = 24;     // a block may lie over that many rasters without opening one twice
+constexpr std::size_t kOpenMembers = 24;  // a block may lie over that many rasters without opening one twice
 
 using Window = Source::Window;
 
@@ -46,7 +46,9 @@ Window hull(std::vector<Window> windows, std::int64_t circle) {
 
 class Mosaic final : public Source {
  public:
-  Mosaic(std::vector<MosaicMember> members, double feather_m) : members_(std::move(members)), feather_m_(feather_m) { describe(); }
+  Mosaic(std::vector<MosaicMember> members, double feather_m) : members_(std::move(members)), feather_m_(feather_m) {
+    describe();
+  }
 
   const proto::Source& description() const override { return description_; }
 
@@ -59,7 +61,8 @@ class Mosaic final : public Source {
     return windows.empty() ? Window{0, 0, -1, -1} : hull(std::move(windows), lattice.columns());
   }
 
-  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override {
+  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns,
+             std::int64_t rows) const override {
     return under({west, south, west + columns - 1, south + rows - 1}, lattice).empty();
   }
 
@@ -72,7 +75,8 @@ class Mosaic final : public Source {
     const std::vector<std::size_t> layers = under(wide, lattice);
     if (layers.size() == 1) {  // one raster alone has no seam
       auto source = opened(layers.front());
-      return source.ok() ? (*source)->sample(lattice, west, south, columns, rows) : proto::Result<proto::Samples>(source.problem());
+      return source.ok() ? (*source)->sample(lattice, west, south, columns, rows)
+                         : proto::Result<proto::Samples>(source.problem());
     }
     proto::Samples sum = void_samples(wide);
     for (auto layer = layers.rbegin(); layer != layers.rend(); ++layer) {
@@ -101,7 +105,8 @@ class Mosaic final : public Source {
     return {};
   }
 
-  /// Those that the surface is made of: of the raster that wins at all vertices around, and of no other where rasters are blended.
+  /// Those that the surface is made of: of the raster that wins at all vertices around, and of no other where rasters are
+  /// blended.
   proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
     const std::vector<std::size_t> layers = under(cells, lattice);
     if (layers.size() == 1) {
@@ -118,7 +123,9 @@ class Mosaic final : public Source {
       const auto own = (*source)->pixels(lattice, cells);
       if (!own.ok()) return own.problem();
       for (const PixelPoint& pixel : *own) {
-        const auto sw = static_cast<std::size_t>(std::min(static_cast<std::int64_t>(pixel.y), cells.north - cells.south - 1) * columns + static_cast<std::int64_t>(pixel.x));
+        const auto sw =
+            static_cast<std::size_t>(std::min(static_cast<std::int64_t>(pixel.y), cells.north - cells.south - 1) * columns +
+                                     static_cast<std::int64_t>(pixel.x));
         const auto foreign = [&](std::size_t v) { return (*owners)[v] != kNobody && (*owners)[v] != layer; };
         const std::size_t nw = sw + static_cast<std::size_t>(columns);
         if (!foreign(sw) && !foreign(sw + 1) && !foreign(nw) && !foreign(nw + 1)) out.push_back(pixel);
@@ -151,10 +158,12 @@ class Mosaic final : public Source {
     return found;
   }
 
-  static constexpr std::size_t kNobody = SIZE_MAX, kSeveral = SIZE_MAX - 1;  ///< the latter where more than one has a part in a blend
+  static constexpr std::size_t kNobody = SIZE_MAX,
+                               kSeveral = SIZE_MAX - 1;  ///< the latter where more than one has a part in a blend
 
   /// Which member's data is at each vertex.
-  proto::Result<std::vector<std::size_t>> owners_of(const proto::Lattice& lattice, const Window& w, const std::vector<std::size_t>& layers) {
+  proto::Result<std::vector<std::size_t>> owners_of(const proto::Lattice& lattice, const Window& w,
+                                                    const std::vector<std::size_t>& layers) {
     const auto columns = static_cast<std::int32_t>(w.east - w.west + 1), rows = static_cast<std::int32_t>(w.north - w.south + 1);
     std::vector<std::size_t> owners(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), kNobody);
     for (const std::size_t layer : layers) {
@@ -164,8 +173,10 @@ class Mosaic final : public Source {
       if (!samples.ok()) return samples.problem();
       for (std::size_t v = 0; v < owners.size(); ++v) {
         if (samples->height[v] == proto::kNoHeight) continue;
-        if (owners[v] == kNobody) owners[v] = layer;
-        else if (feather_m_ > 0) owners[v] = kSeveral;
+        if (owners[v] == kNobody)
+          owners[v] = layer;
+        else if (feather_m_ > 0)
+          owners[v] = kSeveral;
       }
     }
     return owners;
@@ -273,7 +284,8 @@ Window coarser(const Window& window, const proto::Lattice& lattice) {
 
 bool touch(const Window& a, const Window& b, const proto::Lattice& lattice) {
   if (a.west > a.east || b.west > b.east || a.south > b.north || b.south > a.north) return false;
-  return modulo(b.west - a.west, lattice.columns()) <= a.east - a.west || modulo(a.west - b.west, lattice.columns()) <= b.east - b.west;
+  return modulo(b.west - a.west, lattice.columns()) <= a.east - a.west ||
+         modulo(a.west - b.west, lattice.columns()) <= b.east - b.west;
 }
 
 int feather_vertices(double feather_m, const proto::Lattice& lattice) {
@@ -281,10 +293,17 @@ int feather_vertices(double feather_m, const proto::Lattice& lattice) {
   return static_cast<int>(std::clamp(std::nearbyint(feather_m / cell_m), 0.0, static_cast<double>(kMostFeather)));
 }
 
-proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,
+                                    const proto::BuildOptions& options) {
   const auto source = open_source(path, name, trust, options);
   if (!source.ok()) return source.problem();
-  return MosaicMember{path, name, trust, options, (*source)->description(), (*source)->window(kMemberLattice), state_of(path),
+  return MosaicMember{path,
+                      name,
+                      trust,
+                      options,
+                      (*source)->description(),
+                      (*source)->window(kMemberLattice),
+                      state_of(path),
                       (*source)->datum_print()};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// Several rasters as one Source: where they overlap the first in the list that has data wins, and its voids are filled by the next.
+// Several rasters as one Source: where they overlap the first in the list that has data wins, and its voids are filled by the
+// next.
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,7 +24,8 @@ struct MosaicMember {
 };
 
 /// Opens the raster once to see where it lies and what it is. Its problems name it.
-proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options);
+proto::Result<MosaicMember> examine(const std::string& path, const std::string& name, Trust trust,
+                                    const proto::BuildOptions& options);
 
 /// The lattice vertices of a coarser lattice inside a member's window; empty (west > east) when there are none.
 Source::Window coarser(const Source::Window& window, const proto::Lattice& lattice);
@@ -31,9 +33,9 @@ Source::Window coarser(const Source::Window& window, const proto::Lattice& latti
 /// Whether two windows of a lattice share a vertex; columns are taken modulo the circle.
 bool touch(const Source::Window& a, const Source::Window& b, const proto::Lattice& lattice);
 
-/// feather_m: the width over which a raster gives way to those below it, towards its rims and voids; 0: it ends in a step. Heights are
-/// blended in whole steps, and a vertex's height depends on nothing but the members around it. Members are opened when their place is
-/// asked for, the last few are kept open. At least one member; not thread-safe, as every Source.
+/// feather_m: the width over which a raster gives way to those below it, towards its rims and voids; 0: it ends in a step.
+/// Heights are blended in whole steps, and a vertex's height depends on nothing but the members around it. Members are opened
+/// when their place is asked for, the last few are kept open. At least one member; not thread-safe, as every Source.
 std::unique_ptr<Source> make_mosaic(std::vector<MosaicMember> members, double feather_m);
 
 /// How far a feather reaches, in vertices of the lattice; at most kMostFeather.

@@ -32,8 +32,11 @@ proto::Problem invalid(const std::string& list, const std::string& what) {
 
 /// As GDAL addresses it; a plain relative path counts from the list.
 std::string resolved(const std::string& path, const std::string& list) {
-  constexpr std::array<std::pair<const char*, const char*>, 5> kSchemes{
-      {{"s3://", "/vsis3/"}, {"gs://", "/vsigs/"}, {"az://", "/vsiaz/"}, {"https://", "/vsicurl/https://"}, {"http://", "/vsicurl/http://"}}};
+  constexpr std::array<std::pair<const char*, const char*>, 5> kSchemes{{{"s3://", "/vsis3/"},
+                                                                         {"gs://", "/vsigs/"},
+                                                                         {"az://", "/vsiaz/"},
+                                                                         {"https://", "/vsicurl/https://"},
+                                                                         {"http://", "/vsicurl/http://"}}};
   for (const auto& [scheme, prefix] : kSchemes) {
     if (path.rfind(scheme, 0) == 0) return prefix + path.substr(std::string(scheme).size());
   }
@@ -44,7 +47,9 @@ std::string resolved(const std::string& path, const std::string& list) {
 }
 
 /// Archives too: collections are kept as they were fetched.
-bool is_listed(const std::string& extension) { return is_raster_extension(extension) || extension == ".zip" || extension == ".gz"; }
+bool is_listed(const std::string& extension) {
+  return is_raster_extension(extension) || extension == ".zip" || extension == ".gz";
+}
 
 Listed in_folder(const std::string& folder) {
   Sources sources;
@@ -94,7 +99,8 @@ Listed in_text(const std::string& list, const std::string& text) {
     ListedSource source{resolved(words.front(), list), {}};
     for (std::size_t k = 1; k < words.size(); ++k) {
       const std::size_t equals = words[k].find('=');
-      if (equals == std::string::npos) return invalid(list, "line " + std::to_string(number) + ": \"" + words[k] + "\" is no option=value");
+      if (equals == std::string::npos)
+        return invalid(list, "line " + std::to_string(number) + ": \"" + words[k] + "\" is no option=value");
       source.options.emplace_back(words[k].substr(0, equals), words[k].substr(equals + 1));
     }
     sources.push_back(std::move(source));
@@ -124,7 +130,8 @@ Listed in_stac(const std::string& list, const std::vector<CPLJSONObject>& items)
   Sources sources;
   for (const CPLJSONObject& item : items) {
     const std::string href = asset_of(item);
-    if (href.empty()) return invalid(list, "item \"" + item.GetString("id") + "\" has no asset with the role \"data\" and no GeoTIFF");
+    if (href.empty())
+      return invalid(list, "item \"" + item.GetString("id") + "\" has no asset with the role \"data\" and no GeoTIFF");
     sources.push_back({resolved(href, list), {}});
   }
   if (sources.empty()) return invalid(list, "has no items");
@@ -158,7 +165,8 @@ Listed in_json(const std::string& list, const std::string& text) {
   return sources;
 }
 
-/// A GeoPackage may hold both: rasters go before outlines of rasters. One with neither is damaged: it is told so as the raster that it was.
+/// A GeoPackage may hold both: rasters go before outlines of rasters. One with neither is damaged: it is told so as the raster
+/// that it was.
 bool lists_rasters(const std::string& geopackage) {
   const GdalScope scope(Trust::operator_file);
   const auto opened = [&](unsigned kind) {
@@ -173,7 +181,8 @@ bool lists_rasters(const std::string& geopackage) {
 Listed in_index(const std::string& list) {
   const GdalScope scope(Trust::operator_file);
   const GDALDatasetUniquePtr index(GDALDataset::Open(list.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, nullptr, nullptr, nullptr));
-  if (!index || index->GetLayerCount() == 0) return invalid(list, "cannot be opened as a tile index: " + scope.message(list, list));
+  if (!index || index->GetLayerCount() == 0)
+    return invalid(list, "cannot be opened as a tile index: " + scope.message(list, list));
   OGRLayer* const layer = index->GetLayer(0);
   const int field = layer->GetLayerDefn()->GetFieldIndex("location");
   if (field < 0) return invalid(list, "has no field \"location\", which a tile index has");
@@ -186,7 +195,8 @@ Listed in_index(const std::string& list) {
 /// Whether a text is points (XYZ), as its first line or, below their names, its second one shows: three numbers.
 bool holds_points(const std::string& text) {
   const auto begins_with_numbers = [](std::string line) {
-    std::replace_if(line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
+    std::replace_if(
+        line.begin(), line.end(), [](char c) { return c == ',' || c == ';'; }, ' ');
     std::istringstream words(line);
     double x = 0, y = 0, z = 0;
     return static_cast<bool>(words >> x >> y >> z);

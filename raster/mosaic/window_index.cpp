@@ -9,8 +9,8 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr int kIndexLevel = 7;               // a tile of it is 1.4 degrees wide: a one-degree cell lies in four cells of the index at most
-constexpr std::int64_t kMostCells = 64;      // of a window that is listed in each of them
+constexpr int kIndexLevel = 7;  // a tile of it is 1.4 degrees wide: a one-degree cell lies in four cells of the index at most
+constexpr std::int64_t kMostCells = 64;  // of a window that is listed in each of them
 
 using proto::floor_divide;
 
@@ -43,7 +43,8 @@ std::int64_t WindowIndex::cells_of(const Source::Window& window) const {
 
 template <typename Visit>
 void WindowIndex::each_cell(const Source::Window& window, Visit visit) const {
-  const std::int64_t west = floor_divide(window.west, units_), east = std::min(floor_divide(window.east, units_), west + across_ - 1);
+  const std::int64_t west = floor_divide(window.west, units_),
+                     east = std::min(floor_divide(window.east, units_), west + across_ - 1);
   // The northernmost row of vertices lies on the rim of the last row of cells; beyond the poles there is nothing.
   const std::int64_t south = std::clamp<std::int64_t>(floor_divide(window.south, units_), 0, up_ - 1);
   const std::int64_t north = std::clamp<std::int64_t>(floor_divide(window.north, units_), 0, up_ - 1);

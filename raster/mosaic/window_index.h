@@ -22,7 +22,7 @@ class WindowIndex {
 
   std::vector<Source::Window> windows_;
   proto::Lattice lattice_;
-  std::int64_t across_, up_, units_;              ///< cells of the index, and vertices a side of one
+  std::int64_t across_, up_, units_;               ///< cells of the index, and vertices a side of one
   std::vector<std::vector<std::uint32_t>> cells_;  ///< windows that lie in each
   std::vector<std::uint32_t> large_;               ///< windows over so many cells that they are tried every time
 };

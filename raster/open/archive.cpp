@@ -60,7 +60,8 @@ class Bound {
 };
 
 Problem damaged(const std::string& name, const std::string& why) {
-  return {"archive-unreadable", name + " cannot be unpacked" + (why.empty() ? "" : ": " + why), "a complete, undamaged archive without a password", ""};
+  return {"archive-unreadable", name + " cannot be unpacked" + (why.empty() ? "" : ": " + why),
+          "a complete, undamaged archive without a password", ""};
 }
 
 /// A piece, or a file of a zip, beside this path.
@@ -106,7 +107,9 @@ proto::Result<Member> gunzip(const std::string& path, const std::string& name, c
   Member member{folder.place(without_gz(name)), without_gz(name)};
   const gzFile file = gzopen(path.c_str(), "rb");
   if (file == nullptr) return damaged(name, "");
-  const auto read = [&](char* buffer, std::size_t count) { return std::int64_t{gzread(file, buffer, static_cast<unsigned>(count))}; };
+  const auto read = [&](char* buffer, std::size_t count) {
+    return std::int64_t{gzread(file, buffer, static_cast<unsigned>(count))};
+  };
   const Copied copied = copy(read, member.path, bound);
   int code = Z_OK;
   const std::string why = gzerror(file, &code);
@@ -123,13 +126,15 @@ proto::Result<Member> gunzip(const std::string& path, const std::string& name, c
 /// What systems put beside what was packed.
 bool is_dross(const ArchiveEntry& entry) { return entry.name().starts_with(".") || entry.path.starts_with("__MACOSX/"); }
 
-proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, const std::string& name, std::size_t most = kMostEntries) {
+proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, const std::string& name,
+                                                    std::size_t most = kMostEntries) {
   const std::unique_ptr<VSIDIR, void (*)(VSIDIR*)> folder(VSIOpenDir(zip.c_str(), -1, nullptr), VSICloseDir);
   if (!folder) return damaged(name, "it has no readable list of its files");
   std::vector<ArchiveEntry> entries;
   while (const VSIDIREntry* entry = VSIGetNextDirEntry(folder.get())) {
     if (VSI_ISDIR(entry->nMode)) continue;
-    if (entries.size() == most) return Problem{"archive-rasters", name + " holds more than " + std::to_string(most) + " files", kOneRaster, ""};
+    if (entries.size() == most)
+      return Problem{"archive-rasters", name + " holds more than " + std::to_string(most) + " files", kOneRaster, ""};
     entries.push_back({entry->pszName, static_cast<std::uint64_t>(entry->nSize)});
     if (is_dross(entries.back())) entries.pop_back();
   }
@@ -139,7 +144,8 @@ proto::Result<std::vector<ArchiveEntry>> entries_of(const std::string& zip, cons
 Problem not_one(const std::string& name, const std::vector<ArchiveEntry>& found, const std::string& what) {
   constexpr std::size_t kNamed = 6;
   std::string names;
-  for (std::size_t k = 0; k < std::min(found.size(), kNamed); ++k) names += (k == 0 ? "" : ", ") + proto::shown_text(found[k].path, 60);
+  for (std::size_t k = 0; k < std::min(found.size(), kNamed); ++k)
+    names += (k == 0 ? "" : ", ") + proto::shown_text(found[k].path, 60);
   if (found.size() > kNamed) names += ", …";
   return {"archive-rasters", name + " holds " + what + (names.empty() ? "" : ": " + names), kOneRaster, ""};
 }
@@ -162,7 +168,8 @@ bool goes_with(const ArchiveEntry& raster, const ArchiveEntry& other) {
   return fs::path(other.path).parent_path() == fs::path(raster.path).parent_path() && is_side_of(raster.name(), other.name());
 }
 
-proto::Result<void> extract(const std::string& zip, const ArchiveEntry& entry, const std::string& name, const std::string& to, Bound& bound) {
+proto::Result<void> extract(const std::string& zip, const ArchiveEntry& entry, const std::string& name, const std::string& to,
+                            Bound& bound) {
   const GdalScope scope(Trust::posted_file);
   if (!bound.holds(entry.bytes)) return bound.passed();
   if (auto full = no_room_for(name, to, entry.bytes)) return *full;
@@ -179,7 +186,8 @@ proto::Result<void> extract(const std::string& zip, const ArchiveEntry& entry, c
   VSIFCloseL(file);
   if (copied == Copied::too_much) return bound.passed();
   if (copied == Copied::no_room) return no_space(name, to);
-  if (copied == Copied::damaged || come != entry.bytes) return damaged(name, scope.failed() ? scope.message(zip, name) : proto::shown_text(entry.name()) + " ends early");
+  if (copied == Copied::damaged || come != entry.bytes)
+    return damaged(name, scope.failed() ? scope.message(zip, name) : proto::shown_text(entry.name()) + " ends early");
   return {};
 }
 
@@ -214,7 +222,8 @@ std::optional<std::string> folder_of(const std::vector<ArchiveEntry>& entries, c
 
 /// Below the folder that it is to lie in, and of plain names.
 bool stays_below(const fs::path& path) {
-  return path.is_relative() && std::all_of(path.begin(), path.end(), [](const fs::path& part) { return part != ".." && part != "." && !part.empty(); });
+  return path.is_relative() &&
+         std::all_of(path.begin(), path.end(), [](const fs::path& part) { return part != ".." && part != "." && !part.empty(); });
 }
 
 bool begins_with(const std::string& path, std::string_view with) {
@@ -229,12 +238,14 @@ bool is_zip(const std::string& path) { return begins_with(path, "PK\x03\x04"); }
 
 bool is_archive(const std::string& path) { return is_zip(path) || begins_with(path, "\x1f\x8b"); }
 
-proto::Result<Member> unpack(const std::string& path, const std::string& name, const PrivateFolder& folder, const UnpackLimit& limit) {
+proto::Result<Member> unpack(const std::string& path, const std::string& name, const PrivateFolder& folder,
+                             const UnpackLimit& limit) {
   Bound bound(path, name, limit);
   return is_zip(path) ? unzip(path, name, folder, bound) : gunzip(path, name, folder, bound);
 }
 
-proto::Result<bool> unpack_folder(const std::string& path, const std::string& name, const std::string& marker, const PrivateFolder& folder) {
+proto::Result<bool> unpack_folder(const std::string& path, const std::string& name, const std::string& marker,
+                                  const PrivateFolder& folder) {
   if (!is_zip(path)) return false;
   const GdalScope scope(Trust::posted_file);
   const PrivateFolder aside;  // no entry may be written through the link

@@ -99,20 +99,26 @@ proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {
   AtHand grid{folder->place("grid.tif"), points.name, points.file, folder};
   const char* const only[] = {"XYZ", nullptr};
   const char* const create[] = {"TILED=YES", "BIGTIFF=IF_SAFER", nullptr};
-  const GDALDatasetUniquePtr from(GDALDataset::Open(points.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
+  const GDALDatasetUniquePtr from(
+      GDALDataset::Open(points.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
   // As large as its numbers, whatever type they get.
-  const auto bytes = from ? sizeof(double) * static_cast<std::uint64_t>(from->GetRasterXSize()) * static_cast<std::uint64_t>(from->GetRasterYSize()) : 0;
+  const auto bytes = from ? sizeof(double) * static_cast<std::uint64_t>(from->GetRasterXSize()) *
+                                static_cast<std::uint64_t>(from->GetRasterYSize())
+                          : 0;
   if (auto full = raster::no_room(grid.path, bytes, "a grid of the points of " + points.name)) return *full;
   GDALDriver* const tiff = GetGDALDriverManager()->GetDriverByName("GTiff");
   // Points name no CRS; Esri's programs write it beside them. Beside a posted file lies somebody else's.
   for (const char* extension : {".prj", ".PRJ"}) {
     if (trust == Trust::posted_file && !points.folder) break;
-    if (std::ifstream prj(fs::path(points.path).replace_extension(extension)); prj) std::ofstream(fs::path(grid.path).replace_extension(".prj")) << prj.rdbuf();
+    if (std::ifstream prj(fs::path(points.path).replace_extension(extension)); prj)
+      std::ofstream(fs::path(grid.path).replace_extension(".prj")) << prj.rdbuf();
   }
   const bool copied = from && tiff != nullptr &&
-                      GDALDatasetUniquePtr(tiff->CreateCopy(grid.path.c_str(), from.get(), FALSE, const_cast<char**>(create), nullptr, nullptr)) != nullptr;
+                      GDALDatasetUniquePtr(tiff->CreateCopy(grid.path.c_str(), from.get(), FALSE, const_cast<char**>(create),
+                                                            nullptr, nullptr)) != nullptr;
   if (copied && !scope.failed()) return grid;
-  return Problem{"raster-unreadable", points.name + " is damaged: its points cannot be read (" + scope.message(points.path, points.name) + ")",
+  return Problem{"raster-unreadable",
+                 points.name + " is damaged: its points cannot be read (" + scope.message(points.path, points.name) + ")",
                  "a complete, undamaged file", ""};
 }
 
@@ -124,7 +130,9 @@ proto::Result<AtHand> at_hand(const std::string& path, const std::string& name) 
   return unpacked_copies().get(key_of(path, file), [&] { return make_unpacked(path, file); });
 }
 
-std::optional<AtHand> known_grid(const AtHand& points, const std::string& key) { return grid_copies().find(key_of(key, points.name)); }
+std::optional<AtHand> known_grid(const AtHand& points, const std::string& key) {
+  return grid_copies().find(key_of(key, points.name));
+}
 
 proto::Result<AtHand> gridded(const AtHand& points, const std::string& key, Trust trust) {
   return grid_copies().get(key_of(key, points.name), [&] { return make_grid(points, trust); });

@@ -11,17 +11,18 @@
 namespace cordillera::raster {
 
 struct AtHand {
-  std::string path;  ///< what GDAL is to open
-  std::string name;  ///< what the user called it, without folders; of an archive "dem.zip/N44W072.hgt"
-  std::string file;  ///< the last part of that
+  std::string path;                             ///< what GDAL is to open
+  std::string name;                             ///< what the user called it, without folders; of an archive "dem.zip/N44W072.hgt"
+  std::string file;                             ///< the last part of that
   std::shared_ptr<const PrivateFolder> folder;  ///< that path lies in, with its side files; null: the file is where it was
 };
 
-/// Unpacked where it is an archive. Of a file that has not changed the same copy for all that ask, kept as long as one of them has it and
-/// a little longer: a build opens its raster several times. Thread-safe.
+/// Unpacked where it is an archive. Of a file that has not changed the same copy for all that ask, kept as long as one of them
+/// has it and a little longer: a build opens its raster several times. Thread-safe.
 proto::Result<AtHand> at_hand(const std::string& path, const std::string& name);
 
-/// The points of a text as a GeoTIFF: GDAL reads all of them whenever it opens them. Shared and kept as above. key: the user's file.
+/// The points of a text as a GeoTIFF: GDAL reads all of them whenever it opens them. Shared and kept as above. key: the user's
+/// file.
 proto::Result<AtHand> gridded(const AtHand& points, const std::string& key, Trust trust);
 /// Where that has been made.
 std::optional<AtHand> known_grid(const AtHand& points, const std::string& key);

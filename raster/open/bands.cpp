@@ -57,8 +57,10 @@ proto::Result<Subdataset> chosen(const std::vector<Subdataset>& parts, const std
   }
   if (asked.empty() && heights.size() == 1) return *heights.front();
   const std::string holds = name + " holds " + std::to_string(parts.size()) + " rasters, " + listed(names);
-  return Problem{"raster-bands", holds + (asked.empty() ? ", and none alone is called as heights are" : "; none of them is " + proto::shown_text(asked)),
-                 "band= with the name of one of them", "band"};
+  return Problem{
+      "raster-bands",
+      holds + (asked.empty() ? ", and none alone is called as heights are" : "; none of them is " + proto::shown_text(asked)),
+      "band= with the name of one of them", "band"};
 }
 
 /// Of a band that has one: what it was described as, or the NetCDF variable that it is of.
@@ -93,9 +95,13 @@ Problem no_such_band(const Dataset& dataset, const std::string& asked) {
     named |= !name.empty();
     names.push_back(std::to_string(k) + (name.empty() ? "" : " " + name));
   }
-  const std::string has = dataset.name + " has " + std::to_string(bands) + (bands == 1 ? " band" : " bands") + (named ? " (" + listed(names) + ")" : "");
-  const std::string which = bands == 1 ? "band=1" : "band= with a number from 1 to " + std::to_string(bands) + (named ? ", or a band's name" : "");
-  return {"raster-bands", has + (asked.empty() ? "; an elevation model has one" : ", and none of them is " + proto::shown_text(asked)), which, "band"};
+  const std::string has = dataset.name + " has " + std::to_string(bands) + (bands == 1 ? " band" : " bands") +
+                          (named ? " (" + listed(names) + ")" : "");
+  const std::string which =
+      bands == 1 ? "band=1" : "band= with a number from 1 to " + std::to_string(bands) + (named ? ", or a band's name" : "");
+  return {"raster-bands",
+          has + (asked.empty() ? "; an elevation model has one" : ", and none of them is " + proto::shown_text(asked)), which,
+          "band"};
 }
 
 }  // namespace
@@ -109,7 +115,8 @@ proto::Result<void> choose_raster(Dataset& dataset, const std::string& asked) {
   const char* const only[] = {dataset.handle->GetDriverName(), nullptr};
   dataset.handle.reset(GDALDataset::Open(part->address.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
   if (!dataset.handle || dataset.handle->GetRasterCount() == 0)
-    return Problem{"raster-format-unsupported", part->name + " of " + dataset.name + " cannot be opened as a raster", accepted_formats(dataset.name), "band"};
+    return Problem{"raster-format-unsupported", part->name + " of " + dataset.name + " cannot be opened as a raster",
+                   accepted_formats(dataset.name), "band"};
   dataset.part = part->name;
   return {};
 }
@@ -123,7 +130,8 @@ proto::Result<void> choose_band(Dataset& dataset, const std::string& asked) {
   if (number == 0) return no_such_band(dataset, asked == dataset.part ? "" : asked);
   dataset.band = handle.GetRasterBand(number);
   const int flags = dataset.band->GetMaskFlags();
-  if (alpha || (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0) dataset.mask = alpha ? handle.GetRasterBand(2) : dataset.band->GetMaskBand();
+  if (alpha || (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0)
+    dataset.mask = alpha ? handle.GetRasterBand(2) : dataset.band->GetMaskBand();
   return {};
 }
 

@@ -38,9 +38,11 @@ GDALDatasetUniquePtr open_handle(const AtHand& raster, const std::string& path, 
   const std::vector<const char*> allowed = allowed_drivers(raster.file, trust, raster.folder != nullptr);
   std::optional<OwnFiles> own;
   if (raster.folder) own.emplace();
-  GDALDatasetUniquePtr handle(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, is_hgt(raster.file) ? kHgt : allowed.data(), nullptr, nullptr));
+  GDALDatasetUniquePtr handle(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY,
+                                                is_hgt(raster.file) ? kHgt : allowed.data(), nullptr, nullptr));
   std::array<double, 6> place{};
-  if (own && handle) handle->GetGeoTransform(place.data());  // a TIFF looks for its world file when it is first asked, and no longer then
+  if (own && handle)
+    handle->GetGeoTransform(place.data());  // a TIFF looks for its world file when it is first asked, and no longer then
   return handle;
 }
 
@@ -59,7 +61,8 @@ proto::Result<void> check_type(Dataset& dataset) {
 
 proto::Result<void> check_size(const Dataset& dataset, const std::string& path) {
   const std::int64_t pixels = std::int64_t{dataset.columns} * dataset.rows;
-  const std::string claim = dataset.name + " claims " + std::to_string(dataset.columns) + " x " + std::to_string(dataset.rows) + " pixels";
+  const std::string claim =
+      dataset.name + " claims " + std::to_string(dataset.columns) + " x " + std::to_string(dataset.rows) + " pixels";
   if (dataset.columns < 1 || dataset.rows < 1 || pixels > kMaxPixels)
     return Problem{"raster-too-large", claim, "at most 2^36 pixels", ""};
   std::error_code error;
@@ -70,7 +73,8 @@ proto::Result<void> check_size(const Dataset& dataset, const std::string& path) 
     return Problem{"raster-truncated", claim + " but has only " + std::to_string(bytes) + " bytes", "a complete file", ""};
   // Points may leave much of their box empty, but not nearly all of it.
   if (dataset.driver == kPoints && static_cast<std::uintmax_t>(pixels) > kEmptiest * bytes)
-    return Problem{"raster-too-large", claim + " in " + std::to_string(bytes) + " bytes of points", "points that fill more of the box around them", ""};
+    return Problem{"raster-too-large", claim + " in " + std::to_string(bytes) + " bytes of points",
+                   "points that fill more of the box around them", ""};
   return {};
 }
 
@@ -80,7 +84,9 @@ proto::Result<void> check_length(const Dataset& dataset) {
   const auto bytes = fs::file_size(dataset.path, error);
   const auto needed = netcdf_length(dataset.path);
   if (error || !needed || *needed <= bytes) return {};
-  return Problem{"raster-truncated", dataset.name + " has " + std::to_string(bytes) + " bytes, and its header tells of " + std::to_string(*needed), "a complete file", ""};
+  return Problem{"raster-truncated",
+                 dataset.name + " has " + std::to_string(bytes) + " bytes, and its header tells of " + std::to_string(*needed),
+                 "a complete file", ""};
 }
 
 /// Of a stranger's header: whether it names the file of its heights by itself. Then it can name any.
@@ -90,7 +96,8 @@ proto::Result<void> check_header(const AtHand& raster, Trust trust) {
   text << std::ifstream(raster.path, std::ios::binary).rdbuf();
   const CPLString header = text.str();
   if (header.ifind("DataFile") == std::string::npos && header.ifind("Translated") == std::string::npos) return {};
-  return Problem{"raster-format-unsupported", raster.name + " names the file of its heights, which could be another of this machine",
+  return Problem{"raster-format-unsupported",
+                 raster.name + " names the file of its heights, which could be another of this machine",
                  "a header without DataFile, beside the file of the same name without .ers", ""};
 }
 
@@ -104,24 +111,34 @@ bool has_size_of_hgt(const std::string& path) {
 Problem not_opened(const AtHand& raster, const std::string& message) {
   const std::string& name = raster.name;
   if (is_hgt(raster.file))
-    return {"hgt-name", name + " could not be placed or read: an .hgt knows its place only by its name, and has 1201 x 1201, 3601 x 3601 "
-            "or 1801 x 3601 samples of two bytes", "a complete file with a name such as N44W072.hgt", "name"};
+    return {"hgt-name",
+            name +
+                " could not be placed or read: an .hgt knows its place only by its name, and has 1201 x 1201, 3601 x 3601 "
+                "or 1801 x 3601 samples of two bytes",
+            "a complete file with a name such as N44W072.hgt", "name"};
   if (has_size_of_hgt(raster.path))
-    return {"hgt-name", name + " cannot be opened as a raster; it has the size of an .hgt, which knows its place only by its name",
+    return {"hgt-name",
+            name + " cannot be opened as a raster; it has the size of an .hgt, which knows its place only by its name",
             "the name under which it was published, such as N44W072.hgt", "name"};
   const Format* const format = needs_others(extension_of(raster.file));
   if (format != nullptr)
-    return {"raster-format-unsupported", name + " cannot be opened without its header and data (" + format->reads + ")" + (message.empty() ? "" : ": " + message),
-            "all files of the raster in one .zip, or in one form: curl -F file=@dem.bil -F file=@dem.hdr", ""};
+    return {
+        "raster-format-unsupported",
+        name + " cannot be opened without its header and data (" + format->reads + ")" + (message.empty() ? "" : ": " + message),
+        "all files of the raster in one .zip, or in one form: curl -F file=@dem.bil -F file=@dem.hdr", ""};
   if (const std::string kind = signature(raster.path); !kind.empty())
-    return {"raster-unreadable", name + " begins as " + kind + " and cannot be opened as a raster of that kind" + (message.empty() ? "" : ": " + message),
-            "a complete, undamaged file: " + accepted_formats(raster.file), ""};
-  return {"raster-format-unsupported", name + " cannot be opened as a raster" + (message.empty() ? "" : ": " + message), accepted_formats(raster.file), ""};
+    return {
+        "raster-unreadable",
+        name + " begins as " + kind + " and cannot be opened as a raster of that kind" + (message.empty() ? "" : ": " + message),
+        "a complete, undamaged file: " + accepted_formats(raster.file), ""};
+  return {"raster-format-unsupported", name + " cannot be opened as a raster" + (message.empty() ? "" : ": " + message),
+          accepted_formats(raster.file), ""};
 }
 
-/// Opens what is at hand. Drivers read names and look for sidecars: a posted file gets a folder of its own with one link, for as long as it is
-/// looked at by its name.
-proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const std::string& band, std::optional<PrivateFolder>& folder) {
+/// Opens what is at hand. Drivers read names and look for sidecars: a posted file gets a folder of its own with one link, for as
+/// long as it is looked at by its name.
+proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const std::string& band,
+                                 std::optional<PrivateFolder>& folder) {
   dataset.path = raster.path;
   dataset.name = raster.name;
   dataset.folder = raster.folder;
@@ -129,7 +146,9 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
   const RangedFile* const ranged = ranged_file(raster.path);
   if (ranged == nullptr && !raster.folder && (dataset.trust == Trust::posted_file || (is_hgt(raster.file) && !named))) {
     dataset.path = folder.emplace().link(raster.path, raster.file);
-    if (dataset.path.empty()) return Problem{"storage-full", "no temporary folder can be made to open " + dataset.name + " in", "a disk with free space", ""};
+    if (dataset.path.empty())
+      return Problem{"storage-full", "no temporary folder can be made to open " + dataset.name + " in", "a disk with free space",
+                     ""};
   }
   const GdalScope scope(dataset.trust);
   const std::string place = ranged != nullptr ? name_for_gdal(*ranged) : dataset.path;
@@ -138,7 +157,8 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
   dataset.driver = dataset.handle->GetDriverName();
   // Its tree of names is its end: what a cut took from it, such as the CRS, would only seem not to have been there.
   if (dataset.driver == "HFA" && scope.failed())
-    return Problem{"raster-truncated", dataset.name + " is incomplete: " + scope.message(dataset.path, dataset.name), "a complete file", ""};
+    return Problem{"raster-truncated", dataset.name + " is incomplete: " + scope.message(dataset.path, dataset.name),
+                   "a complete file", ""};
   if (auto whole = check_length(dataset); !whole.ok()) return whole;
   return choose_raster(dataset, band);
 }
@@ -160,11 +180,13 @@ proto::Result<void> open_grid(Dataset& dataset, const AtHand& grid) {
   dataset.folder = grid.folder;
   dataset.handle.reset(GDALDataset::Open(grid.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, kTiff, nullptr, nullptr));
   if (dataset.handle) return {};
-  return Problem{"raster-unreadable", dataset.name + " cannot be read from its copy: " + scope.message(grid.path, dataset.name), "a complete, undamaged file", ""};
+  return Problem{"raster-unreadable", dataset.name + " cannot be read from its copy: " + scope.message(grid.path, dataset.name),
+                 "a complete, undamaged file", ""};
 }
 
 /// Opened, of a size that we take; raster: at hand, key: the user's file.
-proto::Result<void> open_sized(Dataset& dataset, const AtHand& raster, const std::string& key, const std::string& band, std::optional<PrivateFolder>& folder) {
+proto::Result<void> open_sized(Dataset& dataset, const AtHand& raster, const std::string& key, const std::string& band,
+                               std::optional<PrivateFolder>& folder) {
   if (const auto grid = known_grid(raster, key)) {
     if (auto opened = open_grid(dataset, *grid); !opened.ok()) return opened;
     note_size(dataset);

@@ -26,15 +26,16 @@ struct Dataset {
   int columns = 0, rows = 0;
   bool pixel_is_point = false;
   std::optional<double> asked_nodata;  ///< a raw value that is no height because the request says so
-  bool signed_byte = false;        ///< GDAL before 3.7 has no Int8: Byte with a note
+  bool signed_byte = false;            ///< GDAL before 3.7 has no Int8: Byte with a note
 
   /// Blocks of a TIFF that were never written (sparse); they are void. Empty when every block is stored.
-  std::vector<bool> missing;       ///< indexed by block row * blocks_across + block column
+  std::vector<bool> missing;  ///< indexed by block row * blocks_across + block column
   int block_columns = 0, block_rows = 0, blocks_across = 0;
 };
 
-/// Opens a raster with one of the drivers we vouch for (formats.h), out of its archive if it is in one. band: the number or name of its
-/// band, or the name of one of several rasters in the file; empty: the only one, or the only one that is called as heights are.
+/// Opens a raster with one of the drivers we vouch for (formats.h), out of its archive if it is in one. band: the number or name
+/// of its band, or the name of one of several rasters in the file; empty: the only one, or the only one that is called as heights
+/// are.
 proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band);
 
 /// Of a file that holds several rasters, one: opens it in place of the file. Then of its bands one, with its mask.

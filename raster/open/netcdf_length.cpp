@@ -16,7 +16,8 @@ class Header {
  public:
   explicit Header(const std::string& path) : file_(path, std::ios::binary) {
     char magic[4] = "";
-    good_ = file_.read(magic, 4) && magic[0] == 'C' && magic[1] == 'D' && magic[2] == 'F' && (magic[3] == 1 || magic[3] == 2 || magic[3] == 5);
+    good_ = file_.read(magic, 4) && magic[0] == 'C' && magic[1] == 'D' && magic[2] == 'F' &&
+            (magic[3] == 1 || magic[3] == 2 || magic[3] == 5);
     number_bytes_ = magic[3] == 5 ? 8 : 4;
     offset_bytes_ = magic[3] == 1 ? 4 : 8;
   }
@@ -82,8 +83,10 @@ Variable variable(Header& header, const std::vector<std::uint64_t>& lengths) {
   for (std::uint64_t k = 0; k < dimensions && header.good(); ++k) {
     const std::uint64_t id = header.number();
     const std::uint64_t length = id < lengths.size() ? lengths[id] : 1;
-    if (k == 0 && length == 0) v.records = true;
-    else v.bytes = times(v.bytes, length);
+    if (k == 0 && length == 0)
+      v.records = true;
+    else
+      v.bytes = times(v.bytes, length);
   }
   header.attributes();
   v.bytes = times(v.bytes, header.type_bytes());

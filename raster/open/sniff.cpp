@@ -11,14 +11,15 @@ namespace {
 bool begins(const std::string& text, std::string_view with) { return text.compare(0, with.size(), with) == 0; }
 
 struct FileKind {
-  std::string what;        ///< in a sentence; empty: it may be a raster, or an archive of one
-  bool picture = false;    ///< GDAL reads it
-  bool points = false;     ///< or lines: of which a raster can be made
+  std::string what;      ///< in a sentence; empty: it may be a raster, or an archive of one
+  bool picture = false;  ///< GDAL reads it
+  bool points = false;   ///< or lines: of which a raster can be made
 };
 
 /// What the first bytes say the file is.
 FileKind kind_of(const std::string& head) {
-  if (begins(head, "version https://git-lfs")) return {"is the text of a Git LFS pointer, not the file it points at (run git lfs pull)"};
+  if (begins(head, "version https://git-lfs"))
+    return {"is the text of a Git LFS pointer, not the file it points at (run git lfs pull)"};
   if (begins(head, "\x89PNG")) return {"is a PNG picture", true};
   if (begins(head, "\xff\xd8\xff")) return {"is a JPEG picture", true};
   if (begins(head, "%PDF")) return {"is a PDF document"};
@@ -45,9 +46,11 @@ std::string head_of(const std::string& path) {
 }  // namespace
 
 std::string signature(const std::string& path) {
-  static constexpr std::pair<const char*, const char*> kMarks[] = {{"\x89HDF", "a NetCDF or HDF5 file"},  {"CDF", "a NetCDF file"},
-                                                                    {"EHFA_HEADER_TAG", "an Erdas file"},   {"SQLite format 3", "a GeoPackage"},
-                                                                    {"\xff\x4f\xff\x51", "JPEG 2000"}};
+  static constexpr std::pair<const char*, const char*> kMarks[] = {{"\x89HDF", "a NetCDF or HDF5 file"},
+                                                                   {"CDF", "a NetCDF file"},
+                                                                   {"EHFA_HEADER_TAG", "an Erdas file"},
+                                                                   {"SQLite format 3", "a GeoPackage"},
+                                                                   {"\xff\x4f\xff\x51", "JPEG 2000"}};
   const std::string head = head_of(path);
   for (const auto& [mark, kind] : kMarks)
     if (begins(head, mark)) return kind;
@@ -57,7 +60,8 @@ std::string signature(const std::string& path) {
 proto::Result<void> sniff(const std::string& path, const std::string& name, Trust trust) {
   std::error_code error;
   const bool regular = std::filesystem::is_regular_file(path, error);
-  if (trust == Trust::posted_file && !regular) return proto::Problem{"raster-not-found", name + " is not a file", accepted_formats(""), ""};
+  if (trust == Trust::posted_file && !regular)
+    return proto::Problem{"raster-not-found", name + " is not a file", accepted_formats(""), ""};
   if (!regular) {
     // From the command line GDAL's own file systems are welcome; a plain path must exist.
     if (begins(path, "/vsi")) return {};
@@ -69,9 +73,11 @@ proto::Result<void> sniff(const std::string& path, const std::string& name, Trus
   if (kind.points)
     return proto::Problem{"raster-format-unsupported", name + " " + kind.what,
                           "a raster of heights, such as a GeoTIFF; gdal_grid makes one of points with heights", ""};
-  if (!kind.what.empty()) return proto::Problem{"raster-format-unsupported", name + " " + kind.what, accepted_formats(kind.picture ? name : ""), ""};
+  if (!kind.what.empty())
+    return proto::Problem{"raster-format-unsupported", name + " " + kind.what, accepted_formats(kind.picture ? name : ""), ""};
   if (trust == Trust::posted_file && head.find("<VRTDataset") != std::string::npos)
-    return proto::Problem{"raster-format-unsupported", name + " is a VRT, which can point at other files of this machine", accepted_formats(name), ""};
+    return proto::Problem{"raster-format-unsupported", name + " is a VRT, which can point at other files of this machine",
+                          accepted_formats(name), ""};
   return {};
 }
 

@@ -25,7 +25,8 @@ Blocks blocks_of(GDALRasterBand& band) {
 }
 
 std::uint64_t number(GDALRasterBand& band, const char* what, std::int64_t column, std::int64_t row) {
-  const char* text = band.GetMetadataItem(CPLSPrintf("BLOCK_%s_%d_%d", what, static_cast<int>(column), static_cast<int>(row)), "TIFF");
+  const char* text =
+      band.GetMetadataItem(CPLSPrintf("BLOCK_%s_%d_%d", what, static_cast<int>(column), static_cast<int>(row)), "TIFF");
   return text == nullptr ? 0 : std::strtoull(text, nullptr, 10);
 }
 
@@ -38,8 +39,10 @@ proto::Result<void> check_band(GDALRasterBand& band, const std::string& name, st
   };
   // Each block has an entry in an offset table of two bytes or more; a small file that claims millions of blocks lies.
   if (static_cast<std::uint64_t>(b.across * b.down) > file_bytes / 2 + 1)
-    return truncated("the header claims " + std::to_string(b.across * b.down) + " blocks in " + std::to_string(file_bytes) + " bytes");
-  if (b.across * b.down > kMaxBlocks) return Problem{"raster-too-large", name + " has more than 2^24 blocks", "larger tiles or strips", ""};
+    return truncated("the header claims " + std::to_string(b.across * b.down) + " blocks in " + std::to_string(file_bytes) +
+                     " bytes");
+  if (b.across * b.down > kMaxBlocks)
+    return Problem{"raster-too-large", name + " has more than 2^24 blocks", "larger tiles or strips", ""};
   for (std::int64_t row = 0; row < b.down; ++row) {
     for (std::int64_t column = 0; column < b.across; ++column) {
       const std::uint64_t offset = number(band, "OFFSET", column, row);

@@ -9,7 +9,7 @@
 namespace cordillera::raster {
 namespace {
 
-constexpr double kMostDecoded_px = 256e6;         // a second or two
+constexpr double kMostDecoded_px = 256e6;                 // a second or two
 constexpr std::int64_t kMostOverviewBlock_px = 16 << 20;  // an overview's header is nobody's promise
 
 /// A band to read from, with its mask, if it has one: the raster's own or an overview's.
@@ -29,7 +29,8 @@ Image overview(const Dataset& dataset, int k) {
   if (std::int64_t{columns} * rows > kMostOverviewBlock_px) return {};
   if (dataset.mask == nullptr) return image;
   image.mask = k < dataset.mask->GetOverviewCount() ? dataset.mask->GetOverview(k) : image.band->GetMaskBand();
-  const bool fits = image.mask != nullptr && image.mask->GetXSize() == image.band->GetXSize() && image.mask->GetYSize() == image.band->GetYSize();
+  const bool fits = image.mask != nullptr && image.mask->GetXSize() == image.band->GetXSize() &&
+                    image.mask->GetYSize() == image.band->GetYSize();
   return fits ? image : Image{};
 }
 
@@ -55,14 +56,18 @@ double decoded_px(GDALRasterBand& band, int columns, int rows) {
 int line_at(int k, int count, int size) { return std::min(size - 1, static_cast<int>((k + 0.5) * size / count)); }
 
 /// Rows of `columns` pixels out of the first `width` of the image, one after the other: a text grid is read in no other order.
-proto::Result<void> read_rows(const Dataset& dataset, GDALRasterBand& band, int width, const Decimation& size, GDALDataType type, std::uint8_t* out) {
+proto::Result<void> read_rows(const Dataset& dataset, GDALRasterBand& band, int width, const Decimation& size, GDALDataType type,
+                              std::uint8_t* out) {
   const GdalScope scope(dataset.trust);
-  const std::size_t line_bytes = static_cast<std::size_t>(size.columns) * static_cast<std::size_t>(GDALGetDataTypeSizeBytes(type));
+  const std::size_t line_bytes =
+      static_cast<std::size_t>(size.columns) * static_cast<std::size_t>(GDALGetDataTypeSizeBytes(type));
   for (int row = 0; row < size.rows; ++row, out += line_bytes) {
     const int y = line_at(row, size.rows, band.GetYSize());
     if (band.RasterIO(GF_Read, 0, y, width, 1, out, size.columns, 1, type, 0, 0, nullptr) == CE_None && !scope.failed()) continue;
-    return proto::Problem{"raster-unreadable", dataset.name + " is damaged: its pixels cannot be read (" + scope.message(dataset.path, dataset.name) + ")",
-                          "a complete, undamaged file", ""};
+    return proto::Problem{
+        "raster-unreadable",
+        dataset.name + " is damaged: its pixels cannot be read (" + scope.message(dataset.path, dataset.name) + ")",
+        "a complete, undamaged file", ""};
   }
   return {};
 }
@@ -75,7 +80,9 @@ void mark_missing(const Dataset& dataset, Decimation& out) {
     const int by = line_at(row, out.rows, dataset.rows) / dataset.block_rows;
     for (int column = 0; column < out.columns; ++column) {
       const int bx = line_at(column, out.columns, out.covered_columns) / dataset.block_columns;
-      if (!dataset.missing[static_cast<std::size_t>(by) * static_cast<std::size_t>(dataset.blocks_across) + static_cast<std::size_t>(bx)]) continue;
+      if (!dataset.missing[static_cast<std::size_t>(by) * static_cast<std::size_t>(dataset.blocks_across) +
+                           static_cast<std::size_t>(bx)])
+        continue;
       out.mask[static_cast<std::size_t>(row) * static_cast<std::size_t>(out.columns) + static_cast<std::size_t>(column)] = 0;
     }
   }
@@ -96,7 +103,8 @@ void copy_nodata(GDALRasterBand& from, GDALRasterBand& to) {
 }
 
 CPLErr write_band(GDALRasterBand& band, const Decimation& pixels, const std::vector<std::uint8_t>& bytes, GDALDataType type) {
-  return band.RasterIO(GF_Write, 0, 0, pixels.columns, pixels.rows, const_cast<std::uint8_t*>(bytes.data()), pixels.columns, pixels.rows, type, 0, 0, nullptr);
+  return band.RasterIO(GF_Write, 0, 0, pixels.columns, pixels.rows, const_cast<std::uint8_t*>(bytes.data()), pixels.columns,
+                       pixels.rows, type, 0, 0, nullptr);
 }
 
 }  // namespace
@@ -110,8 +118,11 @@ proto::Result<Decimation> decimated(const Dataset& dataset, int period, std::int
   out.rows = std::max(1, static_cast<int>(dataset.rows / step));
   const Image image = image_for(dataset, std::int64_t{out.columns} * out.rows);
   if (decoded_px(*image.band, out.columns, out.rows) > kMostDecoded_px)
-    return proto::Problem{"raster-too-large", dataset.name + " has no overviews: too much of it would have to be decoded for a first picture", "a raster with overviews", ""};
-  const int width = std::max(1, static_cast<int>(std::lround(1.0 * out.covered_columns / dataset.columns * image.band->GetXSize())));
+    return proto::Problem{"raster-too-large",
+                          dataset.name + " has no overviews: too much of it would have to be decoded for a first picture",
+                          "a raster with overviews", ""};
+  const int width =
+      std::max(1, static_cast<int>(std::lround(1.0 * out.covered_columns / dataset.columns * image.band->GetXSize())));
   const GDALDataType type = dataset.band->GetRasterDataType();
   const std::size_t count = static_cast<std::size_t>(out.columns) * static_cast<std::size_t>(out.rows);
   out.values.resize(count * static_cast<std::size_t>(GDALGetDataTypeSizeBytes(type)));
@@ -147,7 +158,9 @@ proto::Result<void> put_decimation(Dataset& dataset, const Decimation& pixels) {
   if (write_band(to, pixels, pixels.values, type) != CE_None) return failed;
   GDALRasterBand* mask = nullptr;
   if (!pixels.mask.empty()) {
-    if (thin->CreateMaskBand(GMF_PER_DATASET) != CE_None || (mask = to.GetMaskBand()) == nullptr || write_band(*mask, pixels, pixels.mask, GDT_Byte) != CE_None) return failed;
+    if (thin->CreateMaskBand(GMF_PER_DATASET) != CE_None || (mask = to.GetMaskBand()) == nullptr ||
+        write_band(*mask, pixels, pixels.mask, GDT_Byte) != CE_None)
+      return failed;
   }
   dataset.handle = std::move(thin);
   dataset.band = dataset.handle->GetRasterBand(1);

@@ -14,16 +14,17 @@ struct Dataset;
 
 /// Pixels of one raster, or of an overview of it, spread evenly. Bytes are those of the band's own type.
 struct Decimation {
-  int columns = 0, rows = 0;          ///< of what is left
-  int covered_columns = 0;            ///< of the raster, from its first; all rows are covered. One column is left out that repeats the first
-  std::vector<std::uint8_t> values;   ///< columns * rows values, row-major
-  std::vector<std::uint8_t> mask;     ///< one a value, 0: no data; empty: values alone tell
-  proto::Source of;                   ///< the raster's own description
-  ValueLook look;                     ///< at all of its values
+  int columns = 0, rows = 0;  ///< of what is left
+  int covered_columns =
+      0;  ///< of the raster, from its first; all rows are covered. One column is left out that repeats the first
+  std::vector<std::uint8_t> values;  ///< columns * rows values, row-major
+  std::vector<std::uint8_t> mask;    ///< one a value, 0: no data; empty: values alone tell
+  proto::Source of;                  ///< the raster's own description
+  ValueLook look;                    ///< at all of its values
 };
 
-/// Reads at most about `most_pixels`. period: as Placement has it. Problems: "raster-unreadable", and "raster-too-large" for a raster
-/// without overviews of which too much would have to be decoded for so few pixels.
+/// Reads at most about `most_pixels`. period: as Placement has it. Problems: "raster-unreadable", and "raster-too-large" for a
+/// raster without overviews of which too much would have to be decoded for so few pixels.
 proto::Result<Decimation> decimated(const Dataset& dataset, int period, std::int64_t most_pixels);
 
 /// The dataset with these pixels in place of its own.

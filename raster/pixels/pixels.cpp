@@ -25,7 +25,8 @@ proto::Result<void> Pixels::read(const PixelWindow& window, std::vector<double>&
   // Columns 0 .. period-1 repeat around the earth; a duplicated last column of a grid-registered raster is never read.
   const std::int64_t first = floor_div(window.x, period_), last = floor_div(window.x + window.columns - 1, period_);
   for (std::int64_t turn = first; turn <= last; ++turn) {
-    const std::int64_t west = std::max(window.x, turn * period_), east = std::min(window.x + window.columns, (turn + 1) * period_);
+    const std::int64_t west = std::max(window.x, turn * period_),
+                       east = std::min(window.x + window.columns, (turn + 1) * period_);
     const PixelWindow part{west - turn * period_, window.y, static_cast<int>(east - west), window.rows};
     if (auto done = read_inside(part, window, turn * period_, heights); !done.ok()) return done;
   }
@@ -33,12 +34,14 @@ proto::Result<void> Pixels::read(const PixelWindow& window, std::vector<double>&
 }
 
 /// Reads what of part lies in the raster into its place in window; part.x + shift is the column in the window's own count.
-proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift, std::vector<double>& heights) {
+proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift,
+                                        std::vector<double>& heights) {
   const std::int64_t x0 = std::max<std::int64_t>(part.x, 0), x1 = std::min<std::int64_t>(part.x + part.columns, dataset_.columns);
   const std::int64_t y0 = std::max<std::int64_t>(part.y, 0), y1 = std::min<std::int64_t>(part.y + part.rows, dataset_.rows);
   if (x0 >= x1 || y0 >= y1) return {};
   const auto place = [&](std::int64_t x, std::int64_t y) {
-    return heights.data() + static_cast<std::size_t>(y - window.y) * window.columns + static_cast<std::size_t>(x + shift - window.x);
+    return heights.data() + static_cast<std::size_t>(y - window.y) * window.columns +
+           static_cast<std::size_t>(x + shift - window.x);
   };
   const std::size_t stride = static_cast<std::size_t>(window.columns);
   if (dataset_.missing.empty())
@@ -59,19 +62,22 @@ proto::Result<void> Pixels::read_inside(const PixelWindow& part, const PixelWind
   return {};
 }
 
-/// A text grid's lines are found one after the other. Asked for one behind a damaged line GDAL looks for all before it again, and for each
-/// of these again: it never ends. So lines are read in their order, and nothing behind the first that fails.
+/// A text grid's lines are found one after the other. Asked for one behind a damaged line GDAL looks for all before it again, and
+/// for each of these again: it never ends. So lines are read in their order, and nothing behind the first that fails.
 proto::Result<void> Pixels::pass_lines(int end) {
   if (dataset_.driver != "AAIGrid") return {};
   const GdalScope scope(dataset_.trust);
   for (; !torn_ && lines_ < end; ++lines_) {
     double first = 0;
-    torn_ = dataset_.band->RasterIO(GF_Read, 0, lines_, 1, 1, &first, 1, 1, GDT_Float64, 0, 0, nullptr) != CE_None || scope.failed();
+    torn_ =
+        dataset_.band->RasterIO(GF_Read, 0, lines_, 1, 1, &first, 1, 1, GDT_Float64, 0, 0, nullptr) != CE_None || scope.failed();
     if (torn_) break;
   }
   if (!torn_ || end <= lines_) return {};
-  return proto::Problem{"raster-unreadable", dataset_.name + " is damaged: row " + std::to_string(lines_ + 1) + " of " +
-                            std::to_string(dataset_.rows) + " cannot be read as numbers", "a complete, undamaged file", ""};
+  return proto::Problem{"raster-unreadable",
+                        dataset_.name + " is damaged: row " + std::to_string(lines_ + 1) + " of " +
+                            std::to_string(dataset_.rows) + " cannot be read as numbers",
+                        "a complete, undamaged file", ""};
 }
 
 proto::Result<void> Pixels::read_stored(const PixelWindow& part, double* out, std::size_t stride) {
@@ -87,8 +93,10 @@ proto::Result<void> Pixels::read_stored(const PixelWindow& part, double* out, st
                                     part.columns, nullptr);
   }
   if (error != CE_None || scope.failed())
-    return proto::Problem{"raster-unreadable", dataset_.name + " is damaged: its pixels cannot be read (" +
-                              scope.message(dataset_.path, dataset_.name) + ")", "a complete, undamaged file", ""};
+    return proto::Problem{
+        "raster-unreadable",
+        dataset_.name + " is damaged: its pixels cannot be read (" + scope.message(dataset_.path, dataset_.name) + ")",
+        "a complete, undamaged file", ""};
   for (int r = 0; r < part.rows; ++r) {
     const std::uint8_t* mask = dataset_.mask == nullptr ? nullptr : mask_.data() + static_cast<std::size_t>(r) * part.columns;
     to_metres(out + static_cast<std::size_t>(r) * stride, mask, static_cast<std::size_t>(part.columns));
@@ -113,7 +121,8 @@ bool Pixels::block_missing(std::int64_t block_x, std::int64_t block_y) const {
 
 bool Pixels::certainly_void(const PixelWindow& window) const {
   if (rule_.voids != VoidRule::hole) return false;
-  const std::int64_t x0 = std::max<std::int64_t>(window.x, 0), x1 = std::min<std::int64_t>(window.x + window.columns, dataset_.columns);
+  const std::int64_t x0 = std::max<std::int64_t>(window.x, 0),
+                     x1 = std::min<std::int64_t>(window.x + window.columns, dataset_.columns);
   const std::int64_t y0 = std::max<std::int64_t>(window.y, 0), y1 = std::min<std::int64_t>(window.y + window.rows, dataset_.rows);
   if (period_ != 0 && (window.x < 0 || window.x + window.columns > dataset_.columns)) return false;
   if (x0 >= x1 || y0 >= y1) return true;

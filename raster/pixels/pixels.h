@@ -16,7 +16,7 @@ enum class VoidRule : std::uint8_t { hole, value };
 struct HeightRule {
   double scale = 1, offset_m = 0;  ///< metres = scale * raw + offset_m
   VoidRule voids = VoidRule::hole;
-  double void_height_m = 0;        ///< for VoidRule::value
+  double void_height_m = 0;  ///< for VoidRule::value
 };
 
 /// A rectangle of pixels. Columns may run beyond the raster: wrapped where it closes around the earth, void elsewhere.
@@ -38,7 +38,8 @@ class Pixels {
   const Validity& validity() const { return validity_; }
 
  private:
-  proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift, std::vector<double>& heights);
+  proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift,
+                                  std::vector<double>& heights);
   proto::Result<void> read_stored(const PixelWindow& part, double* out, std::size_t stride);
   proto::Result<void> pass_lines(int end);
   bool block_missing(std::int64_t block_x, std::int64_t block_y) const;
@@ -48,8 +49,8 @@ class Pixels {
   HeightRule rule_;
   int period_;
   Validity validity_;
-  int lines_ = 0;        ///< of a text grid, those that were read in their order
-  bool torn_ = false;    ///< the next one could not be
+  int lines_ = 0;                   ///< of a text grid, those that were read in their order
+  bool torn_ = false;               ///< the next one could not be
   std::vector<std::uint8_t> mask_;  ///< scratch
 };
 

@@ -6,7 +6,7 @@
 namespace cordillera::raster {
 
 struct HeightUnit {
-  std::string name;          ///< metre, foot, US survey foot, kilometre, ...
+  std::string name;  ///< metre, foot, US survey foot, kilometre, ...
   double metres = 1;
 };
 

@@ -17,7 +17,7 @@ namespace {
 constexpr double kGoodPart = 0.01;  // of the values with a height
 /// What programs write for no data. -32768 and 65535 are here for rasters in decimetres: in metres they are beyond the limit.
 constexpr std::array kUsual = {-9999.0, 9999.0, -99999.0, 99999.0, -999.0, -32767.0, -32768.0, 32767.0, 65535.0};
-constexpr double kNear = 0.02;              // of the value, on either side
+constexpr double kNear = 0.02;                // of the value, on either side
 constexpr std::int64_t kTimesNeighbours = 4;  // a value of the terrain has others near it, about as many of each
 
 std::string percent_text(double share) {
@@ -71,8 +71,10 @@ ValueLook look_at_values(const Dataset& dataset, const HeightRule& rule, const D
     look.lowest_m = std::min(look.lowest_m, height_m);
     look.highest_m = std::max(look.highest_m, height_m);
     for (std::size_t k = 0; k < kUsual.size(); ++k) {
-      if (value == kUsual[k]) ++usual[k].exact;
-      else if (std::abs(value - kUsual[k]) < kNear * std::abs(kUsual[k])) ++usual[k].near;
+      if (value == kUsual[k])
+        ++usual[k].exact;
+      else if (std::abs(value - kUsual[k]) < kNear * std::abs(kUsual[k]))
+        ++usual[k].near;
     }
   }
   look.far_at_rims = lowest.pixels + (lowest.height_m == highest.height_m ? 0 : highest.pixels);

@@ -18,7 +18,8 @@ namespace {
 
 using proto::Problem;
 
-constexpr const char* kAcceptedCrs = "a geographic or projected CRS that PROJ can take to WGS 84, e.g. EPSG:25832, a PROJ string or WKT";
+constexpr const char* kAcceptedCrs =
+    "a geographic or projected CRS that PROJ can take to WGS 84, e.g. EPSG:25832, a PROJ string or WKT";
 
 /// A CRS given in a request or by a stranger's file is a definition, never a file or an address to fetch.
 constexpr const char* kSealed[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
@@ -69,8 +70,10 @@ proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& ask
     crs.depth = asked.depth;
     crs.vertical_from = "request";
   } else if (crs.declared_datum != asked.declared_datum) {
-    return Problem{"crs-conflict", dataset.name + " says that its heights are above " + crs.declared_datum + ", and crs= says " + asked.declared_datum,
-                   "crs= without a vertical part; vertical_datum= overrules what a raster says", "crs"};
+    return Problem{
+        "crs-conflict",
+        dataset.name + " says that its heights are above " + crs.declared_datum + ", and crs= says " + asked.declared_datum,
+        "crs= without a vertical part; vertical_datum= overrules what a raster says", "crs"};
   }
   return {};
 }
@@ -78,11 +81,13 @@ proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& ask
 proto::Result<OGRSpatialReference> parse(const std::string& requested) {
   OGRSpatialReference srs;
   if (srs.SetFromUserInput(requested.c_str(), kSealed) != OGRERR_NONE)
-    return Problem{"crs-unknown", "crs=" + proto::shown_text(requested) + " is no coordinate reference system that PROJ knows", kAcceptedCrs, "crs"};
+    return Problem{"crs-unknown", "crs=" + proto::shown_text(requested) + " is no coordinate reference system that PROJ knows",
+                   kAcceptedCrs, "crs"};
   return srs;
 }
 
-proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string& label, const Dataset& dataset, const std::string& from) {
+proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string& label, const Dataset& dataset,
+                               const std::string& from) {
   const std::string parameter = from == "request" ? "crs" : "";
   const auto refuse = [&](const std::string& why) {
     return Problem{"crs-unsupported", "the CRS of " + dataset.name + ", " + label + ", " + why, kAcceptedCrs, parameter};
@@ -93,7 +98,8 @@ proto::Result<void> check_kind(const OGRSpatialReference& srs, const std::string
   return {};
 }
 
-/// Of a raster that names none: what lies beside it under its name, as Esri's programs write it. Beside a posted file lies nothing.
+/// Of a raster that names none: what lies beside it under its name, as Esri's programs write it. Beside a posted file lies
+/// nothing.
 std::optional<OGRSpatialReference> crs_beside(const Dataset& dataset) {
   constexpr std::uintmax_t kMostBytes = 1 << 20;
   std::error_code error;
@@ -105,7 +111,8 @@ std::optional<OGRSpatialReference> crs_beside(const Dataset& dataset) {
     const std::filesystem::path prj = std::filesystem::path(dataset.path).replace_extension(extension);
     if (!is_small_file(prj)) continue;
     CPLStringList lines(CSLLoad(prj.c_str()), TRUE);
-    while (lines.size() > 0 && CPLString(lines[0]).Trim().empty()) lines.Assign(CSLRemoveStrings(lines.StealList(), 0, 1, nullptr), TRUE);  // gdalsrsinfo writes one
+    while (lines.size() > 0 && CPLString(lines[0]).Trim().empty())
+      lines.Assign(CSLRemoveStrings(lines.StealList(), 0, 1, nullptr), TRUE);  // gdalsrsinfo writes one
     if (srs.importFromESRI(lines.List()) == OGRERR_NONE && !srs.IsEmpty()) return srs;
   }
   // Of such a file nothing else is taken: it may name others.
@@ -134,7 +141,8 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
   const auto beside = own == nullptr ? crs_beside(dataset) : std::nullopt;
   if (beside) own = &*beside;
   if (own == nullptr && requested.empty())
-    return Problem{"raster-without-crs", dataset.name + " names no coordinate reference system", "a raster with one, or crs=, " + std::string(kAcceptedCrs), "crs"};
+    return Problem{"raster-without-crs", dataset.name + " names no coordinate reference system",
+                   "a raster with one, or crs=, " + std::string(kAcceptedCrs), "crs"};
   Crs crs;
   OGRSpatialReference srs;
   if (!requested.empty()) {
@@ -152,10 +160,13 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
   if (own != nullptr && !requested.empty()) {
     Crs asked;
     take_vertical_part(named, asked);
-    const char* const lenient[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS", nullptr};
+    const char* const lenient[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES", "CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS",
+                                   nullptr};
     if (!srs.IsSame(&named, lenient))
-      return Problem{"crs-conflict", dataset.name + " already has the CRS " + crs.label + ", and crs=" + proto::shown_text(requested) + " is another",
-                     "no crs= for this raster, or a raster whose own CRS is corrected", "crs"};
+      return Problem{
+          "crs-conflict",
+          dataset.name + " already has the CRS " + crs.label + ", and crs=" + proto::shown_text(requested) + " is another",
+          "no crs= for this raster, or a raster whose own CRS is corrected", "crs"};
     if (auto agreed = take_missing_vertical(dataset, asked, crs); !agreed.ok()) return agreed.problem();
   }
   srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);

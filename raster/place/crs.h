@@ -10,19 +10,19 @@
 namespace cordillera::raster {
 
 struct Crs {
-  OGRSpatialReference horizontal;   ///< 2D; traditional axis order (x = east or longitude)
-  std::string horizontal_wkt;       ///< the same as text
-  std::string label;                ///< as crs_label says it
-  std::string from;                 ///< "source" or "request"
-  std::string declared_datum;       ///< EGM96, EGM2008, EGM84, ellipsoid, another vertical CRS's name, or empty
-  std::string compound_wkt;         ///< the compound CRS that declares it; empty when none does
-  std::string vertical_from;        ///< who declared it: "source" or "request"
-  std::string height_unit;          ///< of the vertical axis; empty when none is declared
-  bool depth = false;               ///< the vertical axis points down
+  OGRSpatialReference horizontal;  ///< 2D; traditional axis order (x = east or longitude)
+  std::string horizontal_wkt;      ///< the same as text
+  std::string label;               ///< as crs_label says it
+  std::string from;                ///< "source" or "request"
+  std::string declared_datum;      ///< EGM96, EGM2008, EGM84, ellipsoid, another vertical CRS's name, or empty
+  std::string compound_wkt;        ///< the compound CRS that declares it; empty when none does
+  std::string vertical_from;       ///< who declared it: "source" or "request"
+  std::string height_unit;         ///< of the vertical axis; empty when none is declared
+  bool depth = false;              ///< the vertical axis points down
 };
 
-/// The raster's own CRS, else the one that the request names; what the raster does not say about heights, the request's CRS may. Compound and 3D systems are taken apart, so that a horizontal
-/// transformation cannot shift heights behind our back.
+/// The raster's own CRS, else the one that the request names; what the raster does not say about heights, the request's CRS may.
+/// Compound and 3D systems are taken apart, so that a horizontal transformation cannot shift heights behind our back.
 proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& requested);
 
 /// As WKT 2; empty when it cannot be written.

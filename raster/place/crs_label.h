@@ -6,8 +6,8 @@
 
 namespace cordillera::raster {
 
-/// "WGS 84 / UTM zone 11N (EPSG:32611)". A CRS without a name is told by its projection, the name of what that is based on, and its
-/// parameters as PROJ writes them: "Transverse Mercator on WGS 84 (+proj=tmerc +lat_0=0 +lon_0=9 …)".
+/// "WGS 84 / UTM zone 11N (EPSG:32611)". A CRS without a name is told by its projection, the name of what that is based on, and
+/// its parameters as PROJ writes them: "Transverse Mercator on WGS 84 (+proj=tmerc +lat_0=0 +lon_0=9 …)".
 std::string crs_label(const OGRSpatialReference& srs);
 
 }  // namespace cordillera::raster

@@ -14,7 +14,7 @@ constexpr int kBoundary = 512;  ///< segments a side of its boundary
 
 struct Points {
   std::vector<double> lon, lat;
-  bool lost = false;         ///< some had no image
+  bool lost = false;                  ///< some had no image
   double lon_step = 0, lat_step = 0;  ///< largest difference between neighbours
 };
 
@@ -108,7 +108,8 @@ Footprint footprint(const Placement& placement, const PixelExtent& extent) {
     f.tight.south_deg = *south;
     f.tight.north_deg = *north;
     f.full_circle = span_longitudes(all.lon, all.lon_step, f.tight.west_deg, f.tight.east_deg) || placement.period_px() != 0;
-    f.safe = {f.tight.west_deg - lon_step, std::max(-90.0, *south - lat_step), f.tight.east_deg + lon_step, std::min(90.0, *north + lat_step)};
+    f.safe = {f.tight.west_deg - lon_step, std::max(-90.0, *south - lat_step), f.tight.east_deg + lon_step,
+              std::min(90.0, *north + lat_step)};
     for (const double pole : {-90.0, 90.0}) {
       if (!holds_pole(placement, extent, pole)) continue;
       f.full_circle = true;

@@ -10,8 +10,8 @@ struct PixelExtent {
   double west = 0, north = 0, east = 0, south = 0;
 };
 
-/// The area (degrees) that contains the image of the extent; the whole circle where it holds a pole or closes. tight: as measured,
-/// for people. safe: widened by what may lie between the points measured, for windows that must not cut anything off.
+/// The area (degrees) that contains the image of the extent; the whole circle where it holds a pole or closes. tight: as
+/// measured, for people. safe: widened by what may lie between the points measured, for windows that must not cut anything off.
 struct Footprint {
   Area tight, safe;
   bool full_circle = false;

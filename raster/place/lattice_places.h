@@ -1,16 +1,19 @@
 #pragma once
-// Where lattice vertices lie in a projected raster: exact at the nodes of fixed patches of the lattice, interpolated between them.
+// Where lattice vertices lie in a projected raster: exact at the nodes of fixed patches of the lattice, interpolated between
+// them.
 //
-// PROJ takes about a microsecond a vertex, and nearly all projections are smooth over a few kilometres. So the lattice is cut into patches of
-// 64 x 64 cells, the same ones whatever window asks. In a patch both pixel coordinates are polynomials of degree four in column and row
-// (Lagrange's form, a tensor product) through 5 x 5 exact nodes. They are used only if 4 x 4 further exact points, half way between nodes,
-// agree with them to a sixteenth of kPlaceError_px; else every vertex of the patch is transformed by itself.
+// PROJ takes about a microsecond a vertex, and nearly all projections are smooth over a few kilometres. So the lattice is cut
+// into patches of 64 x 64 cells, the same ones whatever window asks. In a patch both pixel coordinates are polynomials of degree
+// four in column and row (Lagrange's form, a tensor product) through 5 x 5 exact nodes. They are used only if 4 x 4 further exact
+// points, half way between nodes, agree with them to a sixteenth of kPlaceError_px; else every vertex of the patch is transformed
+// by itself.
 //
-// Why that bounds the error. Where the projection is smooth, the error along an axis is its fifth derivative, nearly constant in so small a
-// patch, times (t)(t-1)(t-2)(t-3)(t-4)/120 for nodes at t = 0 .. 4. At t = 1/2 that is 0.90 of its greatest value. Its sign alternates
-// from interval to interval, so at one of the points the errors of both axes add up. The greatest error is then 1.11 times the greatest
-// that was seen; the other factor of fourteen is for derivatives that are not constant (the grids of a datum shift have kinks). A jump (the
-// edge of a map, the cut of an interrupted projection) parts some corner of the patch from the others, and then nothing agrees.
+// Why that bounds the error. Where the projection is smooth, the error along an axis is its fifth derivative, nearly constant in
+// so small a patch, times (t)(t-1)(t-2)(t-3)(t-4)/120 for nodes at t = 0 .. 4. At t = 1/2 that is 0.90 of its greatest value. Its
+// sign alternates from interval to interval, so at one of the points the errors of both axes add up. The greatest error is
+// then 1.11 times the greatest that was seen; the other factor of fourteen is for derivatives that are not constant (the grids of
+// a datum shift have kinks). A jump (the edge of a map, the cut of an interrupted projection) parts some corner of the patch from
+// the others, and then nothing agrees.
 #include <cstdint>
 #include <vector>
 
@@ -28,8 +31,8 @@ class LatticePlaces {
   /// For `columns` vertices of a row, from column `west` eastward, modulo the circle. Both references must outlive it.
   LatticePlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t west, std::int32_t columns);
 
-  /// Pixel columns x and rows y, as Placement::to_pixels has them, of the vertices of row j, which is no pole. A vertex's place does not
-  /// depend on west and columns. Rows are best asked for in order: one row of patches is kept.
+  /// Pixel columns x and rows y, as Placement::to_pixels has them, of the vertices of row j, which is no pole. A vertex's place
+  /// does not depend on west and columns. Rows are best asked for in order: one row of patches is kept.
   void row(std::int64_t j, double* x, double* y);
 
  private:

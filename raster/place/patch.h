@@ -1,6 +1,6 @@
 #pragma once
-// Places interpolated in patches of 64 x 64 steps: polynomials of degree four through 5 x 5 exact nodes. lattice_places.h says why that is near
-// enough.
+// Places interpolated in patches of 64 x 64 steps: polynomials of degree four through 5 x 5 exact nodes. lattice_places.h says
+// why that is near enough.
 #include <array>
 #include <cstddef>
 #include <span>

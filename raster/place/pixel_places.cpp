@@ -51,7 +51,8 @@ void PixelPlaces::row(std::int64_t j, double* x, double* y) {
     if (row != band_row_) {
       band_row_ = row;
       band_.clear();
-      for (std::int64_t column = first; column <= (first_ + columns_ - 1) / patch::kCells; ++column) band_.push_back(make(column, row));
+      for (std::int64_t column = first; column <= (first_ + columns_ - 1) / patch::kCells; ++column)
+        band_.push_back(make(column, row));
     }
     const patch::Weights& down = patch::kWeights[static_cast<std::size_t>(j % patch::kCells)];
     for (std::int32_t c = 0; c < columns_;) {

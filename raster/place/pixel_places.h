@@ -1,6 +1,7 @@
 #pragma once
-// Where pixel centres lie on the lattice: LatticePlaces the other way round. Exact where longitudes and latitudes are columns and rows, and at the
-// nodes of fixed patches of 64 x 64 pixels elsewhere; interpolated between them where that is within a thousandth of a cell.
+// Where pixel centres lie on the lattice: LatticePlaces the other way round. Exact where longitudes and latitudes are columns and
+// rows, and at the nodes of fixed patches of 64 x 64 pixels elsewhere; interpolated between them where that is within a
+// thousandth of a cell.
 #include <cstdint>
 #include <vector>
 
@@ -18,8 +19,8 @@ class PixelPlaces {
   /// For `columns` pixels of a row, from `first` on. Both references must outlive it.
   PixelPlaces(const Placement& placement, const proto::Lattice& lattice, std::int64_t first, std::int32_t columns);
 
-  /// Lattice columns x, in any turn, and rows y of the centres of pixel row j; NaN where they have no place on the earth. A pixel's place does
-  /// not depend on first and columns. Rows are best asked for in order: one row of patches is kept.
+  /// Lattice columns x, in any turn, and rows y of the centres of pixel row j; NaN where they have no place on the earth. A
+  /// pixel's place does not depend on first and columns. Rows are best asked for in order: one row of patches is kept.
   void row(std::int64_t j, double* x, double* y);
 
  private:
@@ -31,8 +32,8 @@ class PixelPlaces {
   const proto::Lattice& lattice_;
   std::int64_t first_;
   std::int32_t columns_;
-  std::int64_t band_row_ = -1;       ///< of the patches that are kept
-  std::vector<patch::Patch> band_;   ///< eastward from the patch that holds first_
+  std::int64_t band_row_ = -1;      ///< of the patches that are kept
+  std::vector<patch::Patch> band_;  ///< eastward from the patch that holds first_
 };
 
 }  // namespace cordillera::raster

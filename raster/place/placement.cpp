@@ -50,7 +50,8 @@ proto::Result<void> check_placed(const Dataset& dataset) {
   std::array<double, 6> ignored{};
   if (dataset.handle->GetGeoTransform(ignored.data()) == CE_None) return {};
   return Problem{"raster-not-georeferenced",
-                 dataset.name + (dataset.handle->GetGCPCount() > 0 ? " is placed by ground control points only" : " does not say where its pixels lie"),
+                 dataset.name + (dataset.handle->GetGCPCount() > 0 ? " is placed by ground control points only"
+                                                                   : " does not say where its pixels lie"),
                  "a raster with an affine geotransform", ""};
 }
 
@@ -72,7 +73,8 @@ proto::Result<void> Placement::set_geotransform(const Dataset& dataset) {
   dataset.handle->GetGeoTransform(forward_.data());
   const bool finite = std::all_of(forward_.begin(), forward_.end(), [](double v) { return std::isfinite(v); });
   if (!finite || !GDALInvGeoTransform(forward_.data(), inverse_.data()))
-    return Problem{"raster-not-georeferenced", dataset.name + " has a geotransform that cannot be inverted", "pixels with a size", ""};
+    return Problem{"raster-not-georeferenced", dataset.name + " has a geotransform that cannot be inverted", "pixels with a size",
+                   ""};
   centre_x_ = forward_[0] + forward_[1] * columns_ / 2.0 + forward_[2] * rows_ / 2.0;
   return {};
 }
@@ -86,7 +88,8 @@ proto::Result<void> Placement::check_degrees(const Dataset& dataset, const Crs& 
     double x = corner & 1 ? columns_ : 0, y = corner & 2 ? rows_ : 0;
     image_to_map(&x, &y, 1);
     if (std::abs(y * unit_deg) > 90 + kSlack_deg || std::abs(x * unit_deg) > 540)
-      return Problem{"crs-mismatch", "the CRS of " + dataset.name + ", " + crs.label + ", is in degrees, but its corner is at " +
+      return Problem{"crs-mismatch",
+                     "the CRS of " + dataset.name + ", " + crs.label + ", is in degrees, but its corner is at " +
                          std::to_string(x * unit_deg) + ", " + std::to_string(y * unit_deg),
                      "a raster whose CRS fits its coordinates", crs.from == "request" ? "crs" : ""};
   }
@@ -120,7 +123,8 @@ bool Placement::transform_to(const Crs& crs, bool exact_only) {
 proto::Result<void> Placement::make_transform(const Dataset& dataset, const Crs& crs) {
   // Ballpark operations ignore the datum: only when PROJ has nothing better.
   if (transform_to(crs, true) || transform_to(crs, false)) return {};
-  return Problem{"crs-not-transformable", "the CRS of " + dataset.name + ", " + crs.label + ", cannot be taken to WGS 84 at the raster's place",
+  return Problem{"crs-not-transformable",
+                 "the CRS of " + dataset.name + ", " + crs.label + ", cannot be taken to WGS 84 at the raster's place",
                  "a CRS that PROJ can transform, and coordinates that lie in it", crs.from == "request" ? "crs" : ""};
 }
 
@@ -142,10 +146,12 @@ void Placement::find_period(const Crs& crs) {
   const double around_px = turn_ / std::abs(forward_[1]);
   const double whole = std::round(around_px);
   // Written geotransforms are rounded: within a twentieth of a pixel the raster closes.
-  if (std::abs(around_px - whole) < 0.05 && columns_ + 0.05 >= around_px && whole < 2147483647.0) period_px_ = static_cast<int>(whole);
+  if (std::abs(around_px - whole) < 0.05 && columns_ + 0.05 >= around_px && whole < 2147483647.0)
+    period_px_ = static_cast<int>(whole);
 }
 
-/// WGS 84 and systems that PROJ equates with it need no call per point: their transformation moves nothing, tried over the raster.
+/// WGS 84 and systems that PROJ equates with it need no call per point: their transformation moves nothing, tried over the
+/// raster.
 bool Placement::is_plate(const Crs& crs) const {
   if (!crs.horizontal.IsGeographic() || std::abs(degrees_per_unit(crs) - 1) > 1e-12) return false;
   std::vector<double> x, y;

@@ -15,7 +15,8 @@ namespace cordillera::raster {
 /// Does the raster say where its pixels lie, in whatever CRS?
 proto::Result<void> check_placed(const Dataset& dataset);
 
-/// Pixel coordinates: pixel (c, r) covers [c, c+1] x [r, r+1]; its centre is (c + 0.5, r + 0.5). Points that have no image are NaN.
+/// Pixel coordinates: pixel (c, r) covers [c, c+1] x [r, r+1]; its centre is (c + 0.5, r + 0.5). Points that have no image are
+/// NaN.
 class Placement {
  public:
   static proto::Result<Placement> make(const Dataset& dataset, const Crs& crs);

@@ -12,8 +12,9 @@ namespace cordillera::raster {
 namespace {
 
 constexpr int kRounds = kProjectionReach - 1;  // a round carries what the window's end lacks one vertex farther
-// Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and Gordon 2001). So it
-// converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no vertices.
+// Each vertex takes its share of a residual divided by the number of pixels that move it (component averaging: Censor, Gordon and
+// Gordon 2001). So it converges for any pixels and any step below 2; this one leaves a tenth a round where pixels share no
+// vertices.
 constexpr double kStep = 1.1;
 // Beside a side of a tile, where simplification puts in no vertex later.
 constexpr double kSideShare = 1.0 / 2;
@@ -35,7 +36,12 @@ struct Hold {
 class Sheet {
  public:
   Sheet(const proto::Lattice& lattice, proto::Samples& samples, double within_m)
-      : lattice_(lattice), samples_(samples), within_m_(within_m), height_m_(samples.height.size()), pixels_(height_m_.size(), 0), moved_(height_m_.size(), 1) {
+      : lattice_(lattice),
+        samples_(samples),
+        within_m_(within_m),
+        height_m_(samples.height.size()),
+        pixels_(height_m_.size(), 0),
+        moved_(height_m_.size(), 1) {
     for (std::size_t k = 0; k < height_m_.size(); ++k) height_m_[k] = is_void(k) ? 0 : samples.height[k] * proto::kHeightStep_m;
   }
 
@@ -56,7 +62,8 @@ class Sheet {
     std::vector<std::int64_t> sums(height_m_.size(), 0);
     for (const Hold& h : holds_) {
       if ((moved_[h.vertex[0]] | moved_[h.vertex[1]] | moved_[h.vertex[2]]) == 0) continue;
-      const double surface_m = h.weight[0] * height_m_[h.vertex[0]] + h.weight[1] * height_m_[h.vertex[1]] + h.weight[2] * height_m_[h.vertex[2]];
+      const double surface_m =
+          h.weight[0] * height_m_[h.vertex[0]] + h.weight[1] * height_m_[h.vertex[1]] + h.weight[2] * height_m_[h.vertex[2]];
       const double missing_m = h.height_m - surface_m;
       if (std::abs(missing_m) <= h.within_m * (1 + kGraceShare)) continue;
       const double grains = (missing_m - std::copysign(h.within_m, missing_m)) * h.share * kGrain;
@@ -64,13 +71,16 @@ class Sheet {
     }
     for (std::size_t k = 0; k < sums.size(); ++k) {
       moved_[k] = sums[k] != 0 && moves(k) ? 1 : 0;
-      if (moved_[k] != 0) height_m_[k] = std::clamp(height_m_[k] + static_cast<double>(sums[k]) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
+      if (moved_[k] != 0)
+        height_m_[k] =
+            std::clamp(height_m_[k] + static_cast<double>(sums[k]) / kGrain, -proto::kMaxHeight_m, proto::kMaxHeight_m);
     }
   }
 
   void put_back() {
     for (std::size_t k = 0; k < height_m_.size(); ++k) {
-      if (pixels_[k] > 0 && moves(k)) samples_.height[k] = static_cast<std::int32_t>(std::nearbyint(height_m_[k] / proto::kHeightStep_m));
+      if (pixels_[k] > 0 && moves(k))
+        samples_.height[k] = static_cast<std::int32_t>(std::nearbyint(height_m_[k] / proto::kHeightStep_m));
     }
   }
 
@@ -110,7 +120,8 @@ class Sheet {
   bool is_beside_a_side(const PixelPoint& pixel) const {
     const std::int64_t units = lattice_.tile_units(lattice_.finest_level);
     const auto beside = [units](std::int64_t cell) { return cell % units == 0 || (cell + 1) % units == 0; };
-    return beside(samples_.west + static_cast<std::int64_t>(pixel.x) + lattice_.columns()) || beside(samples_.south + static_cast<std::int64_t>(pixel.y));
+    return beside(samples_.west + static_cast<std::int64_t>(pixel.x) + lattice_.columns()) ||
+           beside(samples_.south + static_cast<std::int64_t>(pixel.y));
   }
 
   const proto::Lattice& lattice_;
@@ -124,26 +135,32 @@ class Sheet {
 
 class BackProjection final : public Source {
  public:
-  BackProjection(std::unique_ptr<Source> source, int level, double within_m) : source_(std::move(source)), level_(level), within_m_(within_m) {}
+  BackProjection(std::unique_ptr<Source> source, int level, double within_m)
+      : source_(std::move(source)), level_(level), within_m_(within_m) {}
 
   const proto::Source& description() const override { return source_->description(); }
   Window window(const proto::Lattice& lattice) const override { return source_->window(lattice); }
-  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override {
+  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns,
+             std::int64_t rows) const override {
     return source_->empty(lattice, west, south, columns, rows);
   }
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override {
     return source_->nearest(longitude_deg, latitude_deg, out);
   }
-  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override { return source_->pixels(lattice, cells); }
-  proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override { return source_->decimate(most_pixels); }
+  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
+    return source_->pixels(lattice, cells);
+  }
+  proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override {
+    return source_->decimate(most_pixels);
+  }
   std::string datum_print() const override { return source_->datum_print(); }
 
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override {
     if (columns == 0 || rows == 0 || lattice.finest_level != level_ || empty(lattice, west, south, columns, rows))
       return source_->sample(lattice, west, south, columns, rows);
-    const Window wide{west - kProjectionReach, std::max<std::int64_t>(0, south - kProjectionReach), west + columns - 1 + kProjectionReach,
-                      std::min(lattice.rows(), south + rows - 1 + kProjectionReach)};
+    const Window wide{west - kProjectionReach, std::max<std::int64_t>(0, south - kProjectionReach),
+                      west + columns - 1 + kProjectionReach, std::min(lattice.rows(), south + rows - 1 + kProjectionReach)};
     auto samples = source_->sample(lattice, wide.west, wide.south, static_cast<std::int32_t>(wide.east - wide.west + 1),
                                    static_cast<std::int32_t>(wide.north - wide.south + 1));
     if (!samples.ok()) return samples;
@@ -158,7 +175,9 @@ class BackProjection final : public Source {
 
  private:
   static proto::Samples cut(const proto::Samples& from, const Window& w) {
-    proto::Samples out{w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1), {}, {}};
+    proto::Samples out{
+        w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1),
+        {},     {}};
     for (std::int64_t j = w.south; j <= w.north; ++j) {
       const auto at = static_cast<std::ptrdiff_t>((j - from.south) * from.columns + (w.west - from.west));
       out.height.insert(out.height.end(), from.height.begin() + at, from.height.begin() + at + out.columns);

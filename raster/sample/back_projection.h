@@ -16,8 +16,8 @@ namespace cordillera::raster {
 inline constexpr const char *kExactPixels = "exact", *kLatticePixels = "lattice";
 inline constexpr const char* kPixelChoices[] = {kExactPixels, kLatticePixels};
 
-/// Greatest spacing of a lattice that can meet all pixels: beyond it there are more pixels than samples. A little over 1, for the rounding of
-/// pixel sizes.
+/// Greatest spacing of a lattice that can meet all pixels: beyond it there are more pixels than samples. A little over 1, for the
+/// rounding of pixel sizes.
 inline constexpr double kMostSpacing = 1.001;
 
 /// Cells of the lattice in pixels of the source, the greater of both directions, at the source's centre.
@@ -34,8 +34,8 @@ struct CellCorner {
   double weight = 0;
 };
 
-/// The triangle of the surface between samples at a place (x, y) of a cell, both 0 to 1, counter-clockwise. Cells are cut from south-west to
-/// north-east; where the cell's only void is one of these two, the other way.
+/// The triangle of the surface between samples at a place (x, y) of a cell, both 0 to 1, counter-clockwise. Cells are cut from
+/// south-west to north-east; where the cell's only void is one of these two, the other way.
 inline std::array<CellCorner, 3> triangle_around(double x, double y, bool south_west_is_void, bool north_east_is_void) {
   if (x + y <= 1 && north_east_is_void) return {{{0, 0, 1 - x - y}, {1, 0, x}, {0, 1, y}}};
   if (x + y >= 1 && south_west_is_void) return {{{1, 1, x + y - 1}, {0, 1, 1 - x}, {1, 0, 1 - y}}};
@@ -46,11 +46,11 @@ inline std::array<CellCorner, 3> triangle_around(double x, double y, bool south_
 /// Cells around a sample whose pixels and samples it may depend on.
 inline constexpr std::int64_t kProjectionReach = 13;
 
-/// The same source, but samples of the lattice of that level are moved until the surface between them (triangle_around) is within so many metres
-/// of the pixels, and nearer beside the sides of tiles. What a pixel's centre is farther off is spread onto the three vertices around it, in
-/// kProjectionReach - 1 rounds. A sample depends on the source's pixels and samples around it, the lattice and within_m alone, not on what else the
-/// source holds. Stay as they are: still water, poles, voids, and vertices beside which no pixel is too far off. Voids that are filled move. What
-/// would leave the range of heights is held to it.
+/// The same source, but samples of the lattice of that level are moved until the surface between them (triangle_around) is within
+/// so many metres of the pixels, and nearer beside the sides of tiles. What a pixel's centre is farther off is spread onto the
+/// three vertices around it, in kProjectionReach - 1 rounds. A sample depends on the source's pixels and samples around it, the
+/// lattice and within_m alone, not on what else the source holds. Stay as they are: still water, poles, voids, and vertices
+/// beside which no pixel is too far off. Voids that are filled move. What would leave the range of heights is held to it.
 std::unique_ptr<Source> project_back(std::unique_ptr<Source> source, int level, double within_m);
 
 }  // namespace cordillera::raster

@@ -62,8 +62,10 @@ PixelWindow Kernel::near(const PixelPosition& place) const {
 bool Kernel::valid(const PixelPosition& place, const PixelBlock& block) const {
   if (frame_.point) {
     const auto x0 = static_cast<std::int64_t>(std::floor(place.u)), y0 = static_cast<std::int64_t>(std::floor(place.v));
-    const std::int64_t x1 = static_cast<double>(x0) == place.u ? x0 : x0 + 1, y1 = static_cast<double>(y0) == place.v ? y0 : y0 + 1;
-    return !std::isnan(block.at(x0, y0)) && !std::isnan(block.at(x1, y0)) && !std::isnan(block.at(x0, y1)) && !std::isnan(block.at(x1, y1));
+    const std::int64_t x1 = static_cast<double>(x0) == place.u ? x0 : x0 + 1,
+                       y1 = static_cast<double>(y0) == place.v ? y0 : y0 + 1;
+    return !std::isnan(block.at(x0, y0)) && !std::isnan(block.at(x1, y0)) && !std::isnan(block.at(x0, y1)) &&
+           !std::isnan(block.at(x1, y1));
   }
   const auto [x0, x1] = covering(place.u, frame_.columns, frame_.period != 0);
   const auto [y0, y1] = covering(place.v, frame_.rows, false);
@@ -113,7 +115,8 @@ double Kernel::bilinear(const PixelPosition& place, const PixelBlock& block) con
 
 void Kernel::add(const PixelPosition& place, const PixelBlock& block, Sum& sum) const {
   const PixelWindow& w = block.window;
-  const auto x0 = static_cast<std::int64_t>(std::ceil(place.u - frame_.ratio_x)), x1 = static_cast<std::int64_t>(std::floor(place.u + frame_.ratio_x));
+  const auto x0 = static_cast<std::int64_t>(std::ceil(place.u - frame_.ratio_x)),
+             x1 = static_cast<std::int64_t>(std::floor(place.u + frame_.ratio_x));
   const auto y0 = std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(place.v - frame_.ratio_y)), w.y);
   const auto y1 = std::min<std::int64_t>(static_cast<std::int64_t>(std::floor(place.v + frame_.ratio_y)), w.y + w.rows - 1);
   for (std::int64_t y = y0; y <= y1; ++y) {

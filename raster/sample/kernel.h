@@ -9,8 +9,8 @@ namespace cordillera::raster {
 /// What the kernel needs to know of the source, fixed for a dataset and a lattice.
 struct KernelFrame {
   int columns = 0, rows = 0;
-  int period = 0;          ///< columns around the earth, 0: none
-  bool point = false;      ///< pixels are points: data reaches from centre to centre; else their areas are covered
+  int period = 0;                   ///< columns around the earth, 0: none
+  bool point = false;               ///< pixels are points: data reaches from centre to centre; else their areas are covered
   double ratio_x = 1, ratio_y = 1;  ///< half width of the triangle in pixels, >= 1
 };
 
@@ -49,8 +49,8 @@ class Kernel {
   /// Height at a valid place.
   double value(const PixelPosition& place, const PixelBlock& block) const;
 
-  /// The widened triangle in strips: add() with blocks from top to bottom that together hold around(place), then the mean. The order
-  /// of additions is the same however the strips are cut.
+  /// The widened triangle in strips: add() with blocks from top to bottom that together hold around(place), then the mean. The
+  /// order of additions is the same however the strips are cut.
   struct Sum {
     double value = 0, weight = 0;
     double mean() const { return value / weight; }

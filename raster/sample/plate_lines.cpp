@@ -47,8 +47,8 @@ bool PlateLines::find_flat_pixels(std::int64_t y) {
   unsigned any = 0;
   for (std::size_t x = 1; x + 1 < n; ++x) {
     const double h = here[x];
-    const bool flat = (above[x - 1] == h) & (above[x] == h) & (above[x + 1] == h) & (here[x - 1] == h) & (here[x + 1] == h) & (below[x - 1] == h) &
-                      (below[x] == h) & (below[x + 1] == h);
+    const bool flat = (above[x - 1] == h) & (above[x] == h) & (above[x + 1] == h) & (here[x - 1] == h) & (here[x + 1] == h) &
+                      (below[x - 1] == h) & (below[x] == h) & (below[x + 1] == h);
     flat_pixel_[x] = flat ? 1 : 0;
     any |= flat_pixel_[x];
   }

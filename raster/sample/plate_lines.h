@@ -1,6 +1,7 @@
 #pragma once
-// Resampling where columns and rows of the lattice are columns and rows of the source, scaled: what a line of pixels gives to a line of
-// samples is worked out once and used for every line of samples between it and the next. The same bits as Kernel gives, sample by sample.
+// Resampling where columns and rows of the lattice are columns and rows of the source, scaled: what a line of pixels gives to a
+// line of samples is worked out once and used for every line of samples between it and the next. The same bits as Kernel gives,
+// sample by sample.
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -27,7 +28,9 @@ class PlateLines {
     std::vector<double> height;
   };
   const Line& line(std::int64_t y);
-  const double* pixels(std::int64_t y) const { return block_.heights.data() + static_cast<std::size_t>(y - block_.window.y) * block_.window.columns; }
+  const double* pixels(std::int64_t y) const {
+    return block_.heights.data() + static_cast<std::size_t>(y - block_.window.y) * block_.window.columns;
+  }
   bool find_flat_pixels(std::int64_t y);
 
   const PixelBlock& block_;

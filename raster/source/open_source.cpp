@@ -30,7 +30,8 @@ proto::Result<HeightUnit> unit_of(const Dataset& dataset, const Crs& crs, bool z
                  std::string(kAcceptedUnits) + ", or z_scale= to say what takes them to metres", "z_scale"};
 }
 
-proto::Result<HeightRule> height_rule(const Dataset& dataset, const Crs& crs, const HeightUnit& unit, const SourceOptions& options) {
+proto::Result<HeightRule> height_rule(const Dataset& dataset, const Crs& crs, const HeightUnit& unit,
+                                      const SourceOptions& options) {
   const double scale = dataset.band->GetScale() * unit.metres * (crs.depth ? -1 : 1);
   const double offset = dataset.band->GetOffset() * unit.metres * (crs.depth ? -1 : 1);
   HeightRule rule;
@@ -39,7 +40,8 @@ proto::Result<HeightRule> height_rule(const Dataset& dataset, const Crs& crs, co
   rule.voids = options.voids;
   rule.void_height_m = options.void_height_m;
   if (!std::isfinite(rule.scale) || rule.scale == 0 || !std::isfinite(rule.offset_m))
-    return Problem{"raster-scale", dataset.name + " has a scale or offset that gives no heights", "a band scale other than 0 and a finite offset", ""};
+    return Problem{"raster-scale", dataset.name + " has a scale or offset that gives no heights",
+                   "a band scale other than 0 and a finite offset", ""};
   return rule;
 }
 
@@ -50,7 +52,8 @@ proto::Result<Footprint> place_on_earth(SourceParts& parts, const Crs& crs) {
   const double rim = parts.point ? 0.5 : 0;
   const Footprint f = footprint(*parts.placement, {rim, rim, d.columns - rim, d.rows - rim});
   if (!(f.safe.north_deg > f.safe.south_deg))
-    return Problem{"crs-not-transformable", "no part of " + d.name + " lies on the earth in its CRS, " + crs.label, "a CRS that fits the coordinates", ""};
+    return Problem{"crs-not-transformable", "no part of " + d.name + " lies on the earth in its CRS, " + crs.label,
+                   "a CRS that fits the coordinates", ""};
   parts.full_circle = f.full_circle;
   parts.area = f.safe;
   parts.pole_longitude_deg = f.full_circle ? 0 : (f.tight.west_deg + f.tight.east_deg) / 2;
@@ -59,7 +62,8 @@ proto::Result<Footprint> place_on_earth(SourceParts& parts, const Crs& crs) {
 
 std::string degrees(const Area& area) {
   char text[128];
-  std::snprintf(text, sizeof text, "%.6g,%.6g,%.6g,%.6g", area.west_deg, area.south_deg, area.east_deg > 180 ? area.east_deg - 360 : area.east_deg, area.north_deg);
+  std::snprintf(text, sizeof text, "%.6g,%.6g,%.6g,%.6g", area.west_deg, area.south_deg,
+                area.east_deg > 180 ? area.east_deg - 360 : area.east_deg, area.north_deg);
   return text;
 }
 
@@ -67,13 +71,17 @@ std::string degrees(const Area& area) {
 Problem outside(const SourceParts& parts, const Area& data) {
   const Area& box = *parts.options.bbox;
   const Area turned = {box.south_deg, box.west_deg, box.north_deg, box.east_deg};
-  const bool meant = turned.south_deg >= -90 && turned.north_deg <= 90 && turned.south_deg < turned.north_deg && intersect(data, turned);
-  return {"bbox-outside-raster", "the bbox does not touch " + parts.dataset.name + (meant ? "; in the order west,south,east,north it would: " + degrees(turned) : ""),
+  const bool meant =
+      turned.south_deg >= -90 && turned.north_deg <= 90 && turned.south_deg < turned.north_deg && intersect(data, turned);
+  return {"bbox-outside-raster",
+          "the bbox does not touch " + parts.dataset.name +
+              (meant ? "; in the order west,south,east,north it would: " + degrees(turned) : ""),
           "a bbox over the data, which lie in " + degrees(data), "bbox"};
 }
 
-/// West and east in each other's place: the box runs around the earth, over the antimeridian, and holds two sides of the data without the middle;
-/// or a rim on one side, where the other end is beyond the data. Where the data reach the antimeridian, or nearly do, such a box is meant.
+/// West and east in each other's place: the box runs around the earth, over the antimeridian, and holds two sides of the data
+/// without the middle; or a rim on one side, where the other end is beyond the data. Where the data reach the antimeridian, or
+/// nearly do, such a box is meant.
 std::optional<Problem> leaves_out_the_middle(const SourceParts& parts, const Footprint& f) {
   constexpr double kNearlyAround_deg = 10;  // what a raster of the whole earth may leave open
   constexpr double kMostOfTheEarth_deg = 270;
@@ -86,8 +94,8 @@ std::optional<Problem> leaves_out_the_middle(const SourceParts& parts, const Foo
   const bool one_rim = box.east_deg - west_deg > kMostOfTheEarth_deg && left_out_deg > (data.east_deg - data.west_deg) / 2;
   if (!both_sides && !one_rim) return std::nullopt;
   return Problem{"option-invalid",
-                 "the bbox crosses the antimeridian, as its west is above its east: it would leave out the middle of " + parts.dataset.name +
-                     ", which does not reach there",
+                 "the bbox crosses the antimeridian, as its west is above its east: it would leave out the middle of " +
+                     parts.dataset.name + ", which does not reach there",
                  "west below east, as in " + degrees({east_deg, box.south_deg, west_deg, box.north_deg}), "bbox"};
 }
 
@@ -97,7 +105,8 @@ proto::Result<void> clip_to_bbox(SourceParts& parts, Footprint& f) {
   if (!safe || !tight) return outside(parts, f.safe);
   if (auto refused = leaves_out_the_middle(parts, f)) return *refused;
   // A full circle clipped on both sides of the antimeridian is the bbox itself.
-  parts.area = f.full_circle ? Area{parts.options.bbox->west_deg, safe->south_deg, parts.options.bbox->east_deg, safe->north_deg} : *safe;
+  parts.area =
+      f.full_circle ? Area{parts.options.bbox->west_deg, safe->south_deg, parts.options.bbox->east_deg, safe->north_deg} : *safe;
   f.tight = f.full_circle ? Area{parts.area.west_deg, tight->south_deg, parts.area.east_deg, tight->north_deg} : *tight;
   parts.full_circle = f.full_circle && parts.area.east_deg - parts.area.west_deg >= 360;
   return {};
@@ -145,8 +154,8 @@ bool all_blocks_missing(const Dataset& d) {
 }
 
 /// pixels: in place of the raster's own; null: those.
-proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
-                                                    const Decimation* pixels) {
+proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, const std::string& name, Trust trust,
+                                                    const proto::BuildOptions& options, const Decimation* pixels) {
   auto checked = check_options(options);
   if (!checked) return checked.problem();
   auto dataset = open_dataset(path, name, trust, options.band());
@@ -176,11 +185,14 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   if (auto clipped = clip_to_bbox(parts, *f); !clipped.ok()) return clipped.problem();
   const GroundSize size = pixel_size(parts);
   if (!(size.width_m > kSmallestPixel_m && size.height_m > kSmallestPixel_m))
-    return Problem{"crs-mismatch", "a pixel of " + parts.dataset.name + " in its CRS, " + crs->label + ", would be smaller than a millimetre",
+    return Problem{"crs-mismatch",
+                   "a pixel of " + parts.dataset.name + " in its CRS, " + crs->label + ", would be smaller than a millimetre",
                    "a raster whose CRS fits its coordinates", crs->from == "request" ? "crs" : ""};
   if (all_blocks_missing(parts.dataset) && parts.options.voids != VoidRule::value)
-    return Problem{"raster-all-nodata", parts.dataset.name + " is a sparse file without a single stored block", "a raster with some data", ""};
-  auto datum = resolve_vertical({options.vertical_datum(), crs->declared_datum, crs->compound_wkt, crs->horizontal_wkt}, trust, f->tight);
+    return Problem{"raster-all-nodata", parts.dataset.name + " is a sparse file without a single stored block",
+                   "a raster with some data", ""};
+  auto datum =
+      resolve_vertical({options.vertical_datum(), crs->declared_datum, crs->compound_wkt, crs->horizontal_wkt}, trust, f->tight);
   if (!datum) return datum.problem();
   parts.datum = std::move(*datum);
   if (parts.datum.from == "source") parts.datum.from = crs->vertical_from;
@@ -192,31 +204,37 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
 
 namespace {
 
-proto::Result<std::unique_ptr<Source>> open_with(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
-                                                 const Decimation* pixels) {
+proto::Result<std::unique_ptr<Source>> open_with(const std::string& path, const std::string& name, Trust trust,
+                                                 const proto::BuildOptions& options, const Decimation* pixels) {
   const GdalScope scope(trust);
   auto opened = open_checked(path, name, trust, options, pixels);
-  // Not the raster's fault, and what was opened all the same may lie elsewhere: a rougher transformation stands in for one not found.
+  // Not the raster's fault, and what was opened all the same may lie elsewhere: a rougher transformation stands in for one not
+  // found.
   if (scope.tables_failed())
-    return Problem{"crs-tables-unreadable", "the tables of coordinate systems (PROJ's proj.db) cannot be read, which " + proto::shown_text(name) + " needs", "trying again later", ""};
+    return Problem{
+        "crs-tables-unreadable",
+        "the tables of coordinate systems (PROJ's proj.db) cannot be read, which " + proto::shown_text(name) + " needs",
+        "trying again later", ""};
   return opened;
 }
 
 }  // namespace
 
-proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+proto::Result<std::unique_ptr<Source>> open_source(const std::string& path, const std::string& name, Trust trust,
+                                                   const proto::BuildOptions& options) {
   return open_with(path, name, trust, options, nullptr);
 }
 
-proto::Result<std::unique_ptr<Source>> open_filled_source(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options) {
+proto::Result<std::unique_ptr<Source>> open_filled_source(const std::string& path, const std::string& name, Trust trust,
+                                                          const proto::BuildOptions& options) {
   auto opened = open_with(path, name, trust, options, nullptr);
   if (!opened.ok()) return opened;
   *opened = fill_enclosed_voids(std::move(*opened), fill_limit_cells(options));
   return opened;
 }
 
-proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust, const proto::BuildOptions& options,
-                                                      const Decimation& pixels) {
+proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust,
+                                                      const proto::BuildOptions& options, const Decimation& pixels) {
   return open_with(path, name, trust, options, &pixels);
 }
 

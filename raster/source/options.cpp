@@ -26,8 +26,10 @@ proto::Result<void> read_voids(const std::string& text, SourceOptions& out) {
   if (!read_number(text, out.void_height_m) || !(std::abs(out.void_height_m) <= proto::kMaxHeight_m))
     return Problem{"option-invalid", "voids=" + text + " is no height", accepted, "voids"};
   if (out.void_height_m < kLeastVoidHeight_m)
-    return Problem{"option-invalid", "voids=" + text + " would put pits deeper than any land; nodata=" + text + " says that this value means no data",
-                   accepted, "voids"};
+    return Problem{
+        "option-invalid",
+        "voids=" + text + " would put pits deeper than any land; nodata=" + text + " says that this value means no data",
+        accepted, "voids"};
   out.voids = VoidRule::value;
   return {};
 }
@@ -37,7 +39,8 @@ proto::Result<void> read_nodata(const std::string& text, SourceOptions& out) {
   if (text.empty() || text == "hole" || text == "fill") return {};
   double value = 0;
   if (!read_number(text, value) || std::isinf(value))
-    return Problem{"option-invalid", "nodata=" + text + " is no value of a pixel", "a number as it stands in the file, or nan", "nodata"};
+    return Problem{"option-invalid", "nodata=" + text + " is no value of a pixel", "a number as it stands in the file, or nan",
+                   "nodata"};
   out.nodata = value;
   return {};
 }
@@ -45,14 +48,16 @@ proto::Result<void> read_nodata(const std::string& text, SourceOptions& out) {
 proto::Result<void> read_bbox(const proto::BuildOptions& options, SourceOptions& out) {
   if (options.bbox_size() == 0) return {};
   const auto refuse = [](const std::string& why) {
-    return Problem{"option-invalid", "bbox " + why, "west,south,east,north in degrees; west > east crosses the antimeridian", "bbox"};
+    return Problem{"option-invalid", "bbox " + why, "west,south,east,north in degrees; west > east crosses the antimeridian",
+                   "bbox"};
   };
   if (options.bbox_size() != 4) return refuse("has " + std::to_string(options.bbox_size()) + " numbers, not four");
   const double west = options.bbox(0), south = options.bbox(1), east = options.bbox(2), north = options.bbox(3);
   for (const double v : options.bbox())
     if (!std::isfinite(v)) return refuse("holds something that is no number");
   if (south < -90 || north > 90 || !(south < north)) return refuse("needs -90 <= south < north <= 90");
-  if (std::abs(west) > 360 || std::abs(east) > 360 || west == east) return refuse("needs two different longitudes from -360 to 360");
+  if (std::abs(west) > 360 || std::abs(east) > 360 || west == east)
+    return refuse("needs two different longitudes from -360 to 360");
   Area area{west, south, east, north};
   const double width = east > west ? std::min(360.0, east - west) : east - west + 360 * std::ceil((west - east) / 360);
   area.west_deg -= 360 * std::floor((west + 180) / 360);
@@ -67,7 +72,8 @@ proto::Result<SourceOptions> check_options(const proto::BuildOptions& options) {
   SourceOptions out;
   if (options.has_z_scale()) out.z_scale = options.z_scale();
   if (options.has_z_offset()) out.z_offset_m = options.z_offset();
-  if (!std::isfinite(out.z_scale) || out.z_scale == 0) return Problem{"option-invalid", "z_scale is no factor", "a number other than 0", "z_scale"};
+  if (!std::isfinite(out.z_scale) || out.z_scale == 0)
+    return Problem{"option-invalid", "z_scale is no factor", "a number other than 0", "z_scale"};
   if (!std::isfinite(out.z_offset_m)) return Problem{"option-invalid", "z_offset is no number", "a height in metres", "z_offset"};
   if (auto done = read_voids(options.voids(), out); !done.ok()) return done.problem();
   if (auto done = read_nodata(options.nodata(), out); !done.ok()) return done.problem();
@@ -87,7 +93,8 @@ std::optional<Area> intersect(const Area& area, const Area& clip) {
   if (both.south_deg > both.north_deg) return std::nullopt;
   // Two arcs of a circle may meet in two pieces: then the smallest interval of area that holds both.
   for (int turn = -2; turn <= 2; ++turn) {
-    const double west = std::max(area.west_deg, clip.west_deg + 360 * turn), east = std::min(area.east_deg, clip.east_deg + 360 * turn);
+    const double west = std::max(area.west_deg, clip.west_deg + 360 * turn),
+                 east = std::min(area.east_deg, clip.east_deg + 360 * turn);
     if (west > east) continue;
     both.west_deg = found ? std::min(both.west_deg, west) : west;
     both.east_deg = found ? std::max(both.east_deg, east) : east;

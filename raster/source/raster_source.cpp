@@ -21,7 +21,7 @@ struct RasterSource::Call {
   proto::Samples samples;
   Kernel kernel;
   std::vector<PixelPosition> places;  ///< indexed by sample
-  std::vector<std::uint8_t> inside;  ///< indexed by sample: places holds its place in the raster
+  std::vector<std::uint8_t> inside;   ///< indexed by sample: places holds its place in the raster
 
   std::size_t index(std::int32_t c, std::int32_t r) const { return static_cast<std::size_t>(r) * samples.columns + c; }
 };
@@ -31,24 +31,28 @@ RasterSource::RasterSource(SourceParts parts)
 
 Source::Window RasterSource::window(const proto::Lattice& lattice) const {
   const Area& a = parts_.area;
-  const double columns_a_degree = static_cast<double>(lattice.columns()) / 360, rows_a_degree = static_cast<double>(lattice.rows()) / 180;
+  const double columns_a_degree = static_cast<double>(lattice.columns()) / 360,
+               rows_a_degree = static_cast<double>(lattice.rows()) / 180;
   Window w;
   w.south = std::clamp<std::int64_t>(std::llround(std::ceil((a.south_deg + 90) * rows_a_degree - kRim_cells)), 0, lattice.rows());
-  w.north = std::clamp<std::int64_t>(std::llround(std::floor((a.north_deg + 90) * rows_a_degree + kRim_cells)), w.south, lattice.rows());
+  w.north = std::clamp<std::int64_t>(std::llround(std::floor((a.north_deg + 90) * rows_a_degree + kRim_cells)), w.south,
+                                     lattice.rows());
   if (parts_.full_circle) {
     w.west = 0;
     w.east = lattice.columns();
     return w;
   }
   w.west = std::llround(std::ceil((a.west_deg + 180) * columns_a_degree - kRim_cells));
-  w.east = std::max(w.west, static_cast<std::int64_t>(std::llround(std::floor((a.east_deg + 180) * columns_a_degree + kRim_cells))));
+  w.east =
+      std::max(w.west, static_cast<std::int64_t>(std::llround(std::floor((a.east_deg + 180) * columns_a_degree + kRim_cells))));
   const std::int64_t turn = w.west - modulo(w.west, lattice.columns());
   w.west -= turn;
   w.east = std::min(w.east - turn, w.west + lattice.columns());
   return w;
 }
 
-bool RasterSource::empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const {
+bool RasterSource::empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns,
+                         std::int64_t rows) const {
   const Window w = window(lattice);
   if (south > w.north || south + rows - 1 < w.south) return true;
   const std::int64_t gap = modulo(west - w.west, lattice.columns());  // from the window's west to ours, eastward
@@ -61,21 +65,24 @@ bool RasterSource::empty(const proto::Lattice& lattice, std::int64_t west, std::
   for (int r = 0; r < kNet; ++r) {
     for (int c = 0; c < kNet; ++c) {
       x.push_back(lattice.longitude_deg(west) + lattice.cell_deg() * static_cast<double>(columns - 1) * c / (kNet - 1));
-      y.push_back(std::clamp(lattice.latitude_deg(south) + lattice.cell_deg() * static_cast<double>(rows - 1) * r / (kNet - 1), -90.0, 90.0));
+      y.push_back(std::clamp(lattice.latitude_deg(south) + lattice.cell_deg() * static_cast<double>(rows - 1) * r / (kNet - 1),
+                             -90.0, 90.0));
     }
   }
   parts_.placement->to_pixels(x.data(), y.data(), x.size());
   double step = 0, low_x = x[0], high_x = x[0], low_y = y[0], high_y = y[0];
   for (int k = 0; k < kNet * kNet; ++k) {
     if (!std::isfinite(x[k])) return false;
-    low_x = std::min(low_x, x[k]), high_x = std::max(high_x, x[k]), low_y = std::min(low_y, y[k]), high_y = std::max(high_y, y[k]);
+    low_x = std::min(low_x, x[k]), high_x = std::max(high_x, x[k]), low_y = std::min(low_y, y[k]),
+    high_y = std::max(high_y, y[k]);
     if (k % kNet > 0) step = std::max({step, std::abs(x[k] - x[k - 1]), std::abs(y[k] - y[k - 1])});
     if (k >= kNet) step = std::max({step, std::abs(x[k] - x[k - kNet]), std::abs(y[k] - y[k - kNet])});
   }
   const double size = std::max(high_x - low_x, high_y - low_y);
   if (step > size / 4 || size > 1e9) return false;
   const double margin = step + 3;
-  const auto x0 = static_cast<std::int64_t>(std::floor(low_x - margin)), y0 = static_cast<std::int64_t>(std::floor(low_y - margin));
+  const auto x0 = static_cast<std::int64_t>(std::floor(low_x - margin)),
+             y0 = static_cast<std::int64_t>(std::floor(low_y - margin));
   return pixels_.certainly_void({x0, y0, static_cast<int>(std::ceil(high_x + margin) - static_cast<double>(x0)),
                                  static_cast<int>(std::ceil(high_y + margin) - static_cast<double>(y0))});
 }
@@ -178,7 +185,8 @@ proto::Result<void> RasterSource::resample(Call& call, const Rect& rect) {
     for (std::int32_t c = rect.c0; c < rect.c0 + rect.columns; ++c) {
       const std::size_t at = call.index(c, r);
       if (!call.inside[at] || !call.kernel.valid(call.places[at], block_)) continue;
-      put(call.samples, at, call.kernel.value(call.places[at], block_) + above_m[c - rect.c0], call.kernel.flat(call.places[at], block_));
+      put(call.samples, at, call.kernel.value(call.places[at], block_) + above_m[c - rect.c0],
+          call.kernel.flat(call.places[at], block_));
     }
   }
   return {};
@@ -208,7 +216,8 @@ proto::Result<void> RasterSource::resample_wide(Call& call, std::size_t at) {
 proto::Result<proto::Samples> RasterSource::sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
                                                            std::int32_t columns, std::int32_t rows) {
   const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
-  proto::Samples samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
+  proto::Samples samples{
+      west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
   const GdalScope scope(parts_.dataset.trust);
   const Kernel kernel(frame_for(lattice));
   const auto done_in_lines = sample_lines(lattice, kernel, samples);
@@ -220,11 +229,12 @@ proto::Result<proto::Samples> RasterSource::sample_present(const proto::Lattice&
   return std::move(call.samples);
 }
 
-proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
-                                                   std::int32_t rows) {
+proto::Result<proto::Samples> RasterSource::sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
+                                                   std::int32_t columns, std::int32_t rows) {
   const std::size_t count = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
   if (count == 0 || empty(lattice, west, south, columns, rows))
-    return proto::Samples{west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
+    return proto::Samples{
+        west, south, columns, rows, std::vector<std::int32_t>(count, proto::kNoHeight), std::vector<std::uint8_t>(count, 0)};
   return sample_present(lattice, west, south, columns, rows);
 }
 
@@ -240,7 +250,8 @@ std::string RasterSource::datum_print() const {
   std::string print;
   for (int k = 0; k < 9; ++k) {
     const Area& a = parts_.area;
-    const double lat = a.south_deg + (a.north_deg - a.south_deg) * (k / 3) / 2, lon = a.west_deg + (a.east_deg - a.west_deg) * (k % 3) / 2;
+    const double lat = a.south_deg + (a.north_deg - a.south_deg) * (k / 3) / 2,
+                 lon = a.west_deg + (a.east_deg - a.west_deg) * (k % 3) / 2;
     char text[32];
     std::snprintf(text, sizeof text, "%s%.4f", k == 0 ? "" : " ", undulation_m(std::clamp(lat, -90.0, 90.0), lon));
     print += text;

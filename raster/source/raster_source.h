@@ -23,9 +23,9 @@ struct SourceParts {
   HeightRule height_rule;
   VerticalDatum datum;
   SourceOptions options;
-  Area area;                ///< safe footprint, clipped to the bbox
+  Area area;  ///< safe footprint, clipped to the bbox
   bool full_circle = false;
-  bool point = false;       ///< data reaches from centre to centre only
+  bool point = false;             ///< data reaches from centre to centre only
   double pole_longitude_deg = 0;  ///< where a pole row is sampled: it is one point
   proto::Source description;
 };
@@ -41,7 +41,8 @@ class RasterSource : public Source {
 
   const proto::Source& description() const override { return parts_.description; }
   Window window(const proto::Lattice& lattice) const override;
-  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override;
+  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns,
+             std::int64_t rows) const override;
   proto::Result<proto::Samples> sample(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
                                        std::int32_t rows) override;
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override;
@@ -56,14 +57,16 @@ class RasterSource : public Source {
   };
   struct Call;  ///< one call of sample()
   /// sample() without asking first whether anything is there.
-  proto::Result<proto::Samples> sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int32_t columns,
-                                               std::int32_t rows);
+  proto::Result<proto::Samples> sample_present(const proto::Lattice& lattice, std::int64_t west, std::int64_t south,
+                                               std::int32_t columns, std::int32_t rows);
   double undulation_m(double latitude_deg, double longitude_deg) const;
   /// Of count vertices of row j, from column i eastward; 0 when the source's heights are ellipsoidal.
   const double* undulations_m(const proto::Lattice& lattice, std::int64_t i, std::int64_t j, std::int32_t count);
   /// Fills samples where nothing but lines of pixels is needed; false: sample by sample.
-  std::vector<double> column_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t west, std::int32_t columns) const;
-  std::vector<double> row_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t south, std::int64_t north) const;
+  std::vector<double> column_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t west,
+                                    std::int32_t columns) const;
+  std::vector<double> row_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t south,
+                                 std::int64_t north) const;
   proto::Result<bool> sample_lines(const proto::Lattice& lattice, const Kernel& kernel, proto::Samples& samples);
   PixelWindow pixels_around(const proto::Lattice& lattice, const Window& cells) const;
   static void put(proto::Samples& samples, std::size_t at, double height_m, bool flat);
@@ -79,9 +82,9 @@ class RasterSource : public Source {
 
   SourceParts parts_;
   Pixels pixels_;
-  PixelBlock block_;                   ///< scratch
+  PixelBlock block_;                              ///< scratch
   std::vector<double> longitudes_, undulations_;  ///< scratch
-  std::optional<KernelFrame> frame_;   ///< of frame_level_
+  std::optional<KernelFrame> frame_;              ///< of frame_level_
   int frame_level_ = -1;
 };
 

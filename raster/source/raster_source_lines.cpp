@@ -1,4 +1,5 @@
-// The usual source, whose columns and rows are longitudes and latitudes, line by line; and undulations along a parallel, for every source.
+// The usual source, whose columns and rows are longitudes and latitudes, line by line; and undulations along a parallel, for
+// every source.
 #include <algorithm>
 #include <cmath>
 
@@ -18,7 +19,8 @@ double rounded(double value) {
 }
 
 /// Samples from `from` eastward; flat: null, nowhere. False when some are void: they stay so.
-bool put_line(const std::vector<double>& height_m, const double* above_m, const std::uint8_t* flat, std::size_t from, proto::Samples& samples) {
+bool put_line(const std::vector<double>& height_m, const double* above_m, const std::uint8_t* flat, std::size_t from,
+              proto::Samples& samples) {
   std::int32_t* const to = samples.height.data() + from;
   unsigned voids = 0;
   for (std::size_t c = 0; c < height_m.size(); ++c) {
@@ -73,7 +75,8 @@ const double* RasterSource::undulations_m(const proto::Lattice& lattice, std::in
 }
 
 /// Kernel's places of the columns from west, NaN where they are not wanted or lie outside.
-std::vector<double> RasterSource::column_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t west, std::int32_t columns) const {
+std::vector<double> RasterSource::column_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t west,
+                                                std::int32_t columns) const {
   const Window w = window(lattice);
   std::vector<double> u, any_latitude(static_cast<std::size_t>(columns), lattice.latitude_deg(w.south));
   for (std::int32_t c = 0; c < columns; ++c) u.push_back(lattice.longitude_deg(modulo(west + c, lattice.columns())));
@@ -85,7 +88,8 @@ std::vector<double> RasterSource::column_places(const proto::Lattice& lattice, c
   return u;
 }
 
-std::vector<double> RasterSource::row_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t south, std::int64_t north) const {
+std::vector<double> RasterSource::row_places(const proto::Lattice& lattice, const Kernel& kernel, std::int64_t south,
+                                             std::int64_t north) const {
   std::vector<double> v;
   for (std::int64_t j = south; j <= north; ++j) v.push_back(lattice.latitude_deg(j));
   std::vector<double> any_longitude(v.size(), lattice.longitude_deg(modulo(window(lattice).west, lattice.columns())));
@@ -99,7 +103,8 @@ proto::Result<bool> RasterSource::sample_lines(const proto::Lattice& lattice, co
   const Window w = window(lattice);
   const std::int64_t south = std::max(samples.south, w.south), north = std::min(samples.south + samples.rows - 1, w.north);
   if (south <= 0 || north >= lattice.rows()) return false;  // a pole row is one point
-  const std::vector<double> u = column_places(lattice, kernel, samples.west, samples.columns), v = row_places(lattice, kernel, south, north);
+  const std::vector<double> u = column_places(lattice, kernel, samples.west, samples.columns),
+                            v = row_places(lattice, kernel, south, north);
   const FiniteRange across(u), down(v);
   if (across.empty() || down.empty()) return true;
   block_.window = kernel.around({across.low, down.low}, {across.high, down.high});

@@ -28,13 +28,15 @@ proto::Result<void> Source::nearest(std::span<const double> longitude_deg, std::
   return {};
 }
 
-proto::Result<void> RasterSource::nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) {
+proto::Result<void> RasterSource::nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg,
+                                          double* out) {
   std::vector<double> x(longitude_deg.begin(), longitude_deg.end()), y(latitude_deg.begin(), latitude_deg.end());
   parts_.placement->to_pixels(x.data(), y.data(), x.size());
   std::vector<PixelPlace> places;
   places.reserve(x.size());
   for (std::size_t k = 0; k < x.size(); ++k) {
-    const std::int64_t column = pixel_at(x[k], parts_.dataset.columns, parts_.placement->period_px()), row = pixel_at(y[k], parts_.dataset.rows, 0);
+    const std::int64_t column = pixel_at(x[k], parts_.dataset.columns, parts_.placement->period_px()),
+                       row = pixel_at(y[k], parts_.dataset.rows, 0);
     places.push_back(column == kNowhere || row == kNowhere ? PixelPlace{kNowhere, kNowhere} : PixelPlace{column, row});
   }
   return read_nearest(places, out);
@@ -49,7 +51,8 @@ proto::Result<void> RasterSource::read_nearest(std::span<const PixelPlace> place
     high = {std::max(high.x, p.x), std::max(high.y, p.y)};
   }
   if (high.x < 0) return {};
-  if ((high.x - low.x + 1) * (high.y - low.y + 1) > kMaxBlockPixels) {  // far finer than what is asked for, or on both ends of a raster
+  if ((high.x - low.x + 1) * (high.y - low.y + 1) >
+      kMaxBlockPixels) {  // far finer than what is asked for, or on both ends of a raster
     const std::size_t half = places.size() / 2;
     if (auto first = read_nearest(places.first(half), out); !first.ok()) return first.problem();
     return read_nearest(places.subspan(half), out + half);

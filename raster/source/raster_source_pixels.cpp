@@ -41,12 +41,15 @@ struct Reach {
 PixelWindow RasterSource::pixels_around(const proto::Lattice& lattice, const Window& cells) const {
   constexpr int kNet = 17;
   const Dataset& d = parts_.dataset;
-  const PixelWindow all{0, 0, parts_.placement->period_px() != 0 ? std::min(parts_.placement->period_px(), d.columns) : d.columns, d.rows};
+  const PixelWindow all{0, 0, parts_.placement->period_px() != 0 ? std::min(parts_.placement->period_px(), d.columns) : d.columns,
+                        d.rows};
   std::vector<double> x, y;
   for (int r = 0; r < kNet; ++r) {
     for (int c = 0; c < kNet; ++c) {
-      x.push_back(lattice.longitude_deg(cells.west) + lattice.cell_deg() * static_cast<double>(cells.east - cells.west) * c / (kNet - 1));
-      y.push_back(lattice.latitude_deg(cells.south) + lattice.cell_deg() * static_cast<double>(cells.north - cells.south) * r / (kNet - 1));
+      x.push_back(lattice.longitude_deg(cells.west) +
+                  lattice.cell_deg() * static_cast<double>(cells.east - cells.west) * c / (kNet - 1));
+      y.push_back(lattice.latitude_deg(cells.south) +
+                  lattice.cell_deg() * static_cast<double>(cells.north - cells.south) * r / (kNet - 1));
     }
   }
   parts_.placement->to_pixels(x.data(), y.data(), x.size());
@@ -57,14 +60,17 @@ PixelWindow RasterSource::pixels_around(const proto::Lattice& lattice, const Win
     if (k % kNet > 1) across.bends(x[k - 2], x[k - 1], x[k]), down.bends(y[k - 2], y[k - 1], y[k]);
     if (k >= 2 * kNet) across.bends(x[k - 2 * kNet], x[k - kNet], x[k]), down.bends(y[k - 2 * kNet], y[k - kNet], y[k]);
   }
-  if (std::max(across.bend, down.bend) > std::max(across.high - across.low, down.high - down.low) / 4 + 1) return all;  // torn, or closed around
+  if (std::max(across.bend, down.bend) > std::max(across.high - across.low, down.high - down.low) / 4 + 1)
+    return all;  // torn, or closed around
   // As much on the turn before and after, where the raster closes.
   const auto span = [](const Reach& reach, std::int64_t count) {
     const double margin = reach.bend + 2, most = static_cast<double>(count);
-    const double first = std::clamp(std::floor(reach.low - margin), 0.0, most), last = std::clamp(std::ceil(reach.high + margin), first, most);
+    const double first = std::clamp(std::floor(reach.low - margin), 0.0, most),
+                 last = std::clamp(std::ceil(reach.high + margin), first, most);
     return std::pair<std::int64_t, int>(static_cast<std::int64_t>(first), static_cast<int>(last - first));
   };
-  const bool wraps = parts_.placement->period_px() != 0 && (across.low - across.bend < 2 || across.high + across.bend > all.columns - 2);
+  const bool wraps =
+      parts_.placement->period_px() != 0 && (across.low - across.bend < 2 || across.high + across.bend > all.columns - 2);
   const auto [column, columns] = wraps ? std::pair<std::int64_t, int>(0, all.columns) : span(across, all.columns);
   const auto [row, rows] = span(down, all.rows);
   return {column, row, columns, rows};
@@ -81,7 +87,8 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
   UndulationGrid undulations{cells.east - cells.west + 2, {}};  // one more, for what lies on the rim
   const bool level_geoid = parts_.datum.geoid && lattice.cell_deg() <= kLevelGeoid_deg;
   for (std::int64_t j = cells.south; level_geoid && j <= cells.north + 1; ++j) {
-    const double* const row_m = undulations_m(lattice, cells.west, std::min(j, lattice.rows()), static_cast<std::int32_t>(undulations.columns));
+    const double* const row_m =
+        undulations_m(lattice, cells.west, std::min(j, lattice.rows()), static_cast<std::int32_t>(undulations.columns));
     undulations.at_m.insert(undulations.at_m.end(), row_m, row_m + undulations.columns);
   }
   const auto height_m = [&](double pixel_m, double x, double y) {
@@ -94,9 +101,11 @@ proto::Result<std::vector<PixelPoint>> RasterSource::pixels(const proto::Lattice
   const bool clipped = parts_.options.bbox.has_value();
   const auto wanted = [&](double x, double y) {
     if (!clipped) return true;
-    const double column = static_cast<double>(modulo(cells.west - own.west, lattice.columns())) + x, row = static_cast<double>(cells.south) + y;
+    const double column = static_cast<double>(modulo(cells.west - own.west, lattice.columns())) + x,
+                 row = static_cast<double>(cells.south) + y;
     const double turn = static_cast<double>(lattice.columns()), within = column >= turn ? column - turn : column;
-    return within <= static_cast<double>(own.east - own.west) && row >= static_cast<double>(own.south) && row <= static_cast<double>(own.north);
+    return within <= static_cast<double>(own.east - own.west) && row >= static_cast<double>(own.south) &&
+           row <= static_cast<double>(own.north);
   };
   const double turn = static_cast<double>(lattice.columns()), wide = static_cast<double>(cells.east - cells.west);
   const double high = static_cast<double>(cells.north - cells.south), top = cells.north == lattice.rows() ? high : -1;

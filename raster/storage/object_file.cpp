@@ -32,7 +32,8 @@ std::optional<Version> version_there(const std::string& path) {
   if (headers.size() == 0) return std::nullopt;
   const std::string range = headers.FetchNameValueDef("Content-Range", "");  // bytes 0-16383/3000000
   const std::size_t slash = range.rfind('/');
-  const std::string bytes = slash == std::string::npos ? headers.FetchNameValueDef("Content-Length", "0") : range.substr(slash + 1);
+  const std::string bytes =
+      slash == std::string::npos ? headers.FetchNameValueDef("Content-Length", "0") : range.substr(slash + 1);
   Version version{std::strtoull(bytes.c_str(), nullptr, 10), ""};
   version.state = bytes + " " + headers.FetchNameValueDef("ETag", "") + " " + headers.FetchNameValueDef("Last-Modified", "");
   return version;

@@ -1,6 +1,6 @@
 #pragma once
-// A file that is read in pieces, here or in object storage, and stays the same file while it is: when another one takes its name, reading
-// fails, and what was read before was all of one version.
+// A file that is read in pieces, here or in object storage, and stays the same file while it is: when another one takes its name,
+// reading fails, and what was read before was all of one version.
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -25,15 +25,16 @@ class ObjectFile {
   const std::string& path() const { return path_; }
   std::uint64_t size() const { return size_; }
 
-  /// offset + count within the size. "storage-read": may succeed another time, and not at once: for a second after a failure the storage is
-  /// not asked. "storage-changed": never again, for another file has the name; what is in the cache can still be read.
+  /// offset + count within the size. "storage-read": may succeed another time, and not at once: for a second after a failure the
+  /// storage is not asked. "storage-changed": never again, for another file has the name; what is in the cache can still be read.
   proto::Result<void> read(std::uint64_t offset, std::size_t count, char* out);
   /// Asks the storage: false when another file, or none, has the name.
   proto::Result<bool> unchanged();
   /// Of the last read that failed.
   std::optional<proto::Problem> trouble() const;
 
-  /// What is fetched at once. Neighbouring tiles lie beside each other; twice as much would double the wait for the first of them.
+  /// What is fetched at once. Neighbouring tiles lie beside each other; twice as much would double the wait for the first of
+  /// them.
   static constexpr std::size_t kBlock_bytes = 128 << 10;
 
  private:

@@ -24,7 +24,8 @@ namespace {
 namespace fs = std::filesystem;
 
 proto::Problem write_problem(const std::string& path, const std::string& why) {
-  return {"storage-write", path + " cannot be written" + (why.empty() ? "" : ": " + why), "a folder or bucket that can be written, with room", ""};
+  return {"storage-write", path + " cannot be written" + (why.empty() ? "" : ": " + why),
+          "a folder or bucket that can be written, with room", ""};
 }
 proto::Problem read_problem(const std::string& path, const std::string& why) {
   return {"storage-read", path + " cannot be read" + (why.empty() ? "" : ": " + why), "a file that can be read", ""};
@@ -172,7 +173,9 @@ std::optional<std::uint64_t> size_of(const std::string& path) {
   const GdalScope scope(Trust::operator_file);
   if (is_remote(path)) VSICurlPartialClearCache(path.c_str());  // what GDAL remembers was true once
   VSIStatBufL stat{};
-  if (VSIStatExL(path.c_str(), &stat, VSI_STAT_EXISTS_FLAG | VSI_STAT_SIZE_FLAG | VSI_STAT_NATURE_FLAG | VSI_STAT_SET_ERROR_FLAG) != 0 || VSI_ISDIR(stat.st_mode)) {
+  if (VSIStatExL(path.c_str(), &stat,
+                 VSI_STAT_EXISTS_FLAG | VSI_STAT_SIZE_FLAG | VSI_STAT_NATURE_FLAG | VSI_STAT_SET_ERROR_FLAG) != 0 ||
+      VSI_ISDIR(stat.st_mode)) {
     return std::nullopt;
   }
   return static_cast<std::uint64_t>(stat.st_size);
@@ -190,7 +193,8 @@ std::string state_of(const std::string& path) {
   const auto bytes = fs::file_size(path, error);
   if (error) return "";
   const auto changed = fs::last_write_time(path, error).time_since_epoch();
-  return std::to_string(bytes) + " bytes, " + std::to_string(std::chrono::duration_cast<std::chrono::nanoseconds>(changed).count());
+  return std::to_string(bytes) + " bytes, " +
+         std::to_string(std::chrono::duration_cast<std::chrono::nanoseconds>(changed).count());
 }
 
 proto::Result<std::vector<std::string>> names_in(const std::string& folder) {

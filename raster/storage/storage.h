@@ -13,8 +13,8 @@ namespace cordillera::raster {
 /// One of GDAL's file systems, not a folder of this machine.
 bool is_remote(const std::string& path);
 
-/// The file appears whole under its name or not at all, whoever writes it at the same time: here by a synced file and a rename, in object
-/// storage by the end of its upload. Folders on the way are made. "storage-write" when it fails.
+/// The file appears whole under its name or not at all, whoever writes it at the same time: here by a synced file and a rename,
+/// in object storage by the end of its upload. Folders on the way are made. "storage-write" when it fails.
 proto::Result<void> write_whole(const std::string& path, const std::string& bytes);
 
 /// A file of this machine under a name elsewhere, in one upload: whole or not at all. "storage-write" when it fails.

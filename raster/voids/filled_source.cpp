@@ -11,21 +11,25 @@ namespace {
 
 class FilledSource final : public Source {
  public:
-  FilledSource(std::unique_ptr<Source> source, std::uint32_t limit_cells) : source_(std::move(source)), limit_cells_(limit_cells) {}
+  FilledSource(std::unique_ptr<Source> source, std::uint32_t limit_cells)
+      : source_(std::move(source)), limit_cells_(limit_cells) {}
 
   const proto::Source& description() const override { return source_->description(); }
   Window window(const proto::Lattice& lattice) const override { return source_->window(lattice); }
   proto::Result<void> nearest(std::span<const double> longitude_deg, std::span<const double> latitude_deg, double* out) override {
     return source_->nearest(longitude_deg, latitude_deg, out);
   }
-  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override { return source_->pixels(lattice, cells); }
+  proto::Result<std::vector<PixelPoint>> pixels(const proto::Lattice& lattice, const Window& cells) override {
+    return source_->pixels(lattice, cells);
+  }
   std::string datum_print() const override { return source_->datum_print(); }
   proto::Result<std::shared_ptr<const Decimation>> decimate(std::int64_t most_pixels) override {
     return source_->decimate(most_pixels);
   }
 
   /// So much void around it that no void it is part of can be filled.
-  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns, std::int64_t rows) const override {
+  bool empty(const proto::Lattice& lattice, std::int64_t west, std::int64_t south, std::int64_t columns,
+             std::int64_t rows) const override {
     if (!source_->empty(lattice, west, south, columns, rows)) return false;
     if (std::max(columns, rows) > limit_cells_) return true;
     const Window w = source_->window(lattice);
@@ -40,7 +44,9 @@ class FilledSource final : public Source {
     const auto voids = std::count(samples->height.begin(), samples->height.end(), proto::kNoHeight);
     if (voids == 0) return samples;
     const bool nothing = static_cast<std::size_t>(voids) == samples->height.size();
-    if (nothing && (static_cast<std::uint32_t>(std::max(columns, rows)) > limit_cells_ || empty(lattice, west, south, columns, rows))) return samples;
+    if (nothing &&
+        (static_cast<std::uint32_t>(std::max(columns, rows)) > limit_cells_ || empty(lattice, west, south, columns, rows)))
+      return samples;
     if (!voids_ || voids_->lattice().finest_level != lattice.finest_level) voids_.emplace(*source_, lattice, limit_cells_);
     std::size_t at = 0;
     for (std::int32_t r = 0; r < rows; ++r) {

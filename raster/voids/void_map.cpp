@@ -42,7 +42,10 @@ void VoidMap::Void::add(const Vertex& vertex) {
 }
 
 VoidMap::VoidMap(Source& source, const proto::Lattice& lattice, std::uint32_t limit_cells)
-    : source_(source), lattice_(lattice), limit_(std::min<std::int64_t>(limit_cells, lattice.columns() / 4)), window_(source.window(lattice)) {}
+    : source_(source),
+      lattice_(lattice),
+      limit_(std::min<std::int64_t>(limit_cells, lattice.columns() / 4)),
+      window_(source.window(lattice)) {}
 
 bool VoidMap::inside(const Vertex& vertex) const {
   // A pole's row is one point, whatever its columns.
@@ -74,7 +77,8 @@ proto::Result<VoidMap::Chunk*> VoidMap::chunk_of(const Vertex& vertex) {
 
 void VoidMap::forget_oldest() {
   while (chunks_.size() > kMostChunks) {
-    chunks_.erase(std::min_element(chunks_.begin(), chunks_.end(), [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
+    chunks_.erase(std::min_element(chunks_.begin(), chunks_.end(),
+                                   [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
   }
 }
 
@@ -104,7 +108,8 @@ proto::Result<VoidMap::Void> VoidMap::search(const Vertex& from) {
   while (!ahead.empty() && !found.stays) {
     const Vertex v = ahead.back();
     ahead.pop_back();
-    for (const Vertex& beside : {Vertex{v.column - 1, v.row}, Vertex{v.column + 1, v.row}, Vertex{v.column, v.row - 1}, Vertex{v.column, v.row + 1}}) {
+    for (const Vertex& beside :
+         {Vertex{v.column - 1, v.row}, Vertex{v.column + 1, v.row}, Vertex{v.column, v.row - 1}, Vertex{v.column, v.row + 1}}) {
       if (auto seen_it = see(beside, found, ahead); !seen_it.ok()) return seen_it.problem();
     }
   }
@@ -116,7 +121,8 @@ void VoidMap::mark(const Void& found, State state) {
 }
 
 proto::Result<void> VoidMap::fill(const Void& found) {
-  VoidGrid grid(static_cast<int>(found.east - found.west + 1 + 2 * kRim), static_cast<int>(found.north - found.south + 1 + 2 * kRim));
+  VoidGrid grid(static_cast<int>(found.east - found.west + 1 + 2 * kRim),
+                static_cast<int>(found.north - found.south + 1 + 2 * kRim));
   grid.stretch = stretch_at(lattice_.latitude_deg((found.south + found.north) / 2));
   const std::int64_t west = found.west - kRim, south = found.south - kRim;
   for (int y = 0; y < grid.rows; ++y) {
@@ -131,10 +137,13 @@ proto::Result<void> VoidMap::fill(const Void& found) {
       grid.height_m[grid.at(x, y)] = (*chunk)->height[at] * proto::kHeightStep_m;
     }
   }
-  const auto place = [&](const Vertex& vertex) { return grid.at(static_cast<int>(vertex.column - west), static_cast<int>(vertex.row - south)); };
+  const auto place = [&](const Vertex& vertex) {
+    return grid.at(static_cast<int>(vertex.column - west), static_cast<int>(vertex.row - south));
+  };
   for (const Vertex& vertex : found.vertices) grid.cell[place(vertex)] = VoidGrid::wanted;
   fill_spline(grid);
-  for (const Vertex& vertex : found.vertices) (*chunk_of(vertex))->height[index_in_chunk(vertex)] = in_steps(grid.height_m[place(vertex)]);
+  for (const Vertex& vertex : found.vertices)
+    (*chunk_of(vertex))->height[index_in_chunk(vertex)] = in_steps(grid.height_m[place(vertex)]);
   return {};
 }
 

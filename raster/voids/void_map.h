@@ -1,5 +1,6 @@
 #pragma once
-// The voids of a source on one lattice: which vertices belong to which, and what fills them. Read piece by piece, as they are asked for.
+// The voids of a source on one lattice: which vertices belong to which, and what fills them. Read piece by piece, as they are
+// asked for.
 #include <cstdint>
 #include <map>
 #include <utility>

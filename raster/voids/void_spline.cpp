@@ -9,10 +9,11 @@
 namespace cordillera::raster {
 namespace {
 
-/// What stretching weighs against bending, for cells of a unit's height. tests/bench/voids compares: less is better in mountains and for
-/// small voids, more on flat land and for wide ones.
+/// What stretching weighs against bending, for cells of a unit's height. tests/bench/voids compares: less is better in mountains
+/// and for small voids, more on flat land and for wide ones.
 constexpr double kTension = 0.01;
-/// Of each grid. What they leave is smooth, and left by intention: the last bend of a wide void is noise of its rim, told farther in.
+/// Of each grid. What they leave is smooth, and left by intention: the last bend of a wide void is noise of its rim, told farther
+/// in.
 constexpr int kMostSteps = 60;
 constexpr double kClose_m = 1e-4;  // half of what heights are rounded to, and less
 constexpr int kPad = 2;            // cells that a second difference reaches
@@ -32,7 +33,9 @@ struct Level {
         rows(high + 2 * kPad),
         cell(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), VoidGrid::outside),
         height_m(cell.size(), 0) {}
-  std::size_t at(int x, int y) const { return static_cast<std::size_t>(y + kPad) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x + kPad); }
+  std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y + kPad) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x + kPad);
+  }
   int inner_columns() const { return columns - 2 * kPad; }
   int inner_rows() const { return rows - 2 * kPad; }
 
@@ -110,8 +113,8 @@ class Bending {
       const double* const p = z.data() + level_.wanted[w];
       out[w] = whole_[w] == 0 ? differences_.derivative(z.data(), level_.wanted[w])
                               : centre_ * p[0] + side_ * (p[-1] + p[1]) + end_ * (p[-down_] + p[down_]) +
-                                    corner_ * ((p[-down_ - 1] + p[-down_ + 1]) + (p[down_ - 1] + p[down_ + 1])) + far_ * (p[-2] + p[2]) +
-                                    (p[-2 * down_] + p[2 * down_]);
+                                    corner_ * ((p[-down_ - 1] + p[-down_ + 1]) + (p[down_ - 1] + p[down_ + 1])) +
+                                    far_ * (p[-2] + p[2]) + (p[-2 * down_] + p[2 * down_]);
     }
   }
   double diagonal(std::size_t w) const { return whole_[w] != 0 ? centre_ : differences_.diagonal(level_.wanted[w]); }
@@ -119,8 +122,8 @@ class Bending {
  private:
   bool surrounded(std::uint32_t k) const {
     const std::uint8_t* const c = level_.cell.data() + k;
-    for (const std::ptrdiff_t to : {std::ptrdiff_t{-2}, std::ptrdiff_t{-1}, std::ptrdiff_t{1}, std::ptrdiff_t{2}, -2 * down_, -down_ - 1, -down_,
-                                    -down_ + 1, down_ - 1, down_, down_ + 1, 2 * down_}) {
+    for (const std::ptrdiff_t to : {std::ptrdiff_t{-2}, std::ptrdiff_t{-1}, std::ptrdiff_t{1}, std::ptrdiff_t{2}, -2 * down_,
+                                    -down_ - 1, -down_, -down_ + 1, down_ - 1, down_, down_ + 1, 2 * down_}) {
       if (c[to] == VoidGrid::outside) return false;
     }
     return true;
@@ -164,7 +167,8 @@ void relax(Level& level, int most_steps) {
     }
     const double turn = next / strength;
     strength = next;
-    for (std::size_t w = 0; w < count; ++w) direction[level.wanted[w]] = scale[w] * residual[w] + turn * direction[level.wanted[w]];
+    for (std::size_t w = 0; w < count; ++w)
+      direction[level.wanted[w]] = scale[w] * residual[w] + turn * direction[level.wanted[w]];
   }
 }
 
@@ -259,7 +263,8 @@ void solve(Level& level) {
   relax(level, kMostSteps);
 }
 
-/// What rises evenly is no bend: taken off before and put on again, so that no step is spent on it. Through the known cells, by least squares.
+/// What rises evenly is no bend: taken off before and put on again, so that no step is spent on it. Through the known cells, by
+/// least squares.
 class Slope {
  public:
   explicit Slope(const VoidGrid& grid) {
@@ -306,7 +311,8 @@ void fill_spline(VoidGrid& grid) {
   solve(level);
   for (int y = 0; y < grid.rows; ++y)
     for (int x = 0; x < grid.columns; ++x)
-      if (grid.cell[grid.at(x, y)] == VoidGrid::wanted) grid.height_m[grid.at(x, y)] = level.height_m[level.at(x, y)] + slope.height_m(x, y);
+      if (grid.cell[grid.at(x, y)] == VoidGrid::wanted)
+        grid.height_m[grid.at(x, y)] = level.height_m[level.at(x, y)] + slope.height_m(x, y);
 }
 
 }  // namespace cordillera::raster

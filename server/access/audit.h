@@ -12,7 +12,7 @@ struct AuditEntry {
   std::string client;
   std::string method;
   std::string path;
-  std::string dataset;  ///< empty: none came of it
+  std::string dataset;      ///< empty: none came of it
   std::uint64_t bytes = 0;  ///< of the body
   int status = 0;
   std::string problem;  ///< slug; empty: it went well

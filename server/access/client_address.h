@@ -13,12 +13,13 @@ namespace cordillera::server::access {
 /// stands left of it was written by strangers.
 std::string client_address(const Request& request, const std::vector<std::string>& trusted_proxies);
 
-/// 127.0.0.0/8, ::1 or localhost, in any case and with or without the dot of a full name. Any other name may be pointed at 127.0.0.1
-/// by whoever registers it.
+/// 127.0.0.0/8, ::1 or localhost, in any case and with or without the dot of a full name. Any other name may be pointed at
+/// 127.0.0.1 by whoever registers it.
 bool is_loopback(std::string_view host);
 /// HOST of HOST:PORT, without the brackets of an IPv6 address.
 std::string host_of(std::string_view authority);
-/// An IPv4 or IPv6 address, read by inet_pton and written as inet_ntop has it, so that two spellings are one address; IPv4 within IPv6
+/// An IPv4 or IPv6 address, read by inet_pton and written as inet_ntop has it, so that two spellings are one address; IPv4 within
+/// IPv6
 /// (::ffff:127.0.0.1) as IPv4. Nothing: the text is no address.
 std::optional<std::string> plain_address(std::string_view text);
 

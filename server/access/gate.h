@@ -7,9 +7,9 @@
 #include <string_view>
 
 #include "proto/result.h"
-#include "server/http/role.h"
 #include "server/access/token_file.h"
 #include "server/http/message.h"
+#include "server/http/role.h"
 
 namespace cordillera::server::access {
 

@@ -4,12 +4,14 @@
 
 namespace cordillera::server::access {
 
-/// A page of ours with a map library in it: its own script, and libraries of named versions from one host, of which the page names the
-/// hashes. It is a file that was installed: nothing of a request stands in it.
+/// A page of ours with a map library in it: its own script, and libraries of named versions from one host, of which the page
+/// names the hashes. It is a file that was installed: nothing of a request stands in it.
 inline constexpr const char* kLibraryPage =
-    "default-src 'none'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: https://cdn.jsdelivr.net/npm/; worker-src 'self' blob:; "
+    "default-src 'none'; script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: https://cdn.jsdelivr.net/npm/; worker-src 'self' "
+    "blob:; "
     "style-src 'self' 'unsafe-inline' https://cdn.jsdelivr.net/npm/; img-src 'self' data: blob: https: http:; "
-    "connect-src 'self' data: blob: https: http:; font-src 'self' data:; base-uri 'none'; form-action 'self'; frame-ancestors 'self'";
+    "connect-src 'self' data: blob: https: http:; font-src 'self' data:; base-uri 'none'; form-action 'self'; frame-ancestors "
+    "'self'";
 
 /// A policy that the answer has already stays.
 void add_safe_headers(Response& response);

@@ -17,12 +17,12 @@ struct TokenLine {
   std::string hash;  ///< hex, of salt and token
 };
 
-/// Lines `NAME ROLE sha256:SALT:HASH`, ended by a newline or a semicolon; # starts a comment. Several lines may have one name: that is
-/// how a token is changed without a gap. where: what problems call the text.
+/// Lines `NAME ROLE sha256:SALT:HASH`, ended by a newline or a semicolon; # starts a comment. Several lines may have one name:
+/// that is how a token is changed without a gap. where: what problems call the text.
 proto::Result<std::vector<TokenLine>> read_tokens(std::string_view text, const std::string& where);
 
-/// Whose token it is; Role::none if nobody's, and for one of more than 4 KiB, which is not looked for. Takes as long for a wrong token as
-/// for a right one of its length.
+/// Whose token it is; Role::none if nobody's, and for one of more than 4 KiB, which is not looked for. Takes as long for a wrong
+/// token as for a right one of its length.
 Identity find_token(const std::vector<TokenLine>& lines, std::string_view token);
 
 struct NewToken {

@@ -1,34 +1,37 @@
 #include "server/api/api.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <chrono>
+#include <cstdlib>
 
 #include "pipeline/store/sqlite.h"
-#include "server/api/documents/browser_pages.h"
-#include "server/api/dataset_list.h"
-#include "server/datasets/dataset_folder.h"
-#include "server/api/requests/delivery.h"
-#include "server/http/gzip.h"
-#include "server/log/log.h"
-#include "server/api/documents/openapi.h"
-#include "server/http/request_id.h"
-#include "server/api/requests/typed_by_hand.h"
 #include "server/api/api_stac.h"
 #include "server/api/api_updates.h"
-#include "server/uploads/tus.h"
+#include "server/api/dataset_list.h"
+#include "server/api/documents/browser_pages.h"
+#include "server/api/documents/openapi.h"
 #include "server/api/documents/web.h"
+#include "server/api/requests/delivery.h"
+#include "server/api/requests/typed_by_hand.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/http/gzip.h"
+#include "server/http/request_id.h"
+#include "server/log/log.h"
+#include "server/uploads/tus.h"
 
 namespace cordillera::server {
 namespace {
 
 constexpr const char* kReadingHeaders = "If-None-Match, If-Range, Range, Cache-Control, Last-Event-ID, Authorization";
-constexpr const char* kWritingHeaders = "Content-Type, Content-Encoding, Prefer, Idempotency-Key, Tus-Resumable, Upload-Length, Upload-Offset, Upload-Metadata";
-constexpr const char* kToldHeaders = "Accept-Ranges, Content-Length, Content-Range, Cordillera-Provisional, ETag, Location, Preference-Applied, Retry-After, Server-Timing, "
-                                     "Tus-Resumable, Upload-Length, Upload-Offset, X-Request-Id";
+constexpr const char* kWritingHeaders =
+    "Content-Type, Content-Encoding, Prefer, Idempotency-Key, Tus-Resumable, Upload-Length, Upload-Offset, Upload-Metadata";
+constexpr const char* kToldHeaders =
+    "Accept-Ranges, Content-Length, Content-Range, Cordillera-Provisional, ETag, Location, Preference-Applied, Retry-After, "
+    "Server-Timing, "
+    "Tus-Resumable, Upload-Length, Upload-Offset, X-Request-Id";
 
-/// Reading is open to every origin. Without tokens writing is not announced to foreign pages: a browser then asks first, and is not answered
-/// yes. With tokens a page needs one, which no browser sends by itself.
+/// Reading is open to every origin. Without tokens writing is not announced to foreign pages: a browser then asks first, and is
+/// not answered yes. With tokens a page needs one, which no browser sends by itself.
 void add_cors(Response& response) {
   response.set("Access-Control-Allow-Origin", "*");
   response.set("Access-Control-Expose-Headers", kToldHeaders);
@@ -45,8 +48,10 @@ Response preflight(Resource resource, Foreign pages) {
   const bool all = pages == Foreign::writes || asked_by_post;
   response.set("Access-Control-Allow-Methods", all ? allowed_methods(resource) : "GET, HEAD, OPTIONS");
   std::string headers = kReadingHeaders;
-  if (pages == Foreign::writes) headers.append(", ").append(kWritingHeaders);
-  else headers.append(asked_by_post ? ", Prefer, Content-Type" : ", Prefer");
+  if (pages == Foreign::writes)
+    headers.append(", ").append(kWritingHeaders);
+  else
+    headers.append(asked_by_post ? ", Prefer, Content-Type" : ", Prefer");
   response.set("Access-Control-Allow-Headers", headers);
   response.set("Access-Control-Max-Age", "86400");
   return response;
@@ -66,7 +71,8 @@ bool allowed(const std::string& method, Resource resource) {
 /// Of what is there now; who looks at a dataset's state does not read it.
 bool reads_terrain(const Route& route) {
   const Resource what = route.resource;
-  return route.version.empty() && (what == Resource::face || what == Resource::manifest || what == Resource::elevation || what == Resource::mesh || what == Resource::archive);
+  return route.version.empty() && (what == Resource::face || what == Resource::manifest || what == Resource::elevation ||
+                                   what == Resource::mesh || what == Resource::archive);
 }
 
 /// Every path that a dataset has, for the answer to a misspelt one.
@@ -89,7 +95,8 @@ std::shared_ptr<const std::string> made_anew(const std::string&, const std::func
 /// Room for all of it must be there now: a client that is told "no" after 40 GB has wasted a day.
 Response begin_upload(Service& service, const Request& request, const uploads::Bounds& bounds) {
   const std::string announced = request.header("upload-length").value_or("");
-  const std::string full = announced.size() < 19 ? service.admission().space().full(std::strtoull(announced.c_str(), nullptr, 10)) : "";
+  const std::string full =
+      announced.size() < 19 ? service.admission().space().full(std::strtoull(announced.c_str(), nullptr, 10)) : "";
   if (!full.empty()) return problem_response(limits::storage_full(full));
   return uploads::begin(service.uploads(), request, bounds);
 }
@@ -107,7 +114,8 @@ Response upload_in_parts(Service& service, const Request& request, const std::st
   return full.empty() ? response : problem_response(limits::storage_full(full));
 }
 
-/// From here on there is no such dataset, and a start that misses its row does not take its folder for a lost one. False: it is still there.
+/// From here on there is no such dataset, and a start that misses its row does not take its folder for a lost one. False: it is
+/// still there.
 bool forget_row(Service& service, const std::string& id) {
   const std::filesystem::path folder = service.layout().dataset(id);
   const bool marked = mark_deleted(folder);
@@ -209,7 +217,9 @@ Response Api::answer(Request& request, const Route& route) {
     return refused ? problem_response(*refused) : dispatch(request, route);
   } catch (const RegistryError& error) {
     log_warning(error.what());
-    return problem_response({"storage-full", "the service cannot read or write what it knows of its datasets; nothing was changed", "trying again later", ""});
+    return problem_response({"storage-full",
+                             "the service cannot read or write what it knows of its datasets; nothing was changed",
+                             "trying again later", ""});
   } catch (const std::exception& error) {
     log_warning(std::string("the request failed: ") + error.what());
     return problem_response({"internal", "the service failed to answer this request", "", ""});
@@ -229,7 +239,8 @@ Response Api::finished(const std::shared_ptr<Asked>& asked, Response response) {
   }
   if (response.anew) return asked_anew(asked, std::move(response));
   const Route& route = asked->route;
-  if (route.resource == Resource::face && route.found.resource->links == pipeline::faces::Links::tile_templates) make_absolute(asked->request, response);
+  if (route.resource == Resource::face && route.found.resource->links == pipeline::faces::Links::tile_templates)
+    make_absolute(asked->request, response);
   mark_variants(response);
   response = if_changed(asked->request, std::move(response));
   add_cors(response);
@@ -267,7 +278,8 @@ bool Api::is_quick(const Request& request) const {
   const bool here = !service_.mounts().has(route.id);  // who waits for a storage is not quick
   // A .glb is made when it is asked for; those asked for lately are kept and given before anybody asks here.
   const bool stored = route.resource == Resource::face && route.found.resource->path == "tiles/{z}/{x}/{y}.drc" && here;
-  return stored || route.resource == Resource::health || route.resource == Resource::readiness || route.resource == Resource::events;
+  return stored || route.resource == Resource::health || route.resource == Resource::readiness ||
+         route.resource == Resource::events;
 }
 
 Response Api::dispatch(const Request& request, const Route& route) {
@@ -278,46 +290,39 @@ Response Api::dispatch(const Request& request, const Route& route) {
     return response;
   }
   if (route.resource == Resource::none || route.resource == Resource::page) {
-    if (auto moved = without_slash(request, [](const std::string& path) { return browser_page(path).has_value(); })) return *moved;
+    if (auto moved = without_slash(request, [](const std::string& path) { return browser_page(path).has_value(); }))
+      return *moved;
   }
   if (route.resource == Resource::none) {
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
-                             "/v1/live, /v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, elevation, demo/{client}.html, mesh.glb (.ply, .obj, .stl)" + face_paths(),
+                             "/v1/live, /v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, "
+                             "elevation, demo/{client}.html, mesh.glb (.ply, .obj, .stl)" +
+                                 face_paths(),
                              ""});
   }
   if (!allowed(request.method, route.resource)) return method_not_allowed(request, route.resource);
   switch (route.resource) {
-    case Resource::index:
-      return index(request);
-    case Resource::health:
-      return alive();
-    case Resource::readiness:
-      return readiness(service_);
-    case Resource::metrics:
-      return metrics_text(service_);
-    case Resource::limits:
-      return limits_in_effect(service_);
-    case Resource::description:
-      return api_description();
-    case Resource::stac:
-      return stac::answer(service_, request, route);
+    case Resource::index: return index(request);
+    case Resource::health: return alive();
+    case Resource::readiness: return readiness(service_);
+    case Resource::metrics: return metrics_text(service_);
+    case Resource::limits: return limits_in_effect(service_);
+    case Resource::description: return api_description();
+    case Resource::stac: return stac::answer(service_, request, route);
     case Resource::page:
       if (auto small = browser_page(request.path)) return *small;
       return page(service_.web_files(), service_.settings().serve.web, request, [&] { return newest(service_, request); });
-    case Resource::demo:
-      return demo_page(service_.web_files(), service_.settings().serve.web, route.path);
+    case Resource::demo: return demo_page(service_.web_files(), service_.settings().serve.web, route.path);
     case Resource::live: {
       const Live live = live_dataset(service_, request, route);
       return live.answer ? *live.answer : of_dataset(live.request, live.route);
     }
-    case Resource::uploads:
-      return begin_upload(service_, request, bounds);
-    case Resource::upload:
-      return upload_in_parts(service_, request, route.id);
+    case Resource::uploads: return begin_upload(service_, request, bounds);
+    case Resource::upload: return upload_in_parts(service_, request, route.id);
     case Resource::datasets:
-      return request.method == "POST" || request.method == "PUT" ? post_dataset(service_, request) : dataset_list(service_, request);
-    default:
-      return of_dataset(request, route);
+      return request.method == "POST" || request.method == "PUT" ? post_dataset(service_, request)
+                                                                 : dataset_list(service_, request);
+    default: return of_dataset(request, route);
   }
 }
 
@@ -337,7 +342,8 @@ Response Api::of_dataset(const Request& request, const Route& route) {
     if (route.resource == Resource::rollback) return updates::rollback(service_, request, *dataset);
     if (route.resource == Resource::events) return event_stream(service_, request, *dataset);
     if (route.resource == Resource::elevation) return elevation(service_, *dataset, request, route);
-    if (route.resource == Resource::sources || route.resource == Resource::source) return updates::sources(service_, request, *dataset, route);
+    if (route.resource == Resource::sources || route.resource == Resource::source)
+      return updates::sources(service_, request, *dataset, route);
     if (route.resource == Resource::versions) return updates::versions(service_, *dataset);
     if (route.resource == Resource::mesh) return extracted_mesh(service_, *dataset, request, route);
     if (route.resource == Resource::archive) return archive(service_, request, *dataset, route);
@@ -352,7 +358,8 @@ Response Api::of_dataset(const Request& request, const Route& route) {
   }
   if (dataset->is_private) keep_from_others(response);
   if (!response.keep) response.keep = made_anew;
-  const bool plain = dataset->state == State::ready && dataset->address.empty() && !dataset->is_private && !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
+  const bool plain = dataset->state == State::ready && dataset->address.empty() && !dataset->is_private &&
+                     !service_.mounts().has(dataset->id) && route.version.empty() && !logs_debug();
   if (plain && route.resource == Resource::face && route.found.resource->tag != nullptr && response.shared) {
     response.same_while = state;
     response.counts = std::make_shared<const metrics::KeptCounts>(service_.metrics().kept_counts(route_name(route)));
@@ -363,15 +370,19 @@ Response Api::of_dataset(const Request& request, const Route& route) {
 Response Api::remove(const Request& request, const Dataset& dataset) {
   const std::string id = dataset.id;
   if (service_.mounts().has(id)) {
-    auto response = problem_response({"method-not-allowed", "dataset " + id + " was published elsewhere; this service only reads it", "GET, HEAD, OPTIONS", ""});
+    auto response =
+        problem_response({"method-not-allowed", "dataset " + id + " was published elsewhere; this service only reads it",
+                          "GET, HEAD, OPTIONS", ""});
     response.set("Allow", "GET, HEAD, OPTIONS");
     return response;
   }
   if (request.who.role < access::Role::admin && dataset.owner != request.who.name) {
-    return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id, "the token that did, or one with the role admin",
-                             "Authorization"});
+    return problem_response({"role-too-low", "the token '" + request.who.name + "' did not post dataset " + id,
+                             "the token that did, or one with the role admin", "Authorization"});
   }
-  if (!delete_dataset(service_, id)) return problem_response({"storage-full", "the deletion cannot be written down; nothing was changed", "trying again later", ""});
+  if (!delete_dataset(service_, id))
+    return problem_response(
+        {"storage-full", "the deletion cannot be written down; nothing was changed", "trying again later", ""});
   Response response;
   response.status = 204;
   return response;

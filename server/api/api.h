@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "server/api/requests/routes.h"
 #include "server/http/json.h"
 #include "server/http/message.h"
-#include "server/api/requests/routes.h"
 #include "server/service/service.h"
 
 namespace cordillera::server {
@@ -26,7 +26,8 @@ class Api {
   bool makes_much(const Request& request) const { return parse_route(request.path).resource == Resource::mesh; }
   /// Another after every change of what datasets serve.
   std::uint64_t state() const { return service_.library().changes(); }
-  /// An answer that says same_while is given to this request too, by whoever kept it: names and counts it. State and path were looked at.
+  /// An answer that says same_while is given to this request too, by whoever kept it: names and counts it. State and path were
+  /// looked at.
   void given_again(const Request& request, const metrics::KeptCounts& counts, Response& response);
   /// Called, on any thread, when an answer that is still to come or a stream may have something to say; null: nobody any more.
   void on_change(std::function<void()> listener) { service_.hub().listen(std::move(listener)); }
@@ -118,8 +119,8 @@ struct Live {
   std::optional<Response> answer;  ///< that says it already
 };
 Live live_dataset(Service& service, const Request& request, const Route& route);
-/// Until something of the dataset can be read, a tile in its final form, within the limit; then the API is asked anew. None: it can be read, or will never
-/// be, or was waited for.
+/// Until something of the dataset can be read, a tile in its final form, within the limit; then the API is asked anew. None: it
+/// can be read, or will never be, or was waited for.
 std::optional<Response> wait_until_read(Service& service, const Request& request, const Dataset& dataset, const Route& route);
 /// What who asks for a tile waits for; none of a document.
 std::optional<Awaited> awaited_tile(const Route& route);
@@ -145,14 +146,16 @@ void keep_from_others(Response& response);
 /// …/elevation: heights at places and along lines. GET and POST alike read only.
 Response elevation(Service& service, const Dataset& dataset, const Request& request, const Route& route);
 
-/// Makes the tile templates of a document absolute, for readers that do not resolve them; without a host in the request they stay.
+/// Makes the tile templates of a document absolute, for readers that do not resolve them; without a host in the request they
+/// stay.
 void make_absolute(const Request& request, Response& response);
 
 /// GET /v1/datasets/{id}.
 Response status_document(Service& service, const Request& request, const Dataset& dataset);
 /// PATCH /v1/datasets/{id}: title, attribution, imagery, private.
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset);
-/// Whether blocks are made as their tiles are asked for. Those that cannot be shown one by one are made at once, whatever was asked for.
+/// Whether blocks are made as their tiles are asked for. Those that cannot be shown one by one are made at once, whatever was
+/// asked for.
 bool is_built_lazily(Service& service, const Dataset& dataset);
 /// State, progress, error, links and, once it is ready, a summary. path: the dataset's, as the client sees it (public_path).
 Json status_json(Service& service, const Dataset& dataset, const std::string& path);

@@ -14,15 +14,17 @@ namespace {
 using pipeline::faces::Face;
 using proto::Problem;
 
-constexpr std::size_t kAtOnce_bytes = std::size_t{1} << 20;   // of a part that is read into memory
-constexpr std::size_t kPiece_bytes = std::size_t{64} << 10;   // of what is larger
-constexpr auto kLongestMaking = std::chrono::seconds(60);     // that a client waits for
+constexpr std::size_t kAtOnce_bytes = std::size_t{1} << 20;  // of a part that is read into memory
+constexpr std::size_t kPiece_bytes = std::size_t{64} << 10;  // of what is larger
+constexpr auto kLongestMaking = std::chrono::seconds(60);    // that a client waits for
 
 /// format= of the query, or pictures of heights: most programs that open such archives are maps.
 proto::Result<const Face*> face_asked(const Request& request) {
   std::string wanted, names;
   for (const auto& [name, value] : request.query) {
-    if (name != "format") return Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "' of an archive", "format", name.substr(0, 100)};
+    if (name != "format")
+      return Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "' of an archive", "format",
+                     name.substr(0, 100)};
     wanted = value;
   }
   for (const Face* face : pipeline::faces::all_faces()) {
@@ -50,7 +52,9 @@ class Pieces {
   ByteRange part_;
 };
 
-Response still_made() { return problem_response({"archive-not-ready", "the archive is being made", "asking again in a minute", ""}); }
+Response still_made() {
+  return problem_response({"archive-not-ready", "the archive is being made", "asking again in a minute", ""});
+}
 
 Response answer_file(const Request& request, const std::shared_ptr<const ArchiveFile>& file, const Route& route) {
   Response response;

@@ -1,21 +1,22 @@
-// PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, its imagery, and who may read it. And build=full, after
-// which what a lazy build has not made is made.
+// PATCH /v1/datasets/{id}: what of a dataset may change without a build: its title, its attribution, its imagery, and who may
+// read it. And build=full, after which what a lazy build has not made is made.
 #include <algorithm>
 
 #include "server/api/api.h"
+#include "server/api/api_updates.h"
+#include "server/api/public_address.h"
+#include "server/api/requests/typed_by_hand.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/log/log.h"
 #include "server/options/option_values.h"
-#include "server/api/public_address.h"
-#include "server/api/requests/typed_by_hand.h"
-#include "server/api/api_updates.h"
 
 namespace cordillera::server {
 namespace {
 
 using proto::Problem;
 
-constexpr const char* kDescribable = "title, attribution, imagery, private and build, as JSON, in the query or as curl -d sends them";
+constexpr const char* kDescribable =
+    "title, attribution, imagery, private and build, as JSON, in the query or as curl -d sends them";
 
 std::optional<Problem> take_words(const std::string& name, const std::string& value, std::string* into) {
   if (auto wrong = read_text(value, into)) return Problem{"option-invalid", name + ": " + *wrong, "text", name};
@@ -37,14 +38,18 @@ std::optional<Problem> take(const Given& given, Dataset& dataset) {
     } else if (name == "attribution") {
       wrong = take_words(name, value, dataset.options.mutable_attribution());
     } else if (name == "imagery") {
-      if (auto complaint = read_imagery(value, dataset.options.mutable_imagery())) wrong = Problem{"option-invalid", "imagery: " + *complaint, kImagery, name};
+      if (auto complaint = read_imagery(value, dataset.options.mutable_imagery()))
+        wrong = Problem{"option-invalid", "imagery: " + *complaint, kImagery, name};
     } else if (name == "private") {
-      if (auto complaint = read_switch(value, &dataset.is_private)) wrong = Problem{"option-invalid", "private='" + value + "': " + *complaint, "1 or 0", name};
+      if (auto complaint = read_switch(value, &dataset.is_private))
+        wrong = Problem{"option-invalid", "private='" + value + "': " + *complaint, "1 or 0", name};
     } else if (name == "build") {
-      if (value != "full") wrong = Problem{"option-invalid", "build='" + value + "'", "full: all blocks are made from now on", name};
+      if (value != "full")
+        wrong = Problem{"option-invalid", "build='" + value + "'", "full: all blocks are made from now on", name};
       dataset.options.clear_build();
     } else {
-      return Problem{"option-unknown", "a dataset's '" + name.substr(0, 100) + "' does not change without a build", kDescribable, name.substr(0, 100)};
+      return Problem{"option-unknown", "a dataset's '" + name.substr(0, 100) + "' does not change without a build", kDescribable,
+                     name.substr(0, 100)};
     }
     if (wrong) return wrong;
   }
@@ -55,31 +60,39 @@ std::optional<Problem> take(const Given& given, Dataset& dataset) {
 
 Response describe_dataset(Service& service, const Request& request, const Dataset& dataset) {
   if (service.mounts().has(dataset.id)) {
-    auto response = problem_response({"method-not-allowed", "dataset " + dataset.id + " was published elsewhere; this service only reads it", "GET, HEAD, OPTIONS", ""});
+    auto response =
+        problem_response({"method-not-allowed", "dataset " + dataset.id + " was published elsewhere; this service only reads it",
+                          "GET, HEAD, OPTIONS", ""});
     response.set("Allow", "GET, HEAD, OPTIONS");
     return response;
   }
   if (auto refused = updates::refuse(request, dataset)) return problem_response(*refused);
   const bool bodiless = !request.header("transfer-encoding") && request.header("content-length").value_or("0") == "0";
-  const bool fields = request.header("content-type").value_or("").starts_with("application/x-www-form-urlencoded");  // curl -d title=Hills
-  auto plain = bodiless ? proto::Result<Request>(request) : fields ? with_typed_body_as_query(request) : with_json_as_query(request);
+  const bool fields =
+      request.header("content-type").value_or("").starts_with("application/x-www-form-urlencoded");  // curl -d title=Hills
+  auto plain = bodiless ? proto::Result<Request>(request)
+               : fields ? with_typed_body_as_query(request)
+                        : with_json_as_query(request);
   if (fields && plain && plain->read_body) plain = with_json_as_query(*plain);
   if (!plain) return problem_response(plain.problem());
   Dataset changed = dataset;
   if (auto wrong = take(plain->query, changed)) return problem_response(*wrong);
   if (changed.is_private && !service.gate().has_tokens()) {
-    return problem_response({"option-forbidden", "private: this service was started without tokens, so everybody may read", "private=0, or cordillera serve --tokens FILE", "private"});
+    return problem_response({"option-forbidden", "private: this service was started without tokens, so everybody may read",
+                             "private=0, or cordillera serve --tokens FILE", "private"});
   }
   (void)service.live().read(dataset, sender(request));  // one that is asleep could not be built
   service.registry().describe(dataset.id, changed.options, changed.is_private);
   const Row now = service.registry().find(dataset.id);
   if (!now) return problem_response(unknown_to(request, dataset.id));  // deleted meanwhile
-  if (!write_record(service.layout().dataset(dataset.id), *now)) log_warning("dataset " + dataset.id + ": " + kRecordFile + " cannot be written");
+  if (!write_record(service.layout().dataset(dataset.id), *now))
+    log_warning("dataset " + dataset.id + ": " + kRecordFile + " cannot be written");
   service.library().forget(dataset.id);
   service.archive_files().forget(dataset.id);
   service.hub().touch(dataset.id);
   log_info("dataset " + dataset.id + ": described anew");
-  if (is_lazy(dataset) && !is_lazy(*now) && (now->state == State::running || now->state == State::queued)) service.queue().enqueue(dataset.id, sender(request));
+  if (is_lazy(dataset) && !is_lazy(*now) && (now->state == State::running || now->state == State::queued))
+    service.queue().enqueue(dataset.id, sender(request));
   return status_document(service, request, *now);
 }
 

@@ -16,7 +16,9 @@ double to_millimetres(double metres) { return std::round(metres * 1e3) / 1e3; }
 
 proto::TileAddress tile_at(const raster::LinePoint& place, int level) {
   const double tiles_a_degree = std::ldexp(1, level) / 180;
-  const auto among = [](double at, std::int32_t count) { return std::clamp(static_cast<std::int32_t>(std::floor(at)), 0, count - 1); };
+  const auto among = [](double at, std::int32_t count) {
+    return std::clamp(static_cast<std::int32_t>(std::floor(at)), 0, count - 1);
+  };
   return {level, among((place.longitude_deg + 180) * tiles_a_degree, proto::tiles_across(level)),
           among((place.latitude_deg + 90) * tiles_a_degree, proto::tiles_up(level))};
 }
@@ -25,7 +27,8 @@ proto::TileAddress tile_at(const raster::LinePoint& place, int level) {
 std::vector<std::size_t> by_tile(const std::vector<raster::LinePoint>& places, int level) {
   std::vector<std::size_t> order(places.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return tile_at(places[a], level) < tile_at(places[b], level); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return tile_at(places[a], level) < tile_at(places[b], level); });
   return order;
 }
 

@@ -2,8 +2,8 @@
 #include <atomic>
 #include <sstream>
 
-#include "pipeline/store/content_hash.h"
 #include "pipeline/exports/mesh/mesh_output.h"
+#include "pipeline/store/content_hash.h"
 #include "server/api/api.h"
 #include "server/http/byte_range.h"
 #include "server/options/mesh_options.h"

@@ -3,18 +3,18 @@
 #include <chrono>
 
 #include "server/api/api.h"
-#include "server/datasets/dataset_folder.h"
+#include "server/api/api_updates.h"
+#include "server/api/public_address.h"
 #include "server/api/requests/delivery.h"
+#include "server/api/requests/typed_by_hand.h"
+#include "server/datasets/dataset_folder.h"
+#include "server/datasets/upload.h"
 #include "server/http/digest.h"
 #include "server/http/form_body.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
-#include "server/api/public_address.h"
-#include "server/options/request_policy.h"
 #include "server/options/option_values.h"
-#include "server/api/requests/typed_by_hand.h"
-#include "server/api/api_updates.h"
-#include "server/datasets/upload.h"
+#include "server/options/request_policy.h"
 #include "server/uploads/tus.h"
 
 namespace cordillera::server {
@@ -36,7 +36,8 @@ bool is_given(const Given& options, std::string_view name) {
   return std::any_of(options.begin(), options.end(), [&](const auto& option) { return option.first == name; });
 }
 
-/// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of updates=1 are.
+/// updates=1 is of the service alone: no build differs for it but in its blocks. A raster that is fetched is kept, as those of
+/// updates=1 are.
 std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
   posting.updates = !posting.delivery.address.empty();
   for (auto option = options.begin(); option != options.end(); ++option) {
@@ -52,7 +53,8 @@ std::optional<proto::Problem> take_updates(Given& options, Posting& posting) {
 
 /// build=lazy of an address, unless updates=1 is said: the raster is not kept but read where it stands, as that of /v1/live.
 std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
-  if (posting.delivery.address.empty() || !is_given(given, "build") || posting.settings.build.build() != kLazy) return std::nullopt;
+  if (posting.delivery.address.empty() || !is_given(given, "build") || posting.settings.build.build() != kLazy)
+    return std::nullopt;
   if (is_given(given, "updates") && posting.updates) return std::nullopt;  // take_lazy says so
   posting.updates = false;
   posting.again = true;
@@ -60,17 +62,20 @@ std::optional<proto::Problem> take_again(const Given& given, Posting& posting) {
   return proto::Problem{"options-conflict", "a dry run looks at a raster that is sent", "one of them", "dry_run"};
 }
 
-/// build=lazy shows blocks in the place of provisional tiles. Where the service has it as its default, other posts are built in full.
+/// build=lazy shows blocks in the place of provisional tiles. Where the service has it as its default, other posts are built in
+/// full.
 std::optional<proto::Problem> take_lazy(bool asked, Posting& posting) {
   proto::BuildOptions& build = posting.settings.build;
   if (build.build() != kLazy) return std::nullopt;
-  const char* against = posting.updates                                      ? "updates"
+  const char* against = posting.updates                                   ? "updates"
                         : build.has_provisional() && !build.provisional() ? "provisional"
-                        : build.keep_size() > 0                              ? "keep"
-                                                                             : nullptr;
+                        : build.keep_size() > 0                           ? "keep"
+                                                                          : nullptr;
   if (against == nullptr) return std::nullopt;
   if (asked) {
-    return proto::Problem{"options-conflict", std::string("build=lazy makes blocks one by one, in the place of provisional tiles; ") + against + "= does not go with it",
+    return proto::Problem{"options-conflict",
+                          std::string("build=lazy makes blocks one by one, in the place of provisional tiles; ") + against +
+                              "= does not go with it",
                           "build=full, or a POST of one raster with error=", "build"};
   }
   build.clear_build();
@@ -83,7 +88,8 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   auto options = other_parameters(request, posting.delivery);
   if (!options) return options.problem();
   const Given given = *options;
-  if (const std::string name = name_in_path(request); !name.empty() && !is_given(*options, "name")) options->emplace_back("name", name);
+  if (const std::string name = name_in_path(request); !name.empty() && !is_given(*options, "name"))
+    options->emplace_back("name", name);
   if (auto refused = take_updates(*options, posting)) return *refused;
   auto settings = with_layer(service.settings(), post_options(), *options, Spelling::query);
   if (!settings) {
@@ -95,13 +101,14 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
   if (auto refused = take_again(given, posting)) return *refused;
   if (auto refused = take_lazy(is_given(*options, "build"), posting)) return *refused;
   if (posting.settings.private_dataset && !service.gate().has_tokens()) {
-    return proto::Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read", "private=0, or cordillera serve --tokens FILE",
-                          "private"};
+    return proto::Problem{"option-forbidden", "private: this service was started without tokens, so everybody may read",
+                          "private=0, or cordillera serve --tokens FILE", "private"};
   }
   if (auto refused = apply_policy(service.settings(), posting.settings.build)) return *refused;
   if (auto refused = check_delivery(service, request, raster, posting.delivery)) return *refused;
   if (!posting.delivery.address.empty() && !posting.updates && !posting.again) {
-    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are", "source= without updates=0, or with build=lazy", "source"};
+    return proto::Problem{"options-conflict", "a raster that is fetched is kept, as those of updates=1 are",
+                          "source= without updates=0, or with build=lazy", "source"};
   }
   if (posting.updates && posting.settings.dry_run) {
     return proto::Problem{"options-conflict", "a dry run keeps nothing that could be updated", "one of them", "updates"};
@@ -114,9 +121,10 @@ proto::Result<Posting> read_posting(Service& service, const Request& request, Ra
     // A client that was cut off asks again: an upload becomes one dataset.
     if (posting.delivery.key.empty() && !posting.settings.dry_run) posting.delivery.key = "upload " + posting.delivery.upload;
   }
-  posting.options_hash = digest(to_json_line(posting.settings.build) + (posting.settings.dry_run ? "dry" : "") +
-                                (posting.settings.private_dataset ? "private" : "") +
-                                (posting.updates ? "updates" + posting.delivery.address : "") + (posting.again ? "again" + posting.delivery.address : ""));
+  posting.options_hash =
+      digest(to_json_line(posting.settings.build) + (posting.settings.dry_run ? "dry" : "") +
+             (posting.settings.private_dataset ? "private" : "") + (posting.updates ? "updates" + posting.delivery.address : "") +
+             (posting.again ? "again" + posting.delivery.address : ""));
   return posting;
 }
 
@@ -154,8 +162,10 @@ Response accepted(Service& service, const std::string& id, const Posting& postin
   const Token waiting = posting.delivery.wait.count() > 0 ? service.wait_token() : nullptr;
   if (!waiting) return answer_now(service, id, posting, nullptr);
   Response response;
-  response.later = [&service, id, posting, waiting, end = std::chrono::steady_clock::now() + posting.delivery.wait](Patience patience) -> std::optional<Response> {
-    if (patience == Patience::more && !service.stopping() && std::chrono::steady_clock::now() < end && !is_built(service, id)) return std::nullopt;
+  response.later = [&service, id, posting, waiting, end = std::chrono::steady_clock::now() + posting.delivery.wait](
+                       Patience patience) -> std::optional<Response> {
+    if (patience == Patience::more && !service.stopping() && std::chrono::steady_clock::now() < end && !is_built(service, id))
+      return std::nullopt;
     return answer_now(service, id, posting, waiting);
   };
   return response;
@@ -223,8 +233,12 @@ struct Come {
 
 /// Several rasters are kept, as those of updates=1 are.
 std::optional<proto::Problem> take_several(const Request& request, Posting& posting) {
-  if (posting.settings.dry_run) return proto::Problem{"options-conflict", "a dry run looks at one raster, and the form has several", "one of them", "dry_run"};
-  if (is_given(request.query, "updates") && !posting.updates) return proto::Problem{"options-conflict", "several rasters are kept, as those of updates=1 are", "several files without updates=0", "updates"};
+  if (posting.settings.dry_run)
+    return proto::Problem{"options-conflict", "a dry run looks at one raster, and the form has several", "one of them",
+                          "dry_run"};
+  if (is_given(request.query, "updates") && !posting.updates)
+    return proto::Problem{"options-conflict", "several rasters are kept, as those of updates=1 are",
+                          "several files without updates=0", "updates"};
   posting.updates = true;
   return take_lazy(is_given(request.query, "build"), posting);
 }
@@ -234,7 +248,8 @@ Response post(Service& service, const Request& request, Come* come, const std::s
   if (!posting) return problem_response(posting.problem());
   posting->id = id;
   if (come != nullptr && posting->delivery.any()) {
-    return problem_response({"options-conflict", "the form has a file, and a field that names another raster", "one of them", "file"});
+    return problem_response(
+        {"options-conflict", "the form has a file, and a field that names another raster", "one of them", "file"});
   }
   const std::vector<MoreRaster> more = come != nullptr ? come->more : std::vector<MoreRaster>();
   if (!more.empty()) {
@@ -245,14 +260,15 @@ Response post(Service& service, const Request& request, Come* come, const std::s
   if (!posting->delivery.key.empty()) {
     key = service.key_token(request.who.name, posting->delivery.key);
     if (!key) {
-      return problem_response({"idempotency-key-in-use", "a request with this Idempotency-Key is under way",
-                               "trying again later", "Idempotency-Key"});
+      return problem_response({"idempotency-key-in-use", "a request with this Idempotency-Key is under way", "trying again later",
+                               "Idempotency-Key"});
     }
     earlier = service.registry().find_by_key(request.who.name, posting->delivery.key);
     if (earlier && earlier->options_hash != posting->options_hash) return problem_response(key_reused("other options"));
   }
   auto place = come != nullptr ? proto::Result<limits::Place>(std::move(come->place))
-                               : service.admission().enter(sender(request), posting->delivery.expected, earlier ? limits::Entry::again : limits::Entry::fresh);
+                               : service.admission().enter(sender(request), posting->delivery.expected,
+                                                           earlier ? limits::Entry::again : limits::Entry::fresh);
   if (!place) return problem_response(place.problem());
   std::optional<Upload> own;
   Upload& upload = come != nullptr ? come->raster : own.emplace(service.layout(), suffix_of(posting->name));
@@ -261,7 +277,8 @@ Response post(Service& service, const Request& request, Come* come, const std::s
     key.reset();
     return accepted(service, earlier->id, *posting);  // made of this very upload
   }
-  if (const auto taken = take_raster(service, posting->delivery, request, upload); !taken) return problem_response(taken.problem());
+  if (const auto taken = take_raster(service, posting->delivery, request, upload); !taken)
+    return problem_response(taken.problem());
   const std::string hash = come != nullptr ? come->hash : posting->again ? digest(posting->delivery.address) : upload.body_hash();
   if (earlier && earlier->body_hash != hash) return problem_response(key_reused("another raster"));
   if (posting->settings.dry_run) return dry_run(service, request, dry_job(*posting, upload), upload.folder());
@@ -297,15 +314,20 @@ proto::Result<void> receive_files(Service& service, const Request& request, Form
       while (written && begun < form.file_names().size()) written = files.more.begin(form.file_names()[begun++]);
       return written = written && files.more.add(bytes);
     };
-    const bool whole = counted.read_body([&](std::string_view piece) { return (files.came += piece.size()) <= most && form.feed(piece, take); });
-    while (written && begun < form.file_names().size()) written = files.more.begin(form.file_names()[begun++]);  // the last ones may be empty
+    const bool whole =
+        counted.read_body([&](std::string_view piece) { return (files.came += piece.size()) <= most && form.feed(piece, take); });
+    while (written && begun < form.file_names().size())
+      written = files.more.begin(form.file_names()[begun++]);  // the last ones may be empty
     return whole && form.ended();
   };
   const auto received = files.first.receive(first, most, std::nullopt);
   if (form.problem()) return *form.problem();
   if (form.ended() && form.file_names().empty() && names_raster(form)) return {};
-  if (form.ended() && form.file_names().empty()) return proto::Problem{"form-invalid", "the form has no file", "curl -F file=@dem.tif, with the sign before the name", "file"};
-  if (files.came > most) return proto::Problem{"body-too-large", "the form is larger than this service takes", "at most " + std::to_string(most >> 20) + " MiB", ""};
+  if (form.ended() && form.file_names().empty())
+    return proto::Problem{"form-invalid", "the form has no file", "curl -F file=@dem.tif, with the sign before the name", "file"};
+  if (files.came > most)
+    return proto::Problem{"body-too-large", "the form is larger than this service takes",
+                          "at most " + std::to_string(most >> 20) + " MiB", ""};
   if (!full.empty()) return limits::storage_full(full);
   if (!written) return files.more.finish().problem();
   return received;
@@ -314,7 +336,9 @@ proto::Result<void> receive_files(Service& service, const Request& request, Form
 /// Its files are written down while they come, with a place as any other; its fields are options as if they stood in the query.
 Response post_form(Service& service, const Request& request, FormReader form) {
   const std::string announced = request.header("content-length").value_or("");
-  const auto bytes = announced.empty() || announced.size() > 18 ? std::nullopt : std::optional<std::uint64_t>(std::strtoull(announced.c_str(), nullptr, 10));
+  const auto bytes = announced.empty() || announced.size() > 18
+                         ? std::nullopt
+                         : std::optional<std::uint64_t>(std::strtoull(announced.c_str(), nullptr, 10));
   auto place = service.admission().enter(sender(request), bytes, limits::Entry::fresh);
   if (!place) return problem_response(place.problem());
   Upload upload(service.layout(), "");
@@ -332,7 +356,8 @@ Response post_form(Service& service, const Request& request, FormReader form) {
     return post(service, plain, nullptr);
   }
   std::error_code unknown_size;
-  behind->insert(behind->begin(), {form.file_names().front(), upload.raster(), upload.body_hash(), std::filesystem::file_size(upload.folder() / upload.raster(), unknown_size)});
+  behind->insert(behind->begin(), {form.file_names().front(), upload.raster(), upload.body_hash(),
+                                   std::filesystem::file_size(upload.folder() / upload.raster(), unknown_size)});
   auto more = with_sides_packed(upload.folder(), *behind);
   if (!more) return problem_response(more.problem());
   upload.take(more->front().file, more->front().hash);

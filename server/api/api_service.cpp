@@ -51,8 +51,9 @@ Response index(const Request& request) {
   Json json;
   json["name"] = "Cordillera";
   json["version"] = CORDILLERA_VERSION;
-  const std::pair<const char*, const char*> kLinks[] = {{"datasets", "/v1/datasets"}, {"limits", "/v1/limits"}, {"stac", "/stac"}, {"health", "/healthz"}, {"readiness", "/readyz"},
-                                                        {"metrics", "/metrics"},      {"viewer", "/"},          {"description", "/api"}};
+  const std::pair<const char*, const char*> kLinks[] = {
+      {"datasets", "/v1/datasets"}, {"limits", "/v1/limits"}, {"stac", "/stac"}, {"health", "/healthz"},
+      {"readiness", "/readyz"},     {"metrics", "/metrics"},  {"viewer", "/"},   {"description", "/api"}};
   for (const auto& [name, path] : kLinks) json["links"][name] = root + path;
   for (const OptionSpec& option : post_options()) {
     json["options"][spelt(option, Spelling::query)] = {{"help", option.help}, {"accepted", option.accepted}};

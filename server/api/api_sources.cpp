@@ -5,12 +5,12 @@
 #include "pipeline/store/sqlite.h"
 #include "pipeline/work/update.h"
 #include "server/api/api.h"
-#include "server/log/log.h"
-#include "server/api/public_address.h"
 #include "server/api/api_updates.h"
 #include "server/api/change_request.h"
+#include "server/api/public_address.h"
 #include "server/datasets/ledger.h"
 #include "server/jobs/source_json.h"
+#include "server/log/log.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -38,7 +38,8 @@ std::optional<proto::SourceChange> change_in(const proto::SourceChanges& changes
   return std::nullopt;
 }
 
-/// A signed address opens what it names, so only who may change the dataset sees it. Without tokens nobody can be told from a stranger.
+/// A signed address opens what it names, so only who may change the dataset sees it. Without tokens nobody can be told from a
+/// stranger.
 Shown shown_to(const Request& request, const Dataset& dataset) {
   return !request.who.name.empty() && !refuse(request, dataset) ? Shown::whole : Shown::without_query;
 }
@@ -130,11 +131,10 @@ Response answer_now(Service& service, const Dataset& dataset, const std::string&
 /// The change has not come to its end, as far as the list can be read.
 bool is_pending(Service& service, const std::string& id, const std::string& change) try {
   return state_of(service.ledger().read(id), change) == std::string("pending");
-} catch (const pipeline::StoreError&) {
-  return false;
-}
+} catch (const pipeline::StoreError&) { return false; }
 
-Response accepted(Service& service, const Dataset& dataset, const std::string& change, const Delivery& delivery, const Reply& reply) {
+Response accepted(Service& service, const Dataset& dataset, const std::string& change, const Delivery& delivery,
+                  const Reply& reply) {
   const Token waiting = delivery.wait.count() > 0 ? service.wait_token() : nullptr;
   if (!waiting) return answer_now(service, dataset, change, reply);
   Response response;
@@ -203,11 +203,11 @@ Response changed(Service& service, const Request& request, const Dataset& datase
   std::error_code error;
   if (here) source.set_bytes(static_cast<double>(fs::file_size(upload.folder() / upload.raster(), error)));
   const fs::path file = service.layout().dataset(dataset.id) / source.spec().path();
-  const auto noted = service.ledger().add(dataset.id, asked->change, service.settings().serve.limits.queue,
-                                          [&]() -> proto::Result<void> {
-                                            if (!service.registry().find(dataset.id)) return unknown_dataset(dataset.id);  // deleted while the raster came
-                                            return here ? bring(upload, file) : proto::Result<void>();
-                                          });
+  const auto noted =
+      service.ledger().add(dataset.id, asked->change, service.settings().serve.limits.queue, [&]() -> proto::Result<void> {
+        if (!service.registry().find(dataset.id)) return unknown_dataset(dataset.id);  // deleted while the raster came
+        return here ? bring(upload, file) : proto::Result<void>();
+      });
   if (!noted) return problem_response(noted.problem());
   log_info("dataset " + dataset.id + ": version " + std::to_string(noted->number()) + " queued", {{"job", dataset.id}});
   service.queue().enqueue(dataset.id, sender(request));

@@ -34,7 +34,8 @@ Response document(const Json& json, const char* type = "application/json") {
 proto::Result<ListQuery> query_of(const Request& request) {
   for (const auto& [name, value] : request.query) {
     if (name == "limit" || name == "after" || name == "bbox") continue;
-    return proto::Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "' of a list of items", "limit, after, bbox", name.substr(0, 100)};
+    return proto::Problem{"option-unknown", "unknown query parameter '" + name.substr(0, 100) + "' of a list of items",
+                          "limit, after, bbox", name.substr(0, 100)};
   }
   auto query = list_query(request.query);
   if (!query) return query;

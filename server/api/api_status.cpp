@@ -6,19 +6,19 @@
 #include <memory>
 
 #include "server/api/api.h"
+#include "server/api/api_updates.h"
+#include "server/api/public_address.h"
 #include "server/fetch/addresses.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional.h"
-#include "server/api/public_address.h"
-#include "server/api/api_updates.h"
 
 namespace cordillera::server {
 namespace {
 
 constexpr auto kKeepAlive = std::chrono::seconds(10);  // proxies close connections on which nothing moves
 
-/// What is known of a job that has not said anything yet. One that has just begun is told as queued: no stage that it may say comes before
-/// that, so the stages that a client sees never go back.
+/// What is known of a job that has not said anything yet. One that has just begun is told as queued: no stage that it may say
+/// comes before that, so the stages that a client sees never go back.
 proto::Progress before_the_first(State state) {
   proto::Progress progress;
   progress.set_stage(to_string(state == State::running ? State::queued : state));
@@ -28,7 +28,8 @@ proto::Progress before_the_first(State state) {
 
 /// What is said of a dataset that is not finished. place: among those that wait.
 Json progress_json(const Dataset& dataset, const ProgressHub::Snapshot& now, std::optional<std::size_t> place) {
-  const proto::Progress progress = place ? before_the_first(State::queued) : now.progress.value_or(before_the_first(dataset.state));
+  const proto::Progress progress =
+      place ? before_the_first(State::queued) : now.progress.value_or(before_the_first(dataset.state));
   Json json;
   json["stage"] = progress.stage();
   json["done"] = progress.done();
@@ -57,7 +58,9 @@ Json links_json(const std::string& path, Readable readable) {
 }
 
 /// The folder of a dataset that is one; else empty.
-std::string folder_of(Service& service, const std::string& id) { return service.mounts().has(id) ? service.mounts().folder(id) : ""; }
+std::string folder_of(Service& service, const std::string& id) {
+  return service.mounts().has(id) ? service.mounts().folder(id) : "";
+}
 
 /// Whether a name can stand for one of the braces.
 bool fits(const std::string& brace, const std::string& name) {
@@ -93,7 +96,8 @@ bool holds(const std::filesystem::path& folder, std::string_view path) {
 
 /// Of what a folder has, without what is made on request.
 Json only_in_folder(Json links, const std::string& folder) {
-  const std::pair<const char*, const char*> kFiles[] = {{"tileset", "tileset.json"}, {"drc", "tiles/{z}/{x}/{y}.drc"}, {"glb", "tiles/{z}/{x}/{y}.glb"}};
+  const std::pair<const char*, const char*> kFiles[] = {
+      {"tileset", "tileset.json"}, {"drc", "tiles/{z}/{x}/{y}.drc"}, {"glb", "tiles/{z}/{x}/{y}.glb"}};
   for (const char* made : {"mesh", "pmtiles"}) links.erase(made);
   for (const auto& [name, path] : kFiles) {
     if (!holds(folder, path)) links.erase(name);
@@ -191,9 +195,9 @@ class EventStream {
   std::string id_, path_;
   Token token_;
   std::uint64_t seen_ = 0;
-  std::optional<std::size_t> place_;  ///< that was told
+  std::optional<std::size_t> place_;              ///< that was told
   std::chrono::steady_clock::time_point said_{};  ///< the last piece
-  std::string told_;  ///< the last event of tiles
+  std::string told_;                              ///< the last event of tiles
   bool started_ = false;
   bool ended_ = false;
 };
@@ -226,7 +230,9 @@ Json status_json(Service& service, const Dataset& dataset, const std::string& pa
   json["asleep"] = building && service.live().is_asleep(dataset.id);
   json["source"] = dataset.address.empty() ? Json(nullptr) : Json(updates::without_query(dataset.address));
   json["build"] = building && is_built_lazily(service, dataset) ? kLazy : "full";
-  json["links"] = links_json(path, dataset.state == State::ready ? Readable::all : provisional ? Readable::provisional : Readable::nothing);
+  json["links"] = links_json(path, dataset.state == State::ready ? Readable::all
+                                   : provisional                 ? Readable::provisional
+                                                                 : Readable::nothing);
   const std::string folder = folder_of(service, dataset.id);
   if (!folder.empty()) json["links"] = only_in_folder(json["links"], folder);
   if (changes.is_object()) json["updates"] = changes;
@@ -285,7 +291,8 @@ Json faces_json(const std::vector<Part>& parts, const std::string& path) {
 Response status_document(Service& service, const Request& request, const Dataset& dataset) {
   const std::string path = public_path(request, dataset.id);
   Json json = status_json(service, dataset, path);
-  if (dataset.state == State::ready || json["provisional"] == true) json["faces"] = faces_json(parts_of(service, dataset.id), path);
+  if (dataset.state == State::ready || json["provisional"] == true)
+    json["faces"] = faces_json(parts_of(service, dataset.id), path);
   Response response = json_response(200, json);
   response.set("Cache-Control", "no-store");
   return response;

@@ -33,10 +33,12 @@ std::string range_text(const proto::Manifest& manifest, int level) {
   const auto tiles = touched_by_bounds(manifest, level);
   if (!tiles) return "";
   const auto span = [](std::int32_t from, std::int32_t to) { return std::to_string(from) + ".." + std::to_string(to); };
-  return "; at level " + std::to_string(level) + " x " + span(tiles->west, tiles->east) + ", y " + span(tiles->south, tiles->north);
+  return "; at level " + std::to_string(level) + " x " + span(tiles->west, tiles->east) + ", y " +
+         span(tiles->south, tiles->north);
 }
 
-/// Of Web Mercator's faces; none of a dataset that it cannot show. Pictures have those that their pixels are worth, meshes a zoom a level.
+/// Of Web Mercator's faces; none of a dataset that it cannot show. Pictures have those that their pixels are worth, meshes a zoom
+/// a level.
 pipeline::faces::Zooms zooms(const proto::Manifest& manifest, const pipeline::faces::Resource& tiles) {
   using namespace pipeline::faces;
   if (tiles.grid == Grid::web_mercator_south) return {0, finest_mercator_zoom(manifest)};
@@ -61,16 +63,20 @@ Response no_tile(const proto::Manifest& manifest, const pipeline::faces::Found& 
   }
   const auto& [root, z, x, y, ramp, interval, normals] = found.place;
   using pipeline::faces::Grid;
-  const bool north = found.resource->grid == Grid::web_mercator, mercator = north || found.resource->grid == Grid::web_mercator_south;
+  const bool north = found.resource->grid == Grid::web_mercator,
+             mercator = north || found.resource->grid == Grid::web_mercator_south;
   const auto [least, most] = levels_of(manifest, *found.resource);
   const bool inside = z >= least && z <= most;
   const std::string so_far = manifest.provisional() ? "while the dataset is being built, " : "";
-  std::string accepted = so_far + (mercator ? "zooms " : "levels ") + std::to_string(least) + " to " + std::to_string(most) + " within the dataset's bounds";
+  std::string accepted = so_far + (mercator ? "zooms " : "levels ") + std::to_string(least) + " to " + std::to_string(most) +
+                         " within the dataset's bounds";
   for (int i = 0; i < 4 && manifest.bounds_size() >= 4; ++i) accepted += (i == 0 ? " " : ", ") + Json(manifest.bounds(i)).dump();
   if (found.resource->grid == pipeline::faces::Grid::geodetic) accepted += range_text(manifest, inside ? z : most);
   accepted += north ? " (y counts from the north)" : " (y counts from the south); a tile without data does not exist";
-  const std::string where = (root == 0 ? "" : " below the root " + std::string(1, root)) + (mercator ? " at zoom " : " at level ") + std::to_string(z);
-  return problem_response({"tile-unknown", "there is no tile" + where + ", x " + std::to_string(x) + ", y " + std::to_string(y), accepted, ""});
+  const std::string where =
+      (root == 0 ? "" : " below the root " + std::string(1, root)) + (mercator ? " at zoom " : " at level ") + std::to_string(z);
+  return problem_response(
+      {"tile-unknown", "there is no tile" + where + ", x " + std::to_string(x) + ", y " + std::to_string(y), accepted, ""});
 }
 
 /// Milliseconds that a document took to make or find, for a browser's network panel.
@@ -83,7 +89,8 @@ void add_timing(Response& response, std::chrono::steady_clock::time_point start)
 }
 
 /// What the client has already, as far as its tag tells: the head of the answer, without reading a byte of the document.
-std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route, const pipeline::faces::Found& found) {
+std::optional<Response> unread(const pipeline::faces::Terrain& terrain, const Request& request, const Route& route,
+                               const pipeline::faces::Found& found) {
   const pipeline::faces::Resource& resource = *found.resource;
   if (terrain.manifest().provisional()) return std::nullopt;
   if (resource.tag == nullptr || !request.headers.contains("if-none-match")) return std::nullopt;
@@ -118,7 +125,8 @@ Response face(const pipeline::faces::Terrain& terrain, const Request& request, c
   auto made = found.resource->make(terrain, found.place);
   if (!made) return problem_response(made.problem());
   if (!*made) return no_tile(terrain.manifest(), found);
-  const bool varies = found.resource->compression == pipeline::faces::Compression::gzip, compressed = varies && accepts_gzip(request);
+  const bool varies = found.resource->compression == pipeline::faces::Compression::gzip,
+             compressed = varies && accepts_gzip(request);
   Response response = answer(compressed ? gzipped(terrain, **made) : **made, found.resource->type, route);
   if (varies) response.set("Vary", "Accept-Encoding");
   if (compressed) response.set("Content-Encoding", "gzip");
@@ -155,10 +163,12 @@ std::optional<proto::TileAddress> on_lattice(pipeline::faces::Grid grid, const p
     case Grid::web_mercator_south: break;
   }
   const int level = std::max(place.z - 1, 0);  // two tiles at level 0: as wide
-  const double row = grid == Grid::web_mercator ? place.y : std::ldexp(1, place.z) - 1 - place.y, tiles_a_degree = proto::tiles_up(level) / 180.0;
+  const double row = grid == Grid::web_mercator ? place.y : std::ldexp(1, place.z) - 1 - place.y,
+               tiles_a_degree = proto::tiles_up(level) / 180.0;
   const double east_deg = pipeline::faces::pixel_longitude_deg(place.z, (place.x + 0.5) * pipeline::faces::kTilePixels) + 180;
   const double north_deg = pipeline::faces::pixel_latitude_deg(place.z, (row + 0.5) * pipeline::faces::kTilePixels) + 90;
-  return proto::TileAddress{level, static_cast<std::int32_t>(east_deg * tiles_a_degree), static_cast<std::int32_t>(north_deg * tiles_a_degree)};
+  return proto::TileAddress{level, static_cast<std::int32_t>(east_deg * tiles_a_degree),
+                            static_cast<std::int32_t>(north_deg * tiles_a_degree)};
 }
 
 constexpr std::string_view kSubtree = ".subtree";  // says which tiles there are now, and waits for none
@@ -198,12 +208,16 @@ std::optional<Response> not_ready(const Dataset& dataset) {
   if (dataset.state == State::ready) return std::nullopt;
   if (dataset.state == State::failed) {
     const std::string why = dataset.problem ? dataset.problem->detail : "its build failed";
-    return problem_response({"dataset-failed", "dataset " + dataset.id + " has nothing to fetch: " + why,
-                             "posting a raster that can be built", ""});
+    return problem_response(
+        {"dataset-failed", "dataset " + dataset.id + " has nothing to fetch: " + why, "posting a raster that can be built", ""});
   }
   const bool lazy = is_lazy(dataset);
-  return problem_response({"dataset-not-ready", "dataset " + dataset.id + " is " + to_string(dataset.state) + (lazy ? ", and its blocks are made as their tiles are asked for" : ""),
-                           (lazy ? "PATCH /v1/datasets/" + dataset.id + "?build=full, and " : std::string()) + "asking again when GET /v1/datasets/" + dataset.id + " says ready", ""});
+  return problem_response({"dataset-not-ready",
+                           "dataset " + dataset.id + " is " + to_string(dataset.state) +
+                               (lazy ? ", and its blocks are made as their tiles are asked for" : ""),
+                           (lazy ? "PATCH /v1/datasets/" + dataset.id + "?build=full, and " : std::string()) +
+                               "asking again when GET /v1/datasets/" + dataset.id + " says ready",
+                           ""});
 }
 
 /// A request of a dataset that is not built, or not to its end.
@@ -261,14 +275,18 @@ const char* cache_control(const Route& route) {
 }
 
 Response published_folder(Service& service, const Dataset& dataset, const Route& route, const std::string& folder) {
-  if (!route.version.empty()) return problem_response({"version-unknown", "dataset " + dataset.id + " is a folder of finished tiles: it has one version", "the address without a version", ""});
+  if (!route.version.empty())
+    return problem_response({"version-unknown", "dataset " + dataset.id + " is a folder of finished tiles: it has one version",
+                             "the address without a version", ""});
   const bool of_face = route.resource == Resource::face;
-  auto file = file_of_folder(service.web_files(), folder, of_face ? route.path : "manifest.json", of_face ? std::string(route.found.resource->type) : "application/json", cache_control(route));
+  auto file = file_of_folder(service.web_files(), folder, of_face ? route.path : "manifest.json",
+                             of_face ? std::string(route.found.resource->type) : "application/json", cache_control(route));
   if (file) return std::move(*file);
   const auto manifest = service.mounts().manifest(dataset.id);
   if (!manifest) return problem_response(manifest.problem());
   std::error_code error;
-  const bool has_format = of_face && std::filesystem::exists(std::filesystem::path(folder) / route.path.substr(0, route.path.find('/')), error);
+  const bool has_format =
+      of_face && std::filesystem::exists(std::filesystem::path(folder) / route.path.substr(0, route.path.find('/')), error);
   if (has_format && route.found.resource->grid != pipeline::faces::Grid::none) return no_tile(*manifest, route.found);
   return problem_response(service.library().open(dataset.id).problem());
 }
@@ -279,13 +297,15 @@ Opened open_published(Service& service, const Dataset& dataset, const Route& rou
   if (!terrain) return {nullptr, problem_response(terrain.problem())};
   if (!route.version.empty() && route.version != version_in(**terrain)) {
     if (const auto kept = service.archive().find(dataset.id, route.version)) return {kept, {}};
-    return {nullptr, problem_response({"version-unknown", "dataset " + dataset.id + " has no version " + route.version, version_in(**terrain), ""})};
+    return {nullptr, problem_response({"version-unknown", "dataset " + dataset.id + " has no version " + route.version,
+                                       version_in(**terrain), ""})};
   }
   return {*terrain, {}};
 }
 
 Opened open_readable(Service& service, const Dataset& dataset, const Route& route) {
-  if (dataset.state == State::ready || dataset.state == State::failed || !route.version.empty()) return open_published(service, dataset, route);
+  if (dataset.state == State::ready || dataset.state == State::failed || !route.version.empty())
+    return open_published(service, dataset, route);
   if (auto terrain = service.library().provisional(dataset.id)) return {std::move(terrain), {}};
   // It may have become ready since it was looked up, and the provisional tiles have gone for that.
   const Row now = service.find(dataset.id);

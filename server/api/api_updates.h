@@ -1,18 +1,19 @@
 #pragma once
 // The API of datasets whose rasters can be changed: …/sources, …/versions, …/rollback.
 #include "server/api/requests/delivery.h"
-#include "server/http/json.h"
-#include "server/http/message.h"
+#include "server/api/requests/routes.h"
 #include "server/datasets/more_rasters.h"
 #include "server/datasets/registry.h"
-#include "server/api/requests/routes.h"
+#include "server/http/json.h"
+#include "server/http/message.h"
 
 namespace cordillera::server::updates {
 
 /// Makes a dataset that is about to be kept one whose rasters can be changed: its folder gets the first change. dataset.raster:
 /// where it lies then.
 /// more: rasters behind it, in the upload's folder.
-proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload, const std::vector<MoreRaster>& more);
+proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload,
+                                  const std::vector<MoreRaster>& more);
 /// What a raster is called by its address: "dem.tif" of https://example.org/dem.tif?x=1 and of …/dem.tif;x=1.
 std::string name_in(const std::string& address);
 

@@ -4,14 +4,14 @@
 
 #include "pipeline/store/sqlite.h"
 #include "server/api/api.h"
-#include "server/fetch/addresses.h"
-#include "server/log/log.h"
-#include "server/options/option_values.h"
 #include "server/api/api_updates.h"
 #include "server/api/change_request.h"
 #include "server/datasets/ledger.h"
+#include "server/fetch/addresses.h"
 #include "server/jobs/source_json.h"
 #include "server/jobs/turn.h"
+#include "server/log/log.h"
+#include "server/options/option_values.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -143,7 +143,8 @@ Json status(Service& service, const std::string& id) try {
   return nullptr;
 }
 
-proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload, const std::vector<MoreRaster>& more) {
+proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Upload& upload,
+                                  const std::vector<MoreRaster>& more) {
   proto::SourceChange change;
   change.set_id(random_word(16));
   change.set_kind("add");

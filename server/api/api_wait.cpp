@@ -71,7 +71,7 @@ class TileWait {
   const Awaited awaited_;
   const Token place_;
   const Clock::time_point began_ = Clock::now();
-  Clock::time_point looked_{};  ///< when it did so last; the request itself may have looked before
+  Clock::time_point looked_{};         ///< when it did so last; the request itself may have looked before
   std::optional<std::uint64_t> seen_;  ///< of the library's changes; nothing at first
 };
 

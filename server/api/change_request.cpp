@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
+#include "server/api/api_updates.h"
+#include "server/datasets/ledger.h"
 #include "server/http/digest.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
 #include "server/options/option_values.h"
 #include "server/options/request_policy.h"
-#include "server/api/api_updates.h"
-#include "server/datasets/ledger.h"
 
 namespace cordillera::server::updates {
 namespace {

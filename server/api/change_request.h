@@ -1,8 +1,8 @@
 #pragma once
 // A request that changes a dataset's rasters, checked, and as a change for the ledger.
 #include "server/api/requests/delivery.h"
-#include "server/datasets/registry.h"
 #include "server/api/requests/routes.h"
+#include "server/datasets/registry.h"
 #include "work.pb.h"
 
 namespace cordillera::server::updates {

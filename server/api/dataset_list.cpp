@@ -5,15 +5,15 @@
 
 #include "proto/letters.h"
 #include "server/api/api.h"
-#include "server/http/json.h"
 #include "server/api/public_address.h"
 #include "server/datasets/ledger.h"
+#include "server/http/json.h"
 
 namespace cordillera::server {
 namespace {
 
-constexpr std::size_t kMostLooked = 20000;      // rows that one page looks at: a search of millions is many pages, some of them empty
-constexpr std::size_t kPiece = 256;             // rows at a time
+constexpr std::size_t kMostLooked = 20000;  // rows that one page looks at: a search of millions is many pages, some of them empty
+constexpr std::size_t kPiece = 256;         // rows at a time
 constexpr std::int64_t kMounts = kBeforeAll - 1;  // their numbers, from here downwards; no row of a registry comes near
 
 /// Whether two spans of longitudes have a place in common; west above east crosses the antimeridian.
@@ -32,13 +32,15 @@ bool meet(double west, double east, double other_west, double other_east) {
 
 bool lies_in(const proto::Manifest& manifest, const std::array<double, 4>& box) {
   if (manifest.bounds_size() < 4) return false;
-  return manifest.bounds(1) <= box[3] && box[1] <= manifest.bounds(3) && meet(manifest.bounds(0), manifest.bounds(2), box[0], box[2]);
+  return manifest.bounds(1) <= box[3] && box[1] <= manifest.bounds(3) &&
+         meet(manifest.bounds(0), manifest.bounds(2), box[0], box[2]);
 }
 
 bool contains(const std::string& text, const std::string& wanted) { return proto::lower(text).find(wanted) != std::string::npos; }
 
 bool is_wanted(Service& service, const Dataset& dataset, const ListQuery& query) {
-  if (!query.states.empty() && std::find(query.states.begin(), query.states.end(), dataset.state) == query.states.end()) return false;
+  if (!query.states.empty() && std::find(query.states.begin(), query.states.end(), dataset.state) == query.states.end())
+    return false;
   if (!query.box && query.text.empty()) return true;
   const bool named = query.text.empty() || contains(dataset.id, query.text) || contains(dataset.name, query.text);
   if (named && !query.box) return true;
@@ -75,7 +77,8 @@ std::string next_link(const std::string& folder, const Request& request, std::in
     if (name == "after") continue;
     link.append("&").append(name).append("=");
     for (const char c : value) {
-      const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '.' || c == '_' || c == ',';
+      const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '.' ||
+                         c == '_' || c == ',';
       static constexpr char kHex[] = "0123456789ABCDEF";
       const auto byte = static_cast<unsigned char>(c);
       plain ? link += c : link.append({'%', kHex[byte >> 4], kHex[byte & 15]});
@@ -115,7 +118,9 @@ Response dataset_list(Service& service, const Request& request) {
   const Page page = page_of(service, request, *query);
   ListText list("datasets");
   for (const Row& row : page.rows) list.add(item_text(service, request, row));
-  Response response = json_text_response(200, list.end("next", page.next ? Json(next_link(public_prefix(request) + request.path, request, *page.next)) : Json(nullptr)));
+  Response response = json_text_response(
+      200,
+      list.end("next", page.next ? Json(next_link(public_prefix(request) + request.path, request, *page.next)) : Json(nullptr)));
   response.set("Cache-Control", "no-store");
   return response;
 }

@@ -7,8 +7,8 @@
 namespace cordillera::server {
 
 /// The absolute address of the folder that the request's path is in, with the slash at its end; empty where the client named no
-/// host. What a proxy says (X-Forwarded-Proto, -Host and -Prefix) goes before what reached this server. Headers that hold anything
-/// but a scheme, a host or a path count as absent.
+/// host. What a proxy says (X-Forwarded-Proto, -Host and -Prefix) goes before what reached this server. Headers that hold
+/// anything but a scheme, a host or a path count as absent.
 std::string public_folder(const Request& request);
 
 /// The path below which a client sees the service, as a proxy that removes it says (X-Forwarded-Prefix): "/terrain", or empty.

@@ -11,14 +11,14 @@
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/exports/export.h"
 #include "raster/mosaic/source_list.h"
-#include "server/jobs/child.h"
+#include "server/api/estimate_json.h"
 #include "server/cli/commands.h"
 #include "server/cli/export_command.h"
-#include "server/api/estimate_json.h"
-#include "server/memory/memory_limit.h"
 #include "server/cli/progress_bar.h"
 #include "server/cli/sources.h"
 #include "server/cli/stage_times.h"
+#include "server/jobs/child.h"
+#include "server/memory/memory_limit.h"
 
 namespace cordillera::server {
 namespace {
@@ -65,7 +65,8 @@ int dry_run(const pipeline::BuildRequest& request, Show show) {
 }
 
 proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request, Words words, StageTimes& times) {
-  on_out_of_memory(STDERR_FILENO, "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
+  on_out_of_memory(STDERR_FILENO,
+                   "\ncordillera: " + out_of_memory(request.options, request.raster_name).line() + "; what was built is kept\n");
   signal(SIGINT, [](int) { g_stop = true; });
   signal(SIGTERM, [](int) { g_stop = true; });
   ProgressBar bar(words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none);
@@ -88,7 +89,8 @@ proto::Result<void> export_to(const std::string& store, const BuildLine& line, c
 }
 
 int done(const proto::Manifest& manifest, const std::string& place, Words words, StageTimes& times) {
-  if (words == Words::all) std::cout << manifest_table(manifest) << "took      " << times.text() << "\nwritten to " << place << "\n";
+  if (words == Words::all)
+    std::cout << manifest_table(manifest) << "took      " << times.text() << "\nwritten to " << place << "\n";
   return kDone;
 }
 
@@ -103,8 +105,8 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
   const bool begun = fs::exists(work / kStoreFile, error);
   fs::create_directories(work, error);
   if (error) {
-    return fail({"output-failed", "cannot create " + work.string() + ": " + error.message(), "a folder that can be written",
-                 "--output"});
+    return fail(
+        {"output-failed", "cannot create " + work.string() + ": " + error.message(), "a folder that can be written", "--output"});
   }
   request.store_path = (work / kStoreFile).string();
   StageTimes times;
@@ -141,11 +143,12 @@ int build_exported(pipeline::BuildRequest request, const BuildLine& line) {
     const int code = fail(usable.problem());
     return usable.problem().type == "usage" ? kUsage : code;
   }
-  return build_beside(std::move(request), line, fs::absolute(line.output).lexically_normal(), [&](const std::string& store) -> proto::Result<void> {
-    told.source = store;
-    const auto said = export_file(told);
-    return said ? proto::Result<void>() : said.problem();
-  });
+  return build_beside(std::move(request), line, fs::absolute(line.output).lexically_normal(),
+                      [&](const std::string& store) -> proto::Result<void> {
+                        told.source = store;
+                        const auto said = export_file(told);
+                        return said ? proto::Result<void>() : said.problem();
+                      });
 }
 
 /// One file. A finished build in its place is refused here, an unfinished one where the plan is known.

@@ -2,11 +2,11 @@
 #include <iostream>
 
 #include "pipeline/check/check.h"
-#include "server/jobs/child.h"
 #include "server/cli/commands.h"
-#include "server/http/json.h"
 #include "server/datasets/layout.h"
 #include "server/datasets/registry.h"
+#include "server/http/json.h"
+#include "server/jobs/child.h"
 
 namespace cordillera::server {
 namespace {
@@ -25,14 +25,15 @@ Json json_of(const std::string& path, const Report& report) {
                {"unreferenced", report.unreferenced},
                {"findings", report.findings.count()}};
   json["first_findings"] = Json::array();
-  for (const auto& finding : report.findings.kept()) json["first_findings"].push_back({{"where", finding.where}, {"what", finding.what}});
+  for (const auto& finding : report.findings.kept())
+    json["first_findings"].push_back({{"where", finding.where}, {"what", finding.what}});
   return json;
 }
 
 void print(const std::string& path, const Report& report) {
   for (const auto& finding : report.findings.kept()) std::cout << path << ": " << finding.where << ": " << finding.what << "\n";
-  std::cout << path << ": " << (report.sound() ? "sound" : std::to_string(report.findings.count()) + " findings") << "; " << report.checksums
-            << " checksums, " << report.tiles << " tiles decoded, " << report.borders << " borders compared";
+  std::cout << path << ": " << (report.sound() ? "sound" : std::to_string(report.findings.count()) + " findings") << "; "
+            << report.checksums << " checksums, " << report.tiles << " tiles decoded, " << report.borders << " borders compared";
   if (report.measured > 0) std::cout << ", " << report.measured << " tiles measured";
   if (report.unmeasured > 0) std::cout << ", " << report.unmeasured << " tiles too large to measure";
   if (report.unreferenced > 0) std::cout << "; " << report.unreferenced << " blobs that no tile names";
@@ -58,7 +59,9 @@ std::vector<std::string> ready_datasets(const Layout& layout) {
 /// Says what came out; whether it was sound.
 bool tell(const std::string& path, const proto::Result<Report>& report, Show show, Json& all) {
   if (show == Show::json) {
-    all.push_back(report ? json_of(path, *report) : Json{{"path", path}, {"sound", false}, {"problem", report.problem().type}, {"detail", report.problem().detail}});
+    all.push_back(
+        report ? json_of(path, *report)
+               : Json{{"path", path}, {"sound", false}, {"problem", report.problem().type}, {"detail", report.problem().detail}});
   } else if (report) {
     print(path, *report);
   } else {
@@ -76,17 +79,20 @@ int check_command(const CheckLine& line) {
   Json all = Json::array();
   if (fs::exists(layout.registry(), error)) {
     if (!line.source.empty()) {
-      complain({"usage", "--source goes with one dataset, and " + line.path + " is the data folder of a server", "one of the folders in its datasets/", "--source"});
+      complain({"usage", "--source goes with one dataset, and " + line.path + " is the data folder of a server",
+                "one of the folders in its datasets/", "--source"});
       return kUsage;
     }
     std::vector<std::string> ids;
     try {
       ids = ready_datasets(layout);
     } catch (const RegistryError& broken) {
-      complain({"data-unusable", broken.what(), "a data folder whose registry.sqlite can be read; a backup, with cordillera restore", "path"});
+      complain({"data-unusable", broken.what(),
+                "a data folder whose registry.sqlite can be read; a backup, with cordillera restore", "path"});
       return kFailed;
     }
-    for (const std::string& id : ids) sound = tell(layout.dataset(id).string(), check_one(layout.store(id), ""), line.show, all) && sound;
+    for (const std::string& id : ids)
+      sound = tell(layout.dataset(id).string(), check_one(layout.store(id), ""), line.show, all) && sound;
     if (line.show == Show::table) std::cout << line.path << ": " << ids.size() << " datasets that are ready\n";
   } else {
     sound = tell(line.path, check_one(line.path, line.source), line.show, all);

@@ -15,7 +15,8 @@ namespace cordillera::server {
 
 inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
 
-/// cordillera serve. program: path of this binary; the viewer lies beside it. listening: told the port as soon as connections wait there.
+/// cordillera serve. program: path of this binary; the viewer lies beside it. listening: told the port as soon as connections
+/// wait there.
 int serve_command(const Settings& settings, const std::string& program, const std::function<void(int port)>& listening = {});
 
 /// What a command says besides problems.
@@ -25,10 +26,10 @@ enum class Show { table, json, problems };
 
 struct BuildLine {
   std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/mosaic/source_list.h
-  std::string output;  ///< a static folder; one .sqlite file, or one that export writes, if it is called so
+  std::string output;                ///< a static folder; one .sqlite file, or one that export writes, if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;  ///< another build in the output's place
   Words words = Words::all;
-  Show show = Show::table;  ///< of a dry run
+  Show show = Show::table;                            ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
   std::string only_format;  ///< of an archive, which holds one: its name; empty: the one that export takes
   pipeline::Normals normals = pipeline::Normals::vertex;  ///< of its .glb tiles
@@ -37,14 +38,15 @@ struct BuildLine {
 std::string face_names();
 /// "drc,3d-tiles" as faces; empty: what a folder holds unless told otherwise.
 proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::string& names);
-inline constexpr const char* kNormalsHelp = "light of 3D Tiles: normals of vertices, a normal map, or nothing [vertex, texture, none; default vertex]";
+inline constexpr const char* kNormalsHelp =
+    "light of 3D Tiles: normals of vertices, a normal map, or nothing [vertex, texture, none; default vertex]";
 /// --normals of a folder or of a .3tz, "texture"; empty: those of the vertices.
 proto::Result<pipeline::Normals> normals_of(const std::string& name);
 /// cordillera build. A dry run says what it found in any case.
 int build_command(const Settings& settings, const BuildLine& line);
 
-/// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file; of a raster, what it is and what a build with these
-/// settings would make.
+/// cordillera info: the manifest of a folder that build wrote or of a dataset's .sqlite file; of a raster, what it is and what a
+/// build with these settings would make.
 int info_command(const std::string& path, Show show, const Settings& settings);
 
 /// cordillera decode: what a fetched .drc or .glb tile holds, counted after decoding.

@@ -1,8 +1,8 @@
 // cordillera adopt, vacuum, backup and restore.
 #include <iostream>
 
-#include "server/datasets/adoption.h"
 #include "server/cli/commands.h"
+#include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
 
 namespace cordillera::server {
@@ -29,8 +29,10 @@ int adopt_command(const std::string& data) {
 int vacuum_command(const std::string& data, Orphans orphans) {
   const auto done = vacuum(Layout{data}, orphans);
   if (!done) return failed(done.problem());
-  std::cout << data << ": " << done->files << " files and folders removed, " << done->stores << " stores rewritten, " << done->bytes << " bytes less\n";
-  if (done->orphans > 0) std::cout << data << ": " << done->orphans << " folders in orphans/ are no datasets; vacuum --orphans removes them\n";
+  std::cout << data << ": " << done->files << " files and folders removed, " << done->stores << " stores rewritten, "
+            << done->bytes << " bytes less\n";
+  if (done->orphans > 0)
+    std::cout << data << ": " << done->orphans << " folders in orphans/ are no datasets; vacuum --orphans removes them\n";
   return kDone;
 }
 

@@ -30,8 +30,8 @@ int refuse(proto::Problem problem, const std::string& path) {
 int print_drc(const std::string& path, const std::string& bytes) {
   const auto tile = pipeline::decode_drc(bytes);
   if (!tile) return refuse(tile.problem(), path);
-  std::cout << path << ": tile " << tile->z << '/' << tile->x << '/' << tile->y << ", " << tile->points.size()
-            << " vertices, " << tile->triangles.size() << " triangles\n";
+  std::cout << path << ": tile " << tile->z << '/' << tile->x << '/' << tile->y << ", " << tile->points.size() << " vertices, "
+            << tile->triangles.size() << " triangles\n";
   return kDone;
 }
 

@@ -11,9 +11,9 @@
 #include "pipeline/exports/whole_file.h"
 #include "proto/letters.h"
 #include "raster/gdal/formats.h"
-#include "server/jobs/child.h"
 #include "server/cli/export_command.h"
 #include "server/cli/path_kind.h"
+#include "server/jobs/child.h"
 #include "server/options/mesh_options.h"
 
 namespace cordillera::server {
@@ -112,7 +112,8 @@ proto::Result<std::string> export_mesh(MeshKind kind, const ExportLine& line, co
 }
 
 const Archive* archive_of(const std::string& output) {
-  const auto* const found = std::find_if(std::begin(kArchives), std::end(kArchives), [ending = ending_of(output)](const Archive& kind) { return kind.ending == ending; });
+  const auto* const found = std::find_if(std::begin(kArchives), std::end(kArchives),
+                                         [ending = ending_of(output)](const Archive& kind) { return kind.ending == ending; });
   return found == std::end(kArchives) ? nullptr : found;
 }
 
@@ -124,7 +125,8 @@ proto::Result<std::string> export_of(const ExportLine& line) {
   if (!normals) return normals.problem();
   const Terrain terrain(std::move(*store), *normals);
   const Archive* const archive = archive_of(line.output);
-  return archive != nullptr ? export_archive(*archive, line, terrain) : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
+  return archive != nullptr ? export_archive(*archive, line, terrain)
+                            : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
 }
 
 }  // namespace
@@ -141,13 +143,16 @@ proto::Result<void> check_export(const ExportLine& line) {
   }
   if (archive == nullptr) {
     if (!line.format.empty()) {
-      return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz", "--format"};
+      return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
+                     "--format"};
     }
-    if (!line.normals.empty()) return Problem{"usage", "--normals is for 3D Tiles: a mesh has those of its vertices", ".3tz", "--normals"};
+    if (!line.normals.empty())
+      return Problem{"usage", "--normals is for 3D Tiles: a mesh has those of its vertices", ".3tz", "--normals"};
   } else if (const auto face = face_for(*archive, line.format); !face) {
     return face.problem();
   } else if (!line.normals.empty() && !fits_3tz(**face)) {
-    return Problem{"usage", "--normals is for 3D Tiles: " + line.output + " is to hold " + std::string((*face)->name), "a name that ends with .3tz", "--normals"};
+    return Problem{"usage", "--normals is for 3D Tiles: " + line.output + " is to hold " + std::string((*face)->name),
+                   "a name that ends with .3tz", "--normals"};
   }
   return check_output_file(line.output, line.other);
 }

@@ -15,7 +15,8 @@ constexpr const char* kUsual = "drc,3d-tiles";
 
 std::string face_names() {
   std::string names;
-  for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) names.append(names.empty() ? "" : ", ").append(face->name);
+  for (const pipeline::faces::Face* face : pipeline::faces::all_faces())
+    names.append(names.empty() ? "" : ", ").append(face->name);
   return names;
 }
 
@@ -24,7 +25,8 @@ proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::s
   std::istringstream words(names.empty() ? kUsual : names);
   for (std::string word; std::getline(words, word, ',');) {
     const pipeline::faces::Face* face = pipeline::faces::face_named(word);
-    if (face == nullptr) return proto::Problem{"usage", "--formats: there is no format '" + word + "'", face_names(), "--formats"};
+    if (face == nullptr)
+      return proto::Problem{"usage", "--formats: there is no format '" + word + "'", face_names(), "--formats"};
     if (std::find(chosen.begin(), chosen.end(), face) == chosen.end()) chosen.push_back(face);
   }
   return chosen;
@@ -32,7 +34,8 @@ proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::s
 
 proto::Result<pipeline::Normals> normals_of(const std::string& name) {
   auto normals = pipeline::faces::normals_named(name);
-  if (!normals) return proto::Problem{"usage", "--normals: tiles cannot have '" + name + "'", normals.problem().accepted, "--normals"};
+  if (!normals)
+    return proto::Problem{"usage", "--normals: tiles cannot have '" + name + "'", normals.problem().accepted, "--normals"};
   return normals;
 }
 

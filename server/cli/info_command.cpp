@@ -1,8 +1,8 @@
 #include <filesystem>
 #include <iostream>
 
-#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/store.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "raster/mosaic/source_list.h"
 #include "server/cli/commands.h"
 #include "server/cli/path_kind.h"

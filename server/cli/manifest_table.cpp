@@ -29,24 +29,28 @@ std::string source_lines(const proto::Source& source) {
                          source.data_type().c_str(), source.driver().c_str());
   out += text("crs       %.300s (%s)\n", source.crs().c_str(), source.crs_from().c_str());
   const bool other = !source.vertical_datum_declared().empty() && source.vertical_datum_declared() != source.vertical_datum();
-  out += text("heights   above %.200s (%s%s%.200s%s%.200s), unit %.50s\n", source.vertical_datum().c_str(), source.vertical_datum_from().c_str(),
-              source.vertical_grid().empty() ? "" : ", by ", source.vertical_grid().c_str(), other ? "; the raster declares " : "",
-              other ? source.vertical_datum_declared().c_str() : "", source.unit().c_str());
+  out +=
+      text("heights   above %.200s (%s%s%.200s%s%.200s), unit %.50s\n", source.vertical_datum().c_str(),
+           source.vertical_datum_from().c_str(), source.vertical_grid().empty() ? "" : ", by ", source.vertical_grid().c_str(),
+           other ? "; the raster declares " : "", other ? source.vertical_datum_declared().c_str() : "", source.unit().c_str());
   return out;
 }
 
 /// What stores of earlier versions know less of.
 std::string pixels_line(const proto::Source& source) {
-  if (!source.has_error_at_pixels()) return source.has_resampling_error() ? text("pixels    resampling error %.3f m\n", source.resampling_error()) : "";
+  if (!source.has_error_at_pixels())
+    return source.has_resampling_error() ? text("pixels    resampling error %.3f m\n", source.resampling_error()) : "";
   const proto::ErrorAtPixels& error = source.error_at_pixels();
-  std::string out = text("pixels    at most %.3f m off, rmse %.3f m, 99 %% within %.3f m, at %.0f pixels", error.max(), error.rmse(), error.p99(), error.pixels());
+  std::string out = text("pixels    at most %.3f m off, rmse %.3f m, 99 %% within %.3f m, at %.0f pixels", error.max(),
+                         error.rmse(), error.p99(), error.pixels());
   return out + (error.uncovered() > 0 ? text("; %.0f more are under no triangle\n", error.uncovered()) : "\n");
 }
 
 /// With the notes, one of which may say why.
 std::string strategy_lines(const proto::Manifest& manifest) {
   std::string out;
-  if (const std::string& strategy = manifest.options().strategy(); !strategy.empty()) out += text("strategy  %.20s\n", strategy.c_str());
+  if (const std::string& strategy = manifest.options().strategy(); !strategy.empty())
+    out += text("strategy  %.20s\n", strategy.c_str());
   for (const std::string& note : manifest.notes()) out += text("note      %.400s\n", as_typed(note).c_str());
   return out;
 }
@@ -56,8 +60,8 @@ std::string metres_text(double metres, bool known) { return known ? text("%.3f",
 
 std::string level_line(const proto::LevelSummary& level) {
   return text("%5u %7u %10u %11s %10.3f %11.3f%s %10s\n", level.level(), level.tiles(), level.triangles(),
-              bytes_text(level.drc_bytes()).c_str(), level.target(), level.stated_max_error(),
-              level.composed() ? "*" : " ", metres_text(level.rmse(), level.has_rmse()).c_str());
+              bytes_text(level.drc_bytes()).c_str(), level.target(), level.stated_max_error(), level.composed() ? "*" : " ",
+              metres_text(level.rmse(), level.has_rmse()).c_str());
 }
 
 }  // namespace
@@ -71,9 +75,8 @@ std::string manifest_table(const proto::Manifest& manifest) {
   out += strategy_lines(manifest);
   out += text("range     %.2f to %.2f m above the ellipsoid\n", source.min_height(), source.max_height());
   out += pixels_line(source);
-  out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(),
-              manifest.min_level(), manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(),
-              manifest.cell_m());
+  out += text("tiles     %u in levels %u to %u, %u triangles, %s; cell %.2f m", manifest.tiles(), manifest.min_level(),
+              manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m());
   if (!manifest.device().empty()) out += text("; built on %.200s", manifest.device().c_str());
   out += "\n";
   out += "\nlevel   tiles  triangles        .drc   target m  max error m     rmse m\n";
@@ -95,12 +98,13 @@ std::string estimate_table(const proto::Manifest& manifest, double seconds, cons
               manifest.max_level(), manifest.triangles(), bytes_text(manifest.bytes()).c_str(), manifest.cell_m());
   out += "\nlevel  ~tiles ~triangles       ~.drc   target m\n";
   for (const proto::LevelSummary& level : manifest.levels()) {
-    out += text("%5u %7u %10u %11s %10s\n", level.level(), level.tiles(), level.triangles(), bytes_text(level.drc_bytes()).c_str(),
-                metres_text(level.target(), !shares).c_str());
+    out += text("%5u %7u %10u %11s %10s\n", level.level(), level.tiles(), level.triangles(),
+                bytes_text(level.drc_bytes()).c_str(), metres_text(level.target(), !shares).c_str());
   }
   out += "dry run: nothing was built. Levels" + std::string(shares ? "" : " and targets") + " are those of the build.\n";
-  out += "What has a ~ is a guess from a few tiles that were built and thrown away, and so is the time: about " + duration_text(seconds) +
-         " on " + std::to_string(manifest.options().threads()) + (manifest.options().threads() == 1 ? " thread" : " threads") + ".\n";
+  out += "What has a ~ is a guess from a few tiles that were built and thrown away, and so is the time: about " +
+         duration_text(seconds) + " on " + std::to_string(manifest.options().threads()) +
+         (manifest.options().threads() == 1 ? " thread" : " threads") + ".\n";
   out += "Errors are measured when tiles are built.\n";
   return out;
 }

@@ -10,16 +10,16 @@
 #include <optional>
 #include <thread>
 
-#include "server/jobs/spare_disk.h"
+#include "server/api/documents/web.h"
 #include "server/cli/commands.h"
 #include "server/front/http_server.h"
-#include "server/memory/heap.h"
+#include "server/jobs/spare_disk.h"
 #include "server/limits/descriptors.h"
 #include "server/live/live_folder.h"
 #include "server/log/log.h"
+#include "server/memory/heap.h"
 #include "server/options/request_policy.h"
 #include "server/sandbox/sandbox.h"
-#include "server/api/documents/web.h"
 
 namespace cordillera::server {
 
@@ -114,7 +114,8 @@ int serve_command(const Settings& given, const std::string& program, const std::
   }
 
   if (!has_memory(kToListen_bytes)) {
-    complain({"memory-limit", "less than " + std::to_string(kToListen_bytes >> 20) + " MiB of memory are left to answer with", "a higher limit of memory (ulimit -v)", ""});
+    complain({"memory-limit", "less than " + std::to_string(kToListen_bytes >> 20) + " MiB of memory are left to answer with",
+              "a higher limit of memory (ulimit -v)", ""});
     return kFailed;
   }
 

@@ -91,7 +91,7 @@ Outcome best_outcome(Judge& judge, const TriangleMesh& mesh, proto::MeshEncoding
 
 /// The published algorithm, as the production one would give it back.
 proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& input, CleapRequest request,
-                                                 ProgressBar::Style style, SimplifyReport& report) {
+                                                  ProgressBar::Style style, SimplifyReport& report) {
   ProgressBar bar(style);
   request.options.progress = [&](std::uint64_t done, std::uint64_t all) {
     proto::Progress progress;
@@ -121,8 +121,8 @@ proto::Result<gpu::fit::SimplifiedMesh> published(const gpu::fit::HeightMesh& in
   result.report.triangles = said.triangles;
   result.report.seconds = said.seconds();
   result.report.device = said.device;
-  result.report.stages = {{"copy", said.copy_seconds},         {"build", said.build_seconds},
-                          {"select", said.select_seconds},     {"collapse", said.collapse_seconds},
+  result.report.stages = {{"copy", said.copy_seconds},           {"build", said.build_seconds},
+                          {"select", said.select_seconds},       {"collapse", said.collapse_seconds},
                           {"rearrange", said.rearrange_seconds}, {"refine", said.refine_seconds}};
   return result;
 }

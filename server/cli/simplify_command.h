@@ -6,8 +6,8 @@
 
 #include "gpu/fit/simplify_height_mesh.h"
 #include "proto/result.h"
-#include "server/options/cleap_options.h"
 #include "server/cli/commands.h"
+#include "server/options/cleap_options.h"
 
 namespace cordillera::server {
 
@@ -29,7 +29,7 @@ struct SimplifyRequest {
   gpu::fit::MeshTarget target;
   gpu::fit::MeshOptions options;
   std::optional<CleapRequest> cleap;  ///< instead of both, if the strategy says so
-  unsigned threads = 0;  ///< 0: as many as the machine has
+  unsigned threads = 0;               ///< 0: as many as the machine has
 };
 
 /// What is wrong with a line is the first thing that is.

@@ -1,8 +1,8 @@
 // What the options of cordillera simplify may say.
 #include <cmath>
 
-#include "server/options/option_values.h"
 #include "server/cli/simplify_command.h"
+#include "server/options/option_values.h"
 
 namespace cordillera::server {
 namespace {
@@ -93,8 +93,10 @@ proto::Result<CleapRequest> published_request(const SimplifyLine& line, const st
   }
   const auto target = line.keep.empty() ? count(line.triangles) : share(line.keep);
   if (!target) return target.problem();
-  if (line.keep.empty()) request->target.triangles = static_cast<std::uint64_t>(target->value);
-  else request->keep = target->value;
+  if (line.keep.empty())
+    request->target.triangles = static_cast<std::uint64_t>(target->value);
+  else
+    request->keep = target->value;
   return request;
 }
 

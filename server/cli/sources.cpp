@@ -16,7 +16,8 @@ namespace {
 
 constexpr std::size_t kMostWarnings = 20;
 constexpr proto::Lattice kMeeting{proto::Scheme::geodetic, 12};  // where overlapping rasters are compared: 38 m
-// Rasters that are examined at once. What takes time is waiting for a storage, not a processor: a second for each of ten thousand objects is hours.
+// Rasters that are examined at once. What takes time is waiting for a storage, not a processor: a second for each of ten thousand
+// objects is hours.
 constexpr unsigned kExaminers = 16;
 
 using proto::Problem;
@@ -53,7 +54,9 @@ std::optional<double> difference_m(const MosaicMember& a, const MosaicMember& b)
   return (static_cast<double>(heights[0]) - heights[1]) * proto::kHeightStep_m;
 }
 
-std::string datum_of(const MosaicMember& m) { return m.description.vertical_datum() + " (" + m.description.vertical_datum_from() + ")"; }
+std::string datum_of(const MosaicMember& m) {
+  return m.description.vertical_datum() + " (" + m.description.vertical_datum_from() + ")";
+}
 
 void warn_of_datums(Sources& sources) {
   const auto& members = sources.members;
@@ -98,17 +101,18 @@ proto::Result<std::vector<Named>> all_named(const std::vector<std::string>& word
 bool lies_beside(const Named& named, const Problem& problem) { return !named.alone && problem.type == "bbox-outside-raster"; }
 
 /// Each examined, in any order; with BadSource::refuse, those behind the first bad one may be left out.
-std::vector<std::optional<proto::Result<MosaicMember>>> examine_all(const std::vector<Named>& named, unsigned threads, BadSource bad) {
+std::vector<std::optional<proto::Result<MosaicMember>>> examine_all(const std::vector<Named>& named, unsigned threads,
+                                                                    BadSource bad) {
   std::vector<std::optional<proto::Result<MosaicMember>>> examined(named.size());
   std::atomic<std::size_t> first_bad{named.size()};
   const auto count = static_cast<unsigned>(std::min<std::size_t>(threads > 0 ? threads : kExaminers, named.size()));
   pipeline::Workers(std::max(count, 1u)).each(named.size(), [&](std::size_t k, unsigned) {
     if (k > first_bad) return;
     const std::string& path = named[k].source.path;
-    examined[k] = raster::examine(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, named[k].options);
+    examined[k] =
+        raster::examine(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, named[k].options);
     if (*examined[k] || bad == BadSource::skip || lies_beside(named[k], examined[k]->problem())) return;
-    for (std::size_t before = first_bad; k < before && !first_bad.compare_exchange_weak(before, k);) {
-    }
+    for (std::size_t before = first_bad; k < before && !first_bad.compare_exchange_weak(before, k);) {}
   });
   return examined;
 }
@@ -136,7 +140,8 @@ proto::Result<Sources> examine_sources(const std::vector<std::string>& words, co
     }
   }
   if (sources.members.empty()) {
-    return Problem{"sources-invalid", "none of the rasters can be used" + (sources.skipped.empty() ? "" : "; the first: " + sources.skipped.front()),
+    return Problem{"sources-invalid",
+                   "none of the rasters can be used" + (sources.skipped.empty() ? "" : "; the first: " + sources.skipped.front()),
                    "at least one raster that can be read, inside the bbox", ""};
   }
   warn_of_datums(sources);

@@ -17,9 +17,9 @@ struct Sources {
   std::vector<std::string> warnings;
 };
 
-/// words: rasters, folders, lists; see raster/mosaic/source_list.h. Options that a list gives to a raster go over those of settings; they may be
-/// crs, vertical_datum, nodata, voids, z_scale, z_offset. A raster beside the bbox is passed over. Rasters that overlap
-/// and count their heights from different surfaces are warned of, with the difference where they meet.
+/// words: rasters, folders, lists; see raster/mosaic/source_list.h. Options that a list gives to a raster go over those of
+/// settings; they may be crs, vertical_datum, nodata, voids, z_scale, z_offset. A raster beside the bbox is passed over. Rasters
+/// that overlap and count their heights from different surfaces are warned of, with the difference where they meet.
 proto::Result<Sources> examine_sources(const std::vector<std::string>& words, const Settings& settings, BadSource bad);
 
 }  // namespace cordillera::server

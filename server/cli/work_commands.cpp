@@ -17,8 +17,8 @@
 #include "proto/utf8.h"
 #include "raster/disk/private_folder.h"
 #include "raster/storage/storage.h"
-#include "server/jobs/child.h"
 #include "server/http/json.h"
+#include "server/jobs/child.h"
 #include "server/options/option_values.h"
 
 namespace cordillera::server {
@@ -69,8 +69,10 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
     const bool right = slash != std::string::npos && !read_whole(line.part.substr(slash + 1), {1, 1u << 24}, &parts) &&
                        !read_whole(number, {0, parts - 1}, &part);
     if (!right) {
-      return Problem{"option-invalid", "--part='" + line.part + "'" + (number == asked ? "" : ", here " + number + line.part.substr(slash)) + " is no K/N",
-                     "K/N with K from 0 to N - 1, or array/N: the number that Slurm, Kubernetes or AWS Batch gives", "--part"};
+      return Problem{
+          "option-invalid",
+          "--part='" + line.part + "'" + (number == asked ? "" : ", here " + number + line.part.substr(slash)) + " is no K/N",
+          "K/N with K from 0 to N - 1, or array/N: the number that Slurm, Kubernetes or AWS Batch gives", "--part"};
     }
   }
   return work::part_of(stage, part, parts);
@@ -97,7 +99,9 @@ proto::Result<std::vector<std::string>> devices_of(const std::string& asked) {
   std::vector<std::string> devices;
   if (asked == "cuda:all") {
     for (int k = 0; k < gpu::cuda_devices(); ++k) devices.push_back("cuda:" + std::to_string(k));
-    if (devices.empty()) return Problem{"device-unavailable", "--device='cuda:all': there is no GPU that this program may use", "auto, cpu", "--device"};
+    if (devices.empty())
+      return Problem{"device-unavailable", "--device='cuda:all': there is no GPU that this program may use", "auto, cpu",
+                     "--device"};
     return devices;
   }
   if (const auto wrong = read_device(asked, &devices.emplace_back())) {
@@ -120,7 +124,8 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
   }
   Counter counter(tasks->size(), line.words);
   return work::do_tasks(
-      plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::Outcome outcome) { counter.ended(task, outcome); }, g_stop);
+      plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::Outcome outcome) { counter.ended(task, outcome); },
+      g_stop);
 }
 
 int say(const proto::WorkPlan& plan, const std::string& folder) {
@@ -128,10 +133,11 @@ int say(const proto::WorkPlan& plan, const std::string& folder) {
   if (!stages) return fail(stages.problem());
   double samples = 0;
   for (const proto::WorkTask& task : plan.stages(0).tasks()) samples += task.samples();
-  std::cout << plan.sources_size() << " rasters, levels " << plan.plan().min_level() << " to " << plan.plan().finest_level() << ", "
-            << samples / 1e6 << " million samples\n";
+  std::cout << plan.sources_size() << " rasters, levels " << plan.plan().min_level() << " to " << plan.plan().finest_level()
+            << ", " << samples / 1e6 << " million samples\n";
   for (std::size_t s = 0; s < stages->size(); ++s) {
-    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << (*stages)[s].all << " tasks, " << (*stages)[s].done << " done\n";
+    std::cout << "stage " << s << (s == 0 ? " (blocks): " : " (merges): ") << (*stages)[s].all << " tasks, " << (*stages)[s].done
+              << " done\n";
   }
   return kDone;
 }
@@ -143,14 +149,16 @@ int plan_command(const Settings& settings, const PlanLine& line) {
   work::PlanGiven given;
   if (!line.block.empty()) {
     std::uint32_t side = 0;
-    if (const auto wrong = read_whole(line.block, {512, 4096}, &side)) return wrong_usage("--block='" + line.block + "': " + *wrong, "512 to 4096", "--block");
+    if (const auto wrong = read_whole(line.block, {512, 4096}, &side))
+      return wrong_usage("--block='" + line.block + "': " + *wrong, "512 to 4096", "--block");
     given.block_samples = (std::int64_t{side} + 1) * (side + 1);
   }
   auto sources = examine_sources(line.sources, settings, line.bad);
   if (!sources) return fail(sources.problem());
   for (const raster::MosaicMember& member : sources->members) {
     if (proto::is_utf8(member.path)) continue;
-    return fail({"option-invalid", "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be", "a name in UTF-8", "SOURCES"});
+    return fail({"option-invalid", "the name of " + proto::as_utf8(member.path) + " is no UTF-8, as the text of a plan must be",
+                 "a name in UTF-8", "SOURCES"});
   }
   stop_on_signals();  // until here nothing asks whether to stop, and an end in the middle leaves nothing
   pipeline::BuildRequest request;
@@ -189,16 +197,15 @@ int work_command(const WorkLine& line) {
   }
   const auto done = do_stage(*plan, static_cast<int>(stage), line);
   if (done) return kDone;
-  return done.problem().type == "option-invalid" ? wrong_usage(done.problem().detail, done.problem().accepted, done.problem().parameter)
-                                                 : fail(done.problem());
+  return done.problem().type == "option-invalid"
+             ? wrong_usage(done.problem().detail, done.problem().accepted, done.problem().parameter)
+             : fail(done.problem());
 }
 
 int tasks_command(const std::string& folder, Show show) {
   const auto plan = work::read_plan(folder);
   if (!plan) return fail(plan.problem());
-  if (show == Show::table) {
-    return say(*plan, folder);
-  }
+  if (show == Show::table) { return say(*plan, folder); }
   const auto stages = work::progress_of(*plan, folder);
   if (!stages) return fail(stages.problem());
   Json json = Json::array();
@@ -216,8 +223,11 @@ int publish_command(const PublishLine& line) {
   const auto normals = normals_of(line.normals);
   if (!normals) return wrong_usage(normals.problem().detail, normals.problem().accepted, normals.problem().parameter);
   const bool file = line.output.ends_with(".sqlite"), remote = raster::is_remote(line.output);
-  if (remote && !file) return wrong_usage("in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite", "--output");
-  if (file && !line.normals.empty()) return wrong_usage("--normals is for a folder: a file of a dataset gives any", "-o FOLDER", "--normals");
+  if (remote && !file)
+    return wrong_usage("in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite",
+                       "--output");
+  if (file && !line.normals.empty())
+    return wrong_usage("--normals is for a folder: a file of a dataset gives any", "-o FOLDER", "--normals");
   const auto plan = work::read_plan(line.folder);
   if (!plan) return fail(plan.problem());
   std::error_code error;
@@ -231,11 +241,13 @@ int publish_command(const PublishLine& line) {
   // Put together here before it is sent on: an object cannot be changed in its middle.
   const std::unique_ptr<raster::PrivateFolder> elsewhere = remote ? std::make_unique<raster::PrivateFolder>() : nullptr;
   if (remote && !elsewhere->made()) {
-    return fail({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(), "a TMPDIR with room for the dataset", ""});
+    return fail({"storage-write", "no folder can be made in " + fs::temp_directory_path().string(),
+                 "a TMPDIR with room for the dataset", ""});
   }
   fs::path place = fs::absolute(remote ? elsewhere->place("dataset.sqlite") : line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
-  const std::string store = file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
+  const std::string store =
+      file ? place.string() : (place.parent_path() / (place.filename().string() + ".publishing.sqlite")).string();
   const auto manifest = work::publish(*plan, line.folder, store, [](work::Progress) {});
   if (!manifest) return fail(manifest.problem());
   if (!file) {
@@ -251,7 +263,8 @@ int publish_command(const PublishLine& line) {
   if (remote) {
     if (const auto sent = raster::upload_file(store, line.output); !sent) return fail(sent.problem());
   }
-  if (line.words == Words::all) std::cout << manifest_table(*manifest) << "written to " << (remote ? line.output : place.string()) << "\n";
+  if (line.words == Words::all)
+    std::cout << manifest_table(*manifest) << "written to " << (remote ? line.output : place.string()) << "\n";
   if (line.prune) {
     const auto removed = work::prune(*plan, line.folder);
     if (!removed) return fail(removed.problem());

@@ -14,7 +14,7 @@ inline constexpr int kTryAgain = 75;
 struct PlanLine {
   std::vector<std::string> sources;
   std::string folder;
-  std::string block;   ///< samples along the side of a block, at most; empty: as memory allows
+  std::string block;  ///< samples along the side of a block, at most; empty: as memory allows
   BadSource bad = BadSource::refuse;
   Words words = Words::all;
 };
@@ -22,9 +22,9 @@ int plan_command(const Settings& settings, const PlanLine& line);
 
 struct WorkLine {
   std::string folder;
-  std::string stage;   ///< a number; empty: all of them, one after the other
-  std::string task;    ///< a number, or
-  std::string part;    ///< K/N: the K-th of N parts of about equal cost, from 0; neither: all tasks of the stage
+  std::string stage;  ///< a number; empty: all of them, one after the other
+  std::string task;   ///< a number, or
+  std::string part;   ///< K/N: the K-th of N parts of about equal cost, from 0; neither: all tasks of the stage
   std::string device;
   std::string threads;
   Words words = Words::all;
@@ -33,9 +33,9 @@ int work_command(const WorkLine& line);
 
 struct PublishLine {
   std::string folder;
-  std::string output;   ///< a static folder, or one .sqlite file if it is called so
+  std::string output;  ///< a static folder, or one .sqlite file if it is called so
   pipeline::Existing other = pipeline::Existing::refuse;
-  bool prune = false;   ///< shards that this plan does not name
+  bool prune = false;  ///< shards that this plan does not name
   Words words = Words::all;
   std::vector<const pipeline::faces::Face*> formats;
   std::string normals;  ///< of a folder's .glb tiles; empty: those of the vertices

@@ -4,17 +4,26 @@ namespace cordillera::server {
 
 void WorkWords::add_to(CLI::App& app) {
   plan_ = app.add_subcommand("plan", "cut the build of many rasters into tasks that other machines can do");
-  plan_->add_option("sources", plan_line_.sources, "rasters, folders, lists, tile indices, STAC items; the one that wins where they overlap first")
+  plan_
+      ->add_option("sources", plan_line_.sources,
+                   "rasters, folders, lists, tile indices, STAC items; the one that wins where they overlap first")
       ->expected(1, -1);
-  plan_->add_option("-o,--output", plan_line_.folder, "folder of the plan and of what the tasks leave: a folder, or /vsis3/…")->type_name("FOLDER");
-  plan_->add_option("--block", plan_line_.block, "most samples along the side of a block; smaller ones make changes cheaper and coarse levels larger [512 to 4096]")
+  plan_->add_option("-o,--output", plan_line_.folder, "folder of the plan and of what the tasks leave: a folder, or /vsis3/…")
+      ->type_name("FOLDER");
+  plan_
+      ->add_option(
+          "--block", plan_line_.block,
+          "most samples along the side of a block; smaller ones make changes cheaper and coarse levels larger [512 to 4096]")
       ->type_name("N");
-  plan_->add_flag_callback("--skip-bad", [this] { plan_line_.bad = BadSource::skip; }, "leave out rasters that cannot be used, and say so");
-  plan_->add_flag_callback("-q,--quiet", [this] { plan_line_.words = Words::none; }, "say nothing but problems");
+  plan_->add_flag_callback(
+      "--skip-bad", [this] { plan_line_.bad = BadSource::skip; }, "leave out rasters that cannot be used, and say so");
+  plan_->add_flag_callback(
+      "-q,--quiet", [this] { plan_line_.words = Words::none; }, "say nothing but problems");
 
   tasks_ = app.add_subcommand("tasks", "say how many tasks a plan has and how many are done");
   tasks_->add_option("plan", tasks_folder_, "a folder that plan wrote");
-  tasks_->add_flag_callback("--json", [this] { tasks_show_ = Show::json; }, "for programs");
+  tasks_->add_flag_callback(
+      "--json", [this] { tasks_show_ = Show::json; }, "for programs");
 
   work_ = app.add_subcommand("work", "do tasks of a plan; 75 as exit code says that trying again may help");
   work_->add_option("plan", work_line_.folder, "a folder that plan wrote");
@@ -23,19 +32,27 @@ void WorkWords::add_to(CLI::App& app) {
   };
   option("--stage", work_line_.stage, "N", "which stage; without it all of them, one after the other");
   option("--task", work_line_.task, "K", "one task of the stage");
-  option("--part", work_line_.part, "K/N", "the K-th of N parts of the stage, of about equal cost; K from 0, or array: the number that a scheduler gives to a task of an array");
-  option("--device", work_line_.device, "DEVICE", "what computes [auto, cpu, cuda, cuda:N, cuda:all: every GPU here, a worker each]");
+  option("--part", work_line_.part, "K/N",
+         "the K-th of N parts of the stage, of about equal cost; K from 0, or array: the number that a scheduler gives to a task "
+         "of an array");
+  option("--device", work_line_.device, "DEVICE",
+         "what computes [auto, cpu, cuda, cuda:N, cuda:all: every GPU here, a worker each]");
   option("--threads", work_line_.threads, "N", "threads; 0: as many as the machine has [0 to 1024]");
-  work_->add_flag_callback("-q,--quiet", [this] { work_line_.words = Words::none; }, "say nothing but problems");
+  work_->add_flag_callback(
+      "-q,--quiet", [this] { work_line_.words = Words::none; }, "say nothing but problems");
 
   publish_ = app.add_subcommand("publish", "check everything that the tasks of a plan left, and make it a dataset in one step");
   publish_->add_option("plan", publish_line_.folder, "a folder that plan wrote");
-  publish_->add_option("-o,--output", publish_line_.output, "folder to write, or a file called *.sqlite, also in object storage: /vsis3/BUCKET/NAME.sqlite");
-  publish_->add_option("--formats", formats_, "what the folder holds [" + face_names() + "; more than one separated by commas]")->type_name("NAMES");
+  publish_->add_option("-o,--output", publish_line_.output,
+                       "folder to write, or a file called *.sqlite, also in object storage: /vsis3/BUCKET/NAME.sqlite");
+  publish_->add_option("--formats", formats_, "what the folder holds [" + face_names() + "; more than one separated by commas]")
+      ->type_name("NAMES");
   publish_->add_option("--normals", publish_line_.normals, kNormalsHelp)->type_name("NAME");
-  publish_->add_flag_callback("--overwrite,--force", [this] { publish_line_.other = pipeline::Existing::replace; }, "replace what is there");
+  publish_->add_flag_callback(
+      "--overwrite,--force", [this] { publish_line_.other = pipeline::Existing::replace; }, "replace what is there");
   publish_->add_flag("--prune", publish_line_.prune, "then remove results of earlier plans from the plan's folder");
-  publish_->add_flag_callback("-q,--quiet", [this] { publish_line_.words = Words::none; }, "say nothing but problems");
+  publish_->add_flag_callback(
+      "-q,--quiet", [this] { publish_line_.words = Words::none; }, "say nothing but problems");
 }
 
 std::optional<int> WorkWords::run() {

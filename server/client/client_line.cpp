@@ -6,14 +6,21 @@ namespace cordillera::server::client {
 namespace {
 
 void add_place(CLI::App& command, PlaceWords& place) {
-  command.add_option("--server", place.server, "the service's address; else CORDILLERA_SERVER, else http://127.0.0.1:8080")->type_name("URL");
-  command.add_option("--token-file", place.token_file, "a file whose first line is the token; or CORDILLERA_TOKEN, CORDILLERA_TOKEN_FILE")->type_name("FILE");
-  command.add_option("--token", place.token, "the token itself, which others can then see in the list of processes")->type_name("TOKEN");
+  command.add_option("--server", place.server, "the service's address; else CORDILLERA_SERVER, else http://127.0.0.1:8080")
+      ->type_name("URL");
+  command
+      .add_option("--token-file", place.token_file,
+                  "a file whose first line is the token; or CORDILLERA_TOKEN, CORDILLERA_TOKEN_FILE")
+      ->type_name("FILE");
+  command.add_option("--token", place.token, "the token itself, which others can then see in the list of processes")
+      ->type_name("TOKEN");
 }
 
 void add_show(CLI::App& command, Show& show, Words& words) {
-  command.add_flag_callback("--json", [&show] { show = Show::json; }, "one line of JSON, of what came out or of the problem");
-  command.add_flag_callback("-q,--quiet", [&words] { words = Words::none; }, "no progress");
+  command.add_flag_callback(
+      "--json", [&show] { show = Show::json; }, "one line of JSON, of what came out or of the problem");
+  command.add_flag_callback(
+      "-q,--quiet", [&words] { words = Words::none; }, "no progress");
 }
 
 constexpr const char* kCodes = "Exit codes: 0 done, 1 refused or failed, 2 wrong usage, 75 trying again may help.";
@@ -33,11 +40,16 @@ void ClientWords::add_to(CLI::App& app) {
 
 void ClientWords::add_post(CLI::App& app) {
   post_ = app.add_subcommand("post", "send a raster to a service, which makes a dataset of it");
-  post_->add_option("raster", post_line_.rasters, "the elevation model; or several, the one that wins where they overlap first")->expected(1, -1);
-  post_->add_flag_callback("--wait", [this] { post_line_.after = After::wait; }, "until the dataset is ready or has failed");
-  post_->add_flag_callback("--resume", [this] { post_line_.in_parts = true; },
-                           "in parts, which the same line goes on with after a kill; rasters above 64 MiB always are");
-  post_->add_flag_callback("--updates", [this] { post_line_.updates = true; }, "other rasters may be added to the dataset later; several rasters imply it");
+  post_->add_option("raster", post_line_.rasters, "the elevation model; or several, the one that wins where they overlap first")
+      ->expected(1, -1);
+  post_->add_flag_callback(
+      "--wait", [this] { post_line_.after = After::wait; }, "until the dataset is ready or has failed");
+  post_->add_flag_callback(
+      "--resume", [this] { post_line_.in_parts = true; },
+      "in parts, which the same line goes on with after a kill; rasters above 64 MiB always are");
+  post_->add_flag_callback(
+      "--updates", [this] { post_line_.updates = true; },
+      "other rasters may be added to the dataset later; several rasters imply it");
   add_show(*post_, post_line_.show, post_line_.words);
   add_place(*post_, post_line_.place);
   add_table(*post_, post_options(), post_line_.options);
@@ -48,15 +60,18 @@ void ClientWords::add_fetch(CLI::App& app) {
   fetch_ = app.add_subcommand("fetch", "get tiles and documents of a dataset from a service");
   fetch_->add_option("id", fetch_line_.id, "the dataset");
   // No word is needed: the options may say what.
-  fetch_->add_option("what", fetch_line_.what, "z/x/y.drc, .glb, .terrain; manifest, tileset; or any address below the dataset's")->expected(0, -1);
+  fetch_->add_option("what", fetch_line_.what, "z/x/y.drc, .glb, .terrain; manifest, tileset; or any address below the dataset's")
+      ->expected(0, -1);
   const auto option = [this](const char* name, std::string& value, const char* type, const char* help) {
     fetch_->add_option(name, value, help)->type_name(type);
   };
-  option("-o,--output", fetch_line_.output, "PATH", "a file, or a folder, where each file gets the path of its address; what has not changed does not come again");
+  option("-o,--output", fetch_line_.output, "PATH",
+         "a file, or a folder, where each file gets the path of its address; what has not changed does not come again");
   option("--bbox", fetch_line_.bbox, "BOX", "tiles that meet this box [west,south,east,north in degrees]");
   option("--level", fetch_line_.level, "LEVELS", "of these levels [10 or 8-10]");
   option("--format", fetch_line_.format, "NAME", "what tiles [drc, glb, terrain]");
-  fetch_->add_flag("--middle", fetch_line_.middle, "one tile of the finest level, the nearest to the middle of the data; prints its address");
+  fetch_->add_flag("--middle", fetch_line_.middle,
+                   "one tile of the finest level, the nearest to the middle of the data; prints its address");
   option("--connections", fetch_line_.connections, "N", "at the same time [1 to 32; default 4]");
   add_show(*fetch_, fetch_line_.show, fetch_line_.words);
   add_place(*fetch_, fetch_line_.place);
@@ -64,10 +79,13 @@ void ClientWords::add_fetch(CLI::App& app) {
 }
 
 void ClientWords::add_view(CLI::App& app) {
-  view_ = app.add_subcommand("view", "show a raster or what was built of one in the viewer, from a service that ends with the command");
-  view_->add_option("path", view_line_.paths, "a raster, a dataset.sqlite, or a folder that build wrote; or several")->expected(1, -1);
+  view_ = app.add_subcommand("view",
+                             "show a raster or what was built of one in the viewer, from a service that ends with the command");
+  view_->add_option("path", view_line_.paths, "a raster, a dataset.sqlite, or a folder that build wrote; or several")
+      ->expected(1, -1);
   view_->add_option("-p,--port", view_line_.port, "of this machine's loopback [any that is free]")->type_name("PORT");
-  view_->add_flag_callback("--no-browser", [this] { view_line_.browser = Browser::stays_shut; }, "only print the address");
+  view_->add_flag_callback(
+      "--no-browser", [this] { view_line_.browser = Browser::stays_shut; }, "only print the address");
   add_table(*view_, post_options(), view_line_.options);
 }
 

@@ -1,12 +1,12 @@
 #pragma once
-// cordillera post, watch, fetch and view: a service from the command line. Each returns the exit code: 0 done, 1 refused or failed, 2 wrong usage,
-// 75 trying again may help.
+// cordillera post, watch, fetch and view: a service from the command line. Each returns the exit code: 0 done, 1 refused or
+// failed, 2 wrong usage, 75 trying again may help.
 #include <functional>
 #include <string>
 #include <vector>
 
-#include "server/client/place.h"
 #include "server/cli/commands.h"
+#include "server/client/place.h"
 #include "server/options/options.h"
 
 namespace cordillera::server::client {
@@ -22,7 +22,7 @@ struct PostLine {
   After after = After::leave;
   Show show = Show::table;
   Words words = Words::all;
-  std::function<void()> accepted;    ///< called when the service has the dataset, before any wait; may be empty
+  std::function<void()> accepted;  ///< called when the service has the dataset, before any wait; may be empty
 };
 int post_command(const PostLine& line);
 

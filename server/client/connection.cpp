@@ -81,8 +81,9 @@ Answer Connection::send(const Call& call) {
     return answer;
   }
   const httplib::Error error = result.error();
-  answer.reached = error != httplib::Error::Connection && error != httplib::Error::ConnectionTimeout && error != httplib::Error::SSLConnection &&
-                   error != httplib::Error::SSLServerVerification && error != httplib::Error::SSLLoadingCerts;
+  answer.reached = error != httplib::Error::Connection && error != httplib::Error::ConnectionTimeout &&
+                   error != httplib::Error::SSLConnection && error != httplib::Error::SSLServerVerification &&
+                   error != httplib::Error::SSLLoadingCerts;
   switch (error) {
     case httplib::Error::Connection: answer.trouble = "no connection could be made"; break;
     case httplib::Error::ConnectionTimeout: answer.trouble = "it does not take the connection"; break;

@@ -19,20 +19,20 @@ struct Call {
   std::string method = "GET";  ///< GET, HEAD, POST, PATCH or DELETE
   std::string path;            ///< below the service's address, encoded: "/v1/datasets?name=a.tif"
   std::vector<std::pair<std::string, std::string>> headers = {};
-  std::uint64_t length = 0;  ///< of the body of a POST or PATCH
+  std::uint64_t length = 0;                       ///< of the body of a POST or PATCH
   std::string type = "application/octet-stream";  ///< of the body
   /// Bytes of the body from an offset on, at most so many; none: they cannot be read, and the call is given up.
   std::function<std::optional<std::string_view>(std::uint64_t from, std::size_t most)> body = {};
-  /// Of a GET: takes the body of an answer 200 as it comes; false: no more of it. Without: Answer::body has it. A GET with conditions is not for
-  /// this library: it waits for a body behind a 304 without a length. A HEAD is.
+  /// Of a GET: takes the body of an answer 200 as it comes; false: no more of it. Without: Answer::body has it. A GET with
+  /// conditions is not for this library: it waits for a body behind a 304 without a length. A HEAD is.
   std::function<bool(std::string_view piece)> take = {};
   std::chrono::seconds patience{60};  ///< without a byte
 };
 
 struct Answer {
-  int status = 0;      ///< 0: none came
-  std::string trouble;  ///< why what came is not whole, or nothing came
-  bool reached = true;  ///< false: no connection could be made
+  int status = 0;                              ///< 0: none came
+  std::string trouble;                         ///< why what came is not whole, or nothing came
+  bool reached = true;                         ///< false: no connection could be made
   std::map<std::string, std::string> headers;  ///< names in lower case
   std::string body;
 

@@ -29,8 +29,8 @@ struct End {
 
 bool is_lazy(const Json& status) { return status.is_object() && status.value("build", "") == "lazy"; }
 
-/// The status of a dataset as an end. A lazy build has come as far as it does by itself once there are tiles. A failed change of its rasters
-/// leaves it ready, as it was before.
+/// The status of a dataset as an end. A lazy build has come as far as it does by itself once there are tiles. A failed change of
+/// its rasters leaves it ready, as it was before.
 End end_in(const Json& status) {
   const std::string state = status.value("state", "");
   const Json error = status.value("error", Json()), updates = status.value("updates", Json());

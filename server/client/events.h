@@ -4,8 +4,8 @@
 #include <string>
 #include <string_view>
 
-#include "server/client/talk.h"
 #include "server/cli/progress_bar.h"
+#include "server/client/talk.h"
 
 namespace cordillera::server::client {
 

@@ -6,12 +6,12 @@
 #include <mutex>
 #include <thread>
 
+#include "server/api/requests/routes.h"
 #include "server/client/commands.h"
 #include "server/client/shelf.h"
 #include "server/client/talk.h"
 #include "server/client/tiles.h"
 #include "server/options/option_values.h"
-#include "server/api/requests/routes.h"
 
 namespace cordillera::server::client {
 namespace {
@@ -41,7 +41,8 @@ class Fetch {
     auto shelf = Shelf::open(folder);
     if (!shelf) return shelf.problem();
     std::vector<std::thread> threads;
-    for (std::size_t k = 0; k < std::min(connections, wanted_.addresses.size()); ++k) threads.emplace_back([&] { work(**shelf, file); });
+    for (std::size_t k = 0; k < std::min(connections, wanted_.addresses.size()); ++k)
+      threads.emplace_back([&] { work(**shelf, file); });
     for (std::thread& thread : threads) thread.join();
     if (problem_) return *problem_;
     return wanted_.absent == Absent::next && next_ < kEnd ? nothing() : proto::Result<void>();
@@ -52,7 +53,9 @@ class Fetch {
  private:
   static constexpr std::size_t kEnd = std::size_t{1} << 60;  // far behind the last address
 
-  static Problem nothing() { return {"tile-unknown", "the dataset has no tile near its middle", "--bbox and --level", "--middle"}; }
+  static Problem nothing() {
+    return {"tile-unknown", "the dataset has no tile near its middle", "--bbox and --level", "--middle"};
+  }
 
   void work(Shelf& shelf, const std::string& file) {
     Talk talk(place_, line_.words);
@@ -89,7 +92,9 @@ class Fetch {
         return written = part.write(piece);
       };
       const Answer answer = talk.once(call);
-      if (!written) return Problem{"output-failed", "cannot write into " + line_.output + ": " + strerror(errno), "a folder that can be written, with room", "--output"};
+      if (!written)
+        return Problem{"output-failed", "cannot write into " + line_.output + ": " + strerror(errno),
+                       "a folder that can be written, with room", "--output"};
       if (answer.whole(200)) {
         ++counts_.fetched;
         counts_.bytes += bytes;
@@ -136,23 +141,30 @@ proto::Result<Wanted> wanted_by(const FetchLine& line, const Place& place) {
   }
   const bool box = !line.bbox.empty() || !line.level.empty();
   if (int(!line.what.empty()) + int(box) + int(line.middle) > 1)
-    return Problem{"usage", "addresses, --bbox with --level, and --middle are three ways to say what to fetch", "one of them", "what"};
+    return Problem{"usage", "addresses, --bbox with --level, and --middle are three ways to say what to fetch", "one of them",
+                   "what"};
   if (!line.what.empty()) return wanted;
   const auto answer = get(place, line, "manifest.json");
   if (!answer) return answer.problem();
   const Json manifest = object_in(*answer);
-  auto addresses = line.middle ? addresses_from_the_middle(manifest, line.format) : addresses_of(manifest, {line.bbox, line.level, line.format});
+  auto addresses = line.middle ? addresses_from_the_middle(manifest, line.format)
+                               : addresses_of(manifest, {line.bbox, line.level, line.format});
   if (!addresses) return addresses.problem();
   return Wanted{std::move(*addresses), line.middle ? Absent::next : Absent::counted};
 }
 
 std::optional<Problem> check(const FetchLine& line, std::size_t* connections) {
-  if (!is_id(line.id)) return Problem{"usage", "'" + line.id + "' is no dataset's id", "an id that post printed, or that GET /v1/datasets lists", "id"};
+  if (!is_id(line.id))
+    return Problem{"usage", "'" + line.id + "' is no dataset's id", "an id that post printed, or that GET /v1/datasets lists",
+                   "id"};
   std::uint32_t number = 0;
-  if (const auto wrong = read_whole(line.connections, {1, 32}, &number)) return Problem{"option-invalid", "--connections='" + line.connections + "': " + *wrong, "1 to 32", "--connections"};
+  if (const auto wrong = read_whole(line.connections, {1, 32}, &number))
+    return Problem{"option-invalid", "--connections='" + line.connections + "': " + *wrong, "1 to 32", "--connections"};
   *connections = line.middle ? 1 : number;  // one after the other: the first that is there counts
   const bool document = line.what.size() == 1 && !line.what.front().ends_with("/");
-  if (line.output.empty() && !document) return Problem{"usage", "fetch needs to know where to write", "-o FOLDER/; a single address may go to standard output", "--output"};
+  if (line.output.empty() && !document)
+    return Problem{"usage", "fetch needs to know where to write", "-o FOLDER/; a single address may go to standard output",
+                   "--output"};
   return std::nullopt;
 }
 
@@ -161,8 +173,10 @@ int to_stdout(const Place& place, const FetchLine& line) {
   if (!address) return tell(address.problem(), line.show);
   const auto answer = get(place, line, *address);
   if (!answer) return tell(answer.problem(), line.show);
-  const bool text = answer->header("content-type").find("json") != std::string::npos || answer->header("content-type").starts_with("text/");
-  if (!text && isatty(STDOUT_FILENO)) return tell({"usage", "a tile is no text for a terminal", "-o FILE", "--output"}, line.show);
+  const bool text =
+      answer->header("content-type").find("json") != std::string::npos || answer->header("content-type").starts_with("text/");
+  if (!text && isatty(STDOUT_FILENO))
+    return tell({"usage", "a tile is no text for a terminal", "-o FILE", "--output"}, line.show);
   std::cout << answer->body << std::flush;
   return std::cout ? kDone : kFailed;
 }
@@ -170,13 +184,17 @@ int to_stdout(const Place& place, const FetchLine& line) {
 void say(const FetchLine& line, const Fetch& fetch) {
   const Counts& counts = fetch.counts();
   if (line.show == Show::json) {
-    Json json = {{"fetched", counts.fetched.load()}, {"unchanged", counts.unchanged.load()}, {"absent", counts.absent.load()}, {"bytes", counts.bytes.load()}};
+    Json json = {{"fetched", counts.fetched.load()},
+                 {"unchanged", counts.unchanged.load()},
+                 {"absent", counts.absent.load()},
+                 {"bytes", counts.bytes.load()}};
     if (line.middle) json["address"] = fetch.last();
     std::cout << json.dump() << std::endl;
   } else if (line.middle) {
     std::cout << fetch.last() << std::endl;
   } else if (line.words == Words::all) {
-    std::cerr << counts.fetched << " fetched, " << counts.bytes << " bytes; " << counts.unchanged << " unchanged; " << counts.absent << " addresses without a tile\n";
+    std::cerr << counts.fetched << " fetched, " << counts.bytes << " bytes; " << counts.unchanged << " unchanged; "
+              << counts.absent << " addresses without a tile\n";
   }
 }
 

@@ -11,9 +11,10 @@ namespace {
 
 std::string text_of(const struct stat& state) {
   std::string text;
-  for (const auto number : {static_cast<long long>(state.st_dev), static_cast<long long>(state.st_ino), static_cast<long long>(state.st_size),
-                            static_cast<long long>(state.st_mtim.tv_sec), static_cast<long long>(state.st_mtim.tv_nsec),
-                            static_cast<long long>(state.st_ctim.tv_sec), static_cast<long long>(state.st_ctim.tv_nsec)}) {
+  for (const auto number :
+       {static_cast<long long>(state.st_dev), static_cast<long long>(state.st_ino), static_cast<long long>(state.st_size),
+        static_cast<long long>(state.st_mtim.tv_sec), static_cast<long long>(state.st_mtim.tv_nsec),
+        static_cast<long long>(state.st_ctim.tv_sec), static_cast<long long>(state.st_ctim.tv_nsec)}) {
     text += std::to_string(number) + " ";
   }
   return text;
@@ -48,12 +49,14 @@ std::optional<std::string_view> LocalFile::read(std::uint64_t from, std::size_t 
   bytes_.resize(most);
   const ssize_t count = pread(descriptor_, bytes_.data(), most, static_cast<off_t>(from));
   if (count <= 0) {
-    problem_ = proto::Problem{"file-unreadable", path_ + ": " + (count < 0 ? strerror(errno) : "it is shorter than it was"), "a raster that nobody writes to", "raster"};
+    problem_ = proto::Problem{"file-unreadable", path_ + ": " + (count < 0 ? strerror(errno) : "it is shorter than it was"),
+                              "a raster that nobody writes to", "raster"};
     return std::nullopt;
   }
   const auto end = from + static_cast<std::uint64_t>(count);
   if (end == size() && changed()) {
-    problem_ = proto::Problem{"source-changed", path_ + " was written to while it was sent", "the same line again, when nobody writes to it", "raster"};
+    problem_ = proto::Problem{"source-changed", path_ + " was written to while it was sent",
+                              "the same line again, when nobody writes to it", "raster"};
     return std::nullopt;
   }
   return std::string_view(bytes_.data(), static_cast<std::size_t>(count));

@@ -25,8 +25,8 @@ bool is_loopback(const std::string& host) {
 }
 
 proto::Result<Place> read_address(const std::string& text) {
-  const Problem wrong = {"usage", "'" + text + "' is no address of a service", "http://HOST:PORT or https://HOST:PORT, with a path before /v1 if a proxy adds one",
-                         "--server"};
+  const Problem wrong = {"usage", "'" + text + "' is no address of a service",
+                         "http://HOST:PORT or https://HOST:PORT, with a path before /v1 if a proxy adds one", "--server"};
   const std::size_t scheme = text.starts_with("http://") ? 7 : text.starts_with("https://") ? 8 : 0;
   const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) { return c > ' ' && c < 127; });
   if (scheme == 0 || !plain || text.find_first_of("@?#\\") != text.npos) return wrong;
@@ -73,8 +73,10 @@ proto::Result<Place> find_place(const PlaceWords& words) {
   if (!token) return token.problem();
   // It becomes a header.
   if (!std::all_of(token->begin(), token->end(), [](unsigned char c) { return c > ' ' && c < 127; }))
-    return Problem{"usage", "the token holds blanks or other characters that no token has", "what cordillera token new printed", "--token"};
-  if (!token->empty() && place->host.starts_with("http://") && !is_loopback(place->host)) warn("the token goes unencrypted to " + place->host);
+    return Problem{"usage", "the token holds blanks or other characters that no token has", "what cordillera token new printed",
+                   "--token"};
+  if (!token->empty() && place->host.starts_with("http://") && !is_loopback(place->host))
+    warn("the token goes unencrypted to " + place->host);
   place->token = *token;
   return place;
 }
@@ -83,7 +85,8 @@ std::string percent_encoded(const std::string& text) {
   static constexpr char kHex[] = "0123456789ABCDEF";
   std::string out;
   for (const unsigned char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == '_' || c == '~';
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.' ||
+                       c == '_' || c == '~';
     if (plain) {
       out += static_cast<char>(c);
     } else {

@@ -9,7 +9,7 @@ namespace cordillera::server::client {
 /// As the command line has them; empty: not given.
 struct PlaceWords {
   std::string server;
-  std::string token;       ///< others see it in the list of processes, so the command warns
+  std::string token;  ///< others see it in the list of processes, so the command warns
   std::string token_file;
 };
 
@@ -20,8 +20,8 @@ struct Place {
   std::string address() const { return host + prefix; }
 };
 
-/// --server, else CORDILLERA_SERVER, else this machine's port 8080; --token, --token-file, CORDILLERA_TOKEN, CORDILLERA_TOKEN_FILE, the first
-/// that is there. Warnings go to stderr.
+/// --server, else CORDILLERA_SERVER, else this machine's port 8080; --token, --token-file, CORDILLERA_TOKEN,
+/// CORDILLERA_TOKEN_FILE, the first that is there. Warnings go to stderr.
 proto::Result<Place> find_place(const PlaceWords& words);
 
 /// "Straße 1.tif" -> "Stra%C3%9Fe%201.tif": one part of a path, or a name or value of a query.

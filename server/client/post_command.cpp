@@ -16,7 +16,8 @@ using proto::Problem;
 /// Of the options, those that belong to a raster and not to the dataset.
 bool is_of_raster(const std::string& name) {
   const std::vector<OptionSpec> own = raster_options();
-  return std::any_of(own.begin(), own.end(), [&](const OptionSpec& option) { return option.name != "name" && spelt(option, Spelling::query) == name; });
+  return std::any_of(own.begin(), own.end(),
+                     [&](const OptionSpec& option) { return option.name != "name" && spelt(option, Spelling::query) == name; });
 }
 
 /// As a query spells them: "--vertical-datum" is vertical_datum.
@@ -41,14 +42,16 @@ enum class Keeps { dataset, nothing };
 
 class Post {
  public:
-  Post(const PostLine& line, const Place& place, Keeps keeps) : line_(line), talk_(place, line.words), sender_(talk_, line.words), keeps_(keeps) {}
+  Post(const PostLine& line, const Place& place, Keeps keeps)
+      : line_(line), talk_(place, line.words), sender_(talk_, line.words), keeps_(keeps) {}
 
   /// What the service says of the dataset, or of the dry run.
   proto::Result<Json> run() {
     auto answer = send(line_.rasters.front(), dataset_target());
     if (!answer || keeps_ == Keeps::nothing) return answer;  // an upload in parts stays, for the post that follows
     const std::string id = answer->value("id", "");
-    if (id.empty()) return Problem{"answer-unknown", talk_.address() + " does not name the dataset", "a service of this version", "--server"};
+    if (id.empty())
+      return Problem{"answer-unknown", talk_.address() + " does not name the dataset", "a service of this version", "--server"};
     for (std::size_t k = 1; k < line_.rasters.size(); ++k) {
       if (auto added = send(line_.rasters[k], source_target(id, k)); !added) {
         Problem problem = added.problem();
@@ -90,7 +93,8 @@ class Post {
   }
 
   proto::Result<Json> send(const std::string& path, const Target& target) {
-    if (!is_utf8(target.name)) return Problem{"usage", "the file's name is no UTF-8 text", "--name, or a file with another name", "--name"};
+    if (!is_utf8(target.name))
+      return Problem{"usage", "the file's name is no UTF-8 text", "--name, or a file with another name", "--name"};
     auto file = LocalFile::open(path);
     if (!file) return file.problem();
     const Way way = line_.in_parts || (*file)->size() > kLarge ? Way::parts : Way::whole;
@@ -153,7 +157,9 @@ int post_command(const PostLine& line) {
   const auto settings = with_layer({}, post_options(), line.options, Spelling::command_line);
   if (!settings) return tell(settings.problem(), line.show);
   if (settings->dry_run && (line.rasters.size() > 1 || line.updates)) {
-    return tell({"usage", "a dry run of several rasters is the command line's", "cordillera build --dry-run " + line.rasters.front() + " …", "--dry-run"}, line.show);
+    return tell({"usage", "a dry run of several rasters is the command line's",
+                 "cordillera build --dry-run " + line.rasters.front() + " …", "--dry-run"},
+                line.show);
   }
   const auto place = find_place(line.place);
   if (!place) return tell(place.problem(), line.show);

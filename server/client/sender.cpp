@@ -11,7 +11,9 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kOfHashing{1800};  // a service reads all of an upload before it answers
 constexpr std::chrono::milliseconds kBetweenLooks{100};
 
-bool taken(const Answer& answer) { return answer.trouble.empty() && (answer.status == 200 || answer.status == 201 || answer.status == 202); }
+bool taken(const Answer& answer) {
+  return answer.trouble.empty() && (answer.status == 200 || answer.status == 201 || answer.status == 202);
+}
 
 std::string to_base64(const std::string& text) {
   static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -120,7 +122,9 @@ proto::Result<Json> Sender::send_parts(LocalFile& file, const Target& target) {
 
 proto::Result<void> Sender::begin(const LocalFile& file, const Target& target, UploadNote& note) {
   Call call = {"POST", "/v1/uploads"};
-  call.headers = {{"Tus-Resumable", "1.0.0"}, {"Upload-Length", std::to_string(file.size())}, {"Upload-Metadata", "filename " + to_base64(target.name)}};
+  call.headers = {{"Tus-Resumable", "1.0.0"},
+                  {"Upload-Length", std::to_string(file.size())},
+                  {"Upload-Metadata", "filename " + to_base64(target.name)}};
   const Answer begun = talk_.patiently(call);
   if (!begun.whole(201)) return talk_.problem_of(begun);
   note.keep(id_in(begun.header("location")));
@@ -143,7 +147,9 @@ proto::Result<void> Sender::send_rest(LocalFile& file, const UploadNote& note, s
       if (!answer.whole(200)) return talk_.problem_of(answer);
     }
     const auto stands = number(answer.header("upload-offset"));
-    if (!stands || *stands > file.size()) return Problem{"answer-unknown", talk_.address() + " does not say how much of the upload it has", "a service that speaks tus 1.0", ""};
+    if (!stands || *stands > file.size())
+      return Problem{"answer-unknown", talk_.address() + " does not say how much of the upload it has",
+                     "a service that speaks tus 1.0", ""};
     if (*stands > offset) talk_.moved();
     offset = *stands;
   }

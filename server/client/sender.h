@@ -4,14 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "server/cli/progress_bar.h"
 #include "server/client/local_file.h"
 #include "server/client/talk.h"
 #include "server/client/upload_note.h"
-#include "server/cli/progress_bar.h"
 
 namespace cordillera::server::client {
 
-/// Larger ones go in parts. A service that refuses an upload before its end reads on for so many bytes, so that the client hears why.
+/// Larger ones go in parts. A service that refuses an upload before its end reads on for so many bytes, so that the client hears
+/// why.
 inline constexpr std::uint64_t kLarge = std::uint64_t{64} << 20;
 inline constexpr std::uint64_t kPart = std::uint64_t{32} << 20;
 
@@ -26,7 +27,8 @@ enum class Way { whole, parts };
 
 class Sender {
  public:
-  Sender(Talk& talk, Words words) : talk_(talk), bar_(words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none) {}
+  Sender(Talk& talk, Words words)
+      : talk_(talk), bar_(words == Words::all ? ProgressBar::where_stderr_goes() : ProgressBar::Style::none) {}
 
   /// What the service answers, an answer of 200, 201 or 202; else a problem.
   proto::Result<Json> send(LocalFile& file, const Target& target, Way way);

@@ -8,8 +8,8 @@
 
 #include <fstream>
 
-#include "server/http/json.h"
 #include "raster/disk/write_all.h"
+#include "server/http/json.h"
 
 namespace cordillera::server::client {
 namespace {
@@ -59,19 +59,23 @@ void Shelf::read() {
   std::ifstream file(own() / "tags");
   for (std::string line; std::getline(file, line); ++lines_) {
     const Json json = Json::parse(line, nullptr, false);  // a line may have been cut off
-    if (json.is_object()) known_[json.value("file", "")] = {json.value("from", ""), json.value("tag", ""), json.value("state", "")};
+    if (json.is_object())
+      known_[json.value("file", "")] = {json.value("from", ""), json.value("tag", ""), json.value("state", "")};
   }
 }
 
 void Shelf::note(const std::string& name, const Known& known) {
-  const std::string line = Json{{"file", name}, {"from", known.from}, {"tag", known.tag}, {"state", known.state}}.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string line = Json{{"file", name}, {"from", known.from}, {"tag", known.tag}, {"state", known.state}}.dump(
+                               -1, ' ', false, Json::error_handler_t::replace) +
+                           "\n";
   if (raster::write_all(notes_, line)) ++lines_;  // without it the file comes again another time
 }
 
 std::string Shelf::tag(const std::string& name, const std::string& from) const {
   const std::lock_guard lock(mutex_);
   const auto found = known_.find(name);
-  const bool same = found != known_.end() && found->second.from == from && !found->second.state.empty() && found->second.state == state_of(folder_ / name);
+  const bool same = found != known_.end() && found->second.from == from && !found->second.state.empty() &&
+                    found->second.state == state_of(folder_ / name);
   return same ? found->second.tag : "";
 }
 

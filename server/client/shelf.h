@@ -1,6 +1,6 @@
 #pragma once
-// A folder that fetched files go into: each appears whole under its name, and the tag that it came with is remembered, so that what has not
-// changed need not come again.
+// A folder that fetched files go into: each appears whole under its name, and the tag that it came with is remembered, so that
+// what has not changed need not come again.
 #include <filesystem>
 #include <map>
 #include <memory>

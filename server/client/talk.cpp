@@ -18,9 +18,15 @@ const std::string kUrn = "urn:cordillera:problem:";
 bool passes_by(const Answer& answer) {
   if (!answer.trouble.empty()) return true;
   switch (answer.status) {
-    case 408: case 429: case 502: case 503: case 504: return true;
+    case 408:
+    case 429:
+    case 502:
+    case 503:
+    case 504: return true;
     // Of our own earlier request, whose connection broke and whose end the service has not noticed yet.
-    case 409: return answer.body.find(kUrn + "upload-conflict") != std::string::npos || answer.body.find(kUrn + "idempotency-key-in-use") != std::string::npos;
+    case 409:
+      return answer.body.find(kUrn + "upload-conflict") != std::string::npos ||
+             answer.body.find(kUrn + "idempotency-key-in-use") != std::string::npos;
     default: return false;
   }
 }
@@ -66,14 +72,19 @@ Answer Talk::patiently(const Call& call) {
 
 proto::Problem Talk::problem_of(const Answer& answer) const {
   const std::string accepted = "an address where cordillera serve listens, with --server or CORDILLERA_SERVER";
-  if (!answer.reached) return {"service-unreachable", "no service answers at " + address_ + ": " + answer.trouble, accepted, "--server"};
+  if (!answer.reached)
+    return {"service-unreachable", "no service answers at " + address_ + ": " + answer.trouble, accepted, "--server"};
   if (!answer.trouble.empty()) return {"connection-broken", address_ + ": " + answer.trouble, "the same line again", ""};
   const Json json = Json::parse(answer.body, nullptr, false);
   if (json.is_object() && json.contains("type")) return problem_in(json);
   if (answer.status == 502 || answer.status == 503 || answer.status == 504)
-    return {"service-unreachable", "the proxy at " + address_ + " does not reach its service (" + std::to_string(answer.status) + ")", "trying again later", ""};
-  if (answer.status / 100 == 3) return {"answer-unknown", address_ + " leads to " + answer.header("location"), "that address, as --server", "--server"};
-  return {"answer-unknown", address_ + " answers " + std::to_string(answer.status) + ", and not as Cordillera does", accepted, "--server"};
+    return {"service-unreachable",
+            "the proxy at " + address_ + " does not reach its service (" + std::to_string(answer.status) + ")",
+            "trying again later", ""};
+  if (answer.status / 100 == 3)
+    return {"answer-unknown", address_ + " leads to " + answer.header("location"), "that address, as --server", "--server"};
+  return {"answer-unknown", address_ + " answers " + std::to_string(answer.status) + ", and not as Cordillera does", accepted,
+          "--server"};
 }
 
 proto::Problem problem_in(const Json& json) {
@@ -90,7 +101,8 @@ int exit_code(const proto::Problem& problem) {
   if (problem.type == "usage" || (problem.type.starts_with("option") && problem.parameter.starts_with("--"))) return kUsage;
   const int status = problem_kind(problem.type).status;
   const bool later = status == 408 || status == 429 || status == 503 || status == 507;
-  const bool broken = problem.type == "service-unreachable" || problem.type == "connection-broken" || problem.type == "upload-running";
+  const bool broken =
+      problem.type == "service-unreachable" || problem.type == "connection-broken" || problem.type == "upload-running";
   return later || broken ? kTryAgain : kFailed;
 }
 

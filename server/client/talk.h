@@ -3,8 +3,8 @@
 #include <chrono>
 #include <string>
 
-#include "server/client/connection.h"
 #include "server/cli/commands.h"
+#include "server/client/connection.h"
 #include "server/http/json.h"
 
 namespace cordillera::server::client {

@@ -41,10 +41,13 @@ struct Extent {
 
 proto::Result<Extent> extent_of(const Json& manifest) {
   const Json bounds = manifest.value("bounds", Json::array());
-  const bool sound = bounds.is_array() && bounds.size() >= 4 && manifest.contains("max_level") && manifest["max_level"].is_number_unsigned() &&
+  const bool sound = bounds.is_array() && bounds.size() >= 4 && manifest.contains("max_level") &&
+                     manifest["max_level"].is_number_unsigned() &&
                      std::all_of(bounds.begin(), bounds.end(), [](const Json& number) { return number.is_number(); });
-  if (!sound) return Problem{"answer-unknown", "the manifest does not say where the dataset is", "a service of this version", "--server"};
-  return Extent{unwrapped(bounds.get<std::vector<double>>()), {manifest.value("min_level", 0u), manifest["max_level"].get<std::uint32_t>()}};
+  if (!sound)
+    return Problem{"answer-unknown", "the manifest does not say where the dataset is", "a service of this version", "--server"};
+  return Extent{unwrapped(bounds.get<std::vector<double>>()),
+                {manifest.value("min_level", 0u), manifest["max_level"].get<std::uint32_t>()}};
 }
 
 proto::Result<Levels> read_levels(const std::string& text, const Levels& all) {
@@ -56,8 +59,10 @@ proto::Result<Levels> read_levels(const std::string& text, const Levels& all) {
   if (!wrong) wrong = read_whole(dash == text.npos ? text : text.substr(dash + 1), range, &levels.finest);
   if (!wrong && levels.least > levels.finest) wrong = "the first level is above the second";
   if (!wrong) return levels;
-  return Problem{"option-invalid", "--level='" + text + "': " + *wrong,
-                 "a level from " + std::to_string(all.least) + " to " + std::to_string(all.finest) + ", or two with a dash between", "--level"};
+  return Problem{
+      "option-invalid", "--level='" + text + "': " + *wrong,
+      "a level from " + std::to_string(all.least) + " to " + std::to_string(all.finest) + ", or two with a dash between",
+      "--level"};
 }
 
 proto::Result<Box> read_box(const std::string& text, const Box& all) {
@@ -122,10 +127,13 @@ proto::Result<std::string> address_named(const std::string& what) {
   }
   // It also becomes a path on this machine.
   const std::string around = "/" + what + "/";
-  const bool plain = std::all_of(what.begin(), what.end(), [](unsigned char c) { return std::isalnum(c) || c == '/' || c == '.' || c == '-' || c == '_'; });
+  const bool plain = std::all_of(what.begin(), what.end(),
+                                 [](unsigned char c) { return std::isalnum(c) || c == '/' || c == '.' || c == '-' || c == '_'; });
   if (plain && what.find('.') != what.npos && around.find("//") == around.npos && around.find("/.") == around.npos) return what;
-  return Problem{"usage", "'" + what + "' names nothing of a dataset", "z/x/y.drc, z/x/y.glb, z/x/y.terrain, manifest, tileset, or another address below the dataset's, such as layer.json",
-                 "what"};
+  return Problem{
+      "usage", "'" + what + "' names nothing of a dataset",
+      "z/x/y.drc, z/x/y.glb, z/x/y.terrain, manifest, tileset, or another address below the dataset's, such as layer.json",
+      "what"};
 }
 
 proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const TileWords& words) {
@@ -142,16 +150,20 @@ proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const
     const Range range = range_of(extent->box, *box, level);
     const auto rows = static_cast<std::size_t>(range.rows.second - range.rows.first + 1);
     if (addresses.size() + range.columns.size() * rows > kMost)
-      return Problem{"usage", "these would be more than " + std::to_string(kMost) + " tiles", "a smaller --bbox, a coarser --level, or cordillera export", "--level"};
+      return Problem{"usage", "these would be more than " + std::to_string(kMost) + " tiles",
+                     "a smaller --bbox, a coarser --level, or cordillera export", "--level"};
     for (const long column : range.columns) {
-      for (long row = range.rows.first; row <= range.rows.second; ++row) addresses.push_back(address(*format, level, column, row));
+      for (long row = range.rows.first; row <= range.rows.second; ++row)
+        addresses.push_back(address(*format, level, column, row));
     }
   }
   if (!addresses.empty()) return addresses;
   const Box& data = extent->box;
   const auto degrees = [](double value) { return shown(std::round(value * 1e4) / 1e4); };
   return Problem{"option-invalid", "--bbox='" + words.bbox + "': the dataset is elsewhere",
-                 "a box that meets " + degrees(data.west) + "," + degrees(data.south) + "," + degrees(data.east > 180 ? data.east - 360 : data.east) + "," + degrees(data.north), "--bbox"};
+                 "a box that meets " + degrees(data.west) + "," + degrees(data.south) + "," +
+                     degrees(data.east > 180 ? data.east - 360 : data.east) + "," + degrees(data.north),
+                 "--bbox"};
 }
 
 proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& manifest, const std::string& format_name) {
@@ -173,7 +185,8 @@ proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& ma
     for (long row = std::max(south, y - reach); row <= std::min(north, y + reach); ++row)
       places.push_back({(column - x) * (column - x) + (row - y) * (row - y), column, row});
   }
-  std::stable_sort(places.begin(), places.end(), [](const Place& one, const Place& other) { return one.distance < other.distance; });
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& one, const Place& other) { return one.distance < other.distance; });
   std::vector<std::string> addresses;
   for (std::size_t k = 0; k < std::min(places.size(), kMostOfMiddle); ++k)
     addresses.push_back(address(*format, level, places[k].column % (2l << level), places[k].row));

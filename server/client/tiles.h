@@ -8,16 +8,18 @@
 
 namespace cordillera::server::client {
 
-/// "10/617/763.drc" is tiles/10/617/763.drc, "manifest" is manifest.json; what is neither stays as it is. A problem: it could lead elsewhere.
+/// "10/617/763.drc" is tiles/10/617/763.drc, "manifest" is manifest.json; what is neither stays as it is. A problem: it could
+/// lead elsewhere.
 proto::Result<std::string> address_named(const std::string& what);
 
 /// Tiles of a box and of levels, both as the user wrote them.
 struct TileWords {
-  std::string bbox;   ///< "west,south,east,north"; empty: all of the data
-  std::string level;  ///< "10" or "8-10"; empty: all that the dataset has
+  std::string bbox;    ///< "west,south,east,north"; empty: all of the data
+  std::string level;   ///< "10" or "8-10"; empty: all that the dataset has
   std::string format;  ///< drc, glb or terrain
 };
-/// Every address in the box; where the data has holes or ragged edges some have no tile. A problem: the words, or none of the dataset is in them.
+/// Every address in the box; where the data has holes or ragged edges some have no tile. A problem: the words, or none of the
+/// dataset is in them.
 proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const TileWords& words);
 
 /// Of the finest level, those nearest to the middle of the data first.

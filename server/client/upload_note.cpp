@@ -18,8 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 
 fs::path notes_folder() {
-  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state == '/') return fs::path(state) / "cordillera" / "uploads";
-  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/') return fs::path(home) / ".local" / "state" / "cordillera" / "uploads";
+  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state == '/')
+    return fs::path(state) / "cordillera" / "uploads";
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home == '/')
+    return fs::path(home) / ".local" / "state" / "cordillera" / "uploads";
   return {};
 }
 
@@ -47,7 +49,8 @@ proto::Result<std::unique_ptr<UploadNote>> UploadNote::open(const std::string& p
     if (descriptor < 0) break;
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
       ::close(descriptor);
-      return proto::Problem{"upload-running", "another process is sending this raster to this service", "waiting for its end", "raster"};
+      return proto::Problem{"upload-running", "another process is sending this raster to this service", "waiting for its end",
+                            "raster"};
     }
     struct stat state = {};
     if (fstat(descriptor, &state) != 0 || state.st_nlink > 0) break;
@@ -79,7 +82,8 @@ void UploadNote::keep(const std::string& upload) {
   if (descriptor_ < 0) return;
   // In place, for the lock is on this very file. A line that is cut off is none: a new upload begins.
   const std::string line = Json{{"upload", upload}, {"identity", identity_}}.dump() + "\n";
-  if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, line.data(), line.size(), 0) != static_cast<ssize_t>(line.size())) return;
+  if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, line.data(), line.size(), 0) != static_cast<ssize_t>(line.size()))
+    return;
   fsync(descriptor_);
 }
 

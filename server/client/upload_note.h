@@ -1,6 +1,6 @@
 #pragma once
-// What a client that was killed leaves to the next one: where its upload is. A small file in the user's state folder, for one raster and
-// one service; whoever has it open has it alone.
+// What a client that was killed leaves to the next one: where its upload is. A small file in the user's state folder, for one
+// raster and one service; whoever has it open has it alone.
 #include <memory>
 #include <optional>
 #include <string>

@@ -1,4 +1,5 @@
-// A service of its own for as long as somebody looks: on this machine's loopback, at a free port, with a data folder that goes with it.
+// A service of its own for as long as somebody looks: on this machine's loopback, at a free port, with a data folder that goes
+// with it.
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
@@ -38,7 +39,8 @@ void open_browser(const std::string& address) {
   posix_spawnattr_init(&apart);
   posix_spawnattr_setflags(&apart, POSIX_SPAWN_SETSID);
   posix_spawn_file_actions_init(&silent);
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) posix_spawn_file_actions_addopen(&silent, stream, "/dev/null", O_RDWR, 0);
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&silent, stream, "/dev/null", O_RDWR, 0);
   pid_t child = 0;
   posix_spawnp(&child, program.c_str(), &silent, &apart, words, environ);
   posix_spawn_file_actions_destroy(&silent);
@@ -72,7 +74,8 @@ bool begins_with(const std::string& path, std::string_view with) {
 
 /// Tiles for maps: the viewer shows meshes.
 bool is_map_archive(const std::string& path) {
-  return begins_with(path, "PMTiles") || (path_kind(path) == PathKind::store && proto::lower(fs::path(path).extension().string()) == ".mbtiles");
+  return begins_with(path, "PMTiles") ||
+         (path_kind(path) == PathKind::store && proto::lower(fs::path(path).extension().string()) == ".mbtiles");
 }
 
 /// What to do with such an archive instead: what it was made of may lie beside it.
@@ -102,11 +105,10 @@ proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     const PathKind kind = path_kind(path);
     if (kind == PathKind::missing) {
-      return proto::Problem{"file-unreadable", "there is no " + path, "a raster, a dataset's .sqlite file, a .3tz, or a folder that `cordillera build` wrote", "path"};
+      return proto::Problem{"file-unreadable", "there is no " + path,
+                            "a raster, a dataset's .sqlite file, a .3tz, or a folder that `cordillera build` wrote", "path"};
     }
-    if (is_map_archive(path)) {
-      return no_meshes(path);
-    }
+    if (is_map_archive(path)) { return no_meshes(path); }
     std::string shown = path;
     if (kind == PathKind::raster) {
       auto folder = unpacked(path);

@@ -1,13 +1,16 @@
 #include <iostream>
 
+#include "server/api/requests/routes.h"
 #include "server/client/commands.h"
 #include "server/client/events.h"
-#include "server/api/requests/routes.h"
 
 namespace cordillera::server::client {
 
 int watch_command(const WatchLine& line) {
-  if (!is_id(line.id)) return tell({"usage", "'" + line.id + "' is no dataset's id", "an id that post printed, or that GET /v1/datasets lists", "id"}, line.show);
+  if (!is_id(line.id))
+    return tell(
+        {"usage", "'" + line.id + "' is no dataset's id", "an id that post printed, or that GET /v1/datasets lists", "id"},
+        line.show);
   const auto place = find_place(line.place);
   if (!place) return tell(place.problem(), line.show);
   Talk talk(*place, line.words);

@@ -5,10 +5,10 @@
 #include "pipeline/store/store.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/log/log.h"
-#include "server/datasets/registry_file.h"
 #include "server/datasets/ledger.h"
+#include "server/datasets/registry_file.h"
 #include "server/datasets/upload.h"
+#include "server/log/log.h"
 
 namespace cordillera::server {
 namespace {
@@ -31,7 +31,8 @@ std::optional<Dataset> dataset_in(const Layout& layout, const std::string& id) {
   auto dataset = read_record(folder);
   if (dataset) {
     std::error_code error;
-    const bool can_be_built = updates::is_changeable(folder) || !dataset->address.empty() || (!dataset->raster.empty() && fs::exists(folder / dataset->raster, error));
+    const bool can_be_built = updates::is_changeable(folder) || !dataset->address.empty() ||
+                              (!dataset->raster.empty() && fs::exists(folder / dataset->raster, error));
     const bool built = is_built(layout, *dataset);
     if (!built && !can_be_built) return std::nullopt;
     dataset->state = built ? State::ready : State::queued;
@@ -56,7 +57,8 @@ void set_aside(const Layout& layout, const std::string& id) {
   fs::path place = layout.orphans() / id;
   for (int k = 2; fs::exists(place, error); ++k) place = layout.orphans() / (id + "-" + std::to_string(k));
   fs::rename(layout.dataset(id), place, error);
-  log_warning(error ? "no dataset can be made of " + layout.dataset(id).string() + ", and it cannot be set aside: " + error.message()
+  log_warning(error ? "no dataset can be made of " + layout.dataset(id).string() +
+                          ", and it cannot be set aside: " + error.message()
                     : "no dataset can be made of " + layout.dataset(id).string() + ": set aside in " + place.string() +
                           "; cordillera vacuum --orphans removes it");
 }
@@ -74,7 +76,8 @@ bool adopt(const Layout& layout, Registry& registry, const Dataset& dataset) {
   const bool recorded = read_record(folder).has_value();
   log_warning("dataset " + dataset.id + " was not in the registry: adopted again, " + to_string(dataset.state) +
               (recorded ? "" : ", as a private one of no owner, since its folder has no " + std::string(kRecordFile)));
-  if (!recorded && !write_record(folder, dataset)) log_warning("dataset " + dataset.id + ": " + kRecordFile + " cannot be written");
+  if (!recorded && !write_record(folder, dataset))
+    log_warning("dataset " + dataset.id + ": " + kRecordFile + " cannot be written");
   return true;
 }
 
@@ -102,11 +105,12 @@ std::optional<proto::Problem> lost_registry(const Layout& layout) {
   } else {
     return std::nullopt;
   }
-  return proto::Problem{"data-unusable",
-                        layout.registry().string() + " " + what + ", and beside it are " + std::to_string(folders) + " folders of datasets",
-                        "the registry that belongs to them, with its -wal file if it has one; or cordillera adopt " + layout.root.string() +
-                            ", which makes a new one of what the folders say",
-                        "--data"};
+  return proto::Problem{
+      "data-unusable",
+      layout.registry().string() + " " + what + ", and beside it are " + std::to_string(folders) + " folders of datasets",
+      "the registry that belongs to them, with its -wal file if it has one; or cordillera adopt " + layout.root.string() +
+          ", which makes a new one of what the folders say",
+      "--data"};
 }
 
 Adopted adopt_folders(const Layout& layout, Registry& registry) {
@@ -128,7 +132,8 @@ Adopted adopt_folders(const Layout& layout, Registry& registry) {
       ++done.set_aside;
     }
   }
-  std::sort(found.begin(), found.end(), [](const Dataset& a, const Dataset& b) { return std::pair(a.created, a.id) < std::pair(b.created, b.id); });
+  std::sort(found.begin(), found.end(),
+            [](const Dataset& a, const Dataset& b) { return std::pair(a.created, a.id) < std::pair(b.created, b.id); });
   for (const Dataset& dataset : found) {
     if (adopt(layout, registry, dataset)) ++done.adopted;
   }
@@ -144,10 +149,12 @@ proto::Result<Adopted> make_registry(const Layout& layout) {
     return proto::Problem{"data-unusable", "cannot make a registry in " + layout.root.string() + ": " + why, accepted, "path"};
   };
   std::error_code error;
-  if (!fs::is_directory(layout.datasets(), error)) return unusable("it is no data folder", "the data folder of a server that is stopped");
+  if (!fs::is_directory(layout.datasets(), error))
+    return unusable("it is no data folder", "the data folder of a server that is stopped");
   const FolderLock lock(layout);
   if (!lock.held()) return unusable("a server uses it, or it cannot be written", "the data folder of a server that is stopped");
-  if (!lost_registry(layout)) return unusable("its registry is not lost", "cordillera serve, which adopts folders without a row at its start");
+  if (!lost_registry(layout))
+    return unusable("its registry is not lost", "cordillera serve, which adopts folders without a row at its start");
   const fs::path beside = kept_beside(layout.registry());
   for (const char* suffix : {"", "-wal", "-shm"}) {
     const fs::path file = layout.registry().string() + suffix;

@@ -14,14 +14,15 @@ struct Adopted {
   std::size_t set_aside = 0;  ///< no dataset could be made of: moved to orphans/
 };
 
-/// Why the folder's registry cannot be the one in which its datasets were: beside their folders it is missing, empty, damaged or another program's.
-/// Who started on it would know of none of them.
+/// Why the folder's registry cannot be the one in which its datasets were: beside their folders it is missing, empty, damaged or
+/// another program's. Who started on it would know of none of them.
 std::optional<proto::Problem> lost_registry(const Layout& layout);
 
 /// Gives folders without a row one, or sets them aside; nothing that could be served is removed. What was being deleted is.
 Adopted adopt_folders(const Layout& layout, Registry& registry);
 
-/// `cordillera adopt`: a new registry in the place of one that is lost, which is kept beside it. Refused while a server uses the folder.
+/// `cordillera adopt`: a new registry in the place of one that is lost, which is kept beside it. Refused while a server uses the
+/// folder.
 proto::Result<Adopted> make_registry(const Layout& layout);
 
 }  // namespace cordillera::server

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "server/datasets/library.h"
 #include "server/datasets/ledger.h"
+#include "server/datasets/library.h"
 
 namespace cordillera::server::updates {
 namespace {

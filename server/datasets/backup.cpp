@@ -6,11 +6,11 @@
 
 #include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
+#include "server/datasets/ledger.h"
+#include "server/datasets/registry.h"
+#include "server/datasets/upload.h"
 #include "server/http/digest.h"
 #include "server/http/json.h"
-#include "server/datasets/registry.h"
-#include "server/datasets/ledger.h"
-#include "server/datasets/upload.h"
 
 namespace cordillera::server {
 namespace {
@@ -79,8 +79,8 @@ class Copy {
     std::error_code gone;
     return !dataset.address.empty() && (!fs::exists(raster, gone) || fs::exists(map_of(raster), gone));
   }
-  /// What another server needs to go on with the dataset. Of one whose rasters can be changed those too, and the changes that are pending; first the
-  /// changes, for what is done of them meanwhile is found to be done.
+  /// What another server needs to go on with the dataset. Of one whose rasters can be changed those too, and the changes that are
+  /// pending; first the changes, for what is done of them meanwhile is found to be done.
   std::vector<fs::path> names_of(const std::string& id, bool ready, const std::string& raster) const {
     const fs::path folder = from_.dataset(id);
     if (!updates::is_changeable(folder)) return {ready ? fs::path(kStoreFile) : fs::path(raster)};
@@ -88,7 +88,8 @@ class Copy {
     std::error_code gone;
     if (fs::exists(folder / updates::kChangesFile, gone)) names.emplace_back(updates::kChangesFile);
     if (ready) names.emplace_back(kStoreFile);
-    for (const auto& entry : fs::directory_iterator(folder / updates::kSources, gone)) names.push_back(fs::path(updates::kSources) / entry.path().filename());
+    for (const auto& entry : fs::directory_iterator(folder / updates::kSources, gone))
+      names.push_back(fs::path(updates::kSources) / entry.path().filename());
     return names;
   }
   bool copy_all(const std::string& id, const std::vector<fs::path>& names) {
@@ -113,9 +114,12 @@ class Copy {
 
 void write_list(const fs::path& folder, const Json& files) {
   std::ofstream out(folder / kList);
-  out << Json{{"program", std::string("cordillera ") + CORDILLERA_VERSION}, {"data_version", kDataVersion}, {"files", files}}.dump(2) << "\n";
+  out << Json{{"program", std::string("cordillera ") + CORDILLERA_VERSION}, {"data_version", kDataVersion}, {"files", files}}
+             .dump(2)
+      << "\n";
   out.close();
-  if (!out || !sync_folder(folder)) throw fs::filesystem_error("cannot write", folder / kList, std::error_code(errno, std::generic_category()));
+  if (!out || !sync_folder(folder))
+    throw fs::filesystem_error("cannot write", folder / kList, std::error_code(errno, std::generic_category()));
 }
 
 void sync_tree(const fs::path& folder) {
@@ -155,7 +159,8 @@ proto::Result<BackedUp> in_place(const fs::path& to, const std::function<BackedU
   std::error_code error;
   fs::path place = fs::absolute(to).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
-  if (fs::exists(place, error) && !(fs::is_directory(place, error) && fs::is_empty(place, error))) return cannot(place.string(), "it exists");
+  if (fs::exists(place, error) && !(fs::is_directory(place, error) && fs::is_empty(place, error)))
+    return cannot(place.string(), "it exists");
   const fs::path work = place.string() + ".partial-" + std::to_string(getpid());
   try {
     fs::create_directories(work);
@@ -174,7 +179,8 @@ proto::Result<BackedUp> in_place(const fs::path& to, const std::function<BackedU
 proto::Result<BackedUp> backup(const Layout& layout, const fs::path& to) {
   std::error_code error;
   if (!fs::exists(layout.registry(), error)) {
-    return proto::Problem{"data-unusable", layout.root.string() + " is no data folder", "the folder that a server was given with --data", "path"};
+    return proto::Problem{"data-unusable", layout.root.string() + " is no data folder",
+                          "the folder that a server was given with --data", "path"};
   }
   if (auto lost = lost_registry(layout)) return *lost;  // a backup of nothing would take the place of a good one
   return in_place(to, [&](const fs::path& work) { return copy_into(layout, work); });
@@ -184,10 +190,12 @@ proto::Result<BackedUp> restore(const fs::path& from, const Layout& layout) {
   std::ifstream in(from / kList);
   const Json list = Json::parse(in, nullptr, false);
   if (list.is_discarded() || !list.contains("files") || !list["files"].is_object()) {
-    return proto::Problem{"data-unusable", from.string() + " is no backup: it has no " + kList, "a folder that cordillera backup wrote", "path"};
+    return proto::Problem{"data-unusable", from.string() + " is no backup: it has no " + kList,
+                          "a folder that cordillera backup wrote", "path"};
   }
   if (list.value("data_version", 0) > kDataVersion) {
-    return proto::Problem{"data-version", from.string() + " was made by a later version of the program", "that version, or a later one", "path"};
+    return proto::Problem{"data-version", from.string() + " was made by a later version of the program",
+                          "that version, or a later one", "path"};
   }
   return in_place(layout.root, [&](const fs::path& work) {
     const Layout to{work};
@@ -200,7 +208,8 @@ proto::Result<BackedUp> restore(const fs::path& from, const Layout& layout) {
       if (file.is_absolute() || *file.begin() == "..") throw std::runtime_error("the list names " + name);
       fs::create_directories((work / file).parent_path());
       const auto copied = copied_file(from / file, work / file);
-      if (!copied || *copied != hash) throw std::runtime_error(name + " is missing from the backup, or is not what was backed up");
+      if (!copied || *copied != hash)
+        throw std::runtime_error(name + " is missing from the backup, or is not what was backed up");
       if (file.filename() == kStoreFile) ++done.ready;
       if (file.has_parent_path()) folders.insert(*std::next(file.begin()));
     }

@@ -5,9 +5,9 @@
 
 #include "pipeline/store/store.h"
 #include "raster/storage/storage.h"
-#include "server/http/json.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/upload.h"
+#include "server/http/json.h"
 #include "work.pb.h"
 
 namespace cordillera::server {
@@ -53,7 +53,8 @@ Dataset dataset_of(const proto::DatasetRecord& record) {
 
 proto::Result<void> write_record(const fs::path& folder, const Dataset& dataset) {
   if (raster::write_whole((folder / kRecordFile).string(), to_json_line(record_of(dataset)) + "\n")) return {};
-  return proto::Problem{"storage-full", "what was posted cannot be written down: the disk is full or fails", "trying again when there is room", ""};
+  return proto::Problem{"storage-full", "what was posted cannot be written down: the disk is full or fails",
+                        "trying again when there is room", ""};
 }
 
 std::optional<Dataset> read_record(const fs::path& folder) {
@@ -90,11 +91,13 @@ bool is_marked_deleted(const fs::path& folder) {
 bool is_built(const Layout& layout, const Dataset& dataset) {
   std::error_code error;
   const fs::path folder = layout.dataset(dataset.id);
-  // Rasters of changes are kept for good, and a version is put into its place whole: one that cannot be read is damaged, not unfinished.
+  // Rasters of changes are kept for good, and a version is put into its place whole: one that cannot be read is damaged, not
+  // unfinished.
   if (updates::is_changeable(folder)) return fs::exists(layout.store(dataset.id), error);
   // A raster that is there belongs to a build that did not end; what it committed is its own to judge.
   if (!dataset.raster.empty() && fs::exists(folder / dataset.raster, error)) return false;
-  return fs::exists(layout.store(dataset.id), error) && pipeline::StoreReader::manifest_of(layout.store(dataset.id).string()).ok();
+  return fs::exists(layout.store(dataset.id), error) &&
+         pipeline::StoreReader::manifest_of(layout.store(dataset.id).string()).ok();
 }
 
 std::error_code remove_dataset_folder(const Layout& layout, const std::string& id) {

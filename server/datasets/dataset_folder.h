@@ -11,13 +11,18 @@
 
 namespace cordillera::server {
 
-inline constexpr const char* kRecordFile = "dataset.json";   ///< the row but for its state; written before the folder gets its name, never again
-inline constexpr const char* kDeletedFile = "deleted.json";  ///< the same of a dataset that was deleted: without a row it is no lost one
+inline constexpr const char* kRecordFile =
+    "dataset.json";  ///< the row but for its state; written before the folder gets its name, never again
+inline constexpr const char* kDeletedFile =
+    "deleted.json";  ///< the same of a dataset that was deleted: without a row it is no lost one
 
-inline constexpr const char* kFetchedFile = "fetched.json";  ///< what the server said of the raster that was fetched: whether it is still the same
+inline constexpr const char* kFetchedFile =
+    "fetched.json";  ///< what the server said of the raster that was fetched: whether it is still the same
 
 /// Of a file's name: one of these, which stay as long as the folder does.
-inline bool is_record(const std::filesystem::path& name) { return name == kRecordFile || name == kDeletedFile || name == kFetchedFile; }
+inline bool is_record(const std::filesystem::path& name) {
+  return name == kRecordFile || name == kDeletedFile || name == kFetchedFile;
+}
 
 /// Problems: "storage-full".
 proto::Result<void> write_record(const std::filesystem::path& folder, const Dataset& dataset);
@@ -33,7 +38,8 @@ bool is_marked_deleted(const std::filesystem::path& folder);
 /// Whether all is done that the first build of the dataset had to do: its store is published, and no raster waits to be built.
 bool is_built(const Layout& layout, const Dataset& dataset);
 
-/// Takes it out of datasets/ in one step, so that no half of it is found there, then removes it. A folder that is not there is gone.
+/// Takes it out of datasets/ in one step, so that no half of it is found there, then removes it. A folder that is not there is
+/// gone.
 std::error_code remove_dataset_folder(const Layout& layout, const std::string& id);
 
 }  // namespace cordillera::server

@@ -21,16 +21,20 @@ struct Layout {
   std::filesystem::path lock() const { return root / "lock"; }
   std::filesystem::path registry() const { return root / "registry.sqlite"; }
   std::filesystem::path audit() const { return root / "audit.jsonl"; }  ///< unless told otherwise
-  std::filesystem::path live() const { return root / "live.json"; }  ///< which datasets came of the live folder's files
-  std::filesystem::path uploads() const { return root / "uploads"; }  ///< that arrive in parts; they stay over a restart
+  std::filesystem::path live() const { return root / "live.json"; }     ///< which datasets came of the live folder's files
+  std::filesystem::path uploads() const { return root / "uploads"; }    ///< that arrive in parts; they stay over a restart
   std::filesystem::path incoming() const { return root / "incoming"; }  ///< uploads under way; emptied at every start
-  std::filesystem::path orphans() const { return root / "orphans"; }  ///< folders that no dataset could be made of; `vacuum --orphans` empties it
-  std::filesystem::path removed() const { return root / "removed"; }  ///< on their way out; emptied at every start
+  std::filesystem::path orphans() const {
+    return root / "orphans";
+  }  ///< folders that no dataset could be made of; `vacuum --orphans` empties it
+  std::filesystem::path removed() const { return root / "removed"; }    ///< on their way out; emptied at every start
   std::filesystem::path archives() const { return root / "archives"; }  ///< that were asked for; emptied at every start
   std::filesystem::path datasets() const { return root / "datasets"; }
   std::filesystem::path dataset(const std::string& id) const { return datasets() / id; }
   std::filesystem::path store(const std::string& id) const { return dataset(id) / kStoreFile; }
-  std::filesystem::path provisional(const std::string& id) const { return dataset(id) / kProvisionalStore; }  ///< until the other is published
+  std::filesystem::path provisional(const std::string& id) const {
+    return dataset(id) / kProvisionalStore;
+  }  ///< until the other is published
 };
 
 }  // namespace cordillera::server

@@ -114,11 +114,10 @@ proto::Result<std::optional<proto::DatasetVersion>> version_in(const fs::path& s
     std::error_code error;
     if (!bytes && !fs::exists(store, error)) return std::optional<proto::DatasetVersion>();
     proto::DatasetVersion version;
-    if (bytes && version.ParseFromString(*bytes) && version.number() > 0 && version.sources_size() > 0) return std::optional(version);
+    if (bytes && version.ParseFromString(*bytes) && version.number() > 0 && version.sources_size() > 0)
+      return std::optional(version);
     return damaged(store, "does not say of which rasters it was made");
-  } catch (const pipeline::StoreError& error) {
-    return damaged(store, std::string("cannot be read: ") + error.what());
-  }
+  } catch (const pipeline::StoreError& error) { return damaged(store, std::string("cannot be read: ") + error.what()); }
 }
 
 proto::Result<void> begin(const fs::path& folder, proto::SourceChange change) {
@@ -133,7 +132,8 @@ proto::Result<std::vector<proto::DatasetSource>> applied(std::vector<proto::Data
                                                          const proto::SourceChange& change) {
   if (change.kind() == "add") {
     insert(sources, change.position(), change.source());
-    for (int k = 0; k < change.more_size(); ++k) insert(sources, std::size_t{change.position()} + static_cast<std::size_t>(k) + 1, change.more(k));
+    for (int k = 0; k < change.more_size(); ++k)
+      insert(sources, std::size_t{change.position()} + static_cast<std::size_t>(k) + 1, change.more(k));
     return sources;
   }
   const auto place = place_of(sources, change.source().id());
@@ -165,7 +165,8 @@ proto::SourceChanges Ledger::read(const std::string& id) const {
 proto::DatasetVersion Ledger::current(const std::string& id) const {
   if (!holds(id)) return {};
   const fs::path folder = layout_.dataset(id);
-  // Without the lock, which who asks may hold: the file is replaced whole. The list before the version: a change may end in between.
+  // Without the lock, which who asks may hold: the file is replaced whole. The list before the version: a change may end in
+  // between.
   const proto::SourceChanges changes = value_of(read_file(folder));
   return value_of(served_in(folder, changes)).value_or(proto::DatasetVersion{});
 }
@@ -237,12 +238,15 @@ proto::Result<void> Ledger::end(const std::string& id, const std::string& ended,
 void Ledger::tidy(const std::string& id, std::size_t keep) {
   const std::lock_guard lock(mutex_);  // a raster that was just brought is not yet named
   const fs::path folder = layout_.dataset(id);
-  const auto keep_all = [&](const Problem& why) { log_warning("dataset " + id + ": " + why.detail + "; none of its rasters is removed"); };
+  const auto keep_all = [&](const Problem& why) {
+    log_warning("dataset " + id + ": " + why.detail + "; none of its rasters is removed");
+  };
   const auto changes = read_file(folder);
   if (!changes) return keep_all(changes.problem());
   const auto served = served_in(folder, *changes);
   if (!served) return keep_all(served.problem());
-  std::set<fs::path> named = {folder / kChangesFile, folder / kSources, folder / kVersions, folder / kStoreFile, folder / kRecordFile, folder / kDeletedFile};
+  std::set<fs::path> named = {folder / kChangesFile, folder / kSources,    folder / kVersions,
+                              folder / kStoreFile,   folder / kRecordFile, folder / kDeletedFile};
   const auto name_sources = [&](const auto& sources) {
     for (const proto::DatasetSource& source : sources) named.insert(folder / source.spec().path());
   };

@@ -13,7 +13,8 @@ constexpr std::uint64_t kLookEvery = 32;  // requests
 
 std::shared_ptr<const Summary> summary_of(const proto::Manifest& manifest) {
   auto summary = std::make_shared<Summary>(Summary{manifest, version_of(manifest)});
-  for (auto clear : {&proto::Manifest::clear_levels, &proto::Manifest::clear_sources, &proto::Manifest::clear_source, &proto::Manifest::clear_options}) {
+  for (auto clear : {&proto::Manifest::clear_levels, &proto::Manifest::clear_sources, &proto::Manifest::clear_source,
+                     &proto::Manifest::clear_options}) {
     (summary->manifest.*clear)();
   }
   if (!manifest.options().imagery().empty()) summary->manifest.mutable_options()->set_imagery(manifest.options().imagery());
@@ -24,7 +25,9 @@ std::string provisional_key(const std::string& id) { return id + "/provisional";
 
 }  // namespace
 
-std::string version_of(const proto::Manifest& manifest) { return digest(manifest.SerializeAsString() + CORDILLERA_VERSION).substr(0, 16); }
+std::string version_of(const proto::Manifest& manifest) {
+  return digest(manifest.SerializeAsString() + CORDILLERA_VERSION).substr(0, 16);
+}
 
 proto::Problem Library::unreadable(const std::string& id, const proto::Problem& why) { return damaged(id, why.detail); }
 
@@ -38,7 +41,8 @@ proto::Problem Library::damaged(const std::string& id, const std::string& why) {
   metrics_.store_damaged.add(1);
   const std::lock_guard lock(mutex_);
   damaged_.insert(id);
-  return {"store-damaged", "what was built of dataset " + id + " is damaged or can no longer be read", "posting the raster again, or a backup", ""};
+  return {"store-damaged", "what was built of dataset " + id + " is damaged or can no longer be read",
+          "posting the raster again, or a backup", ""};
 }
 
 std::size_t Library::damaged_count() {
@@ -81,7 +85,8 @@ std::shared_ptr<const pipeline::faces::Terrain> Library::provisional(const std::
   return terrain ? *terrain : nullptr;
 }
 
-proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open_file(const std::string& key, const std::filesystem::path& file,
+proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open_file(const std::string& key,
+                                                                                  const std::filesystem::path& file,
                                                                                   const std::string& id) {
   std::uint64_t before = 0;
   Open closed;  // stands before the lock: what is freed is freed without it
@@ -131,7 +136,8 @@ void Library::forget(const std::string& id) {
   ++forgotten_;
   summaries_.erase(id);
   damaged_.erase(id);
-  open_.remove_if([&, provisional = provisional_key(id)](const auto& entry) { return entry.first == id || entry.first == provisional; });
+  open_.remove_if(
+      [&, provisional = provisional_key(id)](const auto& entry) { return entry.first == id || entry.first == provisional; });
 }
 
 }  // namespace cordillera::server

@@ -15,8 +15,8 @@
 #include "pipeline/faces/terrain.h"
 #include "pipeline/store/store_words.h"
 #include "server/datasets/layout.h"
-#include "server/metrics/service_metrics.h"
 #include "server/datasets/mounts.h"
+#include "server/metrics/service_metrics.h"
 
 namespace cordillera::server {
 
@@ -33,9 +33,10 @@ struct Summary {
 };
 
 struct LibraryBounds {
-  /// Of what the faces of all open datasets decoded, made and read. Else who walks through all datasets would take 112 MiB with each.
+  /// Of what the faces of all open datasets decoded, made and read. Else who walks through all datasets would take 112 MiB with
+  /// each.
   std::size_t kept_bytes = std::size_t{480} << 20;  // and 32 MiB that the front keeps
-  std::size_t open = 64;  ///< datasets, a few descriptors each
+  std::size_t open = 64;                            ///< datasets, a few descriptors each
 };
 
 /// Thread-safe. A reader that was handed out outlives forget().
@@ -49,13 +50,14 @@ class Library {
   std::shared_ptr<const pipeline::faces::Terrain> provisional(const std::string& id);
   /// Remembered: a list of thousands must not open thousands of files.
   proto::Result<std::shared_ptr<const Summary>> summary(const std::string& id);
-  /// Whether a dataset has not been deleted: one that is deleted loses its files while others read it, and is not damaged. Before the first use.
+  /// Whether a dataset has not been deleted: one that is deleted loses its files while others read it, and is not damaged. Before
+  /// the first use.
   void set_existence_check(IsThere is_there) { is_there_ = std::move(is_there); }
   /// What title and attribution a dataset has now. Before the first use; forget() after every change.
   using WordsOf = std::function<pipeline::Words(const std::string& id)>;
   void set_words(WordsOf words_of) { words_of_ = std::move(words_of); }
-  /// What was read of a dataset is not what was written: the answer to whoever asked, told to the operator too. Of one that was deleted
-  /// meanwhile: that there is none.
+  /// What was read of a dataset is not what was written: the answer to whoever asked, told to the operator too. Of one that was
+  /// deleted meanwhile: that there is none.
   proto::Problem damaged(const std::string& id, const std::string& why);
   /// Datasets of which something damaged was read since they were published or the service started.
   std::size_t damaged_count();
@@ -68,7 +70,9 @@ class Library {
   proto::Problem unreadable(const std::string& id, const proto::Problem& why);
   using Open = std::list<std::pair<std::string, std::shared_ptr<const pipeline::faces::Terrain>>>;
   std::shared_ptr<const pipeline::faces::Terrain> find(const std::string& key);
-  proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open_file(const std::string& key, const std::filesystem::path& file, const std::string& id);
+  proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open_file(const std::string& key,
+                                                                           const std::filesystem::path& file,
+                                                                           const std::string& id);
   pipeline::Words words(const std::string& id) const { return words_of_ ? words_of_(id) : pipeline::Words(); }
   Open too_much();
 

@@ -3,7 +3,7 @@
 namespace cordillera::server {
 namespace {
 
-constexpr std::size_t kMostTexts = 100'000;     // a kilobyte each
+constexpr std::size_t kMostTexts = 100'000;  // a kilobyte each
 
 }  // namespace
 
@@ -13,7 +13,8 @@ std::string ListTexts::of(const Subject& subject, const Make& make) {
   {
     const std::lock_guard lock(mutex_);
     const auto known = known_.find(row->id);
-    if (known != known_.end() && known->second.row == row && known->second.summary == summary && known->second.path == path) text = known->second.text;
+    if (known != known_.end() && known->second.row == row && known->second.summary == summary && known->second.path == path)
+      text = known->second.text;
   }
   if (text) return *text;
   text = std::make_shared<const std::string>(make());

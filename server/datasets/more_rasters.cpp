@@ -49,14 +49,18 @@ std::vector<std::size_t> rasters_of(const std::vector<MoreRaster>& files) {
   for (std::size_t k = 0; k < files.size(); ++k) {
     of[k] = k;
     for (std::size_t other = 0; other < files.size() && of[k] == k; ++other) {
-      const bool raster = !raster::is_side_extension(raster::extension_of(files[other].name)) && !raster::is_pam(files[other].name);
+      const bool raster =
+          !raster::is_side_extension(raster::extension_of(files[other].name)) && !raster::is_pam(files[other].name);
       if (raster && !files[k].name.empty() && raster::is_side_of(files[other].name, files[k].name)) of[k] = other;
     }
   }
   return of;
 }
 
-proto::Problem unwritten() { return {"storage-full", "a raster cannot be packed with the files that go with it: " + std::string(std::strerror(errno)), "", ""}; }
+proto::Problem unwritten() {
+  return {"storage-full", "a raster cannot be packed with the files that go with it: " + std::string(std::strerror(errno)), "",
+          ""};
+}
 
 /// In the first one's place.
 proto::Result<MoreRaster> packed(const fs::path& folder, const std::vector<const MoreRaster*>& files) {
@@ -68,7 +72,8 @@ proto::Result<MoreRaster> packed(const fs::path& folder, const std::vector<const
   }
   whole.hash = digest(hashes);
   if (whole.bytes >= std::numeric_limits<std::uint32_t>::max())
-    return proto::Problem{"body-too-large", whole.name + " is too large to be sent with files beside it", "less than 4 GiB; or all of them in one .zip", "file"};
+    return proto::Problem{"body-too-large", whole.name + " is too large to be sent with files beside it",
+                          "less than 4 GiB; or all of them in one .zip", "file"};
   const fs::path place = folder / whole.file;
   if (auto full = raster::no_room(place.string(), whole.bytes, "a raster with the files that go with it")) return *full;
   {
@@ -119,9 +124,11 @@ bool MoreRasters::end() {
 }
 
 proto::Result<std::vector<MoreRaster>> MoreRasters::finish() {
-  if (!end()) return proto::Problem{"storage-full", "a raster cannot be written to disk: " + std::string(std::strerror(errno)), "", ""};
+  if (!end())
+    return proto::Problem{"storage-full", "a raster cannot be written to disk: " + std::string(std::strerror(errno)), "", ""};
   for (const MoreRaster& raster : rasters_) {
-    if (raster.bytes == 0) return proto::Problem{"body-empty", "the form's file '" + raster.name + "' is empty", "a raster in each file part", "file"};
+    if (raster.bytes == 0)
+      return proto::Problem{"body-empty", "the form's file '" + raster.name + "' is empty", "a raster in each file part", "file"};
   }
   return rasters_;
 }

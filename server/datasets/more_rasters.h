@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "proto/result.h"
-#include "server/http/digest.h"
 #include "raster/disk/new_file.h"
+#include "server/http/digest.h"
 
 namespace cordillera::server {
 
@@ -39,9 +39,10 @@ class MoreRasters {
   bool written_ = true;
 };
 
-/// Of the files of one body, those that say something of one of its rasters (dem.hdr, dem.prj, dem.tfw of dem.tif) become one zip with it, in its
-/// place and under its name: what reads rasters takes that for the raster. files: in the order sent, those that stay in theirs. Problems:
-/// "storage-full", "body-too-large".
-proto::Result<std::vector<MoreRaster>> with_sides_packed(const std::filesystem::path& folder, const std::vector<MoreRaster>& files);
+/// Of the files of one body, those that say something of one of its rasters (dem.hdr, dem.prj, dem.tfw of dem.tif) become one zip
+/// with it, in its place and under its name: what reads rasters takes that for the raster. files: in the order sent, those that
+/// stay in theirs. Problems: "storage-full", "body-too-large".
+proto::Result<std::vector<MoreRaster>> with_sides_packed(const std::filesystem::path& folder,
+                                                         const std::vector<MoreRaster>& files);
 
 }  // namespace cordillera::server

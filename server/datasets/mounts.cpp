@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include "pipeline/store/sqlite.h"
-#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/store_object.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/layout.h"
 #include "server/http/json.h"
@@ -33,7 +33,9 @@ std::string start_text() {
 proto::Problem unreachable(const std::string& name, const proto::Problem& why) {
   const bool storage = why.type == "storage-read" || why.type == "storage-changed";
   return {"storage-unreachable",
-          "dataset " + name + (storage ? " lies in a storage that does not give it at the moment" : " cannot be read where it lies: it is no finished dataset of this version"),
+          "dataset " + name +
+              (storage ? " lies in a storage that does not give it at the moment"
+                       : " cannot be read where it lies: it is no finished dataset of this version"),
           "asking again later", ""};
 }
 
@@ -52,13 +54,15 @@ std::optional<proto::Problem> refuse_mounts(const std::vector<Mount>& mounts) {
   for (const Mount& mount : mounts) {
     if (raster::is_remote(mount.path)) continue;
     const auto refused = [&](const std::string& why) {
-      return proto::Problem{"mount-unusable", "dataset " + mount.name + ": " + why, "a finished .sqlite file, or a folder that `cordillera build -o` wrote", "--mount"};
+      return proto::Problem{"mount-unusable", "dataset " + mount.name + ": " + why,
+                            "a finished .sqlite file, or a folder that `cordillera build -o` wrote", "--mount"};
     };
     std::error_code error;
     const std::string file = file_in(mount.path);
     if (!fs::exists(file, error)) return refused("there is no " + mount.path);
     if (fs::is_directory(file, error)) {
-      if (!pipeline::manifest_of_folder(file)) return refused("the folder " + mount.path + " holds neither manifest.json nor " + kStoreFile);
+      if (!pipeline::manifest_of_folder(file))
+        return refused("the folder " + mount.path + " holds neither manifest.json nor " + kStoreFile);
       continue;
     }
     const auto manifest = pipeline::StoreReader::manifest_of(file);
@@ -141,7 +145,9 @@ Opened Mounts::open(const std::string& name) {
   Place& place = *places_.at(name);
   if (place.is_folder) {
     return proto::Problem{"not-in-folder", "dataset " + name + " is a folder of finished tiles, and this is not among them",
-                          "manifest.json and the formats that the folder was built with; everything of a dataset that was built with `cordillera build -o NAME.sqlite`", ""};
+                          "manifest.json and the formats that the folder was built with; everything of a dataset that was built "
+                          "with `cordillera build -o NAME.sqlite`",
+                          ""};
   }
   look_again(name, place);
   const std::lock_guard lock(place.mutex);

@@ -1,6 +1,6 @@
 #pragma once
-// Datasets that the operator published elsewhere: a file of this machine or of object storage, or a folder of finished tiles; read where it
-// lies and never written.
+// Datasets that the operator published elsewhere: a file of this machine or of object storage, or a folder of finished tiles;
+// read where it lies and never written.
 #include <chrono>
 #include <functional>
 #include <map>
@@ -12,14 +12,14 @@
 
 #include "pipeline/faces/terrain.h"
 #include "raster/storage/object_file.h"
+#include "server/datasets/registry.h"
 #include "server/http/message.h"
 #include "server/options/options.h"
-#include "server/datasets/registry.h"
 
 namespace cordillera::server {
 
-/// Why the service cannot begin with these mounts: what lies on this machine must be there and be a finished dataset. An object storage may
-/// come later.
+/// Why the service cannot begin with these mounts: what lies on this machine must be there and be a finished dataset. An object
+/// storage may come later.
 std::optional<proto::Problem> refuse_mounts(const std::vector<Mount>& mounts);
 
 /// Thread-safe.
@@ -36,8 +36,8 @@ class Mounts {
   /// "storage-unreachable" when it cannot be read.
   proto::Result<proto::Manifest> manifest(const std::string& name);
 
-  /// The dataset as it is there now; looks every few seconds whether another one has been published in its place. A reader that was handed
-  /// out stays of its version. "storage-unreachable" when it cannot be read; asked again after a pause.
+  /// The dataset as it is there now; looks every few seconds whether another one has been published in its place. A reader that
+  /// was handed out stays of its version. "storage-unreachable" when it cannot be read; asked again after a pause.
   proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open(const std::string& name);
   /// A reader threw. None: another dataset may have been published meanwhile; opening again gives that one.
   std::optional<proto::Problem> after_failure(const std::string& name);
@@ -52,7 +52,7 @@ class Mounts {
     std::mutex mutex;
     std::shared_ptr<raster::ObjectFile> file;
     std::shared_ptr<const pipeline::faces::Terrain> terrain;
-    Time looked{};                         ///< whether it is still the same
+    Time looked{};                          ///< whether it is still the same
     std::optional<proto::Problem> problem;  ///< of the last attempt to open it
     Time tried{};
   };

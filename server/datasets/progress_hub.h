@@ -33,8 +33,8 @@ class ProgressHub {
   /// Returns when the version is another than `seen`, the time is over or the hub is closed.
   Snapshot wait(const std::string& id, std::uint64_t seen, std::chrono::milliseconds longest) const;
 
-  /// Called after every change and when the hub closes, on the thread that makes it: must be quick and not come back here. One at a time;
-  /// null: none. Once this returns, the one before is not called any more.
+  /// Called after every change and when the hub closes, on the thread that makes it: must be quick and not come back here. One at
+  /// a time; null: none. Once this returns, the one before is not called any more.
   void listen(std::function<void()> listener);
 
   /// No one waits any more.

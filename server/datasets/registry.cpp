@@ -54,25 +54,30 @@ class KeptRegistry : public Registry {
   }
 
   void set_state(const std::string& id, State state, const std::optional<proto::Problem>& problem) override {
-    write(id, [&] { file_->set_state(id, state, problem); }, [&](Row row) -> Row {
-      if (!row) return nullptr;
-      auto changed = std::make_shared<Dataset>(*row);
-      changed->state = state;
-      changed->problem = problem;
-      return changed;
-    });
+    write(
+        id, [&] { file_->set_state(id, state, problem); },
+        [&](Row row) -> Row {
+          if (!row) return nullptr;
+          auto changed = std::make_shared<Dataset>(*row);
+          changed->state = state;
+          changed->problem = problem;
+          return changed;
+        });
   }
   void describe(const std::string& id, const proto::BuildOptions& options, bool is_private) override {
-    write(id, [&] { file_->describe(id, options, is_private); }, [&](Row row) -> Row {
-      if (!row) return nullptr;
-      auto changed = std::make_shared<Dataset>(*row);
-      changed->options = options;
-      changed->is_private = is_private;
-      return changed;
-    });
+    write(
+        id, [&] { file_->describe(id, options, is_private); },
+        [&](Row row) -> Row {
+          if (!row) return nullptr;
+          auto changed = std::make_shared<Dataset>(*row);
+          changed->options = options;
+          changed->is_private = is_private;
+          return changed;
+        });
   }
   void remove(const std::string& id) override {
-    write(id, [&] { file_->remove(id); }, [](const Row&) { return nullptr; });
+    write(
+        id, [&] { file_->remove(id); }, [](const Row&) { return nullptr; });
   }
   void compact() override {
     const std::lock_guard writing(writing_);
@@ -99,9 +104,7 @@ class KeptRegistry : public Registry {
       const bool absent = row == nullptr;
       put(id, std::move(row));
       return absent;
-    } catch (const RegistryError&) {
-      return false;
-    }
+    } catch (const RegistryError&) { return false; }
   }
 
   void put(const std::string& id, Row row) {
@@ -119,12 +122,15 @@ class KeptRegistry : public Registry {
     by_id_[id] = std::move(row);
   }
   std::size_t& count_of(State state) {
-    return state == State::queued ? counts_.queued : state == State::running ? counts_.running : state == State::ready ? counts_.ready : counts_.failed;
+    return state == State::queued    ? counts_.queued
+           : state == State::running ? counts_.running
+           : state == State::ready   ? counts_.ready
+                                     : counts_.failed;
   }
 
   const std::unique_ptr<RegistryFile> file_;
-  std::mutex writing_;                 ///< one write after the other; held over the disk's time
-  mutable std::shared_mutex mutex_;    ///< of what follows; held for a look alone
+  std::mutex writing_;               ///< one write after the other; held over the disk's time
+  mutable std::shared_mutex mutex_;  ///< of what follows; held for a look alone
   std::unordered_map<std::string, Row> by_id_;
   std::map<std::int64_t, Row, std::greater<>> by_number_;
   std::map<std::pair<std::string, std::string>, Row> by_key_;  ///< owner and idempotency key
@@ -149,7 +155,8 @@ proto::Result<std::unique_ptr<Registry>> Registry::open(const std::string& path)
   try {
     return std::unique_ptr<Registry>(std::make_unique<KeptRegistry>(std::move(*file)));
   } catch (const RegistryError& error) {
-    return proto::Problem{"data-unusable", path + ": " + error.what(), "the registry of a backup, with cordillera restore", "--data"};
+    return proto::Problem{"data-unusable", path + ": " + error.what(), "the registry of a backup, with cordillera restore",
+                          "--data"};
   }
 }
 
@@ -158,9 +165,7 @@ std::unique_ptr<Registry> Registry::read_only(const std::string& path) { return 
 void Registry::copy(const std::string& from, const std::string& to) {
   try {
     pipeline::Database(from, pipeline::Database::Mode::shared).copy_to(to);
-  } catch (const pipeline::StoreError& error) {
-    throw RegistryError("cannot copy " + from + ": " + error.what());
-  }
+  } catch (const pipeline::StoreError& error) { throw RegistryError("cannot copy " + from + ": " + error.what()); }
 }
 
 }  // namespace cordillera::server

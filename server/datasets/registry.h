@@ -28,11 +28,11 @@ struct Dataset {
   std::string raster;                     ///< file name in the dataset's folder
   std::string idempotency_key;            ///< empty: none was given
   std::string options_hash;               ///< of everything in the request but the body
-  std::string body_hash;                  ///< of the raster that was posted, or of the address; empty: nobody has posted it (/v1/live)
-  std::string owner;         ///< name of the token that posted it; empty: none was shown
-  bool is_private = false;   ///< read with a token only
-  std::string request_id;    ///< of the request that posted it
-  std::string address;       ///< that its raster is fetched from, and fetched again; empty: it was posted
+  std::string body_hash;    ///< of the raster that was posted, or of the address; empty: nobody has posted it (/v1/live)
+  std::string owner;        ///< name of the token that posted it; empty: none was shown
+  bool is_private = false;  ///< read with a token only
+  std::string request_id;   ///< of the request that posted it
+  std::string address;      ///< that its raster is fetched from, and fetched again; empty: it was posted
 };
 
 /// A row as it was at one moment; null: there is none.
@@ -60,8 +60,8 @@ inline constexpr int kDataVersion = 1;
 
 inline constexpr std::int64_t kBeforeAll = std::numeric_limits<std::int64_t>::max();
 
-/// Thread-safe. What open() gives keeps all rows in memory: who reads waits neither for the disk nor for who writes. All but open() throw
-/// RegistryError; a row that is not found is another matter.
+/// Thread-safe. What open() gives keeps all rows in memory: who reads waits neither for the disk nor for who writes. All but
+/// open() throw RegistryError; a row that is not found is another matter.
 class Registry {
  public:
   /// "data-version", "data-unusable": among others another program's database.

@@ -21,14 +21,18 @@ constexpr const char* kSchema = R"(
   CREATE INDEX IF NOT EXISTS states ON datasets (state);
 )";
 constexpr const char* kColumns =
-    "SELECT id, name, state, options, problem, created, raster, idempotency_key, options_hash, body_hash, owner, private, request_id, number, address "
+    "SELECT id, name, state, options, problem, created, raster, idempotency_key, options_hash, body_hash, owner, private, "
+    "request_id, number, address "
     "FROM datasets ";
 /// Columns that folders of earlier versions lack.
-constexpr const char* kAddedColumns[] = {"owner TEXT NOT NULL DEFAULT ''", "private TEXT NOT NULL DEFAULT ''", "request_id TEXT NOT NULL DEFAULT ''", "address TEXT NOT NULL DEFAULT ''"};
-/// The column of keys is unique, and a key is its owner's alone, so the owner stands before it. No header holds the character between them.
+constexpr const char* kAddedColumns[] = {"owner TEXT NOT NULL DEFAULT ''", "private TEXT NOT NULL DEFAULT ''",
+                                         "request_id TEXT NOT NULL DEFAULT ''", "address TEXT NOT NULL DEFAULT ''"};
+/// The column of keys is unique, and a key is its owner's alone, so the owner stands before it. No header holds the character
+/// between them.
 constexpr char kAfterOwner = '\x1f';
 constexpr const char* kKeysByOwner =
-    "UPDATE datasets SET idempotency_key = owner || char(31) || idempotency_key WHERE owner <> '' AND instr(idempotency_key, char(31)) = 0";
+    "UPDATE datasets SET idempotency_key = owner || char(31) || idempotency_key WHERE owner <> '' AND instr(idempotency_key, "
+    "char(31)) = 0";
 
 class Statement {
  public:
@@ -136,7 +140,8 @@ int number(sqlite3* db, const char* sql) {
 
 /// Those that every version's table has; another program may call a table of its own so.
 bool has_table(sqlite3* db) {
-  return sqlite3_exec(db, "SELECT number, id, name, state, options, problem, created, raster FROM datasets LIMIT 0", nullptr, nullptr, nullptr) == SQLITE_OK;
+  return sqlite3_exec(db, "SELECT number, id, name, state, options, problem, created, raster FROM datasets LIMIT 0", nullptr,
+                      nullptr, nullptr) == SQLITE_OK;
 }
 
 /// Beyond its first page, too. Some thousand rows take a hundredth of a second.
@@ -153,23 +158,28 @@ std::optional<proto::Problem> check_kind(sqlite3* db, const std::string& path) {
   }
   if (version <= kDataVersion && (application == 0 || application == kApplicationId)) return std::nullopt;
   return proto::Problem{"data-version",
-                        path + " is of version " + std::to_string(version) + " of the data folder, this program knows versions up to " +
-                            std::to_string(kDataVersion),
-                        "the program that wrote it, or a later one; or a backup made before the upgrade, with cordillera restore", "--data"};
+                        path + " is of version " + std::to_string(version) +
+                            " of the data folder, this program knows versions up to " + std::to_string(kDataVersion),
+                        "the program that wrote it, or a later one; or a backup made before the upgrade, with cordillera restore",
+                        "--data"};
 }
 
 proto::Problem unusable(const std::string& path, const std::string& why) {
-  return {"data-unusable", "cannot use " + path + ": " + why, "a folder that can be written, on a disk with free space", "--data"};
+  return {"data-unusable", "cannot use " + path + ": " + why, "a folder that can be written, on a disk with free space",
+          "--data"};
 }
 
 /// Brings the tables to this version, all of it or nothing.
 std::optional<proto::Problem> settle(sqlite3* db, const std::string& path) {
   sqlite3_busy_timeout(db, kPatience_ms);
   if (auto other = check_kind(db, path)) return other;
-  const std::string marks = "PRAGMA application_id = " + std::to_string(kApplicationId) + "; PRAGMA user_version = " + std::to_string(kDataVersion);
-  const auto execute = [db](const std::string& sql) { return sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK; };
-  if (execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; BEGIN IMMEDIATE") && execute(kSchema) && add_columns(db) && execute(kKeysByOwner) &&
-      execute(marks) && execute("COMMIT; PRAGMA wal_checkpoint(PASSIVE)")) {
+  const std::string marks =
+      "PRAGMA application_id = " + std::to_string(kApplicationId) + "; PRAGMA user_version = " + std::to_string(kDataVersion);
+  const auto execute = [db](const std::string& sql) {
+    return sqlite3_exec(db, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK;
+  };
+  if (execute("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; BEGIN IMMEDIATE") && execute(kSchema) && add_columns(db) &&
+      execute(kKeysByOwner) && execute(marks) && execute("COMMIT; PRAGMA wal_checkpoint(PASSIVE)")) {
     return std::nullopt;
   }
   return unusable(path, sqlite3_errmsg(db));
@@ -184,9 +194,7 @@ proto::Result<std::unique_ptr<RegistryFile>> RegistryFile::open(const std::strin
   try {
     if (opened != SQLITE_OK) return unusable(path, sqlite3_errmsg(db));
     if (auto problem = settle(db, path)) return *problem;
-  } catch (const RegistryError& error) {
-    return unusable(path, error.what());
-  }
+  } catch (const RegistryError& error) { return unusable(path, error.what()); }
   return file;
 }
 
@@ -206,18 +214,17 @@ std::string RegistryFile::why_not_ours(const std::string& path) {
     // A later version's table may be another one.
     const bool marked = number(file->db_, "PRAGMA application_id") == kApplicationId;
     return marked || has_table(file->db_) ? "" : "it has no table of datasets as a server makes it";
-  } catch (const RegistryError& error) {
-    return error.what();
-  }
+  } catch (const RegistryError& error) { return error.what(); }
 }
 
 RegistryFile::~RegistryFile() { sqlite3_close(db_); }
 
 std::int64_t RegistryFile::insert(const Dataset& dataset) {
   const std::lock_guard lock(mutex_);
-  Statement insert(db_,
-                   "INSERT INTO datasets (id, name, state, options, created, raster, idempotency_key, options_hash, body_hash, owner, "
-                   "private, request_id, address) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)");
+  Statement insert(
+      db_,
+      "INSERT INTO datasets (id, name, state, options, created, raster, idempotency_key, options_hash, body_hash, owner, "
+      "private, request_id, address) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)");
   insert.bind(dataset.id).bind(dataset.name).bind(to_string(dataset.state)).bind(to_json_line(dataset.options));
   insert.bind(dataset.created).bind(dataset.raster).bind(key_column(dataset.owner, dataset.idempotency_key));
   insert.bind(dataset.options_hash).bind(dataset.body_hash).bind(dataset.owner);
@@ -249,7 +256,10 @@ StateCounts RegistryFile::counts() const {
   Statement select(db_, "SELECT state, COUNT(*) FROM datasets GROUP BY state");
   while (select.row()) {
     const State state = state_from(select.text(0));
-    std::size_t& count = state == State::queued ? counts.queued : state == State::running ? counts.running : state == State::ready ? counts.ready : counts.failed;
+    std::size_t& count = state == State::queued    ? counts.queued
+                         : state == State::running ? counts.running
+                         : state == State::ready   ? counts.ready
+                                                   : counts.failed;
     count += std::stoul(select.text(1));
   }
   return counts;
@@ -263,7 +273,11 @@ void RegistryFile::set_state(const std::string& id, State state, const std::opti
 
 void RegistryFile::describe(const std::string& id, const proto::BuildOptions& options, bool is_private) {
   const std::lock_guard lock(mutex_);
-  Statement(db_, "UPDATE datasets SET options = ?, private = ? WHERE id = ?").bind(to_json_line(options)).bind(is_private ? "1" : "").bind(id).run();
+  Statement(db_, "UPDATE datasets SET options = ?, private = ? WHERE id = ?")
+      .bind(to_json_line(options))
+      .bind(is_private ? "1" : "")
+      .bind(id)
+      .run();
 }
 
 void RegistryFile::remove(const std::string& id) {
@@ -274,7 +288,8 @@ void RegistryFile::remove(const std::string& id) {
 
 void RegistryFile::compact() {
   const std::lock_guard lock(mutex_);
-  if (sqlite3_exec(db_, "VACUUM; PRAGMA wal_checkpoint(TRUNCATE)", nullptr, nullptr, nullptr) != SQLITE_OK) throw RegistryError(sqlite3_errmsg(db_));
+  if (sqlite3_exec(db_, "VACUUM; PRAGMA wal_checkpoint(TRUNCATE)", nullptr, nullptr, nullptr) != SQLITE_OK)
+    throw RegistryError(sqlite3_errmsg(db_));
 }
 
 Row RegistryFile::find_where(const std::string& column, const std::string& value) const {
@@ -284,8 +299,8 @@ Row RegistryFile::find_where(const std::string& column, const std::string& value
   return select.row() ? dataset_from(select) : nullptr;
 }
 
-/// Whoever copies or restores the file without its log has the row. If it fails, or a backup reads meanwhile, the next one does it: the row is on
-/// disk all the same.
+/// Whoever copies or restores the file without its log has the row. If it fails, or a backup reads meanwhile, the next one does
+/// it: the row is on disk all the same.
 void RegistryFile::checkpoint() { sqlite3_wal_checkpoint_v2(db_, nullptr, SQLITE_CHECKPOINT_PASSIVE, nullptr, nullptr); }
 
 }  // namespace cordillera::server

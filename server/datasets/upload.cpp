@@ -7,8 +7,8 @@
 #include <random>
 
 #include "proto/letters.h"
-#include "server/http/digest.h"
 #include "raster/disk/new_file.h"
+#include "server/http/digest.h"
 
 namespace cordillera::server {
 namespace {

@@ -6,8 +6,8 @@
 #include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/dataset_folder.h"
-#include "server/datasets/registry.h"
 #include "server/datasets/ledger.h"
+#include "server/datasets/registry.h"
 
 namespace cordillera::server {
 namespace {
@@ -57,7 +57,8 @@ FolderLock::~FolderLock() {
 
 proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
   const auto unusable = [&](const std::string& why) {
-    return proto::Problem{"data-unusable", "cannot vacuum " + layout.root.string() + ": " + why, "the data folder of a server that is stopped", "path"};
+    return proto::Problem{"data-unusable", "cannot vacuum " + layout.root.string() + ": " + why,
+                          "the data folder of a server that is stopped", "path"};
   };
   std::error_code error;
   if (!fs::exists(layout.registry(), error)) return unusable("it is no data folder");
@@ -69,7 +70,8 @@ proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
   Vacuumed done;
   try {
     adopt_folders(layout, **registry);
-    for (const fs::path& folder : {layout.incoming(), layout.removed(), layout.archives(), orphans == Orphans::remove ? layout.orphans() : fs::path()}) {
+    for (const fs::path& folder :
+         {layout.incoming(), layout.removed(), layout.archives(), orphans == Orphans::remove ? layout.orphans() : fs::path()}) {
       for (const auto& entry : fs::directory_iterator(folder, error)) remove(entry.path(), done);
     }
     for (const auto& entry : fs::directory_iterator(layout.orphans(), error)) done.orphans += entry.exists() ? 1 : 0;
@@ -94,9 +96,7 @@ proto::Result<Vacuumed> vacuum(const Layout& layout, Orphans orphans) {
     (*registry)->compact();
     const auto after = size_of(layout.registry());
     done.bytes += before > after ? before - after : 0;
-  } catch (const RegistryError& broken) {
-    return unusable(broken.what());
-  }
+  } catch (const RegistryError& broken) { return unusable(broken.what()); }
   return done;
 }
 

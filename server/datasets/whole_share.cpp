@@ -11,8 +11,8 @@ struct Span {
   double from, to;
 };
 
-// In the order in which they come. Blocks take most of the time of every build that anybody waits for; how long the others take beside them
-// differs, so a build may go through some of them faster than its share says.
+// In the order in which they come. Blocks take most of the time of every build that anybody waits for; how long the others take
+// beside them differs, so a build may go through some of them faster than its share says.
 constexpr Span kStages[] = {{"fetch", 0, 0.05},   {"provisional", 0.05, 0.07}, {"open", 0.07, 0.08}, {"plan", 0.08, 0.1},
                             {"build", 0.1, 0.85}, {"merge", 0.85, 0.97},       {"publish", 0.97, 1}};
 

@@ -8,10 +8,10 @@
 #include "pipeline/encode/decode.h"
 #include "pipeline/store/store.h"
 #include "proto/lattice.h"
-#include "server/jobs/child.h"
-#include "server/http/digest.h"
 #include "server/doctor/doctor.h"
+#include "server/http/digest.h"
 #include "server/http/json.h"
+#include "server/jobs/child.h"
 #include "server/sandbox/sandbox.h"
 
 namespace cordillera::server::doctor {
@@ -95,7 +95,7 @@ Finding fence() {
   const sandbox::Confined offered = sandbox::offered();
   const bool whole = offered.files && offered.syscalls;
   return Finding{"sandbox", whole ? Health::good : Health::warning, "builds are confined by " + sandbox::offered_words(),
-          whole ? "" : "a kernel with both: Linux 5.13 or later with landlock in CONFIG_LSM or lsm="};
+                 whole ? "" : "a kernel with both: Linux 5.13 or later with landlock in CONFIG_LSM or lsm="};
 }
 
 }  // namespace

@@ -5,10 +5,10 @@
 
 #include <filesystem>
 
-#include "server/doctor/doctor.h"
-#include "server/datasets/layout.h"
-#include "server/limits/disk.h"
 #include "server/api/documents/web.h"
+#include "server/datasets/layout.h"
+#include "server/doctor/doctor.h"
+#include "server/limits/disk.h"
 
 namespace cordillera::server::doctor {
 namespace {

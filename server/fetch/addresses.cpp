@@ -36,8 +36,10 @@ bool is_control(char c) { return static_cast<unsigned char>(c) < ' ' || c == 127
 /// "%252e" to "%2e", however often that was done: a server behind another decodes once more.
 std::string escaped_once(std::string path) {
   for (std::size_t at = path.find("%25"); at != path.npos; at = path.find("%25", at)) {
-    if (escape_at("%" + path.substr(at + 3, 2), 0)) path.erase(at + 1, 2);
-    else at += 3;
+    if (escape_at("%" + path.substr(at + 3, 2), 0))
+      path.erase(at + 1, 2);
+    else
+      at += 3;
   }
   return path;
 }
@@ -51,14 +53,17 @@ bool hides_something(const std::string& path) {
   return false;
 }
 
-/// Whether its path could lead out of a prefix, or two programs could read it in two ways. What is no text would be written down without the
-/// bytes that are wrong: another address. What follows the path leads nowhere, and a signature may hold %2F.
+/// Whether its path could lead out of a prefix, or two programs could read it in two ways. What is no text would be written down
+/// without the bytes that are wrong: another address. What follows the path leads nowhere, and a signature may hold %2F.
 bool is_crooked(const std::string& address) {
   if (!is_utf8(address)) return true;
-  if (std::any_of(address.begin(), address.end(), [](char c) { return is_control(c) || c == ' ' || c == '\\' || c == '@'; })) return true;
-  const std::string path = escaped_once(address.starts_with("s3://") ? address : before_query(address));  // a key may have any character
+  if (std::any_of(address.begin(), address.end(), [](char c) { return is_control(c) || c == ' ' || c == '\\' || c == '@'; }))
+    return true;
+  const std::string path =
+      escaped_once(address.starts_with("s3://") ? address : before_query(address));  // a key may have any character
   const std::size_t host = path.find("://") + 3;
-  if (path.find('/', host) == std::string::npos) return true;  // a query right after the host: some would take it for a part of the name
+  if (path.find('/', host) == std::string::npos)
+    return true;  // a query right after the host: some would take it for a part of the name
   return hides_something(path) || has_dots(path.substr(host));
 }
 
@@ -91,8 +96,10 @@ std::string climbed(const std::string& path) {
     const std::string step = path.substr(from, end - from);
     const bool last = end == path.size();
     if (step == "/..") out.resize(std::min(out.rfind('/'), out.size()));
-    if (step != "/.." && step != "/.") out += step;
-    else if (last) out += '/';
+    if (step != "/.." && step != "/.")
+      out += step;
+    else if (last)
+      out += '/';
     from = end;
   }
   return out;
@@ -113,8 +120,10 @@ std::string with_escapes(const std::string& location) {
   std::string out;
   for (const char letter : location) {
     const auto c = static_cast<unsigned char>(letter);
-    if (c == ' ' || c >= 0x80) out += {'%', kHex[c >> 4], kHex[c & 15]};
-    else out += letter;
+    if (c == ' ' || c >= 0x80)
+      out += {'%', kHex[c >> 4], kHex[c & 15]};
+    else
+      out += letter;
   }
   return out;
 }
@@ -138,7 +147,9 @@ std::string without_query(const std::string& address) {
   return shown;
 }
 
-std::string resolved(const std::string& address, const std::string& location) { return without_dots(joined(address, with_escapes(location))); }
+std::string resolved(const std::string& address, const std::string& location) {
+  return without_dots(joined(address, with_escapes(location)));
+}
 
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address) {
   std::string accepted = "a raster in the body";
@@ -160,7 +171,8 @@ proto::Result<std::string> led_to(const ServeSettings& settings, const std::stri
 }
 
 Problem unreachable(const std::string& address, const std::string& why) {
-  return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster", "source"};
+  return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster",
+          "source"};
 }
 
 }  // namespace cordillera::server::updates

@@ -16,15 +16,15 @@ inline constexpr int kMostRedirects = 5;  ///< that are followed, each within wh
 /// What of an address anybody may see: its query, and what stands behind a ";" in its path, may be a signature that opens it.
 std::string without_query(const std::string& address);
 
-/// Where a redirect of an address leads (RFC 3986, 5.2), without "." and "..": what is checked is what is asked for. location: as it was sent. Its
-/// escapes stay as they are; blanks and what is beyond ASCII, which stand in no address, get some.
+/// Where a redirect of an address leads (RFC 3986, 5.2), without "." and "..": what is checked is what is asked for. location: as
+/// it was sent. Its escapes stay as they are; blanks and what is beyond ASCII, which stand in no address, get some.
 std::string resolved(const std::string& address, const std::string& location);
 
 /// Whether the operator lets it be fetched.
 proto::Result<void> check_address(const ServeSettings& settings, const std::string& address);
 
-/// Where a redirect of an address leads, if it may be followed: to http or https, and where the operator lets rasters be fetched from. Problems:
-/// "option-forbidden", "source-unreachable".
+/// Where a redirect of an address leads, if it may be followed: to http or https, and where the operator lets rasters be fetched
+/// from. Problems: "option-forbidden", "source-unreachable".
 proto::Result<std::string> led_to(const ServeSettings& settings, const std::string& address, const std::string& location);
 
 /// "source-unreachable", with why.

@@ -109,8 +109,15 @@ Begun ask_for_beginning(const std::string& address, Sink& sink) {
   Begun begun;
   Terms terms;
   terms.range = "bytes=0-" + std::to_string(kRangeBlock_bytes - 1);
-  terms.wanted = [&](const Got& head) { return (begun.part = can_be_ranged(head)) || (head.status == 200 && head.range.empty()); };
-  begun.got = http_get(address, [&](std::string_view piece) { return (!begun.part || sink.size() + piece.size() <= kRangeBlock_bytes) && sink.put(piece.data(), piece.size()); }, terms);
+  terms.wanted = [&](const Got& head) {
+    return (begun.part = can_be_ranged(head)) || (head.status == 200 && head.range.empty());
+  };
+  begun.got = http_get(
+      address,
+      [&](std::string_view piece) {
+        return (!begun.part || sink.size() + piece.size() <= kRangeBlock_bytes) && sink.put(piece.data(), piece.size());
+      },
+      terms);
   return begun;
 }
 
@@ -118,7 +125,8 @@ Begun ask_for_beginning(const std::string& address, Sink& sink) {
 std::optional<Print> beginning_of(const Got& got, const Sink& sink) {
   const auto range = read_content_range(got.range);
   Print print = print_of(got);
-  if (!got.trouble.empty() || !range || sink.size() != range->count || (print.etag.empty() && print.modified.empty())) return std::nullopt;
+  if (!got.trouble.empty() || !range || sink.size() != range->count || (print.etag.empty() && print.modified.empty()))
+    return std::nullopt;
   if (!begins_as_tiff(sink.head())) return std::nullopt;
   print.bytes = range->total;
   print.ranged = range->total > range->count;
@@ -128,8 +136,10 @@ std::optional<Print> beginning_of(const Got& got, const Sink& sink) {
 proto::Result<Print> fetch_http(const ServeSettings& settings, std::string address, Sink& sink, Wanted wanted) {
   for (int redirects = 0; redirects <= kMostRedirects; ++redirects) {
     Begun begun;
-    if (wanted == Wanted::beginning) begun = ask_for_beginning(address, sink);
-    else begun.got = http_get(address, [&](std::string_view piece) { return sink.put(piece.data(), piece.size()); });
+    if (wanted == Wanted::beginning)
+      begun = ask_for_beginning(address, sink);
+    else
+      begun.got = http_get(address, [&](std::string_view piece) { return sink.put(piece.data(), piece.size()); });
     const Got& got = begun.got;
     if (sink.problem()) return *sink.problem();
     const bool no_part = got.status == 206 || got.status == 416 || (got.status == 200 && !got.range.empty());
@@ -172,7 +182,8 @@ struct Order {
   Wanted wanted;
 };
 
-proto::Result<Print> fetch_into(const ServeSettings& settings, limits::Space& space, const Order& order, const std::atomic<bool>& stop) {
+proto::Result<Print> fetch_into(const ServeSettings& settings, limits::Space& space, const Order& order,
+                                const std::atomic<bool>& stop) {
   const auto& [address, file, wanted] = order;
   if (const auto allowed = check_address(settings, address); !allowed) return allowed.problem();  // it may have been taken back
   const fs::path part = file.string() + ".part";
@@ -201,7 +212,8 @@ proto::Result<Print> fetch_into(const ServeSettings& settings, limits::Space& sp
 
 Still compared(const Print& now, const Print& before) {
   if (!now.etag.empty() && !before.etag.empty()) return now.etag == before.etag ? Still::same : Still::changed;
-  const bool other_date = now.modified != before.modified, other_size = now.bytes != before.bytes && now.bytes > 0 && before.bytes > 0;
+  const bool other_date = now.modified != before.modified,
+             other_size = now.bytes != before.bytes && now.bytes > 0 && before.bytes > 0;
   return other_date || other_size ? Still::changed : Still::same;
 }
 
@@ -213,7 +225,9 @@ Fetch fetcher(const ServeSettings& settings, limits::Space& space) {
       return fetch_into(settings, space, {address, file, wanted}, stop);
     };
   };
-  const auto rest = [settings, &space](RangedSource::Place place) { return RangedSource::open(settings, space, std::move(place)); };
+  const auto rest = [settings, &space](RangedSource::Place place) {
+    return RangedSource::open(settings, space, std::move(place));
+  };
   return {into(Wanted::whole), into(Wanted::beginning), rest};
 }
 

@@ -18,14 +18,16 @@ namespace cordillera::server::updates {
 /// Of http://, https:// and s3:// within the operator's list; redirects stay within it too. Problems: "source-unreachable",
 /// "body-too-large", "storage-full", "cancelled".
 struct Fetch {
-  using Into = std::function<proto::Result<Print>(const std::string& address, const std::filesystem::path& file, const std::atomic<bool>& stop)>;
+  using Into = std::function<proto::Result<Print>(const std::string& address, const std::filesystem::path& file,
+                                                  const std::atomic<bool>& stop)>;
   Into whole;      ///< puts what stands at the address into a file, whole or not at all
   Into beginning;  ///< the same; of a TIFF whose host sends parts the beginning alone, with a map beside it (Print::ranged)
   std::function<proto::Result<std::unique_ptr<RangedSource>>(RangedSource::Place)> rest;  ///< of such a one, as it is asked for
 };
 Fetch fetcher(const ServeSettings& settings, limits::Space& space);
 
-/// gone: it is not to be had any more, or the operator does not allow it any more. unknown: no answer that says so; and of s3://, which is not asked.
+/// gone: it is not to be had any more, or the operator does not allow it any more. unknown: no answer that says so; and of s3://,
+/// which is not asked.
 enum class Still : std::uint8_t { same, changed, gone, unknown };
 /// Asks whether an address has what was fetched from it. Reads none of the raster. May take some seconds.
 using Ask = std::function<Still(const std::string& address, const Print& print)>;

@@ -83,8 +83,9 @@ void ask_for(std::span<const raster::ByteRange> ranges) {
   std::vector<Number> words{ranges.size()};
   for (const raster::ByteRange& range : ranges) words.insert(words.end(), {range.first, range.count});
   char answer = 0;
-  const bool came = raster::write_all(kAskDescriptor, {reinterpret_cast<const char*>(words.data()), words.size() * sizeof(Number)}) &&
-                    get_from_service(kAskDescriptor, &answer, 1) && answer == kThere;
+  const bool came =
+      raster::write_all(kAskDescriptor, {reinterpret_cast<const char*>(words.data()), words.size() * sizeof(Number)}) &&
+      get_from_service(kAskDescriptor, &answer, 1) && answer == kThere;
   if (!came) _exit(1);
 }
 
@@ -101,9 +102,7 @@ void RangeAnswers::begin(RangedSource& source, const std::atomic<bool>& stop) {
   thread_ = std::thread([this, &source, &stop, busy = std::move(busy)]() mutable {
     try {
       answer(source, stop);
-    } catch (const std::exception&) {
-      problem_ = std::move(busy);
-    }
+    } catch (const std::exception&) { problem_ = std::move(busy); }
     shutdown(descriptor_, SHUT_RDWR);  // who waits for an answer gets none
   });
 }

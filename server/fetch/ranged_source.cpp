@@ -101,13 +101,13 @@ bool begins_as_tiff(std::string_view bytes) {
 proto::Result<void> begin_ranged(const fs::path& file, std::uint64_t begun_bytes, std::uint64_t bytes) {
   const bool sized = truncate(file.c_str(), static_cast<off_t>(bytes)) == 0;
   if (!sized && errno == EFBIG)
-    return Problem{"body-too-large", "the raster is larger than the service's disk holds in one file", "a smaller raster", "source"};
+    return Problem{"body-too-large", "the raster is larger than the service's disk holds in one file", "a smaller raster",
+                   "source"};
   std::string map((blocks_of(bytes) + 7) / 8, '\0');
   for (std::uint64_t block = 0; block < blocks_of(begun_bytes); ++block)
     map[block / 8] = static_cast<char>(map[block / 8] | 1 << (block % 8));
   const int descriptor = open(map_of(file).c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, 0640);
-  const bool good = sized && descriptor >= 0 &&
-                    write_at(descriptor, map.data(), map.size(), 0) && fsync(descriptor) == 0;
+  const bool good = sized && descriptor >= 0 && write_at(descriptor, map.data(), map.size(), 0) && fsync(descriptor) == 0;
   const std::string why = strerror(errno);
   if (descriptor >= 0) close(descriptor);
   if (good) return {};

@@ -81,7 +81,7 @@ class RangedSource {
   int file_ = -1, map_file_ = -1;
   std::string map_;
   bool noted_ = true, lost_ = false;  ///< the map is on disk; the disk has lost what was written
-  std::uint64_t here_ = 0;  ///< blocks
+  std::uint64_t here_ = 0;            ///< blocks
   Run last_;
 };
 

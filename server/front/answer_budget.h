@@ -16,8 +16,8 @@ class AnswerBudget {
 
   AnswerBudget(std::size_t most, std::size_t most_per_client) : most_(most), most_per_client_(most_per_client) {}
 
-  /// Room for the bytes, until the share goes. Null: there is none. Who has none yet gets it, however large, so that no bound shuts an answer
-  /// out for good.
+  /// Room for the bytes, until the share goes. Null: there is none. Who has none yet gets it, however large, so that no bound
+  /// shuts an answer out for good.
   Share take(const std::string& client, const Bytes& bytes);
   /// Whether nothing more would be let in for this client.
   bool full(const std::string& client) const;

@@ -90,7 +90,8 @@ std::string brotli(std::string_view bytes) {
   std::string out(size, '\0');
   const auto* from = reinterpret_cast<const std::uint8_t*>(bytes.data());
   auto* to = reinterpret_cast<std::uint8_t*>(out.data());
-  const auto done = BrotliEncoderCompress(kBrotliQuality, BROTLI_DEFAULT_WINDOW, BROTLI_MODE_GENERIC, bytes.size(), from, &size, to);
+  const auto done =
+      BrotliEncoderCompress(kBrotliQuality, BROTLI_DEFAULT_WINDOW, BROTLI_MODE_GENERIC, bytes.size(), from, &size, to);
   if (done != BROTLI_TRUE) throw std::runtime_error("libbrotli failed");
   out.resize(size);
   return out;

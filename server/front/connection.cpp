@@ -19,8 +19,14 @@ constexpr auto kLinger = std::chrono::seconds(30);
 }  // namespace
 
 Connection::Connection(Loop& loop, tcp::socket socket, std::shared_ptr<void> place, ClientCounts::Share share)
-    : loop_(loop), shared_(loop.shared()), place_(std::move(place)), socket_(std::move(socket)), share_(std::move(share)), since_(Clock::now()),
-      body_pace_(shared_.limits), answer_pace_(shared_.limits) {
+    : loop_(loop),
+      shared_(loop.shared()),
+      place_(std::move(place)),
+      socket_(std::move(socket)),
+      share_(std::move(share)),
+      since_(Clock::now()),
+      body_pace_(shared_.limits),
+      answer_pace_(shared_.limits) {
   Error ignored;
   socket_.non_blocking(true, ignored);
   socket_.set_option(tcp::no_delay(true), ignored);

@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "server/front/message/body_framing.h"
 #include "server/front/body_pipe.h"
+#include "server/front/message/body_framing.h"
 #include "server/front/message/head.h"
 #include "server/front/pace.h"
 #include "server/front/shared.h"
@@ -40,9 +40,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void guarded(Work&& work) {
     try {
       work();
-    } catch (const std::exception& error) {
-      give_up(error.what());
-    }
+    } catch (const std::exception& error) { give_up(error.what()); }
   }
 
   bool idle() const { return state_ == State::head && in_.empty(); }
@@ -96,7 +94,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// From another thread: does it on the loop's.
   template <class Work>
   void later(Work work) {
-    boost::asio::post(socket_.get_executor(), [self = shared_from_this(), work = std::move(work)]() mutable { self->guarded(work); });
+    boost::asio::post(socket_.get_executor(),
+                      [self = shared_from_this(), work = std::move(work)]() mutable { self->guarded(work); });
   }
 
   Loop& loop_;
@@ -116,7 +115,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::string client_;
   Clock::time_point asked_;
   bool keep_ = true, linger_ = false, old_ = false;
-  bool by_front_ = false;  ///< the answer is no answer of the API
+  bool by_front_ = false;            ///< the answer is no answer of the API
   std::atomic<bool> failed_{false};  ///< there will be none
   std::atomic<bool> begun_{false};   ///< a worker makes it, or nobody will
 

@@ -6,15 +6,16 @@
 #include <boost/asio/buffer.hpp>
 #include <charconv>
 
-#include "server/front/message/answer_head.h"
 #include "server/front/connection.h"
 #include "server/front/loop.h"
+#include "server/front/message/answer_head.h"
 #include "server/log/log.h"
 
 namespace cordillera::server::front {
 namespace {
 
-constexpr auto kToBegin = std::chrono::seconds(2);  // who has only closed his side reads still, and seldom has to wait for so long
+constexpr auto kToBegin =
+    std::chrono::seconds(2);  // who has only closed his side reads still, and seldom has to wait for so long
 constexpr std::size_t kLarge = std::size_t{64} << 10;  // less is soon in the system's own buffers
 
 std::string chunk(const std::string& piece) {
@@ -35,7 +36,8 @@ void Connection::respond(Response response) {
   if (state_ == State::closed) return;
   if (body_late_) {
     body_late_ = false;
-    return respond_with({"request-timeout", "the body came too slowly", "at least " + std::to_string(shared_.limits.min_rate) + " bytes a second", ""});
+    return respond_with({"request-timeout", "the body came too slowly",
+                         "at least " + std::to_string(shared_.limits.min_rate) + " bytes a second", ""});
   }
   if (framing_ && !framing_->done() && !expects_continue_) skip_body();
   const bool body_left = framing_ ? !framing_->done() : linger_;
@@ -114,7 +116,8 @@ bool Connection::client_left() {
   return true;
 }
 
-/// What only reads and waits for a worker is not made for a client that has left: others wait behind it. A change is made all the same.
+/// What only reads and waits for a worker is not made for a client that has left: others wait behind it. A change is made all the
+/// same.
 void Connection::leave_if_unwanted(Clock::time_point now) {
   const bool reads = request_.method == "GET" || request_.method == "HEAD";
   if (reads && !begun_ && now - asked_ > kToBegin && client_left() && !begun_.exchange(true)) close();
@@ -141,7 +144,8 @@ void Connection::pump() {
   state_ = State::streaming;
   if (piece && piece->empty()) return;
   if (pieces_left_ > 0) {
-    if (!piece || piece->size() > pieces_left_) return close();  // what was promised is not there: the client must not take it for the whole
+    if (!piece || piece->size() > pieces_left_)
+      return close();  // what was promised is not there: the client must not take it for the whole
     pieces_left_ -= piece->size();
     if (pieces_left_ == 0) pieces_ = nullptr;
   }
@@ -170,9 +174,10 @@ void Connection::write() {
     const std::size_t count = socket_.write_some(rest, error);
     if (error == boost::asio::error::would_block) {
       answer_pace_.wait(Clock::now());
-      socket_.async_wait(boost::asio::ip::tcp::socket::wait_write, [self = shared_from_this()](const boost::system::error_code& failed) {
-        if (!failed && self->state_ == State::writing) self->guarded([&] { self->write(); });
-      });
+      socket_.async_wait(boost::asio::ip::tcp::socket::wait_write,
+                         [self = shared_from_this()](const boost::system::error_code& failed) {
+                           if (!failed && self->state_ == State::writing) self->guarded([&] { self->write(); });
+                         });
       return;
     }
     if (error) return close();

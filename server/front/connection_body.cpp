@@ -35,7 +35,8 @@ void Connection::begin_with_body(Head head) {
   });
   const auto taken = shared_.takers.run(client_, [self] { self->make_answer(); });
   if (taken == Workers::Taken::yes) return;
-  if (taken == Workers::Taken::full) return respond_with({"service-busy", "the service receives too many bodies", "trying again later", ""});
+  if (taken == Workers::Taken::full)
+    return respond_with({"service-busy", "the service receives too many bodies", "trying again later", ""});
   respond_with({"too-many-uploads", "this address sends too many bodies at a time",
                 "at most " + std::to_string(shared_.limits.uploads_per_client), ""});
 }

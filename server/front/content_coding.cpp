@@ -32,8 +32,10 @@ void ContentCoder::encode(const Request& request, Response& response) {
   if (coding == nullptr) return;
   const auto make = [&] { return compressed(coding, response.bytes()); };
   std::shared_ptr<const std::string> bytes;
-  if (!keep) bytes = std::make_shared<const std::string>(make());
-  else bytes = response.keep ? response.keep(coding + tag, make) : kept(coding + tag, make);
+  if (!keep)
+    bytes = std::make_shared<const std::string>(make());
+  else
+    bytes = response.keep ? response.keep(coding + tag, make) : kept(coding + tag, make);
   if (bytes->empty()) return;
   response.body.clear();
   response.shared = std::move(bytes);

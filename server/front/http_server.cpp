@@ -10,8 +10,8 @@
 
 #include "server/front/loop.h"
 #include "server/limits/descriptors.h"
-#include "server/memory/heap.h"
 #include "server/log/log.h"
+#include "server/memory/heap.h"
 
 namespace cordillera::server::front {
 namespace {
@@ -25,7 +25,8 @@ constexpr auto kNoDescriptors = std::chrono::milliseconds(100);
 class AsioServer final : public HttpServer {
  public:
   AsioServer(Api& api, const Limits& limits, OnServed on_served)
-      : shared_(api, limits, std::move(on_served)), most_sockets_(limits.connections + limits::refused_sockets(limits.connections)) {
+      : shared_(api, limits, std::move(on_served)),
+        most_sockets_(limits.connections + limits::refused_sockets(limits.connections)) {
     for (std::size_t k = 0; k < limits.loops; ++k) loops_.push_back(std::make_unique<Loop>(shared_));
     acceptor_ = std::make_unique<tcp::acceptor>(loops_[0]->io());
     retry_ = std::make_unique<boost::asio::steady_timer>(loops_[0]->io());
@@ -101,12 +102,14 @@ class AsioServer final : public HttpServer {
         }
         return accept();
       }
-      const bool scarce = error == boost::asio::error::no_descriptors || error.value() == ENFILE || error == boost::asio::error::no_buffer_space;
+      const bool scarce =
+          error == boost::asio::error::no_descriptors || error.value() == ENFILE || error == boost::asio::error::no_buffer_space;
       scarce ? make_room(0) : accept_later();
     });
   }
 
-  /// Without a descriptor or a place left nobody comes in any more. The loops are asked in turn to close the connection that can be spared best.
+  /// Without a descriptor or a place left nobody comes in any more. The loops are asked in turn to close the connection that can
+  /// be spared best.
   void make_room(std::size_t asked) {
     if (asked == running_) return accept_later();
     loops_[(next_ + asked) % running_]->make_room([this, asked](Loop::Room room) {
@@ -132,15 +135,16 @@ class AsioServer final : public HttpServer {
 
 }  // namespace
 
-proto::Result<std::unique_ptr<HttpServer>> HttpServer::bind(Api& api, const std::string& listen, const Limits& limits, OnServed on_served) {
+proto::Result<std::unique_ptr<HttpServer>> HttpServer::bind(Api& api, const std::string& listen, const Limits& limits,
+                                                            OnServed on_served) {
   const auto colon = listen.rfind(':');
   std::string host = listen.substr(0, colon);
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   auto server = std::make_unique<AsioServer>(api, limits, std::move(on_served));
   if (const Error error = server->bind_to(host, listen.substr(colon + 1))) {
     const std::string why = error == boost::asio::error::address_in_use ? "another program listens there" : error.message();
-    return proto::Problem{"listen-failed", "cannot listen on " + listen + ": " + why, "an address of this machine and a port that is free",
-                          "--listen"};
+    return proto::Problem{"listen-failed", "cannot listen on " + listen + ": " + why,
+                          "an address of this machine and a port that is free", "--listen"};
   }
   return std::unique_ptr<HttpServer>(std::move(server));
 }

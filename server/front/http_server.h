@@ -14,7 +14,8 @@ namespace cordillera::server::front {
 class HttpServer {
  public:
   /// listen: HOST:PORT; port 0 takes any free one. The API must outlive the server.
-  static proto::Result<std::unique_ptr<HttpServer>> bind(Api& api, const std::string& listen, const Limits& limits = {}, OnServed on_served = {});
+  static proto::Result<std::unique_ptr<HttpServer>> bind(Api& api, const std::string& listen, const Limits& limits = {},
+                                                         OnServed on_served = {});
   virtual ~HttpServer() = default;
   virtual int port() const = 0;
   /// Open now.

@@ -10,7 +10,8 @@ namespace {
 bool is_of_request(const std::string& name) { return name == "X-Request-Id" || name == "Server-Timing"; }
 
 bool stays_in_304(const std::string& name) {
-  return name == "ETag" || name == "Cache-Control" || name == "Vary" || name.starts_with("Access-Control-") || name == "X-Content-Type-Options";
+  return name == "ETag" || name == "Cache-Control" || name == "Vary" || name.starts_with("Access-Control-") ||
+         name == "X-Content-Type-Options";
 }
 
 }  // namespace
@@ -47,7 +48,8 @@ void KeptAnswers::forget_others(std::uint64_t state) {
 }
 
 bool takes_kept(const Request& request) {
-  return request.method == "GET" && request.query.empty() && !request.headers.contains("authorization") && !request.headers.contains("range");
+  return request.method == "GET" && request.query.empty() && !request.headers.contains("authorization") &&
+         !request.headers.contains("range");
 }
 
 }  // namespace cordillera::server::front

@@ -38,8 +38,9 @@ class KeptAnswers {
 
   std::atomic<std::uint64_t> state_{0};  ///< of the latest who asked
   // A few, so that loops seldom wait for each other.
-  std::array<Shelf, 8> shelves_ = {Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8),
-                                   Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8)};
+  std::array<Shelf, 8> shelves_ = {Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8),
+                                   Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8),
+                                   Shelf(kMost_bytes / 8), Shelf(kMost_bytes / 8)};
 };
 
 /// Whether a kept answer may stand for what this request asks for: nothing in it but its path and If-None-Match decides.

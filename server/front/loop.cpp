@@ -3,8 +3,8 @@
 #include <boost/asio/post.hpp>
 #include <utility>
 
-#include "server/front/message/answer_head.h"
 #include "server/front/connection.h"
+#include "server/front/message/answer_head.h"
 #include "server/log/log.h"
 
 namespace cordillera::server::front {
@@ -22,7 +22,8 @@ std::shared_ptr<void> counted(std::atomic<std::size_t>& sockets) {
 
 }  // namespace
 
-Loop::Loop(Shared& shared) : shared_(shared), work_(io_.get_executor()), ticks_(io_), news_(io_), scratch_(kScratch), date_(http_date()) {}
+Loop::Loop(Shared& shared)
+    : shared_(shared), work_(io_.get_executor()), ticks_(io_), news_(io_), scratch_(kScratch), date_(http_date()) {}
 
 Loop::~Loop() = default;
 
@@ -62,7 +63,8 @@ void Loop::adopt(boost::asio::ip::tcp::socket socket) {
   });
 }
 
-/// The connection whose last word was said first goes, or else that which has been idle for longest: its client only has to connect again.
+/// The connection whose last word was said first goes, or else that which has been idle for longest: its client only has to
+/// connect again.
 Loop::Room Loop::make_room() {
   std::shared_ptr<Connection> spare;
   const auto before = [](const Connection& a, const Connection& b) {

@@ -11,10 +11,10 @@ struct Served {
   std::string client;        ///< address; of who stands behind a trusted proxy
   std::string problem;       ///< slug; empty: none
   int status = 0;
-  std::uint64_t bytes = 0;   ///< of the answer that the system took, head included
-  double seconds = 0;        ///< from the end of the request's head to there
-  bool by_front = false;     ///< refused before the API was asked
-  bool whole = true;         ///< false: the client went, or was too slow, before the end
+  std::uint64_t bytes = 0;  ///< of the answer that the system took, head included
+  double seconds = 0;       ///< from the end of the request's head to there
+  bool by_front = false;    ///< refused before the API was asked
+  bool whole = true;        ///< false: the client went, or was too slow, before the end
 };
 
 /// Called on the server's own threads: must be quick and thread-safe.

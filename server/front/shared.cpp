@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <regex>
 
-#include "server/memory/heap.h"
 #include "server/log/log.h"
+#include "server/memory/heap.h"
 
 namespace cordillera::server::front {
 namespace {
@@ -21,7 +21,10 @@ bool is_range(const std::string& header) {
 }  // namespace
 
 Shared::Shared(Api& api_, const Limits& limits_, OnServed on_served_)
-    : api(api_), limits(limits_), on_served(std::move(on_served_)), unsent(limits_.unsent, limits_.unsent_per_client),
+    : api(api_),
+      limits(limits_),
+      on_served(std::move(on_served_)),
+      unsent(limits_.unsent, limits_.unsent_per_client),
       makers(cores() * 2, limits_.connections * std::size_t{2}, limits_.connections * std::size_t{2}),
       takers(limits_.uploads, limits_.uploads, limits_.uploads_per_client) {}
 
@@ -43,7 +46,8 @@ std::optional<Response> kept_answer(Shared& shared, const Request& request) {
 }
 
 proto::Problem too_much_unsent() {
-  return {"service-busy", "too many large answers wait to be read, of this address or in all", "reading those first, or asking again later", ""};
+  return {"service-busy", "too many large answers wait to be read, of this address or in all",
+          "reading those first, or asking again later", ""};
 }
 
 Response refusal(const proto::Problem& problem) {
@@ -58,7 +62,8 @@ namespace {
 Response ready(Shared& shared, const Request& request, const std::function<Response()>& make) {
   keep_reserve();  // of the answer before, which may have found no memory
   if (!has_memory(kForARequest_bytes)) {
-    return refusal({"service-busy", "the service has hardly any memory left", "asking again later, or starting it with more", ""});
+    return refusal(
+        {"service-busy", "the service has hardly any memory left", "asking again later, or starting it with more", ""});
   }
   try {
     Response response = make();

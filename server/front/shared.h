@@ -24,8 +24,8 @@ struct Shared {
   ClientCounts connections, streams;
   AnswerBudget unsent;
   std::atomic<std::size_t> sockets{0};  ///< open, of refused clients too; before the workers, whose works hold some
-  Workers makers;  ///< requests without a body that are not answered at once
-  Workers takers;  ///< requests with one: they may wait for their client
+  Workers makers;                       ///< requests without a body that are not answered at once
+  Workers takers;                       ///< requests with one: they may wait for their client
   std::atomic<bool> stopping{false};
 };
 

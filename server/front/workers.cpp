@@ -56,8 +56,10 @@ void Workers::stop() {
 std::function<void()> Workers::next(Clients::iterator its) {
   std::function<void()> work = std::move(its->second.waiting.front());
   its->second.waiting.pop_front();
-  if (its->second.waiting.empty()) turns_.pop_front();
-  else turns_.splice(turns_.end(), turns_, turns_.begin());
+  if (its->second.waiting.empty())
+    turns_.pop_front();
+  else
+    turns_.splice(turns_.end(), turns_, turns_.begin());
   --waiting_;
   return work;
 }

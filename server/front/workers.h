@@ -13,8 +13,8 @@
 
 namespace cordillera::server::front {
 
-/// Clients take turns: one that asks for a thousand things delays another's by one of them. Threads start as they are needed; the first one at
-/// once, so that a server that has begun never lacks it: where none can be had, the constructor throws.
+/// Clients take turns: one that asks for a thousand things delays another's by one of them. Threads start as they are needed; the
+/// first one at once, so that a server that has begun never lacks it: where none can be had, the constructor throws.
 class Workers {
  public:
   /// most_per_client: works of one client at a time, waiting ones included.

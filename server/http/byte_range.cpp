@@ -48,7 +48,8 @@ std::string content_range(const ByteRange& part, std::uint64_t size) {
 }
 
 Response no_such_part(std::uint64_t size) {
-  Response response = problem_response({"range-beyond", "the Range begins behind the last byte", "bytes within 0-" + std::to_string(size == 0 ? 0 : size - 1), "Range"});
+  Response response = problem_response({"range-beyond", "the Range begins behind the last byte",
+                                        "bytes within 0-" + std::to_string(size == 0 ? 0 : size - 1), "Range"});
   response.set("Content-Range", "bytes */" + std::to_string(size));
   return response;
 }

@@ -18,8 +18,8 @@ struct Wanted {
   enum class What : std::uint8_t { whole, part, nothing } what = What::whole;
   ByteRange part;
 };
-/// The whole where there is no Range, where it is not of bytes or cannot be read, where it names several parts, and where If-Range names
-/// another content. Nothing: it begins behind the end.
+/// The whole where there is no Range, where it is not of bytes or cannot be read, where it names several parts, and where
+/// If-Range names another content. Nothing: it begins behind the end.
 Wanted wanted_part(const Request& request, std::uint64_t size, const std::string& etag);
 
 /// "bytes 0-99/1000".

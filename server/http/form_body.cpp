@@ -31,7 +31,8 @@ std::optional<std::string> parameter(const std::string& header, const std::strin
     std::string value;
     for (++begin; begin < header.size() && header[begin] != '"'; ++begin) {
       // Only of these two: a path of another system has backslashes that mean themselves.
-      const bool escape = header[begin] == '\\' && begin + 1 < header.size() && (header[begin + 1] == '"' || header[begin + 1] == '\\');
+      const bool escape =
+          header[begin] == '\\' && begin + 1 < header.size() && (header[begin + 1] == '"' || header[begin + 1] == '\\');
       if (escape) ++begin;
       value += header[begin];
     }
@@ -61,15 +62,15 @@ std::optional<FormReader> FormReader::of(const std::string& content_type) {
 }
 
 bool FormReader::fail(const std::string& why) {
-  problem_ = proto::Problem{"form-invalid", "the form cannot be read: " + why, "curl -F file=@dem.tif -F error=5 …: rasters as files, and options as fields", ""};
+  problem_ = proto::Problem{"form-invalid", "the form cannot be read: " + why,
+                            "curl -F file=@dem.tif -F error=5 …: rasters as files, and options as fields", ""};
   return false;
 }
 
 bool FormReader::feed(std::string_view piece, const Sink& file) {
   if (state_ == State::epilogue) return true;
   rest_ += piece;
-  while (going_ && !problem_ && step(file)) {
-  }
+  while (going_ && !problem_ && step(file)) {}
   return going_ && !problem_;
 }
 

@@ -51,7 +51,8 @@ bool accepts(const Request& request, std::string_view wanted) {
 }
 
 bool is_compressible(std::string_view type) {
-  static constexpr std::string_view kTypes[] = {"text/", "application/json", "application/geo+json", "application/xml", "image/svg+xml", pipeline::faces::kVectorTile};
+  static constexpr std::string_view kTypes[] = {"text/",           "application/json", "application/geo+json",
+                                                "application/xml", "image/svg+xml",    pipeline::faces::kVectorTile};
   const auto begins = [&](std::string_view kind) { return type.substr(0, kind.size()) == kind; };
   return !begins("text/event-stream") && std::any_of(std::begin(kTypes), std::end(kTypes), begins);
 }

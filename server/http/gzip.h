@@ -1,5 +1,6 @@
 #pragma once
-// What may be compressed for whom. Text and JSON are compressed at the socket; here, documents of other types that clients expect so.
+// What may be compressed for whom. Text and JSON are compressed at the socket; here, documents of other types that clients expect
+// so.
 #include <string>
 #include <string_view>
 

@@ -12,7 +12,8 @@
 namespace cordillera::server {
 namespace {
 
-// Of a problem that a job reports or that is written down: it stands in every list. Both ways, for a job may have been taken over.
+// Of a problem that a job reports or that is written down: it stands in every list. Both ways, for a job may have been taken
+// over.
 constexpr std::size_t kMostKept_bytes = 2000, kLongestSlug_bytes = 100;
 
 /// When it is worth to ask again; null: asking again changes nothing. Here alone: a header that stands twice is read as none.
@@ -65,7 +66,8 @@ proto::Error to_error(const proto::Problem& problem) {
 }
 
 proto::Problem to_problem(const proto::Error& error) {
-  return {proto::cut_text(error.type(), kLongestSlug_bytes), kept(error.detail()), kept(error.accepted()), kept(error.parameter())};
+  return {proto::cut_text(error.type(), kLongestSlug_bytes), kept(error.detail()), kept(error.accepted()),
+          kept(error.parameter())};
 }
 
 Json plain_numbers(Json json) {
@@ -98,7 +100,12 @@ void ListText::add(const std::string& item) {
 }
 
 std::string ListText::end(const std::string& name, const Json& value) {
-  text_.append(empty_ ? "]" : "\n  ]").append(",\n  ").append(Json(name).dump()).append(": ").append(value.dump()).append("\n}\n");
+  text_.append(empty_ ? "]" : "\n  ]")
+      .append(",\n  ")
+      .append(Json(name).dump())
+      .append(": ")
+      .append(value.dump())
+      .append("\n}\n");
   return std::move(text_);
 }
 

@@ -35,7 +35,8 @@ Json plain_numbers(Json json);
 /// Text for humans and machines, with plain numbers: bytes that are not UTF-8 are replaced.
 std::string dump(Json json);
 
-/// What dump() makes of an object whose first member is an array, an item at a time: a tree of a thousand datasets would take ten megabytes.
+/// What dump() makes of an object whose first member is an array, an item at a time: a tree of a thousand datasets would take ten
+/// megabytes.
 class ListText {
  public:
   /// An item as it stands in the list.

@@ -20,9 +20,9 @@ struct KeptCounts;
 
 struct Request {
   std::string method = "GET";
-  std::string path;                                         ///< percent-decoded, without the query
+  std::string path;                                        ///< percent-decoded, without the query
   std::vector<std::pair<std::string, std::string>> query;  ///< decoded, in the order sent
-  std::map<std::string, std::string> headers;               ///< names in lower case
+  std::map<std::string, std::string> headers;              ///< names in lower case
   /// Hands the body to the sink in pieces, until its end or until the sink says false. True if the body came to its end.
   using Sink = std::function<bool(std::string_view piece)>;
   std::function<bool(const Sink& sink)> read_body;
@@ -46,15 +46,16 @@ struct Response {
   std::string body;
   std::shared_ptr<const std::string> shared;  ///< instead of body: what other answers send too
   /// Where what is made of these bytes may be kept, under a name: beside what they are of, with which it goes. Null: nowhere.
-  using Keep = std::function<std::shared_ptr<const std::string>(const std::string& name, const std::function<std::string()>& make)>;
+  using Keep =
+      std::function<std::shared_ptr<const std::string>(const std::string& name, const std::function<std::string()>& make)>;
   Keep keep;
   /// Everybody who asks for this path without a token gets the same, as long as Api::state() is this.
   std::optional<std::uint64_t> same_while;
   std::shared_ptr<const metrics::KeptCounts> counts;  ///< of such an answer
-  std::shared_ptr<const std::string> lines;  ///< headers as they stand on the wire, before the others
-  std::string problem;  ///< slug of what went wrong; empty: nothing
-  /// Instead of a body: the next piece, or nothing at the end. An empty piece: none yet, to be asked again when something has changed
-  /// (Api::on_change) or a second later. Never waits.
+  std::shared_ptr<const std::string> lines;           ///< headers as they stand on the wire, before the others
+  std::string problem;                                ///< slug of what went wrong; empty: nothing
+  /// Instead of a body: the next piece, or nothing at the end. An empty piece: none yet, to be asked again when something has
+  /// changed (Api::on_change) or a second later. Never waits.
   std::function<std::optional<std::string>()> next_piece;
   std::optional<std::uint64_t> length;  ///< bytes of all pieces; then none of them is empty
   /// Instead of all else: an answer that is still to come, asked for in the same way.

@@ -7,7 +7,7 @@
 namespace cordillera::server {
 
 struct ProblemKind {
-  std::string slug;   ///< Problem::type
+  std::string slug;  ///< Problem::type
   int status = 0;
   std::string title;
 };

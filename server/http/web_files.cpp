@@ -15,7 +15,8 @@ std::string name_of(const std::filesystem::path& file) {
   struct stat now {};
   if (stat(file.c_str(), &now) != 0 || !S_ISREG(now.st_mode)) return "";
   std::ostringstream name;
-  name << file.string() << '\n' << now.st_dev << ' ' << now.st_ino << ' ' << now.st_size << ' ' << now.st_mtim.tv_sec << ' ' << now.st_mtim.tv_nsec;
+  name << file.string() << '\n'
+       << now.st_dev << ' ' << now.st_ino << ' ' << now.st_size << ' ' << now.st_mtim.tv_sec << ' ' << now.st_mtim.tv_nsec;
   return name.str();
 }
 

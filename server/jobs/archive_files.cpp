@@ -10,9 +10,9 @@
 
 #include "pipeline/exports/pmtiles.h"
 #include "server/http/digest.h"
+#include "server/http/message.h"
 #include "server/limits/admission.h"
 #include "server/log/log.h"
-#include "server/http/message.h"
 
 namespace cordillera::server {
 namespace {
@@ -20,10 +20,12 @@ namespace {
 namespace fs = std::filesystem;
 using proto::Problem;
 
-std::string file_of(const ArchiveOrder& order) { return order.id + "." + order.version + "." + std::string(order.face->name) + ".pmtiles"; }
+std::string file_of(const ArchiveOrder& order) {
+  return order.id + "." + order.version + "." + std::string(order.face->name) + ".pmtiles";
+}
 
 constexpr std::size_t kBlock_bytes = std::size_t{64} << 10;  // read and compared at once: what clients ask for is about as large
-constexpr std::size_t kSum_letters = 16;                     // of a block's SHA-256: against damage, and 4 MiB for all that is kept
+constexpr std::size_t kSum_letters = 16;  // of a block's SHA-256: against damage, and 4 MiB for all that is kept
 
 std::string sum_of(const std::string& block) { return digest(block).substr(0, kSum_letters); }
 
@@ -37,7 +39,8 @@ proto::Result<void> write_one(const ArchiveOrder& order, const fs::path& path, c
     return pipeline::exports::write_pmtiles(*order.terrain, *order.face, path.string(), bounds);
   } catch (const std::exception& error) {  // damaged tiles, want of memory
     log_warning("dataset " + order.id + ": no archive: " + error.what());
-    return Problem{"store-damaged", "an archive of dataset " + order.id + " cannot be made", "posting the raster again, or a backup", ""};
+    return Problem{"store-damaged", "an archive of dataset " + order.id + " cannot be made",
+                   "posting the raster again, or a backup", ""};
   }
 }
 
@@ -49,9 +52,7 @@ std::shared_ptr<const ArchiveFile> ArchiveFile::open(const fs::path& path) {
   const std::shared_ptr<ArchiveFile> file(new ArchiveFile(descriptor));
   try {
     file->take_sums();
-  } catch (const ArchiveDamaged&) {
-    return nullptr;
-  }
+  } catch (const ArchiveDamaged&) { return nullptr; }
   return file;
 }
 
@@ -102,7 +103,8 @@ std::string ArchiveFile::read(std::uint64_t first, std::size_t count) const {
   }
 }
 
-ArchiveFiles::ArchiveFiles(fs::path folder, limits::Space& space, Told made) : folder_(std::move(folder)), space_(space), made_(std::move(made)) {
+ArchiveFiles::ArchiveFiles(fs::path folder, limits::Space& space, Told made)
+    : folder_(std::move(folder)), space_(space), made_(std::move(made)) {
   std::error_code ignored;  // making one will fail and say so
   fs::remove_all(folder_, ignored);
   fs::create_directories(folder_, ignored);
@@ -129,7 +131,8 @@ proto::Result<std::shared_ptr<const ArchiveFile>> ArchiveFiles::find(const Archi
     known = entries_.end();
   }
   if (known == entries_.end()) {
-    if (waiting_.size() >= kMostWaiting) return Problem{"service-busy", "too many archives are waiting to be made", "asking again later", ""};
+    if (waiting_.size() >= kMostWaiting)
+      return Problem{"service-busy", "too many archives are waiting to be made", "asking again later", ""};
     const auto entry = std::make_shared<Entry>(Entry{order, nullptr, std::nullopt, folder_ / name, ++clock_});
     entries_[name] = entry;
     waiting_.push_back(entry);
@@ -186,7 +189,8 @@ void ArchiveFiles::make(Entry& entry) {
   bounds.bytes = [&](std::uint64_t more) -> std::optional<Problem> {
     if (stop_) return Problem{"service-stopping", "the service is stopping", "trying again later", ""};
     bytes += more;
-    if (bytes > kMostBytes) return Problem{"export-too-large", "the archive would be larger than this service keeps", "cordillera export", ""};
+    if (bytes > kMostBytes)
+      return Problem{"export-too-large", "the archive would be larger than this service keeps", "cordillera export", ""};
     full = claim->next(more);
     return full.empty() ? std::nullopt : std::optional(limits::storage_full(full));
   };
@@ -195,12 +199,16 @@ void ArchiveFiles::make(Entry& entry) {
   if (written && !file) written = Problem{"storage-full", "the archive cannot be read back", "trying again later", ""};
   const std::lock_guard lock(mutex_);
   entry.order.terrain = nullptr;
-  if (!written) entry.problem = written.problem().type == "output-failed" ? limits::storage_full(written.problem().detail) : written.problem();
+  if (!written)
+    entry.problem =
+        written.problem().type == "output-failed" ? limits::storage_full(written.problem().detail) : written.problem();
   entry.file = std::move(file);
   const auto known = entries_.find(entry.path.filename().string());
   std::error_code ignored;
-  if (known == entries_.end() || known->second.get() != &entry) fs::remove(entry.path, ignored);  // forgotten meanwhile
-  else make_room(known->first);
+  if (known == entries_.end() || known->second.get() != &entry)
+    fs::remove(entry.path, ignored);  // forgotten meanwhile
+  else
+    make_room(known->first);
 }
 
 /// Those that were asked for longest ago go.

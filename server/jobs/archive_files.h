@@ -64,13 +64,13 @@ class ArchiveFiles {
   ArchiveFiles(std::filesystem::path folder, limits::Space& space, Told made);
   ~ArchiveFiles();
 
-  /// The archive; null while it is being made, which begins with the first who asks. Problems: "export-too-large", "service-busy",
-  /// "storage-full", and those of the format. A problem is told once; who asks again has it tried again.
+  /// The archive; null while it is being made, which begins with the first who asks. Problems: "export-too-large",
+  /// "service-busy", "storage-full", and those of the format. A problem is told once; who asks again has it tried again.
   proto::Result<std::shared_ptr<const ArchiveFile>> find(const ArchiveOrder& order);
   /// Archives of a dataset go: it has another version, or there is none any more.
   void forget(const std::string& id);
 
-  static constexpr std::uint64_t kMostTiles = 100'000;                      ///< of an archive
+  static constexpr std::uint64_t kMostTiles = 100'000;                  ///< of an archive
   static constexpr std::uint64_t kMostBytes = std::uint64_t{16} << 30;  ///< of all together
   static constexpr std::size_t kMostWaiting = 16;
 

@@ -39,8 +39,10 @@ std::optional<std::size_t> BuildTurns::place(const std::string& id) const {
   std::size_t place = before + 1;
   bool earlier = true;  // clients whose turn comes first have one more
   for (const std::string& other : turns_) {
-    if (other == client->second) earlier = false;
-    else place += std::min(waiting_.at(other).size(), before + (earlier ? 1 : 0));
+    if (other == client->second)
+      earlier = false;
+    else
+      place += std::min(waiting_.at(other).size(), before + (earlier ? 1 : 0));
   }
   return place;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// Whose build is next: clients take turns, so that one who posts a hundred rasters, or changes one a hundred times, delays another's by one.
+// Whose build is next: clients take turns, so that one who posts a hundred rasters, or changes one a hundred times, delays
+// another's by one.
 #include <condition_variable>
 #include <deque>
 #include <list>

@@ -13,9 +13,9 @@
 #include <sstream>
 
 #include "proto/paths.h"
-#include "server/jobs/job_words.h"
 #include "server/fetch/range_asks.h"
 #include "server/http/json.h"
+#include "server/jobs/job_words.h"
 #include "server/log/log.h"
 #include "server/sandbox/environment.h"
 
@@ -23,8 +23,8 @@ namespace cordillera::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kPatience = std::chrono::seconds(5);         // between SIGTERM and SIGKILL
-constexpr auto kGrace = std::chrono::seconds(30);            // for a job that is about to end by itself
+constexpr auto kPatience = std::chrono::seconds(5);  // between SIGTERM and SIGKILL
+constexpr auto kGrace = std::chrono::seconds(30);    // for a job that is about to end by itself
 constexpr std::size_t kLongestSlug = 60;
 constexpr std::size_t kLongestLine = std::size_t{1} << 20;  // a child gone mad must not fill our memory
 
@@ -53,8 +53,8 @@ struct Pipe {
   }
 };
 
-/// What the process is started with besides its words: descriptors, signals, and a session of its own, so that neither Ctrl-C nor a
-/// terminal is shared with it.
+/// What the process is started with besides its words: descriptors, signals, and a session of its own, so that neither Ctrl-C nor
+/// a terminal is shared with it.
 class Start {
  public:
   /// asks: -1: none.
@@ -87,12 +87,14 @@ class Start {
   /// 0, or the error.
   int run(pid_t& pid, const Program& program, const std::string& folder) {
     const std::string parent = std::to_string(getpid()), free = std::to_string(program.free_percent);
-    const char* arguments[] = {"cordillera", "job", folder.c_str(), "--parent", parent.c_str(), "--free-percent", free.c_str(), nullptr};
+    const char* arguments[] = {"cordillera",     "job",        folder.c_str(), "--parent", parent.c_str(),
+                               "--free-percent", free.c_str(), nullptr};
     std::vector<std::string> variables = sandbox::environment_of_jobs();
     std::vector<char*> environment;
     for (std::string& variable : variables) environment.push_back(variable.data());
     environment.push_back(nullptr);
-    return posix_spawn(&pid, program.path.c_str(), &actions_, &attributes_, const_cast<char* const*>(arguments), environment.data());
+    return posix_spawn(&pid, program.path.c_str(), &actions_, &attributes_, const_cast<char* const*>(arguments),
+                       environment.data());
   }
 
  private:
@@ -104,7 +106,8 @@ class Start {
 std::optional<Child> spawn(const Program& program, const std::string& folder, int asks) {
   Pipe report, words;
   Child child;
-  if (!report.open() || !words.open() || (errno = Start(report.theirs, words.theirs, asks).run(child.pid, program, folder)) != 0) {
+  if (!report.open() || !words.open() ||
+      (errno = Start(report.theirs, words.theirs, asks).run(child.pid, program, folder)) != 0) {
     const int failed = errno;
     report.close_both(), words.close_both();
     errno = failed;
@@ -140,7 +143,8 @@ struct Report {
     const auto at = rest.find(kBefore);
     if (problem || at == std::string::npos) return;
     const std::string slug = rest.substr(at + kBefore.size(), kLongestSlug);
-    problem = proto::Problem{slug.substr(0, slug.find('"')), "the build failed, and what it said of it is too long to be shown", "", ""};
+    problem = proto::Problem{slug.substr(0, slug.find('"')), "the build failed, and what it said of it is too long to be shown",
+                             "", ""};
   }
 
   void take(const char* bytes, std::size_t count) {
@@ -247,7 +251,8 @@ class Watch {
 /// What the system lacks at the moment is no fault of the raster.
 proto::Problem cannot_start(int error) {
   const std::string why = "the process that builds cannot be started: " + std::string(strerror(error));
-  if (error == EMFILE || error == ENFILE || error == ENOMEM || error == EAGAIN) return {"service-busy", why, "trying again later", ""};
+  if (error == EMFILE || error == ENFILE || error == ENOMEM || error == EAGAIN)
+    return {"service-busy", why, "trying again later", ""};
   return {"job-crashed", why, "posting again later", ""};
 }
 
@@ -300,7 +305,8 @@ proto::Result<std::optional<proto::Estimate>> run(const Program& program, const 
 /// The folder may be named as it is, from the root or without its links.
 std::string without_folder(std::string text, const std::filesystem::path& folder) {
   std::error_code ignored;
-  for (const auto& spelt : {std::filesystem::weakly_canonical(folder, ignored), std::filesystem::absolute(folder, ignored), folder}) {
+  for (const auto& spelt :
+       {std::filesystem::weakly_canonical(folder, ignored), std::filesystem::absolute(folder, ignored), folder}) {
     text = proto::without_path(std::move(text), spelt.string() + "/", "");
     text = proto::without_path(std::move(text), spelt.string(), "the job's folder");
   }
@@ -324,9 +330,9 @@ JobRunner telling_no_places(JobRunner runner) {
 }
 
 JobRunner child_runner(const std::string& program, std::uint32_t free_percent) {
-  return [program = Program{program, free_percent}](const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop) {
-    return run(program, folder, progress, stop);
-  };
+  return
+      [program = Program{program, free_percent}](const std::filesystem::path& folder, const ProgressSink& progress,
+                                                 const std::atomic<bool>& stop) { return run(program, folder, progress, stop); };
 }
 
 }  // namespace cordillera::server

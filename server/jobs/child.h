@@ -30,13 +30,14 @@ struct ProgressSink : std::function<void(const proto::Progress&)> {
 };
 using JobOutcome = proto::Result<std::optional<proto::Estimate>>;
 /// Does the job in a folder; the estimate is there if it was a dry run. stop: leave early (type "cancelled").
-using JobRunner = std::function<JobOutcome(const std::filesystem::path& folder, const ProgressSink& progress,
-                                           const std::atomic<bool>& stop)>;
+using JobRunner =
+    std::function<JobOutcome(const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop)>;
 
 /// Runs `program job FOLDER` in a session of its own. The child gets no descriptor but stdin (empty), a pipe as stderr, whose
-/// lines are logged, the report, and where its raster comes as it is read a socket for that (fetch/range_asks.h); of the environment what sandbox/environment.cpp names. stop: SIGTERM, then SIGKILL. A child
-/// that ends without saying why is a Problem "job-crashed" that names the signal or exit code. free_percent: of its folder's disk, that it leaves free;
-/// where that is too little for it, it says "storage-full". "service-busy": the system had no descriptor, process or memory to start it with.
+/// lines are logged, the report, and where its raster comes as it is read a socket for that (fetch/range_asks.h); of the
+/// environment what sandbox/environment.cpp names. stop: SIGTERM, then SIGKILL. A child that ends without saying why is a Problem
+/// "job-crashed" that names the signal or exit code. free_percent: of its folder's disk, that it leaves free; where that is too
+/// little for it, it says "storage-full". "service-busy": the system had no descriptor, process or memory to start it with.
 JobRunner child_runner(const std::string& program, std::uint32_t free_percent = 0);
 
 /// The same runner, whose problems tell clients no place on the operator's disk: what lies in the job's folder has its name

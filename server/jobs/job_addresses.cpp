@@ -29,7 +29,8 @@ std::optional<updates::Print> fetched_print(const fs::path& folder) try {
   constexpr std::uintmax_t kLargestNote_bytes = 16 << 10;
   const fs::path path = folder / kFetchedFile;
   std::error_code error;
-  if (!fs::is_regular_file(fs::symlink_status(path, error)) || fs::file_size(path, error) > kLargestNote_bytes) return std::nullopt;
+  if (!fs::is_regular_file(fs::symlink_status(path, error)) || fs::file_size(path, error) > kLargestNote_bytes)
+    return std::nullopt;
   std::ifstream file(path);
   std::string text(kLargestNote_bytes, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -80,8 +81,8 @@ bool JobQueue::has_raster(const Dataset& dataset) const {
   return fs::exists(map_of(file), error) == (print && print->ranged);
 }
 
-/// What becomes of a build whose raster could not be read to its end because of where it comes from: another attempt, after a while or with what stands there
-/// now. nullopt: no more, or it failed of something else.
+/// What becomes of a build whose raster could not be read to its end because of where it comes from: another attempt, after a
+/// while or with what stands there now. nullopt: no more, or it failed of something else.
 std::optional<JobQueue::Next> JobQueue::fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn) {
   const bool changed = why.type == "source-replaced";
   const int most = changed ? kTriesOfSource : why.type == "source-unreachable" ? kTriesToReach : 0;
@@ -96,8 +97,10 @@ std::optional<JobQueue::Next> JobQueue::fetch_again(const Dataset& dataset, cons
   hub_.touch(dataset.id);
   log_warning("dataset " + dataset.id + ": " + why.line() + "; tried again");
   const Turn again{dataset.id, turn.client, turn.attempt + 1};
-  if (changed) later(kBeforeAnew, again);
-  else retry_later(again);
+  if (changed)
+    later(kBeforeAnew, again);
+  else
+    retry_later(again);
   return Next::done;
 }
 

@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <fstream>
 #include <new>
-#include <thread>
 #include <sstream>
 #include <system_error>
+#include <thread>
 
 #include "gpu/device/device_lost.h"
 #include "pipeline/build/build.h"
@@ -19,17 +19,17 @@
 #include "raster/datum/vertical.h"
 #include "raster/disk/free_space.h"
 #include "raster/storage/ranged_file.h"
-#include "server/jobs/child.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/fetch/range_asks.h"
 #include "server/http/json.h"
+#include "server/jobs/child.h"
+#include "server/jobs/provisional_job.h"
+#include "server/jobs/sharpener.h"
+#include "server/jobs/update_job.h"
 #include "server/limits/disk.h"
 #include "server/memory/memory_limit.h"
 #include "server/options/option_values.h"
-#include "server/jobs/provisional_job.h"
-#include "server/jobs/sharpener.h"
 #include "server/sandbox/sandbox.h"
-#include "server/jobs/update_job.h"
 
 namespace cordillera::server {
 namespace {
@@ -38,7 +38,8 @@ std::atomic<bool> g_stop{false};  // set by a signal handler, which can reach no
 
 constexpr rlim_t kMiB = rlim_t{1} << 20;
 constexpr rlim_t kMostFiles = 512;
-constexpr rlim_t kThreadsBeside = 2;  // one gives the others their work, one cuts the last level into tiles. The clock on the wall is to end a build first
+constexpr rlim_t kThreadsBeside =
+    2;  // one gives the others their work, one cuts the last level into tiles. The clock on the wall is to end a build first
 
 void limit(__rlimit_resource resource, rlim_t value) {
   rlimit now{};
@@ -63,11 +64,12 @@ bool restrict_process(const proto::Job& job, const std::filesystem::path& folder
   std::error_code ignored;
   std::filesystem::create_directories(temporary, ignored);
   setenv("TMPDIR", temporary.c_str(), 1);
-  setenv("GDAL_DRIVER_PATH", "disable", 1);  // no plugins: none of the drivers that are asked for is one
+  setenv("GDAL_DRIVER_PATH", "disable", 1);     // no plugins: none of the drivers that are asked for is one
   setenv("HDF5_USE_FILE_LOCKING", "FALSE", 1);  // NetCDF would give up where flock() is refused; nobody else has the raster
-  alarm(job.max_seconds());                  // a confined process cannot ask for another clock
+  alarm(job.max_seconds());                     // a confined process cannot ask for another clock
   const sandbox::Gpu gpu = may_use_cuda(options) ? sandbox::Gpu::allowed : sandbox::Gpu::none;
-  const sandbox::Confined offered = sandbox::offered(), confined = sandbox::confine({folder, temporary, raster::geoid_places(), gpu});
+  const sandbox::Confined offered = sandbox::offered(),
+                          confined = sandbox::confine({folder, temporary, raster::geoid_places(), gpu});
   return (confined.files || !offered.files) && (confined.syscalls || !offered.syscalls);
 }
 
@@ -107,8 +109,8 @@ std::optional<proto::Problem> too_large(const proto::Job& job, const std::string
 }
 
 /// What is to be done before the build: plan and build open the raster again.
-std::optional<proto::Problem> look_at(const proto::Job& job, const pipeline::BuildRequest& request, const std::filesystem::path& folder,
-                                      const pipeline::ProgressCallback& sink) {
+std::optional<proto::Problem> look_at(const proto::Job& job, const pipeline::BuildRequest& request,
+                                      const std::filesystem::path& folder, const pipeline::ProgressCallback& sink) {
   const auto source = raster::open_source(request.raster_path, request.raster_name, request.trust, request.options);
   if (!source) return source.problem();
   if (auto refused = too_large(job, job.name(), (*source)->description())) return refused;
@@ -160,7 +162,8 @@ bool have_raster(const proto::Job& job, const std::filesystem::path& folder) {
   std::ifstream note(folder / kFetchedFile);  // of what stands at its address: a build goes on where that is the same
   std::ostringstream state;
   state << note.rdbuf();
-  return raster::read_by_ranges({file.string(), std::filesystem::path(job.name()).filename().string(), state.str(), updates::ask_for});
+  return raster::read_by_ranges(
+      {file.string(), std::filesystem::path(job.name()).filename().string(), state.str(), updates::ask_for});
 }
 
 /// What nobody may have of the folder's disk, however empty it is.
@@ -190,21 +193,21 @@ int job_main(const std::string& folder, int parent, std::uint32_t free_percent) 
   const proto::Problem starved = out_of_memory(job.options(), job.name());
   if (!confined) {
     if (memory_is_short()) return fail(starved);  // the list of calls takes some
-    return fail({"internal", "the job cannot be confined as this system offers", "cordillera doctor, which says what it offers", ""});
+    return fail(
+        {"internal", "the job cannot be confined as this system offers", "cordillera doctor, which says what it offers", ""});
   }
   on_out_of_memory(kReportDescriptor, to_json_line(failure(starved)) + "\n");
   try {
     const auto built = build_job(job, folder);
     if (built.ok()) return 0;
     return fail(memory_is_short() ? starved : built.problem());
-  } catch (const std::bad_alloc&) {
-    return fail(starved);
-  } catch (const std::system_error& error) {
+  } catch (const std::bad_alloc&) { return fail(starved); } catch (const std::system_error& error) {
     if (error.code() == std::errc::resource_unavailable_try_again) return fail(starved);  // a thread that cannot be made
     return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});
   } catch (const gpu::DeviceLost& lost) {
     return fail({"device-lost", lost.what(), "auto, cpu", "device"});  // the service tries once more on the CPU
-  } catch (const pipeline::StoreError& error) {  // its disk cannot be read, or not what it wrote there: tried again, and in the end anew
+  } catch (const pipeline::StoreError&
+               error) {  // its disk cannot be read, or not what it wrote there: tried again, and in the end anew
     return fail({"store-write", std::string("the half-made store cannot be used: ") + error.what(), "", ""});
   } catch (const std::exception& error) {
     return fail({"internal", std::string("the build failed unexpectedly: ") + error.what(), "", ""});

@@ -54,7 +54,8 @@ JobQueue::Next JobQueue::pause(const Dataset& dataset, const proto::Problem& why
   }
   if (why.parameter == "turn") return Next::again;
   const auto shown = pipeline::StoreReader::manifest_of(layout_.provisional(dataset.id).string());
-  const bool more = shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) { return waits_for_block(*shown, tile); });
+  const bool more =
+      shown.ok() && looked_at_.any_of(dataset.id, [&](const proto::TileAddress& tile) { return waits_for_block(*shown, tile); });
   return more && looked_at ? Next::again : Next::done;
 }
 

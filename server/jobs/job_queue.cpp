@@ -51,7 +51,8 @@ proto::Problem cannot_write(const std::filesystem::path& folder) {
 
 std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {
   const std::uint64_t mib = (raster_bytes >> 20) + 1;
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(limits.build_seconds, limits.build_base_seconds + mib * limits.build_seconds_per_mib));
+  return static_cast<std::uint32_t>(
+      std::min<std::uint64_t>(limits.build_seconds, limits.build_base_seconds + mib * limits.build_seconds_per_mib));
 }
 
 proto::Job job_of(const Dataset& dataset) {
@@ -76,14 +77,27 @@ bool is_passing(const proto::Problem& problem, int attempt) {
 void keep_store_alone(const std::filesystem::path& folder) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-    if (entry.path().filename() != kStoreFile && !is_record(entry.path().filename())) std::filesystem::remove_all(entry.path(), ignored);
+    if (entry.path().filename() != kStoreFile && !is_record(entry.path().filename()))
+      std::filesystem::remove_all(entry.path(), ignored);
   }
 }
 
 JobQueue::JobQueue(Parts parts, unsigned concurrency)
-    : layout_(std::move(parts.layout)), looked_at_(layout_), registry_(parts.registry), hub_(parts.hub), metrics_(parts.metrics), runner_(telling_no_places(std::move(parts.runner))),
-      limits_(parts.limits), ledger_(parts.ledger), fetch_(std::move(parts.fetch)), keep_versions_(parts.keep_versions),
-      published_(std::move(parts.published)), concurrency_(concurrency), dry_turns_(concurrency), looks_(1), pool_(concurrency) {
+    : layout_(std::move(parts.layout)),
+      looked_at_(layout_),
+      registry_(parts.registry),
+      hub_(parts.hub),
+      metrics_(parts.metrics),
+      runner_(telling_no_places(std::move(parts.runner))),
+      limits_(parts.limits),
+      ledger_(parts.ledger),
+      fetch_(std::move(parts.fetch)),
+      keep_versions_(parts.keep_versions),
+      published_(std::move(parts.published)),
+      concurrency_(concurrency),
+      dry_turns_(concurrency),
+      looks_(1),
+      pool_(concurrency) {
   // A pool takes descriptors for its clocks with the first one. When that is needed there may be none.
   const boost::asio::steady_timer first(pool_);
 }
@@ -178,9 +192,7 @@ void JobQueue::come_back(const Turn& turn) {
     try {
       turns_.add(turn);
       return serve_next();  // one too many finds nothing to do
-    } catch (const std::exception&) {
-      stand_still(kFirstWait);
-    }
+    } catch (const std::exception&) { stand_still(kFirstWait); }
   }
 }
 
@@ -259,7 +271,8 @@ void JobQueue::look_at(const std::string& id) {
     if (now.provisional()) show_provisional(id), hub_.touch(id);
   };
   const auto outcome = runner_(folder, shown, *flag);
-  if (!outcome && !*flag) log_info("dataset " + id + ": no first look: " + outcome.problem().line());  // its build will say so to whoever posted it
+  if (!outcome && !*flag)
+    log_info("dataset " + id + ": no first look: " + outcome.problem().line());  // its build will say so to whoever posted it
 }
 
 void JobQueue::show_provisional(const std::string& id) {
@@ -281,12 +294,14 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     if (!dataset->address.empty()) dataset = registry_.find(id);
     if (!dataset) return Next::done;
     if (ledger_.holds(id)) return take_change(*dataset, turn, *flag);
-    if (dataset->state == State::ready || dataset->state == State::failed) return Next::done;  // an earlier turn's work: its raster is gone
+    if (dataset->state == State::ready || dataset->state == State::failed)
+      return Next::done;  // an earlier turn's work: its raster is gone
     registry_.set_state(id, State::running, std::nullopt);
     hub_.touch(id);
     log_info("dataset " + id + ": build started");
     metrics::StageClock clock(metrics_);
-    const bool was_out_of_reach = dataset->problem && dataset->problem->type == "source-unreachable";  // its store is as good as before
+    const bool was_out_of_reach =
+        dataset->problem && dataset->problem->type == "source-unreachable";  // its store is as good as before
     if (attempt > 0 && attempt % kTriesWithOneStore == 0 && !was_out_of_reach) forget_store(id);
     const auto outcome = build(*dataset, clock, *flag);
     const bool paused = !outcome && outcome.problem().type == "paused";
@@ -297,18 +312,20 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     if (outcome || !is_passing(outcome.problem(), attempt)) return finish(*dataset, outcome), Next::done;
     registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
-    log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again in " + std::to_string(wait_before(attempt + 1).count()) + " s");
+    log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again in " +
+                std::to_string(wait_before(attempt + 1).count()) + " s");
     retry_later({id, client, attempt + 1});
   }
   return Next::done;
 }
 
 proto::Result<std::optional<proto::Estimate>> JobQueue::build(const Dataset& dataset, metrics::StageClock& clock,
-                                                             const std::atomic<bool>& stop) {
+                                                              const std::atomic<bool>& stop) {
   const auto folder = layout_.dataset(dataset.id);
   std::error_code ignored;
   if (!std::filesystem::exists(folder / dataset.raster, ignored)) {
-    return proto::Problem{"internal", "the raster of " + dataset.name + " is no longer in the data folder", "posting it again", ""};
+    return proto::Problem{"internal", "the raster of " + dataset.name + " is no longer in the data folder", "posting it again",
+                          ""};
   }
   proto::Job job = job_of(dataset);
   job.set_raster(dataset.raster);
@@ -376,7 +393,8 @@ void JobQueue::limit(proto::Job& job, const std::filesystem::path& folder) const
   job.set_max_seconds(build_seconds(limits_, bytes_of_rasters(folder, job)));
 }
 
-proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const std::string& client, const proto::Job& asked) {
+proto::Result<proto::Estimate> JobQueue::dry_run(const std::filesystem::path& folder, const std::string& client,
+                                                 const proto::Job& asked) {
   proto::Job job = asked;
   limit(job, folder);
   const auto turn = dry_turns_.take(folder.filename().string(), client);

@@ -1,8 +1,8 @@
 #pragma once
 // Builds, a bounded number at a time; clients take turns. The registry remembers what is unfinished over a restart.
 #include <atomic>
-#include <chrono>
 #include <boost/asio/thread_pool.hpp>
+#include <chrono>
 #include <condition_variable>
 #include <map>
 #include <memory>
@@ -11,16 +11,16 @@
 #include <set>
 #include <string>
 
-#include "server/jobs/build_turns.h"
-#include "server/jobs/child.h"
 #include "server/datasets/layout.h"
-#include "server/metrics/service_metrics.h"
-#include "server/options/options.h"
+#include "server/datasets/ledger.h"
 #include "server/datasets/progress_hub.h"
 #include "server/datasets/registry.h"
 #include "server/fetch/fetch.h"
+#include "server/jobs/build_turns.h"
+#include "server/jobs/child.h"
 #include "server/jobs/looked_at.h"
-#include "server/datasets/ledger.h"
+#include "server/metrics/service_metrics.h"
+#include "server/options/options.h"
 
 namespace cordillera::server {
 
@@ -28,7 +28,8 @@ namespace metrics {
 class StageClock;
 }
 
-/// And its record, of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed leaves more than that.
+/// And its record, of a dataset that is ready: nothing reads the raster again, and it may be large. A child that was killed
+/// leaves more than that.
 void keep_store_alone(const std::filesystem::path& folder);
 
 /// What is the disk's or the system's fault and not the raster's: the upload was accepted, so the build waits for better days.
@@ -75,7 +76,8 @@ class JobQueue {
   /// Ends a running build and returns when it has ended. Remove the dataset from the registry first: then it can't start any
   /// more.
   void cancel(const std::string& id);
-  /// Fetches the raster of a dataset that has an address once more and builds anew. What was built is served until the raster is there.
+  /// Fetches the raster of a dataset that has an address once more and builds anew. What was built is served until the raster is
+  /// there.
   void fetch_anew(const std::string& id);
   /// Does something to a dataset's files while nothing is built of them, nor is to be. False: something is.
   bool while_idle(const std::string& id, const std::function<void()>& work);
@@ -139,9 +141,11 @@ class JobQueue {
   void stand_still(std::chrono::milliseconds longest);
   // Of datasets whose rasters can be changed: one change, then the others' turns.
   Next take_change(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);
-  Outcome take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock, const std::atomic<bool>& stop);
+  Outcome take_turn(const Dataset& dataset, proto::SourceChange change, metrics::StageClock& clock,
+                    const std::atomic<bool>& stop);
   void end_turn(const Dataset& dataset, const proto::SourceChange& change, const Outcome& outcome);
-  proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, metrics::StageClock& clock, const std::atomic<bool>& stop);
+  proto::Result<std::optional<proto::Estimate>> build(const Dataset& dataset, metrics::StageClock& clock,
+                                                      const std::atomic<bool>& stop);
 
   void limit(proto::Job& job, const std::filesystem::path& folder) const;
 
@@ -158,9 +162,9 @@ class JobQueue {
   std::function<void(const std::string& id)> published_;
   std::mutex mutex_;
   std::condition_variable ended_;
-  std::map<std::string, Running> running_;  ///< by id, as long as begin()'s flag lives
-  std::set<std::string> anew_;           ///< ids whose rasters are to be fetched again
-  std::set<std::string> as_whole_;       ///< those of them that are not fetched by ranges then
+  std::map<std::string, Running> running_;           ///< by id, as long as begin()'s flag lives
+  std::set<std::string> anew_;                       ///< ids whose rasters are to be fetched again
+  std::set<std::string> as_whole_;                   ///< those of them that are not fetched by ranges then
   std::map<std::string, Clock::time_point> posted_;  ///< those of this process that show nothing yet
   std::atomic<bool> stopping_{false};
   const unsigned concurrency_;
@@ -168,7 +172,7 @@ class JobQueue {
   DryTurns dry_turns_;
   BuildTurns turns_;
   boost::asio::thread_pool looks_;  ///< at rasters whose builds wait: one at a time
-  boost::asio::thread_pool pool_;  ///< last: its threads use the rest
+  boost::asio::thread_pool pool_;   ///< last: its threads use the rest
 };
 
 }  // namespace cordillera::server

@@ -1,10 +1,10 @@
 // The queue's part that serves datasets whose rasters can be changed: a change a turn, each a version of its own or a problem.
 #include "server/http/digest.h"
 #include "server/jobs/job_queue.h"
-#include "server/log/log.h"
-#include "server/metrics/stage_clock.h"
 #include "server/jobs/turn.h"
 #include "server/jobs/update_job.h"
+#include "server/log/log.h"
+#include "server/metrics/stage_clock.h"
 
 namespace cordillera::server {
 

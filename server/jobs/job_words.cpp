@@ -11,8 +11,10 @@ void JobWords::take(const char* bytes, std::size_t count) {
   const std::size_t room = std::min(count, kMostBytes - taken_);
   taken_ += room;
   for (const char* at = bytes; at != bytes + room; ++at) {
-    if (*at == '\n') say();
-    else if (line_.size() < kLongestLine) line_ += *at;
+    if (*at == '\n')
+      say();
+    else if (line_.size() < kLongestLine)
+      line_ += *at;
   }
   if (room == count || too_many_) return;
   too_many_ = true;

@@ -20,7 +20,8 @@ void LookedAt::note(const std::string& id, const std::vector<proto::TileAddress>
   const auto [dataset, added] = datasets_.try_emplace(id);
   Tiles& tiles = dataset->second;
   if (added) {
-    for (const proto::TileAddress& earlier : read_looked_at(folder)) tiles.last_first.push_back(earlier);  // of a service before this one
+    for (const proto::TileAddress& earlier : read_looked_at(folder))
+      tiles.last_first.push_back(earlier);  // of a service before this one
   }
   for (const proto::TileAddress& tile : asked) {
     std::erase(tiles.last_first, tile);

@@ -1,5 +1,6 @@
 #pragma once
-// Where people look while a dataset is being built: its job makes the blocks there first. A hint: nothing depends on it but the order.
+// Where people look while a dataset is being built: its job makes the blocks there first. A hint: nothing depends on it but the
+// order.
 #include <chrono>
 #include <deque>
 #include <filesystem>

@@ -16,11 +16,15 @@ void mark_provisional(Response& response) {
 std::optional<TouchedTiles> touched_by_bounds(const proto::Manifest& manifest, int level) {
   if (manifest.bounds_size() < 4) return std::nullopt;
   const double per_deg = proto::tiles_up(level) / 180.0;
-  const auto first = [per_deg](double deg, std::int32_t count) { return std::clamp(static_cast<std::int32_t>(std::floor(deg * per_deg)), 0, count - 1); };
-  const auto last = [per_deg](double deg, std::int32_t count) { return std::clamp(static_cast<std::int32_t>(std::ceil(deg * per_deg)) - 1, 0, count - 1); };
+  const auto first = [per_deg](double deg, std::int32_t count) {
+    return std::clamp(static_cast<std::int32_t>(std::floor(deg * per_deg)), 0, count - 1);
+  };
+  const auto last = [per_deg](double deg, std::int32_t count) {
+    return std::clamp(static_cast<std::int32_t>(std::ceil(deg * per_deg)) - 1, 0, count - 1);
+  };
   const auto across = proto::tiles_across(level), up = proto::tiles_up(level);
-  return TouchedTiles{first(manifest.bounds(0) + 180, across), first(manifest.bounds(1) + 90, up), last(manifest.bounds(2) + 180, across),
-                      last(manifest.bounds(3) + 90, up)};
+  return TouchedTiles{first(manifest.bounds(0) + 180, across), first(manifest.bounds(1) + 90, up),
+                      last(manifest.bounds(2) + 180, across), last(manifest.bounds(3) + 90, up)};
 }
 
 bool is_in_done_block(const proto::Manifest& shown, const proto::TileAddress& tile) {
@@ -40,7 +44,7 @@ bool waits_for_block(const proto::Manifest& shown, const proto::TileAddress& til
   const auto touched = touched_by_bounds(shown, level);
   if (tile.z < level || !touched) return false;
   const proto::TileAddress block = tile.at_level(level);
-  const bool west_of = block.x < touched->west, east_of = block.x > touched->east;
+  const bool west_of = block.x<touched->west, east_of = block.x> touched->east;
   const bool beside = touched->west <= touched->east ? west_of || east_of : west_of && east_of;  // these cross the antimeridian
   if (beside || block.y < touched->south || block.y > touched->north) return false;
   return !is_in_done_block(shown, tile);

@@ -13,8 +13,9 @@ inline constexpr const char* kProvisionalHeader = "Cordillera-Provisional";
 /// Nobody is to keep the answer, nor to ask whether it has changed: the final one is another document.
 void mark_provisional(Response& response);
 
-/// The data of an event "tiles": {"provisional", "levels": [{"level", "x": [first, last], "y": [first, last]}], "bounds", "tiles"}: the addresses at
-/// which something else is found than before, and how many tiles there are now. Rows count from the south.
+/// The data of an event "tiles": {"provisional", "levels": [{"level", "x": [first, last], "y": [first, last]}], "bounds",
+/// "tiles"}: the addresses at which something else is found than before, and how many tiles there are now. Rows count from the
+/// south.
 Json tiles_json(const proto::Manifest& manifest);
 
 /// Columns and rows of a level that bounds touch.

@@ -14,8 +14,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Samples of the finest provisional level, a step each: what is on the screen within a second on two cores, and what is worth looking at
-/// a few seconds later. A third step where it takes more to meet the blocks of the build, up to kMostSamples.
+/// Samples of the finest provisional level, a step each: what is on the screen within a second on two cores, and what is worth
+/// looking at a few seconds later. A third step where it takes more to meet the blocks of the build, up to kMostSamples.
 constexpr std::int64_t kFirst = 40'000, kSecond = 600'000, kMostSamples = 4'200'000;
 
 std::vector<std::int64_t> steps_of(const pipeline::BuildRequest& request, const raster::Source& source) {
@@ -36,8 +36,8 @@ proto::Progress provisional(std::size_t done, std::size_t steps) {
 }
 
 /// Whether the tiles of a step stand.
-proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder, std::int64_t samples,
-                              const std::atomic<bool>& stop) {
+proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder,
+                              std::int64_t samples, const std::atomic<bool>& stop) {
   auto small = pipeline::provisional_request(request, source, samples);
   if (!small.ok()) return small.problem();
   if (!*small) return false;
@@ -56,8 +56,8 @@ proto::Result<bool> make_step(const pipeline::BuildRequest& request, raster::Sou
 
 }  // namespace
 
-void make_provisional(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder, const pipeline::ProgressCallback& report,
-                      const std::atomic<bool>& stop) {
+void make_provisional(const pipeline::BuildRequest& request, raster::Source& source, const fs::path& folder,
+                      const pipeline::ProgressCallback& report, const std::atomic<bool>& stop) {
   const std::vector<std::int64_t> steps = steps_of(request, source);
   // Those of another version of the program are not mixed with what this one makes.
   const auto stands = pipeline::StoreReader::manifest_of((folder / kProvisionalStore).string());

@@ -38,7 +38,9 @@ std::set<proto::TileAddress> tiles_of_block_level(const std::string& store, int 
   return tiles;
 }
 
-bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) { return tile.z >= node.z && tile.at_level(node.z) == node; }
+bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) {
+  return tile.z >= node.z && tile.at_level(node.z) == node;
+}
 
 }  // namespace
 
@@ -55,7 +57,8 @@ void Sharpener::begin(const proto::Plan& plan, std::function<void()> shown) {
     if (!make_step({})) return;
     shown_();
   }
-  if (blocks_ == Blocks::looked_at) with_tiles_ = tiles_of_block_level((folder_ / kProvisionalStore).string(), static_cast<int>(plan.block_level()));
+  if (blocks_ == Blocks::looked_at)
+    with_tiles_ = tiles_of_block_level((folder_ / kProvisionalStore).string(), static_cast<int>(plan.block_level()));
   thread_ = std::thread([this] { run(); });
 }
 
@@ -71,7 +74,8 @@ void Sharpener::take(pipeline::FinishedTask&& block) {
   block.mesh.reset();
   block.consumed.clear();
   const auto looked = looked_at();
-  const bool wanted = std::any_of(looked.begin(), looked.end(), [&](const proto::TileAddress& tile) { return is_under(tile, block.node); });
+  const bool wanted =
+      std::any_of(looked.begin(), looked.end(), [&](const proto::TileAddress& tile) { return is_under(tile, block.node); });
   const std::lock_guard lock(mutex_);
   if (ending_) return;
   waiting_.push_back(std::move(block));
@@ -100,8 +104,10 @@ void Sharpener::run() {
     // A lazy build's last blocks may be its last ones for long.
     const bool due = !waiting_.empty() && (Clock::now() >= due_at() || (ending_ && blocks_ == Blocks::looked_at));
     if (!due && ending_) return;
-    if (!due && waiting_.empty()) changed_.wait(lock);
-    else if (!due) changed_.wait_until(lock, due_at());
+    if (!due && waiting_.empty())
+      changed_.wait(lock);
+    else if (!due)
+      changed_.wait_until(lock, due_at());
     if (!due) continue;
     const std::vector<pipeline::FinishedTask> blocks = std::move(waiting_);
     waiting_.clear();

@@ -13,10 +13,10 @@
 
 namespace cordillera::server {
 
-/// Puts blocks that are done into the provisional store of a job's folder, from time to time: a new file beside it takes its name when it is whole, as
-/// every step of provisional tiles does. A thread of its own does it, for a tenth of the build's time at most; of a lazy build, which
-/// has nothing else to do, as soon as it can. Without a provisional store, where blocks cannot stand in it, and without room on the disk nothing
-/// happens. What goes wrong is logged, and no problem of the build.
+/// Puts blocks that are done into the provisional store of a job's folder, from time to time: a new file beside it takes its name
+/// when it is whole, as every step of provisional tiles does. A thread of its own does it, for a tenth of the build's time at
+/// most; of a lazy build, which has nothing else to do, as soon as it can. Without a provisional store, where blocks cannot stand
+/// in it, and without room on the disk nothing happens. What goes wrong is logged, and no problem of the build.
 class Sharpener final : public pipeline::BlockFollower {
  public:
   enum class Blocks { all, looked_at };

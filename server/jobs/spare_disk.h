@@ -6,8 +6,8 @@
 
 namespace cordillera::server {
 
-/// What a job has made that found no room goes, for others may need less. It is done again once there is more room than it had: with as much it would
-/// only fill the disk again. Until then it is refused as it was.
+/// What a job has made that found no room goes, for others may need less. It is done again once there is more room than it had:
+/// with as much it would only fill the disk again. Until then it is refused as it was.
 JobRunner sparing(JobRunner runner, std::uint32_t free_percent);
 
 }  // namespace cordillera::server

@@ -6,9 +6,9 @@
 #include <cstring>
 
 #include "raster/storage/storage.h"
+#include "server/datasets/upload.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
-#include "server/datasets/upload.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -21,8 +21,10 @@ proto::Problem cannot(const std::string& what) {
 
 std::string about(const proto::SourceChange& change) {
   const std::string& name = change.source().spec().name().empty() ? change.source().id() : change.source().spec().name();
-  return (change.kind() == "add" ? "added " : change.kind() == "remove" ? "removed " : "changed ") + name +
-         (change.more_size() > 0 ? " and " + std::to_string(change.more_size()) + " more" : "");
+  return (change.kind() == "add"      ? "added "
+          : change.kind() == "remove" ? "removed "
+                                      : "changed ") +
+         name + (change.more_size() > 0 ? " and " + std::to_string(change.more_size()) + " more" : "");
 }
 
 /// `from` takes the place of `to`, on disk for good.
@@ -45,7 +47,9 @@ proto::Result<void> prepare(const Layout& layout, const std::string& id, const p
   // rasters that were posted.
   if (change.number() > 1) {
     auto before = version_in(layout.store(id));
-    if (!before) return proto::Problem{"store-damaged", "of which rasters dataset " + id + " was made cannot be read", before.problem().accepted, ""};
+    if (!before)
+      return proto::Problem{"store-damaged", "of which rasters dataset " + id + " was made cannot be read",
+                            before.problem().accepted, ""};
     if (*before) served = std::move(**before);
   }
   const auto sources = applied({served.sources().begin(), served.sources().end()}, change);

@@ -1,7 +1,7 @@
 #pragma once
 // A change whose turn it is: from the list of rasters to the version that is served.
-#include "server/datasets/registry.h"
 #include "server/datasets/ledger.h"
+#include "server/datasets/registry.h"
 
 namespace cordillera::server::updates {
 

@@ -5,10 +5,10 @@
 
 #include "pipeline/work/update.h"
 #include "pipeline/work/work_plan.h"
+#include "server/datasets/ledger.h"
 #include "server/http/json.h"
 #include "server/jobs/provisional_job.h"
 #include "server/jobs/sharpener.h"
-#include "server/datasets/ledger.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -38,7 +38,8 @@ std::optional<raster::MosaicMember> known(const std::optional<proto::WorkPlan>& 
 }
 
 /// While a dataset has no version yet, and one raster.
-void first_look(const proto::Job& job, const proto::DatasetSource& source, const pipeline::ProgressCallback& progress, const std::atomic<bool>& stop) {
+void first_look(const proto::Job& job, const proto::DatasetSource& source, const pipeline::ProgressCallback& progress,
+                const std::atomic<bool>& stop) {
   pipeline::BuildRequest request;
   request.raster_path = source.spec().path();
   request.raster_name = source.spec().name();

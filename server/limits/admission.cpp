@@ -1,7 +1,7 @@
 #include "server/limits/admission.h"
 
-#include "server/limits/disk.h"
 #include "server/datasets/registry.h"
+#include "server/limits/disk.h"
 
 namespace cordillera::server::limits {
 namespace {

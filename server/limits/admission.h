@@ -22,8 +22,8 @@ namespace cordillera::server::limits {
 /// Held while an upload is under way.
 using Place = std::shared_ptr<void>;
 
-/// A request that is sent again has its dataset, and its place in the queue, already. A part of an upload needs neither yet. What is fetched from an address
-/// needs both, and counts for itself from then on: its place is that of the client.
+/// A request that is sent again has its dataset, and its place in the queue, already. A part of an upload needs neither yet. What
+/// is fetched from an address needs both, and counts for itself from then on: its place is that of the client.
 enum class Entry { fresh, again, part, address };
 
 /// What is taken up now.

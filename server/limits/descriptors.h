@@ -14,8 +14,8 @@ std::size_t raise_descriptor_limit();
 /// Sockets beyond so many connections that may be open for a moment: of clients that are told why they are refused.
 constexpr std::size_t refused_sockets(std::size_t connections) { return std::clamp<std::size_t>(connections / 8, 1, 32); }
 
-/// Lowers the numbers of connections, uploads and open datasets until all of them together have descriptors. A sentence that says so;
-/// empty: there are enough.
+/// Lowers the numbers of connections, uploads and open datasets until all of them together have descriptors. A sentence that says
+/// so; empty: there are enough.
 std::string fit_to_descriptors(ServeSettings& settings, std::size_t descriptors);
 
 }  // namespace cordillera::server::limits

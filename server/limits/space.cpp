@@ -5,16 +5,18 @@
 namespace cordillera::server::limits {
 namespace {
 
-constexpr std::uint64_t kStep_bytes = std::uint64_t{16} << 20;  // set aside at once where the size is not known; between looks at the disk
+constexpr std::uint64_t kStep_bytes = std::uint64_t{16}
+                                      << 20;  // set aside at once where the size is not known; between looks at the disk
 
 }  // namespace
 
 std::string Space::full_beside(std::uint64_t bytes, std::uint64_t aside) const {
   const auto disk = look_();
   if (!disk || room(*disk, free_percent_) > bytes + aside) return "";
-  const std::string others = aside > 0 ? ", and " + std::to_string(aside >> 20) + " MiB are set aside for rasters that are on their way" : "";
-  return "the disk has " + std::to_string(disk->free >> 20) + " MiB free" + others + "; " + std::to_string(free_percent_) + " % of its " +
-         std::to_string(disk->size >> 20) + " MiB are kept free";
+  const std::string others =
+      aside > 0 ? ", and " + std::to_string(aside >> 20) + " MiB are set aside for rasters that are on their way" : "";
+  return "the disk has " + std::to_string(disk->free >> 20) + " MiB free" + others + "; " + std::to_string(free_percent_) +
+         " % of its " + std::to_string(disk->size >> 20) + " MiB are kept free";
 }
 
 std::string Space::full(std::uint64_t bytes) const {

@@ -1,6 +1,6 @@
 #pragma once
-// Room on the data disk for rasters that arrive, shared by every way in: what is announced is set aside before its first byte, what is
-// not is set aside in steps as it comes.
+// Room on the data disk for rasters that arrive, shared by every way in: what is announced is set aside before its first byte,
+// what is not is set aside in steps as it comes.
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -25,7 +25,8 @@ class Space {
     ~Claim();
     Claim(const Claim&) = delete;
     Claim& operator=(const Claim&) = delete;
-    /// Before so many more bytes are written; those before them are in the file by now. Empty: there is room; else why there is none.
+    /// Before so many more bytes are written; those before them are in the file by now. Empty: there is room; else why there is
+    /// none.
     std::string next(std::uint64_t bytes);
 
    private:
@@ -39,7 +40,8 @@ class Space {
   /// Sets bytes aside; none in result where there is no room for them, and why then says so. bytes: 0 if the size is not known.
   std::unique_ptr<Claim> claim(std::uint64_t bytes, std::string* why);
 
-  /// "The disk is full" in a sentence, where so many bytes have no room beside all that is set aside; empty: they have, or it cannot be asked.
+  /// "The disk is full" in a sentence, where so many bytes have no room beside all that is set aside; empty: they have, or it
+  /// cannot be asked.
   std::string full(std::uint64_t bytes) const;
 
  private:

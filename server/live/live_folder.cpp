@@ -68,7 +68,8 @@ std::optional<Problem> refusal(const Response& response) {
 
 /// Those that another attempt may find otherwise.
 bool is_passing(const Problem& problem) {
-  for (const char* type : {"queue-full", "storage-full", "too-many-uploads", "service-stopping", "service-busy", "body-incomplete", "memory-limit"}) {
+  for (const char* type : {"queue-full", "storage-full", "too-many-uploads", "service-stopping", "service-busy",
+                           "body-incomplete", "memory-limit"}) {
     if (problem.type == type) return true;
   }
   return false;
@@ -78,10 +79,12 @@ bool is_passing(const Problem& problem) {
 
 std::optional<Problem> refuse_live_folder(const fs::path& folder, const fs::path& data) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) return Problem{"option-invalid", folder.string() + " is no folder", "a folder that rasters are put into", "--live"};
+  if (!fs::is_directory(folder, error))
+    return Problem{"option-invalid", folder.string() + " is no folder", "a folder that rasters are put into", "--live"};
   const fs::path live = fs::weakly_canonical(folder, error), own = fs::weakly_canonical(data, error);
   if (!proto::lies_in(live, own) && !proto::lies_in(own, live)) return std::nullopt;
-  return Problem{"options-conflict", "the data folder " + own.string() + " and " + live.string() + " lie in each other", "folders of their own", "--live"};
+  return Problem{"options-conflict", "the data folder " + own.string() + " and " + live.string() + " lie in each other",
+                 "folders of their own", "--live"};
 }
 
 LiveFolder::LiveFolder(Service& service, fs::path folder)
@@ -130,7 +133,9 @@ LiveFolder::Files LiveFolder::files() const {
       continue;
     }
     const std::string extension = raster::extension_of(name);
-    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !raster::is_raster_extension(extension) || raster::needs_others(extension) != nullptr) continue;
+    if (entry->is_symlink(gone) || !entry->is_regular_file(gone) || !raster::is_raster_extension(extension) ||
+        raster::needs_others(extension) != nullptr)
+      continue;
     const Print print{entry->file_size(gone), entry->last_write_time(gone).time_since_epoch().count()};
     const std::string path = entry->path().lexically_relative(folder_).generic_string();
     if (!gone && proto::is_utf8(path)) found[path] = print;  // others cannot stand in an answer
@@ -146,8 +151,10 @@ void LiveFolder::look() {
   std::error_code error;
   // A disk that is not mounted is no reason to delete anything.
   const bool away = !known_.empty() && (!fs::is_directory(folder_, error) || fs::is_empty(folder_, error));
-  if (!away && found.all) remove_gone(now);
-  else if (!away_) log_warning("live folder: " + folder_.string() + " is empty or not there; nothing is deleted");
+  if (!away && found.all)
+    remove_gone(now);
+  else if (!away_)
+    log_warning("live folder: " + folder_.string() + " is empty or not there; nothing is deleted");
   away_ = away;
   for (const auto& [path, print] : now) {
     if (stops()) return;
@@ -165,8 +172,10 @@ void LiveFolder::look() {
 void LiveFolder::remove_gone(const Prints& now) {
   std::vector<std::string> gone;
   for (const auto& [path, known] : known_) {
-    if (now.contains(path)) missed_.erase(path);
-    else if (++missed_[path] >= kMissedLooks) gone.push_back(path);
+    if (now.contains(path))
+      missed_.erase(path);
+    else if (++missed_[path] >= kMissedLooks)
+      gone.push_back(path);
   }
   for (const std::string& path : gone) {
     const std::string id = known_[path].dataset;
@@ -183,7 +192,8 @@ void LiveFolder::remove_gone(const Prints& now) {
 void LiveFolder::take(const std::string& path, const Print& print) {
   const auto found = known_.find(path);
   if (found != known_.end() && found->second.print == print) return;
-  const Row dataset = found != known_.end() && !found->second.dataset.empty() ? service_.registry().find(found->second.dataset) : nullptr;
+  const Row dataset =
+      found != known_.end() && !found->second.dataset.empty() ? service_.registry().find(found->second.dataset) : nullptr;
   const auto problem = dataset && dataset->state != State::failed ? change(path, print, *dataset) : begin(path, print);
   if (!problem) return write_notes();
   if (is_passing(*problem)) return log_warning("live folder: " + path + ": " + problem->line() + "; tried again");
@@ -195,7 +205,8 @@ void LiveFolder::take(const std::string& path, const Print& print) {
 std::optional<Problem> LiveFolder::begin(const std::string& path, const Print& print) {
   const auto found = known_.find(path);
   std::string id = found == known_.end() ? "" : found->second.dataset;
-  if (!id.empty() && service_.registry().find(id) && !delete_dataset(service_, id)) return Problem{"storage-full", "what failed before cannot be removed", "", ""};
+  if (!id.empty() && service_.registry().find(id) && !delete_dataset(service_, id))
+    return Problem{"storage-full", "what failed before cannot be removed", "", ""};
   if (id.empty()) id = new_id(path);
   known_[path] = {id, {}};
   write_notes();  // first: whatever happens, the file has this dataset and no second one
@@ -235,12 +246,15 @@ void LiveFolder::read_notes() {
   const Json notes = text.ok() && *text ? Json::parse(**text, nullptr, false) : Json();
   if (!notes.is_object()) return;
   for (const auto& [path, note] : notes.items())
-    if (note.is_object()) known_[path] = {note.value("dataset", ""), {note.value("bytes", std::uint64_t{0}), note.value("changed_ns", std::int64_t{0})}};
+    if (note.is_object())
+      known_[path] = {note.value("dataset", ""),
+                      {note.value("bytes", std::uint64_t{0}), note.value("changed_ns", std::int64_t{0})}};
 }
 
 void LiveFolder::write_notes() {
   Json notes = Json::object();
-  for (const auto& [path, known] : known_) notes[path] = {{"dataset", known.dataset}, {"bytes", known.print.bytes}, {"changed_ns", known.print.changed_ns}};
+  for (const auto& [path, known] : known_)
+    notes[path] = {{"dataset", known.dataset}, {"bytes", known.print.bytes}, {"changed_ns", known.print.changed_ns}};
   const auto written = raster::write_whole(notes_.string(), notes.dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   if (!written.ok()) log_warning("live folder: " + written.problem().line());
 }

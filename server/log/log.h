@@ -1,6 +1,6 @@
 #pragma once
-// Lines to stderr, for people or as JSON. A line says which request and which dataset it belongs to: whoever begins such work opens a
-// LogScope, and every line of its thread carries it until the scope ends.
+// Lines to stderr, for people or as JSON. A line says which request and which dataset it belongs to: whoever begins such work
+// opens a LogScope, and every line of its thread carries it until the scope ends.
 #include <cstdint>
 #include <string>
 #include <variant>

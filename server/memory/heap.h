@@ -4,16 +4,16 @@
 
 namespace cordillera::server {
 
-/// Large blocks go back to the system as they are freed, threads share a few arenas, and a reserve is laid aside. To be called before the
-/// first thread.
+/// Large blocks go back to the system as they are freed, threads share a few arenas, and a reserve is laid aside. To be called
+/// before the first thread.
 void set_up_heap();
 
-/// Whoever first finds no memory gets std::bad_alloc, and the reserve becomes free for what has to be done on the way out: destructors that
-/// allocate end the program where they cannot. Lays it aside again where it is gone.
+/// Whoever first finds no memory gets std::bad_alloc, and the reserve becomes free for what has to be done on the way out:
+/// destructors that allocate end the program where they cannot. Lays it aside again where it is gone.
 void keep_reserve();
 
-/// What one request may need in small pieces. Not every library survives that a small piece is refused (protobuf's output does not), so
-/// nothing is begun with less.
+/// What one request may need in small pieces. Not every library survives that a small piece is refused (protobuf's output does
+/// not), so nothing is begun with less.
 inline constexpr std::size_t kForARequest_bytes = std::size_t{4} << 20;
 /// For the stack of a thread.
 inline constexpr std::size_t kForAThread_bytes = std::size_t{8} << 20;

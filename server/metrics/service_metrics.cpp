@@ -25,10 +25,11 @@ ServiceMetrics::ServiceMetrics()
                       "Seconds until the answer was made; of a stream until its beginning.", kRequestBounds, {"route"}),
       build_seconds("cordillera_build_duration_seconds", "Seconds that builds took, from their start to their end.", kBuildBounds,
                     {"outcome"}),
-      first_tile_seconds("cordillera_first_tile_seconds", "Seconds from the last byte of a post to the first tiles that can be read.", kFirstTileBounds,
-                         {"kind"}),
-      tile_wait_seconds("cordillera_tile_wait_seconds", "Seconds that requests waited for tiles which were still to be made, by how that ended.",
-                        kTileWaitBounds, {"outcome"}) {
+      first_tile_seconds("cordillera_first_tile_seconds",
+                         "Seconds from the last byte of a post to the first tiles that can be read.", kFirstTileBounds, {"kind"}),
+      tile_wait_seconds("cordillera_tile_wait_seconds",
+                        "Seconds that requests waited for tiles which were still to be made, by how that ended.", kTileWaitBounds,
+                        {"outcome"}) {
   build_info.set(1, {CORDILLERA_VERSION});
 }
 
@@ -45,10 +46,40 @@ void ServiceMetrics::finished(const Finished& request) {
 
 std::string ServiceMetrics::text() const {
   std::string out;
-  const Family* const all[] = {&build_info,     &requests,    &request_seconds, &in_flight,     &connections, &unsent_bytes, &waiting,
-                               &received_bytes, &sent_bytes,  &problems,        &denied,        &uploads,     &datasets,
-                               &queue_limit,    &builds,      &build_seconds,   &first_tile_seconds, &tile_wait_seconds, &tile_waiting, &live_bytes, &live_forgotten, &live_asked, &stage_seconds, &blocks,      &samples,
-                               &versions,       &device_lost,    &store_opens, &store_damaged, &datasets_damaged, &ready,           &disk_size,     &disk_free,   &gpu_memory};
+  const Family* const all[] = {&build_info,
+                               &requests,
+                               &request_seconds,
+                               &in_flight,
+                               &connections,
+                               &unsent_bytes,
+                               &waiting,
+                               &received_bytes,
+                               &sent_bytes,
+                               &problems,
+                               &denied,
+                               &uploads,
+                               &datasets,
+                               &queue_limit,
+                               &builds,
+                               &build_seconds,
+                               &first_tile_seconds,
+                               &tile_wait_seconds,
+                               &tile_waiting,
+                               &live_bytes,
+                               &live_forgotten,
+                               &live_asked,
+                               &stage_seconds,
+                               &blocks,
+                               &samples,
+                               &versions,
+                               &device_lost,
+                               &store_opens,
+                               &store_damaged,
+                               &datasets_damaged,
+                               &ready,
+                               &disk_size,
+                               &disk_free,
+                               &gpu_memory};
   for (const Family* family : all) family->write(out);
   write_process(out);
   return out;

@@ -41,7 +41,8 @@ class ServiceMetrics {
   Counter received_bytes{"cordillera_http_received_bytes_total", "Bytes of bodies received."};
   Counter sent_bytes{"cordillera_http_sent_bytes_total", "Bytes of answers that were sent, heads included."};
   Gauge connections{"cordillera_http_connections", "Connections that are open."};
-  Gauge unsent_bytes{"cordillera_http_unsent_bytes", "Bytes of large answers that clients have yet to read; what several share counts once."};
+  Gauge unsent_bytes{"cordillera_http_unsent_bytes",
+                     "Bytes of large answers that clients have yet to read; what several share counts once."};
   Gauge waiting{"cordillera_http_waiting_clients", "Clients that wait for progress: streams of events and Prefer: wait."};
   Counter problems{"cordillera_problems_total", "Problems told to clients, by their type.", {"type"}};
   Counter denied{"cordillera_access_denied_total", "Requests refused for want of a token or of its role.", {"reason"}};
@@ -67,7 +68,8 @@ class ServiceMetrics {
   // Reading.
   Counter store_opens{"cordillera_store_opens_total", "Datasets looked for among the open ones.", {"result"}};
   Counter store_damaged{"cordillera_store_damaged_total", "Answers refused because what is stored is not what was written."};
-  Gauge datasets_damaged{"cordillera_datasets_damaged", "Datasets of which something damaged was read since they were published or the service started."};
+  Gauge datasets_damaged{"cordillera_datasets_damaged",
+                         "Datasets of which something damaged was read since they were published or the service started."};
 
   // The machine.
   Gauge disk_size{"cordillera_disk_size_bytes", "Size of the disk that holds the data."};

@@ -48,7 +48,9 @@ std::vector<CleapOption> selection_table() {
       {"metric", "METRIC", "what an edge costs", joined(metric_names()),
        [](std::string_view text, CleapRequest& request) { return read_choice(text, metric_names(), &request.options.metric); }},
       {"pool", "SHARE", "try this share of the edges, the cheapest", "above 0, up to 1; default 0.8", apply_pool},
-      {"selection", "WAY", "how they are found: sorted, by a threshold, not at all, as the best at both their ends, or one each of vertices three edges apart",
+      {"selection", "WAY",
+       "how they are found: sorted, by a threshold, not at all, as the best at both their ends, or one each of vertices three "
+       "edges apart",
        "sort, histogram, unsorted, vertex-best, super-independent",
        [](std::string_view text, CleapRequest& request) {
          return choose(text, {"sort", "histogram", "unsorted", "vertex-best", "super-independent"}, request.options.selection);
@@ -58,18 +60,26 @@ std::vector<CleapOption> selection_table() {
          return choose(text, {"fisher-yates", "keyed", "none"}, request.options.shuffle);
        }},
       {"seed", "S", "of the shuffle", "0 to 4294967295; default 1",
-       [](std::string_view text, CleapRequest& request) { return whole(text, {0, kMost}, request.options.seed); }},
+       [](std::string_view text, CleapRequest& request) {
+         return whole(text, {0, kMost}, request.options.seed);
+       }},
       {"passes", "N", "find costs anew when a pool is used up, so often; 1 as published", "1 to 1000; default 100",
-       [](std::string_view text, CleapRequest& request) { return whole(text, {1, 1000}, request.options.most_passes); }},
+       [](std::string_view text, CleapRequest& request) {
+         return whole(text, {1, 1000}, request.options.most_passes);
+       }},
   };
 }
 
 std::vector<CleapOption> window_table() {
   return {
       {"window", "N", "candidates at the same time; 0: the whole pool", "0 to 4294967295; default 512",
-       [](std::string_view text, CleapRequest& request) { return whole(text, {0, kMost}, request.options.window); }},
+       [](std::string_view text, CleapRequest& request) {
+         return whole(text, {0, kMost}, request.options.window);
+       }},
       {"lock", "WAY", "who gets triangles that several want: the first in order, or who comes first", "ordered, raced",
-       [](std::string_view text, CleapRequest& request) { return choose(text, {"ordered", "raced"}, request.options.lock); }},
+       [](std::string_view text, CleapRequest& request) {
+         return choose(text, {"ordered", "raced"}, request.options.lock);
+       }},
       {"order", "WAY", "candidates ask for locks before they are tested, or after", "lock-first, test-first",
        [](std::string_view text, CleapRequest& request) {
          return choose(text, {"lock-first", "test-first"}, request.options.order);
@@ -79,11 +89,17 @@ std::vector<CleapOption> window_table() {
       {"closing", "YES", "what a collapse touched is left alone for the rest of the pass", "yes, no",
        [](std::string_view text, CleapRequest& request) { return read_switch(text, &request.options.closing); }},
       {"most-triangles", "C", "at a vertex that a collapse makes", "3 to 1000; default 14",
-       [](std::string_view text, CleapRequest& request) { return whole(text, {3, 1000}, request.options.most_triangles); }},
+       [](std::string_view text, CleapRequest& request) {
+         return whole(text, {3, 1000}, request.options.most_triangles);
+       }},
       {"inversion", "WAY", "what may not change: the sign of an area in the plan, or a normal, as listed", "sign, normals",
-       [](std::string_view text, CleapRequest& request) { return choose(text, {"sign", "normals"}, request.options.inversion); }},
+       [](std::string_view text, CleapRequest& request) {
+         return choose(text, {"sign", "normals"}, request.options.inversion);
+       }},
       {"border", "WAY", "edges at the border stay, or are collapsed onto it and along it", "keep, collapse",
-       [](std::string_view text, CleapRequest& request) { return choose(text, {"keep", "collapse"}, request.options.border); }},
+       [](std::string_view text, CleapRequest& request) {
+         return choose(text, {"keep", "collapse"}, request.options.border);
+       }},
       {"repair", "WAY", "the arrays are repaired whole, or around collapses", "everywhere, around",
        [](std::string_view text, CleapRequest& request) {
          return choose(text, {"everywhere", "around"}, request.options.repair);
@@ -97,7 +113,9 @@ std::vector<CleapOption> window_table() {
          return choose(text, {"none", "at-end", "between"}, request.options.delaunay);
        }},
       {"smooth", "STEPS", "of Taubin's smoothing, at the end", "0 to 1000; default 0",
-       [](std::string_view text, CleapRequest& request) { return whole(text, {0, 1000}, request.smooth); }},
+       [](std::string_view text, CleapRequest& request) {
+         return whole(text, {0, 1000}, request.smooth);
+       }},
   };
 }
 

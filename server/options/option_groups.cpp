@@ -19,7 +19,9 @@ const std::vector<std::pair<const char*, Names>>& groups() {
       {"Levels and errors", {"error", "keep", "pixels", "bbox", "min-level", "max-level", "scheme", "strategy", "quality"}},
       {"Machine", {"device", "threads", "memory"}},
       {"Posts", {"private", "provisional", "build"}},
-      {"Who may write, and logs", {"tokens", "token-lines", "insecure-writes", "trusted-proxies", "source-allow", "live-open", "audit-log", "log-level", "log-format"}},
+      {"Who may write, and logs",
+       {"tokens", "token-lines", "insecure-writes", "trusted-proxies", "source-allow", "live-open", "audit-log", "log-level",
+        "log-format"}},
       {"Service", {"listen", "data", "web", "geoids", "jobs", "mount", "live", "live-fresh", "cache-size", "keep-versions"}}};
   return kGroups;
 }

@@ -57,7 +57,8 @@ Complaint apply_voids(std::string_view text, Settings& settings) {
     return std::nullopt;
   }
   double height_m = 0;
-  if (auto complaint = read_number(text, {-kGreatest, proto::kMaxHeight_m}, &height_m)) return *complaint + ", and neither fill nor hole";
+  if (auto complaint = read_number(text, {-kGreatest, proto::kMaxHeight_m}, &height_m))
+    return *complaint + ", and neither fill nor hole";
   if (height_m < raster::kLeastVoidHeight_m) {
     return "pits deeper than any land; nodata=" + std::string(text) + " says that this value means no data";
   }
@@ -104,16 +105,19 @@ Complaint apply_bbox(std::string_view text, Settings& settings) {
   std::vector<double> box;
   if (auto complaint = read_numbers(text, {-360, 360}, &box)) return complaint;
   if (box.size() != 4) return std::to_string(box.size()) + " numbers instead of 4";
-  // What other programs take, named in the order that is wanted here: latitude first, or gdal_translate's upper left corner first.
+  // What other programs take, named in the order that is wanted here: latitude first, or gdal_translate's upper left corner
+  // first.
   const auto in_order = [](double west, double south, double east, double north) {
-    return "; in the order west,south,east,north it may be " + shown(west) + "," + shown(south) + "," + shown(east) + "," + shown(north);
+    return "; in the order west,south,east,north it may be " + shown(west) + "," + shown(south) + "," + shown(east) + "," +
+           shown(north);
   };
   if (std::abs(box[1]) > 90 || std::abs(box[3]) > 90) {
     const bool turned = std::abs(box[0]) <= 90 && std::abs(box[2]) <= 90 && box[0] < box[2];
     return "a latitude is beyond a pole" + (turned ? in_order(box[1], box[0], box[3], box[2]) : "");
   }
   if (box[1] > box[3]) {
-    // Both corners may be turned. A box over the antimeridian is left as it is: it is the narrower of the two that the longitudes can mean.
+    // Both corners may be turned. A box over the antimeridian is left as it is: it is the narrower of the two that the longitudes
+    // can mean.
     const bool turned = box[0] > box[2] && box[0] - box[2] < 180;
     return "south is not below north" + in_order(turned ? box[2] : box[0], box[3], turned ? box[0] : box[2], box[1]);
   }
@@ -188,8 +192,8 @@ std::vector<OptionSpec> make_build_options() {
        apply_text<&BuildOptions::mutable_name>},
       {"band", "BAND", "which band of the file holds the heights, or which of several rasters in it (NetCDF, GeoPackage)",
        "a number from 1 on, or a name: a band's, a variable's or a table's", apply_band},
-      {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards",
-       "metres, 0.01 to 1000000", apply_error},
+      {"error", "METRES", "greatest deviation allowed at the finest level; doubles a level upwards", "metres, 0.01 to 1000000",
+       apply_error},
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
        "numbers above 0 up to 1, falling, separated by commas: 0.5,0.25,0.1", apply_keep},
       {"scheme", "SCHEME", "how tiles divide the earth", "geodetic",
@@ -199,21 +203,26 @@ std::vector<OptionSpec> make_build_options() {
       {"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
        apply_text<&BuildOptions::mutable_crs>},
       {"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",
-       "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code such as NAVD88 or EPSG:5703, or a geoid grid file (over HTTP: "
+       "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code such as NAVD88 or EPSG:5703, or a geoid grid file "
+       "(over HTTP: "
        "the bare name of one in the operator's geoid folders)",
        apply_datum},
       {"nodata", "VALUE",
        "a value of the raster that means no data, beside the one that the file declares; before scale and offset",
        "a number as it stands in the file, such as -9999, or nan", apply_nodata},
       {"voids", "WHAT", "what becomes of places without data: fill closes those that data encloses with a smooth surface",
-       "fill, hole, or a height in metres, -500 to 16384, that is put there (of one raster among several: a height)", apply_voids},
-      {"fill-limit", "CELLS", "voids that are wider or higher than this, in cells of the finest level, are not filled", "0 to 1024",
-       apply_fill_limit},
-      {"water", "HEIGHT", "pixels of exactly this height, in metres above the vertical datum, are water: quantized-mesh then has water masks",
+       "fill, hole, or a height in metres, -500 to 16384, that is put there (of one raster among several: a height)",
+       apply_voids},
+      {"fill-limit", "CELLS", "voids that are wider or higher than this, in cells of the finest level, are not filled",
+       "0 to 1024", apply_fill_limit},
+      {"water", "HEIGHT",
+       "pixels of exactly this height, in metres above the vertical datum, are water: quantized-mesh then has water masks",
        "a height in metres, -16384 to 16384", apply_water},
       {"water-mask", "FILE", "a raster in any CRS that is not zero where water is, in place of water; on the command line only",
        "a single-band raster that GDAL can read", apply_text<&BuildOptions::mutable_water_mask>},
-      {"strategy", "NAME", "how meshes are simplified; exact: large blocks, no sample ever farther off than the error; auto: exact where it can be, else waves; cleap and sequential: the published "
+      {"strategy", "NAME",
+       "how meshes are simplified; exact: large blocks, no sample ever farther off than the error; auto: exact where it can be, "
+       "else waves; cleap and sequential: the published "
        "algorithm, to be compared with",
        "auto, waves, exact, cleap or sequential",
        [](std::string_view text, Settings& settings) {
@@ -226,7 +235,9 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {"fast", "default", "best"}, settings.build.mutable_quality());
        }},
-      {"pixels", "PIXELS", "exact: the finest level keeps its error at the raster's own pixels, too; lattice: at the samples of the level alone, with fewer triangles, as do levels of cells wider than a pixel and keep=",
+      {"pixels", "PIXELS",
+       "exact: the finest level keeps its error at the raster's own pixels, too; lattice: at the samples of the level alone, "
+       "with fewer triangles, as do levels of cells wider than a pixel and keep=",
        "exact or lattice",
        [](std::string_view text, Settings& settings) {
          return read_choice(text, {raster::kExactPixels, raster::kLatticePixels}, settings.build.mutable_pixels());
@@ -235,7 +246,8 @@ std::vector<OptionSpec> make_build_options() {
        [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},
       {"threads", "N", "threads of a build; 0: as many as the machine has", "0 to 1024",
        apply_whole<&BuildOptions::set_threads, 1024>},
-      {"memory", "MIB", "memory a build may use on top of the program, MiB; takes a thread for each 96 MiB at most; 0: the default",
+      {"memory", "MIB",
+       "memory a build may use on top of the program, MiB; takes a thread for each 96 MiB at most; 0: the default",
        "0, or 64 to 16777216", apply_memory},
       {"bbox", "W,S,E,N", "build only this box, degrees; west above east crosses the antimeridian",
        "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
@@ -247,10 +259,12 @@ std::vector<OptionSpec> make_build_options() {
       {"feather", "METRES", "width over which one of several rasters gives way to the next, at its rims and voids", "0 to 100000",
        apply_feather},
       {"z-offset", "METRES", "see z-scale", "metres", apply_z_offset},
-      {"title", "TEXT", "title carried into manifest, tileset, status and every .glb", "text", apply_text<&BuildOptions::mutable_title>},
+      {"title", "TEXT", "title carried into manifest, tileset, status and every .glb", "text",
+       apply_text<&BuildOptions::mutable_title>},
       {"attribution", "TEXT", "attribution carried into manifest, tileset, status and every .glb", "text",
        apply_text<&BuildOptions::mutable_attribution>},
-      {"imagery", "ADDRESS", "tiles of pictures that viewer and client pages lay on the terrain; named in manifest, tileset and status", kImagery,
+      {"imagery", "ADDRESS",
+       "tiles of pictures that viewer and client pages lay on the terrain; named in manifest, tileset and status", kImagery,
        [](std::string_view text, Settings& settings) { return read_imagery(text, settings.build.mutable_imagery()); }},
       {"dry-run", "", "say levels, tiles, bytes and time expected; build nothing", "1 or 0",
        [](std::string_view text, Settings& settings) { return read_switch(text, &settings.dry_run); }},
@@ -258,21 +272,23 @@ std::vector<OptionSpec> make_build_options() {
 }
 
 std::vector<OptionSpec> make_posting_options() {
-  return {{"private", "", "let only those read the dataset who have a token", "1 or 0",
-           [](std::string_view text, Settings& settings) { return read_switch(text, &settings.private_dataset); }},
-          {"provisional", "SWITCH", "show coarse tiles of a raster soon after it was posted, until its build is done", "on or off",
-           [](std::string_view text, Settings& settings) {
-             bool shown = true;
-             auto complaint = read_switch(text, &shown);
-             if (!complaint) settings.build.set_provisional(shown);
-             return complaint;
-           }},
-          {"build", "BLOCKS", "make all blocks of a raster at once, or each when one of its tiles is asked for", "full or lazy", [](std::string_view text, Settings& settings) {
-             std::string blocks;
-             auto complaint = read_choice(text, {"full", "lazy"}, &blocks);
-             if (!complaint) settings.build.set_build(blocks);
-             return complaint;
-           }}};
+  return {
+      {"private", "", "let only those read the dataset who have a token", "1 or 0",
+       [](std::string_view text, Settings& settings) { return read_switch(text, &settings.private_dataset); }},
+      {"provisional", "SWITCH", "show coarse tiles of a raster soon after it was posted, until its build is done", "on or off",
+       [](std::string_view text, Settings& settings) {
+         bool shown = true;
+         auto complaint = read_switch(text, &shown);
+         if (!complaint) settings.build.set_provisional(shown);
+         return complaint;
+       }},
+      {"build", "BLOCKS", "make all blocks of a raster at once, or each when one of its tiles is asked for", "full or lazy",
+       [](std::string_view text, Settings& settings) {
+         std::string blocks;
+         auto complaint = read_choice(text, {"full", "lazy"}, &blocks);
+         if (!complaint) settings.build.set_build(blocks);
+         return complaint;
+       }}};
 }
 
 }  // namespace

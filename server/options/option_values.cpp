@@ -46,9 +46,7 @@ std::string shown(double value) {
 Complaint read_number(std::string_view text, NumberRange range, double* out) {
   double value = 0;
   if (!parse_all(proto::trimmed(text), &value) || !std::isfinite(value)) return "not a number";
-  if (value < range.least || value > range.greatest) {
-    return "outside " + shown(range.least) + " to " + shown(range.greatest);
-  }
+  if (value < range.least || value > range.greatest) { return "outside " + shown(range.least) + " to " + shown(range.greatest); }
   *out = value;
   return std::nullopt;
 }
@@ -119,7 +117,8 @@ Complaint read_imagery(std::string_view text, std::string* out) {
   if (!plain.starts_with("https://") && !plain.starts_with("http://")) return "no address of http or https";
   for (const char* name : {"{z}", "{x}", "{y}"}) {
     const auto at = plain.find(name);
-    if (at == std::string::npos || plain.find(name, at + 1) != std::string::npos) return std::string("it does not have ") + name + " once";
+    if (at == std::string::npos || plain.find(name, at + 1) != std::string::npos)
+      return std::string("it does not have ") + name + " once";
   }
   std::string rest = plain;
   for (const char* name : {"{z}", "{x}", "{y}"}) rest.erase(rest.find(name), 3);

@@ -40,9 +40,10 @@ Complaint read_switch(std::string_view text, bool* out);
 Complaint read_text(std::string_view text, std::string* out);
 
 /// What read_imagery takes, for refusals and for help.
-inline constexpr const char* kImagery = "an address in Web Mercator with {z}, {x} and {y}, rows from the north: https://example.org/{z}/{x}/{y}.jpg";
-/// The address of a tile of pictures, as maps have it: http or https, with {z}, {x} and {y} once each. It goes into pages, so it has no
-/// character that an address must escape, but for those braces.
+inline constexpr const char* kImagery =
+    "an address in Web Mercator with {z}, {x} and {y}, rows from the north: https://example.org/{z}/{x}/{y}.jpg";
+/// The address of a tile of pictures, as maps have it: http or https, with {z}, {x} and {y} once each. It goes into pages, so it
+/// has no character that an address must escape, but for those braces.
 Complaint read_imagery(std::string_view text, std::string* out);
 
 /// cpu, cuda, cuda:N or auto.

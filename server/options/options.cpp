@@ -53,22 +53,22 @@ proto::Problem unknown_option(const std::string& name, const std::vector<OptionS
   const char* kind = spelling == Spelling::query ? "query parameter" : "option";
   const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
   return {"option-unknown",
-          std::string("unknown ") + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all,
-          shown};
+          std::string("unknown ") + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all, shown};
 }
 
 /// Earlier versions took nodata=hole and nodata=fill for what voids= says now.
 std::optional<Row> meant_for_voids(const OptionSpec& option, const std::string& value, const std::vector<OptionSpec>& table) {
   std::string word;
   if (option.name != "nodata" || read_choice(value, {"hole", "fill"}, &word)) return std::nullopt;
-  const Row voids = std::find_if(table.begin(), table.end(), [](const OptionSpec& candidate) { return candidate.name == "voids"; });
+  const Row voids =
+      std::find_if(table.begin(), table.end(), [](const OptionSpec& candidate) { return candidate.name == "voids"; });
   return voids == table.end() ? std::nullopt : std::optional(voids);
 }
 
 void note_old_nodata(const std::string& value, Spelling spelling, Settings& settings) {
   const auto name = [spelling](const char* plain) { return spelt({plain, "", "", "", nullptr}, spelling); };
-  const std::string sentence = name("nodata") + "=" + value + " is understood as " + name("voids") + "=" + value + "; " + name("nodata") +
-                               "= takes a value that means no data";
+  const std::string sentence = name("nodata") + "=" + value + " is understood as " + name("voids") + "=" + value + "; " +
+                               name("nodata") + "= takes a value that means no data";
   auto& warnings = *settings.build.mutable_warnings();
   if (std::find(warnings.begin(), warnings.end(), sentence) == warnings.end()) warnings.Add()->assign(sentence);
 }
@@ -77,14 +77,10 @@ void note_old_nodata(const std::string& value, Spelling spelling, Settings& sett
 
 std::string spelt(const OptionSpec& option, Spelling spelling) {
   switch (spelling) {
-    case Spelling::query:
-      return underscored(option.name);
-    case Spelling::command_line:
-      return "--" + option.name;
-    case Spelling::config_file:
-      return option.name;
-    case Spelling::environment:
-      break;
+    case Spelling::query: return underscored(option.name);
+    case Spelling::command_line: return "--" + option.name;
+    case Spelling::config_file: return option.name;
+    case Spelling::environment: break;
   }
   std::string name = kVariable + underscored(option.name);
   for (char& c : name) {
@@ -112,8 +108,7 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
       note_old_nodata(value, spelling, settings);
     }
     if (!seen.insert(option->name).second) {
-      return proto::Problem{"option-repeated", name + " is given twice", "each option once; lists are separated by commas",
-                            name};
+      return proto::Problem{"option-repeated", name + " is given twice", "each option once; lists are separated by commas", name};
     }
     if ((option->name == "error" && seen.count("keep") != 0) || (option->name == "keep" && seen.count("error") != 0)) {
       return proto::Problem{"options-conflict", "error and keep are two ways to say how fine the levels are; both are given",
@@ -154,8 +149,10 @@ Given environment_layer(const std::vector<OptionSpec>& table) {
 }
 
 std::vector<std::string> unread_variables() {
-  // What raster, the client's commands, deploy/ and the tests read, and every option: a server's variables may be set where something is built.
-  std::vector<std::string> known = {"CACHE", "BUILD_FOLDER", "ALL_TESTS", "CMAKE_ARGS", "JOB_ENVIRONMENT", "TEST_DATA", "SERVER", "TOKEN", "TOKEN_FILE"};
+  // What raster, the client's commands, deploy/ and the tests read, and every option: a server's variables may be set where
+  // something is built.
+  std::vector<std::string> known = {"CACHE",     "BUILD_FOLDER", "ALL_TESTS", "CMAKE_ARGS", "JOB_ENVIRONMENT",
+                                    "TEST_DATA", "SERVER",       "TOKEN",     "TOKEN_FILE"};
   for (const OptionSpec& option : all_options()) {
     known.push_back(spelt(option, Spelling::environment).substr(kVariable.size()));
     if (!option.alias.empty()) known.push_back(alias_spelt(option, Spelling::environment).substr(kVariable.size()));
@@ -176,8 +173,7 @@ std::vector<std::string> unread_variables() {
 
 proto::Result<Given> config_file_layer(const std::string& path) {
   std::ifstream file(path);
-  if (!file)
-    return proto::Problem{"file-unreadable", "cannot read the config file " + path, "a readable text file", "--config"};
+  if (!file) return proto::Problem{"file-unreadable", "cannot read the config file " + path, "a readable text file", "--config"};
   Given given;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
@@ -197,7 +193,8 @@ proto::Result<Given> config_file_layer(const std::string& path) {
 
 std::vector<OptionSpec> raster_options() {
   std::vector<OptionSpec> own;
-  std::copy_if(build_options().begin(), build_options().end(), std::back_inserter(own), [](const OptionSpec& option) { return option.of_raster; });
+  std::copy_if(build_options().begin(), build_options().end(), std::back_inserter(own),
+               [](const OptionSpec& option) { return option.of_raster; });
   return own;
 }
 

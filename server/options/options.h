@@ -16,20 +16,20 @@ namespace cordillera::server {
 
 /// What one service takes on at most. GET /v1/limits shows it.
 struct Limits {
-  std::uint32_t body_mib = 16384;         ///< of a posted raster
-  std::uint32_t megapixels = 20000;       ///< of a posted raster
-  std::uint32_t side = 1000000;           ///< pixels along a side of it
-  std::uint32_t datasets = 10000;         ///< kept at the same time
-  std::uint32_t queue = 100;              ///< builds that wait for their turn
-  std::uint32_t uploads = 64;             ///< at the same time
-  std::uint32_t client_uploads = 8;       ///< of one token or address
-  std::uint32_t build_seconds = 86400;    ///< of one build, whatever its raster
-  std::uint32_t build_base_seconds = 600;   ///< of one build; and beside them
+  std::uint32_t body_mib = 16384;            ///< of a posted raster
+  std::uint32_t megapixels = 20000;          ///< of a posted raster
+  std::uint32_t side = 1000000;              ///< pixels along a side of it
+  std::uint32_t datasets = 10000;            ///< kept at the same time
+  std::uint32_t queue = 100;                 ///< builds that wait for their turn
+  std::uint32_t uploads = 64;                ///< at the same time
+  std::uint32_t client_uploads = 8;          ///< of one token or address
+  std::uint32_t build_seconds = 86400;       ///< of one build, whatever its raster
+  std::uint32_t build_base_seconds = 600;    ///< of one build; and beside them
   std::uint32_t build_seconds_per_mib = 60;  ///< for each MiB of its rasters
-  std::uint32_t cache_mib = 16384;        ///< on disk, of what was fetched or made because somebody read it; 0: no limit
-  std::uint32_t free_percent = 5;         ///< of the disk, that posting leaves
-  std::uint32_t connections = 4096;       ///< at the same time; beyond them the longest idle one makes room
-  std::uint32_t client_connections = 512;  ///< of one address
+  std::uint32_t cache_mib = 16384;           ///< on disk, of what was fetched or made because somebody read it; 0: no limit
+  std::uint32_t free_percent = 5;            ///< of the disk, that posting leaves
+  std::uint32_t connections = 4096;          ///< at the same time; beyond them the longest idle one makes room
+  std::uint32_t client_connections = 512;    ///< of one address
   /// Threads that read and write connections; no option, but few descriptors lower it.
   std::uint32_t loops = std::clamp(std::thread::hardware_concurrency(), 1u, 16u);
   std::uint32_t open_datasets = 64;       ///< at the same time; no option, but few descriptors lower it
@@ -64,12 +64,12 @@ struct ServeSettings {
   bool insecure_writes = false;              ///< without tokens, beyond loopback
   std::vector<std::string> trusted_proxies;  ///< whose X-Forwarded-For is believed
   std::vector<Mount> mounts;
-  std::string live;  ///< a folder whose rasters are datasets; empty: none
-  std::uint32_t cache_mib = 256;             ///< of what was read of mounts
-  std::uint32_t keep_versions = 1;           ///< earlier ones of a dataset whose rasters change
-  std::vector<std::string> source_allow;     ///< beginnings of addresses that rasters may be fetched from
-  std::uint32_t live_fresh_seconds = 60;     ///< that a raster of an address counts as the same without asking
-  bool live_open = false;                    ///< who may read may have rasters fetched by their address
+  std::string live;                       ///< a folder whose rasters are datasets; empty: none
+  std::uint32_t cache_mib = 256;          ///< of what was read of mounts
+  std::uint32_t keep_versions = 1;        ///< earlier ones of a dataset whose rasters change
+  std::vector<std::string> source_allow;  ///< beginnings of addresses that rasters may be fetched from
+  std::uint32_t live_fresh_seconds = 60;  ///< that a raster of an address counts as the same without asking
+  bool live_open = false;                 ///< who may read may have rasters fetched by their address
   Limits limits;
 };
 
@@ -120,7 +120,8 @@ using Given = std::vector<std::pair<std::string, std::string>>;
 proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given,
                                    Spelling spelling);
 
-/// A raster's voids are filled with those of all, or not at all: voids=fill and voids=hole cannot be said of one. As a query has it.
+/// A raster's voids are filled with those of all, or not at all: voids=fill and voids=hole cannot be said of one. As a query has
+/// it.
 bool is_of_all_rasters(const std::string& name, const std::string& value);
 /// The same layer for one raster of several, whose options stand over those of all; voids= is a height here.
 proto::Result<Settings> with_raster_layer(Settings settings, const std::vector<OptionSpec>& table, const Given& given);

@@ -16,7 +16,8 @@ std::optional<proto::Problem> check_datum(const proto::BuildOptions& options) {
   const std::string& datum = options.vertical_datum();
   if (datum.find_first_of("/\\") == std::string::npos) return std::nullopt;
   return proto::Problem{"option-forbidden", "vertical_datum='" + datum + "' names a path",
-                        "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code, or the bare name of a grid in the operator's geoid folder",
+                        "EGM96, EGM2008, EGM84, ellipsoid, a height system by name or code, or the bare name of a grid in the "
+                        "operator's geoid folder",
                         "vertical_datum"};
 }
 
@@ -38,7 +39,8 @@ std::optional<proto::Problem> check_crs(const proto::BuildOptions& options) {
 std::optional<proto::Problem> check_water_mask(const Settings& server, const proto::BuildOptions& options) {
   if (options.water_mask() == server.build.water_mask()) return std::nullopt;
   return proto::Problem{"option-forbidden", "water_mask names a file of the server's machine",
-                        "water= with the height of the sea in the raster, such as water=0, or water-mask on the command line", "water_mask"};
+                        "water= with the height of the sea in the raster, such as water=0, or water-mask on the command line",
+                        "water_mask"};
 }
 
 std::uint32_t within(std::uint32_t wanted, std::uint32_t most) {

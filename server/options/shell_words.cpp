@@ -44,32 +44,40 @@ std::string bash(const Commands& commands) {
     }
     cases += "    " + command->get_name() + ") options='" + words.substr(words.empty() ? 0 : 1) + "' ;;\n";
   }
-  return "# Completions of cordillera for bash.\n_cordillera() {\n  local word=${COMP_WORDS[COMP_CWORD]} options=\n  if [[ $COMP_CWORD -eq 1 ]]; then\n    mapfile -t COMPREPLY < <(compgen -W '" +
+  return "# Completions of cordillera for bash.\n_cordillera() {\n  local word=${COMP_WORDS[COMP_CWORD]} options=\n  if [[ "
+         "$COMP_CWORD -eq 1 ]]; then\n    mapfile -t COMPREPLY < <(compgen -W '" +
          names + " help version' -- \"$word\")\n    return\n  fi\n  case ${COMP_WORDS[1]} in\n" + cases +
-         "  esac\n  if [[ $word == -* ]]; then\n    mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\")\n  else\n    mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n  fi\n}\n"
+         "  esac\n  if [[ $word == -* ]]; then\n    mapfile -t COMPREPLY < <(compgen -W \"$options\" -- \"$word\")\n  else\n    "
+         "mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n  fi\n}\n"
          "complete -o filenames -F _cordillera cordillera\n";
 }
 
 std::string zsh(const Commands& commands) {
-  const auto described = [](const std::string& text) { return quoted(replaced(replaced(replaced(replaced(text, "\\", "\\\\"), "[", "\\["), "]", "\\]"), ":", "\\:")); };
+  const auto described = [](const std::string& text) {
+    return quoted(replaced(replaced(replaced(replaced(text, "\\", "\\\\"), "[", "\\["), "]", "\\]"), ":", "\\:"));
+  };
   std::string names, cases;
   for (const CLI::App* command : commands) {
     names += " '" + command->get_name() + ":" + described(command->get_description()) + "'";
     cases += "    " + command->get_name() + ") _arguments '*:file:_files'";
     for (const CLI::Option* option : command->get_options()) {
-      for (const std::string& name : spellings(*option)) cases += " \\\n      '" + name + "[" + described(option->get_description()) + "]" + (takes_value(*option) ? ": :_files'" : "'");
+      for (const std::string& name : spellings(*option))
+        cases += " \\\n      '" + name + "[" + described(option->get_description()) + "]" +
+                 (takes_value(*option) ? ": :_files'" : "'");
     }
     cases += " ;;\n";
   }
   return "#compdef cordillera\n_cordillera() {\n  if (( CURRENT == 2 )); then\n    local -a commands=(" + names +
-         ")\n    _describe command commands\n    return\n  fi\n  shift words\n  (( CURRENT-- ))\n  case $words[1] in\n" + cases + "  esac\n}\ncompdef _cordillera cordillera\n";
+         ")\n    _describe command commands\n    return\n  fi\n  shift words\n  (( CURRENT-- ))\n  case $words[1] in\n" + cases +
+         "  esac\n}\ncompdef _cordillera cordillera\n";
 }
 
 std::string fish(const Commands& commands) {
   const auto text = [](const std::string& plain) { return "'" + replaced(replaced(plain, "\\", "\\\\"), "'", "\\'") + "'"; };
   std::string out = "# Completions of cordillera for fish.\n";
   for (const CLI::App* command : commands) {
-    out += "complete -c cordillera -n __fish_use_subcommand -f -a " + command->get_name() + " -d " + text(command->get_description()) + "\n";
+    out += "complete -c cordillera -n __fish_use_subcommand -f -a " + command->get_name() + " -d " +
+           text(command->get_description()) + "\n";
     for (const CLI::Option* option : command->get_options()) {
       const std::vector<std::string> names = spellings(*option);
       if (names.empty()) continue;
@@ -106,7 +114,8 @@ proto::Result<std::string> completions(const CLI::App& app, const std::string& s
 
 std::string man_page(const CLI::App& app) {
   const std::string name = app.get_name();
-  std::string out = ".TH CORDILLERA 1 \"\" \"cordillera " CORDILLERA_VERSION "\"\n.SH NAME\n" + name + " \\- " + troff(app.get_description()) + "\n.SH SYNOPSIS\n.B " + name +
+  std::string out = ".TH CORDILLERA 1 \"\" \"cordillera " CORDILLERA_VERSION "\"\n.SH NAME\n" + name + " \\- " +
+                    troff(app.get_description()) + "\n.SH SYNOPSIS\n.B " + name +
                     "\n.I COMMAND\n[\n.I OPTION\n]...\n.SH COMMANDS\n";
   for (const CLI::App* command : commands_of(app)) {
     out += ".SS " + name + " " + command->get_name() + "\n" + troff(command->get_description()) + "\n";

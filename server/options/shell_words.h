@@ -1,5 +1,6 @@
 #pragma once
-// What a shell and `man` are told of the command line: made of its commands and options as CLI11 has them, which come from the option table.
+// What a shell and `man` are told of the command line: made of its commands and options as CLI11 has them, which come from the
+// option table.
 #include <CLI/CLI.hpp>
 #include <string>
 

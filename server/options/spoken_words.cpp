@@ -117,7 +117,10 @@ std::string listen_address(const std::string& host, const std::string& port) {
   const std::string usual = ServeSettings().listen;
   const auto colon = usual.rfind(':');
   const bool bare = host.find(':') != host.npos && !host.starts_with('[');
-  return (host.empty() ? usual.substr(0, colon) : bare ? "[" + host + "]" : host) + ":" + (port.empty() ? usual.substr(colon + 1) : port);
+  return (host.empty() ? usual.substr(0, colon)
+          : bare       ? "[" + host + "]"
+                       : host) +
+         ":" + (port.empty() ? usual.substr(colon + 1) : port);
 }
 
 }  // namespace cordillera::server

@@ -6,8 +6,8 @@
 
 namespace cordillera::server {
 
-/// Without the program's name: `help` and `help build` are --help, `version` and -v are --version, and the four numbers of `--bbox 10 46 11 47` are
-/// one word.
+/// Without the program's name: `help` and `help build` are --help, `version` and -v are --version, and the four numbers of
+/// `--bbox 10 46 11 47` are one word.
 std::vector<std::string> understood(std::vector<std::string> words);
 
 /// The option that other programs call so: "--t_srs" and "epsg" are "crs", "units" is "z-scale". None: nobody is known to.

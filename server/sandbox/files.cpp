@@ -26,8 +26,8 @@ struct RulesetAttributes {
   std::uint64_t scopes = 0;   ///< ABI 6
 };
 constexpr std::uint64_t kRefer = 1ULL << 13, kTruncate = 1ULL << 14, kIoctlDevice = 1ULL << 15;
-constexpr std::uint64_t kTcp = 3;       // bind and connect: no rule allows a port
-constexpr std::uint64_t kOutside = 3;   // abstract sockets of, and signals to, processes outside of the sandbox
+constexpr std::uint64_t kTcp = 3;      // bind and connect: no rule allows a port
+constexpr std::uint64_t kOutside = 3;  // abstract sockets of, and signals to, processes outside of the sandbox
 
 constexpr std::uint64_t kRead = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
 constexpr std::uint64_t kWriteFile = LANDLOCK_ACCESS_FS_WRITE_FILE;
@@ -42,10 +42,15 @@ constexpr std::uint64_t kOfFiles = LANDLOCK_ACCESS_FS_READ_FILE | kWriteFile | k
 
 // Libraries, PROJ's and GDAL's tables, what glibc looks up, the GPU's driver. Not: homes, other datasets, /etc as a whole, other
 // processes.
-constexpr const char* kReadable[] = {
-    "/usr", "/lib", "/lib64", "/opt", "/dev/urandom", "/dev/random", "/dev/zero", "/etc/ld.so.cache", "/etc/localtime",
-    "/etc/nsswitch.conf", "/etc/proj", "/etc/gdal", "/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/proc/sys/vm",
-    "/sys/devices/system"};
+constexpr const char* kReadable[] = {"/usr",           "/lib",
+                                     "/lib64",         "/opt",
+                                     "/dev/urandom",   "/dev/random",
+                                     "/dev/zero",      "/etc/ld.so.cache",
+                                     "/etc/localtime", "/etc/nsswitch.conf",
+                                     "/etc/proj",      "/etc/gdal",
+                                     "/proc/self",     "/proc/cpuinfo",
+                                     "/proc/meminfo",  "/proc/stat",
+                                     "/proc/sys/vm",   "/sys/devices/system"};
 constexpr const char* kOfTheGpu[] = {"/proc/driver", "/sys", "/etc/nvidia", "/proc/modules", "/proc/devices"};
 
 class Rules {
@@ -69,8 +74,8 @@ class Rules {
   Rules(const Rules&) = delete;
   Rules& operator=(const Rules&) = delete;
 
-  /// A folder that jobs may read, and what is in it: but not what lies in `data`, the service's folder. Landlock knows no exceptions,
-  /// so each thing beside it gets a rule.
+  /// A folder that jobs may read, and what is in it: but not what lies in `data`, the service's folder. Landlock knows no
+  /// exceptions, so each thing beside it gets a rule.
   void allow_reading(const fs::path& path, const fs::path& data) {
     std::error_code error;
     const fs::path real = fs::canonical(path, error);
@@ -136,7 +141,8 @@ bool confine_files(const Needs& needs) {
   rules.allow(needs.temporary, kLink);
   if (needs.gpu == Gpu::allowed) {
     for (const char* path : kOfTheGpu) rules.allow(path, kRead);
-    rules.allow("/proc/self/task", kRead | kWriteFile | kTruncate);  // CUDA's driver writes its threads' names there, and gives up where it cannot
+    rules.allow("/proc/self/task",
+                kRead | kWriteFile | kTruncate);  // CUDA's driver writes its threads' names there, and gives up where it cannot
     for (const fs::path& device : gpu_devices()) rules.allow(device, kRead | kWriteFile | kIoctlDevice);
     if (const char* home = std::getenv("HOME")) rules.allow(fs::path(home) / ".nv", kRead | kChange | kTruncate);
   }

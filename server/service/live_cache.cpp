@@ -111,7 +111,8 @@ bool LiveCache::read(const Dataset& dataset, const std::string& client) {
   const std::lock_guard lock(mutex_);
   Entry& entry = entries_[dataset.id];
   const auto now = Clock::now();
-  if (is_posted(dataset) && entry.asked == Clock::time_point()) entry.asked = entry.begun = now;  // its raster may still be on its way
+  if (is_posted(dataset) && entry.asked == Clock::time_point())
+    entry.asked = entry.begun = now;  // its raster may still be on its way
   entry.read = now;
   const bool failed = dataset.state == State::failed && now - entry.begun >= parts_.fresh;
   if (entry.asleep || failed) {

@@ -39,10 +39,12 @@ proto::Result<std::unique_ptr<access::Gate>> open_gate(const Settings& settings)
   const ServeSettings& serve = settings.serve;
   auto gate = access::Gate::open({serve.listen, serve.tokens, serve.token_lines, serve.insecure_writes});
   if (!gate || !settings.private_dataset || (*gate)->has_tokens()) return gate;
-  return proto::Problem{"options-conflict", "--private without tokens would keep nobody out", "--tokens FILE beside it", "--private"};
+  return proto::Problem{"options-conflict", "--private without tokens would keep nobody out", "--tokens FILE beside it",
+                        "--private"};
 }
 
-/// What a process that was killed had no time to do: deletions, states, records; rasters of finished builds and folders of failed ones to be removed.
+/// What a process that was killed had no time to do: deletions, states, records; rasters of finished builds and folders of failed
+/// ones to be removed.
 void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& ledger, std::size_t keep) {
   for (const Row& row : registry.list()) {
     const fs::path folder = layout.dataset(row->id);
@@ -57,8 +59,10 @@ void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& led
       remove_dataset_folder(layout, row->id);
       continue;
     }
-    if (ledger.holds(row->id)) ledger.tidy(row->id, keep);
-    else if (built) keep_store_alone(folder);
+    if (ledger.holds(row->id))
+      ledger.tidy(row->id, keep);
+    else if (built)
+      keep_store_alone(folder);
     std::error_code error;
     if (!fs::exists(folder, error) || fs::exists(folder / kRecordFile, error)) continue;
     if (!write_record(folder, *row)) log_warning("dataset " + row->id + ": " + kRecordFile + " cannot be written");
@@ -68,14 +72,21 @@ void put_in_order(const Layout& layout, Registry& registry, updates::Ledger& led
 }  // namespace
 
 Service::Service(const Settings& settings, int lock)
-    : settings_(settings), layout_{settings.serve.data}, lock_(lock), mounts_(settings), library_(layout_, metrics_, mounts_, {.open = settings.serve.limits.open_datasets}), uploads_(layout_.uploads()), ledger_(layout_),
+    : settings_(settings),
+      layout_{settings.serve.data},
+      lock_(lock),
+      mounts_(settings),
+      library_(layout_, metrics_, mounts_, {.open = settings.serve.limits.open_datasets}),
+      uploads_(layout_.uploads()),
+      ledger_(layout_),
       archive_(layout_) {}
 
 proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, JobRunner runner) {
   const Layout layout{settings.serve.data};
   const auto unusable = [&](const std::string& why) {
     return proto::Problem{"data-unusable", "cannot use the data folder " + layout.root.string() + ": " + why,
-                          "a folder of its own that can be written: a new one, an empty one or that of an earlier server", "--data"};
+                          "a folder of its own that can be written: a new one, an empty one or that of an earlier server",
+                          "--data"};
   };
   auto gate = open_gate(settings);
   if (!gate) return gate.problem();
@@ -98,7 +109,9 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
   auto registry = Registry::open(layout.registry().string());
   if (!registry) return registry.problem();
   service->registry_ = std::move(registry.value());
-  service->library_.set_existence_check([&registry = *service->registry_, &mounts = service->mounts_](const std::string& id) { return mounts.has(id) || registry.find(id); });
+  service->library_.set_existence_check([&registry = *service->registry_, &mounts = service->mounts_](const std::string& id) {
+    return mounts.has(id) || registry.find(id);
+  });
   service->library_.set_words([&registry = *service->registry_](const std::string& id) {
     const Row row = registry.find(id);
     return row ? pipeline::Words{row->options.title(), row->options.attribution(), row->options.imagery()} : pipeline::Words();
@@ -107,15 +120,15 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
     adopt_folders(layout, *service->registry_);
     put_in_order(layout, *service->registry_, service->ledger_, settings.serve.keep_versions);
     service->uploads_.remove_old();
-  } catch (const RegistryError& broken) {
-    return unusable(broken.what());
-  }
+  } catch (const RegistryError& broken) { return unusable(broken.what()); }
   for (const Dataset& mounted : service->mounts_.list()) {
     if (!service->registry_->find(mounted.id)) continue;
-    return proto::Problem{"options-conflict", "a dataset that was posted is called " + mounted.id + " already", "another name", "--mount"};
+    return proto::Problem{"options-conflict", "a dataset that was posted is called " + mounted.id + " already", "another name",
+                          "--mount"};
   }
   service->gate_ = std::move(*gate);
-  service->audit_ = std::make_unique<access::Audit>(settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log));
+  service->audit_ =
+      std::make_unique<access::Audit>(settings.serve.audit_log.empty() ? layout.audit() : fs::path(settings.serve.audit_log));
   service->admission_ = std::make_unique<limits::Admission>(settings.serve.limits, layout.root, *service->registry_);
   const auto published = [self = service.get()](const std::string& id) {
     self->library_.forget(id);
@@ -123,14 +136,18 @@ proto::Result<std::unique_ptr<Service>> Service::open(const Settings& settings, 
     self->archive_files_->forget(id);
     if (LiveCache* const live = self->told_) live->touch();
   };
-  service->archive_files_ = std::make_unique<ArchiveFiles>(layout.archives(), service->admission_->space(), [self = service.get()](const std::string& id) { self->hub_.touch(id); });
+  service->archive_files_ = std::make_unique<ArchiveFiles>(
+      layout.archives(), service->admission_->space(), [self = service.get()](const std::string& id) { self->hub_.touch(id); });
   service->queue_ = std::make_unique<JobQueue>(
-      JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits, service->ledger_,
-                      updates::fetcher(settings.serve, service->admission_->space()), settings.serve.keep_versions, published},
+      JobQueue::Parts{layout, *service->registry_, service->hub_, service->metrics_, std::move(runner), settings.serve.limits,
+                      service->ledger_, updates::fetcher(settings.serve, service->admission_->space()),
+                      settings.serve.keep_versions, published},
       settings.serve.jobs);
   service->live_ = std::make_unique<LiveCache>(LiveCache::Parts{
-      layout, *service->registry_, *service->queue_, *service->admission_, service->metrics_, updates::asker(settings.serve), std::uint64_t{settings.serve.limits.cache_mib} << 20,
-      settings.serve.limits.queue, [self = service.get(), published](const std::string& id) { published(id), self->hub_.touch(id); }, std::chrono::seconds(settings.serve.live_fresh_seconds)});
+      layout, *service->registry_, *service->queue_, *service->admission_, service->metrics_, updates::asker(settings.serve),
+      std::uint64_t{settings.serve.limits.cache_mib} << 20, settings.serve.limits.queue,
+      [self = service.get(), published](const std::string& id) { published(id), self->hub_.touch(id); },
+      std::chrono::seconds(settings.serve.live_fresh_seconds)});
   service->told_ = service->live_.get();
   service->queue_->resume();
   service->reading_ahead_ = std::thread([self = service.get()] { self->read_ahead(); });

@@ -51,7 +51,8 @@ Json ring(double west, double south, double east, double north) {
 Json geometry_of(const std::array<double, 4>& box) {
   const auto& [west, south, east, north] = box;
   if (west <= east) return {{"type", "Polygon"}, {"coordinates", ring(west, south, east, north)}};
-  return {{"type", "MultiPolygon"}, {"coordinates", Json::array({ring(west, south, 180, north), ring(-180, south, east, north)})}};
+  return {{"type", "MultiPolygon"},
+          {"coordinates", Json::array({ring(west, south, 180, north), ring(-180, south, east, north)})}};
 }
 
 Json asset(const std::string& href, std::string_view type, std::string_view title, const char* role) {
@@ -66,9 +67,11 @@ Json assets_of(const std::string& path, const Offered& offered) {
     const std::string_view type = entry ? entry->resource->type : std::string_view(kJson);
     assets[std::string(face->name)] = asset(path + "/" + std::string(face->entry), type, face->about, "data");
   }
-  assets["manifest"] = asset(path + "/manifest.json", kJson, "What was read and assumed, and the error of every level", "metadata");
+  assets["manifest"] =
+      asset(path + "/manifest.json", kJson, "What was read and assumed, and the error of every level", "metadata");
   if (!offered.archive) return assets;
-  assets["pmtiles"] = asset(path + ".pmtiles", "application/vnd.pmtiles", "Pictures of heights (Terrain-RGB) in one archive", "data");
+  assets["pmtiles"] =
+      asset(path + ".pmtiles", "application/vnd.pmtiles", "Pictures of heights (Terrain-RGB) in one archive", "data");
   return assets;
 }
 
@@ -78,13 +81,14 @@ Json landing_page(const Place& place) {
   Json json = {{"type", "Catalog"}, {"stac_version", kVersion}, {"id", "cordillera"}, {"title", "Cordillera"}};
   json["description"] = "Terrain for the web: each dataset is an elevation model as level-of-detail tiles in several formats";
   json["conformsTo"] = classes();
-  json["links"] = Json::array({link("self", home(place), kJson), link("root", home(place), kJson),
-                               link("conformance", home(place) + "/conformance", kJson, "What this service conforms to"),
-                               link("data", home(place) + "/collections", kJson, "Collections"),
-                               link("http://www.opengis.net/def/rel/ogc/1.0/data", home(place) + "/collections", kJson, "Collections"),
-                               link("child", home_of_collection(place), kJson, "Datasets"),
-                               link("service-desc", place.root + "/openapi.json", "application/vnd.oai.openapi+json;version=3.1", "OpenAPI"),
-                               link("service-doc", place.root + "/docs", "text/html", "The same for people")});
+  json["links"] =
+      Json::array({link("self", home(place), kJson), link("root", home(place), kJson),
+                   link("conformance", home(place) + "/conformance", kJson, "What this service conforms to"),
+                   link("data", home(place) + "/collections", kJson, "Collections"),
+                   link("http://www.opengis.net/def/rel/ogc/1.0/data", home(place) + "/collections", kJson, "Collections"),
+                   link("child", home_of_collection(place), kJson, "Datasets"),
+                   link("service-desc", place.root + "/openapi.json", "application/vnd.oai.openapi+json;version=3.1", "OpenAPI"),
+                   link("service-doc", place.root + "/docs", "text/html", "The same for people")});
   return json;
 }
 
@@ -97,7 +101,8 @@ Json collection(const Place& place) {
   // Of all that there may be: the box of what there is would take a look at every dataset.
   json["extent"]["spatial"]["bbox"] = Json::array({{-180, -90, 180, 90}});
   json["extent"]["temporal"]["interval"] = Json::array({{nullptr, nullptr}});
-  json["links"] = Json::array({link("self", home_of_collection(place), kJson), link("root", home(place), kJson), link("parent", home(place), kJson),
+  json["links"] = Json::array({link("self", home_of_collection(place), kJson), link("root", home(place), kJson),
+                               link("parent", home(place), kJson),
                                link("items", home_of_collection(place) + "/items", kGeoJson, "Datasets, newest first")});
   return json;
 }
@@ -118,11 +123,13 @@ Json item(const Place& place, const Dataset& dataset, const proto::Manifest& man
   about["datetime"] = dataset.created;  // when it was posted: rasters seldom say when they were measured
   about["created"] = dataset.created;
   about["title"] = manifest.title().empty() ? dataset.name : manifest.title();
-  if (!manifest.attribution().empty()) about["providers"] = Json::array({{{"name", manifest.attribution()}, {"roles", Json::array({"producer"})}}});
+  if (!manifest.attribution().empty())
+    about["providers"] = Json::array({{{"name", manifest.attribution()}, {"roles", Json::array({"producer"})}}});
   about["cordillera:levels"] = {manifest.min_level(), manifest.max_level()};
   if (manifest.bounds_size() >= 6) about["cordillera:heights"] = {manifest.bounds(4), manifest.bounds(5)};
-  json["links"] = Json::array({link("self", here + "/items/" + dataset.id, kGeoJson), link("root", home(place), kJson), link("parent", here, kJson),
-                               link("collection", here, kJson), link("via", path, kJson, "The dataset in this service's own API")});
+  json["links"] = Json::array({link("self", here + "/items/" + dataset.id, kGeoJson), link("root", home(place), kJson),
+                               link("parent", here, kJson), link("collection", here, kJson),
+                               link("via", path, kJson, "The dataset in this service's own API")});
   json["assets"] = assets_of(path, offered);
   return json;
 }
@@ -130,7 +137,8 @@ Json item(const Place& place, const Dataset& dataset, const proto::Manifest& man
 Json item_list(const Place& place, const std::vector<Json>& items, const std::string& next) {
   const std::string here = home_of_collection(place);
   Json json = {{"type", "FeatureCollection"}, {"features", items}, {"numberReturned", items.size()}};
-  json["links"] = Json::array({link("self", here + "/items", kGeoJson), link("root", home(place), kJson), link("collection", here, kJson)});
+  json["links"] =
+      Json::array({link("self", here + "/items", kGeoJson), link("root", home(place), kJson), link("collection", here, kJson)});
   if (!next.empty()) json["links"].push_back(link("next", here + "/items?" + next, kGeoJson));
   return json;
 }

@@ -1,17 +1,18 @@
 #pragma once
-// Datasets as STAC (1.0.0) has them, in one collection, and the landing page of OGC API - Common above them. Links are absolute: readers of
-// catalogs take documents out of their place.
+// Datasets as STAC (1.0.0) has them, in one collection, and the landing page of OGC API - Common above them. Links are absolute:
+// readers of catalogs take documents out of their place.
 #include <string>
 #include <vector>
 
 #include "pipeline/faces/face.h"
-#include "server/http/json.h"
 #include "server/datasets/library.h"
 #include "server/datasets/registry.h"
+#include "server/http/json.h"
 
 namespace cordillera::server::stac {
 
-/// Where a client sees the service: "https://example.org/terrain", or empty where it named no host; then links begin with a slash.
+/// Where a client sees the service: "https://example.org/terrain", or empty where it named no host; then links begin with a
+/// slash.
 struct Place {
   std::string root;
 };

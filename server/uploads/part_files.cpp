@@ -9,10 +9,10 @@
 #include <memory>
 #include <sstream>
 
+#include "raster/disk/write_all.h"
+#include "server/datasets/upload.h"
 #include "server/http/json.h"
 #include "server/log/log.h"
-#include "server/datasets/upload.h"
-#include "raster/disk/write_all.h"
 
 namespace cordillera::server::uploads {
 namespace {
@@ -25,10 +25,13 @@ constexpr const char* kDescription = "upload.json";
 constexpr std::uint64_t kNotedEvery = std::uint64_t{64} << 20;
 
 Problem unknown(const std::string& id) {
-  return {"upload-unknown", "there is no upload '" + id.substr(0, 80) + "'", "an upload that POST /v1/uploads began and no dataset was made of yet", ""};
+  return {"upload-unknown", "there is no upload '" + id.substr(0, 80) + "'",
+          "an upload that POST /v1/uploads began and no dataset was made of yet", ""};
 }
 
-Problem full(const std::string& why) { return {"storage-full", "the upload cannot be written to disk: " + why, "going on when there is room again", ""}; }
+Problem full(const std::string& why) {
+  return {"storage-full", "the upload cannot be written to disk: " + why, "going on when there is room again", ""};
+}
 
 /// A descriptor that closes itself.
 struct Descriptor {
@@ -53,7 +56,8 @@ proto::Result<PartFile> PartFiles::create(PartFile wanted) {
   wanted.id = random_word(24);
   wanted.offset = 0;
   const fs::path folder = folder_ / wanted.id;
-  if (fs::create_directory(folder, error) && write_file(folder / "part", "") && write_down(wanted) && sync_folder(folder_)) return wanted;
+  if (fs::create_directory(folder, error) && write_file(folder / "part", "") && write_down(wanted) && sync_folder(folder_))
+    return wanted;
   const std::string why = error ? error.message() : strerror(errno);
   fs::remove_all(folder, error);
   return full(why);
@@ -69,13 +73,17 @@ std::optional<Problem> PartFiles::too_many(const std::string& sender) const {
     if (file && file->sender == sender) ++own;
   }
   if (all < kMostUnfinished && own < kMostOfOneSender) return std::nullopt;
-  const std::string why = own >= kMostOfOneSender ? "you have begun " + std::to_string(own) + " uploads that are unfinished" : std::to_string(all) + " uploads are unfinished";
-  return Problem{"too-many-uploads", why, "finishing or deleting one of them; each goes away after " + std::to_string(kKeptDays) + " days without a new byte", ""};
+  const std::string why = own >= kMostOfOneSender ? "you have begun " + std::to_string(own) + " uploads that are unfinished"
+                                                  : std::to_string(all) + " uploads are unfinished";
+  return Problem{
+      "too-many-uploads", why,
+      "finishing or deleting one of them; each goes away after " + std::to_string(kKeptDays) + " days without a new byte", ""};
 }
 
 bool PartFiles::write_down(const PartFile& file) const {
   const fs::path folder = folder_ / file.id, fresh = folder / "upload.json.new";
-  const Json json = {{"length", file.length}, {"offset", file.offset}, {"name", file.name}, {"owner", file.owner}, {"sender", file.sender}};
+  const Json json = {
+      {"length", file.length}, {"offset", file.offset}, {"name", file.name}, {"owner", file.owner}, {"sender", file.sender}};
   return write_file(fresh, json.dump()) && ::rename(fresh.c_str(), (folder / kDescription).c_str()) == 0 && sync_folder(folder);
 }
 
@@ -83,7 +91,12 @@ std::optional<PartFile> PartFiles::find(const std::string& id) const {
   std::ifstream in(folder_ / id / kDescription);
   const Json json = in ? Json::parse(in, nullptr, false) : Json();
   if (!json.is_object()) return std::nullopt;
-  PartFile file{id, json.value("name", ""), json.value("owner", ""), json.value("sender", ""), json.value("length", std::uint64_t{0}), json.value("offset", std::uint64_t{0})};
+  PartFile file{id,
+                json.value("name", ""),
+                json.value("owner", ""),
+                json.value("sender", ""),
+                json.value("length", std::uint64_t{0}),
+                json.value("offset", std::uint64_t{0})};
   std::error_code error;
   const auto size = fs::file_size(bytes_of(id), error);
   if (!error && size >= file.offset) return file;
@@ -94,7 +107,8 @@ std::optional<PartFile> PartFiles::find(const std::string& id) const {
 proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t offset, const Request& request) {
   {
     const std::lock_guard lock(mutex_);
-    if (!in_use_.insert(id).second) return Problem{"upload-conflict", "another request is writing to this upload", "going on when that has ended", ""};
+    if (!in_use_.insert(id).second)
+      return Problem{"upload-conflict", "another request is writing to this upload", "going on when that has ended", ""};
   }
   const std::shared_ptr<void> over(nullptr, [&](void*) {
     const std::lock_guard lock(mutex_);
@@ -103,12 +117,14 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
   auto file = find(id);
   if (!file) return unknown(id);
   if (offset != file->offset) {
-    return Problem{"upload-conflict", "the upload stands at " + std::to_string(file->offset) + ", not at " + std::to_string(offset),
+    return Problem{"upload-conflict",
+                   "the upload stands at " + std::to_string(file->offset) + ", not at " + std::to_string(offset),
                    "Upload-Offset: " + std::to_string(file->offset), "Upload-Offset"};
   }
   const Descriptor part{::open(bytes_of(id).c_str(), O_WRONLY | O_CLOEXEC)};
   // Bytes behind the offset were never acknowledged.
-  if (part.number < 0 || ftruncate(part.number, static_cast<off_t>(offset)) != 0 || lseek(part.number, static_cast<off_t>(offset), SEEK_SET) < 0) {
+  if (part.number < 0 || ftruncate(part.number, static_cast<off_t>(offset)) != 0 ||
+      lseek(part.number, static_cast<off_t>(offset), SEEK_SET) < 0) {
     return full(strerror(errno));
   }
   std::uint64_t at = offset;
@@ -133,10 +149,13 @@ proto::Result<PartFile> PartFiles::append(const std::string& id, std::uint64_t o
     });
   }
   const int why = errno;
-  if (too_long) return Problem{"body-too-large", "more bytes came than Upload-Length announced", "the " + std::to_string(file->length) + " bytes of it", ""};
+  if (too_long)
+    return Problem{"body-too-large", "more bytes came than Upload-Length announced",
+                   "the " + std::to_string(file->length) + " bytes of it", ""};
   if (!failed && (at == file->offset || note())) {
     if (whole) return *file;
-    return Problem{"body-incomplete", "the part broke off before its end; what came before is kept", "going on at Upload-Offset: " + std::to_string(file->offset), ""};
+    return Problem{"body-incomplete", "the part broke off before its end; what came before is kept",
+                   "going on at Upload-Offset: " + std::to_string(file->offset), ""};
   }
   // Somebody may have deleted it meanwhile; then nothing can be gone on with.
   std::error_code error;
@@ -158,7 +177,8 @@ void PartFiles::remove_old() {
     const std::string id = entry.path().filename().string();
     const auto changed = fs::last_write_time(entry.path(), error);
     // One without a description is being made by another thread, or was cut off.
-    const bool cut = !fs::exists(entry.path() / kDescription, error) && changed < fs::file_time_type::clock::now() - std::chrono::minutes(10);
+    const bool cut =
+        !fs::exists(entry.path() / kDescription, error) && changed < fs::file_time_type::clock::now() - std::chrono::minutes(10);
     if (!cut && changed > oldest) continue;
     log_info("removing the upload " + id + ", which nobody went on with");
     remove(id);

@@ -32,8 +32,8 @@ class PartFiles {
   /// length, name, owner and sender are taken; the rest is filled in.
   proto::Result<PartFile> create(PartFile wanted);
   std::optional<PartFile> find(const std::string& id) const;
-  /// Writes what comes behind what is there, and says how much is on disk for good then. If the body broke off, what came is kept too; problem:
-  /// "body-incomplete".
+  /// Writes what comes behind what is there, and says how much is on disk for good then. If the body broke off, what came is kept
+  /// too; problem: "body-incomplete".
   proto::Result<PartFile> append(const std::string& id, std::uint64_t offset, const Request& request);
   void remove(const std::string& id);
   /// Where the bytes of a finished upload are.

@@ -67,8 +67,8 @@ proto::Result<std::string> name_in(const std::string& metadata) {
     const auto value = blank == pair.npos ? std::optional<std::string>("") : from_base64(pair.substr(blank + 1));
     std::string name;
     if (value && value->size() <= 255 && !read_text(*value, &name)) return name;
-    return Problem{"upload-invalid", "Upload-Metadata has a name that is no text in base64", "filename and its base64, at most 255 bytes without control characters",
-                   "Upload-Metadata"};
+    return Problem{"upload-invalid", "Upload-Metadata has a name that is no text in base64",
+                   "filename and its base64, at most 255 bytes without control characters", "Upload-Metadata"};
   }
   return std::string();
 }
@@ -82,28 +82,33 @@ Response offset_response(int status, const PartFile& file) {
 }
 
 Response state(const PartFile& file) {
-  Response response = json_response(200, {{"id", file.id}, {"name", file.name}, {"offset", file.offset}, {"length", file.length}});
+  Response response =
+      json_response(200, {{"id", file.id}, {"name", file.name}, {"offset", file.offset}, {"length", file.length}});
   response.set("Upload-Offset", std::to_string(file.offset));
   response.set("Upload-Length", std::to_string(file.length));
   response.set("Cache-Control", "no-store");
   return with_version(std::move(response));
 }
 
-/// Upload-Offset counts the raster's own bytes, and a part goes on wherever it broke off: of a compressed one no client could tell
-/// where that is.
+/// Upload-Offset counts the raster's own bytes, and a part goes on wherever it broke off: of a compressed one no client could
+/// tell where that is.
 bool is_coded(const Request& request) { return !coding_of(request.header("content-encoding").value_or("")).empty(); }
 
 Response patch(PartFiles& files, const std::string& id, const Request& request) {
   if (request.header("content-type").value_or("") != "application/offset+octet-stream") {
-    return refused({"upload-type", "a part of an upload has a type of its own", "Content-Type: application/offset+octet-stream", "Content-Type"});
+    return refused({"upload-type", "a part of an upload has a type of its own", "Content-Type: application/offset+octet-stream",
+                    "Content-Type"});
   }
   if (is_coded(request)) {
-    Response response = refused({"coding-unknown", "a part of an upload is taken as it is, and this one is compressed", "no Content-Encoding, or identity", "Content-Encoding"});
+    Response response = refused({"coding-unknown", "a part of an upload is taken as it is, and this one is compressed",
+                                 "no Content-Encoding, or identity", "Content-Encoding"});
     response.set("Accept-Encoding", "identity");
     return response;
   }
   const auto offset = number(request.header("upload-offset"));
-  if (!offset) return refused({"upload-invalid", "Upload-Offset is missing or no number", "the offset that a HEAD of the upload tells", "Upload-Offset"});
+  if (!offset)
+    return refused({"upload-invalid", "Upload-Offset is missing or no number", "the offset that a HEAD of the upload tells",
+                    "Upload-Offset"});
   const auto file = files.append(id, *offset, request);
   return file ? offset_response(204, *file) : refused(file.problem());
 }
@@ -111,7 +116,8 @@ Response patch(PartFiles& files, const std::string& id, const Request& request) 
 }  // namespace
 
 Problem unknown_upload(const std::string& id) {
-  return {"upload-unknown", "there is no upload '" + id.substr(0, 80) + "'", "an upload that POST /v1/uploads began and no dataset was made of yet", "upload"};
+  return {"upload-unknown", "there is no upload '" + id.substr(0, 80) + "'",
+          "an upload that POST /v1/uploads began and no dataset was made of yet", "upload"};
 }
 
 void announce(Response& response, const Bounds& bounds) {
@@ -129,7 +135,8 @@ Response begin(PartFiles& files, const Request& request, const Bounds& bounds) {
   }
   const auto length = number(request.header("upload-length"));
   if (!length || *length == 0) {
-    return refused({"upload-invalid", "Upload-Length is missing or no number above 0", "the number of bytes of the raster", "Upload-Length"});
+    return refused({"upload-invalid", "Upload-Length is missing or no number above 0", "the number of bytes of the raster",
+                    "Upload-Length"});
   }
   if (*length > bounds.most_bytes) {
     return refused({"body-too-large", "the upload would have " + std::to_string(*length) + " bytes, more than this service takes",
@@ -160,7 +167,8 @@ proto::Result<PartFile> finished(const PartFiles& files, const std::string& id, 
   const auto file = files.find(id);
   if (!file || file->owner != request.who.name) return unknown_upload(id);
   if (file->offset == file->length) return *file;
-  return Problem{"upload-conflict", "the upload has " + std::to_string(file->offset) + " of its " + std::to_string(file->length) + " bytes",
+  return Problem{"upload-conflict",
+                 "the upload has " + std::to_string(file->offset) + " of its " + std::to_string(file->length) + " bytes",
                  "sending the rest first, with PATCH", "upload"};
 }
 

@@ -1,10 +1,11 @@
 // Preloaded into the program: counts what it asks of the disk in one folder, and lets the n-th time go wrong.
 //
 //   FAULT_FOLDER   files below it count, others never
-//   FAULT_COUNTER  a file of 16 bytes, shared by all processes: how many calls there were, and whether a job was killed, or asks for the server's end
-//   FAULT_AT       which one goes wrong; 0: none
-//   FAULT_KIND     kill: half of a write, then SIGKILL, for the server that this process may be a job of too
-//                  job: the same for the first job that comes by from then on, and for it alone. enospc, eio: the call fails, and every later one too while the file FAULT_FULL exists
+//   FAULT_COUNTER  a file of 16 bytes, shared by all processes: how many calls there were, and whether a job was killed, or asks
+//   for the server's end FAULT_AT       which one goes wrong; 0: none FAULT_KIND     kill: half of a write, then SIGKILL, for the
+//   server that this process may be a job of too
+//                  job: the same for the first job that comes by from then on, and for it alone. enospc, eio: the call fails, and
+//                  every later one too while the file FAULT_FULL exists
 //   FAULT_FULL     see there; empty: only the n-th call fails
 //   FAULT_LOG      a file that gets a line a call
 #define _GNU_SOURCE
@@ -75,8 +76,10 @@ static void* end_with_a_job(void* nothing) {
 static void end_all(void) {
   const int job = is_job();
   if (g.kind == kJob && (!job || atomic_fetch_add(g.counter + 1, 1) > 0)) return;
-  if (g.kind == kKill && job) atomic_store(g.counter + 1, 1);
-  else syscall(SYS_tgkill, getpid(), syscall(SYS_gettid), SIGKILL);
+  if (g.kind == kKill && job)
+    atomic_store(g.counter + 1, 1);
+  else
+    syscall(SYS_tgkill, getpid(), syscall(SYS_gettid), SIGKILL);
   while (1) pause();
 }
 
@@ -96,7 +99,12 @@ __attribute__((constructor)) static void start(void) {
   if (mapped == MAP_FAILED) return;
   g.at = at ? strtoul(at, NULL, 10) : 0;
   g.full = getenv("FAULT_FULL");
-  if (kind) g.kind = !strcmp(kind, "kill") ? kKill : !strcmp(kind, "job") ? kJob : !strcmp(kind, "enospc") ? kNoSpace : !strcmp(kind, "eio") ? kInput : kNone;
+  if (kind)
+    g.kind = !strcmp(kind, "kill")     ? kKill
+             : !strcmp(kind, "job")    ? kJob
+             : !strcmp(kind, "enospc") ? kNoSpace
+             : !strcmp(kind, "eio")    ? kInput
+                                       : kNone;
   if (log) g.log = REAL(open)(log, O_WRONLY | O_APPEND | O_CLOEXEC | O_CREAT, 0644);
   g.length = strlen(g.folder);
   g.counter = mapped;
@@ -128,15 +136,15 @@ static int fault(const char* call, const char* what, int takes_room, int fd, con
   return EIO;
 }
 
-#define FAIL_IF(mine, call, what, room, fd, bytes, half)              \
-  do {                                                                \
-    if (mine) {                                                       \
-      const int error = fault(call, what, room, fd, bytes, half);     \
-      if (error) {                                                    \
-        errno = error;                                                \
-        return -1;                                                    \
-      }                                                               \
-    }                                                                 \
+#define FAIL_IF(mine, call, what, room, fd, bytes, half)          \
+  do {                                                            \
+    if (mine) {                                                   \
+      const int error = fault(call, what, room, fd, bytes, half); \
+      if (error) {                                                \
+        errno = error;                                            \
+        return -1;                                                \
+      }                                                           \
+    }                                                             \
   } while (0)
 
 ssize_t write(int fd, const void* bytes, size_t count) {
@@ -215,15 +223,15 @@ int rmdir(const char* path) {
 }
 
 // Opening counts only where it makes a file.
-#define OPEN_BODY(name)                                                            \
-  mode_t mode = 0;                                                                 \
-  if (flags & (O_CREAT | O_TMPFILE)) {                                             \
-    va_list rest;                                                                  \
-    va_start(rest, flags);                                                         \
-    mode = va_arg(rest, mode_t);                                                   \
-    va_end(rest);                                                                  \
-  }                                                                                \
-  FAIL_IF((flags & O_CREAT) && ours(path), "open", path, 1, -1, NULL, 0);          \
+#define OPEN_BODY(name)                                                   \
+  mode_t mode = 0;                                                        \
+  if (flags & (O_CREAT | O_TMPFILE)) {                                    \
+    va_list rest;                                                         \
+    va_start(rest, flags);                                                \
+    mode = va_arg(rest, mode_t);                                          \
+    va_end(rest);                                                         \
+  }                                                                       \
+  FAIL_IF((flags & O_CREAT) && ours(path), "open", path, 1, -1, NULL, 0); \
   return REAL(name)(path, flags, mode)
 int open(const char* path, int flags, ...) { OPEN_BODY(open); }
 int open64(const char* path, int flags, ...) { OPEN_BODY(open64); }

@@ -1,16 +1,16 @@
-// Addresses of everything a server has, and what their queries and bodies may ask for. "path?query", as a request line has them; what is none
-// is taken for the body of an elevation query.
+// Addresses of everything a server has, and what their queries and bodies may ask for. "path?query", as a request line has them;
+// what is none is taken for the body of an elevation query.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
 
 #include "server/api/requests/elevation_query.h"
+#include "server/api/requests/routes.h"
 #include "server/front/message/target.h"
+#include "server/http/problems.h"
 #include "server/options/mesh_options.h"
 #include "server/options/options.h"
-#include "server/http/problems.h"
-#include "server/api/requests/routes.h"
 
 using namespace cordillera;
 using namespace cordillera::server;

@@ -1,16 +1,16 @@
-// The bytes of a connection: head, target and body framing, in one piece and byte by byte; both ways must come to the same. Then what is made of
-// headers, and the body as it was before it was compressed.
+// The bytes of a connection: head, target and body framing, in one piece and byte by byte; both ways must come to the same. Then
+// what is made of headers, and the body as it was before it was compressed.
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "server/access/client_address.h"
-#include "server/front/message/body_framing.h"
+#include "server/api/public_address.h"
 #include "server/front/content_coding.h"
+#include "server/front/message/body_framing.h"
 #include "server/front/message/head.h"
 #include "server/front/message/target.h"
-#include "server/api/public_address.h"
 #include "server/http/request_id.h"
 
 using namespace cordillera::server;
@@ -57,7 +57,8 @@ void read_headers(Request request) {
 void decompress(const Request& request, const std::string& body) {
   constexpr std::size_t kEnough = std::size_t{1} << 20;
   std::size_t size = 0;
-  const auto reader = decoding(request.header("content-encoding").value_or(""), [&body](const Request::Sink& sink) { return sink(body); });
+  const auto reader =
+      decoding(request.header("content-encoding").value_or(""), [&body](const Request::Sink& sink) { return sink(body); });
   const bool whole = reader([&size](std::string_view piece) { return (size += piece.size()) <= kEnough; });
   if (whole && size > kEnough) __builtin_trap();
 }
@@ -78,7 +79,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (state != HeadScan::State::whole) return 0;
   const auto head = read_head(bytes.substr(0, whole.size()), limits);
   if (!head) return 0;
-  // What comes at once may be whole where slow bytes are refused earlier for their number of lines; what is accepted is so both ways.
+  // What comes at once may be whole where slow bytes are refused earlier for their number of lines; what is accepted is so both
+  // ways.
   if (state != slowly) __builtin_trap();
   const std::string_view rest = bytes.substr(whole.size());
   const Body one = body_of(*head, rest, rest.size() + 1), many = body_of(*head, rest, 1);

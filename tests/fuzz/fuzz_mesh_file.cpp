@@ -1,4 +1,5 @@
-// OFF, PLY and OBJ: the first byte chooses nothing, the reader tells formats apart itself. What is read must survive being written.
+// OFF, PLY and OBJ: the first byte chooses nothing, the reader tells formats apart itself. What is read must survive being
+// written.
 #include <cstddef>
 #include <cstdint>
 #include <sstream>

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "pipeline/encode/decode.h"
-#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/tile/mesh_record.h"
+#include "pipeline/tileset/manifest_json.h"
 
 using namespace cordillera;
 

@@ -1,4 +1,5 @@
-// A raster in memory through open_source and a little of sample(). VRTs are left out: only the command line takes them, from the operator.
+// A raster in memory through open_source and a little of sample(). VRTs are left out: only the command line takes them, from the
+// operator.
 #include <cpl_vsi.h>
 
 #include <cstddef>
@@ -27,9 +28,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (!proto::Source().ParseFromString((*source)->description().SerializeAsString())) __builtin_trap();
       const proto::Lattice lattice{proto::Scheme::geodetic, 5};
       const auto w = (*source)->window(lattice);
-      const auto columns = std::min<std::int64_t>(w.east - w.west + 1, 40), rows = std::min<std::int64_t>(w.north - w.south + 1, 40);
+      const auto columns = std::min<std::int64_t>(w.east - w.west + 1, 40),
+                 rows = std::min<std::int64_t>(w.north - w.south + 1, 40);
       if (columns > 0 && rows > 0) {
-        const auto samples = (*source)->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
+        const auto samples =
+            (*source)->sample(lattice, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
         if (samples && samples->height.size() != static_cast<std::size_t>(columns * rows)) __builtin_trap();
       }
     } else if (source.problem().type.empty() || source.problem().detail.empty()) {

@@ -15,7 +15,8 @@ int replay(const std::filesystem::path& path) {
   const std::string bytes((std::istreambuf_iterator<char>(file)), {});
   LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
   // And what a cut connection or disk would have left of it.
-  for (std::size_t part = 1; part < 8; ++part) LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size() * part / 8);
+  for (std::size_t part = 1; part < 8; ++part)
+    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size() * part / 8);
   return 1;
 }
 
@@ -30,7 +31,8 @@ int main(int count, char** words) {
       inputs += replay(path);
       continue;
     }
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(path)) inputs += entry.is_regular_file() ? replay(entry.path()) : 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path))
+      inputs += entry.is_regular_file() ? replay(entry.path()) : 0;
   }
   std::printf("%d inputs\n", inputs);
   return inputs > 0 ? 0 : 1;

@@ -62,7 +62,7 @@ struct Example {
   }
   std::int32_t edge_number(std::int32_t v, std::int32_t w) const {
     for (std::size_t e = 0; e < edge.size(); ++e) {
-      const std::int32_t *const n = edge[e].n;
+      const std::int32_t* const n = edge[e].n;
       if ((n[0] == v && n[1] == w) || (n[0] == w && n[1] == v)) return static_cast<std::int32_t>(e);
     }
     return -1;
@@ -114,10 +114,10 @@ struct Example {
 /// The mesh that fits what appendices B and C say: edge 4 joins vertices 6 and 7; triangles 1 and 5 lie beside it, 0, 6 and 7 at
 /// vertex 6, where edges 1, 2, 11 and 13 end; edges 2 and 3 are triangle 1's, 10 and 11 triangle 5's.
 inline Example appendix_mesh() {
-  return {{{0, 1.8, 0}, {0, 0.2, 0}, {1.5, 2, 0}, {1.5, 0, 0}, {3, 1.8, 0}, {3, 0.2, 0}, {1, 1, 4}, {2, 1, 8}},
-          {{6, 2, 0}, {6, 7, 2}, {7, 4, 2}, {7, 5, 4}, {7, 3, 5}, {7, 6, 3}, {6, 1, 3}, {6, 0, 1}},
-          {{2, 0}, {6, 0}, {6, 2}, {7, 2}, {6, 7}, {2, 4}, {7, 4}, {4, 5}, {7, 5}, {5, 3}, {7, 3}, {6, 3},
-           {1, 3}, {6, 1}, {0, 1}}};
+  return {
+      {{0, 1.8, 0}, {0, 0.2, 0}, {1.5, 2, 0}, {1.5, 0, 0}, {3, 1.8, 0}, {3, 0.2, 0}, {1, 1, 4}, {2, 1, 8}},
+      {{6, 2, 0}, {6, 7, 2}, {7, 4, 2}, {7, 5, 4}, {7, 3, 5}, {7, 6, 3}, {6, 1, 3}, {6, 0, 1}},
+      {{2, 0}, {6, 0}, {6, 2}, {7, 2}, {6, 7}, {2, 4}, {7, 4}, {4, 5}, {7, 5}, {5, 3}, {7, 3}, {6, 3}, {1, 3}, {6, 1}, {0, 1}}};
 }
 
 /// Columns by rows of vertices a unit apart, six triangles at each inner one; vertex number = row * columns + column.

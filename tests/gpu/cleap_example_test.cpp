@@ -30,8 +30,8 @@ struct Tried {
     edge.resize(pool.size());
     left.resize(3 * pool.size());
     to.resize(pool.size());
-    window = {static_cast<std::uint32_t>(pool.size()), pool.data(), nullptr,   0, 0, fate.data(), edge.data(), to.data(),
-              left.data()};
+    window = {
+        static_cast<std::uint32_t>(pool.size()), pool.data(), nullptr, 0, 0, fate.data(), edge.data(), to.data(), left.data()};
     each(LoadCandidate<EdgeLength>{mesh.arrays, window, border});
   }
   template <class F>

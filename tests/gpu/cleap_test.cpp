@@ -83,9 +83,8 @@ std::vector<Way> ways() {
       {"as published", {}},
       {"raced", with([](Options& o) { o.lock = Lock::raced; })},
       {"one after the other", with([](Options& o) { o.window = 1, o.repair = Repair::around; })},
-      {"all at once", with([](Options& o) {
-         o.window = 0, o.come_back = true, o.shuffle = Shuffle::keyed, o.repair = Repair::around;
-       })},
+      {"all at once",
+       with([](Options& o) { o.window = 0, o.come_back = true, o.shuffle = Shuffle::keyed, o.repair = Repair::around; })},
       {"independent set", with([](Options& o) { o.window = 0, o.come_back = true, o.shuffle = Shuffle::none; })},
       {"threshold", with([](Options& o) { o.selection = Selection::histogram, o.pool = 0.3; })},
       {"unsorted", with([](Options& o) { o.selection = Selection::unsorted; })},
@@ -178,7 +177,8 @@ TEST(Cleap, SuperIndependentEdgesHaveEndsThreeEdgesApart) {
   work.sum_planes();
   const Arrays& mesh = work.arrays();
   PoolMaker<fit::HostSteps> maker(device);
-  const std::uint32_t count = maker.make<QuadricAtMiddle>(mesh, with([](Options& o) { o.selection = Selection::super_independent, o.pool = 1; }), 0);
+  const std::uint32_t count =
+      maker.make<QuadricAtMiddle>(mesh, with([](Options& o) { o.selection = Selection::super_independent, o.pool = 1; }), 0);
   EXPECT_GT(count, 40u * 40 / 19) << "a set that takes no more in has at least as many as there are stars of two rings";
   std::vector<std::array<std::set<std::int32_t>, 2>> around;
   for (std::uint32_t k = 0; k < count; ++k) {

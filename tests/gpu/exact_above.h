@@ -5,7 +5,8 @@
 namespace cordillera::gpu::exact {
 
 /// plan's levels: those from `below` on come from simplify_above.
-inline proto::Result<std::vector<BlockMesh>> simplified_above(BlockSimplifier& simplifier, const Block& block, const BlockPlan& plan, std::size_t below) {
+inline proto::Result<std::vector<BlockMesh>> simplified_above(BlockSimplifier& simplifier, const Block& block,
+                                                              const BlockPlan& plan, std::size_t below) {
   BlockPlan in_block = plan, above = plan;
   in_block.levels.resize(below);
   in_block.known_reach = plan.levels.back().rim_reach;

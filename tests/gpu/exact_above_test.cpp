@@ -49,11 +49,13 @@ TEST_P(ExactAbove, TrianglesAreNearlyThoseOfOnePiece) {
   const BlockPlan plan = plan_of(GetParam().tolerance_m, kLevels, 32);
   const std::vector<BlockMesh> levels = above(block, plan), piece = simplified({&block, 1}, plan)[0];
   for (std::size_t l = kBelow; l < levels.size(); ++l)
-    EXPECT_LE(static_cast<double>(levels[l].triangles.size()), 1.15 * static_cast<double>(piece[l].triangles.size()) + 40) << "level " << l;
+    EXPECT_LE(static_cast<double>(levels[l].triangles.size()), 1.15 * static_cast<double>(piece[l].triangles.size()) + 40)
+        << "level " << l;
 }
 INSTANTIATE_TEST_SUITE_P(Made, ExactAbove,
-                         testing::Values(Case{"alpine", 5, {0, 0, 513, 385}}, Case{"rolling", 2, {640, -320, 257, 257}}, Case{"city", 2, {0, 0, 193, 257}},
-                                         Case{"islands", 3, {0, 0, 513, 257}}, Case{"noise", 5, {0, 0, 129, 129}}, Case{"cliff", 1, {0, 0, 193, 161}},
+                         testing::Values(Case{"alpine", 5, {0, 0, 513, 385}}, Case{"rolling", 2, {640, -320, 257, 257}},
+                                         Case{"city", 2, {0, 0, 193, 257}}, Case{"islands", 3, {0, 0, 513, 257}},
+                                         Case{"noise", 5, {0, 0, 129, 129}}, Case{"cliff", 1, {0, 0, 193, 161}},
                                          Case{"sparse", 3, {0, 0, 193, 161}}, Case{"void", 3, {0, 0, 129, 129}}),
                          [](const auto& test) { return std::string(test.param.terrain); });
 

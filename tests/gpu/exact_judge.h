@@ -137,8 +137,10 @@ class Judge {
       const double rise = y[(k + 1) % 3] - y[k];
       if (rise == 0) continue;
       const double at = x[k] + (x[(k + 1) % 3] - x[k]) * (row - y[k]) / rise;
-      if (rise > 0) high = std::min(high, at);
-      else low = std::max(low, at);
+      if (rise > 0)
+        high = std::min(high, at);
+      else
+        low = std::max(low, at);
     }
     for (int column = static_cast<int>(std::ceil(low - 1e-9)); column <= static_cast<int>(std::floor(high + 1e-9)); ++column) {
       std::uint8_t& seen =

@@ -23,7 +23,8 @@ class MadeField {
     std::vector<std::int32_t> from = samples.height;
     for (std::int32_t& height : from) height = height == proto::kNoHeight ? height : static_cast<std::int32_t>(height * scale);
     std::uint32_t voids = 0;
-    const LoadSample load{from.data(), window.columns, heights_.data(), depths_.data(), &voids, field.columns, field.rows, field.stride};
+    const LoadSample load{from.data(), window.columns, heights_.data(), depths_.data(),
+                          &voids,      field.columns,  field.rows,      field.stride};
     for (int y = 0; y < field.rows; ++y) {
       for (int x = 0; x < field.stride; ++x) load(x, y);
     }
@@ -63,8 +64,10 @@ class MadeField {
       planes_[tier].resize(squares), tier_depths_[tier].resize(squares);
       field.plane[tier] = planes_[tier].data(), field.tier_depth[tier] = tier_depths_[tier].data();
       for (std::size_t i = 0; i < squares; ++i) {
-        if (tier == 0) BoundSamples{field, planes_[tier].data(), tier_depths_[tier].data()}(i);
-        else BoundSquares{field, tier, planes_[tier].data(), tier_depths_[tier].data()}(i);
+        if (tier == 0)
+          BoundSamples{field, planes_[tier].data(), tier_depths_[tier].data()}(i);
+        else
+          BoundSquares{field, tier, planes_[tier].data(), tier_depths_[tier].data()}(i);
       }
     }
   }
@@ -139,7 +142,8 @@ TEST_P(ExactCalm, AllTrianglesOfACalmSquareFit) {
         for (int k = 0; k < kCalmCells / side * (kCalmCells / side); ++k) {
           const int x = kCalmCells * sx + k % (kCalmCells / side) * side, y = kCalmCells * sy + k / (kCalmCells / side) * side;
           each_right_triangle(x, y, side, [&](const GridPlace& a, const GridPlace& b, const GridPlace& d) {
-            EXPECT_TRUE(right_triangle_fits(make_triangle(net.corner(a.x, a.y), net.corner(b.x, b.y), net.corner(d.x, d.y), net.demand), net.field))
+            EXPECT_TRUE(right_triangle_fits(
+                make_triangle(net.corner(a.x, a.y), net.corner(b.x, b.y), net.corner(d.x, d.y), net.demand), net.field))
                 << x << " " << y << " side " << side;
           });
         }
@@ -150,8 +154,9 @@ TEST_P(ExactCalm, AllTrianglesOfACalmSquareFit) {
   EXPECT_LT(calm_ones, calm.size());
 }
 INSTANTIATE_TEST_SUITE_P(Made, ExactCalm,
-                         testing::Values(CalmCase{"alpine", 1, 3, 0, 0}, CalmCase{"alpine", 1, 2, 20, 1e-4f}, CalmCase{"cliff", 1, 2, 0, 0},
-                                         CalmCase{"islands", 1, 1.5, 1, 0}, CalmCase{"rolling", 1, 0.3, 3, 0}),
+                         testing::Values(CalmCase{"alpine", 1, 3, 0, 0}, CalmCase{"alpine", 1, 2, 20, 1e-4f},
+                                         CalmCase{"cliff", 1, 2, 0, 0}, CalmCase{"islands", 1, 1.5, 1, 0},
+                                         CalmCase{"rolling", 1, 0.3, 3, 0}),
                          [](const auto& test) { return std::string(test.param.terrain) + std::to_string(test.index); });
 
 // Triangles of any shape, tolerances around what they need.
@@ -169,7 +174,8 @@ TEST(ExactEightColumns, SayWhatEverySampleSays) {
       c.x = std::min(west + any(wide), field.columns - 1), c.y = std::min(south + any(wide), field.rows - 1);
       c.height = field.height[field.index(c.x, c.y)], c.is_void = false;
     }
-    const int twice_area = (corner[1].x - corner[0].x) * (corner[2].y - corner[0].y) - (corner[1].y - corner[0].y) * (corner[2].x - corner[0].x);
+    const int twice_area =
+        (corner[1].x - corner[0].x) * (corner[2].y - corner[0].y) - (corner[1].y - corner[0].y) * (corner[2].x - corner[0].x);
     if (twice_area == 0) continue;
     if (twice_area < 0) std::swap(corner[1], corner[2]);
     const Triangle t = make_triangle(corner[0], corner[1], corner[2], {static_cast<float>(1 << any(16)), -1, {rows.data(), 2}});

@@ -52,7 +52,8 @@ TEST(FitBorder, staysWhereItIsAtTheEndsOfLongEdges) {
       const HeightMesh& mesh = result->mesh;
       for (const std::uint32_t v : border_of(mesh)) {
         double nearest = INFINITY;
-        for (std::size_t k = 0; k < input.vertices(); ++k) nearest = std::min(nearest, std::hypot(input.x[k] - mesh.x[v], input.y[k] - mesh.y[v]));
+        for (std::size_t k = 0; k < input.vertices(); ++k)
+          nearest = std::min(nearest, std::hypot(input.x[k] - mesh.x[v], input.y[k] - mesh.y[v]));
         EXPECT_LT(nearest, 0.75 * unit) << "phase " << phase << ", vertex " << v;
       }
     }

@@ -20,7 +20,8 @@ using Hashes = std::array<std::uint64_t, 5>;  // in the order of bench::ways()
 
 // Recorded on 2026-11-21 on one NVIDIA H200 (CUDA 13.0, sm_90) by
 //   quality_bench cuda --side 101 --first 300 --keep 0.1 --hash --terrain NAME
-// and with --raw for the real places. A machine without a GPU checks its CPU against them; change them only with a run on a device.
+// and with --raw for the real places. A machine without a GPU checks its CPU against them; change them only with a run on a
+// device.
 const std::map<std::string, Hashes, std::less<>> kDeviceHashes{
     {"alpine", {0x131919c2b3cc4970, 0x3d6bbef467308770, 0x53f11534d53b20e6, 0x4672d78e28108679, 0xc6e36f6bca8fe49f}},
     {"rolling", {0xa9211de7d7202979, 0x3ce2f313811f8a7f, 0x32102e3f272fe8e3, 0xbb56c1b68519d823, 0x8406822388c209d1}},
@@ -69,7 +70,8 @@ INSTANTIATE_TEST_SUITE_P(Dems, FitHashes, testing::ValuesIn(bench::dem_names().b
 
 TEST(FitHash, ThreadsDoNotShow) { expect_recorded("alpine", made("alpine"), "cpu", 3); }
 
-/// Three places of an SRTM tile in the optional folder of test data: $CORDILLERA_TEST_DATA, else ../shared/dem beside the checkout.
+/// Three places of an SRTM tile in the optional folder of test data: $CORDILLERA_TEST_DATA, else ../shared/dem beside the
+/// checkout.
 TEST(FitHash, RealTerrain) {
   constexpr std::uint32_t kAcross = 1201;
   const char* named = std::getenv("CORDILLERA_TEST_DATA");

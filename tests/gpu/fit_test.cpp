@@ -1,5 +1,5 @@
-// The fit of height meshes: laws, counts, bounds, refusals. Errors are judged by gpu/fit/vertical_error, which shares no code with
-// it.
+// The fit of height meshes: laws, counts, bounds, refusals. Errors are judged by gpu/fit/vertical_error, which shares no code
+// with it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -373,9 +373,8 @@ TEST(Fit, ThreadsDoNotShow) {
 
 /// The mesh that a grid stands for.
 HeightMesh mesh_of(const HeightGrid& from) {
-  HeightMesh mesh = grid(from.columns, from.rows, from.cell_x, [&](std::uint32_t c, std::uint32_t r) {
-    return static_cast<double>(from.z[r * from.columns + c]);
-  });
+  HeightMesh mesh = grid(from.columns, from.rows, from.cell_x,
+                         [&](std::uint32_t c, std::uint32_t r) { return static_cast<double>(from.z[r * from.columns + c]); });
   for (double& x : mesh.x) x += from.x0 - 1000;
   for (double& y : mesh.y) y += from.y0 + 500;
   return mesh;

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gpu/mesh/rings.h"
 #include "gpu/measure/sample_meter.h"
-#include "gpu/simplify.h"
 #include "gpu/measure/surface_error.h"
+#include "gpu/mesh/rings.h"
+#include "gpu/simplify.h"
 
 namespace cordillera::gpu {
 
@@ -19,7 +19,9 @@ inline const proto::Lattice kLattice{proto::Scheme::geodetic, 14};
 inline constexpr proto::TileAddress kTile{14, 17000, 12000};
 
 using Height = double (*)(int x, int y);
-inline constexpr Height kHills = [](int x, int y) { return 300 + 40 * std::sin(0.07 * x) * std::cos(0.05 * y) + ((x * 7 + y * 13) % 17) * 0.3; };
+inline constexpr Height kHills = [](int x, int y) {
+  return 300 + 40 * std::sin(0.07 * x) * std::cos(0.05 * y) + ((x * 7 + y * 13) % 17) * 0.3;
+};
 inline constexpr Height kWalls = [](int x, int y) { return (x / 9 + y / 7) % 3 == 0 ? 40.0 : 0.0; };
 inline constexpr Height kSpike = [](int x, int y) { return x == 100 && y == 3 ? 500.0 : 20.0; };
 

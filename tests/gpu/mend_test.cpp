@@ -46,7 +46,9 @@ void expect_valences(const TileMesh& mesh, const std::string& what) {
   for (std::size_t v = 0; v < mesh.vertices(); ++v) {
     const int sides = int{test::on_west_or_east(mesh, v)} + int{test::on_south_or_north(mesh, v)};
     const bool none = (mesh.mark[v] & proto::kVoid) != 0;
-    const std::size_t most = sides == 2 ? (none ? kVoidCorner : 4u) : sides == 1 ? (none ? kVoidSide : 8u) : (none ? kVoidInside : kMostValence);
+    const std::size_t most = sides == 2   ? (none ? kVoidCorner : 4u)
+                             : sides == 1 ? (none ? kVoidSide : 8u)
+                                          : (none ? kVoidInside : kMostValence);
     EXPECT_LE(found[v].size(), most) << what << " vertex " << mesh.x[v] << ' ' << mesh.y[v];
   }
 }
@@ -80,12 +82,11 @@ TEST(Mend, HarshChainsOnGrids) {
         if (cells == 256 && stride < 16) continue;
         TileMesh mesh = grid(cells, labels, random);
         ASSERT_GT(thin_border(mesh, stride), 0u);
-        const std::string what = std::to_string(cells) + " stride " + std::to_string(stride) + " labels " + std::to_string(static_cast<int>(labels));
+        const std::string what =
+            std::to_string(cells) + " stride " + std::to_string(stride) + " labels " + std::to_string(static_cast<int>(labels));
         // A dense inside leaves no room for a sparse border: that is for who asks to mend, not for the mend to force.
         const std::size_t left = expect_lawful(mesh, what);
-        if (stride == 2) {
-          EXPECT_EQ(left, 0u) << what;
-        }
+        if (stride == 2) { EXPECT_EQ(left, 0u) << what; }
       }
 }
 
@@ -98,9 +99,7 @@ TEST(Mend, RandomChains) {
     for (std::size_t v = 0; v < mesh.vertices(); ++v)
       if ((mesh.mark[v] & proto::kRemove) && random() % one_in == 0) mesh.mark[v] ^= proto::kRemove | proto::kKeep;
     const std::size_t left = expect_lawful(mesh, "round " + std::to_string(round));
-    if (one_in <= 2) {
-      EXPECT_EQ(left, 0u) << round;
-    }
+    if (one_in <= 2) { EXPECT_EQ(left, 0u) << round; }
   }
 }
 
@@ -127,7 +126,8 @@ bool shown(const TileMesh& mesh, std::int64_t x, std::int64_t y) {
   return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
     for (unsigned k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-      const std::int64_t turn = (std::int64_t{mesh.x[b]} - mesh.x[a]) * (y - mesh.y[a]) - (std::int64_t{mesh.y[b]} - mesh.y[a]) * (x - mesh.x[a]);
+      const std::int64_t turn =
+          (std::int64_t{mesh.x[b]} - mesh.x[a]) * (y - mesh.y[a]) - (std::int64_t{mesh.y[b]} - mesh.y[a]) * (x - mesh.x[a]);
       if (turn < 0 || (mesh.mark[a] & proto::kVoid)) return false;
     }
     return true;
@@ -148,9 +148,7 @@ TEST(Mend, NoSlitReachesAlongASide) {
   EXPECT_EQ(test::broken_law(mesh), "");
   for (std::int32_t y = 0; y <= kCells; ++y)
     for (std::int32_t x = 0; x <= kCells; ++x)
-      if (std::max(std::abs(x - 8), std::abs(y - 1)) > 1) {
-        EXPECT_TRUE(shown(mesh, x, y)) << x << ' ' << y;
-      }
+      if (std::max(std::abs(x - 8), std::abs(y - 1)) > 1) { EXPECT_TRUE(shown(mesh, x, y)) << x << ' ' << y; }
 }
 
 TEST(Rings, GridThereAndBack) {

@@ -55,7 +55,9 @@ TEST_P(Refine, leaves_nothing_over_the_limit) {
       const std::vector<std::uint32_t> left = over(mesh, samples, limit_m);
       for (const std::uint32_t k : left) {
         const auto& t = mesh.triangles[k];
-        inside += std::none_of(t.begin(), t.end(), [&](std::uint32_t v) { return mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == kSide || mesh.y[v] == kSide; });
+        inside += std::none_of(t.begin(), t.end(), [&](std::uint32_t v) {
+          return mesh.x[v] == 0 || mesh.y[v] == 0 || mesh.x[v] == kSide || mesh.y[v] == kSide;
+        });
       }
       EXPECT_EQ(left.size(), refined.over);
       EXPECT_LE(inside, mesh.triangles.size() / 200) << cells << " cells, limit " << limit_m;
@@ -75,7 +77,9 @@ class Pixel final : public ErrorMeter {
     if (is_wrong(corners)) error.error_m = 1000, error.count = 0;
     return error;
   }
-  double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override { return is_wrong(corners) ? 1000 : samples_.error_m(corners, asked); }
+  double error_m(const std::array<MeshPoint, 3>& corners, const Glance& asked) const override {
+    return is_wrong(corners) ? 1000 : samples_.error_m(corners, asked);
+  }
   std::optional<std::array<MeshPoint, 3>> wanted(const std::array<MeshPoint, 3>& corners, double) const override {
     if (!is_wrong(corners)) return std::nullopt;
     std::array<MeshPoint, 3> right = kRight;
@@ -126,7 +130,8 @@ TEST(refine, makes_the_triangle_that_the_lattice_has_where_insertions_do_not_hel
 /// A place that is right only in a triangle with this corner; none: that no triangle may hold.
 class Place final : public ErrorMeter {
  public:
-  Place(double x, double y, const std::array<MeshPoint, 3>& wanted, std::optional<MeshPoint> corner) : x_(x), y_(y), wanted_(wanted), corner_(corner) {}
+  Place(double x, double y, const std::array<MeshPoint, 3>& wanted, std::optional<MeshPoint> corner)
+      : x_(x), y_(y), wanted_(wanted), corner_(corner) {}
   TriangleError measure(const std::array<MeshPoint, 3>& corners, double) const override {
     TriangleError error;
     error.error_m = is_wrong(corners) ? 1000 : 0;
@@ -143,7 +148,8 @@ class Place final : public ErrorMeter {
       const MeshPoint &a = c[k], &b = c[(k + 1) % 3];
       if ((b.x - a.x) * (y_ - a.y) - (b.y - a.y) * (x_ - a.x) < 0) return false;
     }
-    return std::none_of(c.begin(), c.end(), [&](const MeshPoint& p) { return corner_ && p.x == corner_->x && p.y == corner_->y; });
+    return std::none_of(c.begin(), c.end(),
+                        [&](const MeshPoint& p) { return corner_ && p.x == corner_->x && p.y == corner_->y; });
   }
   const double x_, y_;
   const std::array<MeshPoint, 3> wanted_;
@@ -183,7 +189,10 @@ TEST(refine, says_which_points_of_a_side_it_would_need_and_uses_them_once_they_a
   const Place meter(100.6, 0.3, {{needed, beside, inside}}, needed);
   const Refined stuck = refine_stuck(mesh, meter, 30, all);
   EXPECT_EQ(stuck.over, 1u);
-  const auto is_needed = [&](const MeshPoint& p) { return std::any_of(stuck.on_sides.begin(), stuck.on_sides.end(), [&](const MeshPoint& q) { return q.x == p.x && q.y == p.y; }); };
+  const auto is_needed = [&](const MeshPoint& p) {
+    return std::any_of(stuck.on_sides.begin(), stuck.on_sides.end(),
+                       [&](const MeshPoint& q) { return q.x == p.x && q.y == p.y; });
+  };
   EXPECT_TRUE(is_needed(needed) && is_needed(beside));
   const std::size_t before = mesh.vertices();
   EXPECT_TRUE(split_side(mesh, needed));
@@ -201,7 +210,9 @@ TEST(refine, says_which_points_of_a_side_it_would_need_and_uses_them_once_they_a
 TEST(refine, cuts_no_side_without_data_or_room) {
   TileMesh mesh;
   mesh.side = kSide;
-  const auto add = [&](int x, int y, std::uint8_t mark) { mesh.x.push_back(x), mesh.y.push_back(y), mesh.height.push_back(0), mesh.mark.push_back(mark); };
+  const auto add = [&](int x, int y, std::uint8_t mark) {
+    mesh.x.push_back(x), mesh.y.push_back(y), mesh.height.push_back(0), mesh.mark.push_back(mark);
+  };
   for (const auto& [x, y] : {std::pair{0, 0}, {kSide, 0}, {kSide, kSide}, {0, kSide}}) add(x, y, 0);
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
   TileMesh empty = mesh;
@@ -244,7 +255,8 @@ TEST(refine, leaves_voids_void) {
     std::int64_t area = 0;
     for (const auto& t : m.triangles) {
       if ((m.mark[t[0]] | m.mark[t[1]] | m.mark[t[2]]) & proto::kVoid) continue;
-      area += std::int64_t{m.x[t[1]] - m.x[t[0]]} * (m.y[t[2]] - m.y[t[0]]) - std::int64_t{m.y[t[1]] - m.y[t[0]]} * (m.x[t[2]] - m.x[t[0]]);
+      area += std::int64_t{m.x[t[1]] - m.x[t[0]]} * (m.y[t[2]] - m.y[t[0]]) -
+              std::int64_t{m.y[t[1]] - m.y[t[0]]} * (m.x[t[2]] - m.x[t[0]]);
     }
     return area;
   };
@@ -265,13 +277,13 @@ TEST(refine, sheds_a_needle_along_a_rim) {
   const auto add = [&](std::int32_t x, std::int32_t y, std::int32_t height, std::uint8_t mark) {
     mesh.x.push_back(x), mesh.y.push_back(y), mesh.height.push_back(height), mesh.mark.push_back(mark);
   };
-  add(0, 0, proto::kNoHeight, proto::kVoid | proto::kKeep);          // 0
-  add(kSide, 0, 0, proto::kKeep);                                    // 1
-  add(kSide, kSide, 0, proto::kKeep);                                // 2
-  add(0, kSide, proto::kNoHeight, proto::kVoid | proto::kKeep);      // 3
-  add(100, 100, 0, 0);                                               // 4, on the rim
-  add(105, 127, kHigh, 0);                                           // 5, on the rim
-  add(103, 116, 0, 0);                                               // 6, the needle's corner: twice its area is 1
+  add(0, 0, proto::kNoHeight, proto::kVoid | proto::kKeep);      // 0
+  add(kSide, 0, 0, proto::kKeep);                                // 1
+  add(kSide, kSide, 0, proto::kKeep);                            // 2
+  add(0, kSide, proto::kNoHeight, proto::kVoid | proto::kKeep);  // 3
+  add(100, 100, 0, 0);                                           // 4, on the rim
+  add(105, 127, kHigh, 0);                                       // 5, on the rim
+  add(103, 116, 0, 0);                                           // 6, the needle's corner: twice its area is 1
   mesh.triangles = {{0, 1, 4}, {4, 1, 6}, {6, 1, 5}, {5, 1, 2}, {5, 2, 3}, {0, 4, 3}, {3, 4, 5}, {4, 6, 5}};
   expect_lawful(mesh);
   proto::Samples samples = samples_of([](int, int) { return 0.0; });
@@ -286,7 +298,8 @@ TEST(refine, sheds_a_needle_along_a_rim) {
   expect_lawful(mesh);
   for (const auto& t : mesh.triangles) {
     const bool published = ((mesh.mark[t[0]] | mesh.mark[t[1]] | mesh.mark[t[2]]) & proto::kVoid) == 0;
-    const bool is_needle = std::count(t.begin(), t.end(), 4u) + std::count(t.begin(), t.end(), 5u) + std::count(t.begin(), t.end(), 6u) == 3;
+    const bool is_needle =
+        std::count(t.begin(), t.end(), 4u) + std::count(t.begin(), t.end(), 5u) + std::count(t.begin(), t.end(), 6u) == 3;
     EXPECT_FALSE(published && is_needle);
   }
 }

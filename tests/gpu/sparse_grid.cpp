@@ -1,8 +1,10 @@
-// Right-triangulated irregular networks: W. Evans, D. Kirkpatrick, G. Townsend, "Right-triangulated irregular networks", Algorithmica
-// 30(2), 2001; dependencies as in P. Lindstrom et al., "Real-time, continuous level of detail rendering of height fields", 1996.
+// Right-triangulated irregular networks: W. Evans, D. Kirkpatrick, G. Townsend, "Right-triangulated irregular networks",
+// Algorithmica 30(2), 2001; dependencies as in P. Lindstrom et al., "Real-time, continuous level of detail rendering of height
+// fields", 1996.
 //
-// Every vertex but the corners is the middle of one longest edge: the centre of a square, whose diagonal the edge is, or the middle of a
-// square's side. It can be left out if nothing speaks for it and none of the vertices is there that would cut the halves of its triangles.
+// Every vertex but the corners is the middle of one longest edge: the centre of a square, whose diagonal the edge is, or the
+// middle of a square's side. It can be left out if nothing speaks for it and none of the vertices is there that would cut the
+// halves of its triangles.
 #include "tests/gpu/sparse_grid.h"
 
 #include <algorithm>
@@ -16,7 +18,12 @@ namespace {
 class Sparse {
  public:
   Sparse(const proto::TileMesh& grid, std::span<const float> elevation, float tolerance_m)
-      : grid_(grid), elevation_(elevation), tolerance_m_(tolerance_m), cells_(grid.side), across_(cells_ + 1), stays_(grid.vertices()) {
+      : grid_(grid),
+        elevation_(elevation),
+        tolerance_m_(tolerance_m),
+        cells_(grid.side),
+        across_(cells_ + 1),
+        stays_(grid.vertices()) {
     for (std::size_t v = 0; v < stays_.size(); ++v) stays_[v] = (grid.mark[v] & proto::kKeep) != 0 ? 1 : 0;
     for (const std::int32_t v : {0, cells_, cells_ * across_, cells_ * across_ + cells_}) stays_[static_cast<std::size_t>(v)] = 1;
   }
@@ -63,8 +70,8 @@ class Sparse {
     if (needed || differs(v, v - step, v + step)) stays_[static_cast<std::size_t>(v)] = 1;
   }
 
-  /// Middles of the sides of squares of 2 * half cells, along row y. Their triangles' halves are cut by the centres of the squares half as
-  /// large around them.
+  /// Middles of the sides of squares of 2 * half cells, along row y. Their triangles' halves are cut by the centres of the
+  /// squares half as large around them.
   void choose_sides(std::int32_t half, std::int32_t y) {
     const bool north = (y / half) % 2 != 0;  // the way the side runs; else east
     const std::int32_t quarter = half / 2;
@@ -81,8 +88,8 @@ class Sparse {
       choose(v, needed, north ? half * across_ : half);
     }
   }
-  /// Centres of squares of 2 * half cells. Diagonals meet in the centres of the squares twice as large; the halves are cut by the sides'
-  /// middles.
+  /// Centres of squares of 2 * half cells. Diagonals meet in the centres of the squares twice as large; the halves are cut by the
+  /// sides' middles.
   void choose_centres(std::int32_t half, std::int32_t y) {
     for (std::int32_t x = half; x < cells_; x += 2 * half) {
       const std::int32_t v = y * across_ + x;
@@ -137,7 +144,8 @@ class Sparse {
 
 SparseGrid sparse_grid(const proto::TileMesh& grid, std::span<const float> elevation, float tolerance_m) {
   const auto across = static_cast<std::size_t>(grid.side) + 1;
-  if (!std::has_single_bit(static_cast<std::uint32_t>(grid.side)) || grid.vertices() != across * across || elevation.size() != grid.vertices())
+  if (!std::has_single_bit(static_cast<std::uint32_t>(grid.side)) || grid.vertices() != across * across ||
+      elevation.size() != grid.vertices())
     throw std::invalid_argument("sparse_grid: no full grid of a power of two of cells");
   return Sparse(grid, elevation, tolerance_m).run();
 }

@@ -36,11 +36,15 @@ std::set<std::pair<std::int32_t, std::int32_t>> places(const proto::TileMesh& me
   for (std::size_t v = 0; v < mesh.vertices(); ++v) found.emplace(mesh.x[v], mesh.y[v]);
   return found;
 }
-std::int32_t hills(std::int32_t x, std::int32_t y) { return static_cast<std::int32_t>(20000 * std::sin(x * 0.21) * std::cos(y * 0.33) + 37 * (x * y % 11)); }
+std::int32_t hills(std::int32_t x, std::int32_t y) {
+  return static_cast<std::int32_t>(20000 * std::sin(x * 0.21) * std::cos(y * 0.33) + 37 * (x * y % 11));
+}
 std::int32_t slope(std::int32_t x, std::int32_t y) { return 4096 * x - 1024 * y; }
 
 /// A hole and a notch in the border, in hills.
-bool in_hole(std::int32_t x, std::int32_t y) { return (x - 12) * (x - 12) + (y - 19) * (y - 19) < 30 || (x < 5 && y > 25 && y < 29); }
+bool in_hole(std::int32_t x, std::int32_t y) {
+  return (x - 12) * (x - 12) + (y - 19) * (y - 19) < 30 || (x < 5 && y > 25 && y < 29);
+}
 
 /// Greatest distance of a grid vertex from the triangle over it, along the vertical.
 double farthest_m(const proto::TileMesh& mesh, const Terrain& terrain) {
@@ -122,16 +126,15 @@ TEST(SparseGrid, KeepsEveryVertexOfARim) {
       const int voids = in_hole(x, y) + in_hole(x + 1, y) + in_hole(x, y + 1) + in_hole(x + 1, y + 1);
       if (voids == 0 || voids == 4) continue;
       ++rim;
-      for (const auto& place : {std::pair{x, y}, {x + 1, y}, {x, y + 1}, {x + 1, y + 1}}) EXPECT_TRUE(there.count(place)) << x << ' ' << y;
+      for (const auto& place : {std::pair{x, y}, {x + 1, y}, {x, y + 1}, {x + 1, y + 1}})
+        EXPECT_TRUE(there.count(place)) << x << ' ' << y;
     }
   }
   EXPECT_GT(rim, 20);
   EXPECT_LT(got.mesh.vertices(), kAcross * kAcross / 3u);
   for (const auto& t : got.mesh.triangles) {
     const auto has = [&](std::uint32_t v) { return (got.mesh.mark[v] & proto::kVoid) != 0; };
-    if (has(t[0]) != has(t[1]) || has(t[1]) != has(t[2])) {
-      EXPECT_EQ(test::twice_area(got.mesh, t), 1);
-    }
+    if (has(t[0]) != has(t[1]) || has(t[1]) != has(t[2])) { EXPECT_EQ(test::twice_area(got.mesh, t), 1); }
   }
 }
 

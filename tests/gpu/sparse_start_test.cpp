@@ -20,7 +20,8 @@ proto::TileMesh marked_grid(bench::Terrain kind, std::int32_t cells) {
   proto::TileMesh mesh = gpu::grid_mesh(cells, 1, heights);
   for (std::size_t v = 0; v < mesh.vertices(); ++v) {
     const bool side = mesh.x[v] % cells == 0 || mesh.y[v] % cells == 0, corner = mesh.x[v] % cells == 0 && mesh.y[v] % cells == 0;
-    if (side && !corner) mesh.mark[v] |= (mesh.x[v] + mesh.y[v]) % 8 == 0 || (mesh.mark[v] & proto::kVoid) ? proto::kKeep : proto::kRemove;
+    if (side && !corner)
+      mesh.mark[v] |= (mesh.x[v] + mesh.y[v]) % 8 == 0 || (mesh.mark[v] & proto::kVoid) ? proto::kKeep : proto::kRemove;
     if (v % 97 == 5) mesh.mark[v] |= proto::kKeep;
   }
   return mesh;

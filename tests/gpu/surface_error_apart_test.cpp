@@ -13,7 +13,8 @@
 namespace cordillera::gpu {
 namespace {
 
-double off_m(const Plane& plane, const HeightRange& range, const proto::RowFrame& row, const proto::ColumnFrame& column, double height_m) {
+double off_m(const Plane& plane, const HeightRange& range, const proto::RowFrame& row, const proto::ColumnFrame& column,
+             double height_m) {
   return std::abs(range.clamp(PlaneRow(plane, row).height_m(column.sin_lon, column.cos_lon)) - height_m);
 }
 
@@ -21,7 +22,8 @@ struct Found {
   double bound_m = 0, greatest_m = 0;  ///< how far apart the errors of samples really are
 };
 
-Found found(const SurfaceMeter& meter, const SampleFrames& frames, const proto::Samples& samples, const std::array<MeshPoint, 3>& c) {
+Found found(const SurfaceMeter& meter, const SampleFrames& frames, const proto::Samples& samples,
+            const std::array<MeshPoint, 3>& c) {
   const auto corner = [&](std::size_t k) { return meter.corner(c[k].x, c[k].y, c[k].height); };
   const MeasuredTriangle t = meter.triangle({corner(0), corner(1), corner(2)}, 0);
   Found f{decodings_apart_m(t, M_PI / static_cast<double>(kLattice.rows())), 0};
@@ -55,11 +57,13 @@ void expect_bounded(double step_m, std::int32_t reach, std::int32_t relief, doub
     std::array<MeshPoint, 3> c;
     c[0] = {place(random), place(random), 300 * 1024 + height(random)};
     for (std::size_t k = 1; k < 3; ++k)
-      c[k] = {std::clamp(c[0].x + beside(random), 0, kSide), std::clamp(c[0].y + beside(random), 0, kSide), 300 * 1024 + height(random)};
+      c[k] = {std::clamp(c[0].x + beside(random), 0, kSide), std::clamp(c[0].y + beside(random), 0, kSide),
+              300 * 1024 + height(random)};
     if (twice_area(c[0], c[1], c[2]) <= 0) continue;
     ++measured;
     const Found f = found(meter, frames, samples, c);
-    EXPECT_LE(f.greatest_m, f.bound_m) << c[0].x << " " << c[0].y << ", " << c[1].x << " " << c[1].y << ", " << c[2].x << " " << c[2].y;
+    EXPECT_LE(f.greatest_m, f.bound_m) << c[0].x << " " << c[0].y << ", " << c[1].x << " " << c[1].y << ", " << c[2].x << " "
+                                       << c[2].y;
     bounded += std::isfinite(f.bound_m) ? 1 : 0;
     useful += f.bound_m < 10 * step_m ? 1 : 0;
   }

@@ -16,7 +16,9 @@ namespace {
 struct Row {
   std::vector<double> sin_lon, cos_lon;
   std::vector<std::int32_t> height;
-  RowRun run(std::size_t from, std::size_t count) const { return {sin_lon.data() + from, cos_lon.data() + from, height.data() + from, count}; }
+  RowRun run(std::size_t from, std::size_t count) const {
+    return {sin_lon.data() + from, cos_lon.data() + from, height.data() + from, count};
+  }
 };
 
 Row row_of(std::size_t count, std::mt19937& random) {
@@ -49,7 +51,8 @@ TEST(SurfaceErrorRow, ErrorsAreThoseOfEachSample) {
         double most = 0;
         for (std::size_t k = 0; k < count; ++k) {
           const std::int32_t h = row.height[from + k];
-          const double error = std::abs(range.clamp(along.height_m(row.sin_lon[from + k], row.cos_lon[from + k])) - h * proto::kHeightStep_m);
+          const double error =
+              std::abs(range.clamp(along.height_m(row.sin_lon[from + k], row.cos_lon[from + k])) - h * proto::kHeightStep_m);
           ASSERT_EQ(out[k], h == proto::kNoHeight ? 0 : error) << k << " of " << count;
           most = std::max(most, out[k]);
         }
@@ -87,7 +90,8 @@ TEST(SurfaceErrorRow, SquaresAddUpExactly) {
     for (const std::size_t count : {0u, 1u, 4u, 9u, 256u}) {
       std::vector<double> errors;
       for (std::size_t k = 0; k < count; ++k) {
-        errors.push_back(k % 7 == 0 ? std::sqrt((static_cast<double>(k) + 0.5) / kSquaresPerStep) : scale * static_cast<double>(random() % 100000) / 100000);
+        errors.push_back(k % 7 == 0 ? std::sqrt((static_cast<double>(k) + 0.5) / kSquaresPerStep)
+                                    : scale * static_cast<double>(random() % 100000) / 100000);
       }
       SquareSum fast, slow;
       add_squares(errors.data(), count, fast);

@@ -30,7 +30,8 @@ TEST_P(Thin, keeps_the_promise_and_the_laws) {
   EXPECT_GT(gone, grid.vertices() / 2);
   EXPECT_TRUE(over(mesh, samples, kLimit_m + 1e-9).empty());
   for (std::uint32_t v = 0; v < mesh.vertices(); ++v)
-    EXPECT_EQ(mesh.height[v], samples.height[static_cast<std::size_t>(mesh.y[v] * (kSide + 1) + mesh.x[v])]) << "heights are those of samples";
+    EXPECT_EQ(mesh.height[v], samples.height[static_cast<std::size_t>(mesh.y[v] * (kSide + 1) + mesh.x[v])])
+        << "heights are those of samples";
   // What is thin already, thinned again with a greater limit and with heights that move.
   const Thinned more = thinned(samples, mesh, {2 * kLimit_m, 0}), moved = thinned(samples, mesh, {2 * kLimit_m, 2});
   expect_lawful(moved.mesh);

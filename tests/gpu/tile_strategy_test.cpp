@@ -63,7 +63,9 @@ TEST_P(TileStrategy, KeepsTheLawsTheBorderAndTheInputsPlaces) {
       std::size_t kept = 0;
       for (std::uint32_t v = 0; v < out.vertices(); ++v) {
         EXPECT_FALSE(out.mark[v] & proto::kRemove);
-        if (v > 0) { EXPECT_LT(std::pair(out.y[v - 1], out.x[v - 1]), std::pair(out.y[v], out.x[v])) << "not in the input's order"; }
+        if (v > 0) {
+          EXPECT_LT(std::pair(out.y[v - 1], out.x[v - 1]), std::pair(out.y[v], out.x[v])) << "not in the input's order";
+        }
         kept += (out.mark[v] & proto::kKeep) != 0;
         const std::size_t at = static_cast<std::size_t>(out.y[v]) * (kCells + 1) + static_cast<std::size_t>(out.x[v]);
         EXPECT_EQ(out.height[v], in.mesh.height[at]);
@@ -120,10 +122,13 @@ TEST_P(TileStrategy, ResultsDoNotDependOnTheBatch) {
 INSTANTIATE_TEST_SUITE_P(Names, TileStrategy, testing::Values("cleap", "sequential"));
 
 /// Of the level above 2 x 2 tiles: chains, welds and all.
-std::uint64_t hash_on(Simplifier& simplifier, bench::Terrain kind) { return bench::run_pyramid(kind, 2, 4, simplifier).back().hash; }
+std::uint64_t hash_on(Simplifier& simplifier, bench::Terrain kind) {
+  return bench::run_pyramid(kind, 2, 4, simplifier).back().hash;
+}
 
-// What `pyramid_bench cpu 2 4 --strategy cleap` gives. On an NVIDIA H200 (CUDA 13.0), on 2026-11-22, `cuda` gave the bits of `cpu` for all six
-// terrains and both levels; since then the host puts vertices into the input's order, so the numbers are of a CPU.
+// What `pyramid_bench cpu 2 4 --strategy cleap` gives. On an NVIDIA H200 (CUDA 13.0), on 2026-11-22, `cuda` gave the bits of
+// `cpu` for all six terrains and both levels; since then the host puts vertices into the input's order, so the numbers are of a
+// CPU.
 TEST(TileStrategyBits, AreThoseThatWereRecorded) {
   EXPECT_EQ(hash_on(*simplifier("cleap"), bench::Terrain::alpine), 0xcf7e0202afa6dc0eu);
   EXPECT_EQ(hash_on(*simplifier("cleap"), bench::Terrain::islands), 0xb4d0ea24256c3731u);

@@ -11,18 +11,18 @@
 namespace cordillera {
 namespace {
 
-// Recorded on 2026-11-22 on one NVIDIA H200 (CUDA 13.0, sm_90) by `pyramid_bench cuda 4 4`, level 12 (the hash of a level depends on all
-// levels below it). A machine without a GPU checks its CPU against them; change them only with a run on a device.
+// Recorded on 2026-11-22 on one NVIDIA H200 (CUDA 13.0, sm_90) by `pyramid_bench cuda 4 4`, level 12 (the hash of a level depends
+// on all levels below it). A machine without a GPU checks its CPU against them; change them only with a run on a device.
 const std::map<std::string, std::uint64_t> kDeviceHashes{
-    {"alpine", 0xdc30df36de38602a}, {"rolling", 0x407ee90d63eb588a}, {"city", 0x6331c08660ad50a6},
-    {"islands", 0x4d527f366414af9b}, {"noise", 0xd72104d75985e673}, {"plane", 0xe15ccff73dbf4202},
+    {"alpine", 0xdc30df36de38602a},  {"rolling", 0x407ee90d63eb588a}, {"city", 0x6331c08660ad50a6},
+    {"islands", 0x4d527f366414af9b}, {"noise", 0xd72104d75985e673},   {"plane", 0xe15ccff73dbf4202},
 };
 
 // The same of `pyramid_bench cuda 4 4 --sparse 0.5`.
 constexpr float kStartShare = 0.5f;
 const std::map<std::string, std::uint64_t> kSparseDeviceHashes{
-    {"alpine", 0x96009d196dded2dc}, {"rolling", 0xcc91e2f21206451e}, {"city", 0x59d3ac6d695fa31c},
-    {"islands", 0x2ab6ab90d19e6bb6}, {"noise", 0xfea8bb07481eb3d4}, {"plane", 0xe15ccff73dbf4202},
+    {"alpine", 0x96009d196dded2dc},  {"rolling", 0xcc91e2f21206451e}, {"city", 0x59d3ac6d695fa31c},
+    {"islands", 0x2ab6ab90d19e6bb6}, {"noise", 0xfea8bb07481eb3d4},   {"plane", 0xe15ccff73dbf4202},
 };
 
 class Waves : public testing::TestWithParam<int> {};
@@ -56,16 +56,15 @@ TEST_P(Waves, CudaGivesTheBitsOfTheCpu) {
   for (std::size_t k = 0; k < on_cpu.size(); ++k) EXPECT_EQ(on_cpu[k].hash, on_cuda[k].hash);
 }
 
-INSTANTIATE_TEST_SUITE_P(Terrains, Waves, testing::Range(0, 6), [](const auto& terrain) { return std::string(bench::kTerrainNames[terrain.param]); });
+INSTANTIATE_TEST_SUITE_P(Terrains, Waves, testing::Range(0, 6),
+                         [](const auto& terrain) { return std::string(bench::kTerrainNames[terrain.param]); });
 
 TEST(Waves, GridHasSixTrianglesAtEveryInnerVertex) {
   const std::vector<std::int32_t> heights(17 * 17, 0);
   const proto::TileMesh mesh = gpu::grid_mesh(16, 1, heights);
   const auto neighbours = test::neighbours(mesh);
   for (std::size_t v = 0; v < mesh.vertices(); ++v) {
-    if (mesh.x[v] % 16 && mesh.y[v] % 16) {
-      EXPECT_EQ(neighbours[v].size(), 6u);
-    }
+    if (mesh.x[v] % 16 && mesh.y[v] % 16) { EXPECT_EQ(neighbours[v].size(), 6u); }
   }
   EXPECT_EQ(mesh.triangles.size(), 2u * 16 * 16);
 }

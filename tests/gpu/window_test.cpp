@@ -5,10 +5,10 @@
 #include <numeric>
 #include <set>
 
-#include "gpu/mesh/grid_rings.h"
 #include "gpu/collapse/host_team.h"
-#include "gpu/simplify.h"
 #include "gpu/collapse/window_cut.h"
+#include "gpu/mesh/grid_rings.h"
+#include "gpu/simplify.h"
 #include "tests/bench/pyramid/terrain.h"
 
 namespace cordillera::gpu {
@@ -112,7 +112,8 @@ std::size_t simplify_all(Loaded& tile, float cells_per_unit, bool small) {
 class Windows : public testing::TestWithParam<int> {};
 
 TEST_P(Windows, FloatsAndIntegersGiveTheSameBits) {
-  const proto::TileMesh mesh = terrain_grid(32, 128, static_cast<bench::Terrain>(GetParam()));  // 4096 units: as large as floats go
+  const proto::TileMesh mesh =
+      terrain_grid(32, 128, static_cast<bench::Terrain>(GetParam()));  // 4096 units: as large as floats go
   Loaded floats(mesh), integers(mesh);
   const std::size_t gone = simplify_all(floats, 1.0f / 128, true);
   EXPECT_EQ(simplify_all(integers, 1.0f / 128, false), gone);
@@ -180,7 +181,8 @@ TEST(WindowCut, EveryVertexIsInOneWindowThatIsNotTooFull) {
     }
   }
   EXPECT_FALSE(seams[0].empty());
-  for (const std::uint32_t v : seams[0]) EXPECT_FALSE(seams[1].contains(v) && seams[2].contains(v)) << "vertex " << v << " is always at a seam";
+  for (const std::uint32_t v : seams[0])
+    EXPECT_FALSE(seams[1].contains(v) && seams[2].contains(v)) << "vertex " << v << " is always at a seam";
 }
 
 TEST(WindowCut, TilesAtWhichAPassTookLittleAreLeftAlone) {

@@ -49,7 +49,7 @@ TEST(Chain, WhatOneWouldDraw) {
   EXPECT_EQ(thinned("33333333333333333", metre), "3---------------3");
   EXPECT_EQ(thinned("33333333933333333", metre), "3------393------3");
   EXPECT_EQ(thinned("01234567876543210", metre), "0-------8-------0");
-  EXPECT_EQ(thinned("................." , metre), ".---------------.");
+  EXPECT_EQ(thinned(".................", metre), ".---------------.");
   EXPECT_EQ(thinned("3333......3333333", metre), "3--3----.-3-----3");
   EXPECT_EQ(thinned("....33333333.....", metre), ".---3------3----.");
   EXPECT_EQ(thinned("........3........", metre), ".-------3-------.");
@@ -107,7 +107,8 @@ TEST(Chain, ParentsAreNested) {
     for (int k = 0; k < 8; ++k) {
       Edge e = edge(lattice, units, round % 2 ? Along::north : Along::east);
       (round % 2 ? e.row : e.column) += k * units;
-      level.push_back(chain_finest(e, std::span<const std::int32_t>(heights.data() + k * units, static_cast<std::size_t>(units + 1)), {1, 1, 16}));
+      level.push_back(chain_finest(
+          e, std::span<const std::int32_t>(heights.data() + k * units, static_cast<std::size_t>(units + 1)), {1, 1, 16}));
     }
     for (int step = 1; step <= 3; ++step) {
       std::vector<Chain> next;

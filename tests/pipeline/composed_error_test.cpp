@@ -11,8 +11,8 @@
 #include "gpu/mesh/rings.h"
 #include "gpu/simplify.h"
 #include "pipeline/bound/loose.h"
-#include "pipeline/tile/mesh_record.h"
 #include "pipeline/bound/overlay.h"
+#include "pipeline/tile/mesh_record.h"
 #include "proto/ellipsoid.h"
 #include "tests/gpu/meter_glance.h"
 
@@ -204,7 +204,8 @@ TEST(Rims, ALooseSampleThatAParentCoversCountsAndGoesIn) {
   Loose loose;
   loose.samples = {{700, 300, 150 * 1024}, {701, 300, 98 * 1024}};
   std::vector<std::uint32_t> over;
-  EXPECT_LT(greatest_error_m(ComposedMeter(lattice, kTile, finer, 3, {}, kStep_m), parent, INFINITY, over), 3.3) << "nothing is known there";
+  EXPECT_LT(greatest_error_m(ComposedMeter(lattice, kTile, finer, 3, {}, kStep_m), parent, INFINITY, over), 3.3)
+      << "nothing is known there";
   const ComposedMeter meter(lattice, kTile, finer, 3, loose, kStep_m);
   EXPECT_NEAR(greatest_error_m(meter, parent, 10, over), 50, 0.3);
   ASSERT_FALSE(over.empty());
@@ -212,7 +213,8 @@ TEST(Rims, ALooseSampleThatAParentCoversCountsAndGoesIn) {
   over.clear();
   EXPECT_LE(greatest_error_m(meter, parent, 10, over), 10);
   bool in = false;
-  for (std::size_t v = 0; v < parent.vertices(); ++v) in = in || (parent.x[v] == 700 && parent.y[v] == 300 && parent.height[v] == 150 * 1024);
+  for (std::size_t v = 0; v < parent.vertices(); ++v)
+    in = in || (parent.x[v] == 700 && parent.y[v] == 300 && parent.height[v] == 150 * 1024);
   EXPECT_TRUE(in);
 }
 
@@ -221,7 +223,8 @@ TEST(Rims, ALooseSampleThatAParentLeavesOutDoesNotCount) {
   Loose loose;
   loose.samples = {{700, 300, 150 * 1024}};
   std::vector<std::uint32_t> over;
-  EXPECT_LT(greatest_error_m(ComposedMeter(lattice, kTile, western_half(), 3, loose, kStep_m), western_half(), INFINITY, over), 3.3);
+  EXPECT_LT(greatest_error_m(ComposedMeter(lattice, kTile, western_half(), 3, loose, kStep_m), western_half(), INFINITY, over),
+            3.3);
 }
 
 TEST(Rims, APatchIsComposedWithByItsOwnError) {
@@ -229,19 +232,22 @@ TEST(Rims, APatchIsComposedWithByItsOwnError) {
   const Loose loose = patch_of({{{600, 100, 130 * 1024}, {900, 100, 130 * 1024}, {600, 400, 130 * 1024}}}, 2);
   const TileMesh parent = surface(8, kSide, [](double, double) { return 100; });
   std::vector<std::uint32_t> over;
-  EXPECT_NEAR(greatest_error_m(ComposedMeter(lattice, kTile, western_half(), 3, loose, kStep_m), parent, INFINITY, over), 32, 0.3);
+  EXPECT_NEAR(greatest_error_m(ComposedMeter(lattice, kTile, western_half(), 3, loose, kStep_m), parent, INFINITY, over), 32,
+              0.3);
 }
 
 bool covers(const TileMesh& mesh, const gpu::MeshPoint& p) {
   for (const auto& t : mesh.triangles) {
     const auto at = [&](int k) { return gpu::MeshPoint{mesh.x[t[k]], mesh.y[t[k]], 0}; };
-    if (is_published(mesh, t) && gpu::twice_area(at(0), at(1), p) >= 0 && gpu::twice_area(at(1), at(2), p) >= 0 && gpu::twice_area(at(2), at(0), p) >= 0)
+    if (is_published(mesh, t) && gpu::twice_area(at(0), at(1), p) >= 0 && gpu::twice_area(at(1), at(2), p) >= 0 &&
+        gpu::twice_area(at(2), at(0), p) >= 0)
       return true;
   }
   return false;
 }
 bool holds(const Loose& loose, const gpu::MeshPoint& p) {
-  return std::any_of(loose.samples.begin(), loose.samples.end(), [&](const gpu::MeshPoint& q) { return q.x == p.x && q.y == p.y; });
+  return std::any_of(loose.samples.begin(), loose.samples.end(),
+                     [&](const gpu::MeshPoint& q) { return q.x == p.x && q.y == p.y; });
 }
 
 // Ragged: every third vertex or so has no data.
@@ -291,7 +297,8 @@ TEST(Rims, UncoveredSamplesAreThoseThatNoTriangleTouches) {
   // A window that ends inside the tile, with holes of its own.
   proto::Samples samples{lattice.west(tile) - 3, lattice.south(tile) + 20, 200, 190, {}, {}};
   std::mt19937 random(8);
-  for (std::int32_t k = 0; k < samples.columns * samples.rows; ++k) samples.height.push_back(random() % 4 == 0 ? proto::kNoHeight : k);
+  for (std::int32_t k = 0; k < samples.columns * samples.rows; ++k)
+    samples.height.push_back(random() % 4 == 0 ? proto::kNoHeight : k);
   std::vector<gpu::MeshPoint> found = uncovered_samples(lattice, tile, mesh, samples), expected;
   for (std::int32_t y = 20; y < 210; ++y)
     for (std::int32_t x = 0; x < 197; ++x) {

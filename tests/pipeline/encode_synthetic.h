@@ -1,5 +1,6 @@
 #pragma once
-// Tiles to encode before there is a simplifier to make them: regular meshes of a height function on the lattice, voids where it says so.
+// Tiles to encode before there is a simplifier to make them: regular meshes of a height function on the lattice, voids where it
+// says so.
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -34,12 +35,14 @@ inline Heights hills_with_voids() {
 }
 
 /// The regular mesh of a tile with `cells` cells a side.
-inline proto::TileMesh synthetic_mesh(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t cells, const Heights& at) {
+inline proto::TileMesh synthetic_mesh(const proto::Lattice& lattice, const proto::TileAddress& tile, std::int32_t cells,
+                                      const Heights& at) {
   const auto step = static_cast<std::int32_t>(lattice.tile_units(tile.z) / cells);
   std::vector<std::int32_t> heights;
   for (std::int32_t r = 0; r <= cells; ++r) {
     for (std::int32_t c = 0; c <= cells; ++c) {
-      const auto h = at((lattice.west(tile) + std::int64_t{c} * step) % lattice.columns(), lattice.south(tile) + std::int64_t{r} * step);
+      const auto h =
+          at((lattice.west(tile) + std::int64_t{c} * step) % lattice.columns(), lattice.south(tile) + std::int64_t{r} * step);
       heights.push_back(h ? static_cast<std::int32_t>(std::lround(*h / proto::kHeightStep_m)) : proto::kNoHeight);
     }
   }

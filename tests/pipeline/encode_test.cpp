@@ -36,7 +36,8 @@ struct Tile {
   DecodedGlb glb;
 };
 
-std::unique_ptr<Tile> make_tile(TileAddress address, const Heights& heights, std::int32_t cells = 32, const Lattice& lattice = kLattice) {
+std::unique_ptr<Tile> make_tile(TileAddress address, const Heights& heights, std::int32_t cells = 32,
+                                const Lattice& lattice = kLattice) {
   auto tile = std::make_unique<Tile>();
   tile->mesh = synthetic_mesh(lattice, address, cells, heights);
   tile->input = encode_input(lattice, address, tile->mesh);
@@ -86,7 +87,8 @@ TEST(EncodeDrc, KeepsEveryIntegerAndTheAddress) {
   const TileAddress address{7, 200, 90};
   const auto tile = make_tile(address, hills());
   std::vector<std::array<std::int32_t, 3>> points;
-  for (std::size_t v = 0; v < tile->mesh.vertices(); ++v) points.push_back({tile->mesh.x[v], tile->mesh.y[v], tile->mesh.height[v]});
+  for (std::size_t v = 0; v < tile->mesh.vertices(); ++v)
+    points.push_back({tile->mesh.x[v], tile->mesh.y[v], tile->mesh.height[v]});
   EXPECT_EQ(soup(points, tile->mesh.triangles), soup(tile->drc.points, tile->drc.triangles));
   EXPECT_EQ(tile->drc.z, 7);
   EXPECT_EQ(tile->drc.x, 200);
@@ -193,8 +195,8 @@ TEST(EncodeGlb, PointsAreTheRoundedEllipsoidPoints) {
   const auto columns = proto::column_frames(kLattice, kLattice.west(address), static_cast<std::size_t>(tile->mesh.side) + 1);
   std::vector<Key> expected, decoded;
   for (std::size_t v = 0; v < tile->mesh.vertices(); ++v) {
-    const Vec3 p = proto::ecef(rows[static_cast<std::size_t>(tile->mesh.y[v])], columns[static_cast<std::size_t>(tile->mesh.x[v])],
-                               tile->mesh.height[v] * proto::kHeightStep_m);
+    const Vec3 p = proto::ecef(rows[static_cast<std::size_t>(tile->mesh.y[v])],
+                               columns[static_cast<std::size_t>(tile->mesh.x[v])], tile->mesh.height[v] * proto::kHeightStep_m);
     expected.push_back({std::nearbyint(p.x / step) * step, std::nearbyint(p.y / step) * step, std::nearbyint(p.z / step) * step});
   }
   for (const Vec3& p : tile->glb.points) decoded.push_back(key(p));
@@ -254,7 +256,8 @@ TEST(EncodeGlb, SkirtsHangFromTheTilesSidesAloneAndFaceOutward) {
   for (const Triangle& t : glb.skirt_triangles) {
     for (int c = 0; c < 3; ++c) {
       // The strip runs against the rim, as a neighbour on its other side would: together they are one outward-facing surface.
-      if (at_top(t[c]) && at_top(t[(c + 1) % 3])) tops.insert({key(glb.skirt_points[t[(c + 1) % 3]]), key(glb.skirt_points[t[c]])});
+      if (at_top(t[c]) && at_top(t[(c + 1) % 3]))
+        tops.insert({key(glb.skirt_points[t[(c + 1) % 3]]), key(glb.skirt_points[t[c]])});
     }
   }
   EXPECT_GT(sides.size(), 500U);
@@ -272,7 +275,8 @@ TEST(EncodeGlb, NormalsPointUpOnTheSea) {
   for (std::size_t v = 0; v < sea->glb.points.size(); ++v) {
     const Vec3 p = sea->glb.points[v];
     const Geodetic g = geodetic(p);
-    const Vec3 up{std::cos(g.latitude) * std::cos(g.longitude), std::cos(g.latitude) * std::sin(g.longitude), std::sin(g.latitude)};
+    const Vec3 up{std::cos(g.latitude) * std::cos(g.longitude), std::cos(g.latitude) * std::sin(g.longitude),
+                  std::sin(g.latitude)};
     EXPECT_GT(dot(up, sea->glb.normals[v]), std::cos(0.005));
   }
 }
@@ -304,7 +308,8 @@ TEST(EncodeRegion, GeodeticInvertsTheForwardFormula) {
       const Geodetic g = geodetic(p);
       EXPECT_NEAR(g.height_m, height, 1e-4);
       EXPECT_NEAR(g.latitude, kLattice.latitude_deg(j) * std::numbers::pi / 180, 1e-11);
-      EXPECT_NEAR(g.longitude, j % kLattice.rows() == 0 ? g.longitude : kLattice.longitude_deg(12345) * std::numbers::pi / 180, 1e-9);
+      EXPECT_NEAR(g.longitude, j % kLattice.rows() == 0 ? g.longitude : kLattice.longitude_deg(12345) * std::numbers::pi / 180,
+                  1e-9);
     }
   }
 }
@@ -325,7 +330,8 @@ void expect_inside(const std::array<double, 6>& region, Vec3 p, double step) {
 }
 
 TEST(EncodeRegion, ContainsEveryDecodedTriangle) {
-  const TileAddress places[] = {{0, 0, 0}, {0, 1, 0}, {1, 3, 1}, {2, 0, 0}, {3, 15, 7}, {4, 9, 12}, {5, 63, 0}, {6, 70, 50}, {9, 1023, 511}, {9, 700, 350}};
+  const TileAddress places[] = {{0, 0, 0},  {0, 1, 0},  {1, 3, 1},   {2, 0, 0},      {3, 15, 7},
+                                {4, 9, 12}, {5, 63, 0}, {6, 70, 50}, {9, 1023, 511}, {9, 700, 350}};
   for (const TileAddress& t : places) {
     for (const std::int32_t cells : {2, 16}) {
       SCOPED_TRACE(::testing::Message() << t.z << '/' << t.x << '/' << t.y << ", " << cells << " cells");
@@ -348,7 +354,8 @@ TEST(EncodeRegion, ContainsEveryDecodedTriangle) {
 }
 
 TEST(EncodeRegion, IsTightWhereTilesAreSmall) {
-  const auto tile = make_tile({9, 700, 350}, [](auto, auto) { return 100.0; }, 64);
+  const auto tile = make_tile(
+      {9, 700, 350}, [](auto, auto) { return 100.0; }, 64);
   const auto region = tile_region(tile->input);
   const double side = std::numbers::pi / 512;
   EXPECT_NEAR(region[0], -std::numbers::pi + 700 * side, 1e-8);

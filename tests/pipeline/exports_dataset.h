@@ -13,7 +13,8 @@ inline const proto::TileAddress kFirstTile{7, 126, 80}, kLastTile{7, 131, 85};
 
 class ExportDataset {
  public:
-  explicit ExportDataset(const Heights& heights, const proto::TileAddress& first = kFirstTile, const proto::TileAddress& last = kLastTile) {
+  explicit ExportDataset(const Heights& heights, const proto::TileAddress& first = kFirstTile,
+                         const proto::TileAddress& last = kLastTile) {
     auto writer = StoreWriter::open(folder_ / "a.db", synthetic_plan(7, 0)).value().release();
     for (const FinishedTask& task : synthetic_tasks(kExportLattice, first, last, heights)) (void)writer->commit(task);
     (void)writer->publish(synthetic_manifest());

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <set>
 
-#include "pipeline/store/content_hash.h"
+#include "pipeline/encode/json.h"
 #include "pipeline/exports/archive_3tz.h"
 #include "pipeline/exports/hilbert.h"
 #include "pipeline/exports/mbtiles.h"
@@ -14,7 +14,7 @@
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/tile_places.h"
 #include "pipeline/exports/zip_writer.h"
-#include "pipeline/encode/json.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "tests/pipeline/archive_readers.h"
 #include "tests/pipeline/exports_dataset.h"
@@ -239,7 +239,8 @@ TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
   bool tileset = false;
   for (std::size_t k = 0; k + 1 < entries.size(); ++k) {
     const bool manifest = entries[k].name == "manifest.json";
-    EXPECT_EQ(entries[k].bytes, manifest ? manifest_json(archived_dataset().terrain().manifest()) : face_bytes(entries[k].name)) << entries[k].name;
+    EXPECT_EQ(entries[k].bytes, manifest ? manifest_json(archived_dataset().terrain().manifest()) : face_bytes(entries[k].name))
+        << entries[k].name;
     EXPECT_EQ(offsets.at(md5(entries[k].name)), entries[k].local) << entries[k].name;
     tileset = tileset || entries[k].name == "tileset.json";
   }
@@ -257,8 +258,9 @@ TEST(ZipWriter, SeventyThousandEntriesAreReadByPython) {
     for (int k = 0; k < 70000; ++k) zip.add("tiles/" + std::to_string(k), std::to_string(k));
     zip.finish();
   }
-  const std::string script = "import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); n = z.namelist(); "
-                             "sys.exit(len(n) != 70000 or any(z.read(f'tiles/{k}') != str(k).encode() for k in (0, 65534, 65535, 65536, 69999)))";
+  const std::string script =
+      "import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); n = z.namelist(); "
+      "sys.exit(len(n) != 70000 or any(z.read(f'tiles/{k}') != str(k).encode() for k in (0, 65534, 65535, 65536, 69999)))";
   EXPECT_EQ(std::system(("python3 -c \"" + script + "\" " + file).c_str()), 0);
 }
 

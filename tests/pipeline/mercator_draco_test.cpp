@@ -33,7 +33,9 @@ const std::map<Address, DecodedDrc>& all_tiles() {
 }
 
 /// Latitude of a parallel between rows of tiles, y from the north, parts of rows too.
-double latitude_deg(int z, double y) { return std::atan(std::sinh(std::numbers::pi * (1 - 2 * y / std::ldexp(1, z)))) * 180 / std::numbers::pi; }
+double latitude_deg(int z, double y) {
+  return std::atan(std::sinh(std::numbers::pi * (1 - 2 * y / std::ldexp(1, z)))) * 180 / std::numbers::pi;
+}
 
 struct Place {
   double longitude = 0, latitude = 0, height_m = 0;
@@ -41,7 +43,8 @@ struct Place {
 /// The formula of the TileJSON, written down once more.
 Place place(const DecodedDrc& tile, std::size_t vertex) {
   const auto& [u, v, h] = tile.points[vertex];
-  return {(tile.x + double(u) / tile.side) * 360 / std::ldexp(1, tile.z) - 180, latitude_deg(tile.z, tile.y + 1 - double(v) / tile.side), h * tile.height_step};
+  return {(tile.x + double(u) / tile.side) * 360 / std::ldexp(1, tile.z) - 180,
+          latitude_deg(tile.z, tile.y + 1 - double(v) / tile.side), h * tile.height_step};
 }
 
 TEST(MercatorDraco, SaysWhereItIs) {
@@ -75,7 +78,8 @@ TEST(MercatorDraco, LiesOnTheSurface) {
       const auto height_m = terrain().height_m(tile.z - 1, p.longitude, p.latitude);
       if (!height_m) continue;  // a rim that was rounded outward
       // Half a unit of place on slopes below 2, and half a step.
-      EXPECT_NEAR(p.height_m, *height_m, unit_m + 0.001) << tile.z << " " << tile.x << " " << tile.y << " " << p.longitude << " " << p.latitude;
+      EXPECT_NEAR(p.height_m, *height_m, unit_m + 0.001)
+          << tile.z << " " << tile.x << " " << tile.y << " " << p.longitude << " " << p.latitude;
       ++checked;
       cuts += tile.points[k][1] == 0 || tile.points[k][1] == tile.side ? 1 : 0;
     }
@@ -125,7 +129,9 @@ TEST(MercatorDraco, NeighboursShareTheirEdges) {
 
 /// Square degrees.
 double area(const std::array<Place, 3>& p) {
-  return ((p[1].longitude - p[0].longitude) * (p[2].latitude - p[0].latitude) - (p[1].latitude - p[0].latitude) * (p[2].longitude - p[0].longitude)) / 2;
+  return ((p[1].longitude - p[0].longitude) * (p[2].latitude - p[0].latitude) -
+          (p[1].latitude - p[0].latitude) * (p[2].longitude - p[0].longitude)) /
+         2;
 }
 
 TEST(MercatorDraco, CoversWhatTheLevelCovers) {

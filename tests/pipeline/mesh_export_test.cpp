@@ -7,10 +7,10 @@
 #include <sstream>
 
 #include "pipeline/encode/decode.h"
-#include "pipeline/exports/mesh/mesh_extract.h"
-#include "pipeline/exports/mesh/mesh_output.h"
 #include "pipeline/encode/glb.h"
 #include "pipeline/encode/json.h"
+#include "pipeline/exports/mesh/mesh_extract.h"
+#include "pipeline/exports/mesh/mesh_output.h"
 #include "proto/mesh_file/mesh_file.h"
 #include "tests/pipeline/archive_readers.h"
 #include "tests/pipeline/exports_dataset.h"
@@ -195,9 +195,7 @@ TEST(MeshExport, TheAntimeridianIsNoSeam) {
     auto writer = StoreWriter::open(folder / "a.db", synthetic_plan(7, 7)).value();
     for (const std::int32_t x : {254, 255, 0, 1}) {
       for (FinishedTask& task : synthetic_tasks(kExportLattice, {7, x, 80}, {7, x, 81}, hills())) {
-        if (task.node.z == 7) {
-          ASSERT_TRUE(writer->commit(task).ok());
-        }
+        if (task.node.z == 7) { ASSERT_TRUE(writer->commit(task).ok()); }
       }
     }
     ASSERT_TRUE(writer->publish(synthetic_manifest()).ok());

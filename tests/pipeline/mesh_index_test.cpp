@@ -17,7 +17,9 @@ using Point = std::array<double, 3>;
 
 Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Point cross(const Point& a, const Point& b) { return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}; }
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
 
 Point up_at(double longitude_deg, double latitude_deg) {
   const double lon = longitude_deg * std::numbers::pi / 180, lat = latitude_deg * std::numbers::pi / 180;
@@ -45,7 +47,8 @@ double longitude(double u) { return 45 + u * 45 / 256; }
 double latitude(double v) { return v * 45 / 256; }
 double latitude(const LatticeMesh& mesh, double v) { return (mesh.y - 2) * 45 + latitude(v); }
 
-/// A tile of 45 degrees up to the north pole, which is one point in a hollow: of its 33 vertices triangles to two of three others are lines.
+/// A tile of 45 degrees up to the north pole, which is one point in a hollow: of its 33 vertices triangles to two of three others
+/// are lines.
 LatticeMesh hollow_at_pole() {
   LatticeMesh mesh;
   mesh.z = 2, mesh.x = 5, mesh.y = 3;

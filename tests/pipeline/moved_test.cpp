@@ -41,7 +41,8 @@ class Moved : public testing::Test {
     mesh_ = grid();
     mesh_.y[kMoved] = 1;
     mesh_.height[kFitted] += 77;  // moved up and down only: a height that somebody chose
-    samples_ = {lattice_.west(kTile), lattice_.south(kTile), kSide + 1, kSide + 1, std::vector<std::int32_t>(17 * 17, 900 * 1024), {}};
+    samples_ = {
+        lattice_.west(kTile), lattice_.south(kTile), kSide + 1, kSide + 1, std::vector<std::int32_t>(17 * 17, 900 * 1024), {}};
     context_.lattice = &lattice_;
   }
   void expect_others_as_they_were() {

@@ -156,7 +156,8 @@ Vec3 normal_of(const Heights& heights, std::int64_t i, std::int64_t j) {
   return unit(cross(at(i + 1, j) - at(i - 1, j), at(i, j + 1) - at(i, j - 1)));
 }
 
-/// Compares the light at every vertex with the normal of the heights where its position is. away: not so near to lines that part slopes.
+/// Compares the light at every vertex with the normal of the heights where its position is. away: not so near to lines that part
+/// slopes.
 void compare_light(const Dataset& dataset, const TileAddress& tile, const Heights& heights,
                    const std::function<bool(std::int64_t, std::int64_t)>& away) {
   const std::string bytes = bytes_of(dataset.terrain(), path_of(tile), "texture");

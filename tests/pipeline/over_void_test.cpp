@@ -1,5 +1,5 @@
-// Places without data that triangles show, because rims have moved over them: what is known of them where samples are out of reach, and how near
-// rims come to the sides of tiles.
+// Places without data that triangles show, because rims have moved over them: what is known of them where samples are out of
+// reach, and how near rims come to the sides of tiles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +47,8 @@ bool is_marked(const TileMesh& mesh, const std::array<std::uint32_t, 3>& t) {
 }
 /// Does a triangle that is published, and not marked, hold the place?
 bool shown_unmarked(const TileMesh& mesh, const gpu::MeshPoint& p) {
-  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) { return is_published(mesh, t) && !is_marked(mesh, t) && lies_in(mesh, t, p); });
+  return std::any_of(mesh.triangles.begin(), mesh.triangles.end(),
+                     [&](const auto& t) { return is_published(mesh, t) && !is_marked(mesh, t) && lies_in(mesh, t, p); });
 }
 
 TEST(OverVoid, WhatIsShownWithoutTheMarkHasData) {
@@ -112,7 +113,8 @@ TEST(OverVoid, NoPointBetweenVerticesIsOfferedThere) {
     const std::array<gpu::MeshPoint, 3> asked{{{10, 30, 0}, {200, 20, 200 * 1024}, {150, 210, 0}}};
     const auto offered_between = [&] {
       const gpu::TriangleError error = ComposedMeter(kGround, kPlace, finer, 0, {}, 0x1p-20).measure(asked, 1);
-      return std::count_if(error.points.begin(), error.points.begin() + error.count, [](const gpu::MeshPoint& p) { return p.x % 85 != 0 || p.y % 85 != 0; });
+      return std::count_if(error.points.begin(), error.points.begin() + error.count,
+                           [](const gpu::MeshPoint& p) { return p.x % 85 != 0 || p.y % 85 != 0; });
     };
     between += static_cast<int>(offered_between());
     for (auto& mark : finer.mark) mark |= kOverVoid;

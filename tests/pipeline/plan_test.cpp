@@ -38,7 +38,9 @@ TEST(TouchedTiles, AreThoseWhoseClosedRectangleMeetsTheWindow) {
   for (int round = 0; round < 60; ++round) {
     // Some end on a tile's side, some go on beyond the antimeridian, one goes around.
     const std::int64_t grain = round % 3 == 0 ? 256 : 1;
-    const auto at = [&](std::int64_t below) { return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(below / grain)) * grain; };
+    const auto at = [&](std::int64_t below) {
+      return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(below / grain)) * grain;
+    };
     const std::int64_t west = at(lattice.columns()), south = at(lattice.rows());
     const std::int64_t east = round == 59 ? west + lattice.columns() : west + at(lattice.columns());
     const proto::Plan plan = plan_with(kFinest, {west, south, east, std::min(lattice.rows(), south + at(lattice.rows()))});

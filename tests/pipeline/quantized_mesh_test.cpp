@@ -6,8 +6,8 @@
 #include <random>
 #include <set>
 
-#include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "pipeline/encode/json.h"
+#include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "tests/pipeline/quantized_mesh_dataset.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"
 
@@ -88,8 +88,7 @@ std::multiset<std::pair<Corner, Corner>> open_edges(const DecodedTerrain& tile) 
       const std::pair edge{corner(tile, t[k]), corner(tile, t[(k + 1) % 3])};
       if (const auto back = open.find({edge.second, edge.first}); back != open.end()) {
         open.erase(back);
-      }
-      else
+      } else
         open.insert(edge);
     }
   }
@@ -150,8 +149,7 @@ TEST_P(QuantizedMeshIn, NeighboursHaveTheSameLineAndNormals) {
       TileAddress other = at;
       if (side == 2) {
         other.x = (at.x + 1) % GetParam().across(at.z);
-      }
-      else
+      } else
         ++other.y;
       const auto found = all_tiles(GetParam()).find(other);
       if (found == all_tiles(GetParam()).end()) continue;
@@ -276,7 +274,8 @@ TEST(QuantizedMesh, DataIsWhereItIsAndTheSeaElsewhere) {
 Vec3 position(const Layer& layer, const TileAddress& at, const DecodedTerrain& tile, std::size_t v) {
   const auto [west, south, width, height] = layer.angles(at);
   const double e2 = proto::kFlattening * (2 - proto::kFlattening);
-  const double longitude = west + width * tile.vertices[v][0] / 32767.0, latitude = south + height * tile.vertices[v][1] / 32767.0, h = tile.height_m(v);
+  const double longitude = west + width * tile.vertices[v][0] / 32767.0,
+               latitude = south + height * tile.vertices[v][1] / 32767.0, h = tile.height_m(v);
   const double n = proto::kSemiMajor_m / std::sqrt(1 - e2 * std::sin(latitude) * std::sin(latitude));
   return {(n + h) * std::cos(latitude) * std::cos(longitude), (n + h) * std::cos(latitude) * std::sin(longitude),
           (n * (1 - e2) + h) * std::sin(latitude)};

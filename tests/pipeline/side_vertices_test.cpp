@@ -16,7 +16,8 @@ constexpr proto::TileAddress kWest{kLevel, 4000, 1500}, kEast{kLevel, 4001, 1500
 
 /// Along the side between west and east: a hill with teeth.
 std::int32_t height_at(std::int64_t along) {
-  return static_cast<std::int32_t>(std::lround(20000 * std::sin(static_cast<double>(along) / 90) + 300 * static_cast<double>(along % 7)));
+  return static_cast<std::int32_t>(
+      std::lround(20000 * std::sin(static_cast<double>(along) / 90) + 300 * static_cast<double>(along % 7)));
 }
 
 /// Two triangles over a tile, whose corners are samples.
@@ -39,7 +40,8 @@ class SideVertices : public testing::Test {
   SideVertices() {
     samples_ = {lattice_.west(kWest), lattice_.south(kWest), 2 * kSide + 1, 2 * kSide + 1, {}, {}};
     for (std::int64_t j = 0; j <= 2 * kSide; ++j)
-      for (std::int64_t i = 0; i <= 2 * kSide; ++i) samples_.height.push_back(height_at(j) + static_cast<std::int32_t>(std::abs(i - kSide)));
+      for (std::int64_t i = 0; i <= 2 * kSide; ++i)
+        samples_.height.push_back(height_at(j) + static_cast<std::int32_t>(std::abs(i - kSide)));
     level_.set_level(kLevel);
     level_.set_target(10);
     for (const proto::TileAddress& at : {kWest, kEast, kNorth}) tiles_.push_back(bare(at, samples_));

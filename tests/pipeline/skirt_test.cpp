@@ -3,10 +3,10 @@
 
 #include <cmath>
 
+#include "pipeline/build/tile_output.h"
 #include "pipeline/encode/decode.h"
 #include "pipeline/encode/region.h"
 #include "pipeline/encode/tile_glb.h"
-#include "pipeline/build/tile_output.h"
 #include "tests/pipeline/encode_synthetic.h"
 
 namespace cordillera::pipeline {
@@ -19,7 +19,8 @@ constexpr proto::TileAddress kTile{7, 200, 75};  // 156 km high
 constexpr double kBeyond_m = 500, kRounding_m = 8 * 0.125;
 
 /// How far the skirts hang below the lowest point of the terrain, as decoded; none without skirts.
-std::optional<double> depth_m(const Heights& heights, double chain_tolerance_m, double error_m = 10, unsigned coarsest_level = 0) {
+std::optional<double> depth_m(const Heights& heights, double chain_tolerance_m, double error_m = 10,
+                              unsigned coarsest_level = 0) {
   proto::LevelPlan level;
   level.set_level(7);
   level.set_ecef_step(0.125);
@@ -70,7 +71,8 @@ TEST(Skirts, AreNoDeeperThanTerrainCanBe) {
   const double error_m = 200;
   EXPECT_NEAR(*depth_m(slope, 12000, error_m), 4 * error_m + kRounding_m, 1) << "below the lowest, wherever it hangs";
   const double side_m = M_PI / 128 * proto::kSemiMajor_m, sag_m = side_m * side_m / (2 * proto::kSemiMajor_m);
-  EXPECT_NEAR(*depth_m(slope, 12000, 1e6), sag_m + kRounding_m, 0.02 * sag_m) << "an error beyond what the data's extent can give";
+  EXPECT_NEAR(*depth_m(slope, 12000, 1e6), sag_m + kRounding_m, 0.02 * sag_m)
+      << "an error beyond what the data's extent can give";
 }
 
 TEST(Skirts, OfDataThatReachesNoSideAreNone) {

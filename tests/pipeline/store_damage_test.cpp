@@ -50,9 +50,7 @@ class DamagedStore : public ::testing::Test {
     const auto keep = [&](const std::string& name, const auto& read) {
       try {
         if (const std::optional<std::string> found = read()) all[name] = *found;
-      } catch (const StoreError&) {
-        all["refused " + name] = "";
-      }
+      } catch (const StoreError&) { all["refused " + name] = ""; }
     };
     for (int z = 0; z <= kFinest; ++z) {
       for (std::int32_t y = 0; y < proto::tiles_up(z); ++y) {
@@ -109,13 +107,12 @@ class DamagedStore : public ::testing::Test {
     try {
       (void)(*store)->tile(tile, encoding);
       return false;
-    } catch (const StoreError&) {
-      return true;
-    }
+    } catch (const StoreError&) { return true; }
   }
   /// As an earlier version wrote it.
   void take_sums_away() {
-    for (const char* table : {"meta", "tiles", "water", "nodes"}) change("ALTER TABLE " + std::string(table) + " DROP COLUMN sum");
+    for (const char* table : {"meta", "tiles", "water", "nodes"})
+      change("ALTER TABLE " + std::string(table) + " DROP COLUMN sum");
   }
   bool check_finds_something() {
     const auto report = check::check_store(path_, "");
@@ -164,7 +161,8 @@ TEST_F(DamagedStore, NeverServesTheNeighboursMesh) {
 }
 
 TEST_F(DamagedStore, NeverServesARowInAnothersPlace) {
-  change(std::string("UPDATE tiles SET x = 99 WHERE ") + kHere + "; UPDATE tiles SET x = 16 WHERE " + kThere + "; UPDATE tiles SET x = 17 WHERE x = 99");
+  change(std::string("UPDATE tiles SET x = 99 WHERE ") + kHere + "; UPDATE tiles SET x = 16 WHERE " + kThere +
+         "; UPDATE tiles SET x = 17 WHERE x = 99");
   for (const TileAddress& tile : {kTile, kNeighbour}) {
     for (const Encoding encoding : {Encoding::drc, Encoding::glb}) EXPECT_TRUE(refuses(tile, encoding));
   }
@@ -176,8 +174,9 @@ TEST_F(DamagedStore, SaysSoWhereARowIsGoneOrHasAnotherKey) {
   const std::string sound = bytes_of(path_);
   ASSERT_EQ(refusal(), "");
   for (const std::string table : {"tiles", "nodes"}) {
-    for (const std::string& damage : {"DELETE FROM " + table + " WHERE " + kHere, "UPDATE " + table + " SET x = 90 WHERE " + kHere,
-                                      "UPDATE " + table + " SET level = 3 WHERE " + kHere}) {
+    for (const std::string& damage :
+         {"DELETE FROM " + table + " WHERE " + kHere, "UPDATE " + table + " SET x = 90 WHERE " + kHere,
+          "UPDATE " + table + " SET level = 3 WHERE " + kHere}) {
       put_bytes(path_, sound);
       change(damage);
       EXPECT_EQ(refusal(), "store-damaged") << damage;
@@ -194,9 +193,11 @@ TEST_F(DamagedStore, SaysSoWhereBytesAreGone) {
 TEST_F(DamagedStore, OfAnEarlierVersionIsReadAndWatchedAsFarAsItTells) {
   take_sums_away();
   EXPECT_EQ(lost(path_, "nothing was done"), 0U);
-  change(std::string("UPDATE tiles SET drc = (SELECT drc FROM tiles WHERE ") + kThere + "), record = (SELECT record FROM tiles WHERE " + kThere + ") WHERE " + kHere);
+  change(std::string("UPDATE tiles SET drc = (SELECT drc FROM tiles WHERE ") + kThere +
+         "), record = (SELECT record FROM tiles WHERE " + kThere + ") WHERE " + kHere);
   EXPECT_TRUE(refuses(kTile, Encoding::drc));
-  change("UPDATE blobs SET bytes = CAST('x' || bytes AS BLOB) WHERE hash = (SELECT glb FROM tiles WHERE " + std::string(kThere) + ")");
+  change("UPDATE blobs SET bytes = CAST('x' || bytes AS BLOB) WHERE hash = (SELECT glb FROM tiles WHERE " + std::string(kThere) +
+         ")");
   EXPECT_TRUE(refuses(kNeighbour, Encoding::glb));
 }
 
@@ -222,7 +223,8 @@ TEST_F(DamagedStore, IsFoundByCheckInThePlanToo) {
   const auto report = check::check_store(path_, "");
   ASSERT_TRUE(report.ok());
   const auto& found = report->findings.kept();
-  EXPECT_TRUE(std::any_of(found.begin(), found.end(), [](const check::Finding& finding) { return finding.where == "meta plan"; }));
+  EXPECT_TRUE(
+      std::any_of(found.begin(), found.end(), [](const check::Finding& finding) { return finding.where == "meta plan"; }));
 }
 
 /// 20,001 tiles are more than are looked for when a store is opened: those of its finest level are not.
@@ -234,12 +236,14 @@ TEST(LargeStore, IsCountedDownToTheLevelThatIsTooLarge) {
   {
     auto store = StoreWriter::open(path, synthetic_plan(kDeep));
     ASSERT_TRUE(store.ok());
-    for (const FinishedTask& task : synthetic_tasks(lattice, {kDeep, 255, 150}, {kDeep, 255, 150}, hills())) ASSERT_TRUE((*store)->commit(task).ok());
+    for (const FinishedTask& task : synthetic_tasks(lattice, {kDeep, 255, 150}, {kDeep, 255, 150}, hills()))
+      ASSERT_TRUE((*store)->commit(task).ok());
   }
   Database(path, Database::Mode::create)
-      .execute("WITH RECURSIVE n(k) AS (SELECT 0 UNION ALL SELECT k + 1 FROM n WHERE k < 19999) "
-               "INSERT INTO tiles SELECT level, k / 200, k % 200, record, drc, glb, error, west, south, east, north, low, high, "
-               "row_sum(level, k / 200, k % 200, record, drc, glb) FROM n, tiles WHERE level = 8");
+      .execute(
+          "WITH RECURSIVE n(k) AS (SELECT 0 UNION ALL SELECT k + 1 FROM n WHERE k < 19999) "
+          "INSERT INTO tiles SELECT level, k / 200, k % 200, record, drc, glb, error, west, south, east, north, low, high, "
+          "row_sum(level, k / 200, k % 200, record, drc, glb) FROM n, tiles WHERE level = 8");
   ASSERT_TRUE((*StoreWriter::open(path, synthetic_plan(kDeep)))->publish(synthetic_manifest()).ok());
   const std::string sound = bytes_of(path);
   ASSERT_EQ(StoreReader::manifest_of(path)->levels(0).tiles(), 20'001U);

@@ -56,7 +56,8 @@ inline double synthetic_error(const proto::Lattice& lattice, const proto::TileAd
   return 0.5 * static_cast<double>(lattice.cell_units(t.z)) + 0.01 * ((t.x * 7 + t.y * 13) % 90);
 }
 
-inline std::optional<EncodedTile> synthetic_tile(const proto::Lattice& lattice, const proto::TileAddress& t, const Heights& heights) {
+inline std::optional<EncodedTile> synthetic_tile(const proto::Lattice& lattice, const proto::TileAddress& t,
+                                                 const Heights& heights) {
   const proto::TileMesh mesh = synthetic_mesh(lattice, t, 8, heights);
   EncodeInput input = encode_input(lattice, t, mesh);
   input.geometric_error_m = synthetic_error(lattice, t);

@@ -6,10 +6,10 @@
 #include <thread>
 
 #include "pipeline/encode/decode.h"
-#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/store/mesh_files.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "tests/pipeline/store_synthetic.h"
 
 namespace cordillera::pipeline {
@@ -159,7 +159,8 @@ TEST(Store, SumsAndErrorsOfLevels) {
   EXPECT_EQ(manifest.bytes(), bytes);
   double finest = 0;
   for (const FinishedTask& task : work) {
-    if (task.node.z == 6 && task.node != work[1].node && !task.tiles.empty()) finest += static_cast<double>(task.tiles[0].drc.size());
+    if (task.node.z == 6 && task.node != work[1].node && !task.tiles.empty())
+      finest += static_cast<double>(task.tiles[0].drc.size());
   }
   EXPECT_EQ(manifest.levels(0).drc_bytes(), finest) << "equal bytes are counted once";
   EXPECT_NEAR(manifest.bounds(0), -180 + 62 * 180 / 64.0, 0.01);
@@ -216,12 +217,14 @@ TEST(Store, AnotherDatumThanTheRasterDeclaresIsNotedOnce) {
     source->set_vertical_datum(used);
   };
   using Notes = std::vector<std::string>;
-  proto::Manifest other = synthetic_manifest(), same = synthetic_manifest(), silent = synthetic_manifest(), several = synthetic_manifest();
+  proto::Manifest other = synthetic_manifest(), same = synthetic_manifest(), silent = synthetic_manifest(),
+                  several = synthetic_manifest();
   fill("NAVD88 height", "EGM96", other.mutable_source());
   fill("EGM96", "EGM96", same.mutable_source());
   fill("", "EGM96", silent.mutable_source());
   fill("mixed", "EGM96", several.mutable_source());
-  for (const char* declared : {"NAVD88 height", "EGM2008", "EGM96", "NAVD88 height"}) fill(declared, "EGM96", several.add_sources());
+  for (const char* declared : {"NAVD88 height", "EGM2008", "EGM96", "NAVD88 height"})
+    fill(declared, "EGM96", several.add_sources());
   EXPECT_EQ(published(other), Notes{"NAVD88 height declared, EGM96 used"});
   EXPECT_EQ(published(same), Notes{});
   EXPECT_EQ(published(silent), Notes{});
@@ -352,7 +355,9 @@ TEST(Store, WhatTasksLeaveLiesBesideItUntilItIsPublished) {
   const TemporaryFolder folder;
   const auto work = tasks();
   const std::string path = folder / "a.db", kept = MeshFiles::folder_of(path);
-  const auto file_of = [&](const TileAddress& node) { return kept + "/" + std::to_string(node.z) + "-" + std::to_string(node.x) + "-" + std::to_string(node.y); };
+  const auto file_of = [&](const TileAddress& node) {
+    return kept + "/" + std::to_string(node.z) + "-" + std::to_string(node.x) + "-" + std::to_string(node.y);
+  };
   {
     auto store = writer(path, synthetic_plan(6));
     for (std::size_t k = 0; k < 3; ++k) ASSERT_TRUE(store->commit(work[k]).ok());

@@ -8,11 +8,11 @@
 #include <numbers>
 #include <set>
 
-#include "pipeline/faces/face.h"
-#include "pipeline/faces/pictures/height_grid.h"
-#include "pipeline/faces/outline_fill.h"
-#include "pipeline/faces/web_mercator.h"
 #include "pipeline/encode/json.h"
+#include "pipeline/faces/face.h"
+#include "pipeline/faces/outline_fill.h"
+#include "pipeline/faces/pictures/height_grid.h"
+#include "pipeline/faces/web_mercator.h"
 #include "pipeline/plan/plan.h"
 #include "tests/pipeline/terrain_made.h"
 
@@ -41,7 +41,8 @@ struct Sample : BuiltSample {
     double height_m = 0, twist_m = 0, low_m = 0, high_m = 0;
   };
   std::optional<Truth> at(double longitude_deg, double latitude_deg) const {
-    const double cell_deg = terrain->lattice().cell_deg(), x = (longitude_deg + 180) / cell_deg, y = (latitude_deg + 90) / cell_deg;
+    const double cell_deg = terrain->lattice().cell_deg(), x = (longitude_deg + 180) / cell_deg,
+                 y = (latitude_deg + 90) / cell_deg;
     const auto i = static_cast<std::int64_t>(std::floor(x)), j = static_cast<std::int64_t>(std::floor(y));
     if (i < samples.west || i + 1 >= samples.west + samples.columns) return std::nullopt;
     if (j < samples.south || j + 1 >= samples.south + samples.rows) return std::nullopt;
@@ -205,7 +206,8 @@ TEST(TerrainRgb, ProvisionalHeightsAreOfTheFinestLevelAtThePlace) {
     ASSERT_TRUE(grid && grid->data);
     for (std::int32_t k = 0; k < 65536; k += 97) {
       const double lon = longitude_of(at, k % 256 + 0.5), lat = latitude_of(at, k / 256 + 0.5);
-      const auto x = static_cast<std::int32_t>((lon + 180) * tiles_a_degree), y = static_cast<std::int32_t>((lat + 90) * tiles_a_degree);
+      const auto x = static_cast<std::int32_t>((lon + 180) * tiles_a_degree),
+                 y = static_cast<std::int32_t>((lat + 90) * tiles_a_degree);
       proto::TileAddress tile{7, x, y};
       while (tile.z > 0 && !terrain.mesh(tile)) tile = tile.parent();
       levels.insert(tile.z);

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <set>
 
-#include "pipeline/store/content_hash.h"
 #include "pipeline/encode/decode.h"
+#include "pipeline/encode/tile_glb.h"
 #include "pipeline/faces/terrain.h"
+#include "pipeline/store/content_hash.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
-#include "pipeline/encode/tile_glb.h"
 #include "tests/pipeline/store_synthetic.h"
 
 namespace cordillera::pipeline {
@@ -59,9 +59,7 @@ class OneEncoding : public ::testing::Test {
     try {
       (void)read();
       return false;
-    } catch (const StoreError&) {
-      return true;
-    }
+    } catch (const StoreError&) { return true; }
   }
 
   const TemporaryFolder folder_;
@@ -80,14 +78,15 @@ std::vector<std::array<double, 3>> sorted(const std::vector<proto::Vec3>& points
 std::vector<proto::Vec3> corners(const DecodedDrc& drc, const TileAddress& tile, double step) {
   std::vector<proto::Vec3> out;
   for (const auto& [u, v, h] : drc.points) {
-    const proto::Vec3 p = proto::ecef(proto::row_frame(kLattice, kLattice.south(tile) + v), proto::column_frame(kLattice, kLattice.west(tile) + u),
-                                      h * drc.height_step);
+    const proto::Vec3 p = proto::ecef(proto::row_frame(kLattice, kLattice.south(tile) + v),
+                                      proto::column_frame(kLattice, kLattice.west(tile) + u), h * drc.height_step);
     out.push_back({std::nearbyint(p.x / step) * step, std::nearbyint(p.y / step) * step, std::nearbyint(p.z / step) * step});
   }
   return out;
 }
 
-/// What a .glb shows of it: no triangle with two corners at a pole, which are lines in space, nor what they alone have as corners.
+/// What a .glb shows of it: no triangle with two corners at a pole, which are lines in space, nor what they alone have as
+/// corners.
 DecodedDrc shown_in_space(DecodedDrc drc, const TileAddress& tile) {
   const auto at_pole = [&](std::uint32_t k) {
     const auto row = kLattice.south(tile) + drc.points[k][1];
@@ -198,7 +197,8 @@ TEST_F(OneEncoding, AnUnfinishedStoreOfFormat1GoesOn) {
   const auto read = reader(path);
   EXPECT_EQ(read->tile(work_[0].node, Encoding::glb)->bytes, work_[0].tiles[0].glb);
   EXPECT_TRUE(decode_glb(read->tile(next.node, Encoding::glb)->bytes).ok());
-  EXPECT_EQ(Database(path, Database::Mode::published).integer("PRAGMA user_version"), 2) << "an older program would serve empty tiles";
+  EXPECT_EQ(Database(path, Database::Mode::published).integer("PRAGMA user_version"), 2)
+      << "an older program would serve empty tiles";
 }
 
 }  // namespace

@@ -23,7 +23,8 @@ constexpr TileAddress kRoot{kTop, 322, 794};          // where fjords are
 double fjord_m(double x, double y) {
   const double from_middle = std::abs(x - 500 - 180 * std::sin(y / 260) - 50 * std::sin(y / 61)) - 80;
   if (from_middle <= 0) return 0;
-  return std::min(from_middle / 24, 1.0) * 300 + std::min(from_middle / 300, 1.0) * (200 + 60 * std::sin(x / 43 + std::sin(y / 51)) * std::cos(y / 39));
+  return std::min(from_middle / 24, 1.0) * 300 +
+         std::min(from_middle / 300, 1.0) * (200 + 60 * std::sin(x / 43 + std::sin(y / 51)) * std::cos(y / 39));
 }
 
 class Composed : public testing::Test {
@@ -34,7 +35,8 @@ class Composed : public testing::Test {
     samples_ = {lattice_.west(kRoot), lattice_.south(kRoot), across, across, {}, {}};
     for (std::int64_t y = 0; y <= side; ++y)
       for (std::int64_t x = 0; x <= side; ++x)
-        samples_.height.push_back(static_cast<std::int32_t>(std::lround(1024 * fjord_m(static_cast<double>(x), static_cast<double>(y)))));
+        samples_.height.push_back(
+            static_cast<std::int32_t>(std::lround(1024 * fjord_m(static_cast<double>(x), static_cast<double>(y)))));
     for (int z = kFinest; z >= kTop; --z) {
       proto::LevelPlan& level = levels_[z];
       level.set_level(static_cast<std::uint32_t>(z));
@@ -113,15 +115,14 @@ TEST_F(Composed, states_no_more_than_the_target_no_less_than_what_samples_show_a
       expect_true(tile);
       if (z == kBlocks) expect_stored(tile);
     }
-    if (z < kFinest) {
-      EXPECT_LE(4 * triangles(tiles), 3 * before) << "level " << z;
-    }
+    if (z < kFinest) { EXPECT_LE(4 * triangles(tiles), 3 * before) << "level " << z; }
     before = triangles(tiles);
     below = std::move(tiles);
   }
 }
 
-// A tile whose promise is broken is tried again; that one of the attempts leaves a border vertex that must go is no reason to settle for it.
+// A tile whose promise is broken is tried again; that one of the attempts leaves a border vertex that must go is no reason to
+// settle for it.
 TEST_F(Composed, A_broken_promise_outlives_an_attempt_that_fails_at_the_border) {
   const auto prepare = [&] {
     PreparedTile prepared = *prepare_finest(context(kFinest), {kFinest, kRoot.x * 4, kRoot.y * 4});
@@ -131,7 +132,8 @@ TEST_F(Composed, A_broken_promise_outlives_an_attempt_that_fails_at_the_border) 
   };
   PreparedTile prepared = prepare();
   const proto::TileMesh uncollapsed = prepared.input;  // all that must go is still there
-  ASSERT_TRUE(std::any_of(uncollapsed.mark.begin(), uncollapsed.mark.end(), [](std::uint8_t mark) { return (mark & proto::kRemove) != 0; }));
+  ASSERT_TRUE(std::any_of(uncollapsed.mark.begin(), uncollapsed.mark.end(),
+                          [](std::uint8_t mark) { return (mark & proto::kRemove) != 0; }));
   EXPECT_FALSE(finish(context(kFinest), prepared, uncollapsed, 3));
   ASSERT_TRUE(prepared.best);
   EXPECT_EQ(prepared.best->max_error_m, 1e6);

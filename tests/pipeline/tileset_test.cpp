@@ -8,12 +8,12 @@
 #include <numbers>
 
 #include "pipeline/encode/decode.h"
-#include "pipeline/exports/export.h"
-#include "pipeline/faces/face.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/encode/little_endian.h"
-#include "pipeline/tileset/manifest_json.h"
+#include "pipeline/exports/export.h"
+#include "pipeline/faces/face.h"
 #include "pipeline/tileset/implicit_tile.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/tileset/subtree.h"
 #include "pipeline/tileset/tileset.h"
 #include "tests/pipeline/store_synthetic.h"
@@ -56,7 +56,9 @@ const StoreReader& shared_store() {
   return dataset.store();
 }
 
-faces::Terrain shared_terrain() { return faces::Terrain(std::shared_ptr<const StoreReader>(std::shared_ptr<void>(), &shared_store())); }
+faces::Terrain shared_terrain() {
+  return faces::Terrain(std::shared_ptr<const StoreReader>(std::shared_ptr<void>(), &shared_store()));
+}
 const std::vector<const faces::Face*> kFaces = {faces::face_named("drc"), faces::face_named("3d-tiles")};
 
 std::string read_file(const fs::path& path) {
@@ -224,9 +226,10 @@ TEST(TilesetPaths, OneNameATileAFace) {
   EXPECT_EQ(east->place.root, 'E');
   EXPECT_EQ(faces::path_of(*drc->resource, drc->place), "tiles/7/129/80.drc");
   EXPECT_EQ(faces::path_of(*east->resource, east->place), "tiles/E/7/1/80.glb");
-  for (const char* bad : {"", "tiles/7/129/80", "tiles/7/129/80.png", "tiles/07/129/80.drc", "tiles/7/-1/80.drc", "tiles/7/1/2/3.drc",
-                          "tiles/7//2.drc", "tiles/7/1/2 .drc", "tiles/w/7/1/80.glb", "tiles/7/99999999999/1.drc", "../tiles/7/1/80.drc",
-                          "subtrees/5/31/20.subtree", "subtrees/W/5/31/20.glb", "subtrees/W/5/31.subtree", "tileset.json/"}) {
+  for (const char* bad :
+       {"", "tiles/7/129/80", "tiles/7/129/80.png", "tiles/07/129/80.drc", "tiles/7/-1/80.drc", "tiles/7/1/2/3.drc",
+        "tiles/7//2.drc", "tiles/7/1/2 .drc", "tiles/w/7/1/80.glb", "tiles/7/99999999999/1.drc", "../tiles/7/1/80.drc",
+        "subtrees/5/31/20.subtree", "subtrees/W/5/31/20.glb", "subtrees/W/5/31.subtree", "tileset.json/"}) {
     EXPECT_FALSE(faces::find(bad)) << bad;
   }
   for (const char* beyond : {"tiles/7/256/80.drc", "tiles/7/1/128.drc", "tiles/99/0/0.drc", "tiles/E/7/128/80.glb"}) {

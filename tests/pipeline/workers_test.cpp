@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <stdexcept>
@@ -60,7 +60,8 @@ TEST(Workers, ShortLoopsGoFirst) {
   auto longer = std::async(std::launch::async, [&] {
     workers.each(kLong, [&](std::size_t, unsigned) {
       begun = true;
-      if (!met) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the other caller comes while this loop lasts, however late
+      if (!met)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));  // the other caller comes while this loop lasts, however late
       order += 'l';
     });
   });
@@ -80,7 +81,11 @@ TEST(Workers, AnExceptionEndsItsLoopOnly) {
   Workers workers(2);
   std::atomic<int> done{0};
   auto other = std::async(std::launch::async, [&] { workers.each(200, [&](std::size_t, unsigned) { ++done; }); });
-  EXPECT_THROW(workers.each(100, [](std::size_t k, unsigned) { if (k == 3) throw std::runtime_error("three"); }), std::runtime_error);
+  EXPECT_THROW(workers.each(100,
+                            [](std::size_t k, unsigned) {
+                              if (k == 3) throw std::runtime_error("three");
+                            }),
+               std::runtime_error);
   other.get();
   EXPECT_EQ(done, 200);
   workers.each(5, [&](std::size_t, unsigned) { ++done; });

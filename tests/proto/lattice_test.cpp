@@ -17,7 +17,8 @@ std::vector<TileAddress> some_tiles(int levels) {
   for (int z = 0; z < levels; ++z) {
     const std::int32_t across = tiles_across(z), up = tiles_up(z);
     for (const std::int32_t x : {0, across - 1, static_cast<std::int32_t>(random() % static_cast<unsigned>(across))})
-      for (const std::int32_t y : {0, up - 1, static_cast<std::int32_t>(random() % static_cast<unsigned>(up))}) tiles.push_back({z, x, y});
+      for (const std::int32_t y : {0, up - 1, static_cast<std::int32_t>(random() % static_cast<unsigned>(up))})
+        tiles.push_back({z, x, y});
   }
   return tiles;
 }
@@ -61,7 +62,8 @@ TEST(Lattice, KnowsLongitudesAndLatitudes) {
 TEST(Lattice, OfACoarserLevelIsPartOfTheFiner) {
   std::mt19937 random(3);
   for (int z = 0; z < kMaxLevel; ++z) {
-    const auto i = static_cast<std::int64_t>(random()) % lattice(z).columns(), j = static_cast<std::int64_t>(random()) % (lattice(z).rows() + 1);
+    const auto i = static_cast<std::int64_t>(random()) % lattice(z).columns(),
+               j = static_cast<std::int64_t>(random()) % (lattice(z).rows() + 1);
     EXPECT_EQ(lattice(z).longitude_deg(i), lattice(z + 1).longitude_deg(2 * i));
     EXPECT_EQ(lattice(z).latitude_deg(j), lattice(z + 1).latitude_deg(2 * j));
   }

@@ -20,7 +20,8 @@ TEST(Messages, HaveNo64BitIntegers) {
     EXPECT_EQ(message->nested_type_count(), 0) << message->name() << ": look into its nested messages here too";
     for (int f = 0; f < message->field_count(); ++f, ++fields) {
       const auto type = message->field(f)->cpp_type();
-      EXPECT_TRUE(type != FieldDescriptor::CPPTYPE_INT64 && type != FieldDescriptor::CPPTYPE_UINT64) << message->field(f)->full_name();
+      EXPECT_TRUE(type != FieldDescriptor::CPPTYPE_INT64 && type != FieldDescriptor::CPPTYPE_UINT64)
+          << message->field(f)->full_name();
     }
   }
   EXPECT_GT(fields, 100);

@@ -11,7 +11,8 @@ namespace {
 using namespace std::string_literals;
 
 TEST(Utf8, IsWhatUnicodeAllows) {
-  for (const std::string& text : {""s, "a\0b"s, "\xc3\xa8"s, "\xe2\x82\xac"s, "\xf0\x9f\x8f\x94"s, "\xed\x9f\xbf"s, "\xf4\x8f\xbf\xbf"s}) {
+  for (const std::string& text :
+       {""s, "a\0b"s, "\xc3\xa8"s, "\xe2\x82\xac"s, "\xf0\x9f\x8f\x94"s, "\xed\x9f\xbf"s, "\xf4\x8f\xbf\xbf"s}) {
     EXPECT_TRUE(is_utf8(text)) << text;
     EXPECT_EQ(as_utf8(text), text);
   }
@@ -21,8 +22,9 @@ TEST(Utf8, OtherBytesAreTakenForLatin1) {
   EXPECT_EQ(as_utf8("Syst\xe8me"), "Système");
   EXPECT_EQ(as_utf8("\x80\xff"), "\xc2\x80\xc3\xbf");
   // Cut short, too long a form, a surrogate, beyond the last letter, a tail without a head.
-  for (const std::string& text : {"\xc3"s, "a\xe2\x82"s, "\xf0\x9f\x8f"s, "\xc0\x80"s, "\xc1\xbf"s, "\xe0\x9f\xbf"s, "\xf0\x8f\xbf\xbf"s, "\xed\xa0\x80"s,
-                                  "\xf4\x90\x80\x80"s, "\xf5\x80\x80\x80"s, "\xff"s, "\x80"s, "\xc3("s}) {
+  for (const std::string& text :
+       {"\xc3"s, "a\xe2\x82"s, "\xf0\x9f\x8f"s, "\xc0\x80"s, "\xc1\xbf"s, "\xe0\x9f\xbf"s, "\xf0\x8f\xbf\xbf"s, "\xed\xa0\x80"s,
+        "\xf4\x90\x80\x80"s, "\xf5\x80\x80\x80"s, "\xff"s, "\x80"s, "\xc3("s}) {
     EXPECT_FALSE(is_utf8(text));
     EXPECT_TRUE(is_utf8(as_utf8(text)));
   }

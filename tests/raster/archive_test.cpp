@@ -43,12 +43,13 @@ TEST_F(Archive, WhatLiesBesideTheRasterIsLeftOut) {
   Spec liar = hills();
   liar.value = [](int, int) { return 9000; };
   const std::string lies = bytes_of(write(liar, "liar.tif"));
-  const std::string zip = zipped({{"a/README.txt", "read me"},
-                                  {"__MACOSX/a/._dem.tif", "x"},
-                                  {"a/dem.tif.aux.xml", "<PAMDataset><PAMRasterBand band=\"1\"><Scale>7</Scale></PAMRasterBand></PAMDataset>"},
-                                  {"a/dem.tif.ovr", lies},
-                                  {"a/dem.tif.msk", lies},
-                                  {"a/dem.tif", tiff_}});
+  const std::string zip =
+      zipped({{"a/README.txt", "read me"},
+              {"__MACOSX/a/._dem.tif", "x"},
+              {"a/dem.tif.aux.xml", "<PAMDataset><PAMRasterBand band=\"1\"><Scale>7</Scale></PAMRasterBand></PAMDataset>"},
+              {"a/dem.tif.ovr", lies},
+              {"a/dem.tif.msk", lies},
+              {"a/dem.tif", tiff_}});
   for (const Trust trust : {Trust::posted_file, Trust::operator_file}) {
     const auto source = must_open(zip, plain_options(), trust, "dem.zip");
     ASSERT_TRUE(source);
@@ -65,12 +66,18 @@ TEST_F(Archive, WhatSaysWhereTheRasterLiesIsRead) {
   bare.georeferenced = true;
   const std::string somewhere = bytes_of(write(bare, "somewhere.tif"));
   const std::string world = "0.01\n0\n0\n-0.01\n10.005\n44.995\n";
-  const std::string prj = "\n" R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
-  const std::string pam = "<PAMDataset><SRS>EPSG:4326</SRS><PAMRasterBand band=\"1\"><Scale>7</Scale></PAMRasterBand></PAMDataset>";
+  const std::string prj =
+      "\n"
+      R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+  const std::string pam =
+      "<PAMDataset><SRS>EPSG:4326</SRS><PAMRasterBand band=\"1\"><Scale>7</Scale></PAMRasterBand></PAMDataset>";
   Spec points = bare;
   points.driver = "XYZ", points.type = "Float32";
-  points.value = [all = hills().value](int c, int r) { return all(c, r) == -9999 ? -32768 : all(c, r); };  // it has no word for no data
-  const std::string kinds[] = {zipped({{"dem.tif", nowhere}, {"dem.tfw", world}, {"dem.prj", prj}}), zipped({{"a/DEM.TIF", somewhere}, {"a/DEM.PRJ", prj}}),
+  points.value = [all = hills().value](int c, int r) {
+    return all(c, r) == -9999 ? -32768 : all(c, r);
+  };  // it has no word for no data
+  const std::string kinds[] = {zipped({{"dem.tif", nowhere}, {"dem.tfw", world}, {"dem.prj", prj}}),
+                               zipped({{"a/DEM.TIF", somewhere}, {"a/DEM.PRJ", prj}}),
                                zipped({{"dem.tif", somewhere}, {"dem.tif.aux.xml", pam}}),
                                zipped({{"dem.xyz", bytes_of(write(points, "dem.xyz"))}, {"dem.prj", prj}})};
   for (const std::string& zip : kinds) {
@@ -81,7 +88,8 @@ TEST_F(Archive, WhatSaysWhereTheRasterLiesIsRead) {
       expect_same_heights(*good_, *source);
     }
   }
-  EXPECT_EQ(refused(zipped({{"dem.tif", nowhere}, {"other.tfw", world}, {"dem.prj", prj}}), "dem.zip").type, "raster-not-georeferenced");
+  EXPECT_EQ(refused(zipped({{"dem.tif", nowhere}, {"other.tfw", world}, {"dem.prj", prj}}), "dem.zip").type,
+            "raster-not-georeferenced");
   EXPECT_EQ(refused(zipped({{"dem.tif", somewhere}, {"b/dem.prj", prj}}), "dem.zip").type, "raster-without-crs");
   const std::string liar = "<PAMDataset><SRS>/etc/hostname</SRS></PAMDataset>";
   EXPECT_EQ(refused(zipped({{"dem.tif", somewhere}, {"dem.tif.aux.xml", liar}}), "dem.zip").type, "raster-without-crs");
@@ -97,9 +105,7 @@ TEST_F(Archive, PathsInItLeadNowhere) {
     SCOPED_TRACE(name);
     const auto source = open(zipped({{name, tiff_}}), plain_options(), Trust::posted_file, "dem.zip");
     if (source.ok()) expect_same_heights(*good_, **source);
-    if (!source.ok()) {
-      EXPECT_EQ(source.problem().type.rfind("archive-", 0), 0u) << source.problem().line();
-    }
+    if (!source.ok()) { EXPECT_EQ(source.problem().type.rfind("archive-", 0), 0u) << source.problem().line(); }
   }
   usual != nullptr ? setenv("TMPDIR", before.c_str(), 1) : unsetenv("TMPDIR");
   for (const auto& entry : fs::recursive_directory_iterator(path(""))) {
@@ -116,7 +122,12 @@ TEST_F(Archive, OfAFolderOfTilesIsThatFolder) {
     std::sort(names.begin(), names.end());
     return names;
   };
-  const std::string zip = zipped({{"readme", "x"}, {"out/manifest.json", "{}"}, {"out/archive.zip", "x"}, {"out/tiles/0/0/0.drc", "tile"}, {"out/old/manifest.json", "[]"}, {"b/c", "x"}});
+  const std::string zip = zipped({{"readme", "x"},
+                                  {"out/manifest.json", "{}"},
+                                  {"out/archive.zip", "x"},
+                                  {"out/tiles/0/0/0.drc", "tile"},
+                                  {"out/old/manifest.json", "[]"},
+                                  {"b/c", "x"}});
   {
     const raster::PrivateFolder folder;
     const auto found = raster::unpack_folder(zip, "a.zip", "manifest.json", folder);
@@ -134,10 +145,9 @@ TEST_F(Archive, OfAFolderOfTilesIsThatFolder) {
   for (const std::string evil : {"../../outside", "/outside", "a/../../outside", "..\\outside"}) {
     const raster::PrivateFolder folder;
     const auto found = raster::unpack_folder(zipped({{"manifest.json", "{}"}, {evil, "x"}}), "a.zip", "manifest.json", folder);
-    for (const std::string& name : {folder.path() + "/../../outside", folder.path() + "/../outside", std::string("/outside")}) EXPECT_FALSE(fs::exists(name)) << evil;
-    if (!found.ok()) {
-      EXPECT_EQ(found.problem().type, "archive-unreadable");
-    }
+    for (const std::string& name : {folder.path() + "/../../outside", folder.path() + "/../outside", std::string("/outside")})
+      EXPECT_FALSE(fs::exists(name)) << evil;
+    if (!found.ok()) { EXPECT_EQ(found.problem().type, "archive-unreadable"); }
   }
 }
 
@@ -145,7 +155,8 @@ TEST_F(Archive, OneRasterAndNoOther) {
   const proto::Problem two = refused(zipped({{"a.tif", tiff_}, {"b/c.tif", tiff_}}), "two.zip");
   EXPECT_EQ(two.type, "archive-rasters");
   EXPECT_EQ(two.detail, "two.zip holds 2 rasters: a.tif, b/c.tif");
-  EXPECT_EQ(refused(zipped({{"a\nb.tif", tiff_}, {"c\r.tif", tiff_}}), "lines.zip").detail, "lines.zip holds 2 rasters: a b.tif, c .tif");
+  EXPECT_EQ(refused(zipped({{"a\nb.tif", tiff_}, {"c\r.tif", tiff_}}), "lines.zip").detail,
+            "lines.zip holds 2 rasters: a b.tif, c .tif");
   EXPECT_EQ(refused(zipped({{"a.pdf", "%PDF"}, {"b.txt", "x"}}), "none.zip").type, "archive-rasters");
   EXPECT_EQ(refused(zipped({{"inner.zip", "PK\x03\x04nothing"}}), "nested.zip").type, "raster-format-unsupported");
   EXPECT_EQ(refused(write_text("PK\x03\x04 and no list", "cut.zip"), "cut.zip").type, "archive-unreadable");
@@ -171,7 +182,8 @@ TEST_F(Archive, DamageIsNamed) {
 /// Eight MiB of zeros where four are too much; a gz does not say how much it holds, a zip may lie.
 TEST_F(Archive, BombsAreBounded) {
   const raster::UnpackLimit limit{.times = 2, .at_least = std::uint64_t{4} << 20};
-  const std::string zeros = write_text(std::string(std::size_t{8} << 20, '\0'), "zeros.tif"), gz = path("bomb.tif.gz"), zip = path("bomb.zip");
+  const std::string zeros = write_text(std::string(std::size_t{8} << 20, '\0'), "zeros.tif"), gz = path("bomb.tif.gz"),
+                    zip = path("bomb.zip");
   gzip_file(gz, zeros);
   zip_files(zip, {{"dem.tif", zeros}});
   std::string lies = bytes_of(zip);
@@ -192,7 +204,8 @@ TEST_F(Archive, BombsAreBounded) {
 
 /// What others need of the disk stays free, though the archive may be as large by its own bound.
 TEST_F(Archive, WhatIsUnpackedLeavesAShareOfTheDisk) {
-  const std::string zeros = write_text(std::string(std::size_t{8} << 20, '\0'), "zeros.tif"), gz = path("zeros.tif.gz"), zip = path("zeros.zip");
+  const std::string zeros = write_text(std::string(std::size_t{8} << 20, '\0'), "zeros.tif"), gz = path("zeros.tif.gz"),
+                    zip = path("zeros.zip");
   gzip_file(gz, zeros);
   zip_files(zip, {{"dem.tif", zeros}});
   raster::keep_free(fs::space(path(".")).available - (std::uint64_t{1} << 20));
@@ -218,7 +231,8 @@ TEST_F(Archive, CopiesAreSharedAndLetGo) {
   const auto folders = [&] { return std::distance(fs::directory_iterator(path("tmp")), {}); };
   const std::string zip = zipped({{"dem.tif", tiff_}});
   {
-    const auto one = must_open(zip, plain_options(), Trust::posted_file, "dem.zip"), other = must_open(zip, plain_options(), Trust::posted_file, "dem.zip");
+    const auto one = must_open(zip, plain_options(), Trust::posted_file, "dem.zip"),
+               other = must_open(zip, plain_options(), Trust::posted_file, "dem.zip");
     EXPECT_EQ(folders(), 1);
   }
   Spec flat = hills();
@@ -226,7 +240,11 @@ TEST_F(Archive, CopiesAreSharedAndLetGo) {
   zip_bytes(zip, {{"dem.tif", bytes_of(write(flat, "flat.tif"))}, {"README", "longer"}});
   const auto changed = must_open(zip, plain_options(), Trust::posted_file, "dem.zip");
   ASSERT_TRUE(changed);
-  EXPECT_NEAR(changed->sample(lattice(8), changed->window(lattice(8)).west + 5, changed->window(lattice(8)).south + 5, 1, 1).value().height[0] * proto::kHeightStep_m, 7, 0.01);
+  EXPECT_NEAR(changed->sample(lattice(8), changed->window(lattice(8)).west + 5, changed->window(lattice(8)).south + 5, 1, 1)
+                      .value()
+                      .height[0] *
+                  proto::kHeightStep_m,
+              7, 0.01);
   for (int k = 0; k < 12; ++k) must_open(zipped({{"dem.tif", tiff_}}), plain_options(), Trust::posted_file, "dem.zip");
   EXPECT_LE(folders(), 6);
   usual != nullptr ? setenv("TMPDIR", before.c_str(), 1) : unsetenv("TMPDIR");
@@ -260,9 +278,12 @@ TEST_F(Archive, AnErsHeaderNamesNoFile) {
   proto::BuildOptions options = plain_options();
   options.set_crs("EPSG:4326");
   EXPECT_TRUE(open(zipped({{"dem.ers", header}, {"dem", data}}), options, Trust::posted_file, "dem.zip").ok());
-  header.insert(header.find('\n') + 1, "\tDataFile = \"../" + fs::path(path("dem")).parent_path().filename().string() + "/dem\"\n");
-  EXPECT_TRUE(open(zipped({{"dem.ers", header}, {"dem", data}}), options, Trust::operator_file, "dem.zip").ok()) << "the test tests nothing";
-  EXPECT_EQ(problem_type(zipped({{"dem.ers", header}, {"dem", data}}), options, Trust::posted_file, "dem.zip"), "raster-format-unsupported");
+  header.insert(header.find('\n') + 1,
+                "\tDataFile = \"../" + fs::path(path("dem")).parent_path().filename().string() + "/dem\"\n");
+  EXPECT_TRUE(open(zipped({{"dem.ers", header}, {"dem", data}}), options, Trust::operator_file, "dem.zip").ok())
+      << "the test tests nothing";
+  EXPECT_EQ(problem_type(zipped({{"dem.ers", header}, {"dem", data}}), options, Trust::posted_file, "dem.zip"),
+            "raster-format-unsupported");
 }
 
 }  // namespace

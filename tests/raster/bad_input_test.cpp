@@ -29,7 +29,8 @@ std::string outcome(const std::string& file, int level, Trust trust = Trust::pos
   if (!source.ok()) return source.problem().type;
   const proto::Lattice l = lattice(level);
   const auto w = (*source)->window(l);
-  auto s = (*source)->sample(l, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1));
+  auto s = (*source)->sample(l, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1),
+                             static_cast<std::int32_t>(w.north - w.south + 1));
   return s.ok() ? "" : s.problem().type;
 }
 
@@ -60,11 +61,13 @@ TEST_F(BadInput, WhatIsNoRasterIsSaidToBeSo) {
   using namespace std::string_literals;
   EXPECT_EQ(problem_type(write_text("", "empty.tif")), "raster-empty");
   EXPECT_EQ(problem_type(write_text("\x89PNG\r\n\x1a\n\0\0\0\rIHDR"s, "photo.png")), "raster-format-unsupported");
-  EXPECT_EQ(problem_type(write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 5\n", "lfs.tif")), "raster-format-unsupported");
+  EXPECT_EQ(problem_type(write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 5\n", "lfs.tif")),
+            "raster-format-unsupported");
   EXPECT_EQ(problem_type(write_text("PK\x03\x04 zip", "dem.zip")), "archive-unreadable");
   EXPECT_EQ(problem_type(write_text("<!DOCTYPE html><html>404</html>", "dem.tif")), "raster-format-unsupported");
   EXPECT_EQ(problem_type(write_text("II*\0garbage"s, "dem.tif")), "raster-format-unsupported");
-  EXPECT_EQ(problem_type(write_text("ncols 100000\nnrows 100000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3", "dem.asc")), "raster-truncated");
+  EXPECT_EQ(problem_type(write_text("ncols 100000\nnrows 100000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3", "dem.asc")),
+            "raster-truncated");
 }
 
 TEST_F(BadInput, ThreeBands) {
@@ -143,7 +146,8 @@ TEST_F(BadInput, AHugeSparseRasterCostsNothing) {
 
 TEST_F(BadInput, TheCollection) {
   const std::string folder = real_dems() + "/bad";
-  if (real_dems().empty() || !std::filesystem::is_directory(folder)) GTEST_SKIP() << "no collection of bad files: set CORDILLERA_TEST_DATA";
+  if (real_dems().empty() || !std::filesystem::is_directory(folder))
+    GTEST_SKIP() << "no collection of bad files: set CORDILLERA_TEST_DATA";
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".tif") continue;
@@ -175,7 +179,9 @@ TEST_F(BadInput, TextsOfARasterAreCut) {
 }
 
 TEST_F(BadInput, TextsOfARasterStayOnTheirLine) {
-  const auto is_line = [](const std::string& text) { return std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; }); };
+  const auto is_line = [](const std::string& text) {
+    return std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  };
   Spec spec;
   spec.unit = "cubits\nX-Injected: 1\r\x1b[2J";
   const std::string file = write(spec);
@@ -208,7 +214,8 @@ TEST_F(BadInput, NamesOfACrsAreCut) {
 }
 
 TEST_F(BadInput, ARefusalTellsOfTheFileAndNotOfOurOptions) {
-  const auto refused = open(write_text("ncols 99999999999\nnrows 4\nxllcorner 1\nyllcorner 1\ncellsize 1\n1 1 1 1\n", "dem.asc"), plain_options(), Trust::posted_file);
+  const auto refused = open(write_text("ncols 99999999999\nnrows 4\nxllcorner 1\nyllcorner 1\ncellsize 1\n1 1 1 1\n", "dem.asc"),
+                            plain_options(), Trust::posted_file);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.problem().detail.find("GEOREF_SOURCES"), std::string::npos) << refused.problem().detail;
 }
@@ -276,8 +283,13 @@ TEST_F(BadInput, TablesThatACompoundCrsNeedsAreNotTheRastersFaultEither) {
   ASSERT_GT(tables.size(), 1U << 20);
   for (const char* kind : {"an empty file", "a folder", "rubbish", "half rubbish"}) {
     std::filesystem::remove_all(path("proj.db"));
-    if (kind == std::string("a folder")) std::filesystem::create_directory(path("proj.db"));
-    else write_text(kind == std::string("an empty file") ? "" : with_rubbish(tables, kind == std::string("rubbish") ? 4096 : tables.size() / 2), "proj.db");
+    if (kind == std::string("a folder"))
+      std::filesystem::create_directory(path("proj.db"));
+    else
+      write_text(kind == std::string("an empty file")
+                     ? ""
+                     : with_rubbish(tables, kind == std::string("rubbish") ? 4096 : tables.size() / 2),
+                 "proj.db");
     const OtherTables other(path(""));
     EXPECT_EQ(problem_of_a_thread(declared), "crs-tables-unreadable") << kind;
     EXPECT_EQ(problem_of_a_thread(bare, asked), "crs-tables-unreadable") << kind;
@@ -322,9 +334,11 @@ TEST_F(BadInput, WhateverProjComplainsOfAWellKnownCrsIsTried) {
 TEST_F(BadInput, AFileThatSpeaksOfTablesIsRefusedAllTheSame) {
   auto options = plain_options();
   options.set_crs("EPSG:99999999");
-  EXPECT_EQ(problem_type(write_text("ncols 4\nnrows 4\nxllcorner 1\nyllcorner 1\ncellsize 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n", "dem.asc"), options,
-                         Trust::posted_file),
-            "crs-unknown");
+  EXPECT_EQ(
+      problem_type(
+          write_text("ncols 4\nnrows 4\nxllcorner 1\nyllcorner 1\ncellsize 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n1 1 1 1\n", "dem.asc"),
+          options, Trust::posted_file),
+      "crs-unknown");
 }
 
 }  // namespace

@@ -110,7 +110,8 @@ std::vector<BadRow> sent_bad_rows() {
   points("two points far apart", "0 0 1\n0.001 0 2\n1000000 0 3\n0 1000 1\n0.001 1000 2\n1000000 1000 3\n");
   points("nan and inf", "500000 5300000 nan\n500001 5300000 inf\n500000 5300001 1\n500001 5300001 1e999\n");
   points("a line of a megabyte", line + std::string(1 << 20, '1') + "\n");
-  const std::string header = "BYTEORDER I\nLAYOUT BIL\nNROWS 4\nNCOLS 4\nNBANDS 1\nNBITS 16\nULXMAP 10\nULYMAP 45\nXDIM 0.1\nYDIM 0.1\n";
+  const std::string header =
+      "BYTEORDER I\nLAYOUT BIL\nNROWS 4\nNCOLS 4\nNBANDS 1\nNBITS 16\nULXMAP 10\nULYMAP 45\nXDIM 0.1\nYDIM 0.1\n";
   rows.push_back({"bil without its header", "dem.bil", std::string(32, '\1'), plain_options()});
   rows.push_back({"header without its bil", "dem.hdr", header, plain_options()});
   rows.push_back({"ers without its data", "dem.ers", "DatasetHeader Begin\nDatasetHeader End\n", plain_options()});
@@ -153,7 +154,8 @@ std::vector<BadRow> size_rows(const Maker& make) {
   const std::string tiled = make(tiled_spec, "dem.tif");
   std::vector<BadRow> rows;
   const auto set = [&](const std::string& from, const char* what, std::uint16_t tag, std::vector<std::uint32_t> values) {
-    for (const std::uint32_t value : values) rows.push_back(tif(std::string(what) + " " + std::to_string(value), with_tag(from, tag, value)));
+    for (const std::uint32_t value : values)
+      rows.push_back(tif(std::string(what) + " " + std::to_string(value), with_tag(from, tag, value)));
   };
   set(good, "width", 256, {1, 65535, 0x7fffffff, 0x80000000});
   set(good, "height", 257, {1, 65535, 0x7fffffff, 0x80000000});
@@ -191,7 +193,8 @@ std::vector<BadRow> size_rows(const Maker& make) {
 
 std::vector<BadRow> place_rows(const Maker& make) {
   std::vector<BadRow> rows;
-  const auto add = [&](const std::string& name, const std::function<void(Spec&)>& change, const std::function<void(proto::BuildOptions&)>& ask = nullptr) {
+  const auto add = [&](const std::string& name, const std::function<void(Spec&)>& change,
+                       const std::function<void(proto::BuildOptions&)>& ask = nullptr) {
     Spec spec = plain();
     change(spec);
     rows.push_back(tif(name, make(spec, "dem.tif")));
@@ -208,11 +211,13 @@ std::vector<BadRow> place_rows(const Maker& make) {
   add("rotation only", [](Spec& s) { s.geotransform = {10, 0, 0.01, 45, 0.01, 0}; });
   add("sheared flat", [](Spec& s) { s.geotransform = {10, 0.01, 0.01, 45, 0.01, 0.01}; });
   for (const char* crs : {"EPSG:4978", "EPSG:5711", "EPSG:32632", "EPSG:3031", "EPSG:3857", "EPSG:2056",
-                          "LOCAL_CS[\"nowhere\",UNIT[\"metre\",1]]", "+proj=merc +a=1737400 +b=1737400 +units=m", "+proj=geos +h=35785831 +ellps=GRS80",
-                          "+proj=utm +zone=32 +units=us-ft +ellps=intl", "+proj=longlat +a=3396190 +b=3376200", "+proj=ob_tran +o_proj=longlat +o_lat_p=30 +R=6371229"}) {
+                          "LOCAL_CS[\"nowhere\",UNIT[\"metre\",1]]", "+proj=merc +a=1737400 +b=1737400 +units=m",
+                          "+proj=geos +h=35785831 +ellps=GRS80", "+proj=utm +zone=32 +units=us-ft +ellps=intl",
+                          "+proj=longlat +a=3396190 +b=3376200", "+proj=ob_tran +o_proj=longlat +o_lat_p=30 +R=6371229"}) {
     add("degrees labelled " + std::string(crs), [crs](Spec& s) { s.crs = crs; });
   }
-  for (const char* unit : {"furlong", "degree", "\xff\xfe", "m/s"}) add("unit " + std::string(unit), [unit](Spec& s) { s.unit = unit; });
+  for (const char* unit : {"furlong", "degree", "\xff\xfe", "m/s"})
+    add("unit " + std::string(unit), [unit](Spec& s) { s.unit = unit; });
   for (const double bad : {nan, infinite, 1e300}) {
     add("scale " + std::to_string(bad).substr(0, 8), [bad](Spec& s) { s.scale = bad; });
     add("offset " + std::to_string(bad).substr(0, 8), [bad](Spec& s) { s.offset = bad; });
@@ -226,15 +231,25 @@ std::vector<BadRow> place_rows(const Maker& make) {
   add("no place", [](Spec& s) { s.georeferenced = false; });
   add("two bands", [](Spec& s) { s.bands = 2; });
   add("complex pixels", [](Spec& s) { s.type = "CFloat32"; });
-  add("crs= that is a file", [](Spec& s) { s.crs = ""; }, [](proto::BuildOptions& o) { o.set_crs("/etc/passwd"); });
-  add("crs= that nests 20000 deep", [](Spec& s) { s.crs = ""; }, [](proto::BuildOptions& o) {
-    std::string wkt;
-    for (int k = 0; k < 20000; ++k) wkt += "PROJCRS[";
-    o.set_crs(wkt);
-  });
-  add("crs= with a pipeline", [](Spec& s) { s.crs = ""; }, [](proto::BuildOptions& o) { o.set_crs("+proj=pipeline +step +proj=axisswap +order=2,1"); });
-  add("bbox= elsewhere", [](Spec&) {}, [](proto::BuildOptions& o) { for (const double d : {100.0, 10.0, 110.0, 20.0}) o.add_bbox(d); });
-  add("vertical datum nobody knows", [](Spec&) {}, [](proto::BuildOptions& o) { o.set_vertical_datum("EGM1066"); });
+  add(
+      "crs= that is a file", [](Spec& s) { s.crs = ""; }, [](proto::BuildOptions& o) { o.set_crs("/etc/passwd"); });
+  add(
+      "crs= that nests 20000 deep", [](Spec& s) { s.crs = ""; },
+      [](proto::BuildOptions& o) {
+        std::string wkt;
+        for (int k = 0; k < 20000; ++k) wkt += "PROJCRS[";
+        o.set_crs(wkt);
+      });
+  add(
+      "crs= with a pipeline", [](Spec& s) { s.crs = ""; },
+      [](proto::BuildOptions& o) { o.set_crs("+proj=pipeline +step +proj=axisswap +order=2,1"); });
+  add(
+      "bbox= elsewhere", [](Spec&) {},
+      [](proto::BuildOptions& o) {
+        for (const double d : {100.0, 10.0, 110.0, 20.0}) o.add_bbox(d);
+      });
+  add(
+      "vertical datum nobody knows", [](Spec&) {}, [](proto::BuildOptions& o) { o.set_vertical_datum("EGM1066"); });
   return rows;
 }
 
@@ -245,11 +260,14 @@ std::vector<BadRow> text_rows() {
     if (file.ends_with(".asc")) rows.back().options.set_crs("EPSG:4326");
   };
   const auto grid = [](const std::string& columns, const std::string& lines, const std::string& cell, const std::string& values) {
-    return "ncols " + columns + "\nnrows " + lines + "\nxllcorner 10\nyllcorner 46\ncellsize " + cell + "\nNODATA_value -9999\n" + values + "\n";
+    return "ncols " + columns + "\nnrows " + lines + "\nxllcorner 10\nyllcorner 46\ncellsize " + cell + "\nNODATA_value -9999\n" +
+           values + "\n";
   };
   const std::string nine = "1 2 3\n4 5 6\n7 8 9";
-  for (const char* columns : {"0", "-3", "2147483648", "99999999999999999999", "three", "3.5", ""}) add("ascii: ncols " + std::string(columns), "dem.asc", grid(columns, "3", "0.1", nine));
-  for (const char* cell : {"0", "-0.1", "nan", "inf", "1e308", "1e-308", "x"}) add("ascii: cellsize " + std::string(cell), "dem.asc", grid("3", "3", cell, nine));
+  for (const char* columns : {"0", "-3", "2147483648", "99999999999999999999", "three", "3.5", ""})
+    add("ascii: ncols " + std::string(columns), "dem.asc", grid(columns, "3", "0.1", nine));
+  for (const char* cell : {"0", "-0.1", "nan", "inf", "1e308", "1e-308", "x"})
+    add("ascii: cellsize " + std::string(cell), "dem.asc", grid("3", "3", cell, nine));
   add("ascii: words for numbers", "dem.asc", grid("3", "3", "0.1", "a b c d e f g h i"));
   add("ascii: nan and inf", "dem.asc", grid("3", "3", "0.1", "nan inf -inf 1e999 -1e999 1 2 3 4"));
   add("ascii: one value too few", "dem.asc", grid("3", "3", "0.1", "1 2 3 4 5 6 7 8"));
@@ -261,16 +279,25 @@ std::vector<BadRow> text_rows() {
   add("eight bytes", "dem.tif", "II*\0\b\0\0\0"s);
   add("zeros", "dem.tif", std::string(4096, '\0'));
   add("text", "dem.tif", "This is no raster.\n");
-  add("VRT of a file here", "dem.vrt", "<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource>"
+  add("VRT of a file here", "dem.vrt",
+      "<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource>"
       "<SourceFilename>/etc/passwd</SourceFilename></SimpleSource></VRTRasterBand></VRTDataset>");
-  add("VRT of an address", "dem.vrt", "<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource>"
+  add("VRT of an address", "dem.vrt",
+      "<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource>"
       "<SourceFilename>/vsicurl/http://127.0.0.1:9/x.tif</SourceFilename></SimpleSource></VRTRasterBand></VRTDataset>");
   add("VRT behind blanks, called a TIFF", "dem.tif", std::string(300, ' ') + "<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"/>");
   std::string bomb = "<?xml version=\"1.0\"?><!DOCTYPE a [<!ENTITY b \"bbbbbbbbbb\">";
-  for (char c = 'c'; c < 'm'; ++c) bomb += std::string("<!ENTITY ") + c + " \"" + [&] { std::string ten; for (int k = 0; k < 10; ++k) ten += std::string("&") + static_cast<char>(c - 1) + ";"; return ten; }() + "\">";
+  for (char c = 'c'; c < 'm'; ++c)
+    bomb += std::string("<!ENTITY ") + c + " \"" + [&] {
+      std::string ten;
+      for (int k = 0; k < 10; ++k) ten += std::string("&") + static_cast<char>(c - 1) + ";";
+      return ten;
+    }() + "\">";
   add("XML whose entities grow to gigabytes", "dem.xml", bomb + "]><a>&l;</a>");
-  add("XML that names a file", "dem.gml", "<?xml version=\"1.0\"?><!DOCTYPE a [<!ENTITY f SYSTEM \"file:///etc/passwd\">]><a>&f;</a>");
-  add("WMS description of an address", "dem.tif", "<GDAL_WMS><Service name=\"TMS\"><ServerUrl>http://127.0.0.1:9/${z}</ServerUrl></Service></GDAL_WMS>");
+  add("XML that names a file", "dem.gml",
+      "<?xml version=\"1.0\"?><!DOCTYPE a [<!ENTITY f SYSTEM \"file:///etc/passwd\">]><a>&f;</a>");
+  add("WMS description of an address", "dem.tif",
+      "<GDAL_WMS><Service name=\"TMS\"><ServerUrl>http://127.0.0.1:9/${z}</ServerUrl></Service></GDAL_WMS>");
   add("/vsicurl as a name", "vsicurl_http.tif", "/vsicurl/http://127.0.0.1:9/dem.tif");
   add("JSON of a STAC tile", "dem.json", "{\"type\":\"FeatureCollection\",\"features\":[]}");
   add(".hgt of a wrong size", "N44W072.hgt", std::string(1000, '\1'));

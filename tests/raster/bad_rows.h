@@ -9,8 +9,8 @@
 namespace cordillera::raster_test {
 
 struct BadRow {
-  std::string name;                ///< of the row: says what was done to which file
-  std::string file;                ///< what the user calls the raster
+  std::string name;  ///< of the row: says what was done to which file
+  std::string file;  ///< what the user calls the raster
   std::string bytes;
   proto::BuildOptions options = plain_options();
 };

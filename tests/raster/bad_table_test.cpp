@@ -1,5 +1,5 @@
-// The table of bad inputs: what each of them is answered with, in a process of its own, and what it costs. bad_inputs.tsv is the table as
-// it should be: name and answer. CORDILLERA_WRITE_TABLE=FILE writes the table as it is, with memory and time.
+// The table of bad inputs: what each of them is answered with, in a process of its own, and what it costs. bad_inputs.tsv is the
+// table as it should be: name and answer. CORDILLERA_WRITE_TABLE=FILE writes the table as it is, with memory and time.
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -24,7 +24,7 @@ using raster::Trust;
 // Beyond what the test has: what a posted raster may take is more. A sanitizer's own memory counts too.
 constexpr rlim_t kMemory = kSanitized ? RLIM_INFINITY : rlim_t{1} << 30;
 constexpr long kMostMegabytes = kSanitized ? 4000 : 700;
-constexpr unsigned kSeconds = 100;           // a hang, on any machine
+constexpr unsigned kSeconds = 100;  // a hang, on any machine
 
 struct Answer {
   std::string slug;  ///< "accepted": it opens and can be sampled
@@ -38,16 +38,20 @@ std::string outcome(const std::string& path, const BadRow& row) {
   if (!source.ok()) return source.problem().type;
   const proto::Lattice l = lattice(7);
   const auto w = (*source)->window(l);
-  const std::int64_t columns = std::min<std::int64_t>(w.east - w.west + 1, 600), rows = std::min<std::int64_t>(w.north - w.south + 1, 600);
+  const std::int64_t columns = std::min<std::int64_t>(w.east - w.west + 1, 600),
+                     rows = std::min<std::int64_t>(w.north - w.south + 1, 600);
   if (columns < 1 || rows < 1) return "accepted";
   const auto samples = (*source)->sample(l, w.west, w.south, static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows));
   if (!samples.ok()) return samples.problem().type;
   for (const std::int32_t height : samples->height) {
-    if (height != proto::kNoHeight && std::abs(height * proto::kHeightStep_m) > proto::kMaxHeight_m + 200) return "impossible height";
+    if (height != proto::kNoHeight && std::abs(height * proto::kHeightStep_m) > proto::kMaxHeight_m + 200)
+      return "impossible height";
   }
   const auto pixels = (*source)->pixels(l, {w.west, w.south, w.west + columns, w.south + rows});
   if (!pixels.ok()) return pixels.problem().type;
-  const bool finite = std::all_of(pixels->begin(), pixels->end(), [](const auto& p) { return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.height_m); });
+  const bool finite = std::all_of(pixels->begin(), pixels->end(), [](const auto& p) {
+    return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.height_m);
+  });
   return finite ? "accepted" : "no number";
 }
 
@@ -65,23 +69,23 @@ Answer in_a_child(const std::string& path, const BadRow& row) {
     std::string said;
     try {
       said = outcome(path, row);
-    } catch (const std::exception& error) {
-      said = std::string("exception: ") + error.what();
-    }
+    } catch (const std::exception& error) { said = std::string("exception: ") + error.what(); }
     [[maybe_unused]] const auto sent = write(ends[1], said.data(), said.size());
     _exit(0);
   }
   close(ends[1]);
   Answer answer;
   char text[256];
-  for (ssize_t count = 0; (count = read(ends[0], text, sizeof text)) > 0;) answer.slug.append(text, static_cast<std::size_t>(count));
+  for (ssize_t count = 0; (count = read(ends[0], text, sizeof text)) > 0;)
+    answer.slug.append(text, static_cast<std::size_t>(count));
   close(ends[0]);
   int status = 0;
   rusage used{};
   wait4(child, &status, 0, &used);
   if (WIFSIGNALED(status)) answer.slug = "ended by signal " + std::to_string(WTERMSIG(status));
   answer.megabytes = used.ru_maxrss / 1024;
-  answer.seconds = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) + static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec) / 1e6;
+  answer.seconds = static_cast<double>(used.ru_utime.tv_sec + used.ru_stime.tv_sec) +
+                   static_cast<double>(used.ru_utime.tv_usec + used.ru_stime.tv_usec) / 1e6;
   return answer;
 }
 
@@ -108,11 +112,13 @@ TEST_F(BadTable, EveryRowHasItsAnswerAndItsBounds) {
     const std::string file = write(spec, name);
     std::ifstream in(file, std::ios::binary);
     std::string bytes((std::istreambuf_iterator<char>(in)), {});
-    for (const auto& entry : std::filesystem::directory_iterator(path(""))) std::filesystem::remove_all(entry.path());  // sidecars too
+    for (const auto& entry : std::filesystem::directory_iterator(path("")))
+      std::filesystem::remove_all(entry.path());  // sidecars too
     return bytes;
   };
   std::vector<BadRow> rows;
-  for (auto& made : {cut_rows(make), sent_bad_rows(), tag_rows(make), size_rows(make), place_rows(make), text_rows()}) rows.insert(rows.end(), made.begin(), made.end());
+  for (auto& made : {cut_rows(make), sent_bad_rows(), tag_rows(make), size_rows(make), place_rows(make), text_rows()})
+    rows.insert(rows.end(), made.begin(), made.end());
   const auto table = expected();
   const char* written = std::getenv("CORDILLERA_WRITE_TABLE");
   std::ofstream out;
@@ -141,7 +147,10 @@ TEST_F(BadTable, SidecarsAreNotRead) {
   Spec liar = spec;
   liar.value = [](int, int) { return 9000.0; };
   std::filesystem::copy_file(write(liar, "liar.tif"), path("dem.tif.ovr"));
-  write_text("<PAMDataset><PAMRasterBand band=\"1\"><NoDataValue>100</NoDataValue><UnitType>ft</UnitType><Scale>7</Scale></PAMRasterBand></PAMDataset>", "dem.tif.aux.xml");
+  write_text(
+      "<PAMDataset><PAMRasterBand "
+      "band=\"1\"><NoDataValue>100</NoDataValue><UnitType>ft</UnitType><Scale>7</Scale></PAMRasterBand></PAMDataset>",
+      "dem.tif.aux.xml");
   write_text("1\n0\n0\n-1\n100\n10\n", "dem.tfw");
   write_text("LOCAL_CS[\"nowhere\"]", "dem.prj");
   const std::filesystem::path mask = path("dem.tif.msk");
@@ -155,7 +164,8 @@ TEST_F(BadTable, SidecarsAreNotRead) {
 
 TEST_F(BadTable, TheCollectionHasAnswersToo) {
   const std::string folder = real_dems() + "/bad";
-  if (real_dems().empty() || !std::filesystem::is_directory(folder)) GTEST_SKIP() << "no collection of bad files: set CORDILLERA_TEST_DATA";
+  if (real_dems().empty() || !std::filesystem::is_directory(folder))
+    GTEST_SKIP() << "no collection of bad files: set CORDILLERA_TEST_DATA";
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() == ".md") continue;
     const BadRow row{entry.path().filename().string(), entry.path().filename().string(), "", plain_options()};

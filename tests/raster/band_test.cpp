@@ -30,7 +30,8 @@ class Band : public RasterTest {
       band.SetMetadataItem("NETCDF_VARNAME", names[k].c_str());
     }
     GDALDriver* const target = GetGDALDriverManager()->GetDriverByName(driver.c_str());
-    EXPECT_TRUE(GDALDatasetUniquePtr(target->CreateCopy(path(file).c_str(), made.get(), FALSE, nullptr, nullptr, nullptr))) << CPLGetLastErrorMsg();
+    EXPECT_TRUE(GDALDatasetUniquePtr(target->CreateCopy(path(file).c_str(), made.get(), FALSE, nullptr, nullptr, nullptr)))
+        << CPLGetLastErrorMsg();
     return path(file);
   }
   /// GDAL numbers the variables that it writes ("z1", "height2"): without their numbers, as everybody else's.
@@ -59,7 +60,14 @@ class Band : public RasterTest {
 TEST_F(Band, ByNumberOrName) {
   const std::string file = bands("GTiff", "dem.tif", {"dsm", "dtm", "slope"});
   EXPECT_EQ(height(file, ""), "raster-bands");
-  for (const auto& [band, value] : {std::pair{"1", "101"}, {"2", "102"}, {"3", "103"}, {"dtm", "102"}, {"4", "raster-bands"}, {"0", "raster-bands"}, {"-1", "raster-bands"}, {"DTM ", "raster-bands"}})
+  for (const auto& [band, value] : {std::pair{"1", "101"},
+                                    {"2", "102"},
+                                    {"3", "103"},
+                                    {"dtm", "102"},
+                                    {"4", "raster-bands"},
+                                    {"0", "raster-bands"},
+                                    {"-1", "raster-bands"},
+                                    {"DTM ", "raster-bands"}})
     EXPECT_EQ(height(file, band), value) << band;
   const auto several = raster::open_dataset(file, "", Trust::posted_file, "");
   ASSERT_FALSE(several.ok());

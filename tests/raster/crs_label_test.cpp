@@ -23,15 +23,16 @@ TEST(CrsLabel, IsTheNameAndCodeWhereThereIsOne) {
 
 TEST(CrsLabel, IsALineHoweverLongItsName) {
   const std::string name(3000, 'n');
-  const std::string geographic = "GEOGCS[\"" + name + "\",DATUM[\"" + name + "\",SPHEROID[\"" + name + "\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0]," +
-                                 "UNIT[\"degree\",0.0174532925199433]]";
+  const std::string geographic = "GEOGCS[\"" + name + "\",DATUM[\"" + name + "\",SPHEROID[\"" + name +
+                                 "\",6378137,298.257223563]],PRIMEM[\"Greenwich\",0]," + "UNIT[\"degree\",0.0174532925199433]]";
   EXPECT_LT(label(geographic).size(), 300U);
   EXPECT_THAT(label(geographic), HasSubstr("nnn"));
 }
 
 TEST(CrsLabel, IsProjectionBaseAndParametersWhereThereIsNoName) {
   const std::string mercator = label("+proj=tmerc +lat_0=31 +lon_0=-115.5 +k=0.9999 +x_0=2500000 +datum=NAD83 +units=m");
-  EXPECT_THAT(mercator, AllOf(HasSubstr("Transverse Mercator on North American Datum 1983"), HasSubstr("+lon_0=-115.5"), HasSubstr("+k=0.9999")));
+  EXPECT_THAT(mercator, AllOf(HasSubstr("Transverse Mercator on North American Datum 1983"), HasSubstr("+lon_0=-115.5"),
+                              HasSubstr("+k=0.9999")));
   EXPECT_THAT(mercator, AllOf(Not(HasSubstr("unknown")), Not(HasSubstr("no_defs"))));
   EXPECT_THAT(label("+proj=stere +lat_0=-90 +lat_ts=-71 +lon_0=80 +ellps=WGS84 +units=m"), HasSubstr("+lat_ts=-71"));
   EXPECT_THAT(label("+proj=longlat +ellps=bessel"), AllOf(HasSubstr("degrees on Bessel 1841"), Not(HasSubstr("unknown"))));

@@ -26,7 +26,8 @@ Linear linear(const Spec& s) {
           std::max(std::hypot(g[1], g[4]), std::hypot(g[2], g[5]))};
 }
 
-/// Samples the raster at the level and compares every vertex that is no closer than a pixel to the rim. Returns how many it compared.
+/// Samples the raster at the level and compares every vertex that is no closer than a pixel to the rim. Returns how many it
+/// compared.
 int compare(raster::Source& source, const Spec& spec, const Linear& f, int level) {
   OGRSpatialReference wgs84, srs;
   wgs84.importFromEPSG(4326);
@@ -80,8 +81,10 @@ const Case kCases[] = {
     {"feet", "EPSG:2248", {1296399, 300, 0, 417474, 0, -300}, 11},
     {"no code", "+proj=laea +lat_0=47 +lon_0=9 +ellps=GRS80 +units=m +no_defs", {20000, 100, 0, 30000, 0, -100}, 11},
     {"oblique", "EPSG:2056", {2600000, 100, 0, 1200000, 0, -100}, 11},
-    {"bound", "+proj=tmerc +lat_0=0 +lon_0=9 +k=1 +x_0=3500000 +ellps=bessel +towgs84=598.1,73.7,418.2,0.202,0.045,-2.455,6.7 +units=m",
-     {3500000, 100, 0, 5500000, 0, -100}, 11},
+    {"bound",
+     "+proj=tmerc +lat_0=0 +lon_0=9 +k=1 +x_0=3500000 +ellps=bessel +towgs84=598.1,73.7,418.2,0.202,0.045,-2.455,6.7 +units=m",
+     {3500000, 100, 0, 5500000, 0, -100},
+     11},
     {"nad27", "EPSG:26710", {557805, 30, 0, 5122005, 0, -30}, 12},
     {"prime meridian of Paris", "EPSG:27572", {600000, 100, 0, 2400000, 0, -100}, 11},
     {"grads", "EPSG:4807", {0.5, 0.01, 0, 52, 0, -0.01}, 8},
@@ -165,9 +168,7 @@ TEST_F(Crs, RowsPastThePoleAreCutOff) {
   ASSERT_TRUE(source);
   const proto::Lattice l = lattice(1);
   EXPECT_EQ(source->window(l).north, l.rows());
-  for (std::int64_t i = 0; i < l.columns(); i += 7) {
-    ASSERT_NEAR(height_m(*source, l, i, l.rows() - 2), 100, 0.01);
-  }
+  for (std::int64_t i = 0; i < l.columns(); i += 7) { ASSERT_NEAR(height_m(*source, l, i, l.rows() - 2), 100, 0.01); }
 }
 
 TEST_F(Crs, TheRequestMaySayWhatTheSourceDoesNotSayAboutHeights) {

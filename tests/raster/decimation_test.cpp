@@ -48,7 +48,9 @@ TEST_F(Decimated, LiesWhereTheRasterLies) {
   EXPECT_EQ(w.south, v.south);
   EXPECT_EQ(w.east, v.east);
   EXPECT_EQ(w.north, v.north);
-  for (const int k : {10, 30, 50}) EXPECT_NEAR(height_m(*few, lattice(5), w.west + k, w.south + k), height_m(*all, lattice(5), w.west + k, w.south + k), 8 * 0.5) << k;
+  for (const int k : {10, 30, 50})
+    EXPECT_NEAR(height_m(*few, lattice(5), w.west + k, w.south + k), height_m(*all, lattice(5), w.west + k, w.south + k), 8 * 0.5)
+        << k;
 }
 
 TEST_F(Decimated, ValuesMaskedOutStayOut) {

@@ -113,7 +113,8 @@ TEST_F(Fill, TheLimitIsWidthAndHeightInCells) {
 /// Voids of all sizes, some across the pieces of 128 vertices that are read, some open.
 Height ragged() {
   return [](int c, int r) {
-    const double field = std::sin(c / 11.0) * std::cos(r / 13.0) + 0.4 * std::sin(c / 3.1 + r / 2.3) + 0.5 * std::sin((c - r) / 41.0);
+    const double field =
+        std::sin(c / 11.0) * std::cos(r / 13.0) + 0.4 * std::sin(c / 3.1 + r / 2.3) + 0.5 * std::sin((c - r) / 41.0);
     return field > 0.75 ? kNone : bumps(c, r);
   };
 }
@@ -136,7 +137,8 @@ TEST_F(Fill, EveryWindowInEveryOrderGivesTheSameBits) {
       ASSERT_TRUE(part.ok());
       for (std::int32_t y = 0; y < std::min(rows, all.rows - r); ++y) {
         for (std::int32_t x = 0; x < std::min(columns, all.columns - c); ++x) {
-          ASSERT_EQ(part->at(part->west + x, part->south + y), all.at(part->west + x, part->south + y)) << n << ": " << c + x << " " << r + y;
+          ASSERT_EQ(part->at(part->west + x, part->south + y), all.at(part->west + x, part->south + y))
+              << n << ": " << c + x << " " << r + y;
         }
       }
     }
@@ -193,7 +195,9 @@ TEST_F(Fill, OfSeveralRastersDataComesBeforeFillAndSeamsAreFilledTogether) {
     return raster::examine(write(spec, name), name, raster::Trust::operator_file, plain_options()).value();
   };
   // The first has a void that the second knows better, and both have half of one on their seam at column 100.
-  const auto first = [](int c, int r) { return std::hypot(c - 40, r - 50) < 9 || std::hypot(c - 100, r - 50) < 9 ? kNone : 100.0; };
+  const auto first = [](int c, int r) {
+    return std::hypot(c - 40, r - 50) < 9 || std::hypot(c - 100, r - 50) < 9 ? kNone : 100.0;
+  };
   const auto second = [](int c, int r) { return std::hypot(c - 100, r - 50) < 9 ? kNone : c < 100 ? 300.0 : 100.0; };
   const auto source = raster::fill_enclosed_voids(
       raster::make_mosaic({member("a.tif", 0, 101, first), member("b.tif", 20, 181, second)}, 0), raster::kFillLimit_cells);

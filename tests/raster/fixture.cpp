@@ -38,15 +38,17 @@ void write_pixels(GDALDataset& dataset, const Spec& spec) {
     for (int r = 0; r < spec.only->size; ++r) {
       for (int c = 0; c < spec.only->size; ++c) square.push_back(spec.value(spec.only->column + c, spec.only->row + r));
     }
-    EXPECT_EQ(CE_None, dataset.GetRasterBand(1)->RasterIO(GF_Write, spec.only->column, spec.only->row, spec.only->size, spec.only->size, square.data(),
-                                                          spec.only->size, spec.only->size, GDT_Float64, 0, 0, nullptr));
+    EXPECT_EQ(CE_None,
+              dataset.GetRasterBand(1)->RasterIO(GF_Write, spec.only->column, spec.only->row, spec.only->size, spec.only->size,
+                                                 square.data(), spec.only->size, spec.only->size, GDT_Float64, 0, 0, nullptr));
     return;
   }
   std::vector<double> line(static_cast<std::size_t>(spec.columns));
   for (int b = 1; b <= spec.bands; ++b) {
     for (int r = 0; r < spec.rows; ++r) {
       for (int c = 0; c < spec.columns; ++c) line[static_cast<std::size_t>(c)] = spec.value(c, r);
-      EXPECT_EQ(CE_None, dataset.GetRasterBand(b)->RasterIO(GF_Write, 0, r, spec.columns, 1, line.data(), spec.columns, 1, GDT_Float64, 0, 0, nullptr));
+      EXPECT_EQ(CE_None, dataset.GetRasterBand(b)->RasterIO(GF_Write, 0, r, spec.columns, 1, line.data(), spec.columns, 1,
+                                                            GDT_Float64, 0, 0, nullptr));
     }
   }
   if (!spec.mask) return;
@@ -54,7 +56,8 @@ void write_pixels(GDALDataset& dataset, const Spec& spec) {
   EXPECT_EQ(CE_None, dataset.CreateMaskBand(GMF_PER_DATASET));
   for (int r = 0; r < spec.rows; ++r) {
     for (int c = 0; c < spec.columns; ++c) line[static_cast<std::size_t>(c)] = spec.mask(c, r) ? 255 : 0;
-    EXPECT_EQ(CE_None, dataset.GetRasterBand(1)->GetMaskBand()->RasterIO(GF_Write, 0, r, spec.columns, 1, line.data(), spec.columns, 1, GDT_Float64, 0, 0, nullptr));
+    EXPECT_EQ(CE_None, dataset.GetRasterBand(1)->GetMaskBand()->RasterIO(GF_Write, 0, r, spec.columns, 1, line.data(),
+                                                                         spec.columns, 1, GDT_Float64, 0, 0, nullptr));
   }
   CPLSetThreadLocalConfigOption("GDAL_TIFF_INTERNAL_MASK", nullptr);
 }
@@ -68,7 +71,8 @@ std::string RasterTest::write(const Spec& spec, const std::string& name) const {
   const bool copy = spec.driver != "GTiff";
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName(copy ? "MEM" : "GTiff");
   const std::string file = path(name);
-  GDALDatasetUniquePtr dataset(driver->Create(file.c_str(), spec.columns, spec.rows, spec.bands, GDALGetDataTypeByName(spec.type.c_str()), copy ? nullptr : create.List()));
+  GDALDatasetUniquePtr dataset(driver->Create(file.c_str(), spec.columns, spec.rows, spec.bands,
+                                              GDALGetDataTypeByName(spec.type.c_str()), copy ? nullptr : create.List()));
   if (spec.georeferenced) dataset->SetGeoTransform(const_cast<double*>(spec.geotransform.data()));
   if (spec.point) dataset->SetMetadataItem("AREA_OR_POINT", "Point");
   OGRSpatialReference srs;
@@ -101,18 +105,21 @@ proto::BuildOptions plain_options() {
   return options;
 }
 
-proto::Result<std::unique_ptr<raster::Source>> open(const std::string& path, const proto::BuildOptions& options, raster::Trust trust, const std::string& name) {
+proto::Result<std::unique_ptr<raster::Source>> open(const std::string& path, const proto::BuildOptions& options,
+                                                    raster::Trust trust, const std::string& name) {
   return raster::open_source(path, name, trust, options);
 }
 
-std::unique_ptr<raster::Source> must_open(const std::string& path, const proto::BuildOptions& options, raster::Trust trust, const std::string& name) {
+std::unique_ptr<raster::Source> must_open(const std::string& path, const proto::BuildOptions& options, raster::Trust trust,
+                                          const std::string& name) {
   auto source = open(path, options, trust, name);
   if (source.ok()) return std::move(*source);
   ADD_FAILURE() << source.problem().type << ": " << source.problem().line();
   return nullptr;
 }
 
-std::string problem_type(const std::string& path, const proto::BuildOptions& options, raster::Trust trust, const std::string& name) {
+std::string problem_type(const std::string& path, const proto::BuildOptions& options, raster::Trust trust,
+                         const std::string& name) {
   auto source = open(path, options, trust, name);
   if (source.ok()) return "";
   EXPECT_FALSE(source.problem().detail.empty());
@@ -133,7 +140,8 @@ double height_m(raster::Source& source, const proto::Lattice& l, std::int64_t i,
 
 proto::Samples whole(raster::Source& source, const proto::Lattice& l) {
   const auto w = source.window(l);
-  auto samples = source.sample(l, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1));
+  auto samples = source.sample(l, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1),
+                               static_cast<std::int32_t>(w.north - w.south + 1));
   EXPECT_TRUE(samples.ok()) << samples.problem().line();
   return samples.ok() ? std::move(*samples) : proto::Samples{};
 }

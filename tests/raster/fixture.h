@@ -55,7 +55,8 @@ class RasterTest : public ::testing::Test {
 proto::BuildOptions plain_options();
 
 proto::Result<std::unique_ptr<raster::Source>> open(const std::string& path, const proto::BuildOptions& options = plain_options(),
-                                                    raster::Trust trust = raster::Trust::operator_file, const std::string& name = "");
+                                                    raster::Trust trust = raster::Trust::operator_file,
+                                                    const std::string& name = "");
 /// The source, or a failed test and null.
 std::unique_ptr<raster::Source> must_open(const std::string& path, const proto::BuildOptions& options = plain_options(),
                                           raster::Trust trust = raster::Trust::operator_file, const std::string& name = "");

@@ -37,11 +37,13 @@ TEST_F(Format, AnHgtKnowsItsPlaceByNameOnly) {
   }
   EXPECT_EQ(problem_type(body, plain_options(), Trust::posted_file, "mountain.hgt"), "hgt-name");
   EXPECT_NE(problem_type(body, plain_options(), Trust::posted_file, "mountain.tif"), "");
-  EXPECT_EQ(problem_type(write_text(hgt_bytes().substr(0, 100000), "short"), plain_options(), Trust::posted_file, "N44W072.hgt"), "hgt-name");
+  EXPECT_EQ(problem_type(write_text(hgt_bytes().substr(0, 100000), "short"), plain_options(), Trust::posted_file, "N44W072.hgt"),
+            "hgt-name");
 }
 
 TEST_F(Format, EsriAscii) {
-  const std::string file = write_text("ncols 3\nnrows 2\nxllcorner 10\nyllcorner 45\ncellsize 0.5\nNODATA_value -9999\n1 2 3\n4 -9999 6\n", "a.asc");
+  const std::string file =
+      write_text("ncols 3\nnrows 2\nxllcorner 10\nyllcorner 45\ncellsize 0.5\nNODATA_value -9999\n1 2 3\n4 -9999 6\n", "a.asc");
   EXPECT_EQ(problem_type(file), "raster-without-crs");
   proto::BuildOptions options = plain_options();
   options.set_crs("EPSG:4326");
@@ -68,16 +70,21 @@ TEST_F(Format, AHeaderBesideAFileOfAnotherKindIsNotItsOwn) {
 }
 
 TEST_F(Format, ACrsBesideItIsItsOwn) {
-  const char* const prj = R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+  const char* const prj =
+      R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
   Spec spec;
   spec.crs = "";
-  const std::string tiff = write(spec, "bare.tif"), points = write_text("10 45 1\n10.1 45 2\n10 44.9 3\n10.1 44.9 4\n", "points.xyz");
+  const std::string tiff = write(spec, "bare.tif"),
+                    points = write_text("10 45 1\n10.1 45 2\n10 44.9 3\n10.1 44.9 4\n", "points.xyz");
   for (const std::string& file : {tiff, points}) {
     EXPECT_EQ(problem_type(file), "raster-without-crs") << file;
     const std::string beside = write_text(prj, std::filesystem::path(file).stem().string() + ".prj");
-    std::filesystem::last_write_time(file, std::filesystem::last_write_time(file) + std::chrono::seconds(2));  // no earlier copy of the points
+    std::filesystem::last_write_time(
+        file, std::filesystem::last_write_time(file) + std::chrono::seconds(2));  // no earlier copy of the points
     EXPECT_EQ(problem_type(file), "") << file;
-    EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file, "dem" + std::filesystem::path(file).extension().string()), "raster-without-crs") << file;
+    EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file, "dem" + std::filesystem::path(file).extension().string()),
+              "raster-without-crs")
+        << file;
   }
 }
 
@@ -90,9 +97,11 @@ TEST_F(Format, APostedFileReachesNoOther) {
   EXPECT_EQ(problem_type(file, plain_options(), Trust::operator_file), "");
   EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file), "raster-without-crs");
   EXPECT_EQ(problem_type(file, plain_options(), Trust::posted_file, "bare.tif"), "raster-without-crs");
-  const std::string vrt = write_text("<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><SRS>EPSG:4326</SRS><GeoTransform>10,0.01,0,45,0,-0.01</GeoTransform>"
-                                     "<VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"1\">bare.tif</SourceFilename>"
-                                     "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>", "a.vrt");
+  const std::string vrt = write_text(
+      "<VRTDataset rasterXSize=\"8\" rasterYSize=\"8\"><SRS>EPSG:4326</SRS><GeoTransform>10,0.01,0,45,0,-0.01</GeoTransform>"
+      "<VRTRasterBand dataType=\"Float32\" band=\"1\"><SimpleSource><SourceFilename relativeToVRT=\"1\">bare.tif</SourceFilename>"
+      "<SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>",
+      "a.vrt");
   EXPECT_EQ(problem_type(vrt, plain_options(), Trust::posted_file), "raster-format-unsupported");
   EXPECT_EQ(problem_type(vrt, plain_options(), Trust::operator_file), "");
   EXPECT_EQ(problem_type("/vsimem/none.tif", plain_options(), Trust::posted_file), "raster-not-found");

@@ -7,7 +7,9 @@
 namespace cordillera::raster_test {
 namespace {
 
-double bumpy(int c, int r) { return std::nearbyint(1024 * (300 + 40 * std::sin(0.7 * c) + 25 * std::cos(0.9 * r + 0.1 * c))) / 1024; }
+double bumpy(int c, int r) {
+  return std::nearbyint(1024 * (300 + 40 * std::sin(0.7 * c) + 25 * std::cos(0.9 * r + 0.1 * c))) / 1024;
+}
 
 /// Points on the lattice's vertices: pixel (c, r) of a pixel-is-point raster is vertex (west + c, north - r).
 Spec point_spec(int level, std::int64_t west, std::int64_t north, int columns, int rows) {
@@ -88,7 +90,8 @@ TEST_F(Kernel, EveryWindowGivesTheSameBits) {
         ASSERT_GT(valid_share(all), 0.5);
         for (int n = 0; n < 40; ++n) {
           const auto c = static_cast<std::int32_t>(random() % all.columns), r = static_cast<std::int32_t>(random() % all.rows);
-          const auto columns = static_cast<std::int32_t>(1 + random() % (all.columns - c)), rows = static_cast<std::int32_t>(1 + random() % (all.rows - r));
+          const auto columns = static_cast<std::int32_t>(1 + random() % (all.columns - c)),
+                     rows = static_cast<std::int32_t>(1 + random() % (all.rows - r));
           auto part = source->sample(lattice(level), all.west + c, all.south + r, columns, rows);
           ASSERT_TRUE(part.ok());
           for (std::int32_t y = 0; y < rows; ++y)

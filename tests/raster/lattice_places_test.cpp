@@ -69,7 +69,7 @@ TEST_F(LatticePlacesTest, AreWithinAThousandthOfAPixelOfTheExactOnes) {
   const Place all[] = {{"EPSG:32610", 400000, 5600000, 30},      {"EPSG:32601", 200000, 7300000, 10},  // across the antimeridian
                        {"EPSG:3857", -13600000, 5800000, 20},    {"EPSG:3413", -30000, 40000, 250},    // over the pole
                        {"EPSG:3031", 2270000, 580000, 100},      {"EPSG:3035", 4321000, 3210000, 1000},
-                       {"EPSG:2056", 2600000, 1200000, 2.5},     {"EPSG:27700", 300000, 700000, 50},   // with a datum shift
+                       {"EPSG:2056", 2600000, 1200000, 2.5},     {"EPSG:27700", 300000, 700000, 50},  // with a datum shift
                        {"EPSG:2154", 900000, 6500000, 0.5},      {"EPSG:5070", -2000000, 2500000, 5000},
                        {"EPSG:6933", -17000000, 3000000, 20000}, {"ESRI:54009", 1000000, 4000000, 3000}};
   for (const Place& at : all) {

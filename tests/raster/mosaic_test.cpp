@@ -28,7 +28,9 @@ class Mosaic : public RasterTest {
   raster::MosaicMember plane(const std::string& name, int east, int south, int side, double height) {
     return square(name, east, south, side, [height](int, int) { return height; });
   }
-  double at(raster::Source& source, int east, int south) { return height_m(source, lattice(kLevel), kWest + east, kNorth - south); }
+  double at(raster::Source& source, int east, int south) {
+    return height_m(source, lattice(kLevel), kWest + east, kNorth - south);
+  }
 };
 
 TEST_F(Mosaic, the_first_wins_and_the_next_fills_its_voids) {
@@ -43,7 +45,8 @@ TEST_F(Mosaic, the_first_wins_and_the_next_fills_its_voids) {
 TEST_F(Mosaic, one_raster_is_what_it_is_alone) {
   const auto member = square("a.tif", 0, 0, 64, [](int c, int r) { return c * 3.25 + r; });
   const auto alone = must_open(member.path), mosaic = raster::make_mosaic({member}, 500);
-  const proto::Samples a = whole(*alone, lattice(kLevel)), b = mosaic->sample(lattice(kLevel), a.west, a.south, a.columns, a.rows).value();
+  const proto::Samples a = whole(*alone, lattice(kLevel)),
+                       b = mosaic->sample(lattice(kLevel), a.west, a.south, a.columns, a.rows).value();
   EXPECT_EQ(a.height, b.height);
 }
 
@@ -64,12 +67,15 @@ TEST_F(Mosaic, a_seam_is_feathered_without_a_step) {
 
 TEST_F(Mosaic, a_height_does_not_depend_on_the_window_that_asked) {
   const auto rough = [](int c, int r) { return std::fmod(c * 7.3 + r * 3.1, 97.0); };
-  const auto source = raster::make_mosaic({square("a.tif", 0, 0, 80, rough), square("b.tif", 40, 30, 80, rough), plane("c.tif", -20, 60, 90, 50)}, 600);
+  const auto source = raster::make_mosaic(
+      {square("a.tif", 0, 0, 80, rough), square("b.tif", 40, 30, 80, rough), plane("c.tif", -20, 60, 90, 50)}, 600);
   const proto::Samples all = whole(*source, lattice(kLevel));
-  for (const auto [c, r, columns, rows] : {std::array{3, 5, 40, 20}, std::array{50, 40, 17, 60}, std::array{60, 70, 1, 1}, std::array{0, 0, 9, 130}}) {
+  for (const auto [c, r, columns, rows] :
+       {std::array{3, 5, 40, 20}, std::array{50, 40, 17, 60}, std::array{60, 70, 1, 1}, std::array{0, 0, 9, 130}}) {
     const proto::Samples part = source->sample(lattice(kLevel), all.west + c, all.south + r, columns, rows).value();
     for (int y = 0; y < rows; ++y) {
-      for (int x = 0; x < columns; ++x) ASSERT_EQ(part.at(part.west + x, part.south + y), all.at(part.west + x, part.south + y)) << c + x << " " << r + y;
+      for (int x = 0; x < columns; ++x)
+        ASSERT_EQ(part.at(part.west + x, part.south + y), all.at(part.west + x, part.south + y)) << c + x << " " << r + y;
     }
   }
 }
@@ -110,7 +116,8 @@ TEST(Blend, distances_count_diagonals_as_one) {
   samples.height[4 * 9 + 4] = proto::kNoHeight;
   const auto distance = raster::distance_to_void(samples, 3);
   for (int r = 0; r < 9; ++r) {
-    for (int c = 0; c < 9; ++c) EXPECT_EQ(distance[static_cast<std::size_t>(r * 9 + c)], std::min(3, std::max(std::abs(r - 4), std::abs(c - 4))));
+    for (int c = 0; c < 9; ++c)
+      EXPECT_EQ(distance[static_cast<std::size_t>(r * 9 + c)], std::min(3, std::max(std::abs(r - 4), std::abs(c - 4))));
   }
 }
 
@@ -134,7 +141,8 @@ TEST_F(SourceList, a_folder_is_its_rasters_by_name) {
 }
 
 TEST_F(SourceList, a_text_has_a_raster_a_line_with_its_own_options) {
-  const auto listed = raster::list_sources(write_text("# fine first\n\"fine dem.tif\" vertical_datum=EGM2008 nodata=fill\n\n/abs/coarse.tif # all\n", "l.txt"));
+  const auto listed = raster::list_sources(
+      write_text("# fine first\n\"fine dem.tif\" vertical_datum=EGM2008 nodata=fill\n\n/abs/coarse.tif # all\n", "l.txt"));
   ASSERT_TRUE(listed.ok());
   ASSERT_EQ(listed->size(), 2u);
   EXPECT_EQ(listed->front().path, path("fine dem.tif"));

@@ -15,7 +15,10 @@ constexpr int kLevel = 12;
 
 /// Rough ground: neighbours differ by metres to tens of metres.
 double rough(int c, int r) {
-  const auto noise = [](int a, int b) { return static_cast<double>((static_cast<unsigned>(a) * 2654435761u ^ static_cast<unsigned>(b) * 40503u * 977u) >> 16 & 255u) / 255; };
+  const auto noise = [](int a, int b) {
+    return static_cast<double>((static_cast<unsigned>(a) * 2654435761u ^ static_cast<unsigned>(b) * 40503u * 977u) >> 16 & 255u) /
+           255;
+  };
   return 800 + 200 * std::sin(c * 0.05) * std::cos(r * 0.04) + 15 * noise(c / 2, r / 2) + 8 * noise(c, r);
 }
 
@@ -42,7 +45,8 @@ double surface_m(const proto::Samples& s, const raster::PixelPoint& p) {
     const std::int32_t h = s.at(s.west + c + dc, s.south + r + dr);
     return h == proto::kNoHeight ? NAN : h * proto::kHeightStep_m;
   };
-  return fx >= fy ? at(0, 0) + fx * (at(1, 0) - at(0, 0)) + fy * (at(1, 1) - at(1, 0)) : at(0, 0) + fy * (at(0, 1) - at(0, 0)) + fx * (at(1, 1) - at(0, 1));
+  return fx >= fy ? at(0, 0) + fx * (at(1, 0) - at(0, 0)) + fy * (at(1, 1) - at(1, 0))
+                  : at(0, 0) + fy * (at(0, 1) - at(0, 0)) + fx * (at(1, 1) - at(0, 1));
 }
 
 struct Off {
@@ -53,7 +57,8 @@ struct Off {
 /// Of all pixels between vertices with data.
 Off off(raster::Source& source, int level) {
   const proto::Samples samples = whole(source, lattice(level));
-  const auto pixels = source.pixels(lattice(level), {samples.west, samples.south, samples.west + samples.columns - 1, samples.south + samples.rows - 1});
+  const auto pixels = source.pixels(
+      lattice(level), {samples.west, samples.south, samples.west + samples.columns - 1, samples.south + samples.rows - 1});
   EXPECT_TRUE(pixels.ok());
   Off off;
   for (const raster::PixelPoint& p : *pixels) {
@@ -74,7 +79,8 @@ TEST_F(Pixels, EachOnceInTheCellsOfItsPlace) {
   std::size_t parts = 0;
   for (std::int64_t south = w.south - 2; south < w.north + 2; south += 37) {
     for (std::int64_t west = w.west - 2; west < w.east + 2; west += 41) {
-      const auto some = source->pixels(lattice(kLevel), {west, south, std::min(west + 41, w.east + 2), std::min(south + 37, w.north + 2)});
+      const auto some =
+          source->pixels(lattice(kLevel), {west, south, std::min(west + 41, w.east + 2), std::min(south + 37, w.north + 2)});
       ASSERT_TRUE(some.ok());
       parts += some->size();
     }
@@ -98,7 +104,9 @@ TEST_F(Pixels, StandOnVerticesWhereTheyWereMadeThere) {
   for (const raster::PixelPoint& p : *pixels) {
     ASSERT_EQ(p.x, std::floor(p.x));
     ASSERT_EQ(p.y, std::floor(p.y));
-    EXPECT_NEAR(p.height_m, height_m(*source, lattice(8), 70000 + static_cast<std::int64_t>(p.x), 49984 + static_cast<std::int64_t>(p.y)), 0.001);
+    EXPECT_NEAR(p.height_m,
+                height_m(*source, lattice(8), 70000 + static_cast<std::int64_t>(p.x), 49984 + static_cast<std::int64_t>(p.y)),
+                0.001);
   }
 }
 
@@ -118,7 +126,8 @@ TEST_F(Pixels, BackProjectionIsNearerWhereTheLatticeIsTooCoarseToMeetThem) {
   const std::string file = write(spec);
   const auto plain = must_open(file), exact = moved(must_open(file));
   EXPECT_LT(off(*exact, kLevel).greatest_m, 0.6 * off(*plain, kLevel).greatest_m);
-  EXPECT_EQ(whole(*plain, lattice(kLevel - 1)).height, whole(*exact, lattice(kLevel - 1)).height) << "another level stays as it is";
+  EXPECT_EQ(whole(*plain, lattice(kLevel - 1)).height, whole(*exact, lattice(kLevel - 1)).height)
+      << "another level stays as it is";
 }
 
 // Heights of points are valid between four of them alone, so a line of single ones in a void was painted over by the fill.
@@ -126,7 +135,9 @@ TEST_F(Pixels, WhatAFillClosesMeetsPixelsInIt) {
   Spec spec = rough_utm();
   spec.point = true;
   spec.nodata = -1;
-  spec.value = [](int c, int r) { return c > 20 && c < 60 && r > 20 && r < 60 && r != 40 ? -1 : rough(c, r) + (r == 40 ? 300 : 0); };
+  spec.value = [](int c, int r) {
+    return c > 20 && c < 60 && r > 20 && r < 60 && r != 40 ? -1 : rough(c, r) + (r == 40 ? 300 : 0);
+  };
   const std::string file = write(spec);
   proto::BuildOptions options = plain_options();
   options.set_voids("fill");
@@ -143,7 +154,8 @@ TEST_F(Pixels, BesideAVoidCornerTheOtherThreeMeetThem) {
   spec.value = [](int c, int r) { return (c * 7 + r * 11) % 23 == 0 ? -1 : rough(c, r); };
   const auto source = moved(must_open(write(spec)));
   const proto::Samples samples = whole(*source, lattice(kLevel));
-  const auto pixels = source->pixels(lattice(kLevel), {samples.west, samples.south, samples.west + samples.columns - 1, samples.south + samples.rows - 1});
+  const auto pixels = source->pixels(
+      lattice(kLevel), {samples.west, samples.south, samples.west + samples.columns - 1, samples.south + samples.rows - 1});
   ASSERT_TRUE(pixels.ok());
   int met = 0, near = 0;
   for (const raster::PixelPoint& p : *pixels) {
@@ -162,13 +174,16 @@ TEST_F(Pixels, BesideAVoidCornerTheOtherThreeMeetThem) {
 TEST_F(Pixels, BackProjectionDoesNotDependOnTheWindow) {
   Spec spec = rough_utm();
   spec.nodata = -1;
-  spec.value = [](int c, int r) { return (c - 40) * (c - 40) + (r - 30) * (r - 30) < 90 ? -1 : c > 70 && r > 50 ? 600 : rough(c, r); };
+  spec.value = [](int c, int r) {
+    return (c - 40) * (c - 40) + (r - 30) * (r - 30) < 90 ? -1 : c > 70 && r > 50 ? 600 : rough(c, r);
+  };
   const auto source = moved(must_open(write(spec)));
   const proto::Samples all = whole(*source, lattice(kLevel));
   int voids = 0;
   for (std::int64_t j = all.south; j < all.south + all.rows; j += 23) {
     for (std::int64_t i = all.west; i < all.west + all.columns; i += 31) {
-      const auto columns = static_cast<std::int32_t>(std::min<std::int64_t>(31, all.west + all.columns - i)), rows = static_cast<std::int32_t>(std::min<std::int64_t>(23, all.south + all.rows - j));
+      const auto columns = static_cast<std::int32_t>(std::min<std::int64_t>(31, all.west + all.columns - i)),
+                 rows = static_cast<std::int32_t>(std::min<std::int64_t>(23, all.south + all.rows - j));
       const auto part = source->sample(lattice(kLevel), i, j, columns, rows);
       ASSERT_TRUE(part.ok());
       for (std::int32_t r = 0; r < rows; ++r)
@@ -232,11 +247,12 @@ TEST_F(Pixels, UnderAGeoidAndABox) {
 }
 
 TEST_F(Pixels, AnotherWordIsRefused) {
-  EXPECT_EQ(problem_type(write(rough_utm()), [] {
-              proto::BuildOptions options = plain_options();
-              options.set_pixels("all");
-              return options;
-            }()),
+  EXPECT_EQ(problem_type(write(rough_utm()),
+                         [] {
+                           proto::BuildOptions options = plain_options();
+                           options.set_pixels("all");
+                           return options;
+                         }()),
             "option-invalid");
 }
 

@@ -31,7 +31,8 @@ std::vector<double> places(int count, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<double> at{NAN};
   for (int k = 0; k < 200; ++k) {
-    const double whole = static_cast<double>(random() % static_cast<unsigned>(count)), part = static_cast<double>(random() % 1000) / 1000;
+    const double whole = static_cast<double>(random() % static_cast<unsigned>(count)),
+                 part = static_cast<double>(random() % 1000) / 1000;
     at.push_back(std::min(whole + (k % 4 == 0 ? 0 : k % 4 == 1 ? 0.5 : part), count - 1.0));
   }
   return at;

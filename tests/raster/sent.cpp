@@ -47,7 +47,9 @@ void gzip_file(const std::string& path, const std::string& file) { put("/vsigzip
 Spec hills() {
   Spec spec;
   spec.columns = 61, spec.rows = 47, spec.type = "Int16", spec.nodata = -9999;
-  spec.value = [](int c, int r) { return c == 30 && r == 20 ? -9999 : std::round(400 + 300 * std::sin(c * 0.3) + 80 * std::cos(r * 0.2)) - 500; };
+  spec.value = [](int c, int r) {
+    return c == 30 && r == 20 ? -9999 : std::round(400 + 300 * std::sin(c * 0.3) + 80 * std::cos(r * 0.2)) - 500;
+  };
   return spec;
 }
 
@@ -91,7 +93,8 @@ void expect_same_heights(raster::Source& a, raster::Source& b) {
     const bool both = one.height[k] != proto::kNoHeight && other.height[k] != proto::kNoHeight;
     // A vertex upon the rim may fall on either side of it.
     if (both && std::abs(one.height[k] - other.height[k]) * proto::kHeightStep_m > 0.01) ++different;
-    if (!both && one.height[k] != other.height[k]) different += (k % static_cast<std::size_t>(one.columns)) % static_cast<std::size_t>(one.columns - 1) != 0;
+    if (!both && one.height[k] != other.height[k])
+      different += (k % static_cast<std::size_t>(one.columns)) % static_cast<std::size_t>(one.columns - 1) != 0;
   }
   EXPECT_EQ(different, 0);
 }

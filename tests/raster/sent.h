@@ -27,7 +27,7 @@ struct SentRow {
   const char* type = "Int16";
   std::vector<std::string> beside = {};  ///< files that it needs; posted: all in a zip
   bool says_crs = true;
-  bool says_nodata() const;   ///< XYZ and JPEG 2000 have no word for it
+  bool says_nodata() const;  ///< XYZ and JPEG 2000 have no word for it
 };
 std::vector<SentRow> sent_rows();
 /// What is sent of a raster written to file: names and files. What GDAL notes beside it is no part of it, and is removed.

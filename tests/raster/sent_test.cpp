@@ -1,4 +1,5 @@
-// Every format, as one file or with its side files in a zip: the heights are those of the GeoTIFF, posted and from the command line.
+// Every format, as one file or with its side files in a zip: the heights are those of the GeoTIFF, posted and from the command
+// line.
 #include <filesystem>
 
 #include "sent.h"
@@ -44,9 +45,7 @@ TEST_F(Sent, HeightsAreThoseOfTheGeoTiff) {
       ASSERT_TRUE(posted);
       expect_same_heights(*tiff, *posted);
     }
-    if (!row.says_crs) {
-      EXPECT_EQ(problem_type(zip, plain_options(), Trust::posted_file, "dem.zip"), "raster-without-crs");
-    }
+    if (!row.says_crs) { EXPECT_EQ(problem_type(zip, plain_options(), Trust::posted_file, "dem.zip"), "raster-without-crs"); }
     std::filesystem::remove(zip);
   }
 }
@@ -59,7 +58,8 @@ TEST_F(Sent, WhatNeedsItsSideFilesSaysSo) {
     const auto posted = open(file, plain_options(), Trust::posted_file, row.file);
     ASSERT_FALSE(posted.ok());
     EXPECT_EQ(posted.problem().type, "raster-format-unsupported");
-    EXPECT_EQ(posted.problem().accepted, "all files of the raster in one .zip, or in one form: curl -F file=@dem.bil -F file=@dem.hdr");
+    EXPECT_EQ(posted.problem().accepted,
+              "all files of the raster in one .zip, or in one form: curl -F file=@dem.bil -F file=@dem.hdr");
   }
 }
 
@@ -80,7 +80,8 @@ TEST_F(Sent, CutOnesAreDamaged) {
     if (source.ok()) {
       const proto::Lattice l = lattice(8);
       const auto w = (*source)->window(l);
-      const auto samples = (*source)->sample(l, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1), static_cast<std::int32_t>(w.north - w.south + 1));
+      const auto samples = (*source)->sample(l, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1),
+                                             static_cast<std::int32_t>(w.north - w.south + 1));
       slug = samples.ok() ? "heights" : samples.problem().type;
     }
     EXPECT_EQ(slug, "raster-unreadable");
@@ -128,7 +129,8 @@ TEST_F(Sent, PointsInOtherOrders) {
   std::string from_south, by_name = "y;z;x\n", columns;
   for (int r = 0; r < 9; ++r)
     for (int c = 0; c < 8; ++c)
-      from_south += std::to_string(500000 + c) + ".5 " + std::to_string(5300000 + r) + ".5 " + std::to_string(value(c, r)) + ".25\n";
+      from_south +=
+          std::to_string(500000 + c) + ".5 " + std::to_string(5300000 + r) + ".5 " + std::to_string(value(c, r)) + ".25\n";
   for (int r = 8; r >= 0; --r)
     for (int c = 0; c < 8; ++c)
       by_name += std::to_string(5300000 + r) + ".5;" + std::to_string(value(c, r)) + ".25;" + std::to_string(500000 + c) + ".5\n";
@@ -142,9 +144,11 @@ TEST_F(Sent, PointsInOtherOrders) {
   ASSERT_TRUE(good);
   proto::BuildOptions options = plain_options();
   options.set_crs("EPSG:25832");
-  for (const auto& [name, text] : {std::pair{"from the south", from_south}, {"columns by name", by_name}, {"column by column", columns}}) {
+  for (const auto& [name, text] :
+       {std::pair{"from the south", from_south}, {"columns by name", by_name}, {"column by column", columns}}) {
     SCOPED_TRACE(name);
-    const auto posted = must_open(write_text(text, std::string(name) + ".xyz"), options, Trust::posted_file, "dgm1_32_500_5300.xyz");
+    const auto posted =
+        must_open(write_text(text, std::string(name) + ".xyz"), options, Trust::posted_file, "dgm1_32_500_5300.xyz");
     ASSERT_TRUE(posted);
     EXPECT_EQ(posted->description().columns(), 8u);
     const proto::Lattice l = lattice(17);
@@ -153,10 +157,12 @@ TEST_F(Sent, PointsInOtherOrders) {
 }
 
 TEST_F(Sent, WhatIsRefusedIsToldHowItIsConverted) {
-  const auto refused = open(write_text(std::string(5000, '\x07'), "my dem.bag"), plain_options(), Trust::posted_file, "my dem.bag");
+  const auto refused =
+      open(write_text(std::string(5000, '\x07'), "my dem.bag"), plain_options(), Trust::posted_file, "my dem.bag");
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.problem().type, "raster-format-unsupported");
-  EXPECT_NE(refused.problem().accepted.find("gdal_translate 'my dem.bag' 'my dem.tif'"), std::string::npos) << refused.problem().accepted;
+  EXPECT_NE(refused.problem().accepted.find("gdal_translate 'my dem.bag' 'my dem.tif'"), std::string::npos)
+      << refused.problem().accepted;
   const auto picture = open(write_text("\x89PNG\r\n\x1a\n", "h.png"), plain_options(), Trust::posted_file, "h.png");
   ASSERT_FALSE(picture.ok());
   EXPECT_NE(picture.problem().accepted.find("gdal_translate h.png h.tif"), std::string::npos);

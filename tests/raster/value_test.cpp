@@ -24,7 +24,9 @@ Spec aligned(const std::string& type) {
 }
 
 /// Height inside the area of pixel (c, r): at its centre, two levels finer would do; one finer is its centre exactly.
-double pixel_m(raster::Source& source, int c, int r) { return height_m(source, lattice(kLevel + 1), 2 * (70000 + c) + 1, 2 * (50000 - r) - 1); }
+double pixel_m(raster::Source& source, int c, int r) {
+  return height_m(source, lattice(kLevel + 1), 2 * (70000 + c) + 1, 2 * (50000 - r) - 1);
+}
 
 TEST_F(Value, EveryTypeIsRead) {
   for (const char* type : {"Byte", "UInt16", "Int16", "UInt32", "Int32", "Int64", "UInt64", "Float32", "Float64"}) {
@@ -56,9 +58,23 @@ TEST_F(Value, AColourTableIsNoHeights) {
 }
 
 TEST_F(Value, ScaleOffsetAndUnit) {
-  const struct { const char* unit; double metres; } units[] = {
-      {"", 1}, {"m", 1}, {"Metre", 1}, {"meters", 1}, {"ft", 0.3048}, {"Foot", 0.3048}, {"feet", 0.3048}, {"US survey foot", 1200.0 / 3937},
-      {"US_survey_foot", 1200.0 / 3937}, {"ftUS", 1200.0 / 3937}, {"Foot_US", 1200.0 / 3937}, {"km", 1000}, {"kilometre", 1000}, {"cm", 0.01}};
+  const struct {
+    const char* unit;
+    double metres;
+  } units[] = {{"", 1},
+               {"m", 1},
+               {"Metre", 1},
+               {"meters", 1},
+               {"ft", 0.3048},
+               {"Foot", 0.3048},
+               {"feet", 0.3048},
+               {"US survey foot", 1200.0 / 3937},
+               {"US_survey_foot", 1200.0 / 3937},
+               {"ftUS", 1200.0 / 3937},
+               {"Foot_US", 1200.0 / 3937},
+               {"km", 1000},
+               {"kilometre", 1000},
+               {"cm", 0.01}};
   for (const auto& unit : units) {
     Spec spec = aligned("Int16");
     spec.unit = unit.unit, spec.scale = 0.5, spec.offset = -3;
@@ -102,11 +118,26 @@ TEST_F(Value, DepthsAreHeightsBelowZero) {
 
 TEST_F(Value, NodataInAllItsForms) {
   const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
-  const struct { const char* type; std::optional<double> nodata; double raw; } cases[] = {
-      {"Int16", -32768, -32768}, {"UInt16", 0, 0}, {"Float32", -9999, -9999}, {"Float32", -3.4e38, -3.4e38}, {"Float32", -3.40282e38, -3.4028234663852886e38},
-      {"Float32", -9999.9, -9999.9}, {"Float32", nan, nan}, {"Float32", std::nullopt, nan}, {"Float32", std::nullopt, inf}, {"Float32", std::nullopt, -inf},
-      {"Float32", std::nullopt, 3.4e38}, {"Float64", std::nullopt, -1.7e308}, {"Float32", -inf, -inf}, {"Int32", std::nullopt, -2147483648.0},
-      {"Int64", -99, -99}, {"Float32", std::nullopt, 20000}};
+  const struct {
+    const char* type;
+    std::optional<double> nodata;
+    double raw;
+  } cases[] = {{"Int16", -32768, -32768},
+               {"UInt16", 0, 0},
+               {"Float32", -9999, -9999},
+               {"Float32", -3.4e38, -3.4e38},
+               {"Float32", -3.40282e38, -3.4028234663852886e38},
+               {"Float32", -9999.9, -9999.9},
+               {"Float32", nan, nan},
+               {"Float32", std::nullopt, nan},
+               {"Float32", std::nullopt, inf},
+               {"Float32", std::nullopt, -inf},
+               {"Float32", std::nullopt, 3.4e38},
+               {"Float64", std::nullopt, -1.7e308},
+               {"Float32", -inf, -inf},
+               {"Int32", std::nullopt, -2147483648.0},
+               {"Int64", -99, -99},
+               {"Float32", std::nullopt, 20000}};
   for (const auto& k : cases) {
     Spec spec = aligned(k.type);
     spec.nodata = k.nodata;
@@ -137,7 +168,9 @@ TEST_F(Value, MaskAndAlphaBands) {
 TEST_F(Value, NodataOption) {
   Spec spec = aligned("Float32");
   spec.columns = spec.rows = 20, spec.nodata = -1;
-  spec.value = [](int c, int r) { return c == 3 && r == 3 ? -8888.0 : c >= 5 && c <= 9 && r >= 5 && r <= 9 ? -1.0 : 2.0 * c + r; };
+  spec.value = [](int c, int r) {
+    return c == 3 && r == 3 ? -8888.0 : c >= 5 && c <= 9 && r >= 5 && r <= 9 ? -1.0 : 2.0 * c + r;
+  };
   const std::string file = write(spec);
   proto::BuildOptions options = plain_options();
   EXPECT_EQ(pixel_m(*must_open(file, options), 3, 3), -8888);
@@ -194,7 +227,8 @@ TEST_F(Value, Bbox) {
   const std::string file = write(spec);
   const proto::Lattice l = lattice(kLevel);
   proto::BuildOptions options = plain_options();
-  for (const double v : {l.longitude_deg(70002), l.latitude_deg(50000 - 6), l.longitude_deg(70005), l.latitude_deg(50000 - 3)}) options.add_bbox(v);
+  for (const double v : {l.longitude_deg(70002), l.latitude_deg(50000 - 6), l.longitude_deg(70005), l.latitude_deg(50000 - 3)})
+    options.add_bbox(v);
   const auto source = must_open(file, options);
   ASSERT_TRUE(source);
   const auto w = source->window(l);
@@ -235,11 +269,11 @@ TEST_F(Value, BboxWithWestAndEastSwapped) {
     int columns;
     double west, east;
   };
-  const Meant meant[] = {{10, 16, 11, 13.5},         // west below east
-                        {10, 16, 11, -170},         // one end in the raster
-                        {175, 40, 177, -177},       // over the antimeridian
-                        {-180, 1440, 170, -170},    // all around
-                        {-179, 1432, 170, -170}};   // nearly
+  const Meant meant[] = {{10, 16, 11, 13.5},        // west below east
+                         {10, 16, 11, -170},        // one end in the raster
+                         {175, 40, 177, -177},      // over the antimeridian
+                         {-180, 1440, 170, -170},   // all around
+                         {-179, 1432, 170, -170}};  // nearly
   for (const Meant& k : meant) {
     EXPECT_TRUE(opened(k.raster_west, k.columns, k.west, k.east).ok()) << k.raster_west << " " << k.west << " " << k.east;
   }

@@ -86,7 +86,11 @@ TEST_F(Vertical, TheRewrittenGridEqualsTheRealOne) {
 }
 
 TEST_F(Vertical, DeclaredBySource) {
-  const struct { const char* crs; const char* datum; const char* from; } cases[] = {
+  const struct {
+    const char* crs;
+    const char* datum;
+    const char* from;
+  } cases[] = {
       {"EPSG:4326+5773", "EGM96", "source"}, {"EPSG:32632+5773", "EGM96", "source"}, {"EPSG:4979", "ellipsoid", "source"}};
   for (const auto& k : cases) {
     Spec spec;
@@ -164,7 +168,8 @@ TEST_F(HeightSystem, DeclaredByTheRasterIsTakenToTheEllipsoid) {
   expect_height(*source, 1500);
 }
 
-/// The usual form of data of the United States. PROJ has the grid for NAD83(2011), and no exact way from there to NAD83: within a metre on the ground.
+/// The usual form of data of the United States. PROJ has the grid for NAD83(2011), and no exact way from there to NAD83: within a
+/// metre on the ground.
 TEST_F(HeightSystem, OnAnOlderDatumTakesTheSameGrid) {
   install_grid();
   const auto declared = must_open(write(colorado("EPSG:4269+5703"), "declared.tif"), {});
@@ -203,7 +208,8 @@ TEST_F(HeightSystem, InFeetIsTakenToMetresOnce) {
 TEST_F(HeightSystem, IsNamedByTheRequestInManyWays) {
   install_grid();
   const std::string dem = write(colorado("EPSG:6318"));
-  for (const char* name : {"NAVD88", "navd88 height", "EPSG:5703", "epsg:5703", "5703", "EPSG:6349"}) {  // the last is a compound CRS
+  for (const char* name :
+       {"NAVD88", "navd88 height", "EPSG:5703", "epsg:5703", "5703", "EPSG:6349"}) {  // the last is a compound CRS
     SCOPED_TRACE(name);
     proto::BuildOptions options;
     options.set_vertical_datum(name);
@@ -233,7 +239,8 @@ TEST_F(HeightSystem, WithoutItsGridIsRefusedByName) {
   EXPECT_EQ(refused.problem().type, "geoid-not-found");
   EXPECT_THAT(refused.problem().detail, ::testing::HasSubstr("us_noaa_g2018u0.tif"));
   EXPECT_THAT(refused.problem().detail, ::testing::HasSubstr("NAVD88 height"));
-  EXPECT_THAT(refused.problem().accepted, ::testing::AllOf(::testing::HasSubstr(path("grids")), ::testing::HasSubstr("vertical_datum=EGM96")));
+  EXPECT_THAT(refused.problem().accepted,
+              ::testing::AllOf(::testing::HasSubstr(path("grids")), ::testing::HasSubstr("vertical_datum=EGM96")));
 }
 
 /// The operator's folders are nobody's business who posts.
@@ -241,7 +248,8 @@ TEST_F(HeightSystem, WithoutItsGridTellsWhoPostedOfNoFolder) {
   const auto refused = open(write(colorado("EPSG:6318+5703")), {}, raster::Trust::posted_file, "dem.tif");
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.problem().type, "geoid-not-found");
-  EXPECT_THAT(refused.problem().line(), ::testing::AllOf(::testing::HasSubstr("CORDILLERA_GEOIDS"), ::testing::Not(::testing::HasSubstr(path("")))));
+  EXPECT_THAT(refused.problem().line(),
+              ::testing::AllOf(::testing::HasSubstr("CORDILLERA_GEOIDS"), ::testing::Not(::testing::HasSubstr(path("")))));
 }
 
 TEST_F(HeightSystem, IsOverruledByTheRequestAndStillTold) {
@@ -253,7 +261,8 @@ TEST_F(HeightSystem, IsOverruledByTheRequestAndStillTold) {
   EXPECT_EQ(source->description().vertical_datum_declared(), "NAVD88 height");
 }
 
-/// PROJ's database of that time names what was published; the package that is installed has it in PROJ's own format under another name.
+/// PROJ's database of that time names what was published; the package that is installed has it in PROJ's own format under another
+/// name.
 TEST_F(HeightSystem, OfGermanyTakesTheGridOfItsNewerName) {
   fs::create_directories(path("grids"));
   Spec dem;
@@ -344,7 +353,8 @@ TEST_F(Vertical, MissingAndWrongGrids) {
     if (refused.ok()) continue;  // this machine has the grid
     EXPECT_EQ(refused.problem().type, "geoid-not-found");
     EXPECT_EQ(refused.problem().parameter, "vertical_datum");
-    EXPECT_THAT(open(dem, options, raster::Trust::posted_file, "dem.tif").problem().line(), ::testing::Not(::testing::HasSubstr(path("none"))));
+    EXPECT_THAT(open(dem, options, raster::Trust::posted_file, "dem.tif").problem().line(),
+                ::testing::Not(::testing::HasSubstr(path("none"))));
   }
   setenv("CORDILLERA_GEOIDS", path("").c_str(), 1);
   write_text("P5\n# Origin 90N 0E\n# Offset 0\n# Scale 1\n4 3\n65535\n01", "cut.pgm");

@@ -12,7 +12,8 @@ namespace {
 
 using raster::Source;
 
-std::vector<std::uint32_t> tried_one_by_one(const std::vector<Source::Window>& windows, const Source::Window& asked, const proto::Lattice& lattice) {
+std::vector<std::uint32_t> tried_one_by_one(const std::vector<Source::Window>& windows, const Source::Window& asked,
+                                            const proto::Lattice& lattice) {
   std::vector<std::uint32_t> found;
   for (std::size_t k = 0; k < windows.size(); ++k) {
     if (raster::touch(windows[k], asked, lattice)) found.push_back(static_cast<std::uint32_t>(k));
@@ -26,7 +27,9 @@ std::vector<Source::Window> scattered(const proto::Lattice& lattice, int count) 
   const auto below = [&](std::int64_t n) { return static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(n)); };
   std::vector<Source::Window> windows;
   for (int k = 0; k < count; ++k) {
-    const std::int64_t side = k % 10 == 0 ? lattice.columns() : k % 3 == 0 ? lattice.rows() / 4 : std::max<std::int64_t>(1, lattice.rows() / 180);
+    const std::int64_t side = k % 10 == 0  ? lattice.columns()
+                              : k % 3 == 0 ? lattice.rows() / 4
+                                           : std::max<std::int64_t>(1, lattice.rows() / 180);
     const std::int64_t west = below(2 * lattice.columns()) - lattice.columns() / 2, south = below(lattice.rows() + 1);
     windows.push_back({west, south, west + below(side + 1), std::min(lattice.rows(), south + below(side + 1))});
     if (k % 17 == 0) windows.push_back({0, 0, -1, -1});

@@ -25,7 +25,8 @@ proto::Plan plan_at(const proto::Lattice& lattice) {
   proto::Plan plan;
   plan.set_finest_level(kFinest);
   const auto west = static_cast<std::int32_t>(lattice.west(kCorner)), south = static_cast<std::int32_t>(lattice.south(kCorner));
-  for (const std::int32_t side : {west, south, west + kAcross * proto::kTileCells, south + kAcross * proto::kTileCells}) plan.add_window(side);
+  for (const std::int32_t side : {west, south, west + kAcross * proto::kTileCells, south + kAcross * proto::kTileCells})
+    plan.add_window(side);
   for (int z = kFinest; z >= kFinest - 1; --z) {
     proto::LevelPlan* level = plan.add_levels();
     level->set_level(static_cast<std::uint32_t>(z));
@@ -58,19 +59,22 @@ struct Hash {
 std::uint64_t hash_of(const pipeline::BuiltTile& tile) {
   Hash hash;
   for (std::size_t v = 0; v < tile.mesh.vertices(); ++v) {
-    for (const std::int32_t number : {tile.mesh.x[v], tile.mesh.y[v], tile.mesh.height[v]}) hash.add(static_cast<std::uint64_t>(number));
+    for (const std::int32_t number : {tile.mesh.x[v], tile.mesh.y[v], tile.mesh.height[v]})
+      hash.add(static_cast<std::uint64_t>(number));
     hash.add(std::uint64_t{tile.mesh.mark[v]});
   }
   for (const auto& triangle : tile.mesh.triangles)
     for (const std::uint32_t corner : triangle) hash.add(std::uint64_t{corner});
   for (const double number : {tile.max_error_m, tile.measured.max_m, tile.measured.sum_squared_m2}) hash.add(number);
-  for (const std::uint32_t count : {tile.measured.samples, tile.measured.uncovered, tile.measured.overcovered}) hash.add(std::uint64_t{count});
+  for (const std::uint32_t count : {tile.measured.samples, tile.measured.uncovered, tile.measured.overcovered})
+    hash.add(std::uint64_t{count});
   return hash.value;
 }
 
 void print(bench::Terrain kind, const pipeline::BuiltTile& tile) {
-  std::printf("%-8s %d/%d/%d %-8s %7zu triangles %10.4f m %016" PRIx64 "\n", bench::kTerrainNames[static_cast<int>(kind)].data(), tile.tile.z,
-              tile.tile.x, tile.tile.y, tile.composed ? "composed" : "measured", tile.mesh.triangles.size(), tile.max_error_m, hash_of(tile));
+  std::printf("%-8s %d/%d/%d %-8s %7zu triangles %10.4f m %016" PRIx64 "\n", bench::kTerrainNames[static_cast<int>(kind)].data(),
+              tile.tile.z, tile.tile.x, tile.tile.y, tile.composed ? "composed" : "measured", tile.mesh.triangles.size(),
+              tile.max_error_m, hash_of(tile));
 }
 
 void run(bench::Terrain kind, gpu::Simplifier& simplifier) {

@@ -228,9 +228,10 @@ proto::Result<std::unique_ptr<access::Gate>> gate(const std::string& listen, con
 }
 
 TEST(Access, AnOpenServiceStaysOnThisMachine) {
-  for (const char* listen : {"127.0.0.1:8080", "127.1.2.3:1", "localhost:80", "LOCALHOST:80", "localhost.:80", "[::1]:8080"}) EXPECT_TRUE(gate(listen)) << listen;
-  for (const char* listen :
-       {"0.0.0.0:8080", "192.168.0.1:8080", "[::]:8080", "example.org:80", "127.example.org:80", "127.abc.de:80", "localhost.example.org:80"}) {
+  for (const char* listen : {"127.0.0.1:8080", "127.1.2.3:1", "localhost:80", "LOCALHOST:80", "localhost.:80", "[::1]:8080"})
+    EXPECT_TRUE(gate(listen)) << listen;
+  for (const char* listen : {"0.0.0.0:8080", "192.168.0.1:8080", "[::]:8080", "example.org:80", "127.example.org:80",
+                             "127.abc.de:80", "localhost.example.org:80"}) {
     const auto refused = gate(listen);
     ASSERT_FALSE(refused) << listen;
     EXPECT_EQ(refused.problem().type, "listen-unprotected");
@@ -280,15 +281,14 @@ TEST(Access, WithoutTokensStrangersDoNotWrite) {
       {{{"host", "127.0.0.1:8080"}, {"forwarded", "for=192.0.2.1"}}, "token-missing"},
       {{{"host", "127.0.0.1:8080"}, {"x-real-ip", "192.0.2.1"}}, "token-missing"},
       {{{"host", "127.0.0.1:8080"}, {"via", "1.1 proxy"}}, "token-missing"},
-      {{{"host", "127.0.0.1:8080"}, {"x-forwarded-host", "terrain.example"}, {"origin", "https://terrain.example"}}, "token-missing"},
+      {{{"host", "127.0.0.1:8080"}, {"x-forwarded-host", "terrain.example"}, {"origin", "https://terrain.example"}},
+       "token-missing"},
   };
   for (const Row& row : rows) {
     const Response answer = test.post("GOOD", {}, row.headers);
     const auto host = row.headers.find("host");
     EXPECT_EQ(answer.problem, row.problem) << (host == row.headers.end() ? "no host" : host->second) << ": " << answer.body;
-    if (row.problem.empty()) {
-      EXPECT_EQ(answer.status, 202);
-    }
+    if (row.problem.empty()) { EXPECT_EQ(answer.status, 202); }
   }
   EXPECT_EQ(slug_of(test.post("GOOD", {{"private", "1"}})), "option-forbidden");
 }
@@ -311,7 +311,8 @@ TEST(Access, TheClientIsTheLastOneThatNoTrustedProxyIs) {
   EXPECT_EQ(client("127.0.0.1", "2001:DB8:0::0:7, 2001:db8:0:0::1"), "2001:db8::7") << "one address, however it is written";
   EXPECT_EQ(client("::ffff:127.0.0.1", "198.51.100.7"), "198.51.100.7") << "a socket for both kinds shows IPv4 like this";
   EXPECT_EQ(client("127.0.0.1", "198.51.100.7:4711, [2001:db8::1]:80"), "198.51.100.7") << "some proxies write the port";
-  for (const char* none : {"abc.de", "127.abc.de", "1.2.3", "1.2.3.4.5", "dead.beef", "999.0.0.1", "1.2.3.04", ":", "::1::", "a::b::c", "fe80::1%lo", "unknown"}) {
+  for (const char* none : {"abc.de", "127.abc.de", "1.2.3", "1.2.3.4.5", "dead.beef", "999.0.0.1", "1.2.3.04", ":",
+                           "::1::", "a::b::c", "fe80::1%lo", "unknown"}) {
     EXPECT_EQ(client("127.0.0.1", none), "127.0.0.1") << none;
   }
 }

@@ -76,9 +76,11 @@ TEST(Api, DocumentsHoldOnlyRelativeAddresses) {
 TEST(Api, LinksArePathsBelowThePublicPrefix) {
   TestService test;
   const std::string base = "/v1/datasets/" + posted_id(test.post("GOOD", {}, kWait));
-  const std::pair<const char*, const char*> rows[] = {{"/terrain", "/terrain"}, {"terrain/", "/terrain"}, {"//example.org", "/example.org"}, {"/a b", ""}, {"/", ""}};
+  const std::pair<const char*, const char*> rows[] = {
+      {"/terrain", "/terrain"}, {"terrain/", "/terrain"}, {"//example.org", "/example.org"}, {"/a b", ""}, {"/", ""}};
   for (const auto& [told, prefix] : rows) {
-    const Json status = body_of(test.get(base, {{"x-forwarded-prefix", told}})), list = body_of(test.get("/v1/datasets", {{"x-forwarded-prefix", told}}));
+    const Json status = body_of(test.get(base, {{"x-forwarded-prefix", told}})),
+               list = body_of(test.get("/v1/datasets", {{"x-forwarded-prefix", told}}));
     EXPECT_EQ(status["links"]["self"], prefix + base) << told;
     const Json index = body_of(test.get("/v1", {{"x-forwarded-prefix", told}}))["links"];
     EXPECT_EQ(index["datasets"], prefix + std::string("/v1/datasets")) << told;
@@ -122,10 +124,12 @@ TEST(Api, AMountedFolderListsWhatLiesInIt) {
   EXPECT_EQ(status["faces"][0]["links"].size(), 3u) << "there is no tiles/{z}/{x}/{y}.glb";
   const Json item = body_of(test.get("/stac/collections/datasets/items/x"));
   EXPECT_EQ(names_in(item["assets"]), (std::set<std::string>{"3d-tiles", "manifest"}));
-  for (const auto& [name, asset] : item["assets"].items()) EXPECT_EQ(test.get(asset["href"].get<std::string>()).status, 200) << name;
+  for (const auto& [name, asset] : item["assets"].items())
+    EXPECT_EQ(test.get(asset["href"].get<std::string>()).status, 200) << name;
   EXPECT_EQ(body_of(test.get("/v1/datasets"))["datasets"][0]["links"], status["links"]);
   put("tiles/1/1/1.drc", "a tile");
-  EXPECT_EQ(names_in(body_of(test.get("/v1/datasets/x"))["links"]), (std::set<std::string>{"self", "events", "manifest", "tileset", "drc"}));
+  EXPECT_EQ(names_in(body_of(test.get("/v1/datasets/x"))["links"]),
+            (std::set<std::string>{"self", "events", "manifest", "tileset", "drc"}));
   EXPECT_EQ(faces(body_of(test.get("/v1/datasets/x"))), "drc 3d-tiles ");
 }
 
@@ -300,7 +304,8 @@ TEST(Api, ADryRunBuildsNothing) {
   for (const char* name : {"stated_max_error", "rmse", "geometric_error", "uncovered_samples"}) {
     EXPECT_FALSE(manifest["levels"][0].contains(name)) << name << " is not known before a build";
   }
-  for (const char* name : {"nodata_share", "min_height", "error_at_pixels"}) EXPECT_FALSE(manifest["source"].contains(name)) << name;
+  for (const char* name : {"nodata_share", "min_height", "error_at_pixels"})
+    EXPECT_FALSE(manifest["source"].contains(name)) << name;
   const Json shares = body_of(test.post("GOOD", {{"dry_run", "1"}, {"keep", "0.5"}}))["manifest"]["levels"][0];
   EXPECT_FALSE(shares.contains("target")) << "the tolerance behind a share is found when it is built";
   EXPECT_EQ(test.post("BAD", {{"dry_run", "1"}}).status, 422);
@@ -398,8 +403,10 @@ TEST(Api, EventsTellProgressAndTheEnd) {
   EXPECT_THAT(first, HasSubstr("event: progress\ndata: {\"stage\":\"build\",\"done\":3,\"total\":10,"));
   EXPECT_THAT(first, HasSubstr("\"seconds_left\":7,"));
   const std::string behind = posted_id(test.post("SLOW too"));
-  EXPECT_EQ(test.get("/v1/datasets/" + behind + "/events").next_piece().value_or(""),
-            "event: progress\ndata: {\"stage\":\"queued\",\"done\":0,\"total\":0,\"share\":0,\"seconds_left\":null,\"place\":1,\"state\":\"queued\"}\n\n");
+  EXPECT_EQ(
+      test.get("/v1/datasets/" + behind + "/events").next_piece().value_or(""),
+      "event: progress\ndata: "
+      "{\"stage\":\"queued\",\"done\":0,\"total\":0,\"share\":0,\"seconds_left\":null,\"place\":1,\"state\":\"queued\"}\n\n");
   test.send("DELETE", "/v1/datasets/" + behind);
   test.send("DELETE", "/v1/datasets/" + id);
   std::string last;

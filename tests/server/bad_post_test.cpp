@@ -1,5 +1,5 @@
-// What a stranger may send: the real program, real HTTP, a row an input. Whatever comes, the answer is a problem that says what is
-// wrong with what, the service goes on, and nothing half-made can be listed or fetched.
+// What a stranger may send: the real program, real HTTP, a row an input. Whatever comes, the answer is a problem that says what
+// is wrong with what, the service goes on, and nothing half-made can be listed or fetched.
 #include <arpa/inet.h>
 #include <gdal_priv.h>
 #include <gmock/gmock.h>
@@ -18,15 +18,15 @@
 namespace cordillera::server {
 namespace {
 
-using raster_test::Spec;
 using raster_test::huge_sparse;
+using raster_test::Spec;
 using testing::AnyOf;
 using testing::HasSubstr;
 using namespace std::string_literals;
 
 /// A POST and the answer that it deserves.
 struct Row {
-  std::string name;   ///< of the raster, as the query gives it
+  std::string name;  ///< of the raster, as the query gives it
   std::string body;
   std::string query;  ///< further options: "&error=5"
   int status = 422;
@@ -114,13 +114,15 @@ class BadPosts : public raster_test::RasterTest {
     const Json status = get(base);
     EXPECT_EQ(status["state"], "failed") << status.dump();
     EXPECT_EQ(status["error"]["type"], type) << "the status tells what the answer told";
-    for (const char* below : {"/manifest.json", "/tileset.json", "/tiles/0/0/0.drc", "/tiles/W/0/0/0.glb", "/subtrees/W/0/0/0.subtree"}) {
+    for (const char* below :
+         {"/manifest.json", "/tileset.json", "/tiles/0/0/0.drc", "/tiles/W/0/0/0.glb", "/subtrees/W/0/0/0.subtree"}) {
       const auto fetched = client_->Get(base + below);
       ASSERT_TRUE(fetched);
       EXPECT_EQ(fetched->status, 409) << below << fetched->body;
       EXPECT_THAT(fetched->body, HasSubstr("dataset-failed"));
     }
-    EXPECT_TRUE(eventually([&] { return !std::filesystem::exists(data("datasets/" + id)); })) << "bytes of a failed dataset are left";
+    EXPECT_TRUE(eventually([&] { return !std::filesystem::exists(data("datasets/" + id)); }))
+        << "bytes of a failed dataset are left";
   }
   void nothing_half_made() {
     const Json list = get("/v1/datasets");
@@ -148,7 +150,8 @@ Spec dem() {
 
 TEST_F(BadPosts, WhatIsNoElevationModel) {
   Spec photo;
-  photo.columns = photo.rows = 64, photo.bands = 3, photo.type = "Byte", photo.driver = "PNG", photo.crs = "", photo.georeferenced = false;
+  photo.columns = photo.rows = 64, photo.bands = 3, photo.type = "Byte", photo.driver = "PNG", photo.crs = "",
+  photo.georeferenced = false;
   photo.value = [](int c, int r) { return (c * r) % 256; };
   const std::string png = file_text(write(photo, "photo.png"));
   ASSERT_EQ(png.substr(1, 3), "PNG");
@@ -160,9 +163,10 @@ TEST_F(BadPosts, WhatIsNoElevationModel) {
     ASSERT_EQ(VSIFWriteL(good.data(), 1, good.size(), file), good.size());
     VSIFCloseL(file);
   }
-  const std::string vrt = "<VRTDataset rasterXSize=\"200\" rasterYSize=\"200\"><SRS>EPSG:4326</SRS><GeoTransform>10, 0.01, 0, 45, 0, -0.01"
-                          "</GeoTransform><VRTRasterBand dataType=\"Int16\" band=\"1\"><SimpleSource><SourceFilename>" + path("made.tif") +
-                          "</SourceFilename></SimpleSource></VRTRasterBand></VRTDataset>";
+  const std::string vrt =
+      "<VRTDataset rasterXSize=\"200\" rasterYSize=\"200\"><SRS>EPSG:4326</SRS><GeoTransform>10, 0.01, 0, 45, 0, -0.01"
+      "</GeoTransform><VRTRasterBand dataType=\"Int16\" band=\"1\"><SimpleSource><SourceFilename>" +
+      path("made.tif") + "</SourceFilename></SimpleSource></VRTRasterBand></VRTDataset>";
   const auto half = [&](const char* name) {
     const std::string whole = file_text(path(name));
     return whole.substr(0, whole.size() / 2);
@@ -177,13 +181,16 @@ TEST_F(BadPosts, WhatIsNoElevationModel) {
       {"dem.vrt", vrt, "", 422, "raster-format-unsupported", "dem.vrt is a VRT"},
       {"dem.tif", "   " + vrt, "", 422, "raster-format-unsupported", "dem.tif is a VRT"},
       {"page.tif", "<!DOCTYPE html><title>404</title>", "", 422, "raster-format-unsupported", "page.tif is an HTML page"},
-      {"lfs.tif", "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 5\n", "", 422, "raster-format-unsupported", "Git LFS"},
+      {"lfs.tif", "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 5\n", "", 422, "raster-format-unsupported",
+       "Git LFS"},
       {"garbage.tif", "II*\0garbage"s, "", 422, "raster-format-unsupported", ""},
       {"text.txt", "12 13 14", "", 422, "raster-format-unsupported", ""},
-      {"short.asc", "ncols 100000\nnrows 100000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3", "", 422, "raster-truncated", "short.asc claims"},
+      {"short.asc", "ncols 100000\nnrows 100000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3", "", 422, "raster-truncated",
+       "short.asc claims"},
       {"nowhere.hgt", std::string(2 * 1201 * 1201, '\0'), "", 422, "hgt-name", ""},
       {"N44W072.hgt", std::string(2 * 1201 * 1200, '\0'), "", 422, "hgt-name", ""},
-      {"raster", std::string(2 * 1201 * 1201, '\0'), "", 422, "hgt-name", "raster cannot be opened as a raster; it has the size of an .hgt"},
+      {"raster", std::string(2 * 1201 * 1201, '\0'), "", 422, "hgt-name",
+       "raster cannot be opened as a raster; it has the size of an .hgt"},
   };
   for (const Row& row : rows) post(row);
 }
@@ -202,19 +209,33 @@ TEST_F(BadPosts, RastersThatAreNoHeightsOnEarth) {
       {"rgb.tif", bytes(with([](Spec& s) { s.bands = 3; })), "", 422, "raster-bands", "rgb.tif has 3 bands"},
       {"complex.tif", bytes(with([](Spec& s) { s.type = "CFloat32"; })), "", 422, "raster-type", ""},
       {"flat.tif", bytes(with([](Spec& s) { s.scale = 0; })), "", 422, "raster-scale", ""},
-      {"furlong.tif", bytes(with([](Spec& s) { s.unit = "furlong"; })), "", 422, "unit-unknown", "furlong.tif are in \"furlong\""},
-      {"void.tif", bytes(with([](Spec& s) { s.value = [](int, int) { return -9999; }; })), "", 422, "raster-all-nodata", "void.tif has no data"},
-      {"far.tif", bytes(with([](Spec& s) { s.value = [](int, int) { return 30000; }; })), "", 422, "raster-heights-out-of-range", "they are 30000 to 30000 m"},
-      {"far.tif", bytes(with([](Spec& s) { s.value = [](int, int) { return 30000; }; })), "&nodata=30000", 422, "raster-all-nodata", "far.tif has no data"},
-      {"nan.tif", bytes(with([](Spec& s) { s.type = "Float32"; s.value = [](int, int) { return NAN; }; })), "", 422, "raster-all-nodata", ""},
+      {"furlong.tif", bytes(with([](Spec& s) { s.unit = "furlong"; })), "", 422, "unit-unknown",
+       "furlong.tif are in \"furlong\""},
+      {"void.tif", bytes(with([](Spec& s) { s.value = [](int, int) { return -9999; }; })), "", 422, "raster-all-nodata",
+       "void.tif has no data"},
+      {"far.tif", bytes(with([](Spec& s) { s.value = [](int, int) { return 30000; }; })), "", 422, "raster-heights-out-of-range",
+       "they are 30000 to 30000 m"},
+      {"far.tif", bytes(with([](Spec& s) { s.value = [](int, int) { return 30000; }; })), "&nodata=30000", 422,
+       "raster-all-nodata", "far.tif has no data"},
+      {"nan.tif", bytes(with([](Spec& s) {
+         s.type = "Float32";
+         s.value = [](int, int) { return NAN; };
+       })),
+       "", 422, "raster-all-nodata", ""},
       {"damaged.tif", damaged, "", 422, "raster-unreadable", ""},
       {"dem.tif", bytes(with([](Spec& s) { s.crs = ""; })), "", 422, "raster-without-crs", "dem.tif names no coordinate"},
       {"dem.tif", bytes(with([](Spec& s) { s.crs = ""; })), "&crs=EPSG:999999", 422, "crs-unknown", "EPSG:999999"},
       {"dem.tif", bytes(with([](Spec& s) { s.georeferenced = false; })), "", 422, "raster-not-georeferenced", ""},
-      {"dem.tif", bytes(with([](Spec& s) { s.georeferenced = false; s.crs = ""; })), "", 422, "raster-not-georeferenced", "dem.tif does not say where"},
+      {"dem.tif", bytes(with([](Spec& s) {
+         s.georeferenced = false;
+         s.crs = "";
+       })),
+       "", 422, "raster-not-georeferenced", "dem.tif does not say where"},
       {"gcps.tif", with_gcps(), "", 422, "raster-not-georeferenced", "gcps.tif is placed by ground control points only"},
-      {"site.tif", bytes(with([&](Spec& s) { s.crs = local; })), "", 422, "crs-unsupported", "site.tif, building site, is a local"},
-      {"metres.tif", bytes(with([](Spec& s) { s.geotransform = {376000, 30, 0, 3808000, 0, -30}; })), "", 422, "crs-mismatch", ""},
+      {"site.tif", bytes(with([&](Spec& s) { s.crs = local; })), "", 422, "crs-unsupported",
+       "site.tif, building site, is a local"},
+      {"metres.tif", bytes(with([](Spec& s) { s.geotransform = {376000, 30, 0, 3808000, 0, -30}; })), "", 422, "crs-mismatch",
+       ""},
       {"dem.tif", good, "&crs=EPSG:32632", 422, "crs-conflict", ""},
       {"dem.tif", good, "&vertical_datum=elsewhere.tif", 422, "geoid-does-not-cover", "elsewhere.tif does not cover"},
       {"dem.tif", good, "&vertical_datum=unheard-of.gtx", 422, "geoid-not-found", "unheard-of.gtx"},
@@ -234,7 +255,8 @@ TEST_F(BadPosts, QueriesAndBodies) {
       {"dem.tif", good, "&error=5&error=6", 400, "option-repeated", "error is given twice"},
       {"dem.tif", good, "&error=5&keep=0.5", 400, "options-conflict", "error and keep"},
       {"dem.tif", good, "&strategy=magic", 400, "option-invalid", "strategy='magic'"},
-      {"dem.tif", good, "&strategy=sequential&device=cuda", 400, "options-conflict", "sequential collapses one edge after the other"},
+      {"dem.tif", good, "&strategy=sequential&device=cuda", 400, "options-conflict",
+       "sequential collapses one edge after the other"},
       {"dem.tif", good, "&error=-1", 400, "option-invalid", "error='-1': outside 0.01 to 1000000"},
       {"dem.tif", good, "&voids=99999", 400, "option-invalid", "voids='99999'"},
       {"dem.tif", good, "&voids=-9999", 400, "option-invalid", "nodata=-9999 says that this value means no data"},
@@ -244,7 +266,8 @@ TEST_F(BadPosts, QueriesAndBodies) {
       {"big.tif", std::string(std::size_t{9} << 20, 'x'), "", 413, "body-too-large", "9437184 bytes"},
   };
   for (const Row& row : rows) post(row);
-  const auto form = client_->Post("/v1/datasets", httplib::MultipartFormDataItems{{"file", good, "dem.tif", "image/tiff"}, {"error", "x", "", ""}});
+  const auto form = client_->Post(
+      "/v1/datasets", httplib::MultipartFormDataItems{{"file", good, "dem.tif", "image/tiff"}, {"error", "x", "", ""}});
   ASSERT_TRUE(form);
   EXPECT_EQ(form->status, 400);
   EXPECT_THAT(form->body, HasSubstr("error='x'"));
@@ -280,7 +303,8 @@ TEST_F(BadPosts, AnUploadThatIsCutOff) {
     address.sin_port = htons(static_cast<std::uint16_t>(server_.port()));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     ASSERT_EQ(connect(descriptor, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-    const std::string sent = "POST /v1/datasets?name=half.tif HTTP/1.1\r\nHost: 127.0.0.1\r\n" + head + good.substr(0, good.size() / 2);
+    const std::string sent =
+        "POST /v1/datasets?name=half.tif HTTP/1.1\r\nHost: 127.0.0.1\r\n" + head + good.substr(0, good.size() / 2);
     ASSERT_EQ(::write(descriptor, sent.data(), sent.size()), static_cast<ssize_t>(sent.size()));
     EXPECT_TRUE(eventually([&] { return !std::filesystem::is_empty(data("incoming")); })) << "the upload should be under way";
     EXPECT_TRUE(get("/v1/datasets")["datasets"].empty());

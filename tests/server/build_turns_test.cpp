@@ -48,8 +48,10 @@ TEST(BuildTurns, SayWhichPlaceSomebodyHas) {
   const std::vector<std::string> ids = {"a1", "b1", "c1", "a2", "b2", "a3"};
   for (std::size_t gone = 0; gone < ids.size(); ++gone) {
     for (std::size_t k = 0; k < ids.size(); ++k) {
-      if (k < gone) EXPECT_FALSE(turns.place(ids[k])) << ids[k];
-      else EXPECT_EQ(turns.place(ids[k]), k - gone + 1) << ids[k] << " after " << gone;
+      if (k < gone)
+        EXPECT_FALSE(turns.place(ids[k])) << ids[k];
+      else
+        EXPECT_EQ(turns.place(ids[k]), k - gone + 1) << ids[k] << " after " << gone;
     }
     turns.next();
   }
@@ -99,7 +101,8 @@ TEST(BuildTime, IsToldToTheJob) {
 TEST(PassingTrouble, OfTheTablesIsTriedAgain) {
   std::atomic<int> tries{0};
   const auto runner = [&](const std::filesystem::path& folder, const ProgressSink& progress, const std::atomic<bool>& stop) {
-    if (++tries == 1) return proto::Result<std::optional<proto::Estimate>>(proto::Problem{"crs-tables-unreadable", "an I/O error", "", ""});
+    if (++tries == 1)
+      return proto::Result<std::optional<proto::Estimate>>(proto::Problem{"crs-tables-unreadable", "an I/O error", "", ""});
     return play_job(folder, progress, stop);
   };
   EXPECT_EQ(post({}, runner, "GOOD"), 201);
@@ -123,7 +126,8 @@ TEST(PassingTrouble, OfDescriptorsIsTriedAgain) {
   auto service = Service::open(settings, runner);
   ASSERT_TRUE(service);
   Api api(**service);
-  const std::shared_ptr<void> after(nullptr, [&](void*) { setrlimit(RLIMIT_NOFILE, &before); });  // first of all: a folder that is removed is opened
+  const std::shared_ptr<void> after(
+      nullptr, [&](void*) { setrlimit(RLIMIT_NOFILE, &before); });  // first of all: a folder that is removed is opened
   Request request;
   request.method = "POST";
   request.path = "/v1/datasets";
@@ -235,7 +239,8 @@ TEST(Places, OfTheOperatorsDiskAreNotTold) {
   settings.serve.data = (folder.path() / "link").string();
   const auto runner = [&](const std::filesystem::path& job, const ProgressSink&, const std::atomic<bool>&) -> JobOutcome {
     const std::string real = std::filesystem::canonical(job).string();
-    return proto::Problem{"raster-unreadable", "the store " + (job / kStoreFile).string() + " cannot be written: [" + real + "/x] in " + real,
+    return proto::Problem{"raster-unreadable",
+                          "the store " + (job / kStoreFile).string() + " cannot be written: [" + real + "/x] in " + real,
                           "room in " + job.string(), ""};
   };
   auto service = Service::open(settings, runner);
@@ -250,7 +255,8 @@ TEST(Places, OfTheOperatorsDiskAreNotTold) {
     request.read_body = [](const Request::Sink& sink) { return sink("GOOD"); };
     const Response answer = TestService::settled(api.handle(request));
     EXPECT_EQ(answer.body.find(folder.path().string()), std::string::npos) << answer.body;
-    EXPECT_NE(answer.body.find("the store dataset.sqlite cannot be written: [x] in the job's folder"), std::string::npos) << answer.body;
+    EXPECT_NE(answer.body.find("the store dataset.sqlite cannot be written: [x] in the job's folder"), std::string::npos)
+        << answer.body;
   }
   Request list;
   list.path = "/v1/datasets";

@@ -20,22 +20,38 @@ Request asking(const std::string& range, const std::string& condition = "") {
 std::string part(const Request& request) {
   const Wanted wanted = wanted_part(request, 1000, "\"tag\"");
   if (wanted.what == Wanted::What::whole) return "whole";
-  return wanted.what == Wanted::What::nothing ? "nothing" : std::to_string(wanted.part.first) + "+" + std::to_string(wanted.part.size);
+  return wanted.what == Wanted::What::nothing ? "nothing"
+                                              : std::to_string(wanted.part.first) + "+" + std::to_string(wanted.part.size);
 }
 
 TEST(ByteRange, IsReadAsHttpHasIt) {
-  const std::pair<const char*, const char*> rows[] = {
-      {"", "whole"},           {"bytes=0-0", "0+1"},        {"bytes=0-99", "0+100"},     {"bytes=990-2000", "990+10"}, {"bytes=5-", "5+995"},
-      {"bytes=-1", "999+1"},   {"bytes=-5000", "0+1000"},   {"bytes=-0", "nothing"},     {"bytes=1000-", "nothing"},   {"bytes=1000-1001", "nothing"},
-      {"bytes=9-8", "whole"},  {"bytes=0-1,4-5", "whole"},  {"tiles=0-1", "whole"},      {"bytes=-", "whole"},         {"bytes=a-b", "whole"},
-      {"bytes=1", "whole"},    {"bytes=+1-2", "whole"},     {"bytes= 1-2", "whole"},     {"bytes=0-99999999999999999999999", "0+1000"},
-      {"bytes=99999999999999999999999-", "nothing"}};
+  const std::pair<const char*, const char*> rows[] = {{"", "whole"},
+                                                      {"bytes=0-0", "0+1"},
+                                                      {"bytes=0-99", "0+100"},
+                                                      {"bytes=990-2000", "990+10"},
+                                                      {"bytes=5-", "5+995"},
+                                                      {"bytes=-1", "999+1"},
+                                                      {"bytes=-5000", "0+1000"},
+                                                      {"bytes=-0", "nothing"},
+                                                      {"bytes=1000-", "nothing"},
+                                                      {"bytes=1000-1001", "nothing"},
+                                                      {"bytes=9-8", "whole"},
+                                                      {"bytes=0-1,4-5", "whole"},
+                                                      {"tiles=0-1", "whole"},
+                                                      {"bytes=-", "whole"},
+                                                      {"bytes=a-b", "whole"},
+                                                      {"bytes=1", "whole"},
+                                                      {"bytes=+1-2", "whole"},
+                                                      {"bytes= 1-2", "whole"},
+                                                      {"bytes=0-99999999999999999999999", "0+1000"},
+                                                      {"bytes=99999999999999999999999-", "nothing"}};
   for (const auto& [range, wanted] : rows) EXPECT_EQ(part(asking(range)), wanted) << range;
 }
 
 TEST(ByteRange, IsLeftWhereItsConditionFails) {
   EXPECT_EQ(part(asking("bytes=0-9", "\"tag\"")), "0+10");
-  for (const char* other : {"\"other\"", "W/\"tag\"", "Mon, 23 Nov 2026 20:00:00 GMT"}) EXPECT_EQ(part(asking("bytes=0-9", other)), "whole") << other;
+  for (const char* other : {"\"other\"", "W/\"tag\"", "Mon, 23 Nov 2026 20:00:00 GMT"})
+    EXPECT_EQ(part(asking("bytes=0-9", other)), "whole") << other;
   Request head = asking("bytes=0-9");
   head.method = "HEAD";
   EXPECT_EQ(part(head), "whole") << "ranges are of a GET";

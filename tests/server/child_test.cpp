@@ -64,7 +64,8 @@ TEST_F(Children, FailWithTheirProblem) {
 }
 
 TEST_F(Children, AreHeardEvenWhereTheySayTooMuch) {
-  const auto outcome = run(R"(printf '{"stage":"","error":{"type":"unit-unknown","detail":"' >&3; head -c 3000000 /dev/zero | tr '\0' u >&3; echo '"}}' >&3; exit 1)");
+  const auto outcome = run(
+      R"(printf '{"stage":"","error":{"type":"unit-unknown","detail":"' >&3; head -c 3000000 /dev/zero | tr '\0' u >&3; echo '"}}' >&3; exit 1)");
   ASSERT_FALSE(outcome);
   EXPECT_EQ(outcome.problem().type, "unit-unknown");
   EXPECT_LT(outcome.problem().detail.size(), 1000u);
@@ -103,10 +104,12 @@ TEST_F(Children, HaveASessionAndAnEnvironmentOfTheirOwn) {
   setenv("TOLD_1", "one", 1), setenv("TOLD_2", "two", 1);
   setenv("CORDILLERA_JOB_ENVIRONMENT", "TOLD_1,TOLD_2,TOLD_3", 1);
   ASSERT_TRUE(run(R"(env > "$2/environment"; cat /proc/$$/stat > "$2/stat"; echo $$ > "$2/pid")"));
-  for (const char* name : {"AWS_SECRET_ACCESS_KEY", "GDAL_CACHEMAX", "TOLD_1", "TOLD_2", "CORDILLERA_JOB_ENVIRONMENT"}) unsetenv(name);
+  for (const char* name : {"AWS_SECRET_ACCESS_KEY", "GDAL_CACHEMAX", "TOLD_1", "TOLD_2", "CORDILLERA_JOB_ENVIRONMENT"})
+    unsetenv(name);
   const std::string environment = file_text(folder_.path() / "environment");
   EXPECT_THAT(environment, testing::AllOf(HasSubstr("GDAL_CACHEMAX=64\n"), HasSubstr("TOLD_1=one\n"), HasSubstr("TOLD_2=two\n")));
-  EXPECT_THAT(environment, testing::Not(testing::AnyOf(HasSubstr("AWS_SECRET"), HasSubstr("CORDILLERA_JOB_ENVIRONMENT"), HasSubstr("TOLD_3"))));
+  EXPECT_THAT(environment, testing::Not(testing::AnyOf(HasSubstr("AWS_SECRET"), HasSubstr("CORDILLERA_JOB_ENVIRONMENT"),
+                                                       HasSubstr("TOLD_3"))));
   std::istringstream stat(file_text(folder_.path() / "stat"));
   std::string pid, name, state, parent, group, session;
   stat >> pid >> name >> state >> parent >> group >> session;
@@ -120,7 +123,8 @@ TEST_F(Children, SayLinesThatAreLoggedUpToALimit) {
   ASSERT_TRUE(run(R"(echo 'a plain line' >&2; echo 'and one to stdout'; printf 'no end, \033[31m' >&2)"));
   const std::string few = testing::internal::GetCapturedStdout();
   const std::string job = "job " + folder_.path().filename().string() + " says";
-  EXPECT_THAT(few, testing::AllOf(HasSubstr(job + ": a plain line"), HasSubstr(job + ": and one to stdout"), HasSubstr(job + ": no end, ?[31m")));
+  EXPECT_THAT(few, testing::AllOf(HasSubstr(job + ": a plain line"), HasSubstr(job + ": and one to stdout"),
+                                  HasSubstr(job + ": no end, ?[31m")));
   testing::internal::CaptureStdout();
   ASSERT_TRUE(run(R"(i=0; while [ $i -lt 20000 ]; do echo "line $i of many that are said" >&2; i=$((i+1)); done)"));
   const std::string many = testing::internal::GetCapturedStdout();

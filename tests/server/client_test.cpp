@@ -58,7 +58,8 @@ class Client : public Program {
     large_ = (folder_.path() / "groß.asc").string();
     std::ofstream grid(large_);
     grid << "ncols 300\nnrows 300\nxllcorner 10\nyllcorner 46\ncellsize 0.0033333333333333\nNODATA_value -9999\n";
-    for (int k = 0; k < 300 * 300; ++k) grid << 100 + k % 300 << ".0000000000000000000000000000000000000000000000000000000001" << (k % 300 == 299 ? '\n' : ' ');
+    for (int k = 0; k < 300 * 300; ++k)
+      grid << 100 + k % 300 << ".0000000000000000000000000000000000000000000000000000000001" << (k % 300 == 299 ? '\n' : ' ');
   }
   void TearDown() override {
     for (const char* name : {"XDG_STATE_HOME", "CORDILLERA_SERVER", "CORDILLERA_TOKEN"}) unsetenv(name);
@@ -77,12 +78,14 @@ class Client : public Program {
     return json(ended).value("id", "");
   }
   std::vector<std::string> parts(const CuttingProxy& proxy) const {
-    return {"post", large_, "--resume", "--updates", "--json", "-q", "--max-level", "8", "--error", "50", "--crs", "EPSG:4326", "--vertical-datum", "ellipsoid", "--server", proxy.base()};
+    return {"post",    large_, "--resume", "--updates", "--json",           "-q",        "--max-level", "8",
+            "--error", "50",   "--crs",    "EPSG:4326", "--vertical-datum", "ellipsoid", "--server",    proxy.base()};
   }
   /// What came of a raster that was posted with --updates.
   std::string raster_of(const std::string& id) const {
     std::string text;
-    for (const auto& entry : fs::directory_iterator(folder_.path() / "data" / "datasets" / id / "sources")) text += file_text(entry.path());
+    for (const auto& entry : fs::directory_iterator(folder_.path() / "data" / "datasets" / id / "sources"))
+      text += file_text(entry.path());
     return text;
   }
   std::size_t files_in(const fs::path& folder) const {
@@ -118,7 +121,8 @@ TEST_F(Client, PostsWatchesAndFetches) {
   const std::string address = middle.output.substr(0, middle.output.find('\n'));
   EXPECT_EQ(shell(kProgram + " decode " + out + "/middle/" + address).code, 0);
   EXPECT_EQ(file_text(out + "/" + address), file_text(out + "/middle/" + address));
-  for (const char* format : {"glb", "terrain"}) EXPECT_EQ(json(client("fetch " + id + " --json --level 0 --format " + format + " -o " + out))["fetched"], 1) << format;
+  for (const char* format : {"glb", "terrain"})
+    EXPECT_EQ(json(client("fetch " + id + " --json --level 0 --format " + format + " -o " + out))["fetched"], 1) << format;
   const Ended missing = client("fetch " + id + " 9/0/0.drc -o " + out + "/no.drc");
   EXPECT_EQ(missing.code, 1);
   EXPECT_THAT(missing.output, HasSubstr("No such tile"));
@@ -127,7 +131,8 @@ TEST_F(Client, PostsWatchesAndFetches) {
 
 TEST_F(Client, WhatHasNotChangedDoesNotComeAgain) {
   start_server();
-  const std::string id = post(raster_ + kFlat), out = (folder_.path() / "out").string(), line = "fetch " + id + " --json -o " + out;
+  const std::string id = post(raster_ + kFlat), out = (folder_.path() / "out").string(),
+                    line = "fetch " + id + " --json -o " + out;
   const Json first = json(client(line)), second = json(client(line));
   ASSERT_GT(first["fetched"], 3) << first.dump();
   EXPECT_EQ(second["unchanged"], first["fetched"]);
@@ -242,7 +247,8 @@ TEST_F(Client, AServerMayBeKilledAndStartedAgainMeanwhile) {
   proxy.without_end();
   EXPECT_EQ(posting.wait(), 0) << file_text(said);
   const std::string text = file_text(said);
-  const std::string id = Json::parse(text.substr(text.rfind('{') == text.npos ? 0 : text.find('{')), nullptr, false).value("id", "");
+  const std::string id =
+      Json::parse(text.substr(text.rfind('{') == text.npos ? 0 : text.find('{')), nullptr, false).value("id", "");
   EXPECT_EQ(client("watch -q " + id).code, 0) << text;
   EXPECT_EQ(raster_of(id), file_text(large_));
 }
@@ -250,7 +256,8 @@ TEST_F(Client, AServerMayBeKilledAndStartedAgainMeanwhile) {
 TEST_F(Client, ASmallPostWhoseAnswerIsLostMakesOneDataset) {
   start_server();
   CuttingProxy proxy(server_.port());
-  proxy.after(static_cast<long>(fs::file_size(raster_)), CuttingProxy::After::cut);  // the head is before it, so the end of the body is missing
+  proxy.after(static_cast<long>(fs::file_size(raster_)),
+              CuttingProxy::After::cut);  // the head is before it, so the end of the body is missing
   const Ended ended = client("post -q --json " + raster_ + kFlat, proxy.base());
   EXPECT_EQ(ended.code, 0) << ended.output;
   EXPECT_EQ(proxy.cuts(), 1);
@@ -313,7 +320,8 @@ TEST_F(Client, TokensComeFromTheEnvironmentOrAFile) {
 }
 
 TEST(ClientEvents, ArePutTogetherWhereverTheyAreCut) {
-  const std::string stream = ": waiting\n\nevent: progress\ndata: {\"a\":1}\n\nevent: ready\r\ndata: one\r\ndata: two\r\n\r\ndata:last\n\n";
+  const std::string stream =
+      ": waiting\n\nevent: progress\ndata: {\"a\":1}\n\nevent: ready\r\ndata: one\r\ndata: two\r\n\r\ndata:last\n\n";
   for (std::size_t size = 1; size < stream.size(); ++size) {
     client::EventReader reader;
     std::vector<std::string> seen;
@@ -334,15 +342,22 @@ TEST(ClientTiles, OfABoxAndLevels) {
   };
   using testing::ElementsAre;
   EXPECT_THAT(addresses({0, 0, 45, 45}, {"", "0-1", "drc"}), ElementsAre("tiles/0/1/0.drc", "tiles/1/2/1.drc"));
-  EXPECT_THAT(addresses({0, 0, 45, 45}, {"", "2", "terrain"}), ElementsAre("terrain/2/4/2.terrain")) << "an edge of the data on an edge of tiles";
+  EXPECT_THAT(addresses({0, 0, 45, 45}, {"", "2", "terrain"}), ElementsAre("terrain/2/4/2.terrain"))
+      << "an edge of the data on an edge of tiles";
   EXPECT_THAT(addresses({0, 0, 45, 45}, {"30,30,60,60", "3", "glb"}), ElementsAre("tiles/3/9/5.glb"));
   // Across the antimeridian, and asked for from its other side.
   EXPECT_THAT(addresses({170, 0, -170, 10}, {"", "2", "drc"}), ElementsAre("tiles/2/0/2.drc", "tiles/2/7/2.drc"));
   EXPECT_THAT(addresses({170, 0, -170, 10}, {"-175,1,-172,2", "2", "drc"}), ElementsAre("tiles/2/0/2.drc"));
   EXPECT_THAT(addresses({-20, 0, -10, 10}, {"170,0,-15,10", "1", "drc"}), ElementsAre("tiles/1/1/1.drc"));
-  for (const client::TileWords& wrong : {client::TileWords{"", "4", "drc"}, {"", "2-1", "drc"}, {"", "x", "drc"}, {"", "1", "png"}, {"50,50,60,60", "", "drc"}, {"1,2,3", "", "drc"}})
+  for (const client::TileWords& wrong : {client::TileWords{"", "4", "drc"},
+                                         {"", "2-1", "drc"},
+                                         {"", "x", "drc"},
+                                         {"", "1", "png"},
+                                         {"50,50,60,60", "", "drc"},
+                                         {"1,2,3", "", "drc"}})
     EXPECT_THAT(addresses({0, 0, 45, 45}, wrong), ElementsAre(HasSubstr("accepted: "))) << wrong.bbox << wrong.level;
-  for (const char* bad : {"..", "a/../b.c", "/etc/passwd.x", "a//b.c", ".x", "tiles", "a.b?c", ""}) EXPECT_FALSE(client::address_named(bad)) << bad;
+  for (const char* bad : {"..", "a/../b.c", "/etc/passwd.x", "a//b.c", ".x", "tiles", "a.b?c", ""})
+    EXPECT_FALSE(client::address_named(bad)) << bad;
   EXPECT_EQ(*client::address_named("10/1/2.terrain"), "terrain/10/1/2.terrain");
   EXPECT_EQ(*client::address_named("layer.json"), "layer.json");
 }

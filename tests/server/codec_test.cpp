@@ -15,7 +15,9 @@ std::string text() {
   return out;
 }
 
-std::string packed(const std::string& coding, const std::string& bytes) { return coding == "br" ? brotli(bytes) : pipeline::exports::gzip(bytes); }
+std::string packed(const std::string& coding, const std::string& bytes) {
+  return coding == "br" ? brotli(bytes) : pipeline::exports::gzip(bytes);
+}
 
 struct Read {
   bool whole;
@@ -67,7 +69,8 @@ TEST(Codec, WhatStopsBeforeItsEndIsNotWhole) {
   const std::string plain = text().substr(0, 3000);
   for (const char* coding : {"gzip", "br"}) {
     const std::string body = packed(coding, plain);
-    for (std::size_t size = 0; size < body.size(); ++size) EXPECT_FALSE(read(coding, body.substr(0, size), 4096).whole) << coding << " " << size;
+    for (std::size_t size = 0; size < body.size(); ++size)
+      EXPECT_FALSE(read(coding, body.substr(0, size), 4096).whole) << coding << " " << size;
   }
   const std::string body = packed("gzip", plain);
   const Read cut = read("gzip", body.substr(0, body.size() - 8), 4096);

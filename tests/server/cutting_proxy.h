@@ -1,5 +1,6 @@
 #pragma once
-// A way to a server that breaks: it hands bytes on in both directions, until it has handed on as many of the client's as it was told to.
+// A way to a server that breaks: it hands bytes on in both directions, until it has handed on as many of the client's as it was
+// told to.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -75,8 +76,7 @@ class CuttingProxy {
     const int server = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     const sockaddr_in address = loopback(target_);
     if (connect(server, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
-      while (!stopping_ && carry_some(client, server)) {
-      }
+      while (!stopping_ && carry_some(client, server)) {}
     }
     close(client);
     close(server);

@@ -57,7 +57,8 @@ TEST_F(DamagedDataset, IsToldWhereItsManifestIsAnothersToo) {
 
 namespace fs = std::filesystem;
 
-/// A dataset whose rasters can be changed. Only its note and its list say which rasters are its own: whatever becomes of these, no raster goes.
+/// A dataset whose rasters can be changed. Only its note and its list say which rasters are its own: whatever becomes of these,
+/// no raster goes.
 class DamagedNote : public testing::Test {
  protected:
   void SetUp() override {
@@ -92,7 +93,9 @@ class DamagedNote : public testing::Test {
     pipeline::Database database(store.string(), pipeline::Database::Mode::create);
     pipeline::Statement(database, pipeline::kPutMeta).bind(std::string(updates::kVersionNote), bytes).run();
   }
-  void put_changes(const proto::SourceChanges& changes) const { std::ofstream(folder() / updates::kChangesFile) << to_json_line(changes); }
+  void put_changes(const proto::SourceChanges& changes) const {
+    std::ofstream(folder() / updates::kChangesFile) << to_json_line(changes);
+  }
   static std::function<void(const fs::path&)> sql(const std::string& text) {
     return [text](const fs::path& store) { pipeline::Database(store.string(), pipeline::Database::Mode::create).execute(text); };
   }
@@ -129,7 +132,8 @@ TEST_F(DamagedNote, RemovesNoRasterAndIsTold) {
     EXPECT_EQ(slug_of(asked), "store-damaged") << what;
     EXPECT_EQ(asked.body.find(service_.data().string()), std::string::npos) << what;
     EXPECT_EQ(body_of(service_.get("/readyz")).value("damaged_datasets", 0), 1) << what;
-    for (const char* below : {"/sources", "/rollback"}) EXPECT_EQ(slug_of(service_.send("POST", path() + below)), "store-damaged") << what << below;
+    for (const char* below : {"/sources", "/rollback"})
+      EXPECT_EQ(slug_of(service_.send("POST", path() + below)), "store-damaged") << what << below;
     EXPECT_EQ(slug_of(service_.send("DELETE", path() + "/sources/one")), "store-damaged") << what;
     EXPECT_EQ(service_.get(path()).status, 200) << what;
     EXPECT_TRUE(both_there()) << what;

@@ -75,7 +75,8 @@ Given next_of(const Response& response) {
   Given query;
   if (next.is_null()) return query;
   std::istringstream words(next.get<std::string>().substr(std::string("/v1/datasets?").size()));
-  for (std::string word; std::getline(words, word, '&');) query.emplace_back(word.substr(0, word.find('=')), word.substr(word.find('=') + 1));
+  for (std::string word; std::getline(words, word, '&');)
+    query.emplace_back(word.substr(0, word.find('=')), word.substr(word.find('=') + 1));
   return query;
 }
 
@@ -144,9 +145,10 @@ TEST(DatasetList, StateAndPlaceAndText) {
 TEST(DatasetList, WhatIsWrongIsNamed) {
   TestService test;
   const std::vector<std::array<std::string, 3>> rows = {
-      {"limit", "0", "option-invalid"},      {"limit", "1001", "option-invalid"}, {"limit", "many", "option-invalid"}, {"after", "-1", "option-invalid"},
-      {"after", "", "option-invalid"},       {"state", "done", "option-invalid"}, {"state", "", "option-invalid"},     {"bbox", "1,2,3", "option-invalid"},
-      {"bbox", "1,3,2,2", "option-invalid"}, {"q", "\x01", "option-invalid"},     {"name", "a", "option-unknown"}};
+      {"limit", "0", "option-invalid"},  {"limit", "1001", "option-invalid"}, {"limit", "many", "option-invalid"},
+      {"after", "-1", "option-invalid"}, {"after", "", "option-invalid"},     {"state", "done", "option-invalid"},
+      {"state", "", "option-invalid"},   {"bbox", "1,2,3", "option-invalid"}, {"bbox", "1,3,2,2", "option-invalid"},
+      {"q", "\x01", "option-invalid"},   {"name", "a", "option-unknown"}};
   for (const auto& [name, value, slug] : rows) {
     const Response refused = asked(test, {{name, value}});
     EXPECT_EQ(refused.status, 400) << name << "=" << value;
@@ -207,7 +209,8 @@ TEST(DatasetList, NoPageAsksForIt) {
   EXPECT_EQ(asked_for, 1);
 }
 
-/// Another program holds the file, so who writes waits; who reads does not. If it did, the file would be held until the writer gives up.
+/// Another program holds the file, so who writes waits; who reads does not. If it did, the file would be held until the writer
+/// gives up.
 TEST(DatasetList, ReadersDoNotWaitForTheWriter) {
   TestService test;
   add(test, "one");
@@ -220,8 +223,7 @@ TEST(DatasetList, ReadersDoNotWaitForTheWriter) {
     try {
       registry.set_state("one", State::queued, std::nullopt);
       written = true;
-    } catch (const RegistryError&) {
-    }
+    } catch (const RegistryError&) {}
   });
   EXPECT_TRUE(eventually([&] { return begun.load(); }));
   for (int k = 0; k < 50; ++k) {

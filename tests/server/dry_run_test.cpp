@@ -62,7 +62,8 @@ class DryRun : public raster_test::RasterTest {
     near(told.triangles(), built->triangles(), "triangles");
     near(told.bytes(), built->bytes(), "bytes");
     for (int k = 0; k < 2; ++k) {
-      near(told.levels(k).triangles(), built->levels(k).triangles(), "triangles of level " + std::to_string(told.levels(k).level()));
+      near(told.levels(k).triangles(), built->levels(k).triangles(),
+           "triangles of level " + std::to_string(told.levels(k).level()));
       EXPECT_EQ(told.levels(k).target(), built->levels(k).target());
     }
     return told;
@@ -118,7 +119,9 @@ TEST_F(DryRun, SaysWhichDatumIsUsedForTheOneThatIsDeclared) {
   spec.crs = "EPSG:4326+5783";  // PROJ knows no way from DHHN92
   request_.raster_path = write(spec);
   request_.raster_name = "dem.tif";
-  const auto notes = [](const proto::Manifest& manifest) { return std::vector<std::string>(manifest.notes().begin(), manifest.notes().end()); };
+  const auto notes = [](const proto::Manifest& manifest) {
+    return std::vector<std::string>(manifest.notes().begin(), manifest.notes().end());
+  };
   const std::vector<std::string> told = notes(guess());
   EXPECT_THAT(told, ::testing::ElementsAre("DHHN92 height declared, EGM96 used"));
   request_.store_path = path("store.sqlite");

@@ -258,11 +258,11 @@ TEST(Elevation, BadInputIsNamed) {
 }
 
 TEST(Elevation, BadBodiesAreNamed) {
-  for (const char* body : {"", "[]", "{}", "points", R"({"points":[]})", R"({"points":[[1]]})", R"({"points":[["7","46"]]})",
-                           R"({"points":[[7,91]]})", R"({"points":{"a":1}})", R"({"points":[[7,46]],"level":5})",
-                           R"({"type":"Polygon","coordinates":[]})", R"({"type":"Point"})", R"({"type":7})",
-                           R"({"type":"Feature","geometry":null})", R"({"type":"Feature","geometry":{"type":"Feature"}})",
-                           R"({"type":"MultiPoint","coordinates":[[7,1e999]]})"}) {
+  for (const char* body :
+       {"", "[]", "{}", "points", R"({"points":[]})", R"({"points":[[1]]})", R"({"points":[["7","46"]]})",
+        R"({"points":[[7,91]]})", R"({"points":{"a":1}})", R"({"points":[[7,46]],"level":5})",
+        R"({"type":"Polygon","coordinates":[]})", R"({"type":"Point"})", R"({"type":7})", R"({"type":"Feature","geometry":null})",
+        R"({"type":"Feature","geometry":{"type":"Feature"}})", R"({"type":"MultiPoint","coordinates":[[7,1e999]]})"}) {
     const Response response = post(body);
     EXPECT_EQ(response.status, 400) << body;
     EXPECT_EQ(slug_of(response), "json-invalid") << body;
@@ -277,8 +277,9 @@ TEST(Elevation, ABodyMayNestAsDeepAsGeoJsonDoesAndNoDeeper) {
   const std::string place = R"("geometry":{"type":"Point","coordinates":[-71.3,44.27]}})";
   EXPECT_EQ(post(R"({"type":"Feature","properties":{"a":)" + nested(32) + "}," + place).status, 200);
   const std::size_t many = kMostQueryBytes / 2 - 100;  // as many as a body has room for
-  for (const std::string& body : {R"({"points":[)" + nested(many) + "]}", R"({"type":"Feature","properties":{"a":)" + nested(many) + "}," + place,
-                                  R"({"points":)" + std::string(2 * many, '['), R"({"type":)" + nested(kMostNested + 1) + "}"}) {
+  for (const std::string& body :
+       {R"({"points":[)" + nested(many) + "]}", R"({"type":"Feature","properties":{"a":)" + nested(many) + "}," + place,
+        R"({"points":)" + std::string(2 * many, '['), R"({"type":)" + nested(kMostNested + 1) + "}"}) {
     EXPECT_EQ(slug_of(post(body)), "json-invalid") << body.substr(0, 40);
   }
 }
@@ -338,7 +339,8 @@ TEST(RasterFaces, TileTemplatesAreAbsoluteWhereTheClientNamedAHost) {
   const Response unchanged = get("terrain-rgb.json", {}, {{"host", "a"}, {"if-none-match", a.header("ETag")}});
   std::string vary;
   for (const auto& [name, value] : unchanged.headers) vary += name == "Vary" ? value + ", " : "";
-  EXPECT_EQ(vary, "X-Forwarded-Proto, X-Forwarded-Host, X-Forwarded-Prefix, Accept-Encoding, ") << "a 304 names what the 200 does";
+  EXPECT_EQ(vary, "X-Forwarded-Proto, X-Forwarded-Host, X-Forwarded-Prefix, Accept-Encoding, ")
+      << "a 304 names what the 200 does";
 }
 
 TEST(RasterFaces, OutsideTheDataHeightsAreRefusedAndPicturesAreEmpty) {
@@ -398,7 +400,9 @@ TEST(KeptArchive, IsNotServedDamaged) {
     EXPECT_EQ(before.status, 206);
     EXPECT_EQ(before.body, whole.body.substr(place - 20, 21));
     const std::filesystem::path file = std::filesystem::directory_iterator(folder)->path();
-    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary).seekp(static_cast<std::streamoff>(place)).put(static_cast<char>(whole.body[place] ^ 4));
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary)
+        .seekp(static_cast<std::streamoff>(place))
+        .put(static_cast<char>(whole.body[place] ^ 4));
     EXPECT_EQ(archive({{"range", "bytes=70000-90000"}}).body, whole.body.substr(70000, 20001)) << "what is sound is served";
     const Response damaged = archive({{"range", part}});
     EXPECT_EQ(damaged.status, 503) << place;

@@ -65,7 +65,8 @@ TEST_F(Export, OfARasterIsWhatBuildMakesOfSuchAName) {
   const Ended wrong = shell(build("-o " + place("b.3tz") + " --formats drc"));
   EXPECT_EQ(wrong.code, 2);
   EXPECT_THAT(wrong.output, HasSubstr("3d-tiles"));
-  for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) EXPECT_NE(entry.path().extension(), ".building") << entry.path();
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
+    EXPECT_NE(entry.path().extension(), ".building") << entry.path();
 }
 
 TEST_F(Export, APartOfADatasetAsAMesh) {
@@ -105,8 +106,8 @@ TEST_F(Export, NormalMapsOf3dTiles) {
   EXPECT_EQ(shell(build("-o " + place("b") + " -q --max-level 8 --normals shiny")).code, 2);
 
   const std::string publish = kProgram + " publish " + place("plan") + " -q --normals texture -o ";
-  const Ended published = shell(kProgram + " plan " + raster_ + " --crs EPSG:4326 -q --max-level 8 -o " + place("plan") + " && " + kProgram + " work " + place("plan") + " -q && " +
-                                publish + place("published"));
+  const Ended published = shell(kProgram + " plan " + raster_ + " --crs EPSG:4326 -q --max-level 8 -o " + place("plan") + " && " +
+                                kProgram + " work " + place("plan") + " -q && " + publish + place("published"));
   ASSERT_EQ(published.code, 0) << published.output;
   EXPECT_THAT(file_text(place("published/tiles/E/0/0/0.glb")), HasSubstr("EXT_texture_webp"));
   EXPECT_EQ(shell(publish + place("p.sqlite")).code, 2);
@@ -115,8 +116,11 @@ TEST_F(Export, NormalMapsOf3dTiles) {
 
 TEST_F(Export, TheServerGivesWhatNormalsAsksFor) {
   start_server();
-  const std::string base = server_.base() + "/v1/datasets/" + std::string(curl("-X POST -H 'Prefer: wait=400' " + post_arguments("&max_level=8"))["id"]);
-  const auto got = [&](const std::string& path, const std::string& more = "") { return shell("curl -q -s -i " + more + " '" + base + path + "'").output; };
+  const std::string base = server_.base() + "/v1/datasets/" +
+                           std::string(curl("-X POST -H 'Prefer: wait=400' " + post_arguments("&max_level=8"))["id"]);
+  const auto got = [&](const std::string& path, const std::string& more = "") {
+    return shell("curl -q -s -i " + more + " '" + base + path + "'").output;
+  };
   const std::string tile = "/tiles/0/1/0.glb";
   EXPECT_THAT(got("/tileset.json?normals=texture"), HasSubstr("tiles/E/{level}/{x}/{y}.glb?normals=texture"));
   EXPECT_THAT(got(tile + "?normals=texture"), HasSubstr("EXT_texture_webp"));
@@ -124,7 +128,9 @@ TEST_F(Export, TheServerGivesWhatNormalsAsksFor) {
   EXPECT_THAT(got(tile), AllOf(HasSubstr("NORMAL"), Not(HasSubstr("EXT_texture_webp"))));
   EXPECT_THAT(got(tile + "?normals=none"), AllOf(HasSubstr("200 OK"), Not(HasSubstr("NORMAL"))));
   for (const char* path : {"/tileset.json", "/tiles/0/1/0.glb", "/tileset-explicit.json"}) {
-    EXPECT_THAT(got(std::string(path) + "?normals=shiny"), AllOf(HasSubstr("400 Bad Request"), HasSubstr("option-invalid"), HasSubstr("texture (a normal map"))) << path;
+    EXPECT_THAT(got(std::string(path) + "?normals=shiny"),
+                AllOf(HasSubstr("400 Bad Request"), HasSubstr("option-invalid"), HasSubstr("texture (a normal map")))
+        << path;
   }
   EXPECT_THAT(got("/subtrees/E/0/0/0.subtree?normals=texture"), HasSubstr("200 OK")) << "CesiumJS hands the query on";
   const auto tag = [&](const std::string& path) {

@@ -18,15 +18,19 @@ ServeSettings allowing() {
 
 TEST(Fetch, NoAddressLeadsOutOfItsPrefix) {
   for (const char* address :
-       {"https://host/tiles/..?x", "https://host/tiles/..#x", "https://host/tiles/..;/secret.tif", "https://host/tiles/a/..;v=1/../b", "https://host/tiles/.?x",
-        "https://host/tiles/..", "https://host/tiles/../secret.tif", "https://host/tiles/./a.tif", "https://host/tiles/%2e%2e/a.tif", "https://host/tiles/..%2Fa.tif",
-        "https://host/tiles/..%3b/a.tif", "https://host/tiles/..\\a.tif", "https://host/tiles/a.tif?x=\\", "https://me@host/tiles/a.tif", "https://host/tiles/a b.tif",
-        "https://host/tiles/a\n.tif", "https://host/tiles/\xff.tif", "https://host/secret/a.tif", "https://host", "https://host?/tiles/", "http://host/tiles/a.tif",
+       {"https://host/tiles/..?x", "https://host/tiles/..#x", "https://host/tiles/..;/secret.tif",
+        "https://host/tiles/a/..;v=1/../b", "https://host/tiles/.?x", "https://host/tiles/..", "https://host/tiles/../secret.tif",
+        "https://host/tiles/./a.tif", "https://host/tiles/%2e%2e/a.tif", "https://host/tiles/..%2Fa.tif",
+        "https://host/tiles/..%3b/a.tif", "https://host/tiles/..\\a.tif", "https://host/tiles/a.tif?x=\\",
+        "https://me@host/tiles/a.tif", "https://host/tiles/a b.tif", "https://host/tiles/a\n.tif", "https://host/tiles/\xff.tif",
+        "https://host/secret/a.tif", "https://host", "https://host?/tiles/", "http://host/tiles/a.tif",
         // What ends a text for one program and not for another, and escapes for who decodes twice.
-        "https://host/tiles/..%00/x", "https://host/tiles/..%09/x", "https://host/tiles/a%0a.tif", "https://host/tiles/a%7F.tif", "https://host/tiles/..%20/x",
-        "https://host/tiles/%252e%252e/x", "https://host/tiles/%25252E./x", "https://host/tiles/..%252fx", "https://host/tiles/..%255cx", "https://host/tiles/..%253bx",
-        "https://host/tiles/..%2500/x", "https://host/tiles/%2525252525252e%2e/x", "s3://bucket/tiles/%252e%252e/x", "s3://bucket/tiles/..%00/x",
-        "s3://bucket/tiles/..", "s3://bucket/tiles/../a.tif", "s3://bucket/tiles/..?x", "s3://bucket/a.tif", "file:///tiles/a.tif"}) {
+        "https://host/tiles/..%00/x", "https://host/tiles/..%09/x", "https://host/tiles/a%0a.tif", "https://host/tiles/a%7F.tif",
+        "https://host/tiles/..%20/x", "https://host/tiles/%252e%252e/x", "https://host/tiles/%25252E./x",
+        "https://host/tiles/..%252fx", "https://host/tiles/..%255cx", "https://host/tiles/..%253bx",
+        "https://host/tiles/..%2500/x", "https://host/tiles/%2525252525252e%2e/x", "s3://bucket/tiles/%252e%252e/x",
+        "s3://bucket/tiles/..%00/x", "s3://bucket/tiles/..", "s3://bucket/tiles/../a.tif", "s3://bucket/tiles/..?x",
+        "s3://bucket/a.tif", "file:///tiles/a.tif"}) {
     const auto refused = check_address(allowing(), address);
     ASSERT_FALSE(refused) << address;
     EXPECT_EQ(refused.problem().type, "option-forbidden") << address;
@@ -34,10 +38,10 @@ TEST(Fetch, NoAddressLeadsOutOfItsPrefix) {
 }
 
 TEST(Fetch, WhatOnlyLooksLikeItIsAllowed) {
-  for (const char* address :
-       {"https://host/tiles/a.tif", "https://host/tiles/..a/b..c/...tif", "https://host/tiles/a;v=1/b.tif", "https://host/tiles/a.tif?sig=ab%2Fcd%3D&p=../x",
-        "https://host/tiles/a.tif#/../x", "s3://bucket/tiles/a..b.tif", "https://host/tiles/a%20b%C3%A9.tif", "https://host/tiles/100%25.tif",
-        "https://host/tiles/100%25/a%2520b.tif", "https://host/tiles/a.tif?sig=%252e%00"}) {
+  for (const char* address : {"https://host/tiles/a.tif", "https://host/tiles/..a/b..c/...tif", "https://host/tiles/a;v=1/b.tif",
+                              "https://host/tiles/a.tif?sig=ab%2Fcd%3D&p=../x", "https://host/tiles/a.tif#/../x",
+                              "s3://bucket/tiles/a..b.tif", "https://host/tiles/a%20b%C3%A9.tif", "https://host/tiles/100%25.tif",
+                              "https://host/tiles/100%25/a%2520b.tif", "https://host/tiles/a.tif?sig=%252e%00"}) {
     EXPECT_TRUE(check_address(allowing(), address)) << address;
   }
 }
@@ -95,8 +99,12 @@ class Fetched : public testing::Test {
     said_ = fetched ? "" : fetched.problem().detail;
     return fetched ? file_text(file) : fetched.problem().type;
   }
-  std::string fetch(const std::string& address, const std::string& prefix) { return fetch(address, std::vector<std::string>{prefix}); }
-  std::string fetch(const RasterHost& host, const std::string& target) { return fetch(host.address() + target, host.address() + "/dems/"); }
+  std::string fetch(const std::string& address, const std::string& prefix) {
+    return fetch(address, std::vector<std::string>{prefix});
+  }
+  std::string fetch(const RasterHost& host, const std::string& target) {
+    return fetch(host.address() + target, host.address() + "/dems/");
+  }
 
   const TempFolder folder_;
   std::atomic<bool> stop_{false};
@@ -105,7 +113,8 @@ class Fetched : public testing::Test {
 
 TEST_F(Fetched, ARedirectIsAskedForAsItWasSent) {
   RasterHost host;
-  const std::string signed_one = "/dems/b%20c.tif?sig=a%2Fb%26c%3D%2B&x=1+2&y=100%25", last = "/dems/d;v=%26.tif?X-Amz-Credential=K%2F20261125%2Fs3";
+  const std::string signed_one = "/dems/b%20c.tif?sig=a%2Fb%26c%3D%2B&x=1+2&y=100%25",
+                    last = "/dems/d;v=%26.tif?X-Amz-Credential=K%2F20261125%2Fs3";
   host.leads("/dems/a.tif", signed_one);
   host.leads(signed_one, "d;v=%26.tif?X-Amz-Credential=K%2F20261125%2Fs3");
   host.has(last, "the raster");
@@ -120,7 +129,8 @@ TEST_F(Fetched, EachHopIsHeldAgainstTheList) {
   host.leads("/dems/slash.tif", "..%2Fprivate/a.tif");
   host.leads("/dems/host.tif", "http://127.0.0.1:1/dems/a.tif");
   host.has("/private/a.tif", "a secret");
-  for (const char* name : {"out", "hidden", "slash", "host"}) EXPECT_EQ(fetch(host, "/dems/" + std::string(name) + ".tif"), "option-forbidden") << name;
+  for (const char* name : {"out", "hidden", "slash", "host"})
+    EXPECT_EQ(fetch(host, "/dems/" + std::string(name) + ".tif"), "option-forbidden") << name;
   for (const std::string& target : host.asked()) EXPECT_TRUE(target.starts_with("/dems/")) << target;
 }
 

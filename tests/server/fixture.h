@@ -140,7 +140,8 @@ inline proto::Result<std::optional<proto::Estimate>> play_job(const std::filesys
   if (job.dry_run() && job.provisional()) return std::optional<proto::Estimate>();  // a first look
   while (raster.rfind("LIVE", 0) == 0 && !std::filesystem::exists(folder / "go")) {
     if (stop) return proto::Problem{"cancelled", "cancelled", "", ""};
-    if (std::filesystem::exists(folder / "fail")) return proto::Problem{"raster-unreadable", "damaged behind its beginning", "GeoTIFF", ""};
+    if (std::filesystem::exists(folder / "fail"))
+      return proto::Problem{"raster-unreadable", "damaged behind its beginning", "GeoTIFF", ""};
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   while (raster.rfind("SLOW", 0) == 0) {

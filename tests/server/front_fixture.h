@@ -12,7 +12,8 @@ namespace cordillera::server {
 
 class Front {
  public:
-  explicit Front(const front::Limits& given = {}, front::OnServed on_served = {}, const Settings& settings = {}) : test_(settings) {
+  explicit Front(const front::Limits& given = {}, front::OnServed on_served = {}, const Settings& settings = {})
+      : test_(settings) {
     limits::raise_descriptor_limit();  // both ends of every connection are this process's
     auto bound = front::HttpServer::bind(test_.api(), "127.0.0.1:0", given, std::move(on_served));
     if (!bound) throw std::runtime_error(bound.problem().line());
@@ -44,7 +45,9 @@ class Front {
   std::thread thread_;
 };
 
-inline std::string get(const std::string& path, const std::string& headers = "") { return "GET " + path + " HTTP/1.1\r\nHost: localhost\r\n" + headers + "\r\n"; }
+inline std::string get(const std::string& path, const std::string& headers = "") {
+  return "GET " + path + " HTTP/1.1\r\nHost: localhost\r\n" + headers + "\r\n";
+}
 
 /// Threads of this process.
 inline std::size_t threads() {

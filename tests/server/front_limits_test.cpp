@@ -88,7 +88,8 @@ TEST(FrontLimits, IdleConnectionsTakeNoThreadsAndNoTime) {
   const auto ask = [&] {
     const std::size_t before = count_of(reader.seen(), "\"ok\"");
     reader.say(get("/healthz"));
-    while (count_of(reader.seen(), "\"ok\"") == before) ASSERT_TRUE(reader.until("\"ok\"") && !reader.ended() && reader.rest(std::chrono::milliseconds(1)) != "");
+    while (count_of(reader.seen(), "\"ok\"") == before)
+      ASSERT_TRUE(reader.until("\"ok\"") && !reader.ended() && reader.rest(std::chrono::milliseconds(1)) != "");
   };
   ask();
   const std::size_t before = threads();
@@ -142,7 +143,8 @@ TEST(FrontLimits, AnAddressHasItsShareOfConnections) {
     held.back().say(get("/healthz"));
     EXPECT_TRUE(held.back().until("\"ok\""));
   }
-  EXPECT_THAT(front.client().rest(), AllOf(StartsWith("HTTP/1.1 429 "), HasSubstr("too-many-connections"), HasSubstr("Retry-After: ")));
+  EXPECT_THAT(front.client().rest(),
+              AllOf(StartsWith("HTTP/1.1 429 "), HasSubstr("too-many-connections"), HasSubstr("Retry-After: ")));
   held.front().close();
   EXPECT_TRUE(eventually([&] {
     RawClient again = front.client();
@@ -152,7 +154,8 @@ TEST(FrontLimits, AnAddressHasItsShareOfConnections) {
 }
 
 std::size_t descriptors() {
-  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator()));
+  return static_cast<std::size_t>(
+      std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator()));
 }
 
 TEST(FrontLimits, RefusedConnectionsTakeFewDescriptorsToo) {
@@ -210,7 +213,8 @@ TEST(FrontLimits, AnswersUnderWayGoOutWhenTheServerStops) {
   EXPECT_TRUE(eventually([&] { return !front.test().service().registry().list().empty(); }));
   std::thread stopper([&] { front.stop(); });
   EXPECT_GT(reader.rest().size(), size);
-  EXPECT_THAT(waiting.rest(), AllOf(StartsWith("HTTP/1.1 202 "), HasSubstr("Location: "))) << "it is accepted, and goes on at the next start";
+  EXPECT_THAT(waiting.rest(), AllOf(StartsWith("HTTP/1.1 202 "), HasSubstr("Location: ")))
+      << "it is accepted, and goes on at the next start";
   stopper.join();
 }
 

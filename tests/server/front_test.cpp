@@ -24,7 +24,8 @@ const std::string kHidden = "GET /healthz HTTP/1.1\r\nHost: localhost\r\nX: hidd
 TEST(Front, PipelinedRequestsAreAnsweredInOrder) {
   const Front front;
   std::string asked, expected;
-  for (int i = 0; i < 300; ++i) asked += i % 3 == 0 ? get("/healthz") : i % 3 == 1 ? get("/v1/datasets") : get("/nothing/" + std::to_string(i));
+  for (int i = 0; i < 300; ++i)
+    asked += i % 3 == 0 ? get("/healthz") : i % 3 == 1 ? get("/v1/datasets") : get("/nothing/" + std::to_string(i));
   const std::string seen = front.answer(asked + get("/healthz", "Connection: close\r\n"));
   EXPECT_EQ(count_of(seen, "HTTP/1.1 200 OK"), 201u);
   EXPECT_EQ(count_of(seen, "HTTP/1.1 404 Not Found"), 100u);
@@ -98,30 +99,40 @@ TEST(Front, WhatCouldBeReadInTwoWaysIsRefusedAndEndsTheConnection) {
   };
   for (const Row& row : rows) {
     const std::string seen = front.answer(row.bytes + kHidden);
-    EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("request-invalid"), HasSubstr("Connection: close"))) << row.what;
+    EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("request-invalid"), HasSubstr("Connection: close")))
+        << row.what;
     EXPECT_EQ(count_of(seen, "HTTP/1.1 "), 1u) << row.what << ": " << seen;
   }
 }
 
 TEST(Front, WhatIsNoHostIsRefused) {
   const Front front;
-  for (const char* host : {"", "a b", "a/b", "<x>", "a b/<x>", "u@a", "a:b", "a:99999999", "a:65536", "a:-1", "a:1:2", ":80", "[::1", "[::1]x", "[127.0.0.1]", "[a]", "a%2", "a,b c", "http://a", "\xc3\xa4"}) {
+  for (const char* host : {"",      "a b", "a/b",  "<x>",    "a b/<x>",     "u@a", "a:b", "a:99999999", "a:65536",  "a:-1",
+                           "a:1:2", ":80", "[::1", "[::1]x", "[127.0.0.1]", "[a]", "a%2", "a,b c",      "http://a", "\xc3\xa4"}) {
     const std::string seen = front.answer("GET /healthz HTTP/1.1\r\nHost: " + std::string(host) + "\r\n\r\n" + kHidden);
     EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("request-invalid"))) << host;
     EXPECT_EQ(count_of(seen, "HTTP/1.1 "), 1u) << host;
   }
-  for (const char* host : {"a", "a:", "a:0", "a:65535", "A-b_c.example.", "127.0.0.1:80", "[::1]", "[2001:db8::1]:8080", "a%20b"}) {
-    EXPECT_THAT(front.answer("GET /healthz HTTP/1.1\r\nHost: " + std::string(host) + "\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 200 OK")) << host;
+  for (const char* host :
+       {"a", "a:", "a:0", "a:65535", "A-b_c.example.", "127.0.0.1:80", "[::1]", "[2001:db8::1]:8080", "a%20b"}) {
+    EXPECT_THAT(front.answer("GET /healthz HTTP/1.1\r\nHost: " + std::string(host) + "\r\nConnection: close\r\n\r\n"),
+                StartsWith("HTTP/1.1 200 OK"))
+        << host;
   }
 }
 
 TEST(Front, WhatIsKnownToHttpAndNotToUsIsToldSo) {
   const Front front;
-  for (const char* line : {"CONNECT a:80 HTTP/1.1", "TRACE / HTTP/1.1", "BREW /pot HTTP/1.1", "get / HTTP/1.1", "PROPFIND * HTTP/1.1"}) {
-    EXPECT_THAT(front.answer(std::string(line) + "\r\nHost: localhost\r\n\r\n" + kHidden), AllOf(StartsWith("HTTP/1.1 501 Not Implemented"), HasSubstr("method-unknown"))) << line;
+  for (const char* line :
+       {"CONNECT a:80 HTTP/1.1", "TRACE / HTTP/1.1", "BREW /pot HTTP/1.1", "get / HTTP/1.1", "PROPFIND * HTTP/1.1"}) {
+    EXPECT_THAT(front.answer(std::string(line) + "\r\nHost: localhost\r\n\r\n" + kHidden),
+                AllOf(StartsWith("HTTP/1.1 501 Not Implemented"), HasSubstr("method-unknown")))
+        << line;
   }
   for (const char* line : {"GET / HTTP/2.0", "GET / HTTP/1.2", "GET / HTTP/0.9", "PRI * HTTP/2.0"}) {
-    EXPECT_THAT(front.answer(std::string(line) + "\r\nHost: localhost\r\n\r\n" + kHidden), AllOf(StartsWith("HTTP/1.1 505 "), HasSubstr("http-version"))) << line;
+    EXPECT_THAT(front.answer(std::string(line) + "\r\nHost: localhost\r\n\r\n" + kHidden),
+                AllOf(StartsWith("HTTP/1.1 505 "), HasSubstr("http-version")))
+        << line;
   }
 }
 
@@ -136,20 +147,24 @@ TEST(Front, AnEscapedSlashIsNoBorder) {
 TEST(Front, ChunksThatBreakTheRulesBreakTheUpload) {
   Front front;
   const std::string chunked = kPost + "Transfer-Encoding: chunked\r\n\r\n";
-  for (const std::string& body : {"4\nGOOD\r\n0\r\n\r\n"s, "4\r\nGOODx\r\n0\r\n\r\n"s, "-4\r\nGOOD\r\n0\r\n\r\n"s, "0x4\r\nGOOD\r\n0\r\n\r\n"s, " 4\r\nGOOD\r\n0\r\n\r\n"s,
-                                 "4 \r\nGOOD\r\n0\r\n\r\n"s, ";a\r\nGOOD\r\n0\r\n\r\n"s, "fffffffffffffffff\r\nGOOD\r\n0\r\n\r\n"s, "4\r\nGOOD\n0\r\n\r\n"s, "4;a\nb\r\nGOOD\r\n0\r\n\r\n"s,
-                                 "4\r\nGOOD\r\n0\r\ntrailer\r\n\r\n"s, "4\r\nGOOD\r\n0\r\n: x\r\n\r\n"s, "4\r\nGOOD\r\n0\r\nA: x\r\nb\r\n\r\n"s}) {
+  for (const std::string& body :
+       {"4\nGOOD\r\n0\r\n\r\n"s, "4\r\nGOODx\r\n0\r\n\r\n"s, "-4\r\nGOOD\r\n0\r\n\r\n"s, "0x4\r\nGOOD\r\n0\r\n\r\n"s,
+        " 4\r\nGOOD\r\n0\r\n\r\n"s, "4 \r\nGOOD\r\n0\r\n\r\n"s, ";a\r\nGOOD\r\n0\r\n\r\n"s,
+        "fffffffffffffffff\r\nGOOD\r\n0\r\n\r\n"s, "4\r\nGOOD\n0\r\n\r\n"s, "4;a\nb\r\nGOOD\r\n0\r\n\r\n"s,
+        "4\r\nGOOD\r\n0\r\ntrailer\r\n\r\n"s, "4\r\nGOOD\r\n0\r\n: x\r\n\r\n"s, "4\r\nGOOD\r\n0\r\nA: x\r\nb\r\n\r\n"s}) {
     const std::string seen = front.answer(chunked + body + kHidden);
     EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("body-incomplete"))) << body;
     EXPECT_EQ(count_of(seen, "HTTP/1.1 "), 1u) << body;
   }
-  const std::string seen = front.answer(chunked + std::string("2;a=\"b\"\r\nGO\r\n002\r\nOD\r\n0\r\nTrailer: x\r\n\r\n") + get("/healthz", "Connection: close\r\n"));
+  const std::string seen = front.answer(chunked + std::string("2;a=\"b\"\r\nGO\r\n002\r\nOD\r\n0\r\nTrailer: x\r\n\r\n") +
+                                        get("/healthz", "Connection: close\r\n"));
   EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 202 "), HasSubstr("\"ok\""))) << "and the next request begins where the body ends";
 }
 
 TEST(Front, TheWholeAddressMayBeGiven) {
   const Front front;
-  EXPECT_THAT(front.answer("GET HTTP://127.0.0.1:1/healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 200 OK"));
+  EXPECT_THAT(front.answer("GET HTTP://127.0.0.1:1/healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"),
+              StartsWith("HTTP/1.1 200 OK"));
   EXPECT_THAT(front.answer("OPTIONS * HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"), StartsWith("HTTP/1.1 204 "));
   EXPECT_THAT(front.answer(get("/%68ealthz?%zz#x", "Connection: close\r\n")), StartsWith("HTTP/1.1 200 OK"));
 }
@@ -158,7 +173,8 @@ TEST(Front, HeadsHaveASize) {
   const Front front;
   EXPECT_THAT(front.answer(get("/" + std::string(9000, 'a'))), AllOf(StartsWith("HTTP/1.1 414 "), HasSubstr("uri-too-long")));
   EXPECT_THAT(front.answer("GET /" + std::string(100000, 'a')), AllOf(StartsWith("HTTP/1.1 414 "), HasSubstr("uri-too-long")));
-  EXPECT_THAT(front.answer(get("/healthz", "X: " + std::string(40000, 'a') + "\r\n")), AllOf(StartsWith("HTTP/1.1 431 "), HasSubstr("head-too-large")));
+  EXPECT_THAT(front.answer(get("/healthz", "X: " + std::string(40000, 'a') + "\r\n")),
+              AllOf(StartsWith("HTTP/1.1 431 "), HasSubstr("head-too-large")));
   std::string many;
   for (int i = 0; i < 200; ++i) many.append("X").append(std::to_string(i)).append(": a\r\n");
   EXPECT_THAT(front.answer(get("/healthz", many)), AllOf(StartsWith("HTTP/1.1 431 "), HasSubstr("head-too-large")));
@@ -194,14 +210,16 @@ TEST(Front, AHalfClosedUploadIsAnswered) {
 
 TEST(Front, ABodyThatNobodyReadsEndsTheConnectionAndIsNoRequest) {
   const Front front;
-  for (const std::string& head : {"GET /healthz HTTP/1.1\r\nHost: localhost\r\n"s, "DELETE /v1/datasets/x HTTP/1.1\r\nHost: localhost\r\n"s}) {
+  for (const std::string& head :
+       {"GET /healthz HTTP/1.1\r\nHost: localhost\r\n"s, "DELETE /v1/datasets/x HTTP/1.1\r\nHost: localhost\r\n"s}) {
     const std::string seen = front.answer(head + "Content-Length: " + std::to_string(kHidden.size()) + "\r\n\r\n" + kHidden);
     EXPECT_EQ(count_of(seen, "HTTP/1.1 "), 1u) << seen;
     EXPECT_THAT(seen, HasSubstr("Connection: close"));
   }
   const std::string refused = "POST /v1/datasets?eror=1 HTTP/1.1\r\nHost: localhost\r\nContent-Length: 4\r\n\r\nGOOD";
   const std::string seen = front.answer(refused + get("/healthz", "Connection: close\r\n"));
-  EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("option-unknown"), HasSubstr("\"ok\""))) << "a small one does not cost the connection";
+  EXPECT_THAT(seen, AllOf(StartsWith("HTTP/1.1 400 "), HasSubstr("option-unknown"), HasSubstr("\"ok\"")))
+      << "a small one does not cost the connection";
 }
 
 TEST(Front, CompressedUploadsAreRead) {
@@ -211,18 +229,23 @@ TEST(Front, CompressedUploadsAreRead) {
   ASSERT_EQ(std::system(("gzip '" + file + "'").c_str()), 0);
   const std::string body = file_text(file + ".gz");
   const std::string head = kPost + "Prefer: wait=200\r\nConnection: close\r\nContent-Encoding: gzip\r\nContent-Length: ";
-  EXPECT_THAT(front.answer(head + std::to_string(body.size()) + "\r\n\r\n" + body), AllOf(StartsWith("HTTP/1.1 201 "), HasSubstr("\"ready\"")));
+  EXPECT_THAT(front.answer(head + std::to_string(body.size()) + "\r\n\r\n" + body),
+              AllOf(StartsWith("HTTP/1.1 201 "), HasSubstr("\"ready\"")));
   EXPECT_THAT(front.answer(head + "4\r\n\r\nGOOD"), HasSubstr("body-incomplete")) << "that is no gzip";
-  EXPECT_THAT(front.answer(head + std::to_string(body.size() - 8) + "\r\n\r\n" + body.substr(0, body.size() - 8)), HasSubstr("body-incomplete")) << "without its end";
+  EXPECT_THAT(front.answer(head + std::to_string(body.size() - 8) + "\r\n\r\n" + body.substr(0, body.size() - 8)),
+              HasSubstr("body-incomplete"))
+      << "without its end";
   const std::string unknown = kPost + "Content-Encoding: zstd\r\nConnection: close\r\nContent-Length: 4\r\n\r\nGOOD";
-  EXPECT_THAT(front.answer(unknown), AllOf(StartsWith("HTTP/1.1 415 "), HasSubstr("coding-unknown"), HasSubstr("\r\nAccept-Encoding: gzip, deflate, br\r\n")));
+  EXPECT_THAT(front.answer(unknown), AllOf(StartsWith("HTTP/1.1 415 "), HasSubstr("coding-unknown"),
+                                           HasSubstr("\r\nAccept-Encoding: gzip, deflate, br\r\n")));
 }
 
 TEST(Front, HeadersOfAnswersStayOnTheirLines) {
   Response response;
   response.set("Location", "a\r\nSet-Cookie: b");
   EXPECT_THAT(front::answer_head(response, {}), HasSubstr("Location: a  Set-Cookie: b\r\n"));
-  EXPECT_THAT(front::http_date(), testing::MatchesRegex("[A-Z][a-z]{2}, [0-9]{2} [A-Z][a-z]{2} [0-9]{4} [0-9]{2}:[0-9]{2}:[0-9]{2} GMT"));
+  EXPECT_THAT(front::http_date(),
+              testing::MatchesRegex("[A-Z][a-z]{2}, [0-9]{2} [A-Z][a-z]{2} [0-9]{4} [0-9]{2}:[0-9]{2}:[0-9]{2} GMT"));
 }
 
 TEST(Workers, ClientsTakeTurns) {

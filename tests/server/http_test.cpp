@@ -110,7 +110,8 @@ TEST_F(Http, CompressedAndPlainAnswersAreTwoRepresentations) {
   const std::string manifest = "$U/v1/datasets/" + ready_dataset() + "/manifest.json";
   const auto header = [](const std::string& head, const std::string& name) {
     const auto start = head.find(name + ": ");
-    return start == std::string::npos ? "" : head.substr(start + name.size() + 2, head.find('\r', start) - start - name.size() - 2);
+    return start == std::string::npos ? ""
+                                      : head.substr(start + name.size() + 2, head.find('\r', start) - start - name.size() - 2);
   };
   for (const char* encoding : {"identity", "gzip", "br"}) {
     const std::string ask = std::string("-H 'Accept-Encoding: ") + encoding + "' ";
@@ -150,7 +151,8 @@ TEST_F(Http, RefusalsAreProblems) {
 
 TEST_F(Http, ARefusedLargeBodyIsNotAskedFor) {
   write("dem.tif", std::string(3 << 20, 'x'));
-  const std::string answer = curl("-D - --expect100-timeout 200 -w 'sent %{size_upload}' --data-binary @dem.tif $U/v1/datasets?error=x");
+  const std::string answer =
+      curl("-D - --expect100-timeout 200 -w 'sent %{size_upload}' --data-binary @dem.tif $U/v1/datasets?error=x");
   EXPECT_THAT(answer, HasSubstr("HTTP/1.1 400"));
   EXPECT_THAT(answer, HasSubstr("sent 0"));
   EXPECT_THAT(curl("-H 'Expect:' --data-binary @dem.tif $U/v1/datasets?error=x"), HasSubstr("option-invalid"));

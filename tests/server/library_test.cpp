@@ -70,7 +70,8 @@ TEST(Library, WhatIsDeletedWhileItIsAskedForIsNotDamaged) {
   TestService test;
   const std::string id = body_of(test.post("GOOD", {}, {{"prefer", "wait=60"}}))["id"];
   ASSERT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
-  EXPECT_EQ(test.service().library().open(id).problem().type, "dataset-unknown") << "as a request does that found the dataset a moment before";
+  EXPECT_EQ(test.service().library().open(id).problem().type, "dataset-unknown")
+      << "as a request does that found the dataset a moment before";
 }
 
 TEST(Library, WhatIsDeletedIsForgotten) {

@@ -7,8 +7,8 @@
 
 #include "fixture.h"
 #include "server/access/tokens.h"
-#include "server/limits/disk.h"
 #include "server/jobs/spare_disk.h"
+#include "server/limits/disk.h"
 
 namespace cordillera::server {
 namespace {
@@ -184,7 +184,8 @@ TEST(Limits, AJobWithoutRoomLeavesWhatItMadeAndWaitsForMore) {
   std::optional<proto::Problem> problem = proto::Problem{"storage-full", "full", "", ""};
   // A disk that keeps all of itself free has no room, before and after.
   const JobRunner runner = sparing(
-      [&](const std::filesystem::path&, const ProgressSink&, const std::atomic<bool>&) -> proto::Result<std::optional<proto::Estimate>> {
+      [&](const std::filesystem::path&, const ProgressSink&,
+          const std::atomic<bool>&) -> proto::Result<std::optional<proto::Estimate>> {
         ++runs;
         std::ofstream(store) << "half";
         if (problem) return *problem;

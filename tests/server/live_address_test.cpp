@@ -228,22 +228,31 @@ class ByRanges : public LiveAddress {
     pixels->SetGeoTransform(place);
     std::vector<std::int16_t> line(kSide);
     for (int row = 0; row < kSide; ++row) {
-      for (int column = 0; column < kSide; ++column) line[static_cast<std::size_t>(column)] = static_cast<std::int16_t>(height + 200 * std::sin(column / 300.0) * std::cos(row / 250.0));
-      EXPECT_EQ(pixels->GetRasterBand(1)->RasterIO(GF_Write, 0, row, kSide, 1, line.data(), kSide, 1, GDT_Int16, 0, 0, nullptr), CE_None);
+      for (int column = 0; column < kSide; ++column)
+        line[static_cast<std::size_t>(column)] =
+            static_cast<std::int16_t>(height + 200 * std::sin(column / 300.0) * std::cos(row / 250.0));
+      EXPECT_EQ(pixels->GetRasterBand(1)->RasterIO(GF_Write, 0, row, kSide, 1, line.data(), kSide, 1, GDT_Int16, 0, 0, nullptr),
+                CE_None);
     }
     const char* options[] = {"COMPRESS=NONE", "BLOCKSIZE=256", nullptr};
-    EXPECT_TRUE(GDALDatasetUniquePtr(driver("COG")->CreateCopy(raster_.c_str(), pixels.get(), FALSE, const_cast<char**>(options), nullptr, nullptr)));
+    EXPECT_TRUE(GDALDatasetUniquePtr(
+        driver("COG")->CreateCopy(raster_.c_str(), pixels.get(), FALSE, const_cast<char**>(options), nullptr, nullptr)));
     return file_text(raster_);
   }
   std::string sought() const { return query(kCog, "&max_level=12"); }
   /// Of the finest level.
   static std::string tile_at(double longitude_deg, double latitude_deg) {
     const double tiles = std::ldexp(1, 12) / 180;
-    return "/tiles/12/" + std::to_string(static_cast<int>((180 + longitude_deg) * tiles)) + "/" + std::to_string(static_cast<int>((90 + latitude_deg) * tiles)) + ".drc";
+    return "/tiles/12/" + std::to_string(static_cast<int>((180 + longitude_deg) * tiles)) + "/" +
+           std::to_string(static_cast<int>((90 + latitude_deg) * tiles)) + ".drc";
   }
-  std::string final_tile(const std::string& id, const std::string& tile) { return body("/v1/datasets/" + id + tile, "-H 'Prefer: wait=500'"); }
+  std::string final_tile(const std::string& id, const std::string& tile) {
+    return body("/v1/datasets/" + id + tile, "-H 'Prefer: wait=500'");
+  }
   std::string posted() {
-    return curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() + "/v1/datasets?name=hills.tif&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy&max_level=12'").value("id", "");
+    return curl("--data-binary @" + raster_ + " -H 'Prefer: wait=500' '" + server_.base() +
+                "/v1/datasets?name=hills.tif&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy&max_level=12'")
+        .value("id", "");
   }
   std::string hills_;
 };
@@ -283,7 +292,9 @@ TEST_F(ByRanges, OfALargeCogOnlyWhatIsLookedAtComes) {
 TEST_F(ByRanges, AnAddressIsPostedToo) {
   start();
   const auto post = [&](const std::string& options) {
-    return curl("-H 'Prefer: wait=500' -H 'Idempotency-Key: hills' -d source=" + host_.address() + kCog + " -d crs=EPSG:4326 -d vertical_datum=ellipsoid -d error=20 -d max_level=12 -d build=lazy " + options + " '" + server_.base() + "/v1/datasets'");
+    return curl("-H 'Prefer: wait=500' -H 'Idempotency-Key: hills' -d source=" + host_.address() + kCog +
+                " -d crs=EPSG:4326 -d vertical_datum=ellipsoid -d error=20 -d max_level=12 -d build=lazy " + options + " '" +
+                server_.base() + "/v1/datasets'");
   };
   Json posted = post("");
   const std::string id = posted.value("id", "");
@@ -304,7 +315,8 @@ TEST_F(ByRanges, ARasterThatChangesMeanwhileIsReadAnew) {
   const std::string place = "/elevation?points=11.5,46.6";
   ASSERT_TRUE(eventually([&] {
     Json answer = json("/v1/datasets/" + id + place);
-    return answer["points"].is_array() && answer["points"][0]["ellipsoidal_height"].is_number() && answer["points"][0]["ellipsoidal_height"].get<double>() > 2500;
+    return answer["points"].is_array() && answer["points"][0]["ellipsoidal_height"].is_number() &&
+           answer["points"][0]["ellipsoidal_height"].get<double>() > 2500;
   })) << server_.log();
   EXPECT_THAT(server_.log(), HasSubstr("has another raster than it had"));
 }

@@ -14,7 +14,9 @@ using testing::HasSubstr;
 class LiveFolder : public Program {
  protected:
   LiveFolder() { fs::create_directories(live_ / "alps"); }
-  void start() { server_.start(folder_.path(), {"--live", live_.string(), "--crs", "EPSG:4326", "--vertical-datum", "ellipsoid"}); }
+  void start() {
+    server_.start(folder_.path(), {"--live", live_.string(), "--crs", "EPSG:4326", "--vertical-datum", "ellipsoid"});
+  }
   /// A slope, `rise` metres a column. It appears under its name at once, as `mv` makes it.
   void put(const std::string& name, int rise) {
     const fs::path beside = folder_.path() / "beside.asc";
@@ -37,7 +39,9 @@ class LiveFolder : public Program {
     return all;
   }
   bool becomes(const std::vector<std::string>& wanted) {
-    return eventually([&] { return listed() == wanted; }) || (ADD_FAILURE() << testing::PrintToString(listed()) << "\n" << server_.log(), false);
+    return eventually([&] { return listed() == wanted; }) || (ADD_FAILURE() << testing::PrintToString(listed()) << "\n"
+                                                                            << server_.log(),
+                                                              false);
   }
   double highest(const std::string& id) {
     Json manifest = curl(server_.base() + "/v1/datasets/" + id + "/manifest.json");
@@ -113,7 +117,9 @@ TEST_F(LiveFolder, AnEmptyFolderDeletesNothing) {
 }
 
 TEST_F(LiveFolder, FoldersThatLieInEachOtherAreRefused) {
-  const auto run = [&](const std::string& live) { return shell(kProgram + " serve --data " + (live_ / "data").string() + " --live " + live + " 2>&1").output; };
+  const auto run = [&](const std::string& live) {
+    return shell(kProgram + " serve --data " + (live_ / "data").string() + " --live " + live + " 2>&1").output;
+  };
   EXPECT_THAT(run(live_.string()), HasSubstr("lie in each other"));
   EXPECT_THAT(run((folder_.path() / "none").string()), HasSubstr("is no folder"));
 }

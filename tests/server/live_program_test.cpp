@@ -1,4 +1,5 @@
-// The real program with a raster whose build takes long enough to look at it meanwhile: provisional tiles, and blocks that are made where somebody looks.
+// The real program with a raster whose build takes long enough to look at it meanwhile: provisional tiles, and blocks that are
+// made where somebody looks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -23,7 +24,8 @@ class LiveProgram : public Program {
     std::ofstream out(raster_);
     out << "ncols " << kSide << "\nnrows " << kSide << "\nxllcorner 10\nyllcorner 46\ncellsize 0.0005\n";
     for (int row = 0; row < kSide; ++row) {
-      for (int column = 0; column < kSide; ++column) out << static_cast<int>(1000 + 300 * std::sin(column / 9.0) * std::cos(row / 7.0)) << ' ';
+      for (int column = 0; column < kSide; ++column)
+        out << static_cast<int>(1000 + 300 * std::sin(column / 9.0) * std::cos(row / 7.0)) << ' ';
       out << '\n';
     }
     out.close();
@@ -31,7 +33,8 @@ class LiveProgram : public Program {
   }
   /// Its provisional tiles stand, and its build goes on.
   std::string posted(const std::string& options = "&error=2") {
-    const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&threads=1" + options + "'");
+    const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() +
+                             "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&threads=1" + options + "'");
     const std::string id = answer.value("id", "");
     EXPECT_TRUE(eventually([&] { return status(id)["provisional"] == true; })) << answer.dump() << server_.log();
     return id;
@@ -44,7 +47,8 @@ class LiveProgram : public Program {
   /// A tile of the level that holds the raster's middle.
   static std::string middle(int level) {
     const double tiles = std::ldexp(1, level) / 180;
-    return "/tiles/" + std::to_string(level) + "/" + std::to_string(static_cast<int>((10.15 + 180) * tiles)) + "/" + std::to_string(static_cast<int>((46.15 + 90) * tiles)) + ".drc";
+    return "/tiles/" + std::to_string(level) + "/" + std::to_string(static_cast<int>((10.15 + 180) * tiles)) + "/" +
+           std::to_string(static_cast<int>((46.15 + 90) * tiles)) + ".drc";
   }
   bool is_ready(const std::string& id) {
     return eventually([&] { return status(id)["state"] == "ready"; });
@@ -66,9 +70,11 @@ TEST_F(LiveProgram, TilesAreThereBeforeTheBuildIsDone) {
   const Json heights = get(id, "/elevation?points=10.15,46.15");
   EXPECT_NEAR(heights["points"][0]["ellipsoidal_height"].get<double>(), 1000, 400) << heights;
   EXPECT_TRUE(heights["stated_max_error"].is_null());
-  for (const char* path : {"/tileset.json", "/layer.json", "/terrain-rgb.json", "/hillshade.json", "/tileset-explicit.json", "/terrain3d/tileset.json"}) {
+  for (const char* path : {"/tileset.json", "/layer.json", "/terrain-rgb.json", "/hillshade.json", "/tileset-explicit.json",
+                           "/terrain3d/tileset.json"}) {
     const std::string document = head(id, path);
-    EXPECT_TRUE(document.find("200 OK") != std::string::npos && document.find("no-store") != std::string::npos) << path << document;
+    EXPECT_TRUE(document.find("200 OK") != std::string::npos && document.find("no-store") != std::string::npos)
+        << path << document;
   }
   ASSERT_TRUE(is_ready(id));
   const Json built = get(id, "/manifest.json");
@@ -105,7 +111,8 @@ TEST_F(LiveProgram, ADeletionInTheMiddleLeavesNothing) {
   EXPECT_FALSE(std::filesystem::exists(folder_of(id)));
 }
 
-/// Of a lazy dataset: where people look there are the finest tiles, elsewhere not, over restarts too; and all of them once somebody wants all.
+/// Of a lazy dataset: where people look there are the finest tiles, elsewhere not, over restarts too; and all of them once
+/// somebody wants all.
 class LazyProgram : public LiveProgram {
  protected:
   /// A finest tile, so far south-west or north-east of the middle that its block is another.
@@ -125,7 +132,8 @@ class LazyProgram : public LiveProgram {
 
 TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
   const std::string id = posted(lazy_);
-  ASSERT_TRUE(eventually([&] { return get(id, "/manifest.json")["done_blocks"].is_object(); })) << get(id, "/manifest.json") << server_.log();
+  ASSERT_TRUE(eventually([&] { return get(id, "/manifest.json")["done_blocks"].is_object(); }))
+      << get(id, "/manifest.json") << server_.log();
   EXPECT_EQ(status(id)["build"], "lazy");
   EXPECT_EQ(status(id)["state"], "running");
   EXPECT_TRUE(status(id)["progress"]["seconds_left"].is_null());
@@ -145,9 +153,12 @@ TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
   EXPECT_FALSE(is_there(id, finest(kAway_deg)));
   EXPECT_THAT(get(id, "/elevation?points=10.27,46.27").dump(), HasSubstr("ellipsoidal_height"));
   EXPECT_TRUE(eventually([&] { return is_there(id, finest(kAway_deg)); })) << "a height is a look, too\n" << server_.log();
-  const auto bytes = [&] { return shell("curl -q -s -m 500 " + server_.base() + "/v1/datasets/" + id + finest(kAway_deg) + " | sha256sum").output; };
+  const auto bytes = [&] {
+    return shell("curl -q -s -m 500 " + server_.base() + "/v1/datasets/" + id + finest(kAway_deg) + " | sha256sum").output;
+  };
   const std::string before = bytes();
-  EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=lazy'")["type"], "urn:cordillera:problem:option-invalid");
+  EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=lazy'")["type"],
+            "urn:cordillera:problem:option-invalid");
   EXPECT_EQ(curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=full'").value("id", ""), id);
   ASSERT_TRUE(is_ready(id)) << server_.log();
   EXPECT_EQ(bytes(), before);
@@ -155,7 +166,8 @@ TEST_F(LazyProgram, BlocksAreMadeWhereSomebodyLooks) {
 }
 
 TEST_F(LazyProgram, SmallRastersAreBuiltAtOnce) {
-  const std::string post = "--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy'";
+  const std::string post = "--data-binary @" + raster_ + " '" + server_.base() +
+                           "/v1/datasets?name=hills.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=20&build=lazy'";
   const std::string id = curl(post).value("id", "");
   EXPECT_TRUE(eventually([&] { return status(id)["state"] != "queued"; }));
   curl("-X PATCH '" + server_.base() + "/v1/datasets/" + id + "?build=full'");
@@ -166,7 +178,9 @@ TEST_F(LazyProgram, SmallRastersAreBuiltAtOnce) {
 
 TEST_F(LazyProgram, PlacesBesideTheDataWakeNobody) {
   const std::string id = posted(lazy_);
-  ASSERT_TRUE(eventually([&] { return get(id, "/manifest.json")["done_blocks"].is_object() && server_.log().find("outcome=paused") != std::string::npos; })) << server_.log();
+  ASSERT_TRUE(eventually([&] {
+    return get(id, "/manifest.json")["done_blocks"].is_object() && server_.log().find("outcome=paused") != std::string::npos;
+  })) << server_.log();
   const auto begun = [&] {
     const std::string log = server_.log(), words = "build started";
     int count = 0;
@@ -183,7 +197,8 @@ TEST_F(LazyProgram, PlacesBesideTheDataWakeNobody) {
 
 TEST_F(LazyProgram, WhatDoesNotGoWithItIsRefused) {
   for (const char* against : {"updates=1", "provisional=off", "keep=0.1"}) {
-    const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc&crs=EPSG:4326&build=lazy&" + against + "'");
+    const Json answer = curl("--data-binary @" + raster_ + " '" + server_.base() +
+                             "/v1/datasets?name=hills.asc&crs=EPSG:4326&build=lazy&" + against + "'");
     EXPECT_EQ(answer.value("parameter", ""), "build") << against << answer;
   }
 }
@@ -305,12 +320,15 @@ TEST_F(LazyWait, TheOperatorsLimitEndsTheWait) {
 
 /// Tiles are the same with a first look and without.
 TEST_F(LiveProgram, TheBuildIsTheSame) {
-  const std::string options = "&crs=EPSG:4326&vertical_datum=ellipsoid&error=5", post = "--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc" + options;
+  const std::string options = "&crs=EPSG:4326&vertical_datum=ellipsoid&error=5",
+                    post = "--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=hills.asc" + options;
   const std::string with = curl(post + "'").value("id", ""), without = curl(post + "&provisional=off'").value("id", "");
   ASSERT_TRUE(is_ready(with) && is_ready(without));
   const int finest = get(with, "/manifest.json")["max_level"];
   for (int level = 0; level <= finest; ++level) {
-    const auto bytes = [&](const std::string& id) { return shell("curl -q -s -m 500 " + server_.base() + "/v1/datasets/" + id + middle(level) + " | sha256sum").output; };
+    const auto bytes = [&](const std::string& id) {
+      return shell("curl -q -s -m 500 " + server_.base() + "/v1/datasets/" + id + middle(level) + " | sha256sum").output;
+    };
     EXPECT_EQ(bytes(with), bytes(without)) << "level " << level;
   }
 }

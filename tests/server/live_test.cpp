@@ -98,7 +98,11 @@ TEST_F(Live, EventsTellWhichTilesAreNew) {
   ASSERT_TRUE(reaches(id, "ready"));
   std::string rest;
   while (auto piece = stream.next_piece()) rest += *piece;
-  EXPECT_THAT(rest, HasSubstr("event: tiles\ndata: {\"provisional\":false,\"levels\":[{\"level\":0,\"x\":[0,0],\"y\":[0,0]},{\"level\":1,\"x\":[1,1],\"y\":[1,1]}],"));
+  EXPECT_THAT(
+      rest,
+      HasSubstr(
+          "event: tiles\ndata: "
+          "{\"provisional\":false,\"levels\":[{\"level\":0,\"x\":[0,0],\"y\":[0,0]},{\"level\":1,\"x\":[1,1],\"y\":[1,1]}],"));
   EXPECT_LT(rest.find("event: tiles"), rest.find("event: ready"));
 }
 
@@ -157,7 +161,9 @@ TEST_F(Live, MetricsHaveTheTimeToTheFirstTile) {
   ASSERT_TRUE(reaches(id, "ready"));
   EXPECT_THAT(test_.service().metrics().text(), Not(HasSubstr("kind=\"final\""))) << "those were not its first";
   ASSERT_TRUE(reaches(id_of(test_.post("GOOD")), "ready"));
-  EXPECT_TRUE(eventually([&] { return test_.service().metrics().text().find("cordillera_first_tile_seconds_count{kind=\"final\"} 1") != std::string::npos; }));
+  EXPECT_TRUE(eventually([&] {
+    return test_.service().metrics().text().find("cordillera_first_tile_seconds_count{kind=\"final\"} 1") != std::string::npos;
+  }));
 }
 
 TEST(LiveBlocks, ALookCountsWhereABlockIsToBeMade) {
@@ -218,7 +224,8 @@ TEST_F(LiveWait, WhenTheTimeIsOverItIsToldWhenToComeAgain) {
   Response answer = TestService::settled(test_.get(at(id, kFine), prefer("wait=1")));
   EXPECT_EQ(answer.status, 503);
   EXPECT_EQ(slug_of(answer), "tile-not-ready");
-  const auto said = std::count_if(answer.headers.begin(), answer.headers.end(), [](const auto& header) { return header.first == "Retry-After"; });
+  const auto said = std::count_if(answer.headers.begin(), answer.headers.end(),
+                                  [](const auto& header) { return header.first == "Retry-After"; });
   EXPECT_EQ(said, 1) << "twice is none";
   EXPECT_EQ(answer.header("Retry-After"), "2");
   EXPECT_EQ(answer.header("Preference-Applied"), "wait=1");

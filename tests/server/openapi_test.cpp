@@ -7,9 +7,9 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
-#include "server/options/mesh_options.h"
-#include "server/http/problems.h"
 #include "server/api/requests/routes.h"
+#include "server/http/problems.h"
+#include "server/options/mesh_options.h"
 
 namespace cordillera::server {
 namespace {
@@ -23,8 +23,15 @@ Json description() {
 
 /// A path of the description with values for its braces.
 std::string filled(std::string path, std::map<std::string, std::string> values) {
-  for (const auto& [name, value] : std::map<std::string, std::string>{
-           {"root", "W"}, {"z", "3"}, {"x", "7"}, {"y", "6"}, {"mesh_format", "glb"}, {"source", "s"}, {"version", "0"}, {"id", "a"}, {"client", "leaflet"}}) {
+  for (const auto& [name, value] : std::map<std::string, std::string>{{"root", "W"},
+                                                                      {"z", "3"},
+                                                                      {"x", "7"},
+                                                                      {"y", "6"},
+                                                                      {"mesh_format", "glb"},
+                                                                      {"source", "s"},
+                                                                      {"version", "0"},
+                                                                      {"id", "a"},
+                                                                      {"client", "leaflet"}}) {
     values.emplace(name, value);
   }
   for (const auto& [name, value] : values) path = std::regex_replace(path, std::regex("\\{" + name + "\\}"), value);
@@ -58,9 +65,7 @@ Response asked_for(TestService& test, const std::string& method, const std::stri
   request.read_body = [](const Request::Sink&) { return true; };
   try {
     return TestService::plain(test.api().handle(request));
-  } catch (const std::exception& error) {
-    return problem_response({"internal", error.what(), "", ""});
-  }
+  } catch (const std::exception& error) { return problem_response({"internal", error.what(), "", ""}); }
 }
 
 TEST(OpenApi, EveryPathIsAnswered) {
@@ -78,12 +83,8 @@ TEST(OpenApi, EveryPathIsAnswered) {
       if (method == "parameters" || method == "delete") continue;
       const Response answer = asked_for(test, method, address);
       EXPECT_NE(answer.status, 405) << method << " " << address;
-      if (answer.status >= 400) {
-        EXPECT_NE(slug_of(answer), "not-found") << method << " " << address;
-      }
-      if (answer.status >= 400) {
-        EXPECT_TRUE(operation["responses"].contains("4XX")) << path;
-      }
+      if (answer.status >= 400) { EXPECT_NE(slug_of(answer), "not-found") << method << " " << address; }
+      if (answer.status >= 400) { EXPECT_TRUE(operation["responses"].contains("4XX")) << path; }
       ++asked;
     }
   }
@@ -146,9 +147,7 @@ TEST(OpenApi, NamesAreUsedOnceAndReferencesResolve) {
   Words ids;
   for (const auto& [path, item] : document["paths"].items()) {
     for (const auto& [method, operation] : item.items()) {
-      if (method != "parameters") {
-        EXPECT_TRUE(ids.insert(operation["operationId"]).second) << operation["operationId"];
-      }
+      if (method != "parameters") { EXPECT_TRUE(ids.insert(operation["operationId"]).second) << operation["operationId"]; }
     }
   }
 }

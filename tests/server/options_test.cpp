@@ -1,6 +1,6 @@
 // The one table of options, through every door that leads to it.
-#include "server/options/option_groups.h"
 #include "server/options/options.h"
+#include "server/options/option_groups.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,9 +25,9 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
   std::set<std::string> names;
   for (const OptionSpec& option : build_options()) EXPECT_TRUE(names.insert(option.name).second) << option.name;
   for (const char* name :
-       {"error", "keep", "scheme", "crs", "vertical-datum", "nodata", "strategy", "device", "threads", "memory", "bbox",
-        "min-level", "max-level", "z-scale", "z-offset", "title", "attribution", "imagery", "dry-run", "name", "quality", "pixels", "voids", "fill-limit", "water",
-        "water-mask", "band"}) {
+       {"error",   "keep", "scheme",    "crs",       "vertical-datum", "nodata",     "strategy", "device",      "threads",
+        "memory",  "bbox", "min-level", "max-level", "z-scale",        "z-offset",   "title",    "attribution", "imagery",
+        "dry-run", "name", "quality",   "pixels",    "voids",          "fill-limit", "water",    "water-mask",  "band"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
   for (const OptionSpec& option : all_options()) {
@@ -55,30 +55,18 @@ TEST(Options, OneOptionHasFourSpellings) {
 }
 
 TEST(Options, EveryValueArrivesInItsField) {
-  const auto settings = query({{"error", "2.5"},
-                               {"scheme", "Geodetic"},
-                               {"crs", "EPSG:32632"},
-                               {"vertical_datum", "egm2008"},
-                               {"nodata", "-9999"},
-                               {"strategy", "waves"},
-                               {"device", "CUDA:1"},
-                               {"threads", "4"},
-                               {"memory", "512"},
-                               {"bbox", "170,-20,-170,20"},
-                               {"min_level", "3"},
-                               {"max_level", "12"},
-                               {"z_scale", "-0.1"},
-                               {"z_offset", "-7.5"},
-                               {"title", "Höhe"},
-                               {"attribution", "me"},
-                               {"voids", "FILL"},
-                               {"fill_limit", "300"},
-                               {"quality", "Best"},
-                               {"water", "-0.5"},
-                               {"water_mask", "sea.tif"},
-                               {"dry_run", ""},
-                               {"band", "elevation"},
-                               {"name", "a.tif"}});
+  const auto settings = query({{"error", "2.5"},          {"scheme", "Geodetic"},
+                               {"crs", "EPSG:32632"},     {"vertical_datum", "egm2008"},
+                               {"nodata", "-9999"},       {"strategy", "waves"},
+                               {"device", "CUDA:1"},      {"threads", "4"},
+                               {"memory", "512"},         {"bbox", "170,-20,-170,20"},
+                               {"min_level", "3"},        {"max_level", "12"},
+                               {"z_scale", "-0.1"},       {"z_offset", "-7.5"},
+                               {"title", "Höhe"},         {"attribution", "me"},
+                               {"voids", "FILL"},         {"fill_limit", "300"},
+                               {"quality", "Best"},       {"water", "-0.5"},
+                               {"water_mask", "sea.tif"}, {"dry_run", ""},
+                               {"band", "elevation"},     {"name", "a.tif"}});
   ASSERT_TRUE(settings) << settings.problem().line();
   const proto::BuildOptions& build = settings->build;
   EXPECT_EQ(build.error(), 2.5);
@@ -106,13 +94,33 @@ TEST(Options, EveryValueArrivesInItsField) {
 }
 
 /// One value for every option of a build; error and keep exclude each other.
-const Given kOneOfEach = {{"name", "a.tif"}, {"band", "2"}, {"error", "2.5"}, {"scheme", "geodetic"}, {"crs", "EPSG:32632"},
-                          {"vertical-datum", "EGM2008"}, {"nodata", "-9999"}, {"voids", "12.5"}, {"fill-limit", "40"}, {"strategy", "waves"}, {"device", "cpu"},
-                          {"threads", "3"}, {"memory", "512"}, {"bbox", "10,46,11,47"}, {"min-level", "3"},
-                          {"max-level", "12"}, {"z-scale", "0.5"}, {"z-offset", "-7"}, {"title", "two words"},
+const Given kOneOfEach = {{"name", "a.tif"},
+                          {"band", "2"},
+                          {"error", "2.5"},
+                          {"scheme", "geodetic"},
+                          {"crs", "EPSG:32632"},
+                          {"vertical-datum", "EGM2008"},
+                          {"nodata", "-9999"},
+                          {"voids", "12.5"},
+                          {"fill-limit", "40"},
+                          {"strategy", "waves"},
+                          {"device", "cpu"},
+                          {"threads", "3"},
+                          {"memory", "512"},
+                          {"bbox", "10,46,11,47"},
+                          {"min-level", "3"},
+                          {"max-level", "12"},
+                          {"z-scale", "0.5"},
+                          {"z-offset", "-7"},
+                          {"title", "two words"},
                           {"imagery", "https://example.org/a/{z}/{y}/{x}?k=1"},
-                          {"attribution", "me = mine"}, {"quality", "fast"}, {"pixels", "exact"}, {"water", "0"}, {"water-mask", "sea.tif"},
-                          {"feather", "30"}, {"dry-run", "1"}};
+                          {"attribution", "me = mine"},
+                          {"quality", "fast"},
+                          {"pixels", "exact"},
+                          {"water", "0"},
+                          {"water-mask", "sea.tif"},
+                          {"feather", "30"},
+                          {"dry-run", "1"}};
 
 Given through_config_file(const Given& given) {
   const TempFolder folder;
@@ -125,7 +133,8 @@ Given through_config_file(const Given& given) {
 }
 
 Given through_environment(const Given& given) {
-  for (const auto& [name, value] : given) setenv(spelt({name, "", "", "", nullptr}, Spelling::environment).c_str(), value.c_str(), 1);
+  for (const auto& [name, value] : given)
+    setenv(spelt({name, "", "", "", nullptr}, Spelling::environment).c_str(), value.c_str(), 1);
   Given read = environment_layer(build_options());
   for (const auto& [name, value] : given) unsetenv(spelt({name, "", "", "", nullptr}, Spelling::environment).c_str());
   return read;
@@ -224,7 +233,8 @@ TEST(Options, AVariableThatNobodyReadsIsNamedWithItsNeighbour) {
   EXPECT_THAT(with("CORDILLERA_EROR"), HasSubstr("CORDILLERA_EROR is no option and is not read; did you mean CORDILLERA_ERROR?"));
   EXPECT_THAT(with("CORDILLERA_max_level"), HasSubstr("did you mean CORDILLERA_MAX_LEVEL?"));
   EXPECT_THAT(with("CORDILLERA_FROBNICATION"), testing::EndsWith("not read"));
-  for (const char* known : {"CORDILLERA_ERROR", "CORDILLERA_LISTEN", "CORDILLERA_CACHE", "CORDILLERA_TEST_DATA", "CORDILLERA_GEOIDS", "OTHER_EROR"})
+  for (const char* known :
+       {"CORDILLERA_ERROR", "CORDILLERA_LISTEN", "CORDILLERA_CACHE", "CORDILLERA_TEST_DATA", "CORDILLERA_GEOIDS", "OTHER_EROR"})
     EXPECT_EQ(with(known), "") << known;
 }
 
@@ -297,7 +307,8 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
 }
 
 TEST(Options, EachHasItsGroupInHelp) {
-  for (const OptionSpec& option : all_options()) EXPECT_NE(group_of(option), "Others") << option.name << " is in no group of option_groups.cpp";
+  for (const OptionSpec& option : all_options())
+    EXPECT_NE(group_of(option), "Others") << option.name << " is in no group of option_groups.cpp";
 }
 
 TEST(Options, AnUnknownNameSuggestsItsNeighbour) {

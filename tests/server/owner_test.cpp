@@ -81,7 +81,8 @@ TEST_F(Owners, AKeyIsItsOwnersAlone) {
 TEST_F(Owners, AnEarlierVersionsKeyIsItsOwners) {
   const std::string id = posted(of(alice(), {{"idempotency-key", "k"}}));
   test_.stop();
-  pipeline::Database(Layout{test_.data()}.registry().string(), pipeline::Database::Mode::create).execute("UPDATE datasets SET idempotency_key = 'k'");
+  pipeline::Database(Layout{test_.data()}.registry().string(), pipeline::Database::Mode::create)
+      .execute("UPDATE datasets SET idempotency_key = 'k'");
   test_.start();
   EXPECT_NE(posted(of(bob(), {{"idempotency-key", "k"}})), id);
   EXPECT_EQ(posted(of(alice(), {{"idempotency-key", "k"}})), id);
@@ -100,10 +101,12 @@ TEST_F(Owners, APrivateIdLooksLikeNone) {
   const std::string hidden = posted(of(alice()), {{"private", "1"}, {"name", "dem.tif"}}), none = "dem-aaaaaaaa";
   ASSERT_EQ(hidden.size(), none.size());
   for (const char* method : {"GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "PATCH"}) {
-    for (const char* below : {"", "/events", "/manifest.json", "/tileset.json", "/tiles/1/1/1.drc", "/mesh.glb", "/elevation", "/sources", "/sources/a", "/versions",
-                              "/rollback", "/versions/0123456789abcdef/tileset.json", "/nothing"}) {
+    for (const char* below :
+         {"", "/events", "/manifest.json", "/tileset.json", "/tiles/1/1/1.drc", "/mesh.glb", "/elevation", "/sources",
+          "/sources/a", "/versions", "/rollback", "/versions/0123456789abcdef/tileset.json", "/nothing"}) {
       const std::string path = "/v1/datasets/";
-      EXPECT_EQ(comparable(ask(method, path + hidden + below), hidden), comparable(ask(method, path + none + below), none)) << method << below;
+      EXPECT_EQ(comparable(ask(method, path + hidden + below), hidden), comparable(ask(method, path + none + below), none))
+          << method << below;
     }
   }
   const Response refused = ask("GET", "/v1/datasets/" + hidden);
@@ -191,7 +194,8 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(slug_of(patch(of(alice()), {{"title", ""}})), "option-invalid");
   EXPECT_EQ(slug_of(patch(of(alice()), {})), "option-invalid");
   EXPECT_EQ(slug_of(patch(of(alice()), {{"title", "a"}, {"title", "b"}})), "option-repeated");
-  for (const char* no_tiles : {"", "/{z}/{x}/{y}.png", "ftp://a/{z}/{x}/{y}", "https://a/{z}/{x}", "https://a/{z}/{x}/{y}/{y}", "https://a/{z}/{x}/{y}\"", "https://{s}.a/{z}/{x}/{y}"}) {
+  for (const char* no_tiles : {"", "/{z}/{x}/{y}.png", "ftp://a/{z}/{x}/{y}", "https://a/{z}/{x}", "https://a/{z}/{x}/{y}/{y}",
+                               "https://a/{z}/{x}/{y}\"", "https://{s}.a/{z}/{x}/{y}"}) {
     EXPECT_EQ(slug_of(patch(of(alice()), {{"imagery", no_tiles}})), "option-invalid") << no_tiles;
   }
   const Response done =
@@ -203,7 +207,8 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(manifest["attribution"], "Somebody else");
   EXPECT_EQ(manifest["options"]["imagery"], "https://a/{z}/{y}/{x}.jpg?k=1");
   EXPECT_EQ(body_of(done)["manifest"]["imagery"], "https://a/{z}/{y}/{x}.jpg?k=1");
-  EXPECT_EQ(body_of(TestService::plain(ask("GET", path + "/tileset.json")))["asset"]["extras"]["imagery"], "https://a/{z}/{y}/{x}.jpg?k=1");
+  EXPECT_EQ(body_of(TestService::plain(ask("GET", path + "/tileset.json")))["asset"]["extras"]["imagery"],
+            "https://a/{z}/{y}/{x}.jpg?k=1");
   EXPECT_NE(body_of(done)["version"], version);
   EXPECT_EQ(ask("GET", path + "/versions/" + version + "/manifest.json").status, 404) << "what a version names never changes";
   const auto sent = [&](const std::string& body) {

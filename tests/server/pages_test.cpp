@@ -1,5 +1,5 @@
-// Pages of docs/ that repeat a table of the program: options, titles of problems, formats. What a page lacks, or has otherwise, is told as the row
-// that belongs there.
+// Pages of docs/ that repeat a table of the program: options, titles of problems, formats. What a page lacks, or has otherwise,
+// is told as the row that belongs there.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
-#include "server/options/options.h"
 #include "server/http/problems.h"
+#include "server/options/options.h"
 
 namespace cordillera::server {
 namespace {
@@ -66,11 +66,10 @@ std::string row(const Cells& cells) {
 }
 
 /// "16384": what a limit is unless told otherwise; nothing for other options.
-std::string default_of(const OptionSpec& option) {
-  return option.limit == nullptr ? "" : std::to_string(Limits{}.*option.limit);
-}
+std::string default_of(const OptionSpec& option) { return option.limit == nullptr ? "" : std::to_string(Limits{}.*option.limit); }
 
-/// The table below a heading has these options, in this order, in the words of their help; the column of defaults is the page's own but for limits.
+/// The table below a heading has these options, in this order, in the words of their help; the column of defaults is the page's
+/// own but for limits.
 void expect_options(const std::string& heading, const std::vector<OptionSpec>& options) {
   const auto rows = rows_of(kDocs / "reference" / "options.md", heading);
   for (std::size_t i = 0; i < std::max(rows.size(), options.size()); ++i) {
@@ -82,7 +81,9 @@ void expect_options(const std::string& heading, const std::vector<OptionSpec>& o
     const bool is_there = i < rows.size() && rows[i].size() == 4;
     const std::string own = is_there && rows[i][0] == "`" + option.name + "`" ? rows[i][2] : "DEFAULT";
     const std::string fixed = default_of(option);
-    EXPECT_EQ(is_there ? row(rows[i]) : "", row({"`" + option.name + "`", option.help, fixed.empty() ? own : fixed, option.accepted})) << heading;
+    EXPECT_EQ(is_there ? row(rows[i]) : "",
+              row({"`" + option.name + "`", option.help, fixed.empty() ? own : fixed, option.accepted}))
+        << heading;
     EXPECT_NE(own, "") << option.name << " has no default in the page";
   }
 }
@@ -103,7 +104,8 @@ TEST(Pages, ProblemsHaveTheTitlesOfTheTable) {
   for (const Cells& cells : rows_of(kDocs / "reference" / "errors.md", "Over HTTP")) listed[row(cells)] = "";
   for (const ProblemKind& kind : all_problem_kinds()) {
     EXPECT_EQ(listed.count(row({std::to_string(kind.status), "`" + kind.slug + "`", kind.title})), 1u)
-        << "docs/reference/errors.md lacks\n" << row({std::to_string(kind.status), "`" + kind.slug + "`", kind.title});
+        << "docs/reference/errors.md lacks\n"
+        << row({std::to_string(kind.status), "`" + kind.slug + "`", kind.title});
   }
   EXPECT_EQ(listed.size(), all_problem_kinds().size());
 }
@@ -114,7 +116,8 @@ TEST(Pages, FormatsAreThoseOfTheTable) {
   ASSERT_EQ(rows.size(), faces.size());
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const auto& face = *faces[i];
-    EXPECT_EQ(row({rows[i][0], rows[i][1], rows[i][2]}), row({"`" + std::string(face.name) + "`", "`" + std::string(face.entry) + "`", std::string(face.about)}));
+    EXPECT_EQ(row({rows[i][0], rows[i][1], rows[i][2]}),
+              row({"`" + std::string(face.name) + "`", "`" + std::string(face.entry) + "`", std::string(face.about)}));
   }
 }
 

@@ -54,12 +54,13 @@ TEST(Parts, OfOneClientAreLimited) {
   Settings settings;
   settings.serve.limits.client_uploads = 1;
   TestService test(settings);
-  const std::string one = place_of(begin(test, "192.0.2.1")), two = place_of(begin(test, "192.0.2.1")), third = place_of(begin(test, "192.0.2.2"));
+  const std::string one = place_of(begin(test, "192.0.2.1")), two = place_of(begin(test, "192.0.2.1")),
+                    third = place_of(begin(test, "192.0.2.2"));
   const Response first = slow_part(test, one, "192.0.2.1", [&] {
     const Response second = test.api().handle(part_of(two, "192.0.2.1"));
     EXPECT_EQ(second.status, 429);
     EXPECT_EQ(slug_of(second), "too-many-uploads");
-    EXPECT_EQ(test.api().handle(part_of(third, "192.0.2.2")).status, 204);  // another one's are his own
+    EXPECT_EQ(test.api().handle(part_of(third, "192.0.2.2")).status, 204);           // another one's are his own
     EXPECT_EQ(test.api().handle(request_of("HEAD", two, "192.0.2.1")).status, 200);  // asking is free
   });
   EXPECT_EQ(first.status, 204);
@@ -71,11 +72,13 @@ TEST(Parts, OfAllAreLimitedButTakeNoPlaceInTheQueue) {
   settings.serve.limits.uploads = 2;
   settings.serve.limits.queue = 1;
   TestService test(settings);
-  const std::string one = place_of(begin(test, "192.0.2.1")), two = place_of(begin(test, "192.0.2.2")), third = place_of(begin(test, "192.0.2.3"));
+  const std::string one = place_of(begin(test, "192.0.2.1")), two = place_of(begin(test, "192.0.2.2")),
+                    third = place_of(begin(test, "192.0.2.3"));
   slow_part(test, one, "192.0.2.1", [&] {
     EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 1);
     EXPECT_THAT(test.post("GOOD").status, testing::AnyOf(201, 202)) << "its build may be over by then";
-    slow_part(test, two, "192.0.2.2", [&] { EXPECT_EQ(slug_of(test.api().handle(part_of(third, "192.0.2.3"))), "service-busy"); });
+    slow_part(test, two, "192.0.2.2",
+              [&] { EXPECT_EQ(slug_of(test.api().handle(part_of(third, "192.0.2.3"))), "service-busy"); });
   });
   EXPECT_EQ(body_of(test.get("/v1/limits"))["in_use"]["max_uploads"], 0);
 }
@@ -132,7 +135,8 @@ TEST(Parts, ANameIsTextInBase64) {
   const auto named = begun("other eA==, filename ZGVtLnRpZg==");  // dem.tif
   ASSERT_EQ(named.status, 201) << named.body;
   EXPECT_EQ(body_of(test.get(place_of(named)))["name"], "dem.tif");
-  for (const char* bad : {"filename ZGV.", "filename /w==", "name YQpi", "filename AA=="}) {  // no base64, no UTF-8, a line end, a NUL
+  for (const char* bad :
+       {"filename ZGV.", "filename /w==", "name YQpi", "filename AA=="}) {  // no base64, no UTF-8, a line end, a NUL
     EXPECT_EQ(slug_of(begun(bad)), "upload-invalid") << bad;
   }
 }

@@ -8,8 +8,8 @@
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
-#include "server/options/options.h"
 #include "server/http/problems.h"
+#include "server/options/options.h"
 
 namespace cordillera::server {
 namespace {
@@ -20,9 +20,9 @@ const std::filesystem::path kSource = CORDILLERA_SOURCE_DIR;
 
 /// Words between parts of the program. Nobody outside hears them.
 const Slugs kInternal = {
-    "cancelled",          // ends a job whose dataset is being deleted, or a command line that prints it without its slug
-    "device-lost",        // the service runs the job once more, on the CPU
-    "no-data",            // a store without a tile, which the build calls raster-all-nodata; a plan without a vertex, which no source gives
+    "cancelled",    // ends a job whose dataset is being deleted, or a command line that prints it without its slug
+    "device-lost",  // the service runs the job once more, on the CPU
+    "no-data",  // a store without a tile, which the build calls raster-all-nodata; a plan without a vertex, which no source gives
     "unknown-device",     // the option table lets no such device through
     "bad-target",         // likewise, for simplify
     "chain-not-in-mesh",  // these two are defects of the builder: it throws, and the problem is "internal"
@@ -37,13 +37,53 @@ Slugs found_in(const std::string& text, const std::regex& what) {
 }
 
 /// Words of the sources that look like slugs and are none; names of options are known from their table.
-const Slugs kOtherWords = {"accept-encoding", "content-encoding", "content-length", "content-type", "cross-site", "strict-origin-when-cross-origin",
-                           "cordillera-data", "my-dem", "source-nodata", "at-end", "come-back", "fisher-yates", "lock-down", "lock-first", "most-triangles", "qem-best",
-                           "super-independent", "test-first", "vertex-best",
-                           "data-not-writable", "looked-at", "date-time", "disk-full", "idempotency-key", "if-none-match", "if-range", "keep-alive", "no-cache",
-                           "no-store", "sec-fetch-site", "service-desc", "service-doc", "transfer-encoding", "user-defined", "x-forwarded-for", "xdg-open",
-                           "retry-after", "tus-resumable", "upload-length", "upload-metadata", "upload-offset",
-                           "x-forwarded-host", "x-forwarded-prefix", "x-forwarded-proto", "x-gzip", "x-real-ip", "x-request-id"};
+const Slugs kOtherWords = {"accept-encoding",
+                           "content-encoding",
+                           "content-length",
+                           "content-type",
+                           "cross-site",
+                           "strict-origin-when-cross-origin",
+                           "cordillera-data",
+                           "my-dem",
+                           "source-nodata",
+                           "at-end",
+                           "come-back",
+                           "fisher-yates",
+                           "lock-down",
+                           "lock-first",
+                           "most-triangles",
+                           "qem-best",
+                           "super-independent",
+                           "test-first",
+                           "vertex-best",
+                           "data-not-writable",
+                           "looked-at",
+                           "date-time",
+                           "disk-full",
+                           "idempotency-key",
+                           "if-none-match",
+                           "if-range",
+                           "keep-alive",
+                           "no-cache",
+                           "no-store",
+                           "sec-fetch-site",
+                           "service-desc",
+                           "service-doc",
+                           "transfer-encoding",
+                           "user-defined",
+                           "x-forwarded-for",
+                           "xdg-open",
+                           "retry-after",
+                           "tus-resumable",
+                           "upload-length",
+                           "upload-metadata",
+                           "upload-offset",
+                           "x-forwarded-host",
+                           "x-forwarded-prefix",
+                           "x-forwarded-proto",
+                           "x-gzip",
+                           "x-real-ip",
+                           "x-request-id"};
 
 std::string source_text() {
   std::string text;
@@ -89,7 +129,8 @@ TEST(Problems, ThePageListsWhatTheSourcesSay) {
   EXPECT_GT(said.size(), 60u);
   const auto listed = in_page();
   for (const std::string& slug : said) EXPECT_EQ(listed.count(slug), 1u) << "docs/reference/errors.md lacks " << slug;
-  for (const auto& [slug, status] : listed) EXPECT_EQ(said.count(slug), 1u) << "docs/reference/errors.md lists " << slug << ", which no source says";
+  for (const auto& [slug, status] : listed)
+    EXPECT_EQ(said.count(slug), 1u) << "docs/reference/errors.md lists " << slug << ", which no source says";
 }
 
 /// A slug that is said in another way than the two above would be overlooked.
@@ -99,7 +140,8 @@ TEST(Problems, EveryWordWithADashIsASlugOrSomethingElse) {
   for (const OptionSpec& option : all_options()) words.erase(option.name);
   for (const pipeline::faces::Face* face : pipeline::faces::all_faces()) words.erase(std::string(face->name));
   for (const std::string& word : kOtherWords) EXPECT_EQ(words.erase(word), 1u) << word << " is nowhere any more";
-  EXPECT_THAT(words, testing::IsEmpty()) << "say a slug as the first word of a Problem's braces; list anything else in kOtherWords";
+  EXPECT_THAT(words, testing::IsEmpty())
+      << "say a slug as the first word of a Problem's braces; list anything else in kOtherWords";
 }
 
 TEST(Problems, StatusesAreThoseOfThePage) {

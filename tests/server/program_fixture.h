@@ -31,8 +31,8 @@ class Program : public testing::Test {
   /// To be kept in what is not const: a member that an answer lacks is null there, and ends the program in a constant.
   Json curl(const std::string& arguments) { return Json::parse(shell("curl -q -s -m 500 " + arguments).output, nullptr, false); }
   std::string post_arguments(const std::string& query = "") {
-    return "--data-binary @" + raster_ + " '" + server_.base() + "/v1/datasets?name=cone.asc&crs=EPSG:4326&vertical_datum=ellipsoid" +
-           query + "'";
+    return "--data-binary @" + raster_ + " '" + server_.base() +
+           "/v1/datasets?name=cone.asc&crs=EPSG:4326&vertical_datum=ellipsoid" + query + "'";
   }
 
   TempFolder folder_;

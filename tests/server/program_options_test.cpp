@@ -13,11 +13,18 @@ namespace {
 using testing::HasSubstr;
 
 /// Options of a whole build, and what the manifest then says of all.
-const std::vector<std::pair<std::string, std::string>> kChosen = {
-    {"name", "mount.asc"}, {"band", "1"}, {"error", "20"}, {"scheme", "geodetic"}, {"crs", "EPSG:4326"}, {"vertical-datum", "EGM96"}, {"nodata", "-32767"}, {"voids", "fill"}, {"fill-limit", "300"},
-    {"strategy", "waves"}, {"device", "cpu"}, {"threads", "1"}, {"memory", "512"}, {"bbox", "10.1,46.1,10.4,46.4"}, {"min-level", "2"},
-    {"max-level", "9"}, {"z-scale", "2"}, {"z-offset", "100"}, {"title", "Mount"}, {"attribution", "me"}, {"quality", "best"}, {"pixels", "exact"},
-    {"water", "-5"}};
+const std::vector<std::pair<std::string, std::string>> kChosen = {{"name", "mount.asc"}, {"band", "1"},
+                                                                  {"error", "20"},       {"scheme", "geodetic"},
+                                                                  {"crs", "EPSG:4326"},  {"vertical-datum", "EGM96"},
+                                                                  {"nodata", "-32767"},  {"voids", "fill"},
+                                                                  {"fill-limit", "300"}, {"strategy", "waves"},
+                                                                  {"device", "cpu"},     {"threads", "1"},
+                                                                  {"memory", "512"},     {"bbox", "10.1,46.1,10.4,46.4"},
+                                                                  {"min-level", "2"},    {"max-level", "9"},
+                                                                  {"z-scale", "2"},      {"z-offset", "100"},
+                                                                  {"title", "Mount"},    {"attribution", "me"},
+                                                                  {"quality", "best"},   {"pixels", "exact"},
+                                                                  {"water", "-5"}};
 constexpr const char* kEffective =
     R"({"name":"mount.asc","band":"1","error":20,"feather":0,"keep":[],"scheme":"geodetic","crs":"EPSG:4326","vertical_datum":"EGM96","voids":"fill",)"
     R"("strategy":"waves","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,"z_scale":2,)"
@@ -40,7 +47,8 @@ TEST_F(Program, EveryOptionWorksFromTheLineTheEnvironmentTheFileAndTheQuery) {
     EXPECT_EQ(nlohmann::json(manifest["options"]), nlohmann::json::parse(kEffective)) << door;
     EXPECT_EQ(manifest["attribution"], "me") << door;
   };
-  const std::pair<std::string, std::string> doors[] = {{"line", plain + words}, {"environment", variables + plain},
+  const std::pair<std::string, std::string> doors[] = {{"line", plain + words},
+                                                       {"environment", variables + plain},
                                                        {"file", plain + " --config " + (folder_.path() / "conf").string()}};
   for (const auto& [door, command] : doors) {
     const Ended ended = shell(command + " -o " + at + door);
@@ -111,7 +119,8 @@ TEST_F(Program, TheRangeIsThatOfTheSamplesHoweverCoarseTheMesh) {
 TEST_F(Program, QualityBuysFewerTriangles) {
   std::ostringstream text;
   text << "ncols 400\nnrows 400\nxllcorner 10\nyllcorner 46\ncellsize 0.0027465820\n";
-  for (int k = 0; k < 400 * 400; ++k) text << 500 + 300 * std::sin(k % 400 / 23.0) * std::cos(k / 400 / 19.0) + k * 7919 % 13 << (k % 400 == 399 ? '\n' : ' ');
+  for (int k = 0; k < 400 * 400; ++k)
+    text << 500 + 300 * std::sin(k % 400 / 23.0) * std::cos(k / 400 / 19.0) + k * 7919 % 13 << (k % 400 == 399 ? '\n' : ' ');
   std::ofstream(raster_) << text.str();
   const auto manifest_of = [&](const std::string& quality) {
     const std::string out = (folder_.path() / quality).string();
@@ -122,7 +131,8 @@ TEST_F(Program, QualityBuysFewerTriangles) {
   EXPECT_GT(fast["triangles"], usual["triangles"]);
   EXPECT_GT(usual["triangles"], best["triangles"]);
   for (const Json& manifest : {fast, usual, best}) {
-    for (const Json& level : manifest["levels"]) EXPECT_LE(level["stated_max_error"], level["target"]) << manifest["options"]["quality"];
+    for (const Json& level : manifest["levels"])
+      EXPECT_LE(level["stated_max_error"], level["target"]) << manifest["options"]["quality"];
   }
   EXPECT_EQ(best["options"]["quality"], "best");
   const std::string out = (folder_.path() / "fast").string();

@@ -42,11 +42,14 @@ TEST_F(Program, ExitCodesTellUsageFromFailure) {
 }
 
 TEST_F(Program, WhatIsMisspeltIsToldItsNeighbour) {
-  const std::pair<const char*, const char*> near[] = {
-      {"buidl dem.tif", "unknown command 'buidl'; did you mean build?"}, {"inf out", "did you mean info?"},
-      {"build dem.tif --outptu out", "did you mean --output?"},          {"build --eror 5 dem.tif -o out", "did you mean --error?"},
-      {"build dem.tif -o out --overwrit", "did you mean --overwrite?"},  {"build --dry-rnu", "did you mean --dry-run?"},
-      {"info out --jsn", "did you mean --json?"},                        {"serve --lisen 0.0.0.0:1", "did you mean --listen?"}};
+  const std::pair<const char*, const char*> near[] = {{"buidl dem.tif", "unknown command 'buidl'; did you mean build?"},
+                                                      {"inf out", "did you mean info?"},
+                                                      {"build dem.tif --outptu out", "did you mean --output?"},
+                                                      {"build --eror 5 dem.tif -o out", "did you mean --error?"},
+                                                      {"build dem.tif -o out --overwrit", "did you mean --overwrite?"},
+                                                      {"build --dry-rnu", "did you mean --dry-run?"},
+                                                      {"info out --jsn", "did you mean --json?"},
+                                                      {"serve --lisen 0.0.0.0:1", "did you mean --listen?"}};
   for (const auto& [line, words] : near) {
     const Ended ended = shell(kProgram + " " + line);
     EXPECT_EQ(ended.code, 2) << line;
@@ -56,8 +59,10 @@ TEST_F(Program, WhatIsMisspeltIsToldItsNeighbour) {
 }
 
 TEST_F(Program, AnUnknownOptionIsOneSentence) {
-  EXPECT_EQ(shell(kProgram + " build dem.tif --frobnicate 3 -o out").output, "cordillera: unknown option '--frobnicate'; see `cordillera help build`\n");
-  EXPECT_EQ(shell(kProgram + " serve --frobnicate").output, "cordillera: unknown option '--frobnicate'; see `cordillera help serve`\n");
+  EXPECT_EQ(shell(kProgram + " build dem.tif --frobnicate 3 -o out").output,
+            "cordillera: unknown option '--frobnicate'; see `cordillera help build`\n");
+  EXPECT_EQ(shell(kProgram + " serve --frobnicate").output,
+            "cordillera: unknown option '--frobnicate'; see `cordillera help serve`\n");
   EXPECT_THAT(shell(kProgram + " build dem.tif --eror 3").output, HasSubstr("did you mean --error?\n"));
   EXPECT_THAT(shell(kProgram + " build dem.tif --epsg 4326").output, HasSubstr("did you mean --crs?\n"))
       << "as other programs have it";
@@ -71,8 +76,11 @@ TEST_F(Program, AnUnknownOptionIsOneSentence) {
 
 TEST_F(Program, HelpHasOptionsInGroups) {
   const std::string help = shell(kProgram + " help build").output;
-  const char* const before[][2] = {{"\nOutput:", "\n  -o,--output"}, {"\nRaster:", "\n  --crs "}, {"\nHeights and voids:", "\n  --vertical-datum "},
-                                   {"\nLevels and errors:", "\n  --error "}, {"\nMachine:", "\n  --threads "}};
+  const char* const before[][2] = {{"\nOutput:", "\n  -o,--output"},
+                                   {"\nRaster:", "\n  --crs "},
+                                   {"\nHeights and voids:", "\n  --vertical-datum "},
+                                   {"\nLevels and errors:", "\n  --error "},
+                                   {"\nMachine:", "\n  --threads "}};
   for (const auto& [group, option] : before) {
     const std::size_t heading = help.find(group), line = help.find(option);
     ASSERT_NE(heading, help.npos) << group;
@@ -132,7 +140,8 @@ TEST_F(Program, QuietSaysNothingButProblems) {
 TEST_F(Program, ASecondServerIsRefusedThePortAndTheFolder) {
   start_server();
   const std::string address = server_.base().substr(7), data = (folder_.path() / "data").string();
-  const Ended port = shell("timeout 200 " + kProgram + " serve --listen " + address + " --data " + (folder_.path() / "other").string());
+  const Ended port =
+      shell("timeout 200 " + kProgram + " serve --listen " + address + " --data " + (folder_.path() / "other").string());
   EXPECT_EQ(port.code, 1);
   EXPECT_THAT(port.output, HasSubstr("another program listens there"));
   const Ended folder = shell("timeout 200 " + kProgram + " serve --listen 127.0.0.1:0 --data " + data);
@@ -209,8 +218,8 @@ TEST_F(Program, ServesARealBuild) {
   EXPECT_NE(manifest["device"], "");
   EXPECT_EQ(curl(base + "/tileset.json")["asset"]["version"], "1.1");
   std::ofstream(folder_.path() / "bad.tif") << "no raster";
-  const Json bad =
-      curl("-H 'Prefer: wait=400' --data-binary @" + (folder_.path() / "bad.tif").string() + " " + server_.base() + "/v1/datasets");
+  const Json bad = curl("-H 'Prefer: wait=400' --data-binary @" + (folder_.path() / "bad.tif").string() + " " + server_.base() +
+                        "/v1/datasets");
   EXPECT_GE(bad["status"], 400) << bad.dump();
   EXPECT_LT(bad["status"], 500) << bad.dump();
   Json dry = curl(post_arguments("&dry_run=1"));

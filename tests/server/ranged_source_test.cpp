@@ -210,7 +210,8 @@ TEST(ContentRange, OfMoreThanAMapIsKeptForIsNotBegun) {
   Got head;
   head.status = 206;
   head.etag = "\"one\"";
-  for (const auto& [total, is_begun] : {std::pair{"70000", true}, {"1099511627776", true}, {"4398046511105", false}, {"1125899906842624", false}}) {
+  for (const auto& [total, is_begun] :
+       {std::pair{"70000", true}, {"1099511627776", true}, {"4398046511105", false}, {"1125899906842624", false}}) {
     head.range = std::string("bytes 0-65535/") + total;
     EXPECT_EQ(can_be_ranged(head), is_begun) << total;
   }

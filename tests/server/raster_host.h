@@ -1,5 +1,6 @@
 #pragma once
-// A host that rasters are fetched from, in this process: it does what a test says, and keeps what it was asked for, byte for byte.
+// A host that rasters are fetched from, in this process: it does what a test says, and keeps what it was asked for, byte for
+// byte.
 #include <httplib.h>
 #include <openssl/pem.h>
 #include <openssl/x509v3.h>
@@ -67,7 +68,8 @@ class TrustedFile {
 class RasterHost {
  public:
   RasterHost() : RasterHost(std::make_unique<httplib::Server>(), "http://127.0.0.1:") {}
-  explicit RasterHost(const OwnCertificate& own) : RasterHost(std::make_unique<httplib::SSLServer>(own.certificate(), own.key()), "https://localhost:") {}
+  explicit RasterHost(const OwnCertificate& own)
+      : RasterHost(std::make_unique<httplib::SSLServer>(own.certificate(), own.key()), "https://localhost:") {}
   ~RasterHost() {
     ending_ = true;
     server_->stop();
@@ -81,9 +83,23 @@ class RasterHost {
   void leads(const std::string& target, const std::string& location) { put(target, {302, location, Ends::well}); }
   void has(const std::string& target, const std::string& bytes) { put(target, {200, bytes, Ends::well}); }
   /// The same with a tag; who names it is told that nothing has changed.
-  void has_tagged(const std::string& target, const std::string& bytes, const std::string& tag) { put(target, {200, bytes, Ends::well, tag}); }
+  void has_tagged(const std::string& target, const std::string& bytes, const std::string& tag) {
+    put(target, {200, bytes, Ends::well, tag});
+  }
   /// How a host sends parts. All but three begin well.
-  enum class Parts { none, well, elsewhere, cut, not_after_the_first, endless, hanging, other_size, without_total, untagged, in_full };
+  enum class Parts {
+    none,
+    well,
+    elsewhere,
+    cut,
+    not_after_the_first,
+    endless,
+    hanging,
+    other_size,
+    without_total,
+    untagged,
+    in_full
+  };
   /// The same, and parts of it to who asks for one.
   void has_parts(const std::string& target, const std::string& bytes, const std::string& tag, Parts parts = Parts::well) {
     put(target, {200, bytes, Ends::well, tag, parts});
@@ -148,12 +164,14 @@ class RasterHost {
     const std::string tag = request.get_header_value("If-Range");
     std::size_t first = 0, last = 0;
     const bool asked = std::sscanf(request.get_header_value("Range").c_str(), "bytes=%zu-%zu", &first, &last) == 2;
-    if (asked && said.parts != Parts::none && first < said.text.size() && (tag.empty() || tag == said.tag)) return say_part(said, {first, std::min(last + 1, said.text.size())}, answer);
+    if (asked && said.parts != Parts::none && first < said.text.size() && (tag.empty() || tag == said.tag))
+      return say_part(said, {first, std::min(last + 1, said.text.size())}, answer);
     count(said.text.size());
     if (said.ends == Ends::well) return answer.set_content(said.text, "image/tiff");
-    answer.set_content_provider(2 * said.text.size(), "image/tiff", [text = said.text](std::size_t from, std::size_t, httplib::DataSink& sink) {
-      return from == 0 && sink.write(text.data(), text.size());
-    });
+    answer.set_content_provider(2 * said.text.size(), "image/tiff",
+                                [text = said.text](std::size_t from, std::size_t, httplib::DataSink& sink) {
+                                  return from == 0 && sink.write(text.data(), text.size());
+                                });
   }
 
   struct Part {
@@ -162,20 +180,27 @@ class RasterHost {
   void say_part(const Said& said, const Part& part, httplib::Response& answer) {
     const bool well = part.first == 0;
     const std::size_t moved = said.parts == Parts::elsewhere && !well ? 1 : 0;
-    const std::string total = said.parts == Parts::without_total ? "*" : std::to_string(said.text.size() + (said.parts == Parts::other_size && !well ? 1 : 0));
+    const std::string total = said.parts == Parts::without_total
+                                  ? "*"
+                                  : std::to_string(said.text.size() + (said.parts == Parts::other_size && !well ? 1 : 0));
     std::string text = said.text.substr(part.first, part.end - part.first);
-    if (said.parts == Parts::not_after_the_first && !well) text = said.text;
-    else if (said.parts == Parts::in_full) answer.status = 200;  // so it says, and sends a part
-    else answer.status = 206;
+    if (said.parts == Parts::not_after_the_first && !well)
+      text = said.text;
+    else if (said.parts == Parts::in_full)
+      answer.status = 200;  // so it says, and sends a part
+    else
+      answer.status = 206;
     if (answer.status == 206 || said.parts == Parts::in_full)
-      answer.set_header("Content-Range", "bytes " + std::to_string(part.first + moved) + "-" + std::to_string(part.end - 1 + moved) + "/" + total);
+      answer.set_header("Content-Range",
+                        "bytes " + std::to_string(part.first + moved) + "-" + std::to_string(part.end - 1 + moved) + "/" + total);
     count(text.size());
     if (said.parts == Parts::cut && !well) {
       answer.set_content_provider(text.size(), "image/tiff", [text](std::size_t from, std::size_t, httplib::DataSink& sink) {
         return from == 0 && sink.write(text.data(), text.size() / 2);
       });
     } else if (said.parts == Parts::endless && !well) {
-      answer.set_chunked_content_provider("image/tiff", [text](std::size_t, httplib::DataSink& sink) { return sink.write(text.data(), text.size()); });
+      answer.set_chunked_content_provider(
+          "image/tiff", [text](std::size_t, httplib::DataSink& sink) { return sink.write(text.data(), text.size()); });
     } else if (said.parts == Parts::hanging && !well) {
       answer.set_content_provider(text.size(), "image/tiff", [this](std::size_t, std::size_t, httplib::DataSink& sink) {
         while (!ending_ && sink.is_writable()) std::this_thread::sleep_for(std::chrono::milliseconds(20));

@@ -48,8 +48,7 @@ class RawClient {
 
   /// Reads until the other side closes, or nothing comes for the time.
   std::string rest(std::chrono::milliseconds patience = std::chrono::minutes(2)) {
-    while (more(patience)) {
-    }
+    while (more(patience)) {}
     return seen_;
   }
   /// Reads until what was read holds the words; false: it ended before.

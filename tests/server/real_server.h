@@ -69,7 +69,8 @@ class RealServer {
   void start(const std::filesystem::path& folder, const std::vector<std::string>& options = {}) {
     log_ = folder / "log";
     std::filesystem::remove(log_);
-    std::vector<std::string> words = {kProgram, "serve", "--listen", "127.0.0.1:0", "--data", (folder / "data").string(), "--log-level", "debug"};
+    std::vector<std::string> words = {kProgram,      "serve", "--listen", "127.0.0.1:0", "--data", (folder / "data").string(),
+                                      "--log-level", "debug"};
     words.insert(words.end(), options.begin(), options.end());
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
@@ -114,7 +115,8 @@ class RealServer {
     eventually([&] {
       const std::string said = log();
       const auto start = said.rfind(words);  // the last one: a job may have had a second try
-      if (start != std::string::npos && said.find('\n', start) != std::string::npos) process = std::atoi(&said[start + words.size()]);
+      if (start != std::string::npos && said.find('\n', start) != std::string::npos)
+        process = std::atoi(&said[start + words.size()]);
       return process > 0;
     });
     return process;

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "server/datasets/upload.h"
 #include "server/http/json.h"
 #include "server/http/problems.h"
-#include "server/datasets/upload.h"
 
 namespace cordillera::server {
 namespace {

@@ -46,7 +46,8 @@ TEST(SafeHeaders, NothingIsTakenForSomethingElse) {
   const Response page = test.get("/");
   EXPECT_THAT(page.header("Content-Security-Policy"), HasSubstr("default-src 'none'"));
   EXPECT_THAT(page.header("Content-Security-Policy"), HasSubstr("frame-ancestors 'self'"));
-  EXPECT_THAT(page.header("Content-Security-Policy"), HasSubstr("script-src 'self' 'unsafe-eval' blob:;"));  // no scripts in the page, none from elsewhere
+  EXPECT_THAT(page.header("Content-Security-Policy"),
+              HasSubstr("script-src 'self' 'unsafe-eval' blob:;"));  // no scripts in the page, none from elsewhere
   EXPECT_EQ(page.header("Referrer-Policy"), "strict-origin-when-cross-origin");
 }
 
@@ -56,14 +57,16 @@ TEST(SafeHeaders, AClientsPageMayHaveItsLibraryAndTellsOfNoDataset) {
   std::filesystem::create_directories(test.folder() / "web" / "demo");
   std::ofstream(test.folder() / "web" / "demo" / "leaflet.html") << "<!doctype html><p>Leaflet</p>";
   const std::string id = body_of(test.post("GOOD"))["id"];
-  const Response there = test.get("/v1/datasets/" + id + "/demo/leaflet.html"), nowhere = test.get("/v1/datasets/none/demo/leaflet.html");
+  const Response there = test.get("/v1/datasets/" + id + "/demo/leaflet.html"),
+                 nowhere = test.get("/v1/datasets/none/demo/leaflet.html");
   EXPECT_EQ(there.status, 200);
   EXPECT_EQ(there.bytes(), "<!doctype html><p>Leaflet</p>");
   EXPECT_EQ(there.bytes(), nowhere.bytes());
   EXPECT_EQ(there.header("ETag"), nowhere.header("ETag"));
   EXPECT_EQ(there.header("Cache-Control"), "no-cache");
   EXPECT_EQ(test.get("/v1/datasets/none/demo/leaflet.html", {{"if-none-match", there.header("ETag")}}).status, 304);
-  EXPECT_THAT(there.header("Content-Security-Policy"), HasSubstr("script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: https://cdn.jsdelivr.net/npm/;"));
+  EXPECT_THAT(there.header("Content-Security-Policy"),
+              HasSubstr("script-src 'self' 'unsafe-inline' 'unsafe-eval' blob: https://cdn.jsdelivr.net/npm/;"));
   EXPECT_EQ(slug_of(test.get("/v1/datasets/none/demo/other.html")), "not-found");
   EXPECT_EQ(test.get("/v1/datasets/none/demo/../../x.html").status, 404);
 }

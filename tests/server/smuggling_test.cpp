@@ -1,4 +1,5 @@
-// Requests that two programs may read in two ways, a row each of tests/attack/smuggling.tsv: what is answered, and so how the connection was cut.
+// Requests that two programs may read in two ways, a row each of tests/attack/smuggling.tsv: what is answered, and so how the
+// connection was cut.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -18,10 +18,13 @@ TEST(SpokenWords, HelpVersionAndFourWordsOfABox) {
   EXPECT_THAT(understood({"help", "build"}), ElementsAre("build", "--help"));
   for (const char* word : {"version", "-v", "-V"}) EXPECT_THAT(understood({word}), ElementsAre("--version"));
   EXPECT_THAT(understood({"build", "version", "-v"}), ElementsAre("build", "version", "-v")) << "a raster may be called so";
-  EXPECT_THAT(understood({"build", "--bbox", "-71.5", "44", "-71", "45", "dem.tif"}), ElementsAre("build", "--bbox", "-71.5,44,-71,45", "dem.tif"));
+  EXPECT_THAT(understood({"build", "--bbox", "-71.5", "44", "-71", "45", "dem.tif"}),
+              ElementsAre("build", "--bbox", "-71.5,44,-71,45", "dem.tif"));
   EXPECT_THAT(understood({"build", "--bbox", "1,", "2,", "3,", "4"}), ElementsAre("build", "--bbox", "1,2,3,4"));
-  EXPECT_THAT(understood({"build", "--bbox", "1,2,3,4", "5", "6", "7"}), ElementsAre("build", "--bbox", "1,2,3,4", "5", "6", "7"));
-  EXPECT_THAT(understood({"build", "--bbox", "1", "2", "3", "dem.tif"}), ElementsAre("build", "--bbox", "1", "2", "3", "dem.tif"));
+  EXPECT_THAT(understood({"build", "--bbox", "1,2,3,4", "5", "6", "7"}),
+              ElementsAre("build", "--bbox", "1,2,3,4", "5", "6", "7"));
+  EXPECT_THAT(understood({"build", "--bbox", "1", "2", "3", "dem.tif"}),
+              ElementsAre("build", "--bbox", "1", "2", "3", "dem.tif"));
   EXPECT_THAT(understood({}), ElementsAre());
 }
 
@@ -66,7 +69,8 @@ TEST(SpokenWords, ABoxInAnotherOrderIsToldTheRightOne) {
     const auto settings = with_layer({}, build_options(), {{"bbox", box}}, Spelling::query);
     return settings ? "" : settings.problem().detail;
   };
-  EXPECT_THAT(said("10,47,11,46"), HasSubstr("south is not below north; in the order west,south,east,north it may be 10,46,11,47"));
+  EXPECT_THAT(said("10,47,11,46"),
+              HasSubstr("south is not below north; in the order west,south,east,north it may be 10,46,11,47"));
   EXPECT_THAT(said("6.2,49.9,5.8,49.6"), HasSubstr("may be 5.8,49.6,6.2,49.9")) << "not around the earth";
   EXPECT_THAT(said("179,-16,-179,-18"), HasSubstr("may be 179,-18,-179,-16")) << "over the antimeridian";
   EXPECT_THAT(said("44,-120,45,-119"), HasSubstr("may be -120,44,-119,45"));
@@ -77,7 +81,8 @@ TEST(SpokenWords, ABoxInAnotherOrderIsToldTheRightOne) {
 TEST_F(Program, WhatPeopleTypeFromHabitIsUnderstood) {
   const Ended bare = shell(kProgram);
   EXPECT_EQ(bare.code, 2);
-  for (const char* command : {"serve", "build", "post", "fetch", "export"}) EXPECT_THAT(bare.output, HasSubstr(std::string("\n  ") + command + " ")) << command;
+  for (const char* command : {"serve", "build", "post", "fetch", "export"})
+    EXPECT_THAT(bare.output, HasSubstr(std::string("\n  ") + command + " ")) << command;
   EXPECT_EQ(shell(kProgram + " help").code, 0);
   EXPECT_THAT(shell(kProgram + " help fetch").output, HasSubstr("--connections"));
   EXPECT_EQ(shell(kProgram + " -v").output, shell(kProgram + " --version").output);
@@ -92,7 +97,8 @@ TEST_F(Program, WhatPeopleTypeFromHabitIsUnderstood) {
   EXPECT_THAT(turned.output, HasSubstr("in the order west,south,east,north it would: 10.1,46.1,10.3,46.3"));
   EXPECT_THAT(turned.output, HasSubstr("which lie in 10,46,10.5333,46.5333"));
   EXPECT_THAT(shell(build("--dry-run --bbox 1,2,3,4")).output, testing::Not(HasSubstr("in the order")));
-  const Ended served = shell(kProgram + " serve --host 192.0.2.1 -p 0 --insecure-writes --data " + (folder_.path() / "data").string());
+  const Ended served =
+      shell(kProgram + " serve --host 192.0.2.1 -p 0 --insecure-writes --data " + (folder_.path() / "data").string());
   EXPECT_EQ(served.code, 1) << served.output;
   EXPECT_THAT(served.output, HasSubstr("192.0.2.1:0"));
   EXPECT_EQ(shell(kProgram + " serve --port 0 --listen 127.0.0.1:0").code, 2);
@@ -104,14 +110,18 @@ TEST_F(Program, CurlMayPostAsItIsTyped) {
   fs::copy_file(raster_, folder_.path() / "h\xc3\xb6he.asc");
   const std::string collection = server_.base() + "/v1/datasets", options = "crs=EPSG:4326&vertical_datum=ellipsoid&max_level=8";
   const std::string file = (folder_.path() / "h\xc3\xb6he.asc").string();
-  const Json ways[] = {curl("-H 'Prefer: wait=300' -F file=@" + file + " -F crs=EPSG:4326 -F vertical_datum=ellipsoid -F max_level=8 " + collection),
+  const Json ways[] = {curl("-H 'Prefer: wait=300' -F file=@" + file +
+                            " -F crs=EPSG:4326 -F vertical_datum=ellipsoid -F max_level=8 " + collection),
                        curl("-H 'Prefer: wait=300' -T " + file + " '" + collection + "?name=h%C3%B6he.asc&" + options + "'"),
-                       curl("-H 'Prefer: wait=300' -F max_level=8 -F file=@" + file + " '" + collection + "/?crs=EPSG:4326&vertical_datum=ellipsoid'")};
+                       curl("-H 'Prefer: wait=300' -F max_level=8 -F file=@" + file + " '" + collection +
+                            "/?crs=EPSG:4326&vertical_datum=ellipsoid'")};
   for (const Json& posted : ways) {
     EXPECT_EQ(posted["state"], "ready") << posted.dump();
     EXPECT_EQ(posted["name"], "h\xc3\xb6he.asc");
     const std::string tile = "/tiles/8/270/193.drc";
-    const auto bytes = [&](const Json& dataset) { return shell("curl -q -sf " + collection + "/" + std::string(dataset["id"]) + tile + " | sha256sum").output; };
+    const auto bytes = [&](const Json& dataset) {
+      return shell("curl -q -sf " + collection + "/" + std::string(dataset["id"]) + tile + " | sha256sum").output;
+    };
     EXPECT_EQ(bytes(posted), bytes(ways[0])) << "other tiles";
     EXPECT_NE(bytes(posted), shell("true | sha256sum").output) << "no such tile";
   }

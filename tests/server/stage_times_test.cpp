@@ -27,8 +27,7 @@ TEST(StageTimes, TheWallsClockGoesOn) {
   StageTimes times;
   times.enter("build");
   const auto start = StageTimes::Clock::now();
-  while (StageTimes::Clock::now() - start < milliseconds(10)) {
-  }
+  while (StageTimes::Clock::now() - start < milliseconds(10)) {}
   times.enter("publish");
   EXPECT_THAT(times.text(), testing::Not(testing::HasSubstr("build 0.00")));
 }

@@ -18,7 +18,9 @@ constexpr const char* kForm = "multipart/form-data; boundary=\"b o\"";
 std::string part(const std::string& disposition, const std::string& value) {
   return "--b o\r\nContent-Disposition: form-data; " + disposition + "\r\nX-Other: yes\r\n\r\n" + value + "\r\n";
 }
-std::string file(const std::string& value, const std::string& name = "dem.tif") { return part("name=\"file\"; filename=\"" + name + "\"", value); }
+std::string file(const std::string& value, const std::string& name = "dem.tif") {
+  return part("name=\"file\"; filename=\"" + name + "\"", value);
+}
 const std::string kEnd = "--b o--\r\n";
 
 struct Read {
@@ -46,7 +48,8 @@ Read read(const std::string& form, std::size_t size) {
 
 TEST(Form, IsReadWhereverItIsCut) {
   const std::string bytes = "GOOD\r\n--b\r\n--b \r\n-\r\n\r\n--bo\r";  // what looks like a boundary and is none
-  const std::string form = "words before\r\n" + part("name=error", "5") + file(bytes, "C:\\a\\h\xc3\xb6he \\\"1\\\".tif") + part("name=\"title\"", "") + "--b o-- \r\nwords behind";
+  const std::string form = "words before\r\n" + part("name=error", "5") + file(bytes, "C:\\a\\h\xc3\xb6he \\\"1\\\".tif") +
+                           part("name=\"title\"", "") + "--b o-- \r\nwords behind";
   for (std::size_t size = 1; size <= form.size(); ++size) {
     const Read got = read(form, size);
     ASSERT_TRUE(got.whole) << size << got.problem;
@@ -87,20 +90,24 @@ TEST(Form, ThatCannotBeReadIsToldWhy) {
 
 TEST(TypedByHand, AFormBecomesADataset) {
   TestService test;
-  const Response posted = test.post(part("name=error", "5") + file("GOOD") + part("name=title", "a & b") + kEnd, {}, {{"content-type", kForm}, {"prefer", "wait=100"}});
+  const Response posted = test.post(part("name=error", "5") + file("GOOD") + part("name=title", "a & b") + kEnd, {},
+                                    {{"content-type", kForm}, {"prefer", "wait=100"}});
   ASSERT_EQ(posted.status, 201) << posted.body;
   EXPECT_EQ(body_of(posted)["name"], "dem.tif");
   const auto dataset = test.service().registry().find(body_of(posted)["id"]);
   EXPECT_EQ(dataset->options.error(), 5);
   EXPECT_EQ(dataset->options.title(), "a & b");
   EXPECT_EQ(dataset->raster, "source.tif");
-  EXPECT_EQ(body_of(test.post(part("name=name", "other.hgt") + file("GOOD") + kEnd, {}, {{"content-type", kForm}}))["name"], "other.hgt");
+  EXPECT_EQ(body_of(test.post(part("name=name", "other.hgt") + file("GOOD") + kEnd, {}, {{"content-type", kForm}}))["name"],
+            "other.hgt");
 }
 
 TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
   TestService test;
-  const std::string first = body_of(test.post("SLOW"))["id"];  // the other waits behind it: a played job knows of one raster alone
-  const std::string form = part("name=crs", "EPSG:4326") + file("SLOW one", "west.tif") + file("two", "east.hgt") + file("three", "") + kEnd;
+  const std::string first =
+      body_of(test.post("SLOW"))["id"];  // the other waits behind it: a played job knows of one raster alone
+  const std::string form =
+      part("name=crs", "EPSG:4326") + file("SLOW one", "west.tif") + file("two", "east.hgt") + file("three", "") + kEnd;
   const Response posted = test.post(form, {}, {{"content-type", kForm}, {"idempotency-key", "k"}});
   ASSERT_EQ(posted.status, 202) << posted.body;
   const std::string id = body_of(posted)["id"];
@@ -118,7 +125,8 @@ TEST(TypedByHand, SeveralFilesBecomeOneDatasetOfSeveralRasters) {
   EXPECT_NE(sources[0].id(), sources[1].id());
   const Response again = test.post(form, {}, {{"content-type", kForm}, {"idempotency-key", "k"}});
   EXPECT_EQ(body_of(again)["id"], id) << again.body;
-  const std::string other = part("name=crs", "EPSG:4326") + file("SLOW one", "west.tif") + file("TWO", "east.hgt") + file("three", "") + kEnd;
+  const std::string other =
+      part("name=crs", "EPSG:4326") + file("SLOW one", "west.tif") + file("TWO", "east.hgt") + file("three", "") + kEnd;
   EXPECT_EQ(slug_of(test.post(other, {}, {{"content-type", kForm}, {"idempotency-key", "k"}})), "idempotency-key-reused");
   for (const std::string& one : {id, first}) EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + one).status, 204);
 }
@@ -134,7 +142,8 @@ TEST(TypedByHand, OptionsMayBeSpeltAsOnTheCommandLine) {
   EXPECT_EQ(options(query).fill_limit(), 40u);
   EXPECT_EQ(options(form).vertical_datum(), "ellipsoid");
   EXPECT_EQ(slug_of(test.post("SLOW", {{"fill-limit", "40"}, {"fill_limit", "40"}})), "option-repeated");
-  for (const Response& posted : {form, query}) EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + std::string(body_of(posted)["id"])).status, 204);
+  for (const Response& posted : {form, query})
+    EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + std::string(body_of(posted)["id"])).status, 204);
 }
 
 /// A header, a CRS, a world file: no rasters of their own, wherever they stand in the form.
@@ -146,21 +155,27 @@ TEST(TypedByHand, FilesThatGoWithARasterAreNoRasters) {
     EXPECT_EQ(posted.status, 202) << posted.body;
     return std::pair(body_of(posted), test.service().layout().dataset(body_of(posted)["id"]));
   };
-  const auto [one, folder] = sources(file("header", "dem.hdr") + file("heights", "DEM.bil") + file("crs", "dem.prj") + file("notes", "dem.bil.aux.xml"));
+  const auto [one, folder] =
+      sources(file("header", "dem.hdr") + file("heights", "DEM.bil") + file("crs", "dem.prj") + file("notes", "dem.bil.aux.xml"));
   EXPECT_EQ(one["name"], "DEM.bil");
   EXPECT_FALSE(one.contains("updates")) << "several rasters";
   const std::string archive = file_text(folder / "source.bil");
   EXPECT_THAT(archive, ::testing::StartsWith("PK\x03\x04"));
-  for (const char* part : {"DEM.bil", "heights", "dem.hdr", "header", "dem.prj", "dem.bil.aux.xml"}) EXPECT_THAT(archive, HasSubstr(part));
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::StartsWith("more")));
-  const auto [two, place] = sources(file("one", "west.tif") + file("two", "east.tif") + file("world", "east.tfw") + file("stray", "north.tfw"));
+  for (const char* part : {"DEM.bil", "heights", "dem.hdr", "header", "dem.prj", "dem.bil.aux.xml"})
+    EXPECT_THAT(archive, HasSubstr(part));
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    EXPECT_THAT(entry.path().filename().string(), ::testing::Not(::testing::StartsWith("more")));
+  const auto [two, place] =
+      sources(file("one", "west.tif") + file("two", "east.tif") + file("world", "east.tfw") + file("stray", "north.tfw"));
   const auto rasters = test.service().ledger().expected(two["id"]);
   ASSERT_EQ(rasters.size(), 3u);
   EXPECT_EQ(file_text(place / rasters[0].spec().path()), "one");
-  EXPECT_THAT(file_text(place / rasters[1].spec().path()), ::testing::AllOf(::testing::StartsWith("PK"), HasSubstr("east.tfw"), HasSubstr("world")));
+  EXPECT_THAT(file_text(place / rasters[1].spec().path()),
+              ::testing::AllOf(::testing::StartsWith("PK"), HasSubstr("east.tfw"), HasSubstr("world")));
   EXPECT_EQ(rasters[1].spec().name(), "east.tif");
   EXPECT_EQ(file_text(place / rasters[2].spec().path()), "stray");
-  for (const std::string& id : {first, one["id"].get<std::string>(), two["id"].get<std::string>()}) EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
+  for (const std::string& id : {first, one["id"].get<std::string>(), two["id"].get<std::string>()})
+    EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
 }
 
 TEST(TypedByHand, ABadFormLeavesNothing) {
@@ -211,13 +226,15 @@ TEST(TypedByHand, APutOnTheCollectionIsAPost) {
 TEST(TypedByHand, ASlashTooManyIsNoMistake) {
   TestService test;
   const std::string id = body_of(test.post("GOOD", {}, {{"prefer", "wait=100"}}))["id"];
-  for (const std::string path : {std::string("/v1"), std::string("/v1/datasets"), std::string("/v1/limits"), "/v1/datasets/" + id}) {
+  for (const std::string path :
+       {std::string("/v1"), std::string("/v1/datasets"), std::string("/v1/limits"), "/v1/datasets/" + id}) {
     const Response moved = test.get(path + "/");
     EXPECT_EQ(moved.status, 308) << path;
     EXPECT_EQ(moved.header("Location"), "../" + path.substr(path.rfind('/') + 1));
   }
   EXPECT_EQ(test.get("/v1/other/").status, 404);
-  for (const char* path : {"/docs", "/openapi.json", "/api", "/version", "/healthz", "/readyz", "/metrics", "/stac/collections", "/favicon.ico"}) {
+  for (const char* path :
+       {"/docs", "/openapi.json", "/api", "/version", "/healthz", "/readyz", "/metrics", "/stac/collections", "/favicon.ico"}) {
     ASSERT_EQ(test.get(path).status, 200) << path;
     const Response moved = test.get(std::string(path) + "/");
     EXPECT_EQ(moved.status, 308) << path;
@@ -235,7 +252,8 @@ TEST(TypedByHand, OptionsMayBeJson) {
   const Response source = posted(R"({"source": "https://example.org/dem.tif", "error": 5, "keep": null})");
   EXPECT_EQ(slug_of(source), "option-forbidden");
   EXPECT_THAT(source.body, HasSubstr("this service fetches no rasters"));
-  EXPECT_THAT(posted(R"({"source": "https://example.org/dem.tif", "bbox": [10, 46.5, 11]})").body, HasSubstr("bbox='10,46.5,11': 3 numbers instead of 4"));
+  EXPECT_THAT(posted(R"({"source": "https://example.org/dem.tif", "bbox": [10, 46.5, 11]})").body,
+              HasSubstr("bbox='10,46.5,11': 3 numbers instead of 4"));
   const Response unknown = posted(R"({"eror": true})");
   EXPECT_EQ(slug_of(unknown), "option-unknown");
   EXPECT_EQ(body_of(unknown)["detail"], "unknown member 'eror'; did you mean error?");
@@ -254,15 +272,19 @@ TEST(TypedByHand, OptionsMayBeJson) {
   EXPECT_THAT(posted(R"({"source": null, "error": 5})").body, HasSubstr("source is null"));
   EXPECT_THAT(posted(R"({"error": 5,})").body, HasSubstr("no JSON from its byte 13 on"));
   EXPECT_THAT(posted(R"({"error": 5})").body, HasSubstr("or source= with its address"));
-  for (const char* bad : {"", "[]", "{", R"({"error": {"a": 1}})", R"({"bbox": [[1]]})"}) EXPECT_EQ(slug_of(posted(bad)), "json-invalid") << bad;
+  for (const char* bad : {"", "[]", "{", R"({"error": {"a": 1}})", R"({"bbox": [[1]]})"})
+    EXPECT_EQ(slug_of(posted(bad)), "json-invalid") << bad;
   EXPECT_EQ(slug_of(posted("{\"title\": \"" + std::string(70000, 'x') + "\"}")), "json-invalid");
 }
 
 TEST(TypedByHand, OptionsMayBeWhatCurlSendsWithD) {
   TestService test;
-  const auto posted = [&](const std::string& body, const Given& query = {}) { return test.post(body, query, {{"content-type", "application/x-www-form-urlencoded"}, {"prefer", "wait=100"}}); };
+  const auto posted = [&](const std::string& body, const Given& query = {}) {
+    return test.post(body, query, {{"content-type", "application/x-www-form-urlencoded"}, {"prefer", "wait=100"}});
+  };
   // Nothing is fetched here, for no address is allowed: that it is asked for is what counts.
-  for (const char* body : {"source=https://example.org/dem.tif", "source=https%3A%2F%2Fexample.org%2fdem.tif&error=5\n", R"({"source": "https://example.org/dem.tif"})"}) {
+  for (const char* body : {"source=https://example.org/dem.tif", "source=https%3A%2F%2Fexample.org%2fdem.tif&error=5\n",
+                           R"({"source": "https://example.org/dem.tif"})"}) {
     const Response asked = posted(body);
     EXPECT_EQ(slug_of(asked), "option-forbidden") << body;
     EXPECT_THAT(asked.body, HasSubstr("this service fetches no rasters")) << body;
@@ -275,7 +297,9 @@ TEST(TypedByHand, OptionsMayBeWhatCurlSendsWithD) {
 
 TEST(TypedByHand, ARasterMayBeCalledAForm) {
   TestService test;
-  const auto posted = [&](const std::string& body) { return test.post(body, {{"name", "a.tif"}}, {{"content-type", "application/x-www-form-urlencoded"}}); };
+  const auto posted = [&](const std::string& body) {
+    return test.post(body, {{"name", "a.tif"}}, {{"content-type", "application/x-www-form-urlencoded"}});
+  };
   const std::string bodies[] = {"SLOW", "SLOW a=b", "SLOW\n" + std::string(100000, '\x81'), "SLOW" + std::string(100000, 'x'),
                                 "SLOW {\"error\": 5}"};
   for (const std::string& body : bodies) {
@@ -283,7 +307,8 @@ TEST(TypedByHand, ARasterMayBeCalledAForm) {
     ASSERT_EQ(made.status, 202) << made.body;
     const std::string id = body_of(made)["id"];
     const auto dataset = test.service().registry().find(id);
-    EXPECT_EQ(file_text(test.service().layout().dataset(id) / dataset->raster), body) << "as curl --data-binary @dem.tif sends it";
+    EXPECT_EQ(file_text(test.service().layout().dataset(id) / dataset->raster), body)
+        << "as curl --data-binary @dem.tif sends it";
     EXPECT_EQ(test.send("DELETE", "/v1/datasets/" + id).status, 204);
   }
   EXPECT_EQ(slug_of(posted("")), "body-empty");

@@ -1,4 +1,5 @@
-// What answers take of the memory: shared bytes, a budget for large ones, readers that are too slow, and what is forgotten with a dataset.
+// What answers take of the memory: shared bytes, a budget for large ones, readers that are too slow, and what is forgotten with a
+// dataset.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,8 +16,8 @@
 #include "server/front/content_coding.h"
 #include "server/front/pace.h"
 #include "server/front/shared.h"
-#include "server/memory/heap.h"
 #include "server/limits/descriptors.h"
+#include "server/memory/heap.h"
 
 namespace cordillera::server {
 namespace {
@@ -93,7 +94,8 @@ TEST(Descriptors, EverythingFitsIntoFewOfThem) {
     EXPECT_THAT(limits::fit_to_descriptors(settings, descriptors), HasSubstr(" " + std::to_string(descriptors) + " descriptors"));
     const Limits& now = settings.limits;
     EXPECT_LE(now.connections + limits::refused_sockets(now.connections) + now.uploads + 4 * now.open_datasets, descriptors);
-    for (const std::uint32_t limit : {now.connections, now.client_connections, now.uploads, now.open_datasets}) EXPECT_GE(limit, 1u) << descriptors;
+    for (const std::uint32_t limit : {now.connections, now.client_connections, now.uploads, now.open_datasets})
+      EXPECT_GE(limit, 1u) << descriptors;
     EXPECT_GE(now.connections, descriptors / 8);
     EXPECT_GE(now.loops, 2u);
     EXPECT_LT(now.connections, most.connections);

@@ -36,7 +36,8 @@ class Updates : public testing::Test {
     std::string etag;
     std::string bytes;
   };
-  Said ask(const std::string& method, const std::string& where, const std::string& raster = "", const httplib::Headers& headers = {}) {
+  Said ask(const std::string& method, const std::string& where, const std::string& raster = "",
+           const httplib::Headers& headers = {}) {
     httplib::Client client(server_.base());
     client.set_read_timeout(400);
     httplib::Request request;
@@ -49,12 +50,14 @@ class Updates : public testing::Test {
     return {answer->status, Json::parse(answer->body, nullptr, false), answer->get_header_value("ETag"), answer->body};
   }
   /// A change, waited for.
-  Said change(const std::string& method, const std::string& where, const std::string& raster = "", httplib::Headers headers = {}) {
+  Said change(const std::string& method, const std::string& where, const std::string& raster = "",
+              httplib::Headers headers = {}) {
     headers.emplace("Prefer", "wait=300");
     return ask(method, base_ + where, raster, headers);
   }
   void post(const std::string& query = "&updates=1") {
-    const Said posted = ask("POST", std::string("/v1/datasets?name=base.tif&") + kOptions + query, "base.tif", {{"Prefer", "wait=300"}});
+    const Said posted =
+        ask("POST", std::string("/v1/datasets?name=base.tif&") + kOptions + query, "base.tif", {{"Prefer", "wait=300"}});
     ASSERT_EQ(posted.status, 201) << posted.bytes << server_.log();
     id_ = posted.body["id"];
     base_ = "/v1/datasets/" + id_;
@@ -71,9 +74,10 @@ class Updates : public testing::Test {
   Bytes from_nothing(const std::string& list) {
     std::ofstream(path("list.txt")) << list;
     const std::string plan = path("plan"), store = path("scratch.sqlite");
-    const Ended made = shell("cd " + folder_.path().string() + " && rm -rf plan && " + kProgram +
-                             " plan list.txt -o plan --vertical-datum ellipsoid --error 60 --max-level 12 --title t --block 512 -q && " + kProgram +
-                             " work plan -q && " + kProgram + " publish plan -o scratch.sqlite --overwrite -q");
+    const Ended made =
+        shell("cd " + folder_.path().string() + " && rm -rf plan && " + kProgram +
+              " plan list.txt -o plan --vertical-datum ellipsoid --error 60 --max-level 12 --title t --block 512 -q && " +
+              kProgram + " work plan -q && " + kProgram + " publish plan -o scratch.sqlite --overwrite -q");
     EXPECT_EQ(made.code, 0) << made.output;
     return whole::published(store);
   }
@@ -179,7 +183,8 @@ TEST_F(Updates, WhatIsWrongChangesNothing) {
   EXPECT_EQ(ask("POST", base_ + "/rollback?to=7").status, 404);
   // A key is for one request.
   const httplib::Headers key = {{"Idempotency-Key", "k1"}};
-  const Said once = change("POST", "/sources?name=patch.tif", "patch.tif", key), again = change("POST", "/sources?name=patch.tif", "patch.tif", key);
+  const Said once = change("POST", "/sources?name=patch.tif", "patch.tif", key),
+             again = change("POST", "/sources?name=patch.tif", "patch.tif", key);
   ASSERT_EQ(once.status, 201) << once.bytes;
   EXPECT_EQ(again.body["id"], once.body["id"]);
   EXPECT_EQ(listed()["sources"].size(), 2u);
@@ -192,12 +197,19 @@ TEST_F(Updates, WhatIsWrongChangesNothing) {
 
 TEST_F(Updates, AnAddressIsFetchedWithinTheOperatorsList) {
   httplib::Server files;
-  files.Get("/dems/patch.tif", [&](const httplib::Request&, httplib::Response& answer) { answer.set_content(file_text(path("patch.tif")), "image/tiff"); });
+  files.Get("/dems/patch.tif", [&](const httplib::Request&, httplib::Response& answer) {
+    answer.set_content(file_text(path("patch.tif")), "image/tiff");
+  });
   files.Get("/dems/near.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/dems/patch.tif"); });
-  files.Get("/dems/far.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/private/patch.tif"); });
-  files.Get("/dems/deep/beside.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("./../deep/ok.tif"); });
-  files.Get("/dems/deep/ok.tif", [&](const httplib::Request&, httplib::Response& answer) { answer.set_content(file_text(path("patch.tif")), "image/tiff"); });
-  files.Get("/dems/deep/dots.tif", [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("../../private/patch.tif?x"); });
+  files.Get("/dems/far.tif",
+            [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("/private/patch.tif"); });
+  files.Get("/dems/deep/beside.tif",
+            [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("./../deep/ok.tif"); });
+  files.Get("/dems/deep/ok.tif", [&](const httplib::Request&, httplib::Response& answer) {
+    answer.set_content(file_text(path("patch.tif")), "image/tiff");
+  });
+  files.Get("/dems/deep/dots.tif",
+            [](const httplib::Request&, httplib::Response& answer) { answer.set_redirect("../../private/patch.tif?x"); });
   const int port = files.bind_to_any_port("127.0.0.1");
   std::thread serving([&] { files.listen_after_bind(); });
   const std::string host = "http://127.0.0.1:" + std::to_string(port);
@@ -211,7 +223,8 @@ TEST_F(Updates, AnAddressIsFetchedWithinTheOperatorsList) {
   EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/../private/patch.tif")), "option-forbidden");
   EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/private/patch.tif")), "option-forbidden");
   EXPECT_EQ(slug(change("POST", "/sources?source=file:///etc/passwd")), "option-forbidden");
-  EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/pat%FFch.tif")), "option-forbidden");  // no text: not to be read as patch.tif
+  EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/pat%FFch.tif")),
+            "option-forbidden");  // no text: not to be read as patch.tif
   EXPECT_EQ(slug(change("POST", "/sources?source=" + host + "/dems/deep/dots.tif")), "option-forbidden");
   EXPECT_EQ(listed()["sources"].size(), 2u);
   const Said beside = change("PUT", "/sources/" + source(0) + "?source=" + host + "/dems/deep/beside.tif%3Fa%3Db");

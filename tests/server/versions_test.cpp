@@ -58,9 +58,7 @@ TEST_F(Versions, FacesAreListedWithLinksThatAreRoutes) {
     EXPECT_EQ(faces[k]["href"], base_ + "/" + std::string(face.entry));
     const Response entry = test_.get(faces[k]["href"].get<std::string>());
     EXPECT_NE(entry.status, 404) << face.entry;
-    if (entry.status == 200) {
-      EXPECT_EQ(faces[k]["type"], entry.header("Content-Type"));
-    }
+    if (entry.status == 200) { EXPECT_EQ(faces[k]["type"], entry.header("Content-Type")); }
     ASSERT_EQ(faces[k]["links"].size(), face.resources.size());
     for (const Json& link : faces[k]["links"]) {
       EXPECT_EQ(link["href"].get<std::string>().rfind(base_ + "/", 0), 0u);

@@ -14,10 +14,10 @@
 #include <thread>
 #include <vector>
 
-#include "pipeline/store/content_hash.h"
 #include "pipeline/encode/json.h"
-#include "server/http/digest.h"
+#include "pipeline/store/content_hash.h"
 #include "server/front/workers.h"
+#include "server/http/digest.h"
 #include "server/memory/heap.h"
 #include "tests/sanitized.h"
 
@@ -41,8 +41,7 @@ int answer_without_another_thread() {
   try {
     std::thread([] {}).join();
     return 2;  // it has: nothing is shown
-  } catch (const std::system_error&) {
-  }
+  } catch (const std::system_error&) {}
   std::promise<void> answered;
   if (workers.run("client", [&] { answered.set_value(); }) != front::Workers::Taken::yes) return 1;
   answered.get_future().get();
@@ -72,8 +71,7 @@ bool right_or_told(const Make& make) {
     before_denial = given;
     try {
       if (make("abc") != right) return false;
-    } catch (const std::bad_alloc&) {
-    }
+    } catch (const std::bad_alloc&) {}
   }
   return true;
 }
@@ -121,8 +119,7 @@ int documents_go_without_memory() {
     for (int refused = 0; refused < 2; ++refused) {  // the first time the reserve becomes free
       try {
         while (true) (void)operator new(size);
-      } catch (const std::bad_alloc&) {
-      }
+      } catch (const std::bad_alloc&) {}
     }
   }
   int unbegun = 0;
@@ -132,9 +129,7 @@ int documents_go_without_memory() {
       for (int k = 0; k < given; ++k) begun.push_back(k);
       begun = nullptr;
       begun["member"]["of it"].push_back({{"a text that is not kept in place", given}});
-    } catch (const std::bad_alloc&) {
-      ++unbegun;
-    }
+    } catch (const std::bad_alloc&) { ++unbegun; }
   }
   if (unbegun == 0) return 2;
   tree = nullptr;

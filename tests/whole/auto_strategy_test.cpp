@@ -1,11 +1,12 @@
-// strategy=auto is exact where that can be and waves elsewhere; which of the two, and why, is a matter of raster and options alone.
+// strategy=auto is exact where that can be and waves elsewhere; which of the two, and why, is a matter of raster and options
+// alone.
 #include <gmock/gmock.h>
 
 #include "pipeline/build/build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/work/work_plan.h"
-#include "tests/whole/bytes.h"
 #include "tests/whole/built.h"
+#include "tests/whole/bytes.h"
 
 namespace cordillera::whole {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
 
 class AutoStrategy : public testing::Test {
  protected:

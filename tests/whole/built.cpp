@@ -18,7 +18,8 @@ T must(proto::Result<T> result) {
 }
 
 BuiltTile decode(const pipeline::StoreReader& store, const proto::TileRecord& record) {
-  const proto::TileAddress at{static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()), static_cast<std::int32_t>(record.y())};
+  const proto::TileAddress at{static_cast<int>(record.level()), static_cast<std::int32_t>(record.x()),
+                              static_cast<std::int32_t>(record.y())};
   BuiltTile tile{{at, 0, {}, {}, {}, {}}, {}, record};
   const auto drc_bytes = store.tile(at, pipeline::Encoding::drc), glb_bytes = store.tile(at, pipeline::Encoding::glb);
   if (!drc_bytes || !glb_bytes) throw std::runtime_error("a record without its tile");
@@ -89,7 +90,7 @@ proto::BuildOptions plain_options() {
   options.set_vertical_datum("ellipsoid");
   options.set_threads(2);
   options.set_device("cpu");
-  options.set_voids("hole");  // most of what is tested here is holes
+  options.set_voids("hole");      // most of what is tested here is holes
   options.set_strategy("waves");  // blocks, borders and merges; exact has tests of its own
   return options;
 }
@@ -142,7 +143,9 @@ std::optional<double> error_at(const Built& built, int level, std::int64_t i, st
     const std::int64_t here = west + ((i - west) % circle + circle) % circle;
     if (here > west + built.lattice.tile_units(level)) continue;
     const DecodedTile some = near(tile.drc, here - west, j - built.lattice.south(at));
-    const Measured measured = measure(surface_of(some), built.lattice, at, [&](std::int64_t, std::int64_t) { return std::optional(expected_m); }, {here, j, here, j}, 1);
+    const Measured measured = measure(
+        surface_of(some), built.lattice, at, [&](std::int64_t, std::int64_t) { return std::optional(expected_m); },
+        {here, j, here, j}, 1);
     if (measured.samples > 0) return measured.max_m;
   }
   return std::nullopt;

@@ -39,7 +39,8 @@ struct Built {
 proto::BuildOptions plain_options();
 proto::BuildOptions with_error(double error_m);
 
-/// Builds, publishes and decodes. Throws std::runtime_error with the problem's line when any of it fails. block_samples: see BuildRequest.
+/// Builds, publishes and decodes. Throws std::runtime_error with the problem's line when any of it fails. block_samples: see
+/// BuildRequest.
 Built build_file(const std::string& path, const proto::BuildOptions& options, std::int64_t block_samples = 0);
 /// max_level is the raster's own level, where it has one.
 Built build_dem(const Dem& dem, proto::BuildOptions options, std::int64_t block_samples = 0);

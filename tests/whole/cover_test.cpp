@@ -1,5 +1,5 @@
-// What is well inside the data is shown: rims that run beside the sides of tiles, where a triangle on a long edge of a side had the void for
-// its third corner.
+// What is well inside the data is shown: rims that run beside the sides of tiles, where a triangle on a long edge of a side had
+// the void for its third corner.
 #include <gmock/gmock.h>
 
 #include <cmath>

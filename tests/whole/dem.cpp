@@ -26,13 +26,15 @@ Dem lattice_dem(const Corner& corner, double shift_cells, int columns, int rows)
   dem.columns = columns;
   dem.rows = rows;
   dem.level = corner.level;
-  dem.geotransform = {lattice.longitude_deg(corner.west) - shift_cells * cell, cell, 0, lattice.latitude_deg(corner.north) + shift_cells * cell, 0, -cell};
+  dem.geotransform = {lattice.longitude_deg(corner.west) - shift_cells * cell, cell, 0,
+                      lattice.latitude_deg(corner.north) + shift_cells * cell, 0,    -cell};
   return dem;
 }
 
 /// The same for one place and seed, without order: -1..1.
 double hashed(std::uint32_t seed, std::int32_t x, std::int32_t y) {
-  std::uint32_t h = seed * 0x9E3779B9u ^ static_cast<std::uint32_t>(x) * 0x85EBCA6Bu ^ static_cast<std::uint32_t>(y) * 0xC2B2AE35u;
+  std::uint32_t h =
+      seed * 0x9E3779B9u ^ static_cast<std::uint32_t>(x) * 0x85EBCA6Bu ^ static_cast<std::uint32_t>(y) * 0xC2B2AE35u;
   for (int k = 0; k < 3; ++k) h = (h ^ (h >> 15)) * 0x2C1B3C6Du;
   return static_cast<double>(h) / 2147483648.0 - 1;
 }
@@ -54,7 +56,8 @@ void write_block(GDALRasterBand& band, const Dem& dem, int column, int row) {
   for (int r = row; r < row + rows; ++r)
     for (int c = column; c < column + columns; ++c) values.push_back(dem.height(c, r));
   if (std::all_of(values.begin(), values.end(), [](double v) { return v == kNoData; })) return;
-  must(band.RasterIO(GF_Write, column, row, columns, rows, values.data(), columns, rows, GDT_Float64, 0, 0, nullptr) == CE_None, "block");
+  must(band.RasterIO(GF_Write, column, row, columns, rows, values.data(), columns, rows, GDT_Float64, 0, 0, nullptr) == CE_None,
+       "block");
 }
 
 }  // namespace

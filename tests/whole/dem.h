@@ -25,11 +25,12 @@ struct Dem {
   std::array<double, 6> geotransform{};
   HeightOf height;
   std::string crs = "EPSG:4326";
-  bool points = false;        ///< pixel-is-point
+  bool points = false;         ///< pixel-is-point
   std::optional<int> level{};  ///< whose lattice the pixels stand on: the finest to build
 };
 
-/// A pixel at each vertex of a level's lattice (pixel-is-point): resampling changes nothing. west, north: vertex of the first pixel.
+/// A pixel at each vertex of a level's lattice (pixel-is-point): resampling changes nothing. west, north: vertex of the first
+/// pixel.
 struct Corner {
   int level = 0;
   std::int64_t west = 0, north = 0;

@@ -87,7 +87,8 @@ struct Ray {
   double grace = 0;  ///< in barycentric weights
 };
 constexpr double kEdgeGrace = 1e-7;  // a ray along an edge that two triangles share
-// At most, for a sample on the tile's side, which chords leave: as little as finds a triangle. Of a needle beside a pole a fiftieth was far.
+// At most, for a sample on the tile's side, which chords leave: as little as finds a triangle. Of a needle beside a pole a
+// fiftieth was far.
 constexpr double kSideGrace = 0.002;
 
 /// Distance along the ray, either way; none when it misses.
@@ -150,7 +151,8 @@ DecodedSurface surface_of(const DecodedTile& tile, double height_step_m) {
 Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile,
                  const TrueHeight& truth, const SampleWindow& window, std::int64_t stride) {
   const std::int64_t across = std::max({window.east - window.west, window.north - window.south, std::int64_t{1}});
-  Bins bins(surface, lattice.longitude_deg(window.west), lattice.latitude_deg(window.south), static_cast<double>(across) * lattice.cell_deg());
+  Bins bins(surface, lattice.longitude_deg(window.west), lattice.latitude_deg(window.south),
+            static_cast<double>(across) * lattice.cell_deg());
   Measured result;
   double squares = 0;
   const std::int64_t west = lattice.west(tile), south = lattice.south(tile), side = lattice.tile_units(tile.z);
@@ -162,7 +164,8 @@ Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, c
       Ray ray{ecef_point(lon, lat, *height), minus(ecef_point(lon, lat, 1), ecef_point(lon, lat, 0)), kEdgeGrace};
       const auto& candidates = bins.at(lon, lat);
       Hits hits = hits_of(ray, surface, candidates);
-      const bool in_tile = i >= west && j >= south && i <= west + side && j <= south + side;  // others are the neighbour's, but under this tile's bulge
+      const bool in_tile = i >= west && j >= south && i <= west + side &&
+                           j <= south + side;  // others are the neighbour's, but under this tile's bulge
       const bool on_side = in_tile && (i == west || j == south || i == west + side || j == south + side);
       while (on_side && hits.worst_m < 0 && ray.grace < kSideGrace) {
         ray.grace *= 2;

@@ -1,8 +1,8 @@
 #pragma once
 // The independent judge of stated errors: what a client decoded, ray by ray, in plain double precision.
 //
-// Nothing here is shared with gpu/measure/surface_error: textbook geodesy with the library's sines, Möller and Trumbore's ray-triangle
-// test (doi:10.1080/10867651.1997.10487468), candidates from a grid of bins over longitude and latitude.
+// Nothing here is shared with gpu/measure/surface_error: textbook geodesy with the library's sines, Möller and Trumbore's
+// ray-triangle test (doi:10.1080/10867651.1997.10487468), candidates from a grid of bins over longitude and latitude.
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -56,7 +56,8 @@ struct SampleWindow {
   std::int64_t west = 0, south = 0, east = 0, north = 0;
 };
 
-/// Measures every `stride`-th sample (1: all) of the window along the ellipsoid's normal. The window may leave the tile's rectangle.
+/// Measures every `stride`-th sample (1: all) of the window along the ellipsoid's normal. The window may leave the tile's
+/// rectangle.
 Measured measure(const DecodedSurface& surface, const proto::Lattice& lattice, const proto::TileAddress& tile,
                  const TrueHeight& truth, const SampleWindow& window, std::int64_t stride);
 

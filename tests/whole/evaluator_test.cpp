@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "gpu/simplify.h"
 #include "gpu/measure/surface_error.h"
+#include "gpu/simplify.h"
 
 namespace cordillera::whole {
 namespace {

@@ -1,4 +1,5 @@
-// A raster in one piece: the laws hold on all levels, every error is measured, blocks that meet fit, and nothing else shows in the bytes.
+// A raster in one piece: the laws hold on all levels, every error is measured, blocks that meet fit, and nothing else shows in
+// the bytes.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -13,7 +14,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
-
 
 proto::BuildOptions exact(double error_m) {
   proto::BuildOptions options = with_error(error_m);
@@ -45,7 +45,8 @@ TEST(ExactStrategy, shows_every_pixel_at_the_finest_level) {
   const Built built = build_dem(cells_of(kCorner, 100, 80, height), exact(1));
   EXPECT_THAT(judge(built, {70000, 0}), IsEmpty());
   for (const std::int64_t di : {0, 1}) {
-    for (const std::int64_t dj : {0, 1}) EXPECT_TRUE(covered(built, 13, kCorner.west + 60 + di, kCorner.north - 40 - dj)) << di << " " << dj;
+    for (const std::int64_t dj : {0, 1})
+      EXPECT_TRUE(covered(built, 13, kCorner.west + 60 + di, kCorner.north - 40 - dj)) << di << " " << dj;
   }
   EXPECT_FALSE(covered(built, 13, kCorner.west + 63, kCorner.north - 40));
 }
@@ -87,13 +88,15 @@ TEST(ExactStrategy, levels_above_small_blocks_are_made_at_once) {
   expect_promise_above_blocks(built);
 }
 
-// A hundredth of a metre is hardly more than what a float32 tells of a place: above blocks most of the target is set aside for that, and rounding
-// may take more than the rest.
+// A hundredth of a metre is hardly more than what a float32 tells of a place: above blocks most of the target is set aside for
+// that, and rounding may take more than the rest.
 TEST(ExactStrategy, small_blocks_take_the_least_error) {
   const HeightOf ground = rough(8);
-  const Built built = build_dem(points_of(kCorner, 3000, 40, [=](int c, int r) { return 0.01 * ground(c, r); }), exact(0.01), kSmallBlock);
+  const Built built =
+      build_dem(points_of(kCorner, 3000, 40, [=](int c, int r) { return 0.01 * ground(c, r); }), exact(0.01), kSmallBlock);
   EXPECT_TRUE(pipeline::merged_at_once(built.plan));
-  for (const proto::LevelSummary& level : built.manifest.levels()) EXPECT_LE(level.stated_max_error(), 1.25 * level.target()) << "level " << level.level();
+  for (const proto::LevelSummary& level : built.manifest.levels())
+    EXPECT_LE(level.stated_max_error(), 1.25 * level.target()) << "level " << level.level();
 }
 
 // The triangles that a raster in one piece has, nearly: what is known of samples above blocks is nearly all.
@@ -102,8 +105,10 @@ TEST(ExactStrategy, small_blocks_cost_few_triangles) {
   const Built whole = build_dem(dem, exact(10)), blocks = build_dem(dem, exact(10), kSmallBlock);
   ASSERT_EQ(whole.plan.block_level(), 0u);
   ASSERT_EQ(blocks.plan.block_level(), 12u);
-  for (const int z : {13, 12}) EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.08 * static_cast<double>(whole.triangles(z))) << "level " << z;
-  for (const int z : {11, 10, 9}) EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.10 * static_cast<double>(whole.triangles(z))) << "level " << z;
+  for (const int z : {13, 12})
+    EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.08 * static_cast<double>(whole.triangles(z))) << "level " << z;
+  for (const int z : {11, 10, 9})
+    EXPECT_LE(static_cast<double>(blocks.triangles(z)), 1.10 * static_cast<double>(whole.triangles(z))) << "level " << z;
   // Of coarse tiles, which the data fills a little of, too.
   for (int k = 0; k < blocks.manifest.levels_size(); ++k) {
     const proto::LevelSummary &level = blocks.manifest.levels(k), &same = whole.manifest.levels(k);
@@ -115,7 +120,8 @@ TEST(ExactStrategy, small_blocks_cost_few_triangles) {
 // A rectangle of blocks goes on beyond the meridian where the lattice begins again, and over the one in its middle.
 TEST(ExactStrategy, small_blocks_go_on_across_meridians) {
   for (const std::int64_t meridian : {std::int64_t{0}, std::int64_t{8192} * kTile}) {
-    const Built built = build_dem(points_of({13, meridian - 600, 6000 * kTile + 150}, 1200, 400, rough(3)), exact(15), kSmallBlock);
+    const Built built =
+        build_dem(points_of({13, meridian - 600, 6000 * kTile + 150}, 1200, 400, rough(3)), exact(15), kSmallBlock);
     EXPECT_TRUE(pipeline::merged_at_once(built.plan));
     EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << meridian;
     expect_promise_above_blocks(built);
@@ -126,7 +132,8 @@ TEST(ExactStrategy, small_blocks_go_on_across_meridians) {
 TEST(ExactStrategy, small_blocks_go_over_half_of_the_circle) {
   const HeightOf ground = rough(3);
   for (const auto& [columns, at_once] : {std::pair{10012, false}, std::pair{9098, true}}) {
-    const Built built = build_dem(points_of({5, 7282, 6000}, columns, 60, [=](int c, int r) { return ground(c / 4, r / 4); }), exact(400), kSmallBlock);
+    const Built built = build_dem(points_of({5, 7282, 6000}, columns, 60, [=](int c, int r) { return ground(c / 4, r / 4); }),
+                                  exact(400), kSmallBlock);
     EXPECT_EQ(pipeline::merged_at_once(built.plan), at_once) << columns;
     EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty()) << columns;
     expect_promise_above_blocks(built);
@@ -137,7 +144,8 @@ TEST(ExactStrategy, small_blocks_go_over_half_of_the_circle) {
 TEST(ExactStrategy, blocks_far_apart_are_merged_level_by_level) {
   const HeightOf ground = rough(5);
   const auto height = [=](int c, int r) { return c < 300 || c > 16700 ? 0.1 * ground(c, r) : kNoData; };
-  const Built built = build_dem(points_of({13, 4500 * 2 * kTile - 100, 6000 * kTile + 150}, 17000, 300, height), exact(5), kSmallBlock);
+  const Built built =
+      build_dem(points_of({13, 4500 * 2 * kTile - 100, 6000 * kTile + 150}, 17000, 300, height), exact(5), kSmallBlock);
   EXPECT_TRUE(built.plan.exact());
   EXPECT_FALSE(pipeline::merged_at_once(built.plan));
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
@@ -147,13 +155,14 @@ TEST(ExactStrategy, blocks_far_apart_are_merged_level_by_level) {
 // Cells of two kilometres: between vertices the earth falls away by more than the error that is asked for.
 TEST(ExactStrategy, sees_the_curvature_of_the_earth) {
   const Corner corner{5, 9000, 6800};
-  const Built built = build_dem(points_of(corner, 300, 200, [](int c, int r) { return c > 150 ? 0.0 : 40.0 * ((c * 7 + r * 3) % 11); }), exact(100));
+  const Built built = build_dem(
+      points_of(corner, 300, 200, [](int c, int r) { return c > 150 ? 0.0 : 40.0 * ((c * 7 + r * 3) % 11); }), exact(100));
   EXPECT_THAT(judge(built, {20000, 0}), IsEmpty());
   expect_promise(built);
 }
 
-// On walls of 1,500 m a point that is rounded sideways is off in height by more than what was set aside for it. Vertices go in there, and the rest
-// of the raster stays as it is.
+// On walls of 1,500 m a point that is rounded sideways is off in height by more than what was set aside for it. Vertices go in
+// there, and the rest of the raster stays as it is.
 TEST(ExactStrategy, puts_vertices_back_at_steep_walls) {
   const HeightOf ground = rough(8);
   const auto houses = [ground](int c, int r) { return ground(c, r) + ((c / 29 + r / 23) % 4 == 0 ? 1500.0 : 0.0); };
@@ -208,7 +217,8 @@ TEST(ExactStrategy, what_it_cannot_do_is_said) {
   shares.add_keep(0.2);
   EXPECT_THAT(refusal(points_of(kCorner, 40, 40, flat), shares), HasSubstr("options-conflict: strategy exact keeps an error"));
   const Corner polar{6, 500, 64 * kTile - 50};
-  EXPECT_THAT(refusal(points_of(polar, 40, 40, flat), exact(100)), HasSubstr("options-conflict: strategy exact does not go up to a pole"));
+  EXPECT_THAT(refusal(points_of(polar, 40, 40, flat), exact(100)),
+              HasSubstr("options-conflict: strategy exact does not go up to a pole"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Walls that rise from the sea within some samples, and data that ends on them: needles along a rim stand upright, and every rounding
-// tilts them.
+// Walls that rise from the sea within some samples, and data that ends on them: needles along a rim stand upright, and every
+// rounding tilts them.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -11,7 +11,6 @@ namespace cordillera::whole {
 namespace {
 
 using testing::IsEmpty;
-
 
 /// Sea at 0 m beside cliffs of a thousand metres; the walls themselves have gaps, as radar leaves them.
 HeightOf fjord() {

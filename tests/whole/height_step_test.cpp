@@ -11,9 +11,10 @@ namespace {
 
 using testing::IsEmpty;
 
-
 Built rough_ground(const proto::BuildOptions& options) {
-  const auto height = [](int c, int r) { return 700 + 90 * std::sin(0.11 * c) * std::cos(0.07 * r) + 12 * std::sin(0.9 * c + 1.3 * r) + 0.013 * c; };
+  const auto height = [](int c, int r) {
+    return 700 + 90 * std::sin(0.11 * c) * std::cos(0.07 * r) + 12 * std::sin(0.9 * c + 1.3 * r) + 0.013 * c;
+  };
   return build_dem(points_of({13, 9000 * proto::kTileCells + 40, 6000 * proto::kTileCells + 300}, 301, 281, height), options);
 }
 
@@ -22,7 +23,8 @@ void expect_steps(const Built& built) {
   for (const proto::LevelSummary& level : built.manifest.levels()) {
     const double step_m = level.height_step(), most_m = std::min(level.tolerance() / 8, 4.0);
     EXPECT_EQ(std::exp2(std::round(std::log2(step_m))), step_m) << "level " << level.level();
-    EXPECT_TRUE(step_m == 1.0 / 1024 ? most_m < 2.0 / 1024 : step_m <= most_m && most_m < 2 * step_m) << "level " << level.level() << ": " << step_m;
+    EXPECT_TRUE(step_m == 1.0 / 1024 ? most_m < 2.0 / 1024 : step_m <= most_m && most_m < 2 * step_m)
+        << "level " << level.level() << ": " << step_m;
     const auto steps = static_cast<std::int32_t>(std::lround(step_m * 1024));
     for (const auto& [at, tile] : built.levels.at(static_cast<int>(level.level()))) {
       for (const std::int32_t h : tile.drc.h) ASSERT_EQ(h % steps, 0) << "level " << at.z;
@@ -35,7 +37,8 @@ TEST(height_step, follows_the_target_and_the_error_is_stated_with_it) {
     const Built built = rough_ground(with_error(error_m));
     expect_steps(built);
     EXPECT_THAT(judge(built, kAllSamples), IsEmpty()) << error_m;
-    for (const proto::LevelSummary& level : built.manifest.levels()) EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
+    for (const proto::LevelSummary& level : built.manifest.levels())
+      EXPECT_LE(level.stated_max_error(), level.target()) << "level " << level.level();
   }
 }
 

@@ -12,7 +12,6 @@ using testing::IsEmpty;
 using testing::Le;
 using testing::Optional;
 
-
 /// Valid samples that no triangle covers, and void ones that one does, both farther than rim_cells from the rim.
 struct Coverage {
   int uncovered = 0, overcovered = 0, seen = 0;
@@ -54,12 +53,15 @@ TEST(hole, is_empty_and_its_rim_stays) {
   const Built built = build_dem(points_of(kCorner, 300, 220, height), with_error(5));
   EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty());
   expect_coverage(built);
-  for (const auto& [z, level] : built.levels) EXPECT_FALSE(covered(built, z, kCorner.west + 110, kCorner.north - 80)) << "level " << z;
+  for (const auto& [z, level] : built.levels)
+    EXPECT_FALSE(covered(built, z, kCorner.west + 110, kCorner.north - 80)) << "level " << z;
 }
 
 TEST(hole, over_the_corner_of_four_tiles) {
   const HeightOf ground = rough(4);
-  const auto height = [&](int c, int r) { return std::hypot(c - 226, r - 150) < 30 ? kNoData : ground(c, r); };  // centred on the corner
+  const auto height = [&](int c, int r) {
+    return std::hypot(c - 226, r - 150) < 30 ? kNoData : ground(c, r);
+  };  // centred on the corner
   const Built built = build_dem(points_of(kCorner, 400, 300, height), with_error(5));
   EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty());
   expect_coverage(built);
@@ -96,8 +98,8 @@ TEST(hole, a_picture) {
       bool seen = false;
       for (const auto& [at, tile] : finest) {
         const std::int64_t i = kCorner.west + c, j = kCorner.north - r;
-        seen = seen || (covered(tile, built.lattice, i, j) && covered(tile, built.lattice, i + 1, j) && covered(tile, built.lattice, i, j - 1) &&
-                        covered(tile, built.lattice, i + 1, j - 1));
+        seen = seen || (covered(tile, built.lattice, i, j) && covered(tile, built.lattice, i + 1, j) &&
+                        covered(tile, built.lattice, i, j - 1) && covered(tile, built.lattice, i + 1, j - 1));
       }
       EXPECT_TRUE(seen || picture(c, r) == kNoData) << "pixel " << c << " " << r;
     }

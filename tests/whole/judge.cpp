@@ -12,14 +12,18 @@ namespace {
 constexpr double kGrace_m = 0.001;       // this evaluator's trigonometry is not the builder's
 constexpr double kLooseGrace_m = 0.005;  // the builder's own grace, and quantisation of both faces
 
-std::string name(const proto::TileAddress& t) { return std::to_string(t.z) + "/" + std::to_string(t.x) + "/" + std::to_string(t.y); }
+std::string name(const proto::TileAddress& t) {
+  return std::to_string(t.z) + "/" + std::to_string(t.x) + "/" + std::to_string(t.y);
+}
 
 /// Samples of the tile's rectangle that lie inside the data's window, and `room` more around; columns near the tile's own.
 SampleWindow data_window(const Built& built, const proto::TileAddress& tile, std::int64_t room) {
   const proto::Lattice& lattice = built.lattice;
-  const std::int64_t west = lattice.west(tile), south = lattice.south(tile), side = lattice.tile_units(tile.z), circle = lattice.columns();
+  const std::int64_t west = lattice.west(tile), south = lattice.south(tile), side = lattice.tile_units(tile.z),
+                     circle = lattice.columns();
   const proto::Samples& s = built.samples;
-  SampleWindow window{west - room, std::max(south - room, s.south), west + side + room, std::min(south + side + room, s.south + s.rows - 1)};
+  SampleWindow window{west - room, std::max(south - room, s.south), west + side + room,
+                      std::min(south + side + room, s.south + s.rows - 1)};
   SampleWindow best = window;
   best.east = best.west - 1;
   int parts = 0;
@@ -46,7 +50,8 @@ bool without_holes(const Built& built, const proto::TileAddress& tile) {
 /// How many places without data are within a cell of one: counted in advance, rectangle by rectangle.
 class Voids {
  public:
-  Voids(const Built& built, std::int64_t cell) : built_(built), cell_(cell), columns_(built.samples.columns + 2 * cell), rows_(built.samples.rows + 2 * cell) {
+  Voids(const Built& built, std::int64_t cell)
+      : built_(built), cell_(cell), columns_(built.samples.columns + 2 * cell), rows_(built.samples.rows + 2 * cell) {
     if (everywhere()) return;
     sum_.assign(static_cast<std::size_t>((columns_ + 1) * (rows_ + 1)), 0);
     for (std::int64_t r = 0; r < rows_; ++r)
@@ -79,7 +84,9 @@ class Voids {
   std::vector<std::int32_t> sum_;
 };
 
-Holes holes_of(const Built& built, const proto::TileAddress& tile) { return without_holes(built, tile) ? Holes::none : Holes::allowed; }
+Holes holes_of(const Built& built, const proto::TileAddress& tile) {
+  return without_holes(built, tile) ? Holes::none : Holes::allowed;
+}
 
 /// Eastern, northern and the two diagonal neighbours to the north: with these, every pair is met once.
 std::set<proto::TileAddress> neighbours(const proto::TileAddress& t) {
@@ -99,7 +106,8 @@ DecodedSurface with_neighbours(const DecodedSurface& own, const std::vector<Deco
   for (const Point& p : own.points) mine.insert(rounded(p));
   for (const DecodedSurface& other : others) {
     for (const auto& c : other.triangles) {
-      const bool touches = std::any_of(c.begin(), c.end(), [&](std::uint32_t k) { return mine.contains(rounded(other.points[k])); });
+      const bool touches =
+          std::any_of(c.begin(), c.end(), [&](std::uint32_t k) { return mine.contains(rounded(other.points[k])); });
       if (!touches) continue;
       const auto first = static_cast<std::uint32_t>(all.points.size());
       for (const std::uint32_t k : c) all.points.push_back(other.points[k]);
@@ -130,7 +138,8 @@ struct TileErrors {
   std::uint64_t samples = 0;
 };
 
-TileErrors judge_tile(const Built& built, const Level& level, const BuiltTile& tile, std::int64_t samples_a_tile, Findings& found) {
+TileErrors judge_tile(const Built& built, const Level& level, const BuiltTile& tile, std::int64_t samples_a_tile,
+                      Findings& found) {
   const proto::TileAddress at = tile.drc.tile;
   const auto truth = [&](std::int64_t i, std::int64_t j) { return built.truth(i, j); };
   TileErrors errors;
@@ -144,12 +153,14 @@ TileErrors judge_tile(const Built& built, const Level& level, const BuiltTile& t
     errors.max_m = std::max(errors.max_m, measured.max_m);
     errors.samples += measured.samples;
     if (measured.max_m > tile.record.max_error() + kGrace_m)
-      found.push_back(name(at) + name(face) + " states " + std::to_string(tile.record.max_error()) + " m, but is " + std::to_string(measured.max_m) +
-                      " m off at (" + std::to_string(measured.worst_i) + ", " + std::to_string(measured.worst_j) + ")");
+      found.push_back(name(at) + name(face) + " states " + std::to_string(tile.record.max_error()) + " m, but is " +
+                      std::to_string(measured.max_m) + " m off at (" + std::to_string(measured.worst_i) + ", " +
+                      std::to_string(measured.worst_j) + ")");
     if (holes_of(built, at) == Holes::allowed) continue;
     const SampleWindow inside = data_window(built, at, 0);
     const Measured all = measure(with_neighbours(own, around(level, at, face)), built.lattice, at, truth, inside, stride);
-    if (all.uncovered > 0) found.push_back(name(at) + name(face) + " leaves " + std::to_string(all.uncovered) + " samples unseen");
+    if (all.uncovered > 0)
+      found.push_back(name(at) + name(face) + " leaves " + std::to_string(all.uncovered) + " samples unseen");
   }
   return errors;
 }
@@ -177,7 +188,8 @@ Findings judge_neighbours(const Built& built) {
         const auto other = level.find(beside);
         if (other == level.end()) continue;
         const bool whole = without_holes(built, at) && without_holes(built, beside);
-        if (Violation v = neighbour_violation(tile.drc, other->second.drc, whole ? Holes::none : Holes::allowed)) found.push_back(*v);
+        if (Violation v = neighbour_violation(tile.drc, other->second.drc, whole ? Holes::none : Holes::allowed))
+          found.push_back(*v);
         const BothFaces a{tile.drc, tile.glb.points}, b{other->second.drc, other->second.glb.points};
         if (Violation v = glb_neighbour_violation(a, b, step_m)) found.push_back(*v);
       }
@@ -193,7 +205,8 @@ Findings judge_plans(const Built& built) {
       const Holes holes = holes_of(built, at);
       if (Violation v = plan_violation(tile.drc, holes)) found.push_back(*v);
       if (Violation v = manifold_violation(tile.drc, holes)) found.push_back(*v);
-      if (tile.drc.triangles.size() != tile.glb.triangles.size() + lines_at_pole(built, tile.drc)) found.push_back(name(at) + ": its two faces differ in triangles");
+      if (tile.drc.triangles.size() != tile.glb.triangles.size() + lines_at_pole(built, tile.drc))
+        found.push_back(name(at) + ": its two faces differ in triangles");
       const double pole_row_deg = 1.001 * built.lattice.cell_deg() * static_cast<double>(built.lattice.cell_units(z));
       if (Violation v = space_violation(tile.glb, pole_row_deg)) found.push_back(name(at) + ": " + *v);
       for (std::size_t k = 0; k < tile.drc.u.size(); ++k) {
@@ -221,10 +234,12 @@ Findings judge_errors(const Built& built, const ErrorRules& rules) {
       stated_m = std::max(stated_m, tile.record.max_error());
       if (errors.samples == 0 && finest) found.push_back(name(at) + " shows no sample at all");
       if (built.plan.promise() && tile.record.max_error() > target_m)
-        found.push_back(name(at) + " states " + std::to_string(tile.record.max_error()) + " m, more than the target " + std::to_string(target_m));
+        found.push_back(name(at) + " states " + std::to_string(tile.record.max_error()) + " m, more than the target " +
+                        std::to_string(target_m));
     }
     if (rules.slack > 0 && finest && stated_m > rules.slack * max_m + kLooseGrace_m)
-      found.push_back("level " + std::to_string(z) + " states " + std::to_string(stated_m) + " m, but is only " + std::to_string(max_m) + " m off");
+      found.push_back("level " + std::to_string(z) + " states " + std::to_string(stated_m) + " m, but is only " +
+                      std::to_string(max_m) + " m off");
   }
   return found;
 }
@@ -247,7 +262,8 @@ Findings judge_cover(const Built& built) {
 
 Findings judge(const Built& built, const ErrorRules& rules) {
   Findings found = judge_plans(built);
-  for (const Findings& more : {judge_neighbours(built), judge_errors(built, rules), judge_cover(built)}) found.insert(found.end(), more.begin(), more.end());
+  for (const Findings& more : {judge_neighbours(built), judge_errors(built, rules), judge_cover(built)})
+    found.insert(found.end(), more.begin(), more.end());
   for (const auto& [z, level] : built.levels)
     if (level.empty()) found.push_back("level " + std::to_string(z) + " has no tile");
   return found;

@@ -10,7 +10,6 @@ namespace {
 
 using testing::IsEmpty;
 
-
 /// Triangles of the finest grid between valid samples.
 double grid_triangles(const Built& built) {
   double count = 0;
@@ -30,7 +29,8 @@ TEST(keep, gives_the_shares_asked_for) {
   double wanted = 1;
   for (const auto& [z, share] : {std::pair{13, 0.5}, {12, 0.25}, {11, 0.1}, {10, 0.04}}) {
     wanted = share * grid;
-    EXPECT_NEAR(static_cast<double>(built.triangles(z)) / wanted, 1, 0.1) << "level " << z << ": " << built.triangles(z) << " of " << wanted;
+    EXPECT_NEAR(static_cast<double>(built.triangles(z)) / wanted, 1, 0.1)
+        << "level " << z << ": " << built.triangles(z) << " of " << wanted;
   }
 }
 
@@ -44,8 +44,8 @@ TEST(keep, works_with_holes) {
   EXPECT_NEAR(static_cast<double>(built.triangles(13)) / (0.3 * grid_triangles(built)), 1, 0.1);
 }
 
-/// Vertices a cell of length on the tile's border, over the same inside: a straight line of length L through n vertices spread evenly
-/// over an area A passes L * sqrt(n / A) of them.
+/// Vertices a cell of length on the tile's border, over the same inside: a straight line of length L through n vertices spread
+/// evenly over an area A passes L * sqrt(n / A) of them.
 double border_density(const Built& built, int level) {
   double border = 0, border_length = 0, inside = 0, area = 0;
   for (const auto& [at, tile] : built.levels.at(level)) {
@@ -62,9 +62,11 @@ double border_density(const Built& built, int level) {
 
 TEST(keep, borders_are_no_denser_than_the_inside) {
   // 4 x 4 tiles, filled to their sides: the level above has 2 x 2, the next 1.
-  const Built built = build_dem(points_of({13, 9000 * kTile, 6000 * kTile}, 4 * kTile + 1, 4 * kTile + 1, rough(60)), plain_options());
+  const Built built =
+      build_dem(points_of({13, 9000 * kTile, 6000 * kTile}, 4 * kTile + 1, 4 * kTile + 1, rough(60)), plain_options());
   for (const int z : {13, 12, 11}) EXPECT_LE(border_density(built, z), 1.5) << "level " << z;
-  const Built promised = build_dem(points_of({13, 9000 * kTile, 6000 * kTile}, 4 * kTile + 1, 4 * kTile + 1, rough(60)), with_error(8));
+  const Built promised =
+      build_dem(points_of({13, 9000 * kTile, 6000 * kTile}, 4 * kTile + 1, 4 * kTile + 1, rough(60)), with_error(8));
   for (const int z : {13, 12, 11}) EXPECT_LE(border_density(promised, z), 1.5) << "level " << z;
 }
 

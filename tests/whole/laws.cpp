@@ -224,7 +224,8 @@ Violation space_violation(const DecodedSurface& surface, double pole_row_deg) {
     }
     if (at_pole > 1) return "a triangle has two corners at a pole";
     if (in_pole_row == 3) continue;
-    const Point a{p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]}, b{p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
+    const Point a{p[1][0] - p[0][0], p[1][1] - p[0][1], p[1][2] - p[0][2]},
+        b{p[2][0] - p[0][0], p[2][1] - p[0][1], p[2][2] - p[0][2]};
     const Point n{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
     bool front = true;
     for (const Point& corner : p) {
@@ -288,7 +289,8 @@ Violation glb_neighbour_violation(const BothFaces& a, const BothFaces& b, double
     if (in_a.empty()) return "vertex " + words(place) + " is not in the .glb of " + name(t);
     if (in_b.empty()) return "vertex " + words(place) + " is not in the .glb of " + name(b.drc);
     const auto in_both = [&](const Point& p) { return std::find(in_b.begin(), in_b.end(), p) != in_b.end(); };
-    if (std::none_of(in_a.begin(), in_a.end(), in_both)) return "vertex " + words(place) + ": the .glb files of " + name(t) + " and " + name(b.drc) + " differ";
+    if (std::none_of(in_a.begin(), in_a.end(), in_both))
+      return "vertex " + words(place) + ": the .glb files of " + name(t) + " and " + name(b.drc) + " differ";
   }
   return std::nullopt;
 }

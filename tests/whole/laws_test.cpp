@@ -142,7 +142,7 @@ TEST(laws, cover) {
   EXPECT_EQ(cover_violation(t, {0, 0, 64, 64, [](std::int64_t u, std::int64_t v) { return u == 20 && v == 30; }}), std::nullopt);
   EXPECT_NE(cover_violation(t, {0, 0, 64, 64, [](std::int64_t u, std::int64_t v) { return u == 30 && v == 20; }}), std::nullopt);
   DecodedTile slit = grid({3, 5, 2});
-  slit.u[6] += 1;  // a triangle's corner steps aside
+  slit.u[6] += 1;                                // a triangle's corner steps aside
   slit.triangles.erase(slit.triangles.begin());  // (0, 0), (16, 0), (17, 16)
   EXPECT_NE(cover_violation(slit, all), std::nullopt);
 }

@@ -31,7 +31,8 @@ Measured at_centres(const Built& built, const HeightOf& ground) {
   double squares = 0;
   for (const auto& [at, tile] : built.finest()) {
     const std::int64_t first_i = half.west(at), first_j = half.south(at), units = half.tile_units(at.z);
-    const SampleWindow window{first_i + ((first_i ^ west) & 1), first_j + ((first_j ^ north) & 1), first_i + units - 1, first_j + units - 1};
+    const SampleWindow window{first_i + ((first_i ^ west) & 1), first_j + ((first_j ^ north) & 1), first_i + units - 1,
+                              first_j + units - 1};
     const Measured here = measure(surface_of(tile.drc), half, at, truth, window, 2);
     all.max_m = std::max(all.max_m, here.max_m);
     squares += here.rmse_m * here.rmse_m * static_cast<double>(here.samples);
@@ -99,11 +100,13 @@ TEST_P(AtPixels, the_target_is_kept_on_mountains) {
 HeightOf town() {
   constexpr int kPixels = 300, kHouses = 220;
   std::vector<double> height_m(kPixels * kPixels);
-  for (int k = 0; k < kPixels * kPixels; ++k) height_m[static_cast<std::size_t>(k)] = 100 + 6 * std::sin(k % kPixels / 60.0) * std::cos(k / kPixels / 45.0);
+  for (int k = 0; k < kPixels * kPixels; ++k)
+    height_m[static_cast<std::size_t>(k)] = 100 + 6 * std::sin(k % kPixels / 60.0) * std::cos(k / kPixels / 45.0);
   std::mt19937 random(9);
   const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
   for (int house = 0; house < kHouses; ++house) {
-    const int west = below(kPixels - 18), north = below(kPixels - 18), east = west + 4 + below(14), south = north + 4 + below(14), roof = 111 + below(11);
+    const int west = below(kPixels - 18), north = below(kPixels - 18), east = west + 4 + below(14), south = north + 4 + below(14),
+              roof = 111 + below(11);
     for (int r = north; r < south; ++r)
       for (int c = west; c < east; ++c) height_m[static_cast<std::size_t>(r * kPixels + c)] = roof + 0.05 * below(100) / 100;
   }
@@ -123,10 +126,12 @@ TEST(AtPixelsOfATown, the_target_is_kept_beside_sides_of_tiles) {
   EXPECT_LE(stated.max(), 1.01 * pipeline::level_plan(built.plan, built.lattice.finest_level).target());
 }
 
-// A void with a height is a wall beside the ground. Samples that met pixels on both sides of it went kilometres over and below both.
+// A void with a height is a wall beside the ground. Samples that met pixels on both sides of it went kilometres over and below
+// both.
 TEST(AtPixelsOfPaintedVoids, samples_stay_between_the_ground_and_the_height) {
   const HeightOf ground = rough(5);
-  Dem dem = cells_of(kCorner, 120, 120, [=](int c, int r) { return std::hypot(c - 60, r - 60) < 30 ? kNoData : 3000 + ground(c, r); });
+  Dem dem =
+      cells_of(kCorner, 120, 120, [=](int c, int r) { return std::hypot(c - 60, r - 60) < 30 ? kNoData : 3000 + ground(c, r); });
   dem.level.reset();
   proto::BuildOptions options = with_error(20);
   options.set_voids("0");

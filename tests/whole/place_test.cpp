@@ -17,13 +17,13 @@ using testing::IsEmpty;
 using testing::Le;
 using testing::Optional;
 
-
 class Rough : public testing::TestWithParam<int> {};
 TEST_P(Rough, obeys_the_laws) {
   const int seed = GetParam();
   const Corner corner{11 + seed % 3, 2000 * kTile + 37 * seed, 1100 * kTile + 91 * seed};
   const double error = std::ldexp(1.0, seed % 5);
-  const Built built = build_dem(points_of(corner, 500 - 13 * seed, 300 + 17 * seed, rough(static_cast<std::uint32_t>(seed))), with_error(error));
+  const Built built =
+      build_dem(points_of(corner, 500 - 13 * seed, 300 + 17 * seed, rough(static_cast<std::uint32_t>(seed))), with_error(error));
   EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty());
 }
 INSTANTIATE_TEST_SUITE_P(place, Rough, testing::Range(1, 7));
@@ -48,7 +48,9 @@ TEST_P(Pole, is_one_point) {
   dem.columns = dem.rows = 120;
   dem.geotransform = {-30000, 500, 0, 30000, 0, -500};
   dem.crs = GetParam();
-  dem.height = [](int c, int r) { return 2000 + 300 * std::cos(0.1 * c) * std::sin(0.13 * r) - 0.2 * std::hypot(c - 59.5, r - 59.5); };
+  dem.height = [](int c, int r) {
+    return 2000 + 300 * std::cos(0.1 * c) * std::sin(0.13 * r) - 0.2 * std::hypot(c - 59.5, r - 59.5);
+  };
   proto::BuildOptions options = with_error(20);
   options.set_max_level(6);
   const Built built = build_dem(dem, options);
@@ -73,13 +75,18 @@ Dem cap(const std::string& crs) {
   dem.geotransform = {-1200000, 20000, 0, 1200000, 0, -20000};
   dem.crs = crs;
   const HeightOf noise = rough(5);
-  dem.height = [noise](int c, int r) { return 1500 + 1500 * std::sin(0.07 * c + 0.02 * r) * std::cos(0.06 * r - 0.01 * c) + 0.1 * noise(c, r); };
+  dem.height = [noise](int c, int r) {
+    return 1500 + 1500 * std::sin(0.07 * c + 0.02 * r) * std::cos(0.06 * r - 0.01 * c) + 0.1 * noise(c, r);
+  };
   return dem;
 }
-TEST_P(Pole, nothing_is_upside_down_on_a_cap) { EXPECT_THAT(judge(build_dem(cap(GetParam()), with_error(60)), {20000, 0}), IsEmpty()); }
+TEST_P(Pole, nothing_is_upside_down_on_a_cap) {
+  EXPECT_THAT(judge(build_dem(cap(GetParam()), with_error(60)), {20000, 0}), IsEmpty());
+}
 
 TEST_P(Pole, nothing_is_upside_down_where_each_pixel_is_another) {
-  // 72 km across, 2 km a pixel: columns of the lattice are up to 160 times as close as its rows, and vertices at any of them would make needles.
+  // 72 km across, 2 km a pixel: columns of the lattice are up to 160 times as close as its rows, and vertices at any of them
+  // would make needles.
   Dem dem;
   dem.columns = dem.rows = 36;
   dem.geotransform = {-36000, 2000, 0, 36000, 0, -2000};
@@ -133,8 +140,13 @@ TEST(place, rotated_in_utm) {
   EXPECT_THAT(judge(built, {70000, 1.25}), IsEmpty());
   // 500 km east in zone 33 is 15 degrees east; a place well inside, and one in the corner that turning left empty.
   const double metres_a_degree = 111000;
-  const auto column = [&](double east_m) { return std::llround((180 + 15 + east_m / (metres_a_degree * std::cos(40.65 * std::numbers::pi / 180))) / built.lattice.cell_deg()); };
-  const auto row = [&](double north_m) { return std::llround((90 + 40.650) / built.lattice.cell_deg() + north_m / metres_a_degree / built.lattice.cell_deg()); };
+  const auto column = [&](double east_m) {
+    return std::llround((180 + 15 + east_m / (metres_a_degree * std::cos(40.65 * std::numbers::pi / 180))) /
+                        built.lattice.cell_deg());
+  };
+  const auto row = [&](double north_m) {
+    return std::llround((90 + 40.650) / built.lattice.cell_deg() + north_m / metres_a_degree / built.lattice.cell_deg());
+  };
   EXPECT_TRUE(covered(built, built.lattice.finest_level, column(3600), row(-600)));
   EXPECT_FALSE(covered(built, built.lattice.finest_level, column(300), row(1800)));
 }

@@ -27,7 +27,8 @@ std::vector<std::string> files() {
 
 /// The finest level at which the window holds no more than kMostSamples. coarser: than the raster's own.
 void bound_samples(const std::string& path, proto::BuildOptions& options, bool& coarser) {
-  const auto source = raster::open_source(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, options);
+  const auto source =
+      raster::open_source(path, std::filesystem::path(path).filename().string(), raster::Trust::operator_file, options);
   ASSERT_TRUE(source.ok()) << source.problem().line();
   const auto plan = pipeline::make_plan(**source, options);
   ASSERT_TRUE(plan.ok()) << plan.problem().line();
@@ -58,13 +59,15 @@ TEST_P(RealDem, obeys_the_laws_and_keeps_its_target_at_its_own_pixels) {
 
 INSTANTIATE_TEST_SUITE_P(whole, RealDem, testing::ValuesIn(files()), [](const auto& param) {
   std::string name = param.param.empty() ? "absent" : param.param;
-  std::replace_if(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
   return name;
 });
 
 TEST(real_dem, the_los_angeles_pair_agrees) {
   const std::string geoid = real_dems() + "/geoid/egm_08_los_angeles.tif";
-  if (real_dems().empty() || !std::filesystem::exists(geoid)) GTEST_SKIP() << "no Los Angeles pair: set CORDILLERA_TEST_DATA to a folder that has it";
+  if (real_dems().empty() || !std::filesystem::exists(geoid))
+    GTEST_SKIP() << "no Los Angeles pair: set CORDILLERA_TEST_DATA to a folder that has it";
   proto::BuildOptions orthometric = with_error(1), ellipsoidal = with_error(1);
   orthometric.set_vertical_datum(geoid);
   const Built a = build_file(real_dems() + "/glo30_los_angeles_egm2008.tif", orthometric);
@@ -78,7 +81,8 @@ TEST(real_dem, the_los_angeles_pair_agrees) {
   // And as decoded: the surface of one, against the samples of the other.
   EXPECT_THAT(judge(a, {8000, 0}), IsEmpty());
   for (const auto& [at, tile] : b.finest()) {
-    const Measured measured = measure(surface_of(tile.drc), b.lattice, at, [&](std::int64_t i, std::int64_t j) { return a.truth(i, j); }, 3);
+    const Measured measured = measure(
+        surface_of(tile.drc), b.lattice, at, [&](std::int64_t i, std::int64_t j) { return a.truth(i, j); }, 3);
     EXPECT_GT(measured.samples, 0u);
     EXPECT_LE(measured.max_m, tile.record.max_error() + 0.1);
   }

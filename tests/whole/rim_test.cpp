@@ -12,8 +12,9 @@ using testing::IsEmpty;
 
 constexpr std::int64_t kBlock = 16 * proto::kTileCells;  // of a raster that is larger than one block
 
-/// A hill with a rim of many bays, and before it pillars of single samples, which no triangle stands on: as the bays close on the way up,
-/// triangles come to lie over pillars. Around the corner of four blocks, which is the pixel (2500, 1700); nothing else has data.
+/// A hill with a rim of many bays, and before it pillars of single samples, which no triangle stands on: as the bays close on the
+/// way up, triangles come to lie over pillars. Around the corner of four blocks, which is the pixel (2500, 1700); nothing else
+/// has data.
 HeightOf bays_and_pillars() {
   const HeightOf ground = rough(31);
   return [=](int c, int r) {

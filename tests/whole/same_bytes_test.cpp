@@ -11,12 +11,11 @@
 namespace cordillera::whole {
 namespace {
 
-
 class SameBytes : public testing::Test {
  protected:
   SameBytes() {
-    // Two patches so far from each other that a block does not hold both, with holes in them; each in a corner of its block, which
-    // keeps the blocks small. Nothing is stored between.
+    // Two patches so far from each other that a block does not hold both, with holes in them; each in a corner of its block,
+    // which keeps the blocks small. Nothing is stored between.
     constexpr int kAcross = 4096 + 400;
     const HeightOf ground = rough(70), gaps = rough(71);
     const auto height = [&](int c, int r) {
@@ -43,7 +42,8 @@ class SameBytes : public testing::Test {
     request_.store_path = folder_.path(name);
     std::atomic<bool> stop = false;
     int calls = 0;
-    const auto built = pipeline::build(request_, [&](const proto::Progress&) { stop = stop || ++calls >= after; }, stop);
+    const auto built = pipeline::build(
+        request_, [&](const proto::Progress&) { stop = stop || ++calls >= after; }, stop);
     if (built.ok()) return false;
     EXPECT_EQ(built.problem().type, "cancelled");
     return true;

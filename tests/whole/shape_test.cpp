@@ -9,9 +9,8 @@ namespace cordillera::whole {
 namespace {
 
 using testing::IsEmpty;
-using testing::Optional;
 using testing::Le;
-
+using testing::Optional;
 
 /// A corner of tile (x, y) of a level, y from the south, in lattice vertices: its north-western one.
 Corner north_west_of(const proto::TileAddress& t) { return {t.z, t.x * kTile, (t.y + 1) * kTile}; }
@@ -19,7 +18,8 @@ Corner north_west_of(const proto::TileAddress& t) { return {t.z, t.x * kTile, (t
 TEST(shape, a_plane_is_two_triangles_a_tile) {
   // 2 x 2 tiles of 1.2 km: chords sag 3 cm over a tile's side, 6 cm over its diagonal.
   const auto tilted = [](int c, int r) { return 500 + 0.25 * c - 0.5 * r; };
-  const Built built = build_dem(points_of(north_west_of({14, 17000, 12000}), 2 * kTile + 1, 2 * kTile + 1, tilted), with_error(1));
+  const Built built =
+      build_dem(points_of(north_west_of({14, 17000, 12000}), 2 * kTile + 1, 2 * kTile + 1, tilted), with_error(1));
   ASSERT_EQ(built.lattice.finest_level, 14);
   EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
   ASSERT_EQ(built.finest().size(), 4u);
@@ -57,7 +57,8 @@ TEST(shape, a_step_stays_where_it_is) {
 
 TEST(shape, a_spike_is_kept_until_the_target_passes_it) {
   const Corner corner = north_west_of({13, 9000, 6000});
-  const Built built = build_dem(points_of(corner, 257, 257, [](int c, int r) { return c == 90 && r == 41 ? 500.0 : 20.0; }), with_error(1));
+  const Built built =
+      build_dem(points_of(corner, 257, 257, [](int c, int r) { return c == 90 && r == 41 ? 500.0 : 20.0; }), with_error(1));
   // What it is off beside the needles of the spike is known to some centimetres only: they are as steep as 1000 to 1.
   EXPECT_THAT(judge(built, {kAllSamples.samples_a_tile, 1.5}), IsEmpty());
   EXPECT_THAT(error_at(built, 13, corner.west + 90, corner.north - 41, 500), Optional(Le(1.0)));
@@ -73,7 +74,8 @@ TEST(shape, a_sea_follows_the_geoid) {
   const Built built = build_dem(dem, options);
   EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
   // The geoid's height at 0.466744 S 0.0023 E, from NGA's own test points for EGM96.
-  const std::int64_t i = std::llround((180 + 0.0023) / built.lattice.cell_deg()), j = std::llround((90 - 0.466744) / built.lattice.cell_deg());
+  const std::int64_t i = std::llround((180 + 0.0023) / built.lattice.cell_deg()),
+                     j = std::llround((90 - 0.466744) / built.lattice.cell_deg());
   EXPECT_THAT(error_at(built, 7, i, j, 17.329), Optional(Le(0.15)));
 }
 
@@ -95,14 +97,16 @@ TEST(shape, one_tile_exactly) {
 }
 
 TEST(shape, one_pixel) {
-  const Built built = build_dem(cells_of({12, 4000 * kTile + 7, 2900 * kTile + 9}, 1, 1, [](int, int) { return 321.0; }), with_error(1));
+  const Built built =
+      build_dem(cells_of({12, 4000 * kTile + 7, 2900 * kTile + 9}, 1, 1, [](int, int) { return 321.0; }), with_error(1));
   EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
   EXPECT_EQ(built.triangles(12), 2u);
   EXPECT_THAT(error_at(built, 12, 4000 * kTile + 7, 2900 * kTile + 9, 321), Optional(Le(0.01)));
 }
 
 TEST(shape, two_pixels) {
-  const Built built = build_dem(cells_of({12, 4000 * kTile + 7, 2900 * kTile + 9}, 2, 1, [](int c, int) { return 100.0 + 10 * c; }), with_error(1));
+  const Built built = build_dem(
+      cells_of({12, 4000 * kTile + 7, 2900 * kTile + 9}, 2, 1, [](int c, int) { return 100.0 + 10 * c; }), with_error(1));
   EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
   EXPECT_EQ(built.manifest.source().error_at_pixels().pixels(), 2);
   EXPECT_LE(built.manifest.source().error_at_pixels().max(), 1.01);

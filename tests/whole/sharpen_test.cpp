@@ -1,4 +1,5 @@
-// Provisional tiles and final ones of done blocks in one dataset: each is what its own build made, and nothing is missing between them.
+// Provisional tiles and final ones of done blocks in one dataset: each is what its own build made, and nothing is missing between
+// them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -93,7 +94,8 @@ class Sharpen : public testing::Test {
           with_data += final.record(tile.child(c)) ? 1 : 0;
           there += below.contains(tile.child(c)) ? 1 : 0;
         }
-        EXPECT_TRUE(there == 0 || there >= with_data) << "of " << z << "/" << tile.x << "/" << tile.y << " there are " << there << " of " << with_data;
+        EXPECT_TRUE(there == 0 || there >= with_data)
+            << "of " << z << "/" << tile.x << "/" << tile.y << " there are " << there << " of " << with_data;
       }
     }
   }
@@ -108,7 +110,8 @@ TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
   ASSERT_TRUE(blocks_.ended);
   ASSERT_GE(blocks_.done.size(), 6u);
   ASSERT_TRUE(pipeline::can_show_blocks(blocks_.plan, opened("provisional")->manifest()));
-  const std::vector<pipeline::FinishedTask> first(blocks_.done.begin(), blocks_.done.begin() + 3), second(blocks_.done.begin() + 3, blocks_.done.begin() + 5);
+  const std::vector<pipeline::FinishedTask> first(blocks_.done.begin(), blocks_.done.begin() + 3),
+      second(blocks_.done.begin() + 3, blocks_.done.begin() + 5);
   put(first, "provisional", "a");
   put(second, "a", "b");
   const auto final = opened("final"), before = opened("provisional"), now = opened("b");
@@ -120,7 +123,8 @@ TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
   };
   EXPECT_TRUE(now->manifest().provisional());
   EXPECT_EQ(now->manifest().max_level(), 13u);
-  for (int k = 0; k < 4; ++k) EXPECT_EQ(now->manifest().bounds(k), before->manifest().bounds(k)) << "those of the whole, not of what is done";
+  for (int k = 0; k < 4; ++k)
+    EXPECT_EQ(now->manifest().bounds(k), before->manifest().bounds(k)) << "those of the whole, not of what is done";
   EXPECT_LE(now->manifest().bounds(4), before->manifest().bounds(4));
   EXPECT_GE(now->manifest().bounds(5), before->manifest().bounds(5));
   std::size_t final_tiles = 0, provisional_tiles = 0;
@@ -160,8 +164,10 @@ TEST_F(Sharpen, heights_come_from_the_finest_level_that_is_there) {
     for (int l = 1; l < 40; ++l) {
       const double longitude = b[0] + (b[2] - b[0]) * k / 40.0 + 1e-7, latitude = b[1] + (b[3] - b[1]) * l / 40.0 + 1e-7;
       const double per_deg = proto::tiles_up(block_level) / 180.0;
-      const TileAddress node{block_level, static_cast<std::int32_t>((longitude + 180) * per_deg), static_cast<std::int32_t>((latitude + 90) * per_deg)};
-      const bool done = std::any_of(blocks_.done.begin(), blocks_.done.begin() + 3, [&](const auto& task) { return task.node == node; });
+      const TileAddress node{block_level, static_cast<std::int32_t>((longitude + 180) * per_deg),
+                             static_cast<std::int32_t>((latitude + 90) * per_deg)};
+      const bool done =
+          std::any_of(blocks_.done.begin(), blocks_.done.begin() + 3, [&](const auto& task) { return task.node == node; });
       const auto expected = done ? final.height_m(13, longitude, latitude) : before.height_m(11, longitude, latitude);
       const auto height = now.height_m(13, longitude, latitude);
       ASSERT_TRUE(expected && height) << longitude << " " << latitude;
@@ -224,14 +230,17 @@ TEST_F(Sharpen, a_lazy_build_makes_the_blocks_that_are_looked_at) {
   ASSERT_EQ(later.done.size(), 1u);
   EXPECT_EQ(later.done[0].node, all[2].node);
   ASSERT_EQ(later.done[0].tiles.size(), all[2].tiles.size());
-  const auto less = [](const pipeline::EncodedTile& a, const pipeline::EncodedTile& b) { return std::tuple(a.record.level(), a.record.y(), a.record.x()) < std::tuple(b.record.level(), b.record.y(), b.record.x()); };
+  const auto less = [](const pipeline::EncodedTile& a, const pipeline::EncodedTile& b) {
+    return std::tuple(a.record.level(), a.record.y(), a.record.x()) < std::tuple(b.record.level(), b.record.y(), b.record.x());
+  };
   std::vector<pipeline::EncodedTile> expected = all[2].tiles, read = later.done[0].tiles;
   std::sort(expected.begin(), expected.end(), less);
   std::sort(read.begin(), read.end(), less);
   for (std::size_t k = 0; k < read.size(); ++k) EXPECT_EQ(read[k].drc, expected[k].drc);
   Lazy rest;
   for (const pipeline::FinishedTask& block : all) rest.looked.push_back(block.node);
-  for (const TileAddress& node : pipeline::touched_tiles(blocks_.plan, static_cast<int>(blocks_.plan.block_level()))) rest.looked.push_back(node);
+  for (const TileAddress& node : pipeline::touched_tiles(blocks_.plan, static_cast<int>(blocks_.plan.block_level())))
+    rest.looked.push_back(node);
   std::string ended = "paused";  // after a turn, which a slow machine does not do all of them in
   while (ended == "paused") ended = build(rest);
   EXPECT_EQ(ended, "ready");
@@ -239,7 +248,8 @@ TEST_F(Sharpen, a_lazy_build_makes_the_blocks_that_are_looked_at) {
   for (int z = 0; z <= 13; ++z) {
     const auto tiles = tiles_of(*at_once, z);
     EXPECT_EQ(tiles_of(*by_and_by, z), tiles);
-    for (const TileAddress& tile : tiles) EXPECT_EQ(by_and_by->tile(tile, Encoding::drc)->etag, at_once->tile(tile, Encoding::drc)->etag);
+    for (const TileAddress& tile : tiles)
+      EXPECT_EQ(by_and_by->tile(tile, Encoding::drc)->etag, at_once->tile(tile, Encoding::drc)->etag);
   }
 }
 

@@ -1,4 +1,5 @@
-// The published algorithm in the place of the waves: the laws hold and errors are stated as truly, in holes and above the blocks, too.
+// The published algorithm in the place of the waves: the laws hold and errors are stated as truly, in holes and above the blocks,
+// too.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -12,7 +13,6 @@ namespace {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
-
 
 /// Three by two tiles, with ragged holes in a part of them and one over the corner of four.
 Dem with_holes() {
@@ -36,7 +36,8 @@ TEST_P(Strategy, obeys_every_law_and_keeps_its_promise) {
   const Built built = build_dem(with_holes(), with_strategy(GetParam(), 10));
   EXPECT_THAT(judge(built, {20000, 1.25}), IsEmpty());
   EXPECT_EQ(built.manifest.options().strategy(), GetParam());
-  for (const auto& [z, level] : built.levels) EXPECT_FALSE(covered(built, z, 9001 * kTile, 6000 * kTile)) << "the hole of level " << z;
+  for (const auto& [z, level] : built.levels)
+    EXPECT_FALSE(covered(built, z, 9001 * kTile, 6000 * kTile)) << "the hole of level " << z;
   EXPECT_LT(built.triangles(13), 400u * 300 * 2 / 4);
 }
 

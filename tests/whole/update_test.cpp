@@ -1,4 +1,5 @@
-// A dataset whose rasters change: each version is, tile by tile, what a build of its rasters from nothing gives, and costs what was touched.
+// A dataset whose rasters change: each version is, tile by tile, what a build of its rasters from nothing gives, and costs what
+// was touched.
 #include <gmock/gmock.h>
 
 #include <atomic>
@@ -68,7 +69,9 @@ class Update : public testing::Test {
     const auto plan = work::plan_work(request_of(names), stop_, {nullptr, kBlock * kBlock, 0});
     EXPECT_TRUE(plan.ok()) << plan.problem().line();
     for (const proto::WorkStage& stage : plan->stages()) {
-      EXPECT_TRUE(work::do_tasks(*plan, stage, work::part_of(stage, 0, 1), {folder, {"cpu"}, 2}, [](auto&&...) {}, stop_).ok());
+      EXPECT_TRUE(work::do_tasks(
+                      *plan, stage, work::part_of(stage, 0, 1), {folder, {"cpu"}, 2}, [](auto&&...) {}, stop_)
+                      .ok());
     }
     const auto published = work::publish(*plan, folder, store, [](work::Progress) {});
     EXPECT_TRUE(published.ok()) << published.problem().line();
@@ -104,12 +107,14 @@ TEST_F(Update, each_version_is_sound) {
   EXPECT_EQ(found("second.sqlite"), "");
 }
 
-// Whether samples are moved to meet pixels is a number of the plan: blocks that see the finer raster, and those that do not, share sides.
+// Whether samples are moved to meet pixels is a number of the plan: blocks that see the finer raster, and those that do not,
+// share sides.
 TEST_F(Update, a_finer_raster_goes_in_at_the_numbers_that_there_are) {
   Dem aside = points_of({kLevel, 4096 * kTile + 20, 3000 * kTile + 20}, 3 * 512 - 40, 3 * 512 - 40, rough(70));
   aside.geotransform[0] += 0.4 * aside.geotransform[1], aside.geotransform[3] += 0.3 * aside.geotransform[5];
   write(aside, folder_.path("aside.tif"));
-  write(points_of({kLevel + 2, 4 * (4096 * kTile + 530), 4 * (3000 * kTile + 540)}, 240, 240, rough(71)), folder_.path("fine.tif"));
+  write(points_of({kLevel + 2, 4 * (4096 * kTile + 530), 4 * (3000 * kTile + 540)}, 240, 240, rough(71)),
+        folder_.path("fine.tif"));
   make("1.sqlite", {"aside.tif"});
   const auto finer = next("2.sqlite", {"fine.tif", "aside.tif"}, "1.sqlite");
   ASSERT_TRUE(finer.ok()) << finer.problem().line();

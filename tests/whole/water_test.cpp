@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "pipeline/build/build.h"
-#include "pipeline/faces/face.h"
 #include "pipeline/encode/json.h"
+#include "pipeline/faces/face.h"
 #include "pipeline/store/water_mask.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"
 #include "tests/whole/dem.h"
@@ -48,7 +48,8 @@ class Water : public ::testing::Test {
     const auto built = pipeline::build(request, nullptr, stop);
     ASSERT_TRUE(built.ok()) << built.problem().detail;
     manifest_ = *built;
-    terrain_ = std::make_unique<pipeline::faces::Terrain>(std::shared_ptr(pipeline::StoreReader::open(request.store_path).value()));
+    terrain_ =
+        std::make_unique<pipeline::faces::Terrain>(std::shared_ptr(pipeline::StoreReader::open(request.store_path).value()));
   }
   std::optional<std::string> fetch(const std::string& path) {
     const auto found = pipeline::faces::find(path);
@@ -104,7 +105,8 @@ TEST_F(Water, IsWhereTheRasterIsExactlySoHigh) {
 TEST_F(Water, IsWhereAMaskInAnotherProjectionSaysSo) {
   // A mask of 60 m on the map, a pixel of the elevation model being 150 m.
   const proto::Lattice lattice{proto::Scheme::geodetic, kLevel};
-  const double west_deg = lattice.longitude_deg(kShore.west), north_deg = lattice.latitude_deg(kShore.north), cell_deg = lattice.cell_deg();
+  const double west_deg = lattice.longitude_deg(kShore.west), north_deg = lattice.latitude_deg(kShore.north),
+               cell_deg = lattice.cell_deg();
   constexpr double kRadius = 6378137, kPixel_m = 60;
   const auto map_y = [](double deg) { return kRadius * std::asinh(std::tan(deg * 3.14159265358979323846 / 180)); };
   const double west_m = kRadius * west_deg * 3.14159265358979323846 / 180, north_m = map_y(north_deg);
@@ -116,7 +118,8 @@ TEST_F(Water, IsWhereAMaskInAnotherProjectionSaysSo) {
   dem.height = [&](int c, int r) {
     const double x = (west_m + (c - 4.5) * kPixel_m) / kRadius * 180 / 3.14159265358979323846;
     const double y = std::atan(std::sinh((north_m - (r - 4.5) * kPixel_m) / kRadius)) * 180 / 3.14159265358979323846;
-    const int column = static_cast<int>(std::floor((x - west_deg) / cell_deg)), row = static_cast<int>(std::floor((north_deg - y) / cell_deg));
+    const int column = static_cast<int>(std::floor((x - west_deg) / cell_deg)),
+              row = static_cast<int>(std::floor((north_deg - y) / cell_deg));
     return column >= 0 && row >= 0 && column < kColumns && row < kRows && sea(column, row) ? 7.0 : 0.0;
   };
   write(dem, folder_.path("mask.tif"));
@@ -150,15 +153,18 @@ TEST_F(Water, OfAParentIsTheMeanOfItsChildren) {
   build(options);
   std::size_t between = 0;
   for (int z = kLevel - 1; z >= 5; --z) {
-    for (const pipeline::TileExtent& node : terrain_->store().extents(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
+    for (const pipeline::TileExtent& node :
+         terrain_->store().extents(z, 0, 0, proto::tiles_across(z) - 1, proto::tiles_up(z) - 1)) {
       const WaterPixels parent = pipeline::unpack_water(terrain_->store().water(node.tile));
       for (int c = 0; c < 4 && !parent.empty(); ++c) {
         const WaterPixels child = pipeline::unpack_water(terrain_->store().water(node.tile.child(c)));
         for (int row = 0; row < 128; ++row) {
           for (int column = 0; column < 128; ++column) {
             int sum = 0;
-            for (int k = 0; k < 4 && !child.empty(); ++k) sum += child[static_cast<std::size_t>((2 * row + k / 2) * kWaterSide + 2 * column + k % 2)];
-            const int at = parent[static_cast<std::size_t>((row + (c < 2 ? 128 : 0)) * kWaterSide + column + (c % 2 != 0 ? 128 : 0))];
+            for (int k = 0; k < 4 && !child.empty(); ++k)
+              sum += child[static_cast<std::size_t>((2 * row + k / 2) * kWaterSide + 2 * column + k % 2)];
+            const int at =
+                parent[static_cast<std::size_t>((row + (c < 2 ? 128 : 0)) * kWaterSide + column + (c % 2 != 0 ? 128 : 0))];
             ASSERT_EQ(at, (sum + 2) / 4);
             between += at > 0 && at < 255 ? 1 : 0;
           }
@@ -178,7 +184,9 @@ TEST_F(Water, InWebMercatorIsTheSameWater) {
   const double middle_deg = proto::Lattice{proto::Scheme::geodetic, kLevel}.latitude_deg(kShore.north - kRows / 2);
   const double map = (1 + std::asinh(std::tan(middle_deg * 3.14159265358979323846 / 180)) / 3.14159265358979323846) / 2 * 1024;
   const auto y = static_cast<int>(map);
-  const auto parallel = [](int row) { return std::atan(std::sinh(3.14159265358979323846 * (row / 512.0 - 1))) * 180 / 3.14159265358979323846; };
+  const auto parallel = [](int row) {
+    return std::atan(std::sinh(3.14159265358979323846 * (row / 512.0 - 1))) * 180 / 3.14159265358979323846;
+  };
   const WaterPixels pixels = mask("web-mercator/terrain/10/521/" + std::to_string(y) + ".terrain");
   ASSERT_EQ(pixels.size(), 65536U);
   std::size_t water = 0;

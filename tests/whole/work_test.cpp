@@ -63,8 +63,9 @@ class Work : public testing::Test {
   }
   proto::Result<void> stage(const proto::WorkPlan& plan, int number, std::size_t part = 0, std::size_t parts = 1) {
     const proto::WorkStage& stage = plan.stages(number);
-    return work::do_tasks(plan, stage, work::part_of(stage, part, parts), {shards_, devices_, 2},
-                          [this](const proto::WorkTask&, work::Outcome outcome) { ++(outcome == work::Outcome::done ? done_ : found_); }, never_);
+    return work::do_tasks(
+        plan, stage, work::part_of(stage, part, parts), {shards_, devices_, 2},
+        [this](const proto::WorkTask&, work::Outcome outcome) { ++(outcome == work::Outcome::done ? done_ : found_); }, never_);
   }
   void all_stages(const proto::WorkPlan& plan) {
     for (int s = 0; s < plan.stages_size(); ++s) {

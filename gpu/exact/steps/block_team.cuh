@@ -84,8 +84,7 @@ class BlockTeam {
     for (bool more = true; more;) {
       first_look(w, field, n, work);
       __syncthreads();
-      while (look_closer(w, field, work)) {
-      }
+      while (look_closer(w, field, work)) {}
       more = w.counter(kTicket) < looks;
       __syncthreads();  // all have read it before the first takes another
     }
@@ -147,8 +146,10 @@ class BlockTeam {
       if (group.from_leader(k >= work.count(i) || (group.lane == 0 && work.has_failed(i)))) continue;
       const Triangle t = work.triangle(i, k);
       bool fits = can_fit(t);
-      if (fits && field.height && is_small(t)) fits = small_fits(group, t, field);
-      else if (fits) look_at_squares(w, group, t, field, i, k);
+      if (fits && field.height && is_small(t))
+        fits = small_fits(group, t, field);
+      else if (fits)
+        look_at_squares(w, group, t, field, i, k);
       if (group.any(!fits) && group.lane == 0) work.fail(i);
     }
   }

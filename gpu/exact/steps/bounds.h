@@ -129,9 +129,10 @@ struct LoadSample {
   static constexpr std::int32_t kVoidSample = INT32_MIN;
 };
 
-/// Which samples are within 2^r of one of the other kind: `reach` more in a row (then in a column) than what `from` knows, which is of that
-/// reach at least, so that three of its windows cover the new one without a gap. A byte has bit 0 where a valid sample is near, bit 1 where
-/// a void one is. A thread eight samples (column and row of words), the bytes of a word, the western one lowest; bytes beyond the block's columns are 0.
+/// Which samples are within 2^r of one of the other kind: `reach` more in a row (then in a column) than what `from` knows, which
+/// is of that reach at least, so that three of its windows cover the new one without a gap. A byte has bit 0 where a valid sample
+/// is near, bit 1 where a void one is. A thread eight samples (column and row of words), the bytes of a word, the western one
+/// lowest; bytes beyond the block's columns are 0.
 struct NearInRow {
   Field field;
   int reach;  ///< a power of two
@@ -140,13 +141,17 @@ struct NearInRow {
   std::uint64_t* to;
 
   CORDILLERA_HD void operator()(int x, int y) const {
-    to[y * (field.stride / 8) + x] = upright ? word(x, y - reach) | word(x, y) | word(x, y + reach) : reach % 8 == 0 ? words_apart(x, y) : bytes_apart(x, y);
+    to[y * (field.stride / 8) + x] = upright          ? word(x, y - reach) | word(x, y) | word(x, y + reach)
+                                     : reach % 8 == 0 ? words_apart(x, y)
+                                                      : bytes_apart(x, y);
   }
 
  private:
   CORDILLERA_HD std::uint64_t word(int x, int y) const {
     const int across = field.stride / 8;
-    return x < 0 || y < 0 || x >= across || y >= field.rows ? 0 : from[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
+    return x < 0 || y < 0 || x >= across || y >= field.rows
+               ? 0
+               : from[static_cast<std::size_t>(y) * static_cast<std::size_t>(across) + static_cast<std::size_t>(x)];
   }
   CORDILLERA_HD std::uint64_t words_apart(int x, int y) const {
     return (word(x - reach / 8, y) | word(x, y) | word(x + reach / 8, y)) & inside(x);

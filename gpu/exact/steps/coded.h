@@ -1,6 +1,6 @@
 #pragma once
-// Samples above blocks: a byte each, between the ends of what the plane of their square leaves open. So nearly all that samples know is known,
-// at a quarter of their memory.
+// Samples above blocks: a byte each, between the ends of what the plane of their square leaves open. So nearly all that samples
+// know is known, at a quarter of their memory.
 #include "gpu/exact/steps/triangle.h"
 
 namespace cordillera::gpu::exact {
@@ -23,14 +23,17 @@ struct CodeSamples {
     for (int k = 0; k < 64; ++k) {
       const int x = west + (k & 7), y = south + (k >> 3);
       const bool there = x < field.columns && y < field.rows && !field.is_void_at(x, y);
-      code[64 * i + static_cast<std::size_t>(k)] = there ? code_of(field.height[field.index(x, y)] - plane.at(k & 7, k >> 3), plane.off) : kCodedVoid;
+      code[64 * i + static_cast<std::size_t>(k)] =
+          there ? code_of(field.height[field.index(x, y)] - plane.at(k & 7, k >> 3), plane.off) : kCodedVoid;
     }
   }
 
  private:
   CORDILLERA_HD static std::uint8_t code_of(float above, float most) {
     const float steps = nearest_whole(above / most * kCodeSteps);
-    return static_cast<std::uint8_t>(128 + static_cast<int>(steps < -kCodeSteps ? -kCodeSteps : steps > kCodeSteps ? kCodeSteps : steps));
+    return static_cast<std::uint8_t>(128 + static_cast<int>(steps < -kCodeSteps  ? -kCodeSteps
+                                                            : steps > kCodeSteps ? kCodeSteps
+                                                                                 : steps));
   }
 };
 
@@ -60,8 +63,8 @@ CORDILLERA_HD inline bool coded_samples_fit(const Triangle& t, const Field& fiel
   return true;
 }
 
-/// How far the valid samples under a published triangle may be from it, 2^-10 m, if the demand's tolerance was `most`: no more than that is said. Squares
-/// that cannot have more than what is found already are not looked at.
+/// How far the valid samples under a published triangle may be from it, 2^-10 m, if the demand's tolerance was `most`: no more
+/// than that is said. Squares that cannot have more than what is found already are not looked at.
 CORDILLERA_HD inline float bound_under(const Triangle& t, const Field& field, float most) {
   if (!t.published) return 0;
   struct Square {
@@ -72,7 +75,8 @@ CORDILLERA_HD inline float bound_under(const Triangle& t, const Field& field, fl
   int waiting = 0;
   const auto push = [&](const SquareRange& range, int tier) {
     for (int y = range.south; y <= range.north; ++y) {
-      for (int x = range.west; x <= range.east; ++x) stack[waiting++] = {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y), static_cast<std::int8_t>(tier)};
+      for (int x = range.west; x <= range.east; ++x)
+        stack[waiting++] = {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y), static_cast<std::int8_t>(tier)};
     }
   };
   const int first = first_tier(t);

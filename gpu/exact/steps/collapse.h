@@ -51,7 +51,15 @@ template <class Lanes>
 class Evaluation {
  public:
   CORDILLERA_HD Evaluation(const WindowView& w, int u, const Lanes& lanes)
-      : w_(w), lanes_(lanes), u_(u), valence_(w.valence(u)), triangles_(w.triangles(u)), x_(w.x(u)), y_(w.y(u)), z_(w.height(u)), sway_(w.curve.at(w.y(u)).sway) {
+      : w_(w),
+        lanes_(lanes),
+        u_(u),
+        valence_(w.valence(u)),
+        triangles_(w.triangles(u)),
+        x_(w.x(u)),
+        y_(w.y(u)),
+        z_(w.height(u)),
+        sway_(w.curve.at(w.y(u)).sway) {
     sum_quadric();
   }
 
@@ -117,7 +125,8 @@ class Evaluation {
     const int gain = valence_ - ((flag & kOpenFan) ? 3 : 4);
     return gain <= 0 || w_.valence(v) + gain <= valence_cap(w_.flag(v));
   }
-  /// No triangle turns over, in plan or in space; and, since it is known at once: the sample under the vertex itself stays within the tolerance.
+  /// No triangle turns over, in plan or in space; and, since it is known at once: the sample under the vertex itself stays within
+  /// the tolerance.
   CORDILLERA_HD bool is_legal(int slot) const {
     const Place p = place(slot);
     float surface = 0;
@@ -140,8 +149,8 @@ class Evaluation {
     return !all_valid_ || magnitude(z_ + surface - w_.truth(u_)) <= w_.rules.tolerance;
   }
 
-  /// Seen along a corner's normal the others are beside their places on the lattice, by up to twice of what Curve says of an edge, and rounded.
-  /// A needle that is narrower than that may show its back.
+  /// Seen along a corner's normal the others are beside their places on the lattice, by up to twice of what Curve says of an
+  /// edge, and rounded. A needle that is narrower than that may show its back.
   CORDILLERA_HD bool is_upright(std::int32_t area, const Place& a, const Place& b, const Place& c) const {
     const int wide = extent(a.x, b.x, c.x), high = extent(a.y, b.y, c.y);
     const auto longest = static_cast<float>(greatest(wide, high));
@@ -150,8 +159,10 @@ class Evaluation {
 
   /// Than the triangle at the vertex itself, in whose place it comes.
   CORDILLERA_HD bool is_wider(std::int32_t area, const Place& a, const Place& b, const Place& c) const {
-    const int long_now = greatest(extent(a.x, b.x, c.x), extent(a.y, b.y, c.y)), long_before = greatest(extent(a.x, b.x, 0), extent(a.y, b.y, 0));
-    return static_cast<float>(area) * static_cast<float>(long_before) >= static_cast<float>(cross(a.x, a.y, b.x, b.y)) * static_cast<float>(long_now);
+    const int long_now = greatest(extent(a.x, b.x, c.x), extent(a.y, b.y, c.y)),
+              long_before = greatest(extent(a.x, b.x, 0), extent(a.y, b.y, 0));
+    return static_cast<float>(area) * static_cast<float>(long_before) >=
+           static_cast<float>(cross(a.x, a.y, b.x, b.y)) * static_cast<float>(long_now);
   }
   CORDILLERA_HD static int extent(int a, int b, int c) { return greatest(a, greatest(b, c)) - least(a, least(b, c)); }
 

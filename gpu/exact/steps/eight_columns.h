@@ -7,8 +7,8 @@ namespace cordillera::gpu::exact {
 /// Floats beyond the last sample of Field::height that may be read, whatever they are.
 inline constexpr std::size_t kReadBeyond = 8;
 
-/// Eight columns of samples from `west` on, in rows south to north, ends included: do those under the triangle fit? They are valid and the
-/// triangle is published: what sample_fits says of each. Columns may lie beyond the row.
+/// Eight columns of samples from `west` on, in rows south to north, ends included: do those under the triangle fit? They are
+/// valid and the triangle is published: what sample_fits says of each. Columns may lie beyond the row.
 bool eight_columns_fit(const Triangle& t, const Field& field, int west, int south, int north);
 
 }  // namespace cordillera::gpu::exact

@@ -16,7 +16,9 @@ CORDILLERA_HD constexpr int tier_shift(int tier) { return 3 + 2 * tier; }
 struct BoundingPlane {
   float middle, dx, dy, off;
   /// Of a square of 8: over its sample (x, y).
-  CORDILLERA_HD float at(int x, int y) const { return middle + (dx * (static_cast<float>(x) - 3.5f) + dy * (static_cast<float>(y) - 3.5f)); }
+  CORDILLERA_HD float at(int x, int y) const {
+    return middle + (dx * (static_cast<float>(x) - 3.5f) + dy * (static_cast<float>(y) - 3.5f));
+  }
 };
 inline constexpr float kNothing = -1e30f;
 
@@ -36,9 +38,10 @@ CORDILLERA_HD constexpr Depth deeper(Depth a, Depth b) {
 CORDILLERA_HD constexpr bool has_deep_valid(Depth depth, int reach) { return (depth & 15) > reach + 1; }
 CORDILLERA_HD constexpr bool has_deep_void(Depth depth, int reach) { return (depth >> 4) > reach + 1; }
 
-/// A flat triangle lies below the lattice's surface, which is curved as the earth is: over (u, v) samples from a corner its height is that of a
-/// plane, and along * u * u + up * v * v. A chord does not lie over its line on the lattice, either: by second order it sways from it, by a
-/// share of u * u to the north, and of u * v to the east. That is taken off the tolerance. What is left is of third order.
+/// A flat triangle lies below the lattice's surface, which is curved as the earth is: over (u, v) samples from a corner its
+/// height is that of a plane, and along * u * u + up * v * v. A chord does not lie over its line on the lattice, either: by
+/// second order it sways from it, by a share of u * u to the north, and of u * v to the east. That is taken off the tolerance.
+/// What is left is of third order.
 struct CurveRow {
   float along = 0;  ///< 2^-10 m, not below 0
   float sway = 0;   ///< samples
@@ -50,8 +53,8 @@ struct Curve {
   CORDILLERA_HD CurveRow at(int y) const { return row ? row[y] : CurveRow{}; }
 };
 
-/// Rows are padded to whole squares of 8, and so are columns; pads lie outside of every triangle. Above the blocks samples are coded, see
-/// coded.h.
+/// Rows are padded to whole squares of 8, and so are columns; pads lie outside of every triangle. Above the blocks samples are
+/// coded, see coded.h.
 struct Field {
   const float* height = nullptr;            ///< indexed by y * stride + x; void: 0; null: samples are coded
   const std::uint8_t* code = nullptr;       ///< 64 a square of 8
@@ -74,8 +77,12 @@ struct Field {
     const BoundingPlane& p = plane[0][square];
     return p.at(x & 7, y & 7) + p.off * ((static_cast<float>(code[64 * std::size_t{square} + code_place(x, y)]) - 128) / 127);
   }
-  CORDILLERA_HD bool is_void_there(int x, int y) const { return height ? is_void_at(x, y) : code[64 * std::size_t{square_of(x, y)} + code_place(x, y)] == 0; }
-  CORDILLERA_HD std::uint32_t square_of(int x, int y) const { return static_cast<std::uint32_t>((y >> 3) * tier_stride[0] + (x >> 3)); }
+  CORDILLERA_HD bool is_void_there(int x, int y) const {
+    return height ? is_void_at(x, y) : code[64 * std::size_t{square_of(x, y)} + code_place(x, y)] == 0;
+  }
+  CORDILLERA_HD std::uint32_t square_of(int x, int y) const {
+    return static_cast<std::uint32_t>((y >> 3) * tier_stride[0] + (x >> 3));
+  }
   CORDILLERA_HD static std::uint32_t code_place(int x, int y) { return static_cast<std::uint32_t>((y & 7) * 8 + (x & 7)); }
   CORDILLERA_HD int squares_down(int tier) const { return ((rows - 1) >> tier_shift(tier)) + 1; }
 };

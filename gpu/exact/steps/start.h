@@ -18,7 +18,8 @@ CORDILLERA_HD inline bool run_fits(const Triangle& t, const float* sample, int c
   const float rise = t.rise_up(static_cast<float>(y - t.ey[0]));
   const int u = from - t.ex[0];
   int bad = 0;
-  for (int i = 0; i < count; ++i) bad |= !(magnitude((t.height - sample[i]) + (t.rise_along(static_cast<float>(u + i)) + rise)) <= t.tolerance);
+  for (int i = 0; i < count; ++i)
+    bad |= !(magnitude((t.height - sample[i]) + (t.rise_along(static_cast<float>(u + i)) + rise)) <= t.tolerance);
   return bad == 0;
 }
 
@@ -28,7 +29,8 @@ CORDILLERA_HD inline Depth deepest_under(const Triangle& t, const Field& field) 
   const SquareRange range = squares_under(t, tier);
   Depth deepest = 0;
   for (int y = range.south; y <= range.north; ++y) {
-    for (int x = range.west; x <= range.east; ++x) deepest = deeper(deepest, field.tier_depth[tier][y * field.tier_stride[tier] + x]);
+    for (int x = range.west; x <= range.east; ++x)
+      deepest = deeper(deepest, field.tier_depth[tier][y * field.tier_stride[tier] + x]);
   }
   return deepest;
 }
@@ -46,8 +48,10 @@ CORDILLERA_HD inline bool right_triangle_fits(const Triangle& t, const Field& fi
       const int at = t.along[k] == 0                         ? t.ex[k]
                      : (t.across[k] > 0) == (t.along[k] > 0) ? t.ex[k] - (y - t.ey[k])
                                                              : t.ex[k] + (y - t.ey[k]);
-      if (t.across[k] > 0) from = greatest(from, at);
-      else to = least(to, at);
+      if (t.across[k] > 0)
+        from = greatest(from, at);
+      else
+        to = least(to, at);
     }
     const std::uint32_t at = field.index(from, y);
     if (no_voids) {
@@ -78,9 +82,9 @@ struct Network {
   Field field;
   const std::uint8_t* calm = nullptr;  ///< indexed by square, calm_squares(columns) a row; 1: see CalmSquares
   std::uint8_t* stays = nullptr;
-  int largest = 1;      ///< side of the largest square
-  Demand demand{0, 0, {}};  ///< with the start's share of the tolerance
-  float height_step = 1, per_height_step = 1;  ///< a power of two, and one by it
+  int largest = 1;                                        ///< side of the largest square
+  Demand demand{0, 0, {}};                                ///< with the start's share of the tolerance
+  float height_step = 1, per_height_step = 1;             ///< a power of two, and one by it
   std::int32_t west = 0, east = 0, south = 0, north = 0;  ///< what of the block becomes a mesh
   std::uint32_t hems = 0;                                 ///< sides of that, bit by Side, that end at a hem: two rows of it stay
 
@@ -102,15 +106,19 @@ struct Network {
     const int first_x = greatest(x - 1, 0) >> 3, last_x = least(x + 1, field.columns - 1) >> 3, first_y = greatest(y - 1, 0) >> 3,
               last_y = least(y + 1, field.rows - 1) >> 3;
     const auto depth = [this](int sx, int sy) { return field.tier_depth[0][sy * field.tier_stride[0] + sx]; };
-    return !has_deep_void(deeper(deeper(depth(first_x, first_y), depth(last_x, first_y)), deeper(depth(first_x, last_y), depth(last_x, last_y))), -1);
+    return !has_deep_void(
+        deeper(deeper(depth(first_x, first_y), depth(last_x, first_y)), deeper(depth(first_x, last_y), depth(last_x, last_y))),
+        -1);
   }
   /// Is it known of the square of 2 * half cells from there on that its triangles fit?
   CORDILLERA_HD bool is_calm(const GridPlace& square, int half) const {
     return 2 * half <= kCalmCells && calm[(square.y >> kCalmShift) * calm_squares(field.columns) + (square.x >> kCalmShift)] != 0;
   }
-  /// The triangle of samples a, b and c, which lies in the square of 2 * half cells from `square` on; c may lie outside of the block, and
-  /// then there is none. middles: of a smallest one, the samples that are not its corners are the middles of its first `middles` edges.
-  CORDILLERA_HD bool triangle_fits(const GridPlace& a, const GridPlace& b, const GridPlace& c, const GridPlace& square, int half, int middles) const {
+  /// The triangle of samples a, b and c, which lies in the square of 2 * half cells from `square` on; c may lie outside of the
+  /// block, and then there is none. middles: of a smallest one, the samples that are not its corners are the middles of its first
+  /// `middles` edges.
+  CORDILLERA_HD bool triangle_fits(const GridPlace& a, const GridPlace& b, const GridPlace& c, const GridPlace& square, int half,
+                                   int middles) const {
     if (!is_inside(c.x, c.y) || is_calm(square, half)) return true;
     const Corner corners[3] = {corner(a.x, a.y), corner(b.x, b.y), corner(c.x, c.y)};
     if (half == 1 && is_clear(square.x + 1, square.y + 1)) {
@@ -119,8 +127,9 @@ struct Network {
     }
     return right_triangle_fits(make_triangle(corners[0], corners[1], corners[2], demand), field);
   }
-  /// Over the middle of an edge the surface is the mean of its ends, but for the curve. `slack` is above all that right_triangle_fits takes off
-  /// the tolerance and loses by rounding: the triangle and its squares are at most 10 samples wide, and no slope is above `spread` a sample.
+  /// Over the middle of an edge the surface is the mean of its ends, but for the curve. `slack` is above all that
+  /// right_triangle_fits takes off the tolerance and loses by rounding: the triangle and its squares are at most 10 samples wide,
+  /// and no slope is above `spread` a sample.
   CORDILLERA_HD Verdict smallest_fits(const Corner (&corners)[3], int middles) const {
     float off = 0.5f * height_step;  // of a corner, which is rounded
     for (int k = 0; k < middles; ++k) {
@@ -138,9 +147,10 @@ struct Network {
   }
 };
 
-/// Is it certain of a square's triangles, whatever samples their corners are, that they fit? Then none needs to be measured. Yes, where
-/// all samples are void; and where all are valid and so near to a plane that no such triangle can be too far from any of them: its
-/// corners are within `off` of the plane and half a height step of their samples, so it is, but for what it bends; and so is a sample.
+/// Is it certain of a square's triangles, whatever samples their corners are, that they fit? Then none needs to be measured. Yes,
+/// where all samples are void; and where all are valid and so near to a plane that no such triangle can be too far from any of
+/// them: its corners are within `off` of the plane and half a height step of their samples, so it is, but for what it bends; and
+/// so is a sample.
 struct CalmSquares {
   Network net;
   std::uint8_t* calm;
@@ -186,8 +196,8 @@ struct CalmSquares {
     }
     return apart(high - low, magnitude(dx) + magnitude(dy), south) <= net.demand.tolerance;
   }
-  /// How far a triangle may be from a sample, rounding included, where samples are within `spread` / 2 of a plane of that slope. A
-  /// square of w cells bends a triangle by no more than w * w / 4 of its bends, and its slopes by no more than w of them.
+  /// How far a triangle may be from a sample, rounding included, where samples are within `spread` / 2 of a plane of that slope.
+  /// A square of w cells bends a triangle by no more than w * w / 4 of its bends, and its slopes by no more than w of them.
   CORDILLERA_HD float apart(float spread, float slope, int south) const {
     constexpr float kWide = kCalmCells, kBox = kCalmCells + 8;  // as make_triangle takes it
     const Curve& curve = net.demand.curve;
@@ -212,7 +222,8 @@ struct MarkSquares {
   }
 };
 
-/// Vertices in the middle of a horizontal or vertical edge of length 2 * half; a thread each node (column, row) of the grid of `half`.
+/// Vertices in the middle of a horizontal or vertical edge of length 2 * half; a thread each node (column, row) of the grid of
+/// `half`.
 struct KeepMiddles {
   Network net;
   int half;
@@ -227,10 +238,12 @@ struct KeepMiddles {
       stays = 1;
       return;
     }
-    const GridPlace a = upright ? GridPlace{x, y - h} : GridPlace{x - h, y}, b = upright ? GridPlace{x, y + h} : GridPlace{x + h, y};
-    const bool fits =
-        upright ? net.triangle_fits(b, a, {x + h, y}, {x, y - h}, h, 1) && net.triangle_fits(a, b, {x - h, y}, {x - 2 * h, y - h}, h, 1)
-                : net.triangle_fits(a, b, {x, y + h}, {x - h, y}, h, 1) && net.triangle_fits(b, a, {x, y - h}, {x - h, y - 2 * h}, h, 1);
+    const GridPlace a = upright ? GridPlace{x, y - h} : GridPlace{x - h, y},
+                    b = upright ? GridPlace{x, y + h} : GridPlace{x + h, y};
+    const bool fits = upright ? net.triangle_fits(b, a, {x + h, y}, {x, y - h}, h, 1) &&
+                                    net.triangle_fits(a, b, {x - h, y}, {x - 2 * h, y - h}, h, 1)
+                              : net.triangle_fits(a, b, {x, y + h}, {x - h, y}, h, 1) &&
+                                    net.triangle_fits(b, a, {x, y - h}, {x - h, y - 2 * h}, h, 1);
     if (!fits) stays = 1;
   }
 };
@@ -252,7 +265,8 @@ struct KeepCentres {
     const GridPlace west{x - h, y - rise}, east{x + h, y + rise}, square{x - h, y - h};
     const GridPlace& a = rise > 0 ? west : east;
     const GridPlace& b = rise > 0 ? east : west;
-    if (!net.triangle_fits(a, b, {x - h, y + rise}, square, h, 3) || !net.triangle_fits(b, a, {x + h, y - rise}, square, h, 3)) stays = 1;
+    if (!net.triangle_fits(a, b, {x - h, y + rise}, square, h, 3) || !net.triangle_fits(b, a, {x + h, y - rise}, square, h, 3))
+      stays = 1;
   }
 };
 

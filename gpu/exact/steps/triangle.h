@@ -28,8 +28,9 @@ struct Triangle {
   float bend_x, bend_y;  ///< see Curve
   float tolerance;       ///< less what rounding may hide; not above 0: nothing fits
   int rim_reach;
-  bool published;  ///< no corner is void
-  std::int8_t shown_edge;  ///< of a triangle with one void corner: the edge across from it, whose samples the next triangle shows; else -1
+  bool published;          ///< no corner is void
+  std::int8_t shown_edge;  ///< of a triangle with one void corner: the edge across from it, whose samples the next triangle
+                           ///< shows; else -1
 
   CORDILLERA_HD std::int32_t edge(int k, int x, int y) const { return across[k] * (x - ex[k]) + along[k] * (y - ey[k]); }
   CORDILLERA_HD bool covers(int x, int y) const { return (edge(0, x, y) | edge(1, x, y) | edge(2, x, y)) >= 0; }
@@ -91,7 +92,8 @@ CORDILLERA_HD inline Triangle make_triangle(const Corner& a, const Corner& b, co
 
 CORDILLERA_HD inline bool sample_fits(const Triangle& t, float height, Depth depth, int x, int y) {
   // The triangle across the shown edge may be void, too: then nothing shows what lies there, and it must be next to a void.
-  if (!t.published) return !has_deep_valid(depth, t.rim_reach) || (t.rim_reach < 0 && t.is_on_shown_edge(x, y) && !has_deep_valid(depth, 0));
+  if (!t.published)
+    return !has_deep_valid(depth, t.rim_reach) || (t.rim_reach < 0 && t.is_on_shown_edge(x, y) && !has_deep_valid(depth, 0));
   if (is_void(depth)) return !has_deep_void(depth, t.rim_reach);
   return magnitude(t.height_above(static_cast<float>(x), static_cast<float>(y), height)) <= t.tolerance;
 }
@@ -120,7 +122,8 @@ CORDILLERA_HD inline bool square_fits(const Triangle& t, const Field& field, int
   const float apart = magnitude(t.height_above(middle_x, middle_y, plane.middle));
   const float slope_x = t.dx + 2 * t.bend_x * (middle_x - static_cast<float>(t.ex[0])),
               slope_y = t.dy + 2 * t.bend_y * (middle_y - static_cast<float>(t.ey[0]));
-  const float within = half * (magnitude(slope_x - plane.dx) + magnitude(slope_y - plane.dy)) + (t.bend_x + t.bend_y) * (half * half);
+  const float within =
+      half * (magnitude(slope_x - plane.dx) + magnitude(slope_y - plane.dy)) + (t.bend_x + t.bend_y) * (half * half);
   return apart + within + plane.off <= t.tolerance;
 }
 

@@ -25,7 +25,8 @@ class Crew {
       for (std::size_t chunk = 0; chunk < chunks; ++chunk) work(chunk);
       return;
     }
-    run(chunks, [](const void* what, std::size_t chunk) { (*static_cast<const Work*>(what))(chunk); }, &work);
+    run(
+        chunks, [](const void* what, std::size_t chunk) { (*static_cast<const Work*>(what))(chunk); }, &work);
   }
 
  private:

@@ -186,9 +186,7 @@ struct Drop {
 struct WasTouched {
   WaveView wave;
   std::uint32_t wave_number;
-  CORDILLERA_HD bool operator()(std::uint32_t v) const {
-    return wave.spent[v] == wave_number;
-  }
+  CORDILLERA_HD bool operator()(std::uint32_t v) const { return wave.spent[v] == wave_number; }
 };
 
 /// The row of one that is touched, of the rows of those that are gone: these nobody changes any more. It looks anew for a

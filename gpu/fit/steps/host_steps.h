@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "gpu/device/atomic.h"
+#include "gpu/device/host_steps.h"
 #include "gpu/fit/steps/crew.h"
 #include "gpu/fit/steps/lanes.h"
 #include "gpu/fit/steps/steps.h"
-#include "gpu/device/host_steps.h"
 
 namespace cordillera::gpu::fit {
 
@@ -86,8 +86,10 @@ class HostSteps : public gpu::HostSteps {
       std::uint32_t *low = scratch_.data() + begin, *high = scratch_.data() + end;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t v = from[i];
-        if (test(v)) *low++ = v;
-        else if (no) *--high = v;
+        if (test(v))
+          *low++ = v;
+        else if (no)
+          *--high = v;
       }
       found_[chunk] = static_cast<std::size_t>(low - scratch_.data()) - begin;
     });
@@ -168,8 +170,10 @@ class HostSteps : public gpu::HostSteps {
     std::size_t count = 0, others = 0;
     for (std::size_t i = 0; i < n; ++i) {
       const std::uint32_t v = from[i];
-      if (test(v)) yes[count++] = v;
-      else if (no) no[others++] = v;
+      if (test(v))
+        yes[count++] = v;
+      else if (no)
+        no[others++] = v;
     }
     return {{count, yes}, {others, no}};
   }

@@ -15,14 +15,14 @@ enum class Halt : std::uint32_t {
 
 struct Progress {
   std::uint64_t triangles = 0;
-  std::uint64_t enough = 0;     ///< few enough
-  std::uint64_t least = 0;      ///< and too few, if fewer
+  std::uint64_t enough = 0;  ///< few enough
+  std::uint64_t least = 0;   ///< and too few, if fewer
   std::uint32_t vertices = 0;
-  std::uint32_t crowded = 0;    ///< with so many vertices left, numbers are closed up
-  std::uint32_t winners = 0;    ///< of the last wave
-  std::uint32_t going = 0;      ///< those of them that may go
-  std::uint32_t limit = 0;      ///< candidates have costs up to this class
-  std::uint32_t all = 0;        ///< 1: all vertices are candidates
+  std::uint32_t crowded = 0;  ///< with so many vertices left, numbers are closed up
+  std::uint32_t winners = 0;  ///< of the last wave
+  std::uint32_t going = 0;    ///< those of them that may go
+  std::uint32_t limit = 0;    ///< candidates have costs up to this class
+  std::uint32_t all = 0;      ///< 1: all vertices are candidates
   Halt halt = Halt::none;
 
   CORDILLERA_HD void go(std::uint32_t count, std::uint32_t removed) {

@@ -9,24 +9,24 @@ namespace cordillera::gpu {
 /// What the steps read and write.
 struct MeterArrays {
   const std::int32_t* samples = nullptr;
-  std::int64_t columns = 0;                       ///< of the samples
-  const proto::RowFrame* row_frame = nullptr;     ///< indexed by sample row
+  std::int64_t columns = 0;                    ///< of the samples
+  const proto::RowFrame* row_frame = nullptr;  ///< indexed by sample row
   const proto::ColumnFrame* column_frame = nullptr;
 
   const MeteredTile* tiles = nullptr;
   std::uint32_t tile_count = 0;
   const std::int32_t *x = nullptr, *y = nullptr, *height = nullptr;  ///< indexed by vertex of the batch
   const std::uint8_t* mark = nullptr;
-  const std::uint32_t* corner = nullptr;          ///< three a triangle, vertices of its tile
-  const std::uint64_t* rim = nullptr;             ///< see Rims::edges; of tile t from first_rim on
+  const std::uint32_t* corner = nullptr;  ///< three a triangle, vertices of its tile
+  const std::uint64_t* rim = nullptr;     ///< see Rims::edges; of tile t from first_rim on
 
-  std::uint8_t* published = nullptr;              ///< indexed by vertex: in a triangle that exists
-  std::uint32_t* tile_of = nullptr;               ///< indexed by triangle
-  MeteredTriangle* metered = nullptr;             ///< indexed by triangle
-  std::uint32_t* rows = nullptr;                  ///< indexed by triangle: that it may show
-  std::uint32_t* row_start = nullptr;             ///< their exclusive sum
-  std::uint64_t* tall_rows = nullptr;             ///< one: of triangles of more than kTall rows, together
-  TileTally* tally = nullptr;                     ///< indexed by tile
+  std::uint8_t* published = nullptr;   ///< indexed by vertex: in a triangle that exists
+  std::uint32_t* tile_of = nullptr;    ///< indexed by triangle
+  MeteredTriangle* metered = nullptr;  ///< indexed by triangle
+  std::uint32_t* rows = nullptr;       ///< indexed by triangle: that it may show
+  std::uint32_t* row_start = nullptr;  ///< their exclusive sum
+  std::uint64_t* tall_rows = nullptr;  ///< one: of triangles of more than kTall rows, together
+  TileTally* tally = nullptr;          ///< indexed by tile
 
   CORDILLERA_HD std::uint32_t tile_of_vertex(std::uint32_t v) const {
     return owner_of(v, tile_count, [&](std::uint32_t t) { return tiles[t].first_vertex; });
@@ -35,7 +35,9 @@ struct MeterArrays {
   CORDILLERA_HD const std::int32_t* sample_row(const MeteredTile& tile, std::int64_t row) const {
     return samples + (row + tile.row_shift) * columns;
   }
-  CORDILLERA_HD const proto::RowFrame& frame_of_row(const MeteredTile& tile, std::int64_t row) const { return row_frame[row + tile.row_shift]; }
+  CORDILLERA_HD const proto::RowFrame& frame_of_row(const MeteredTile& tile, std::int64_t row) const {
+    return row_frame[row + tile.row_shift];
+  }
   /// In the window of the samples.
   CORDILLERA_HD std::int64_t sample_column(const MeteredTile& tile, std::int64_t x_units) const {
     const SampleWindow::Stretch& first = tile.stretch[0];
@@ -55,8 +57,10 @@ struct MeterArrays {
     std::uint32_t low = 0, high = tile.rims;
     while (low < high) {
       const std::uint32_t middle = (low + high) / 2;
-      if (edges[middle] < edge) low = middle + 1;
-      else high = middle;
+      if (edges[middle] < edge)
+        low = middle + 1;
+      else
+        high = middle;
     }
     return low < tile.rims && edges[low] == edge;
   }

@@ -1,6 +1,6 @@
+#include "gpu/measure/batch/surface_error_batch.inl"
 #include "gpu/device/device_choice.h"
 #include "gpu/device/host_steps.h"
-#include "gpu/measure/batch/surface_error_batch.inl"
 #include "gpu/measure/batch/surface_error_cuda.h"
 
 namespace cordillera::gpu {

@@ -1,12 +1,13 @@
-// The driver of BatchMeter; included by surface_error_batch.cpp and surface_error_cuda.cu only. A Device runs steps over arrays: see waves.h.
+// The driver of BatchMeter; included by surface_error_batch.cpp and surface_error_cuda.cu only. A Device runs steps over arrays:
+// see waves.h.
 #include <algorithm>
 #include <chrono>
 #include <optional>
 
-#include "gpu/measure/sample_frames.h"
 #include "gpu/measure/batch/surface_error_batch.h"
 #include "gpu/measure/batch/surface_error_rows.h"
 #include "gpu/measure/batch/surface_error_steps.h"
+#include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_meter.h"
 
 namespace cordillera::gpu {
@@ -14,7 +15,8 @@ namespace cordillera::gpu {
 template <class Device>
 class BatchMeterOn final : public BatchMeter {
  public:
-  BatchMeterOn(std::unique_ptr<Device> device, ParallelFor parallel) : device_(std::move(device)), parallel_(std::move(parallel)) {}
+  BatchMeterOn(std::unique_ptr<Device> device, ParallelFor parallel)
+      : device_(std::move(device)), parallel_(std::move(parallel)) {}
 
   void keep(const proto::Lattice& lattice, const proto::Samples& samples, double ecef_step_m) override {
     device_->use();
@@ -220,8 +222,10 @@ class BatchMeterOn final : public BatchMeter {
     std::uint64_t tall_rows = 0;
     device_->copy_out(&rows, in_.row_start + triangles_, 1);
     device_->copy_out(&tall_rows, in_.tall_rows, 1);
-    if (tall_rows + std::uint64_t{CountRows::kTall} * triangles_ > UINT32_MAX - kRowsAtOnce) return {};  // they might not be counted in 32 bits
-    for (std::uint32_t begin = 0; begin < rows; begin += kRowsAtOnce) measure_rows(begin, std::min(rows - begin, kRowsAtOnce), piece_of(rows));
+    if (tall_rows + std::uint64_t{CountRows::kTall} * triangles_ > UINT32_MAX - kRowsAtOnce)
+      return {};  // they might not be counted in 32 bits
+    for (std::uint32_t begin = 0; begin < rows; begin += kRowsAtOnce)
+      measure_rows(begin, std::min(rows - begin, kRowsAtOnce), piece_of(rows));
     constexpr std::uint32_t kStep = Device::kInStep;
     device_->each((vertices_ + kStep - 1) / kStep * kStep, MeasureVertex{in_, static_cast<std::uint32_t>(vertices_)});
     std::vector<TileTally> tallies(tiles_.size());
@@ -231,10 +235,17 @@ class BatchMeterOn final : public BatchMeter {
   }
 
   void measure_rows(std::uint32_t begin, std::uint32_t count, std::uint32_t piece) {
-    RowRange range{begin, count, piece, room(metered_rows_, count), room(piece_start_, count + 1), room(beyond_, count), room(beyond_count_, 1)};
+    RowRange range{begin,
+                   count,
+                   piece,
+                   room(metered_rows_, count),
+                   room(piece_start_, count + 1),
+                   room(beyond_, count),
+                   room(beyond_count_, 1)};
     device_->zero(range.beyond_count, 1);
     device_->zero(range.piece_start + count, 1);
-    device_->each(threads_for(count, PlaceRows::kEach, Device::kInStep), PlaceRows{in_, static_cast<std::uint32_t>(triangles_), range});
+    device_->each(threads_for(count, PlaceRows::kEach, Device::kInStep),
+                  PlaceRows{in_, static_cast<std::uint32_t>(triangles_), range});
     device_->exclusive_sum(range.piece_start, range.piece_start, count + 1);
     std::uint32_t pieces = 0, beyond = 0;
     device_->copy_out(&pieces, range.piece_start + count, 1);

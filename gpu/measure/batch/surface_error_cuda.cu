@@ -23,7 +23,8 @@ class CudaMeterDevice : public CudaSteps {
 
 proto::Result<std::unique_ptr<BatchMeter>> make_cuda_batch_meter(int device, ParallelFor parallel) {
   return with_cuda_device<BatchMeter>(device, [&](const cudaDeviceProp& properties) {
-    return std::make_unique<BatchMeterOn<CudaMeterDevice>>(std::make_unique<CudaMeterDevice>(device, properties), std::move(parallel));
+    return std::make_unique<BatchMeterOn<CudaMeterDevice>>(std::make_unique<CudaMeterDevice>(device, properties),
+                                                           std::move(parallel));
   });
 }
 

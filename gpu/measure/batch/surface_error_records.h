@@ -11,11 +11,17 @@ namespace cordillera::gpu {
 
 /// A number that is not negative, as bits that have its order; and back.
 CORDILLERA_HD inline std::uint64_t double_bits(double d) {
-  union { double d; std::uint64_t u; } bits{d};
+  union {
+    double d;
+    std::uint64_t u;
+  } bits{d};
   return bits.u;
 }
 CORDILLERA_HD inline double bits_double(std::uint64_t u) {
-  union { std::uint64_t u; double d; } bits{u};
+  union {
+    std::uint64_t u;
+    double d;
+  } bits{u};
   return bits.d;
 }
 
@@ -28,10 +34,10 @@ struct TileTally {
 struct MeteredTile {
   TileFacts facts;
   std::uint32_t first_vertex = 0, first_triangle = 0, first_rim = 0, rims = 0;
-  Span rows;                           ///< tile-local, of the samples
+  Span rows;  ///< tile-local, of the samples
   SampleWindow::Stretch stretch[2];
-  std::int64_t row_shift = 0;          ///< sample row = tile-local row + row_shift
-  std::uint32_t all_valid = 0;         ///< 1: there is a sample everywhere under the tile
+  std::int64_t row_shift = 0;   ///< sample row = tile-local row + row_shift
+  std::uint32_t all_valid = 0;  ///< 1: there is a sample everywhere under the tile
 };
 
 /// Where an exclusive sum tells to whom element i belongs: the last k with first(k) <= i.
@@ -52,14 +58,14 @@ struct alignas(16) MeteredTriangle {
   };
   Plane exact, rounded;
   HeightRange exact_range, rounded_range;
-  double place_m;              ///< see place_error_m()
-  double apart_m;              ///< see decodings_apart_m()
+  double place_m;  ///< see place_error_m()
+  double apart_m;  ///< see decodings_apart_m()
   std::int64_t slack[3];
   Edge edge[3];
-  std::int32_t west, east;     ///< of the plan's columns
+  std::int32_t west, east;  ///< of the plan's columns
   std::int32_t first_row;
   std::uint32_t tile;
-  std::uint32_t owned, slacks; ///< bit k: edge k is; 1: some edge has slack
+  std::uint32_t owned, slacks;  ///< bit k: edge k is; 1: some edge has slack
 
   CORDILLERA_HD void set(const MeasuredTriangle& t, std::uint32_t its_tile, double unit_rad) {
     exact = t.exact;
@@ -71,7 +77,8 @@ struct alignas(16) MeteredTriangle {
     owned = 0;
     for (unsigned k = 0; k < 3; ++k) {
       const PlanEdge& e = t.plan.edge[k];
-      edge[k] = {static_cast<std::int32_t>(e.x), static_cast<std::int32_t>(e.y), static_cast<std::int32_t>(e.dx), static_cast<std::int32_t>(e.dy)};
+      edge[k] = {static_cast<std::int32_t>(e.x), static_cast<std::int32_t>(e.y), static_cast<std::int32_t>(e.dx),
+                 static_cast<std::int32_t>(e.dy)};
       slack[k] = e.slack;
       owned |= e.owned ? 1u << k : 0u;
     }
@@ -112,15 +119,19 @@ CORDILLERA_HD std::uint32_t owner_from(std::uint32_t from, std::uint32_t i, std:
 /// A row of samples of a triangle. The closed triangle's, from which the ends of the others are a sample or none away.
 struct MeteredRow {
   enum Ends : std::uint32_t {
-    kOwnedWest = 1, kOwnedEast = 2, kStrictWest = 4, kStrictEast = 8,  ///< the end sample is among them
-    kOwned = 16, kStrict = 32,                                         ///< there are any
-    kPlain = 64,                                                       ///< samples everywhere, one after the other; the next two say where
+    kOwnedWest = 1,
+    kOwnedEast = 2,
+    kStrictWest = 4,
+    kStrictEast = 8,  ///< the end sample is among them
+    kOwned = 16,
+    kStrict = 32,  ///< there are any
+    kPlain = 64,   ///< samples everywhere, one after the other; the next two say where
   };
   std::uint32_t triangle;
   std::int32_t y, first, last;  ///< tile-local; first > last: none
   std::uint32_t ends;
-  std::int32_t sample_row;      ///< of y
-  std::int64_t shift;           ///< sample column = tile-local column + shift
+  std::int32_t sample_row;  ///< of y
+  std::int64_t shift;       ///< sample column = tile-local column + shift
 
   CORDILLERA_HD void set(std::uint32_t t, std::int64_t row, const RowSpans& spans) {
     triangle = t;
@@ -192,7 +203,8 @@ inline constexpr std::uint32_t kInStep = 32;
 inline constexpr std::uint32_t kInStep = 1;
 #endif
 
-/// Adds what a thread found; called by all that run in step. Where they all speak of one tile they add up first: else they would queue for it.
+/// Adds what a thread found; called by all that run in step. Where they all speak of one tile they add up first: else they would
+/// queue for it.
 CORDILLERA_HD inline void add_together(TileTally* to, const RowTally& found) {
 #ifdef __CUDA_ARCH__
   constexpr unsigned kAll = 0xffffffffu;

@@ -1,16 +1,17 @@
 #pragma once
-// Measuring the tiles of a batch: the rows of samples that triangles may show, found, cut into pieces, and compared with the triangles.
+// Measuring the tiles of a batch: the rows of samples that triangles may show, found, cut into pieces, and compared with the
+// triangles.
 #include <cstdint>
 
 #include "gpu/measure/batch/surface_error_arrays.h"
 
 namespace cordillera::gpu {
 
-/// Of all triangles' rows, those that are looked at together. Their samples are cut into pieces: rows differ in length, and a thread that has
-/// more to do than others keeps all of them waiting.
+/// Of all triangles' rows, those that are looked at together. Their samples are cut into pieces: rows differ in length, and a
+/// thread that has more to do than others keeps all of them waiting.
 struct RowRange {
   std::uint32_t begin = 0, count = 0;
-  std::uint32_t piece = 1;               ///< samples in a piece, at most
+  std::uint32_t piece = 1;  ///< samples in a piece, at most
   MeteredRow* rows = nullptr;
   std::uint32_t* piece_start = nullptr;  ///< indexed by row of the range, one more at the end: its first piece
   std::uint32_t* beyond = nullptr;       ///< rows of the range whose triangle may show samples beyond its edges, in any order
@@ -27,7 +28,8 @@ CORDILLERA_HD inline std::uint32_t first_of(std::size_t i, std::uint32_t each) {
   return static_cast<std::uint32_t>(i / kInStep) * kInStep * each + static_cast<std::uint32_t>(i % kInStep);
 }
 
-/// An order of threads in which the first ones look at places all over the batch: what is known of a tile's error then spares the others work.
+/// An order of threads in which the first ones look at places all over the batch: what is known of a tile's error then spares the
+/// others work.
 class Scattered {
  public:
   /// in_step: threads that run in step; whole groups of them stay together.
@@ -106,8 +108,10 @@ struct MeasurePieces {
   }
 
  private:
-  CORDILLERA_HD void measure(const MeteredTriangle& triangle, const MeteredRow& row, std::uint32_t piece, double found_m, RowTally& tally) const {
-    const auto begin = static_cast<std::int32_t>(row.first + piece * range.piece), end = begin + static_cast<std::int32_t>(range.piece) - 1;
+  CORDILLERA_HD void measure(const MeteredTriangle& triangle, const MeteredRow& row, std::uint32_t piece, double found_m,
+                             RowTally& tally) const {
+    const auto begin = static_cast<std::int32_t>(row.first + piece * range.piece),
+               end = begin + static_cast<std::int32_t>(range.piece) - 1;
     const std::int32_t last = end < row.last ? end : row.last;
     const bool plain = (row.ends & MeteredRow::kPlain) != 0;
     const MeteredTile& tile = in.tiles[triangle.tile];
@@ -137,11 +141,13 @@ struct MeasurePieces {
     }
   };
   /// found_m: the tile is known to be so far off.
-  CORDILLERA_HD void inside(const Samples& samples, const MeteredTriangle& t, const MeteredRow& row, double found_m, RowTally& tally) const {
+  CORDILLERA_HD void inside(const Samples& samples, const MeteredTriangle& t, const MeteredRow& row, double found_m,
+                            RowTally& tally) const {
     const bool exact_shows = t.exact.shows();
     double worst_m = exact_shows ? exact(samples, t, row, tally) : 0;
     count(samples, row, exact_shows, tally);
-    // As in SurfaceMeter: where the exact decoding is good enough, the rounded one cannot be the worst of the tile. Without it, apart is infinite.
+    // As in SurfaceMeter: where the exact decoding is good enough, the rounded one cannot be the worst of the tile. Without it,
+    // apart is infinite.
     const bool asks = worst_m + t.apart_m + t.place_m > found_m;
     if (asks && t.rounded.shows()) worst_m = detail::most(rounded(samples, t), worst_m);
     tally.raise(worst_m + t.place_m);
@@ -165,7 +171,8 @@ struct MeasurePieces {
     for (std::int32_t x = samples.first; x <= samples.last; ++x) {
       if (heights[x] == proto::kNoHeight) continue;
       const proto::ColumnFrame column = frames[x];
-      const double e = distance(heights_m.clamp(along.height_m(column.sin_lon, column.cos_lon)), heights[x] * proto::kHeightStep_m);
+      const double e =
+          distance(heights_m.clamp(along.height_m(column.sin_lon, column.cos_lon)), heights[x] * proto::kHeightStep_m);
       each(x, e);
       worst_m = detail::most(e, worst_m);
     }
@@ -189,7 +196,9 @@ struct MeasurePieces {
     tally.covered += covered;
     if (summed) tally.summed += covered;
   }
-  CORDILLERA_HD const std::int32_t* heights_of(const Samples& samples) const { return in.samples + samples.row * in.columns + samples.shift; }
+  CORDILLERA_HD const std::int32_t* heights_of(const Samples& samples) const {
+    return in.samples + samples.row * in.columns + samples.shift;
+  }
   CORDILLERA_HD static double distance(double surface_m, double sample_m) {
     const double d = surface_m - sample_m;
     return d < 0 ? -d : d;
@@ -227,7 +236,8 @@ struct MeasureBeyond {
     const std::int32_t* const heights = in.sample_row(tile, row.y) + s.shift;
     for (std::int64_t x = span.first; x <= span.last; ++x) {
       if (heights[x] == proto::kNoHeight) continue;
-      const double e = triangle.error_beyond(in.frame_of_row(tile, row.y), in.column_frame[x + s.shift], heights[x] * proto::kHeightStep_m);
+      const double e =
+          triangle.error_beyond(in.frame_of_row(tile, row.y), in.column_frame[x + s.shift], heights[x] * proto::kHeightStep_m);
       raise_to(&in.tally[metered.tile].max_bits, double_bits(e + metered.place_m));
     }
   }

@@ -1,6 +1,7 @@
 #pragma once
-// Measuring the tiles of a batch, as steps over arrays: what is done to every triangle and to every vertex; rows of samples are in
-// surface_error_rows.h. The same functions of a triangle as in surface_meter.h, and sums of integers, so that order does not show.
+// Measuring the tiles of a batch, as steps over arrays: what is done to every triangle and to every vertex; rows of samples are
+// in surface_error_rows.h. The same functions of a triangle as in surface_meter.h, and sums of integers, so that order does not
+// show.
 #include <cstdint>
 
 #include "gpu/measure/batch/surface_error_arrays.h"

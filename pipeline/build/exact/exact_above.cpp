@@ -25,14 +25,15 @@ using gpu::exact::Ground;
 using proto::floor_divide;
 
 constexpr double kLeastSteps = 4;  // of height in a tolerance: the engine's bound
-constexpr double kMildSlope = 3;  // metres a metre: what rounding adds to a bound there is set aside, see levels_above
+constexpr double kMildSlope = 3;   // metres a metre: what rounding adds to a bound there is set aside, see levels_above
 
 std::int64_t block_units(const proto::Plan& plan) { return lattice_of(plan).tile_units(static_cast<int>(plan.block_level())); }
 
 /// Blocks by row and column; those without data get a mesh of void triangles that fits their neighbours.
 class Mosaic {
  public:
-  Mosaic(const BlockGrid& grid, std::int32_t side, const std::vector<const KeptBlock*>& kept) : grid_(grid), side_(side), kept_(kept) {}
+  Mosaic(const BlockGrid& grid, std::int32_t side, const std::vector<const KeptBlock*>& kept)
+      : grid_(grid), side_(side), kept_(kept) {}
 
   BlockMesh mesh() {
     BlockMesh all;
@@ -51,7 +52,9 @@ class Mosaic {
   }
   proto::TileMesh without_data(std::int32_t k) const {
     const std::int32_t column = k % grid_.across, row = k / grid_.across;
-    const auto beside = [&](const KeptBlock* block, Side facing) { return block ? border_chain(block->mesh, facing) : void_chain(side_, side_ / gpu::exact::kVoidChords); };
+    const auto beside = [&](const KeptBlock* block, Side facing) {
+      return block ? border_chain(block->mesh, facing) : void_chain(side_, side_ / gpu::exact::kVoidChords);
+    };
     std::array<Chain, 4> border;
     border[static_cast<std::size_t>(Side::west)] = beside(at(column - 1, row), Side::east);
     border[static_cast<std::size_t>(Side::east)] = beside(at(column + 1, row), Side::west);
@@ -59,7 +62,8 @@ class Mosaic {
     border[static_cast<std::size_t>(Side::north)] = beside(at(column, row + 1), Side::south);
     return void_tile(side_, border);
   }
-  void append(const proto::TileMesh& mesh, std::int32_t k, std::map<std::uint64_t, std::uint32_t>& on_sides, BlockMesh& all) const {
+  void append(const proto::TileMesh& mesh, std::int32_t k, std::map<std::uint64_t, std::uint32_t>& on_sides,
+              BlockMesh& all) const {
     const std::int32_t west = k % grid_.across * side_, south = k / grid_.across * side_;
     std::vector<std::uint32_t> number(mesh.vertices());
     for (std::size_t v = 0; v < number.size(); ++v) {
@@ -69,10 +73,12 @@ class Mosaic {
       const std::uint8_t is_void = mesh.mark[v] & proto::kVoid ? 1 : 0;
       number[v] = next;
       if (on_side) {
-        const auto [there, added] = on_sides.try_emplace(static_cast<std::uint64_t>(x) << 32 | static_cast<std::uint64_t>(y), next);
+        const auto [there, added] =
+            on_sides.try_emplace(static_cast<std::uint64_t>(x) << 32 | static_cast<std::uint64_t>(y), next);
         number[v] = there->second;
         if (!added) {
-          if (all.height[number[v]] != mesh.height[v] || all.is_void[number[v]] != is_void) throw std::logic_error("exact blocks differ on the side between them");
+          if (all.height[number[v]] != mesh.height[v] || all.is_void[number[v]] != is_void)
+            throw std::logic_error("exact blocks differ on the side between them");
           continue;
         }
       }
@@ -95,13 +101,16 @@ void place_squares(const gpu::exact::Squares& from, const BlockGrid& grid, std::
   const std::int32_t column = k % grid.across, row = k / grid.across, squares = side / 8;
   const std::int32_t columns = squares + (column + 1 == grid.across ? 1 : 0), rows = squares + (row + 1 == grid.up ? 1 : 0);
   for (std::int32_t y = 0; y < rows; ++y) {
-    const std::size_t to = static_cast<std::size_t>(row * squares + y) * ground.across() + static_cast<std::size_t>(column * squares);
+    const std::size_t to =
+        static_cast<std::size_t>(row * squares + y) * ground.across() + static_cast<std::size_t>(column * squares);
     const std::size_t of = static_cast<std::size_t>(y) * static_cast<std::size_t>(squares + 1);
     for (std::int32_t x = 0; x < columns; ++x) {
       const std::size_t n = static_cast<std::size_t>(x);
       to_squares.plane[to + n] = from.plane[of + n];
-      std::copy_n(from.code.begin() + static_cast<std::ptrdiff_t>(64 * (of + n)), 64, to_squares.code.begin() + static_cast<std::ptrdiff_t>(64 * (to + n)));
-      if (!to_squares.depth.empty()) to_squares.depth[to + n] = from.depth.empty() ? gpu::exact::valid_depth(gpu::exact::kFarthest) : from.depth[of + n];
+      std::copy_n(from.code.begin() + static_cast<std::ptrdiff_t>(64 * (of + n)), 64,
+                  to_squares.code.begin() + static_cast<std::ptrdiff_t>(64 * (to + n)));
+      if (!to_squares.depth.empty())
+        to_squares.depth[to + n] = from.depth.empty() ? gpu::exact::valid_depth(gpu::exact::kFarthest) : from.depth[of + n];
     }
   }
 }
@@ -128,7 +137,8 @@ Above join_blocks(const proto::Plan& plan, const std::vector<const KeptBlock*>& 
   const std::size_t squares = ground.across() * ground.up();
   ground.squares.plane.assign(squares, {0, 0, 0, gpu::exact::kNothing});
   ground.squares.code.assign(64 * squares, 0);
-  const bool voids = std::any_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block || !block->squares.depth.empty(); });
+  const bool voids =
+      std::any_of(kept.begin(), kept.end(), [](const KeptBlock* block) { return !block || !block->squares.depth.empty(); });
   if (voids) ground.squares.depth.assign(squares, gpu::exact::void_depth(gpu::exact::kFarthest));
   for (std::int32_t k = 0; k < grid.count(); ++k) {
     if (const KeptBlock* const block = kept[static_cast<std::size_t>(k)]) place_squares(block->squares, grid, k, side, ground);
@@ -145,7 +155,8 @@ gpu::exact::BlockPlan levels_above(const proto::Plan& plan) {
   for (std::size_t l = 0; l < levels.levels.size(); ++l) {
     const proto::LevelPlan& level = level_plan(plan, static_cast<int>(plan.block_level()) - 1 - static_cast<int>(l));
     gpu::exact::BlockLevel& asked = levels.levels[l];
-    // Where a target is hardly more than what a float32 can tell, the engine is asked for no less than it takes; the error is stated as it is.
+    // Where a target is hardly more than what a float32 can tell, the engine is asked for no less than it takes; the error is
+    // stated as it is.
     const double least_m = kLeastSteps * asked.height_step * proto::kHeightStep_m;
     asked.tolerance_m = std::max({asked.tolerance_m - kMildSlope * level.ecef_step(), asked.tolerance_m / 2, least_m});
     if (l > 0) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels[l - 1], asked.height_step));
@@ -171,12 +182,15 @@ std::int32_t published_side(const proto::TileMesh& mesh) {
   return std::max({east - west, north - south, 0});
 }
 
-/// Squares of a published triangle's errors, at every step-th sample both ways. A sample on an edge belongs to the triangle east of it, or north.
+/// Squares of a published triangle's errors, at every step-th sample both ways. A sample on an edge belongs to the triangle east
+/// of it, or north.
 void add_squares(const gpu::exact::Triangle& t, const gpu::exact::Field& field, int step, gpu::SurfaceError& error) {
   for (int y = (t.south + step - 1) / step * step; y <= t.north; y += step) {
     for (int x = (t.west + step - 1) / step * step; x <= t.east; x += step) {
       if (!t.owns(x, y, 1, 1) || field.is_void_there(x, y)) continue;
-      const double off_m = static_cast<double>(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y))) * proto::kHeightStep_m;
+      const double off_m =
+          static_cast<double>(t.height_above(static_cast<float>(x), static_cast<float>(y), field.height_at(x, y))) *
+          proto::kHeightStep_m;
       error.sum_squared_m2 += off_m * off_m;
       ++error.samples;
     }
@@ -190,13 +204,16 @@ void measure_squares(const GroundMeter& known, int step, BuiltTile& tile) {
     return gpu::exact::Corner{x, y, static_cast<float>(mesh.height[v]), false};
   };
   for (const auto& t : mesh.triangles)
-    add_squares(gpu::exact::make_triangle(corner(t[0]), corner(t[1]), corner(t[2]), {0, 0, known.field().curve}), known.field(), step, tile.measured);
+    add_squares(gpu::exact::make_triangle(corner(t[0]), corner(t[1]), corner(t[2]), {0, 0, known.field().curve}), known.field(),
+                step, tile.measured);
 }
 
 double slope_of(const proto::TileMesh& mesh, const std::array<std::uint32_t, 3>& t, double unit_m) {
   const auto [low, high] = std::minmax({mesh.height[t[0]], mesh.height[t[1]], mesh.height[t[2]]});
-  const double ux = mesh.x[t[1]] - mesh.x[t[0]], uy = mesh.y[t[1]] - mesh.y[t[0]], vx = mesh.x[t[2]] - mesh.x[t[0]], vy = mesh.y[t[2]] - mesh.y[t[0]];
-  const double longest = std::sqrt(std::max({ux * ux + uy * uy, vx * vx + vy * vy, (ux - vx) * (ux - vx) + (uy - vy) * (uy - vy)}));
+  const double ux = mesh.x[t[1]] - mesh.x[t[0]], uy = mesh.y[t[1]] - mesh.y[t[0]], vx = mesh.x[t[2]] - mesh.x[t[0]],
+               vy = mesh.y[t[2]] - mesh.y[t[0]];
+  const double longest =
+      std::sqrt(std::max({ux * ux + uy * uy, vx * vx + vy * vy, (ux - vx) * (ux - vx) + (uy - vy) * (uy - vy)}));
   return (high - low) * proto::kHeightStep_m * longest / ((ux * vy - uy * vx) * unit_m);
 }
 
@@ -221,8 +238,8 @@ std::array<gpu::MeshPoint, 3> corners_of(const proto::TileMesh& mesh, std::uint3
 }
 
 /// The greatest error of some triangles; those above the limit are appended to over.
-double greatest_error(const gpu::ErrorMeter& meter, const proto::TileMesh& mesh, const std::vector<std::uint32_t>& triangles, double limit_m,
-                      std::vector<std::uint32_t>& over) {
+double greatest_error(const gpu::ErrorMeter& meter, const proto::TileMesh& mesh, const std::vector<std::uint32_t>& triangles,
+                      double limit_m, std::vector<std::uint32_t>& over) {
   double greatest_m = 0;
   for (const std::uint32_t t : triangles) {
     const double error_m = meter.error_m(corners_of(mesh, t), limit_m);

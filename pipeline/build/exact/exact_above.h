@@ -1,6 +1,6 @@
 #pragma once
-// Levels above exact blocks, all of them at once: from the blocks' meshes as one, against what is known of squares of their samples. So their errors
-// are bounds, and no sample is read again.
+// Levels above exact blocks, all of them at once: from the blocks' meshes as one, against what is known of squares of their
+// samples. So their errors are bounds, and no sample is read again.
 #include <vector>
 
 #include "gpu/exact/simplify_block.h"
@@ -23,8 +23,9 @@ Above join_blocks(const proto::Plan& plan, const std::vector<const KeptBlock*>& 
 /// Levels of the plan above its blocks.
 gpu::exact::BlockPlan levels_above(const proto::Plan& plan);
 
-/// States the tile's error: what the engine knows of it (max_error_m, as tiles_of_block has it), and what rounding may add. Steep triangles and needles
-/// are measured as they will be decoded; where they are too far off, or upside down in space, vertices are put back.
+/// States the tile's error: what the engine knows of it (max_error_m, as tiles_of_block has it), and what rounding may add. Steep
+/// triangles and needles are measured as they will be decoded; where they are too far off, or upside down in space, vertices are
+/// put back.
 void state_error(const LevelContext& context, const gpu::exact::Ground& ground, BuiltTile& tile);
 
 }  // namespace cordillera::pipeline

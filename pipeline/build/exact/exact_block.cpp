@@ -20,8 +20,8 @@ namespace {
 using gpu::exact::SideKind;
 
 constexpr double kMostTolerance_m = 16384;  // see gpu::exact::BlockLevel
-constexpr int kRimShare = 64;                   // of the data's narrow side, for what rims may move
-constexpr int kSideReach = 3;                   // rows beyond a shared side, likewise
+constexpr int kRimShare = 64;               // of the data's narrow side, for what rims may move
+constexpr int kSideReach = 3;               // rows beyond a shared side, likewise
 
 using proto::floor_divide;
 
@@ -44,7 +44,8 @@ BlockPlace rectangle_of(const proto::Plan& plan, const proto::TileAddress& node)
   const std::int64_t units = lattice.tile_units(node.z), south = lattice.south(node);
   std::int64_t west = lattice.west(node);  // of the node, on the turn that the window is on
   west += floor_divide(window.west - west, lattice.columns()) * lattice.columns();
-  const auto columns = to_tile_lines(window.west - west, window.east - west, units), rows = to_tile_lines(window.south - south, window.north - south, units);
+  const auto columns = to_tile_lines(window.west - west, window.east - west, units),
+             rows = to_tile_lines(window.south - south, window.north - south, units);
   place.west = west + columns.first, place.east = west + columns.second;
   place.south = south + rows.first, place.north = south + rows.second;
   return place;
@@ -64,13 +65,17 @@ BlockPlace whole_node(const proto::Plan& plan, const proto::TileAddress& node, c
   return place;
 }
 
-std::int64_t narrow_side(const proto::Plan& plan) { return std::min(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1; }
+std::int64_t narrow_side(const proto::Plan& plan) {
+  return std::min(plan.window(2) - plan.window(0), plan.window(3) - plan.window(1)) + 1;
+}
 
 bool is_on(std::int64_t line, std::int64_t other, std::int64_t circle) { return (line - other) % circle == 0; }
 
 }  // namespace
 
-raster::Source::Window BlockPlace::window() const { return {west - kSideReach, south - kSideReach, east + kSideReach, north + kSideReach}; }
+raster::Source::Window BlockPlace::window() const {
+  return {west - kSideReach, south - kSideReach, east + kSideReach, north + kSideReach};
+}
 
 proto::Samples BlockPlace::empty_samples() const { return raster::void_samples(window()); }
 
@@ -102,9 +107,9 @@ BlockPlace place_of_block(const proto::Plan& plan, const proto::TileAddress& nod
 
 namespace {
 
-/// Between the ends of a chord its middle is nearer to the pole than the parallel, by tan(lat) / 8 of the square of its width (an angle on
-/// the ground); a chord that rises from row to row is beside its line by up to tan(lat) / 4 of width times height. A sample between the
-/// two may be shown by the next triangle, whose slope is another one: so more than that.
+/// Between the ends of a chord its middle is nearer to the pole than the parallel, by tan(lat) / 8 of the square of its width (an
+/// angle on the ground); a chord that rises from row to row is beside its line by up to tan(lat) / 4 of width times height. A
+/// sample between the two may be shown by the next triangle, whose slope is another one: so more than that.
 float sway_of(const proto::RowFrame& row, double cell_rad) {
   constexpr double kShare = 3.0 / 8;
   return static_cast<float>(kShare * cell_rad * std::abs(row.sin_lat) / std::max(row.cos_lat, 1e-3));
@@ -115,9 +120,11 @@ float sway_of(const proto::RowFrame& row, double cell_rad) {
 BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place) {
   // A parallel of radius r = N cos(lat) leaves its tangent by the square of the way over 2 r, of which cos(lat) is upright.
   const proto::Lattice lattice = lattice_of(plan);
-  const double cell_rad = lattice.cell_deg() * std::numbers::pi / 180, half_squared = cell_rad * cell_rad / 2 / proto::kHeightStep_m;
+  const double cell_rad = lattice.cell_deg() * std::numbers::pi / 180,
+               half_squared = cell_rad * cell_rad / 2 / proto::kHeightStep_m;
   BlockCurve curve;
-  for (const proto::RowFrame& row : proto::row_frames(lattice, place.south, static_cast<std::size_t>(place.north - place.south + 1)))
+  for (const proto::RowFrame& row :
+       proto::row_frames(lattice, place.south, static_cast<std::size_t>(place.north - place.south + 1)))
     curve.rows.push_back({static_cast<float>(row.radius_m * row.cos_lat * half_squared), sway_of(row, cell_rad)});
   curve.up = static_cast<float>(proto::kSemiMajor_m * half_squared);
   return curve;
@@ -152,12 +159,14 @@ gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, con
   for (int l = static_cast<int>(plan.finest_level()); l >= coarsest; --l) {
     const proto::LevelPlan& level = level_plan(plan, l);
     gpu::exact::BlockLevel asked;
-    // Where somebody asks for less than a float32 can tell, rounding takes all of it: half is left, and the error is stated as it is.
+    // Where somebody asks for less than a float32 can tell, rounding takes all of it: half is left, and the error is stated as it
+    // is.
     const double target_m = std::min(level.target(), kMostTolerance_m);
     asked.tolerance_m = std::max(target_m - gpu::kGrace_m - level.ecef_step(), target_m / 2);
     asked.height_step = height_step(level);
     asked.least_width = least_width(lattice, place, level.ecef_step());
-    if (!levels.levels.empty()) asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels.back(), asked.height_step));
+    if (!levels.levels.empty())
+      asked.tolerance_m = std::max(asked.tolerance_m, least_tolerance_m(levels.levels.back(), asked.height_step));
     asked.rim_reach = levels.levels.empty() ? -1 : std::min(static_cast<int>(levels.levels.size()), most_reach);
     levels.levels.push_back(asked);
   }
@@ -172,7 +181,8 @@ struct TileTriangles {
   float bound = 0;
 };
 
-proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const std::vector<const std::array<std::uint32_t, 3>*>& triangles, std::int64_t dx, std::int64_t dy, std::int32_t side) {
+proto::TileMesh mesh_of_tile(const gpu::exact::BlockMesh& mesh, const std::vector<const std::array<std::uint32_t, 3>*>& triangles,
+                             std::int64_t dx, std::int64_t dy, std::int32_t side) {
   std::vector<std::uint32_t> vertices;
   for (const auto* triangle : triangles) vertices.insert(vertices.end(), triangle->begin(), triangle->end());
   std::sort(vertices.begin(), vertices.end());
@@ -205,13 +215,15 @@ proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32
   return tile;
 }
 
-std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh, TileParts parts) {
+std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh,
+                                      TileParts parts) {
   const proto::Lattice lattice = lattice_of(plan);
   const std::int64_t units = lattice.tile_units(z);
   std::map<std::pair<std::int64_t, std::int64_t>, TileTriangles> by_tile;  // row, then column
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
-    if (parts == TileParts::published && (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]])) continue;
+    if (parts == TileParts::published && (mesh.is_void[triangle[0]] || mesh.is_void[triangle[1]] || mesh.is_void[triangle[2]]))
+      continue;
     const std::int64_t x = std::min({mesh.x[triangle[0]], mesh.x[triangle[1]], mesh.x[triangle[2]]}),
                        y = std::min({mesh.y[triangle[0]], mesh.y[triangle[1]], mesh.y[triangle[2]]});
     TileTriangles& of_tile = by_tile[{floor_divide(place.south + y, units), floor_divide(place.west + x, units)}];
@@ -222,12 +234,15 @@ std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace&
   for (const auto& [at, triangles] : by_tile) {
     const std::int64_t across = proto::tiles_across(z);
     BuiltTile tile;
-    tile.tile = {z, static_cast<std::int32_t>(at.second - floor_divide(at.second, across) * across), static_cast<std::int32_t>(at.first)};
+    tile.tile = {z, static_cast<std::int32_t>(at.second - floor_divide(at.second, across) * across),
+                 static_cast<std::int32_t>(at.first)};
     tile.max_error_m = triangles.bound * proto::kHeightStep_m;
-    tile.mesh = mesh_of_tile(mesh, triangles.all, place.west - at.second * units, place.south - at.first * units, static_cast<std::int32_t>(units));
+    tile.mesh = mesh_of_tile(mesh, triangles.all, place.west - at.second * units, place.south - at.first * units,
+                             static_cast<std::int32_t>(units));
     tiles.push_back(std::move(tile));
   }
-  std::sort(tiles.begin(), tiles.end(), [](const BuiltTile& a, const BuiltTile& b) { return std::pair(a.tile.y, a.tile.x) < std::pair(b.tile.y, b.tile.x); });
+  std::sort(tiles.begin(), tiles.end(),
+            [](const BuiltTile& a, const BuiltTile& b) { return std::pair(a.tile.y, a.tile.x) < std::pair(b.tile.y, b.tile.x); });
   return tiles;
 }
 

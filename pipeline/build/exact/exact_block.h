@@ -20,9 +20,10 @@ struct BlockPlace {
   raster::Source::Window window() const;
   proto::Samples empty_samples() const;
 };
-/// Of a node of the plan's block level. Where levels are merged above it, the whole node, all of whose sides are shared: then nothing of a block
-/// depends on which others there are, and where it has no data its sides have the vertices that a missing neighbour is taken to have. Else the tiles
-/// of the finest level that the plan's window touches, sides shared where the node beside it has a block up to there.
+/// Of a node of the plan's block level. Where levels are merged above it, the whole node, all of whose sides are shared: then
+/// nothing of a block depends on which others there are, and where it has no data its sides have the vertices that a missing
+/// neighbour is taken to have. Else the tiles of the finest level that the plan's window touches, sides shared where the node
+/// beside it has a block up to there.
 BlockPlace place_of_block(const proto::Plan& plan, const proto::TileAddress& node);
 /// The tiles of any node that the plan's window touches, as if there were no others: a sample of a dry run.
 BlockPlace place_alone(const proto::Plan& plan, const proto::TileAddress& node);
@@ -34,28 +35,29 @@ struct BlockCurve {
 };
 BlockCurve curve_of(const proto::Plan& plan, const BlockPlace& place);
 
-/// 2 to the power of it: samples that rims may move by on the coarsest levels; -1: none. A function of the window's narrower side, for small data
-/// keeps its outline.
+/// 2 to the power of it: samples that rims may move by on the coarsest levels; -1: none. A function of the window's narrower
+/// side, for small data keeps its outline.
 int most_rim_reach(const proto::Plan& plan);
 
 /// Levels finest .. coarsest, each with its target less what rounding of .glb points and other programs' trigonometry may add.
 /// Of a block at this place.
 gpu::exact::BlockPlan levels_of_block(const proto::Plan& plan, int coarsest, const BlockPlace& place);
 
-/// Level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine knows, if it says so. published: their published
-/// triangles alone, without void vertices; tiles
-/// without any are left out. whole: all of them.
+/// Level z of a block as tiles, ordered by y then x, not measured yet: max_error_m is what the engine knows, if it says so.
+/// published: their published triangles alone, without void vertices; tiles without any are left out. whole: all of them.
 enum class TileParts { published, whole };
-std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh, TileParts parts);
+std::vector<BuiltTile> tiles_of_block(const proto::Plan& plan, const BlockPlace& place, int z, const gpu::exact::BlockMesh& mesh,
+                                      TileParts parts);
 
 /// A block that is a whole node, void triangles too. side: of the node, units.
 proto::TileMesh tile_mesh_of_block(const gpu::exact::BlockMesh& mesh, std::int32_t side);
 
-/// States the tile's error, measured against the context's samples. Where a triangle is above the target, or upside down in space, vertices
-/// are put back inside the tile first. How much of the error is above the target all the same; 0: nothing.
+/// States the tile's error, measured against the context's samples. Where a triangle is above the target, or upside down in
+/// space, vertices are put back inside the tile first. How much of the error is above the target all the same; 0: nothing.
 double measure_exact(const LevelContext& context, BuiltTile& tile);
 
-/// Gives the tile of a node what the merge above it needs, see hand_up. children: whole tiles of the level below it, all four of them.
+/// Gives the tile of a node what the merge above it needs, see hand_up. children: whole tiles of the level below it, all four of
+/// them.
 void hand_up_exact(const LevelContext& context, const std::vector<BuiltTile>& children, BuiltTile& tile);
 
 }  // namespace cordillera::pipeline

@@ -50,8 +50,10 @@ GroundMeter::GroundMeter(const At& at, const gpu::exact::Ground& ground) : at_(a
 GroundMeter::Known GroundMeter::around(const std::array<gpu::MeshPoint, 3>& corners) const {
   const auto [from_x, to_x] = std::minmax({corners[0].x, corners[1].x, corners[2].x});
   const auto [from_y, to_y] = std::minmax({corners[0].y, corners[1].y, corners[2].y});
-  const std::int64_t west = std::max<std::int64_t>(west_ + from_x - kMargin, 0), east = std::min<std::int64_t>(west_ + to_x + kMargin, ground_.columns - 1);
-  const std::int64_t south = std::max<std::int64_t>(south_ + from_y - kMargin, 0), north = std::min<std::int64_t>(south_ + to_y + kMargin, ground_.rows - 1);
+  const std::int64_t west = std::max<std::int64_t>(west_ + from_x - kMargin, 0),
+                     east = std::min<std::int64_t>(west_ + to_x + kMargin, ground_.columns - 1);
+  const std::int64_t south = std::max<std::int64_t>(south_ + from_y - kMargin, 0),
+                     north = std::min<std::int64_t>(south_ + to_y + kMargin, ground_.rows - 1);
   Known known;
   proto::Samples& samples = known.samples;
   samples.west = ground_.west + west, samples.south = ground_.south + south;
@@ -74,11 +76,14 @@ gpu::TriangleError GroundMeter::measure(const std::array<gpu::MeshPoint, 3>& cor
   const Known known = around(corners);
   const proto::TileMesh mesh = mesh_of(at_.side, corners);
   gpu::TriangleError error =
-      gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_step_m, nullptr}, at_.height_step).measure(corners, limit_m - known.error_m);
+      gpu::SampleMeter({at_.lattice, at_.tile, &mesh, &known.samples, at_.ecef_step_m, nullptr}, at_.height_step)
+          .measure(corners, limit_m - known.error_m);
   error.error_m += known.error_m;
   return error;
 }
 
-double GroundMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance&) const { return measure(corners, INFINITY).error_m; }
+double GroundMeter::error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance&) const {
+  return measure(corners, INFINITY).error_m;
+}
 
 }  // namespace cordillera::pipeline

@@ -26,7 +26,9 @@ class GroundMeter final : public gpu::ErrorMeter {
   double error_m(const std::array<gpu::MeshPoint, 3>& corners, const gpu::Glance& asked) const override;
   const gpu::exact::Field& field() const { return field_; }
   /// A place of the tile, in the ground's samples.
-  std::pair<int, int> on_ground(std::int32_t x, std::int32_t y) const { return {static_cast<int>(west_ + x), static_cast<int>(south_ + y)}; }
+  std::pair<int, int> on_ground(std::int32_t x, std::int32_t y) const {
+    return {static_cast<int>(west_ + x), static_cast<int>(south_ + y)};
+  }
 
  private:
   /// Around the corners, and how far samples may be from them.

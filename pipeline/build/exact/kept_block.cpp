@@ -8,25 +8,29 @@
 
 namespace cordillera::pipeline {
 
-static_assert(std::endian::native == std::endian::little && sizeof(gpu::exact::BoundingPlane) == 4 * sizeof(float), "planes are stored as they are");
+static_assert(std::endian::native == std::endian::little && sizeof(gpu::exact::BoundingPlane) == 4 * sizeof(float),
+              "planes are stored as they are");
 
 std::string to_bytes(const KeptBlock& block) {
   proto::KeptBlock record;
   *record.mutable_mesh() = record_of_mesh(block.mesh);
   const gpu::exact::Squares& squares = block.squares;
-  record.set_planes(std::string(reinterpret_cast<const char*>(squares.plane.data()), squares.plane.size() * sizeof(gpu::exact::BoundingPlane)));
+  record.set_planes(
+      std::string(reinterpret_cast<const char*>(squares.plane.data()), squares.plane.size() * sizeof(gpu::exact::BoundingPlane)));
   record.set_codes(std::string(squares.code.begin(), squares.code.end()));
   record.set_depths(std::string(squares.depth.begin(), squares.depth.end()));
   return record.SerializeAsString();
 }
 
 proto::Result<KeptBlock> kept_block_from(const std::string& bytes) {
-  const proto::Problem damaged{"store-damaged", "what a block left for the levels above it cannot be read", "a dataset built anew", ""};
+  const proto::Problem damaged{"store-damaged", "what a block left for the levels above it cannot be read",
+                               "a dataset built anew", ""};
   proto::KeptBlock record;
   if (!record.ParseFromString(bytes)) return damaged;
   auto mesh = mesh_of_record(record.mesh());
   const std::size_t across = static_cast<std::size_t>(record.mesh().side()) / 8 + 1, count = across * across;
-  if (!mesh || record.planes().size() != count * sizeof(gpu::exact::BoundingPlane) || record.codes().size() != 64 * count) return damaged;
+  if (!mesh || record.planes().size() != count * sizeof(gpu::exact::BoundingPlane) || record.codes().size() != 64 * count)
+    return damaged;
   if (!record.depths().empty() && record.depths().size() != count) return damaged;
   KeptBlock block;
   block.mesh = std::move(*mesh);

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <string>
 
-#include "pipeline/exports/mesh/mesh_weld.h"
 #include "pipeline/encode/published_mesh.h"
+#include "pipeline/exports/mesh/mesh_weld.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

@@ -4,12 +4,12 @@
 #include <bit>
 #include <cmath>
 
-#include "pipeline/exports/archive_metadata.h"
-#include "pipeline/exports/mesh/mesh_output.h"
-#include "pipeline/exports/whole_file.h"
 #include "pipeline/encode/glb.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/exports/archive_metadata.h"
+#include "pipeline/exports/mesh/mesh_output.h"
+#include "pipeline/exports/whole_file.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

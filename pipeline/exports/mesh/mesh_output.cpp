@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "pipeline/exports/archive_metadata.h"
 #include "pipeline/encode/json.h"
+#include "pipeline/exports/archive_metadata.h"
 #include "proto/mesh_file/mesh_file.h"
 
 namespace cordillera::pipeline::exports {

@@ -1,10 +1,10 @@
 #include <bit>
 #include <cmath>
 
+#include "pipeline/encode/little_endian.h"
 #include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/mesh/mesh_output.h"
 #include "pipeline/exports/whole_file.h"
-#include "pipeline/encode/little_endian.h"
 
 namespace cordillera::pipeline::exports {
 namespace {

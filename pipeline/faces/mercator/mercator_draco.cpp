@@ -3,11 +3,11 @@
 #include <array>
 #include <cmath>
 
-#include "pipeline/faces/quantized_mesh/layer_json.h"
-#include "pipeline/faces/mercator/mercator_grid.h"
-#include "pipeline/faces/tilejson.h"
-#include "pipeline/encode/json.h"
 #include "pipeline/build/provisional.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/faces/mercator/mercator_grid.h"
+#include "pipeline/faces/quantized_mesh/layer_json.h"
+#include "pipeline/faces/tilejson.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -43,7 +43,8 @@ proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place&
 
 constexpr std::array<Resource, 2> kResources = {{
     {kDocument, Grid::none, "application/json", "TileJSON of the meshes in WebMercatorQuad", tile_json, Links::tile_templates},
-    {kTiles, Grid::web_mercator, "application/octet-stream", "A tile as a Draco mesh of integers; the TileJSON's drc_formula makes degrees and metres of them", tile},
+    {kTiles, Grid::web_mercator, "application/octet-stream",
+     "A tile as a Draco mesh of integers; the TileJSON's drc_formula makes degrees and metres of them", tile},
 }};
 
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place) {
@@ -87,7 +88,8 @@ Zooms mercator_draco_zooms(const proto::Manifest& manifest) {
 }
 
 const Face& mercator_draco() {
-  static const Face kFace = {"drc-mercator", "any program with Draco that draws a map in Web Mercator", kDocument, kResources, each_path};
+  static const Face kFace = {"drc-mercator", "any program with Draco that draws a map in Web Mercator", kDocument, kResources,
+                             each_path};
   return kFace;
 }
 

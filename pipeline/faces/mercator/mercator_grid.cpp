@@ -40,19 +40,22 @@ std::shared_ptr<const MeshIndex> MercatorGrid::mesh(const proto::TileAddress& ti
 std::vector<proto::Vec3> MercatorGrid::normals(const proto::TileAddress& tile) const {
   const MercatorMesh cut = mercator_mesh(terrain(), tile, MercatorNormals::all);
   std::vector<proto::Vec3> out;
-  for (const std::uint32_t vertex : on_lattice(cut, tile, MercatorRows::latitude, side(tile.z)).source) out.push_back(cut.vertices[vertex].normal);
+  for (const std::uint32_t vertex : on_lattice(cut, tile, MercatorRows::latitude, side(tile.z)).source)
+    out.push_back(cut.vertices[vertex].normal);
   return out;
 }
 
 TileAngles MercatorGrid::angles(const proto::TileAddress& tile) const {
   const double width = 2 * std::numbers::pi / std::ldexp(1, tile.z);
-  const double south = mercator_latitude_deg(tile.z, tile.y) * kDegree, north = mercator_latitude_deg(tile.z, tile.y + 1) * kDegree;
+  const double south = mercator_latitude_deg(tile.z, tile.y) * kDegree,
+               north = mercator_latitude_deg(tile.z, tile.y + 1) * kDegree;
   return {tile.x * width - std::numbers::pi, south, width, north - south};
 }
 
 /// A point of a common side has one place, whichever tile asks.
 MercatorGrid::Place MercatorGrid::place(const proto::TileAddress& tile, const Units& units) const {
-  const double all = side(tile.z), south = mercator_latitude_deg(tile.z, tile.y), north = mercator_latitude_deg(tile.z, tile.y + 1);
+  const double all = side(tile.z), south = mercator_latitude_deg(tile.z, tile.y),
+               north = mercator_latitude_deg(tile.z, tile.y + 1);
   const double longitude = (tile.x + units[0] / all) * 360 / std::ldexp(1, tile.z) - 180;
   const double latitude = units[1] == side(tile.z) ? north : south + (north - south) * (units[1] / all);
   return {longitude < 180 ? longitude : longitude - 360, latitude};
@@ -64,7 +67,8 @@ double MercatorGrid::beside_m(const proto::TileAddress& tile, const Units& units
     const proto::Lattice lattice = terrain().lattice();
     const double cells_a_degree = 1 / lattice.cell_deg();
     const auto coarsest = static_cast<int>(terrain().manifest().min_level());
-    const std::int64_t column = std::llround((at.longitude_deg + 180) * cells_a_degree), row = std::llround((at.latitude_deg + 90) * cells_a_degree);
+    const std::int64_t column = std::llround((at.longitude_deg + 180) * cells_a_degree),
+                       row = std::llround((at.latitude_deg + 90) * cells_a_degree);
     if (const auto height_m = plan_height_m(terrain(), coarsest, column % lattice.columns(), row)) return *height_m;
   }
   return sea_level_m(terrain(), at.longitude_deg, at.latitude_deg);
@@ -94,7 +98,8 @@ WaterPixels MercatorGrid::water(const proto::TileAddress& tile) const {
       if (fresh) mask->second = unpack_water(terrain().store().water(own));
       if (mask->second.empty()) continue;
       if (out.empty()) out.assign(std::size_t{kWaterSide} * kWaterSide, 0);
-      out[static_cast<std::size_t>(r * kWaterSide + c)] = mask->second[static_cast<std::size_t>(from_north * kWaterSide + column % kWaterSide)];
+      out[static_cast<std::size_t>(r * kWaterSide + c)] =
+          mask->second[static_cast<std::size_t>(from_north * kWaterSide + column % kWaterSide)];
     }
   }
   return out;
@@ -107,7 +112,8 @@ std::vector<MeshGrid::Under> MercatorGrid::under(int z, const TileRange& range) 
   const std::int32_t north = static_cast<std::int32_t>((mercator_latitude_deg(z, range.end_y + 1) + 90) * rows_a_degree);
   const int wide = z == 0 ? 1 : 0;
   std::vector<Under> out;
-  for (const TileExtent& node : terrain().store().extents(at, range.start_x << wide, south, (range.end_x << wide) + wide, std::min(north, proto::tiles_up(at) - 1))) {
+  for (const TileExtent& node : terrain().store().extents(at, range.start_x << wide, south, (range.end_x << wide) + wide,
+                                                          std::min(north, proto::tiles_up(at) - 1))) {
     out.push_back({node.tile.x >> wide});
   }
   return out;

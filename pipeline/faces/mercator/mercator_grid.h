@@ -1,6 +1,6 @@
 #pragma once
-// WebMercatorQuad as a grid of meshes. Positions in a tile are shares of its longitudes and latitudes, as quantized-mesh has them in every
-// projection, so the surface is the one of the dataset's own tiles.
+// WebMercatorQuad as a grid of meshes. Positions in a tile are shares of its longitudes and latitudes, as quantized-mesh has them
+// in every projection, so the surface is the one of the dataset's own tiles.
 #include <map>
 #include <memory>
 

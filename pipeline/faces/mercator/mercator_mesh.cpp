@@ -27,7 +27,8 @@ struct Corner {
 
 class Cutter {
  public:
-  Cutter(const Terrain& terrain, const proto::TileAddress& tile, MercatorNormals normals) : terrain_(terrain), lattice_(terrain.lattice()), wanted_(normals) {
+  Cutter(const Terrain& terrain, const proto::TileAddress& tile, MercatorNormals normals)
+      : terrain_(terrain), lattice_(terrain.lattice()), wanted_(normals) {
     const double rows = static_cast<double>(lattice_.rows());
     out_.south = (mercator_latitude_deg(tile.z, tile.y) + 90) / 180 * rows;
     out_.north = (mercator_latitude_deg(tile.z, tile.y + 1) + 90) / 180 * rows;
@@ -50,7 +51,8 @@ class Cutter {
     const auto index = terrain_.mesh(tile);
     if (!index) return;
     const LatticeMesh& mesh = index->mesh();
-    const std::vector<Vec3> normals = wanted_ == MercatorNormals::all ? mesh_normals(terrain_, *index) : std::vector<Vec3>(mesh.points.size());
+    const std::vector<Vec3> normals =
+        wanted_ == MercatorNormals::all ? mesh_normals(terrain_, *index) : std::vector<Vec3>(mesh.points.size());
     const std::int64_t west = lattice_.west(tile), south = lattice_.south(tile);
     corners_.clear();
     numbers_.assign(mesh.points.size(), kNone);
@@ -60,8 +62,8 @@ class Cutter {
     for (const Triangle& t : mesh.triangles) add_triangle(t);
   }
 
-  /// A triangle's part between two parallels has its corners there and the points where its edges cross them, in the order of a walk
-  /// around it.
+  /// A triangle's part between two parallels has its corners there and the points where its edges cross them, in the order of a
+  /// walk around it.
   void add_triangle(const Triangle& t) {
     std::array<std::uint32_t, 7> part{};
     std::size_t count = 0;
@@ -88,7 +90,9 @@ class Cutter {
     const auto& p = mesh_->points[v];
     const Corner& c = corners_[v];
     const bool side = p[0] == 0 || p[0] == mesh_->side || p[1] == 0 || p[1] == mesh_->side;
-    const auto make = [&] { return add_vertex({static_cast<double>(c.column - west_), static_cast<double>(c.row), c.height, (*normals_)[v]}); };
+    const auto make = [&] {
+      return add_vertex({static_cast<double>(c.column - west_), static_cast<double>(c.row), c.height, (*normals_)[v]});
+    };
     if (!side) return numbers_[v] = make();
     const auto [found, fresh] = sides_.try_emplace(c);
     if (fresh) found->second = make();
@@ -105,21 +109,26 @@ class Cutter {
     Vec3 normal = (*normals_)[a] + share * ((*normals_)[b] - (*normals_)[a]);
     if (wanted_ == MercatorNormals::all) normal = (1 / std::sqrt(dot(normal, normal))) * normal;
     const double west = static_cast<double>(west_);
-    found->second = add_vertex({column - west, row, static_cast<std::int32_t>(std::lround(height_m / proto::kHeightStep_m)), normal});
+    found->second =
+        add_vertex({column - west, row, static_cast<std::int32_t>(std::lround(height_m / proto::kHeightStep_m)), normal});
     return found->second;
   }
 
   struct Crossing {
     double share = 0, column = 0, height_m = 0;
   };
-  /// from is the western end. Where the edge, which is straight in space, crosses the parallel: what is cut off lies on the very triangle.
+  /// from is the western end. Where the edge, which is straight in space, crosses the parallel: what is cut off lies on the very
+  /// triangle.
   Crossing crossing(const Corner& from, const Corner& to, double row) const {
     const auto position = [&](const Corner& c) {
-      return proto::ecef(proto::row_frame(lattice_, c.row), proto::column_frame(lattice_, c.column), c.height * proto::kHeightStep_m);
+      return proto::ecef(proto::row_frame(lattice_, c.row), proto::column_frame(lattice_, c.column),
+                         c.height * proto::kHeightStep_m);
     };
     const proto::RowFrame parallel = row_frame_at(row * lattice_.cell_deg() - 90);
     const Vec3 start = position(from), along = position(to) - start;
-    const auto out_m = [&](double share) { return std::hypot(start.x + share * along.x, start.y + share * along.y) - parallel.radius_m; };
+    const auto out_m = [&](double share) {
+      return std::hypot(start.x + share * along.x, start.y + share * along.y) - parallel.radius_m;
+    };
     const auto up_m = [&](double share) { return start.z + share * along.z - parallel.axis_m; };
     // North of the normals that stand on the parallel, metres.
     const auto north_m = [&](double share) { return up_m(share) * parallel.cos_lat - out_m(share) * parallel.sin_lat; };
@@ -128,14 +137,15 @@ class Cutter {
     double column = static_cast<double>(from.column);
     if (to.column != from.column) {
       column = (std::atan2(at.y, at.x) * 180 / std::numbers::pi + 180) / lattice_.cell_deg();
-      if (to.column == lattice_.columns() && column < static_cast<double>(from.column)) column += static_cast<double>(lattice_.columns());
+      if (to.column == lattice_.columns() && column < static_cast<double>(from.column))
+        column += static_cast<double>(lattice_.columns());
       column = std::clamp(column, static_cast<double>(from.column), static_cast<double>(to.column));
     }
     return {share, column, out_m(share) * parallel.cos_lat + up_m(share) * parallel.sin_lat};
   }
 
-  /// M. Dowell and P. Jarratt, "A modified regula falsi method for computing the root of an equation", 1971. The function's signs differ at
-  /// 0 and 1 unless a corner lies on the parallel but for the last bits.
+  /// M. Dowell and P. Jarratt, "A modified regula falsi method for computing the root of an equation", 1971. The function's signs
+  /// differ at 0 and 1 unless a corner lies on the parallel but for the last bits.
   template <class Function>
   static double zero_between(const Function& f) {
     constexpr double kNear_m = 1e-7;
@@ -204,9 +214,9 @@ MercatorLattice on_lattice(const MercatorMesh& mesh, const proto::TileAddress& t
   const double rows_a_degree = mesh.columns * std::ldexp(1, tile.z) / 360;
   for (std::uint32_t k = 0; k < mesh.vertices.size(); ++k) {
     const auto& vertex = mesh.vertices[k];
-    const double up = rows == MercatorRows::latitude
-                          ? (vertex.row - mesh.south) / (mesh.north - mesh.south)
-                          : std::ldexp(1, tile.z) - tile.y - latitude_pixel(tile.z, vertex.row / rows_a_degree - 90) / kTilePixels;
+    const double up = rows == MercatorRows::latitude ? (vertex.row - mesh.south) / (mesh.north - mesh.south)
+                                                     : std::ldexp(1, tile.z) - tile.y -
+                                                           latitude_pixel(tile.z, vertex.row / rows_a_degree - 90) / kTilePixels;
     const std::int32_t u = inside(vertex.column / mesh.columns * side, 0, vertex.column, mesh.columns, side);
     const std::int32_t v = inside(up * side, mesh.south, vertex.row, mesh.north, side);
     auto here = static_cast<std::uint32_t>(out.mesh.points.size());

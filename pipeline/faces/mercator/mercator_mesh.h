@@ -1,6 +1,6 @@
 #pragma once
-// The triangles of a dataset under a tile of WebMercatorQuad, cut at its parallels. Its meridians are those of the dataset's own tiles,
-// so nothing is cut there.
+// The triangles of a dataset under a tile of WebMercatorQuad, cut at its parallels. Its meridians are those of the dataset's own
+// tiles, so nothing is cut there.
 #include <algorithm>
 #include <cstdint>
 #include <vector>
@@ -35,8 +35,8 @@ struct MercatorMesh {
 
 enum class MercatorNormals : std::uint8_t { none, all };
 
-/// Empty where the dataset has nothing. What lies on a parallel is a function of the cut edges alone: both tiles there have the same
-/// bits. tile: y from the south.
+/// Empty where the dataset has nothing. What lies on a parallel is a function of the cut edges alone: both tiles there have the
+/// same bits. tile: y from the south.
 MercatorMesh mercator_mesh(const Terrain& terrain, const proto::TileAddress& tile, MercatorNormals normals);
 
 /// What latitudes become in the integers of a tile.

@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "pipeline/faces/mercator/mercator_grid.h"
+#include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "pipeline/faces/quantized_mesh/quantized_mesh_bytes.h"
 
 namespace cordillera::pipeline::faces {
@@ -20,9 +20,10 @@ proto::Result<std::optional<Document>> layer(const Terrain& terrain, const Place
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place);
 
 constexpr std::array<Resource, 2> kResources = {{
-    {kLayer, Grid::none, "application/json", "Levels, available tiles and bounds of the quantized-mesh terrain in EPSG:3857", layer},
-    {kTiles, Grid::web_mercator_south, "application/vnd.quantized-mesh", "A tile of quantized-mesh 1.0 in EPSG:3857", tile, Links::relative,
-     Absent::not_found, Compression::gzip},
+    {kLayer, Grid::none, "application/json", "Levels, available tiles and bounds of the quantized-mesh terrain in EPSG:3857",
+     layer},
+    {kTiles, Grid::web_mercator_south, "application/vnd.quantized-mesh", "A tile of quantized-mesh 1.0 in EPSG:3857", tile,
+     Links::relative, Absent::not_found, Compression::gzip},
 }};
 
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place) {
@@ -49,8 +50,8 @@ void each_path(const Terrain& terrain, const PathSink& sink) {
 }  // namespace
 
 const Face& mercator_terrain() {
-  static const Face kFace = {"quantized-mesh-mercator", "the same terrain in EPSG:3857, for scenes on Web Mercator's tiles", kLayer, kResources,
-                             each_path};
+  static const Face kFace = {"quantized-mesh-mercator", "the same terrain in EPSG:3857, for scenes on Web Mercator's tiles",
+                             kLayer, kResources, each_path};
   return kFace;
 }
 

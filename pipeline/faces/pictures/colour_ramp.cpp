@@ -36,7 +36,9 @@ std::optional<RampStop> stop(std::string_view text) {
 
 proto::Problem refused(std::string_view text, std::string_view accepted) {
   const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c < 127; });
-  return {"option-invalid", "ramp=" + (printable ? std::string(text.substr(0, 80)) : "(not plain text)") + " is neither the name of a ramp nor a list of stops with increasing values",
+  return {"option-invalid",
+          "ramp=" + (printable ? std::string(text.substr(0, 80)) : "(not plain text)") +
+              " is neither the name of a ramp nor a list of stops with increasing values",
           std::string(accepted), "ramp"};
 }
 
@@ -49,7 +51,8 @@ Rgb colour_at(const Ramp& ramp, double value) {
   const RampStop &a = above[-1], &b = *above;
   const double share = (value - a.value) / (b.value - a.value);
   Rgb out{};
-  for (std::size_t k = 0; k < out.size(); ++k) out[k] = static_cast<std::uint8_t>(std::nearbyint(a.rgb[k] + share * (b.rgb[k] - a.rgb[k])));
+  for (std::size_t k = 0; k < out.size(); ++k)
+    out[k] = static_cast<std::uint8_t>(std::nearbyint(a.rgb[k] + share * (b.rgb[k] - a.rgb[k])));
   return out;
 }
 

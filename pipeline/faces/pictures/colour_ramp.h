@@ -27,8 +27,8 @@ Rgb colour_at(const Ramp& ramp, double value);
 Ramp stretched(std::span<const RampStop> shares, double low, double high);
 
 inline constexpr std::size_t kMostStops = 32;
-/// Stops as a query has them, "0:2b83ba,1500:ffffff": value and colour, 2 to kMostStops of them, values increasing. A problem about
-/// ramp= that names `accepted` where it is something else.
+/// Stops as a query has them, "0:2b83ba,1500:ffffff": value and colour, 2 to kMostStops of them, values increasing. A problem
+/// about ramp= that names `accepted` where it is something else.
 proto::Result<Ramp> ramp_stops(std::string_view text, std::string_view accepted);
 
 /// [[value, "#rrggbb"], …]

@@ -17,8 +17,8 @@ PixelSize pixel_size(const Place& place, std::int32_t row);
 struct Gradient {
   double east = 0, north = 0;
 };
-/// By the method of Horn (1981), doi:10.1109/PROC.1981.11918, as gdaldem has it: from the eight pixels around, those beyond the tile's
-/// side included. Where a neighbour has no data the pixel's own height stands for it. The pixel itself must have data.
+/// By the method of Horn (1981), doi:10.1109/PROC.1981.11918, as gdaldem has it: from the eight pixels around, those beyond the
+/// tile's side included. Where a neighbour has no data the pixel's own height stands for it. The pixel itself must have data.
 Gradient gradient(const HeightGrid& grid, std::int32_t row, std::int32_t column, const PixelSize& size);
 
 }  // namespace cordillera::pipeline::faces

@@ -9,8 +9,8 @@
 
 #include "pipeline/faces/pictures/height_grid.h"
 #include "pipeline/faces/pictures/png_image.h"
-#include "pipeline/faces/web_mercator.h"
 #include "pipeline/faces/pictures/webp_image.h"
+#include "pipeline/faces/web_mercator.h"
 
 namespace cordillera::pipeline::faces {
 

@@ -15,7 +15,8 @@ namespace {
 constexpr std::int32_t kSide = kTilePixels + 2 * kMargin;
 
 PixelWindow window_of(const Place& place, int level) {
-  return {place.z, level, std::int64_t{kTilePixels} * place.x - kMargin, std::int64_t{kTilePixels} * place.y - kMargin, kSide, kSide, {}};
+  return {place.z, level, std::int64_t{kTilePixels} * place.x - kMargin, std::int64_t{kTilePixels} * place.y - kMargin, kSide,
+          kSide,   {}};
 }
 
 template <class Shows>
@@ -78,7 +79,8 @@ proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, con
   const auto filled = fill_gaps(terrain, window, beyond);
   if (!filled) return filled.problem();
   heights.height_m = std::move(window.height_m);
-  if (*filled) heights.data = heights.data || any_pixel(heights, [](double height_m) { return !std::isnan(height_m) && height_m != 0; });
+  if (*filled)
+    heights.data = heights.data || any_pixel(heights, [](double height_m) { return !std::isnan(height_m) && height_m != 0; });
   return grid;
 }
 

@@ -14,8 +14,8 @@ namespace cordillera::pipeline::faces {
 inline constexpr std::int32_t kMargin = 1;
 
 struct HeightGrid {
-  int level = 0;          ///< of the meshes
-  std::size_t side = 0;   ///< pixels, margins included
+  int level = 0;                 ///< of the meshes
+  std::size_t side = 0;          ///< pixels, margins included
   std::vector<double> height_m;  ///< by row from the north, then column; above the geoid, not a number where there is none
   bool data = false;             ///< any pixel of the tile itself has something to show
 
@@ -34,9 +34,11 @@ enum class Beyond : std::uint8_t {
   clear,  ///< transparent outside the outline
   faded,  ///< a height everywhere, which goes down to the geoid outside
 };
-/// The same without holes: `outline_fill.h` has how. data: any pixel of the tile has a height other than that of the geoid, or data.
+/// The same without holes: `outline_fill.h` has how. data: any pixel of the tile has a height other than that of the geoid, or
+/// data.
 proto::Result<std::optional<HeightGrid>> filled_grid(const Terrain& terrain, const Place& place, Beyond beyond);
-/// The same for any window: its heights are drawn and filled. A pixel's height is a function of its place and the window's level alone.
+/// The same for any window: its heights are drawn and filled. A pixel's height is a function of its place and the window's level
+/// alone.
 proto::Result<void> filled_window(const Terrain& terrain, PixelWindow& window, Beyond beyond);
 
 }  // namespace cordillera::pipeline::faces

@@ -17,10 +17,11 @@ constexpr double kAzimuth_deg = 315, kAltitude_deg = 45;  // where maps have had
 
 /// Towards the light; x east, y north.
 const proto::Vec3 kLight{std::sin(kAzimuth_deg * kDegree) * std::cos(kAltitude_deg * kDegree),
-                         std::cos(kAzimuth_deg * kDegree) * std::cos(kAltitude_deg * kDegree), std::sin(kAltitude_deg * kDegree)};
+                         std::cos(kAzimuth_deg* kDegree) * std::cos(kAltitude_deg* kDegree), std::sin(kAltitude_deg* kDegree)};
 
 std::uint8_t shade(const Gradient& rise) {
-  const double lit = (kLight.z - kLight.x * rise.east - kLight.y * rise.north) / std::sqrt(1 + rise.east * rise.east + rise.north * rise.north);
+  const double lit =
+      (kLight.z - kLight.x * rise.east - kLight.y * rise.north) / std::sqrt(1 + rise.east * rise.east + rise.north * rise.north);
   return static_cast<std::uint8_t>(std::nearbyint(255 * std::max(lit, 0.0)));
 }
 
@@ -51,7 +52,8 @@ proto::Result<std::optional<Document>> json(const Terrain& terrain, const Place&
 
 constexpr std::array<Resource, 2> kResources = {{
     {"hillshade.json", Grid::none, "application/json", "TileJSON 3.0 of the shaded relief", json, Links::tile_templates},
-    {kPng.path, Grid::web_mercator, "image/png", "Shaded relief, transparent outside the data", tile, Links::relative, Absent::no_content},
+    {kPng.path, Grid::web_mercator, "image/png", "Shaded relief, transparent outside the data", tile, Links::relative,
+     Absent::no_content},
 }};
 
 void each_path(const Terrain& terrain, const PathSink& sink) {
@@ -62,8 +64,8 @@ void each_path(const Terrain& terrain, const PathSink& sink) {
 }  // namespace
 
 const Face& hillshade() {
-  static const Face kFace = {"hillshade", "Leaflet, OpenLayers, QGIS, any map: a picture of the relief", "hillshade.json", kResources,
-                             each_path};
+  static const Face kFace = {"hillshade", "Leaflet, OpenLayers, QGIS, any map: a picture of the relief", "hillshade.json",
+                             kResources, each_path};
   return kFace;
 }
 

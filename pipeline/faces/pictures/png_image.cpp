@@ -19,8 +19,11 @@ void flush(png_structp) {}
 /// libpng leaves by longjmp where it fails: nothing with a destructor may live in this function.
 bool write(png_structp png, png_infop info, const std::uint8_t* pixels, std::uint32_t side, Pixel pixel) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
-  const int color = pixel == Pixel::rgb ? PNG_COLOR_TYPE_RGB : pixel == Pixel::rgb_alpha ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_GRAY_ALPHA;
-  png_set_IHDR(png, info, side, side, kDepth_bits, color, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  const int color = pixel == Pixel::rgb         ? PNG_COLOR_TYPE_RGB
+                    : pixel == Pixel::rgb_alpha ? PNG_COLOR_TYPE_RGB_ALPHA
+                                                : PNG_COLOR_TYPE_GRAY_ALPHA;
+  png_set_IHDR(png, info, side, side, kDepth_bits, color, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+               PNG_FILTER_TYPE_DEFAULT);
   png_set_compression_level(png, kEffort);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_write_info(png, info);

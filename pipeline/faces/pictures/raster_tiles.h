@@ -19,8 +19,8 @@ struct RasterStyle {
   Beyond beyond = Beyond::clear;
 };
 
-/// A tile. Where it touches the dataset's bounds but has nothing to show, the picture of a grid without heights: clients ask for what a
-/// TileJSON's bounds cover, and many of them complain about a refusal. Beyond the bounds and the zooms nothing exists.
+/// A tile. Where it touches the dataset's bounds but has nothing to show, the picture of a grid without heights: clients ask for
+/// what a TileJSON's bounds cover, and many of them complain about a refusal. Beyond the bounds and the zooms nothing exists.
 proto::Result<std::optional<Document>> raster_tile(const Terrain& terrain, const Place& place, const RasterStyle& style);
 
 /// Tiles of the dataset's zooms under which there are meshes, or what is filled in where there are none: from coarse to fine.

@@ -16,7 +16,8 @@ constexpr std::array<RampStop, 8> kLand = {{{0, {122, 160, 112}},
                                             {0.88, {172, 156, 148}},
                                             {1, {248, 247, 245}}}};
 /// From the deepest place to the shore.
-constexpr std::array<RampStop, 4> kSea = {{{0, {22, 62, 104}}, {0.5, {52, 112, 160}}, {0.85, {104, 164, 204}}, {1, {158, 204, 226}}}};
+constexpr std::array<RampStop, 4> kSea = {
+    {{0, {22, 62, 104}}, {0.5, {52, 112, 160}}, {0.85, {104, 164, 204}}, {1, {158, 204, 226}}}};
 /// Of matplotlib, at every eighth.
 constexpr std::array<RampStop, 9> kViridis = {{{0, {68, 1, 84}},
                                                {0.125, {71, 44, 122}},
@@ -56,8 +57,8 @@ struct Heights {
   double low_m = 0, high_m = 0;
 };
 
-/// Of a dataset, above the geoid, in whole metres: the manifest knows them above the ellipsoid, and the geoid's height changes little
-/// within most datasets.
+/// Of a dataset, above the geoid, in whole metres: the manifest knows them above the ellipsoid, and the geoid's height changes
+/// little within most datasets.
 proto::Result<Heights> heights_of(const Terrain& terrain) {
   const auto& bounds = terrain.manifest().bounds();
   if (bounds.size() < 6) return Heights{0, 1};

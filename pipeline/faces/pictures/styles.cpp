@@ -31,8 +31,8 @@ struct Sample {
 };
 using Paint = Pixel4 (*)(const Sample& sample, const Ramp& ramp);
 
-/// Lights from the south-west, west, north-west and north, each as strong as the slope faces it or away from it: cos² of the angle
-/// between, as gdaldem -multidirectional has it. 1 on flat ground.
+/// Lights from the south-west, west, north-west and north, each as strong as the slope faces it or away from it: cos² of the
+/// angle between, as gdaldem -multidirectional has it. 1 on flat ground.
 double multidirectional_shade(const Gradient& rise) {
   constexpr double kHalf = std::numbers::sqrt2 / 2, kAltitude = std::numbers::sqrt2 / 2;  // sines of 45 degrees
   constexpr std::array<std::array<double, 2>, 4> kLights = {{{-kHalf, -kHalf}, {-1, 0}, {-kHalf, kHalf}, {0, 1}}};
@@ -65,7 +65,9 @@ Pixel4 paint_relief(const Sample& sample, const Ramp& ramp) {
 }
 Pixel4 paint_height(const Sample& sample, const Ramp& ramp) { return {colour_at(ramp, sample.height_m)}; }
 double steepness(const Gradient& rise) { return std::sqrt(rise.east * rise.east + rise.north * rise.north); }
-Pixel4 paint_slope(const Sample& sample, const Ramp& ramp) { return {colour_at(ramp, std::atan(steepness(sample.rise)) * kDegrees)}; }
+Pixel4 paint_slope(const Sample& sample, const Ramp& ramp) {
+  return {colour_at(ramp, std::atan(steepness(sample.rise)) * kDegrees)};
+}
 Pixel4 paint_aspect(const Sample& sample, const Ramp& ramp) {
   if (steepness(sample.rise) < kLeastSlope) return {{}, 0};
   const double down = std::atan2(-sample.rise.east, -sample.rise.north) * kDegrees;  // clockwise from north
@@ -121,7 +123,8 @@ struct Styled {
     if (!colours) return colours.problem();
     std::string path(style.path);
     if (!place.ramp.empty()) path.append("?ramp=").append(place.ramp);
-    const Json more = {{"ramp", ramp_json(colours->ramp)}, {"ramp_unit", style.unit}, {"ramp_range", {colours->low, colours->high}}};
+    const Json more = {
+        {"ramp", ramp_json(colours->ramp)}, {"ramp_unit", style.unit}, {"ramp_range", {colours->low, colours->high}}};
     return tilejson(terrain, {.path = path, .format = "png", .about = style.about, .more = more});
   }
   static void each_path(const Terrain& terrain, const PathSink& sink) {
@@ -132,17 +135,26 @@ struct Styled {
 
 template <const Style& style>
 constexpr std::array<Resource, 2> resources(std::string_view json_about, std::string_view ramps) {
-  return {{{style.entry, Grid::none, "application/json", json_about, Styled<style>::json, Links::tile_templates, Absent::not_found, Compression::none, nullptr, ramps},
-           {style.path, Grid::web_mercator, "image/png", style.about, Styled<style>::tile, Links::relative, Absent::no_content, Compression::none, nullptr, ramps}}};
+  return {{{style.entry, Grid::none, "application/json", json_about, Styled<style>::json, Links::tile_templates,
+            Absent::not_found, Compression::none, nullptr, ramps},
+           {style.path, Grid::web_mercator, "image/png", style.about, Styled<style>::tile, Links::relative, Absent::no_content,
+            Compression::none, nullptr, ramps}}};
 }
 
-constexpr Style kRelief{"relief/{z}/{x}/{y}.png", "relief.json", "Height as colour under shades of four lights, transparent outside the data",
-                        "metres above the geoid", height_colours, paint_relief};
-constexpr Style kColour{"color-relief/{z}/{x}/{y}.png", "color-relief.json", "Height as colour without shades, transparent outside the data",
-                        "metres above the geoid", height_colours, paint_height};
-constexpr Style kSlope{"slope/{z}/{x}/{y}.png", "slope.json", "Slope as colour, transparent outside the data", "degrees", slope_colours, paint_slope};
-constexpr Style kAspect{"aspect/{z}/{x}/{y}.png", "aspect.json", "The direction that the ground faces as colour, transparent where it is flat and without data",
-                        "degrees from north over east", aspect_colours, paint_aspect};
+constexpr Style kRelief{
+    "relief/{z}/{x}/{y}.png", "relief.json",  "Height as colour under shades of four lights, transparent outside the data",
+    "metres above the geoid", height_colours, paint_relief};
+constexpr Style kColour{
+    "color-relief/{z}/{x}/{y}.png", "color-relief.json", "Height as colour without shades, transparent outside the data",
+    "metres above the geoid",       height_colours,      paint_height};
+constexpr Style kSlope{"slope/{z}/{x}/{y}.png", "slope.json", "Slope as colour, transparent outside the data", "degrees",
+                       slope_colours,           paint_slope};
+constexpr Style kAspect{"aspect/{z}/{x}/{y}.png",
+                        "aspect.json",
+                        "The direction that the ground faces as colour, transparent where it is flat and without data",
+                        "degrees from north over east",
+                        aspect_colours,
+                        paint_aspect};
 
 constexpr auto kReliefResources = resources<kRelief>("TileJSON 3.0 of the relief in colour", kHeightRamps);
 constexpr auto kColourResources = resources<kColour>("TileJSON 3.0 of the heights as colours", kHeightRamps);
@@ -152,19 +164,23 @@ constexpr auto kAspectResources = resources<kAspect>("TileJSON 3.0 of the aspect
 }  // namespace
 
 const Face& relief() {
-  static const Face kFace = {"relief", "any map: a picture of the relief in colour", "relief.json", kReliefResources, Styled<kRelief>::each_path};
+  static const Face kFace = {"relief", "any map: a picture of the relief in colour", "relief.json", kReliefResources,
+                             Styled<kRelief>::each_path};
   return kFace;
 }
 const Face& color_relief() {
-  static const Face kFace = {"color-relief", "any map: heights as colours, to be shaded by the client", "color-relief.json", kColourResources, Styled<kColour>::each_path};
+  static const Face kFace = {"color-relief", "any map: heights as colours, to be shaded by the client", "color-relief.json",
+                             kColourResources, Styled<kColour>::each_path};
   return kFace;
 }
 const Face& slope() {
-  static const Face kFace = {"slope", "any map: how steep the ground is", "slope.json", kSlopeResources, Styled<kSlope>::each_path};
+  static const Face kFace = {"slope", "any map: how steep the ground is", "slope.json", kSlopeResources,
+                             Styled<kSlope>::each_path};
   return kFace;
 }
 const Face& aspect() {
-  static const Face kFace = {"aspect", "any map: which way the ground faces", "aspect.json", kAspectResources, Styled<kAspect>::each_path};
+  static const Face kFace = {"aspect", "any map: which way the ground faces", "aspect.json", kAspectResources,
+                             Styled<kAspect>::each_path};
   return kFace;
 }
 

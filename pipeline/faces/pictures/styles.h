@@ -3,8 +3,8 @@
 
 namespace cordillera::pipeline::faces {
 
-/// Pictures for maps, transparent where there is no data: height as colour under shaded relief; height as colour alone; degrees of
-/// slope; the direction that a slope faces. Their TileJSON lists the stops of the colours.
+/// Pictures for maps, transparent where there is no data: height as colour under shaded relief; height as colour alone; degrees
+/// of slope; the direction that a slope faces. Their TileJSON lists the stops of the colours.
 const Face& relief();
 const Face& color_relief();
 const Face& slope();

@@ -49,8 +49,8 @@ void each_webp(const Terrain& terrain, const PathSink& sink) {
 }  // namespace
 
 const Face& terrain_rgb() {
-  static const Face kFace = {"terrain-rgb", "MapLibre GL, Mapbox GL, deck.gl: heights as PNG", "terrain-rgb.json",
-                             kPngResources, each_png};
+  static const Face kFace = {"terrain-rgb", "MapLibre GL, Mapbox GL, deck.gl: heights as PNG", "terrain-rgb.json", kPngResources,
+                             each_png};
   return kFace;
 }
 

@@ -49,8 +49,8 @@ void each_webp(const Terrain& terrain, const PathSink& sink) {
 }  // namespace
 
 const Face& terrarium() {
-  static const Face kFace = {"terrarium", "MapLibre GL, deck.gl: heights as PNG in finer steps", "terrarium.json",
-                             kPngResources, each_png};
+  static const Face kFace = {"terrarium", "MapLibre GL, deck.gl: heights as PNG in finer steps", "terrarium.json", kPngResources,
+                             each_png};
   return kFace;
 }
 

@@ -37,7 +37,8 @@ std::string webp(std::span<const std::uint8_t> rgb, std::uint32_t side) {
   Picture to;
   to.picture.width = to.picture.height = static_cast<int>(side);
   const bool done = WebPConfigInit(&config) != 0 && WebPConfigLosslessPreset(&config, kEffort) != 0 &&
-                    WebPPictureImportRGB(&to.picture, rgb.data(), 3 * to.picture.width) != 0 && WebPEncode(&config, &to.picture) != 0;
+                    WebPPictureImportRGB(&to.picture, rgb.data(), 3 * to.picture.width) != 0 &&
+                    WebPEncode(&config, &to.picture) != 0;
   if (!done) throw std::runtime_error("libwebp cannot write an image");
   return {reinterpret_cast<const char*>(to.writer.mem), to.writer.size};
 }

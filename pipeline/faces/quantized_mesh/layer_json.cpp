@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "pipeline/faces/quantized_mesh/quantized_mesh_grid.h"
-#include "pipeline/tileset/html_text.h"
-#include "pipeline/encode/json.h"
 #include "pipeline/build/provisional.h"
+#include "pipeline/encode/json.h"
+#include "pipeline/faces/quantized_mesh/quantized_mesh_grid.h"
 #include "pipeline/store/water_mask.h"
+#include "pipeline/tileset/html_text.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -25,8 +25,7 @@ Runs runs_of(const MeshGrid& grid, int z, std::int32_t parent_row) {
   for (const std::int32_t column : columns) {
     if (!out.empty() && column <= out.back()[1] + 1) {
       out.back()[1] = column;
-    }
-    else
+    } else
       out.push_back({column, column});
   }
   return out;

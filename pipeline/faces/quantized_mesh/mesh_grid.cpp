@@ -18,7 +18,9 @@ int GeodeticGrid::finest() const { return lattice_.finest_level; }
 
 std::int32_t GeodeticGrid::side(int z) const { return static_cast<std::int32_t>(lattice_.tile_units(z)); }
 
-std::vector<proto::Vec3> GeodeticGrid::normals(const proto::TileAddress& tile) const { return mesh_normals(terrain(), *mesh(tile)); }
+std::vector<proto::Vec3> GeodeticGrid::normals(const proto::TileAddress& tile) const {
+  return mesh_normals(terrain(), *mesh(tile));
+}
 
 double GeodeticGrid::beside_m(const proto::TileAddress& tile, const Units& units, const QuantizedLevel& level) const {
   const std::int64_t column = (lattice_.west(tile) + units[0]) % lattice_.columns(), row = lattice_.south(tile) + units[1];
@@ -30,7 +32,8 @@ double GeodeticGrid::beside_m(const proto::TileAddress& tile, const Units& units
 }
 
 proto::Vec3 GeodeticGrid::up_at(const proto::TileAddress& tile, const Units& units) const {
-  return proto::normal(proto::row_frame(lattice_, lattice_.south(tile) + units[1]), proto::column_frame(lattice_, lattice_.west(tile) + units[0]));
+  return proto::normal(proto::row_frame(lattice_, lattice_.south(tile) + units[1]),
+                       proto::column_frame(lattice_, lattice_.west(tile) + units[0]));
 }
 
 std::vector<MeshGrid::Under> GeodeticGrid::under(int z, const TileRange& range) const {

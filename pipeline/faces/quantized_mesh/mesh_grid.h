@@ -1,6 +1,6 @@
 #pragma once
-// A tiling scheme as meshes of integers: what the makers of quantized-mesh ask of it. Its tiles count y from the south, and 0 has all the
-// coarsest.
+// A tiling scheme as meshes of integers: what the makers of quantized-mesh ask of it. Its tiles count y from the south, and 0 has
+// all the coarsest.
 #include <array>
 #include <cstdint>
 #include <memory>

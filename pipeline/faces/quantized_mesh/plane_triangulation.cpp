@@ -188,8 +188,7 @@ PlaneTriangulation::Half PlaneTriangulation::find_edge(std::uint32_t a, std::uin
     const Triangle& t = faces_[h.face].vertex;
     if (t[next(h.edge)] == b) {
       found = h;
-    }
-    else if (t[before(h.edge)] == b)
+    } else if (t[before(h.edge)] == b)
       found = {h.face, before(h.edge)};
     return found.face != kNone;
   });

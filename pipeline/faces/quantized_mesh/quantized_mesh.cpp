@@ -9,8 +9,9 @@ namespace cordillera::pipeline::faces {
 namespace {
 
 proto::Result<std::optional<Document>> layer(const Terrain& terrain, const Place&) {
-  return terrain.kept("layer.json",
-                      [&]() -> proto::Result<std::optional<Document>> { return std::optional(document(layer_json(GeodeticGrid(terrain), "EPSG:4326"))); });
+  return terrain.kept("layer.json", [&]() -> proto::Result<std::optional<Document>> {
+    return std::optional(document(layer_json(GeodeticGrid(terrain), "EPSG:4326")));
+  });
 }
 
 proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place& place);

@@ -12,7 +12,8 @@ using proto::Vec3;
 constexpr double kStep_m = 0x1p-6, kHorizonStep = 0x1p-28;
 // What a hemisphere's points need is infinitely far away.
 constexpr double kFar = 0x1p20;
-// A tile that is far more than a hemisphere is never behind the horizon. Comparisons with no number are false, so nobody takes it for hidden.
+// A tile that is far more than a hemisphere is never behind the horizon. Comparisons with no number are false, so nobody takes it
+// for hidden.
 constexpr double kBeyond = 0x1p-7;
 
 double length(Vec3 v) { return std::sqrt(dot(v, v)); }

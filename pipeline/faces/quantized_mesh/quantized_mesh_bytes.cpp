@@ -4,8 +4,8 @@
 #include <bit>
 #include <cmath>
 
-#include "pipeline/faces/quantized_mesh/quantized_mesh_bounds.h"
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/faces/quantized_mesh/quantized_mesh_bounds.h"
 #include "proto/mesh.h"
 
 namespace cordillera::pipeline::faces {
@@ -30,7 +30,8 @@ struct Heights {
       low = std::min(low, vertex.height);
       high = std::max(high, vertex.height);
     }
-    while (std::ldexp(surface.step_m, -finer) > proto::kHeightStep_m && (std::int64_t{high - low} << (finer + 1)) <= kMostQuanta) {
+    while (std::ldexp(surface.step_m, -finer) > proto::kHeightStep_m &&
+           (std::int64_t{high - low} << (finer + 1)) <= kMostQuanta) {
       ++finer;
     }
   }
@@ -61,8 +62,7 @@ void append_differences(std::string& out, const QuantizedSurface& surface, const
 void append_index(std::string& out, std::uint32_t index, bool wide) {
   if (wide) {
     append_little_endian(out, index);
-  }
-  else
+  } else
     append_little_endian(out, static_cast<std::uint16_t>(index));
 }
 
@@ -104,7 +104,8 @@ void append_normals(std::string& out, const QuantizedSurface& surface) {
 /// One byte where a tile is all land or all water.
 void append_water(std::string& out, const WaterPixels& water) {
   const std::uint8_t first = water.empty() ? 0 : water[0];
-  const bool one = (first == 0 || first == kWater) && std::all_of(water.begin(), water.end(), [&](std::uint8_t p) { return p == first; });
+  const bool one =
+      (first == 0 || first == kWater) && std::all_of(water.begin(), water.end(), [&](std::uint8_t p) { return p == first; });
   append_little_endian(out, kWaterMask);
   append_little_endian(out, static_cast<std::uint32_t>(one ? 1 : water.size()));
   if (one) {

@@ -18,7 +18,9 @@ class NormalGround {
   NormalGround(const proto::Lattice& lattice, const MeshIndex& index)
       : lattice_(lattice), mesh_(index.mesh()), west_(lattice.west(index.tile())), south_(lattice.south(index.tile())) {}
 
-  LatticeVertex place(std::uint32_t v) const { return {(west_ + mesh_.points[v][0]) % lattice_.columns(), south_ + mesh_.points[v][1]}; }
+  LatticeVertex place(std::uint32_t v) const {
+    return {(west_ + mesh_.points[v][0]) % lattice_.columns(), south_ + mesh_.points[v][1]};
+  }
   bool on_side(std::uint32_t v) const {
     const auto& p = mesh_.points[v];
     return p[0] == 0 || p[0] == mesh_.side || p[1] == 0 || p[1] == mesh_.side;

@@ -28,8 +28,7 @@ std::vector<Piece> pieces_of(const MeshIndex* index, Side side) {
       if (a[0] != line || b[0] != line) continue;
       if (a[1] < b[1]) {
         out.push_back({a[1], b[1], p[2], q[2]});
-      }
-      else
+      } else
         out.push_back({b[1], a[1], q[2], p[2]});
     }
   }

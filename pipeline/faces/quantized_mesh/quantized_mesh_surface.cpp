@@ -54,8 +54,7 @@ class SurfaceMaker {
       const std::int32_t height = steps(grid_.beside_m(tile_, v.units, level_));
       if (v.source == kNone || data_steps() != height) {
         sea = add(v, height, grid_.up_at(tile_, v.units));
-      }
-      else
+      } else
         kind = Kind::data;
     }
     if (kind == Kind::data && data == kNone) data = add(v, data_steps(), normals_[v.source]);

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "pipeline/faces/quantized_mesh/quantized_mesh_sides.h"
 #include "pipeline/encode/published_mesh.h"
+#include "pipeline/faces/quantized_mesh/quantized_mesh_sides.h"
 #include "proto/ellipsoid.h"
 
 namespace cordillera::pipeline::faces {

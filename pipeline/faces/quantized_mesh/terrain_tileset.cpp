@@ -3,11 +3,11 @@
 #include <array>
 #include <numbers>
 
+#include "pipeline/encode/json.h"
 #include "pipeline/faces/quantized_mesh/layer_json.h"
 #include "pipeline/faces/quantized_mesh/terrain_tileset_glb.h"
 #include "pipeline/faces/quantized_mesh/terrain_tileset_subtree.h"
 #include "pipeline/tileset/implicit_tile.h"
-#include "pipeline/encode/json.h"
 #include "pipeline/tileset/tileset.h"
 #include "proto/mesh.h"
 
@@ -96,7 +96,8 @@ proto::Result<std::optional<Document>> tile(const Terrain& terrain, const Place&
   return terrain.kept(path_of(kResources[2], place), [&]() -> proto::Result<std::optional<Document>> {
     const auto found = at(terrain, place);
     if (!found) return std::optional<Document>();
-    return std::optional(document(terrain_glb(quantized_surface(GeodeticGrid(terrain), *found), terrain.manifest().attribution())));
+    return std::optional(
+        document(terrain_glb(quantized_surface(GeodeticGrid(terrain), *found), terrain.manifest().attribution())));
   });
 }
 

@@ -4,10 +4,10 @@
 #include <bit>
 #include <cmath>
 
-#include "pipeline/faces/quantized_mesh/quantized_mesh_bounds.h"
 #include "pipeline/encode/glb.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/faces/quantized_mesh/quantized_mesh_bounds.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -50,8 +50,7 @@ struct Buffer {
     for (const std::uint32_t index : indices) {
       if (wide) {
         append_little_endian(bytes, index);
-      }
-      else
+      } else
         append_little_endian(bytes, static_cast<std::uint16_t>(index));
     }
     view(start, target);

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "pipeline/faces/quantized_mesh/quantized_mesh_bounds.h"
 #include "pipeline/encode/little_endian.h"
+#include "pipeline/faces/quantized_mesh/quantized_mesh_bounds.h"
 #include "pipeline/tileset/subtree_file.h"
 
 namespace cordillera::pipeline::faces {

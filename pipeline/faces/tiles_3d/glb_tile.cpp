@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "pipeline/faces/tiles_3d/normal_map.h"
 #include "pipeline/faces/pictures/webp_image.h"
+#include "pipeline/faces/tiles_3d/normal_map.h"
 
 namespace cordillera::pipeline::faces {
 namespace {

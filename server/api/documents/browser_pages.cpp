@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "server/http/json.h"
 #include "server/api/documents/openapi.h"
+#include "server/http/json.h"
 
 namespace cordillera::server {
 namespace {
@@ -11,11 +11,16 @@ namespace {
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
-    if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '&') out += "&amp;";
-    else if (c == '"') out += "&quot;";
-    else out += c;
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '&')
+      out += "&amp;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
   }
   return out;
 }
@@ -24,8 +29,8 @@ std::string parameters_html(const Json& operation) {
   std::string out;
   for (const Json& parameter : operation.value("parameters", Json::array())) {
     if (!parameter.contains("name")) continue;
-    out += "<tr><td><code>" + escaped(parameter["name"].get<std::string>()) + "</code></td><td>" + escaped(parameter.value("in", "")) + "</td><td>" +
-           escaped(parameter.value("description", "")) + "</td></tr>\n";
+    out += "<tr><td><code>" + escaped(parameter["name"].get<std::string>()) + "</code></td><td>" +
+           escaped(parameter.value("in", "")) + "</td><td>" + escaped(parameter.value("description", "")) + "</td></tr>\n";
   }
   return out.empty() ? "" : "<details><summary>parameters</summary><table>" + out + "</table></details>\n";
 }
@@ -33,20 +38,27 @@ std::string parameters_html(const Json& operation) {
 std::string operation_html(const std::string& method, const std::string& path, const Json& operation) {
   std::string upper = method;
   for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return "<h3><code>" + upper + " " + escaped(path) + "</code></h3>\n<p>" + escaped(operation.value("summary", "")) + "</p>\n" + parameters_html(operation);
+  return "<h3><code>" + upper + " " + escaped(path) + "</code></h3>\n<p>" + escaped(operation.value("summary", "")) + "</p>\n" +
+         parameters_html(operation);
 }
 
 std::string made_page() {
   const Json paths = openapi_paths();
-  std::string out = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>Cordillera: API</title>\n"
-                    "<style>body{font:1rem/1.5 system-ui,sans-serif;max-width:60rem;margin:auto;padding:1rem;color-scheme:light dark}td{vertical-align:top;padding:0 1rem 0 0}"
-                    "</style></head><body>\n<h1>Cordillera " CORDILLERA_VERSION "</h1>\n<p>Post an elevation model, fetch terrain tiles. For programs: <a href=\"api\">OpenAPI</a>. "
-                    "To look at: <a href=\"./\">the viewer</a>.</p>\n";
-  for (const char* tag : {"datasets", "uploads", "tiles", "meshes", "heights", "sources", "versions", "live", "stac", "service"}) {
+  std::string out =
+      "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width\"><title>Cordillera: API</title>\n"
+      "<style>body{font:1rem/1.5 system-ui,sans-serif;max-width:60rem;margin:auto;padding:1rem;color-scheme:light "
+      "dark}td{vertical-align:top;padding:0 1rem 0 0}"
+      "</style></head><body>\n<h1>Cordillera " CORDILLERA_VERSION
+      "</h1>\n<p>Post an elevation model, fetch terrain tiles. For programs: <a href=\"api\">OpenAPI</a>. "
+      "To look at: <a href=\"./\">the viewer</a>.</p>\n";
+  for (const char* tag :
+       {"datasets", "uploads", "tiles", "meshes", "heights", "sources", "versions", "live", "stac", "service"}) {
     out += std::string("<h2>") + tag + "</h2>\n";
     for (const auto& [path, item] : paths.items()) {
       for (const auto& [method, operation] : item.items()) {
-        if (operation.is_object() && operation.contains("tags") && operation["tags"][0] == tag) out += operation_html(method, path, operation);
+        if (operation.is_object() && operation.contains("tags") && operation["tags"][0] == tag)
+          out += operation_html(method, path, operation);
       }
     }
   }
@@ -63,7 +75,8 @@ std::string made_icon() {
   for (const std::uint32_t word : {0u, 1u, 1u}) put(word, 2);  // an icon, one picture
   for (const std::uint32_t byte : {16u, 16u, 2u, 0u}) put(byte, 1);
   put(1, 2), put(1, 2), put(kBitmap, 4), put(22, 4);
-  put(40, 4), put(kSide, 4), put(2 * kSide, 4), put(1, 2), put(1, 2), put(0, 4), put(0, 4), put(0, 4), put(0, 4), put(2, 4), put(0, 4);
+  put(40, 4), put(kSide, 4), put(2 * kSide, 4), put(1, 2), put(1, 2), put(0, 4), put(0, 4), put(0, 4), put(0, 4), put(2, 4),
+      put(0, 4);
   put(0xe8f0f6, 4), put(0x35546b, 4);
   for (int row = 0; row < kSide; ++row) {
     std::uint32_t bits = 0;

@@ -7,7 +7,8 @@
 
 namespace cordillera::server {
 
-/// /docs: the API's description for people, made of the same document as /api. /favicon.ico: a mountain. /version: what runs here. None: another path.
+/// /docs: the API's description for people, made of the same document as /api. /favicon.ico: a mountain. /version: what runs
+/// here. None: another path.
 std::optional<Response> browser_page(const std::string& path);
 
 }  // namespace cordillera::server

@@ -25,12 +25,12 @@ std::string made_document() {
   // Without a token; where the service asks for one, with it.
   json["security"] = Json::array({Json::object(), {{"bearer", Json::array()}}});
   json["tags"] = Json::array({tag("datasets", "Posting, watching and removing elevation models"),
-                              tag("uploads", "Rasters that arrive in parts and survive a broken connection"), tag("tiles", "What map and globe clients fetch"),
+                              tag("uploads", "Rasters that arrive in parts and survive a broken connection"),
+                              tag("tiles", "What map and globe clients fetch"),
                               tag("live", "The same of a raster's address, without a post"),
                               tag("versions", "The same, at addresses whose content never changes"),
                               tag("meshes", "Parts of a dataset for other programs"), tag("heights", "Elevation queries"),
-                              tag("stac", "Datasets as a catalog"),
-                              tag("service", "The service itself")});
+                              tag("stac", "Datasets as a catalog"), tag("service", "The service itself")});
   json["paths"] = openapi_paths();
   json["components"] = openapi_components();
   return dump(json);

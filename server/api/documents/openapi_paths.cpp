@@ -3,9 +3,9 @@
 
 #include "pipeline/faces/face.h"
 #include "proto/lattice.h"
+#include "server/api/documents/openapi.h"
 #include "server/api/requests/list_query.h"
 #include "server/options/mesh_options.h"
-#include "server/api/documents/openapi.h"
 #include "server/options/options.h"
 
 namespace cordillera::server {
@@ -88,12 +88,14 @@ Json post_parameters() {
 void add_datasets(Json& paths) {
   Json& all = item(paths, "/v1/datasets");
   Json of_list = Json::array();
-  for (const ListOption& option : list_options()) of_list.push_back(query(option.name, option.help + "; accepted: " + option.accepted));
-  all["get"] = operation(Operation{"list_datasets",
-                                   "datasets",
-                                   "Datasets, newest first, a page at a time; a page with `next` is not the last, however few it has",
-                                   {{"200", answer("A page of datasets", "application/json", "datasets")}},
-                                   of_list});
+  for (const ListOption& option : list_options())
+    of_list.push_back(query(option.name, option.help + "; accepted: " + option.accepted));
+  all["get"] =
+      operation(Operation{"list_datasets",
+                          "datasets",
+                          "Datasets, newest first, a page at a time; a page with `next` is not the last, however few it has",
+                          {{"200", answer("A page of datasets", "application/json", "datasets")}},
+                          of_list});
   Json good;
   good["200"] = answer("With dry_run: what a build would make", "application/json", "estimate");
   good["201"] = answer("The tiles are ready", "application/json", "dataset");
@@ -102,9 +104,13 @@ void add_datasets(Json& paths) {
     good[status]["headers"]["Location"] = {{"description", "the path of the dataset"}, {"schema", {{"type", "string"}}}};
   }
   all["post"] = operation(Operation{
-      "post_dataset", "datasets", "Build tiles from a raster: the body is the raster itself, a form with rasters as its files and options as fields, or options as JSON or as fields of a plain form. Several files become one dataset, the first wins. A PUT does the same", good, post_parameters()});
+      "post_dataset", "datasets",
+      "Build tiles from a raster: the body is the raster itself, a form with rasters as its files and options as fields, or "
+      "options as JSON or as fields of a plain form. Several files become one dataset, the first wins. A PUT does the same",
+      good, post_parameters()});
   all["post"]["requestBody"] = {{"required", false}, {"content", content_of("application/octet-stream", nullptr)}};
-  for (const char* type : {"multipart/form-data", "application/json", "application/x-www-form-urlencoded"}) all["post"]["requestBody"]["content"][type]["schema"] = {{"type", "object"}};
+  for (const char* type : {"multipart/form-data", "application/json", "application/x-www-form-urlencoded"})
+    all["post"]["requestBody"]["content"][type]["schema"] = {{"type", "object"}};
 
   all["put"] = all["post"];
   all["put"]["operationId"] = "put_dataset";
@@ -114,22 +120,25 @@ void add_datasets(Json& paths) {
                                    "datasets",
                                    "State, progress, links, and what there is to fetch",
                                    {{"200", answer("The dataset", "application/json", "dataset")}}});
-  one["patch"] = operation(Operation{"describe_dataset",
-                                     "datasets",
-                                     "Change title, attribution, imagery or private, or build the rest of a lazy dataset, as JSON or in the query; for who posted it, or an admin",
-                                     {{"200", answer("The dataset", "application/json", "dataset")}},
-                                     Json::array({query("title", "text"), query("attribution", "text"), query("imagery", "an address with {z}, {x} and {y}"), query("private", "1: read with a token only; 0: by everybody"),
-                                                  query("build", "full: all blocks are made from now on")})});
+  one["patch"] = operation(Operation{
+      "describe_dataset",
+      "datasets",
+      "Change title, attribution, imagery or private, or build the rest of a lazy dataset, as JSON or in the query; for who "
+      "posted it, or an admin",
+      {{"200", answer("The dataset", "application/json", "dataset")}},
+      Json::array({query("title", "text"), query("attribution", "text"), query("imagery", "an address with {z}, {x} and {y}"),
+                   query("private", "1: read with a token only; 0: by everybody"),
+                   query("build", "full: all blocks are made from now on")})});
   one["patch"]["requestBody"] = {{"required", false}, {"content", content_of("application/json", "description")}};
   one["delete"] = operation(Operation{"delete_dataset",
                                       "datasets",
                                       "Remove a dataset; a running build is cancelled",
                                       {{"204", {{"description", "It is gone"}}}}});
-  item(paths, "/v1/datasets/{id}/events")["get"] =
-      operation(Operation{"events",
-                          "datasets",
-                          "Progress as server-sent events, `tiles` whenever other tiles can be read, then one `ready` or `failed`",
-                          {{"200", answer("A stream of events", "text/event-stream")}}});
+  item(paths, "/v1/datasets/{id}/events")["get"] = operation(
+      Operation{"events",
+                "datasets",
+                "Progress as server-sent events, `tiles` whenever other tiles can be read, then one `ready` or `failed`",
+                {{"200", answer("A stream of events", "text/event-stream")}}});
 }
 
 /// An answer without a body, and its headers.
@@ -140,12 +149,21 @@ Json bare(const char* about, std::initializer_list<const char*> headers) {
 }
 
 void add_uploads(Json& paths) {
-  item(paths, "/v1/uploads")["post"] =
-      operation({"begin_upload", "uploads", "Begin an upload in parts (tus 1.0)", {{"201", bare("It begins at offset 0", {"Location", "Upload-Offset", "Tus-Resumable"})}},
-                 Json::array({header("Upload-Length", "bytes of the raster"), header("Upload-Metadata", "filename and its base64")})});
+  item(paths, "/v1/uploads")["post"] = operation(
+      {"begin_upload",
+       "uploads",
+       "Begin an upload in parts (tus 1.0)",
+       {{"201", bare("It begins at offset 0", {"Location", "Upload-Offset", "Tus-Resumable"})}},
+       Json::array({header("Upload-Length", "bytes of the raster"), header("Upload-Metadata", "filename and its base64")})});
   Json& one = item(paths, "/v1/uploads/{id}");
-  one["get"] = operation({"upload", "uploads", "How much of it is on disk for good; a HEAD has it in Upload-Offset and Upload-Length", {{"200", answer("The upload", "application/json")}}});
-  one["patch"] = operation({"continue_upload", "uploads", "Bytes from the offset on", {{"204", bare("They are on disk", {"Upload-Offset", "Tus-Resumable"})}},
+  one["get"] = operation({"upload",
+                          "uploads",
+                          "How much of it is on disk for good; a HEAD has it in Upload-Offset and Upload-Length",
+                          {{"200", answer("The upload", "application/json")}}});
+  one["patch"] = operation({"continue_upload",
+                            "uploads",
+                            "Bytes from the offset on",
+                            {{"204", bare("They are on disk", {"Upload-Offset", "Tus-Resumable"})}},
                             Json::array({header("Upload-Offset", "where the body begins: what HEAD told")})});
   one["patch"]["requestBody"] = {{"required", true}, {"content", content_of("application/offset+octet-stream", nullptr)}};
   one["delete"] = operation({"end_upload", "uploads", "Throw it away", {{"204", bare("It is gone", {"Tus-Resumable"})}}});
@@ -177,7 +195,10 @@ void add_sources(Json& paths) {
     return operation(made);
   };
   Json& all = item(paths, "/v1/datasets/{id}/sources");
-  all["get"] = operation({"sources", "sources", "The rasters, the one that wins first, and changes of them", {{"200", answer("The rasters", "application/json", "sources")}}});
+  all["get"] = operation({"sources",
+                          "sources",
+                          "The rasters, the one that wins first, and changes of them",
+                          {{"200", answer("The rasters", "application/json", "sources")}}});
   all["post"] = change("add_source", "Add a raster to a dataset that was posted with updates=1; the body is the raster", "201");
   all["post"]["requestBody"] = sent_raster();
   Json& one = item(paths, "/v1/datasets/{id}/sources/{source}");
@@ -187,9 +208,15 @@ void add_sources(Json& paths) {
   one["delete"] = change("remove_source", "Take a raster away; the last one stays", "200");
   one["delete"].erase("parameters");
   item(paths, "/v1/datasets/{id}/versions")["get"] =
-      operation({"versions", "versions", "The version that is served, and earlier ones that are kept", {{"200", answer("The versions", "application/json", "versions")}}});
+      operation({"versions",
+                 "versions",
+                 "The version that is served, and earlier ones that are kept",
+                 {{"200", answer("The versions", "application/json", "versions")}}});
   item(paths, "/v1/datasets/{id}/rollback")["post"] =
-      operation({"rollback", "versions", "Serve an earlier version again, the one before if none is named", {{"200", answer("The versions", "application/json", "versions")}},
+      operation({"rollback",
+                 "versions",
+                 "Serve an earlier version again, the one before if none is named",
+                 {{"200", answer("The versions", "application/json", "versions")}},
                  Json::array({query("to", "number of a kept version")})});
 }
 
@@ -219,8 +246,10 @@ void add_stac(Json& paths) {
   get("/stac/conformance", "stac_conformance", "What it conforms to", "application/json");
   get("/stac/collections", "stac_collections", "The one collection", "application/json");
   get("/stac/collections/datasets", "stac_collection", "The collection of all datasets", "application/json");
-  get("/stac/collections/datasets/items", "stac_items", "Datasets that are ready as items, newest first, at most 100 a page; the link `next` leads on", geo,
-      Json::array({query("limit", "most items of a page, 1 to 100"), query("after", "where the page before ended; the link `next` has it"),
+  get("/stac/collections/datasets/items", "stac_items",
+      "Datasets that are ready as items, newest first, at most 100 a page; the link `next` leads on", geo,
+      Json::array({query("limit", "most items of a page, 1 to 100"),
+                   query("after", "where the page before ended; the link `next` has it"),
                    query("bbox", "only those that touch this box: west,south,east,north in degrees")}));
   get("/stac/collections/datasets/items/{id}", "stac_item", "A dataset as an item", geo);
 }
@@ -269,8 +298,10 @@ void add_faces(Json& paths) {
       if (resource.absent == pipeline::faces::Absent::no_content) good["204"] = {{"description", "The place has no data"}};
       Json parameters;
       if (!resource.ramps.empty()) parameters.push_back(query("ramp", "the colours; accepted: " + std::string(resource.ramps)));
-      if (!resource.intervals.empty()) parameters.push_back(query("interval", "metres from line to line; accepted: " + std::string(resource.intervals)));
-      if (!resource.normals.empty()) parameters.push_back(query("normals", "of the tiles; accepted: " + std::string(resource.normals)));
+      if (!resource.intervals.empty())
+        parameters.push_back(query("interval", "metres from line to line; accepted: " + std::string(resource.intervals)));
+      if (!resource.normals.empty())
+        parameters.push_back(query("normals", "of the tiles; accepted: " + std::string(resource.normals)));
       if (resource.grid != Grid::none && !resource.path.ends_with(".subtree")) parameters.push_back(prefer_of_reading());
       add_reading(paths, std::string(resource.path), {id_of(resource.path), "tiles", summary, good, parameters});
     }
@@ -314,9 +345,9 @@ void add_meshes(Json& paths) {
 void add_archive(Json& paths) {
   Json good = good_answers("The archive", "application/vnd.pmtiles");
   add_ranges(good);
-  item(paths, "/v1/datasets/{id}.pmtiles")["get"] =
-      operation({"archive", "tiles", "All tiles of a format as a PMTiles archive, whole or by ranges; made when it is first asked for", good,
-                 Json::array({query("format", "a format with tiles; without it Terrain-RGB")})});
+  item(paths, "/v1/datasets/{id}.pmtiles")["get"] = operation(
+      {"archive", "tiles", "All tiles of a format as a PMTiles archive, whole or by ranges; made when it is first asked for",
+       good, Json::array({query("format", "a format with tiles; without it Terrain-RGB")})});
 }
 
 /// What a client reads of a dataset, of a raster's address alike.
@@ -326,14 +357,18 @@ void add_live(Json& paths) {
   Json options = Json::array({address});
   for (const Json& one : post_parameters()) {
     const std::string name = one.value("name", "");
-    const bool of_post = name == "build" || name == "provisional" || name == "dry_run" || name == "updates" || name == "upload" || name == "source" || one["in"] != "query";
+    const bool of_post = name == "build" || name == "provisional" || name == "dry_run" || name == "updates" || name == "upload" ||
+                         name == "source" || one["in"] != "query";
     if (!of_post) options.push_back(one);
   }
-  options.push_back(header("Prefer", "wait=SECONDS: the answer waits so long until something can be read, within the limit max_wait"));
+  options.push_back(
+      header("Prefer", "wait=SECONDS: the answer waits so long until something can be read, within the limit max_wait"));
   Json good;
-  good["200"] = answer("The dataset of this address with these options, of which something can be read", "application/json", "dataset");
+  good["200"] =
+      answer("The dataset of this address with these options, of which something can be read", "application/json", "dataset");
   good["202"] = answer("The same before anything can be read", "application/json", "dataset");
-  item(paths, "/v1/live")["get"] = operation({"live", "live", "The dataset of an address, made where there is none yet; Content-Location names it", good, options});
+  item(paths, "/v1/live")["get"] = operation(
+      {"live", "live", "The dataset of an address, made where there is none yet; Content-Location names it", good, options});
   std::vector<std::string> names = {"manifest.json", "elevation"};
   for (const Face* face : pipeline::faces::all_faces()) {
     for (const auto& resource : face->resources) names.emplace_back(resource.path);
@@ -343,7 +378,8 @@ void add_live(Json& paths) {
     get["operationId"] = get["operationId"].get<std::string>() + "_of_address";
     get["tags"] = Json::array({"live"});
     get["parameters"].push_back(address);
-    if (name.find('{') == name.npos && name != "elevation") get["responses"]["307"] = {{"description", "The document of the dataset"}};
+    if (name.find('{') == name.npos && name != "elevation")
+      get["responses"]["307"] = {{"description", "The document of the dataset"}};
     item(paths, "/v1/live/" + name)["get"] = std::move(get);
   }
 }
@@ -360,7 +396,10 @@ Json openapi_paths() {
               {"manifest", "datasets", "What was read and assumed, and the errors of every level",
                good_answers("The manifest", "application/json")});
   item(paths, "/v1/datasets/{id}/demo/{client}.html")["get"] =
-      operation({"demo", "datasets", "A page with the dataset in a map library; the same for every id, it asks for the dataset itself", {{"200", answer("The page", "text/html")}}});
+      operation({"demo",
+                 "datasets",
+                 "A page with the dataset in a map library; the same for every id, it asks for the dataset itself",
+                 {{"200", answer("The page", "text/html")}}});
   add_faces(paths);
   add_elevation(paths);
   add_meshes(paths);

@@ -1,8 +1,8 @@
 // What the paths of the API's description refer to.
 #include "proto/lattice.h"
 #include "server/api/documents/openapi.h"
-#include "server/http/problems.h"
 #include "server/datasets/registry.h"
+#include "server/http/problems.h"
 
 namespace cordillera::server {
 namespace {
@@ -44,19 +44,29 @@ Json dataset() {
   properties["state"] = {{"type", "string"}, {"enum", states}};
   properties["created"] = {{"type", "string"}, {"format", "date-time"}};
   properties["private"] = {{"type", "boolean"}, {"description", "read with a token only"}};
-  properties["provisional"] = {{"type", "boolean"}, {"description", "coarse tiles can be read until the build is done; how far they are off is unknown"}};
-  properties["build"] = {{"type", "string"}, {"enum", {"full", "lazy"}}, {"description", "lazy: blocks are made as their tiles are asked for; until all are, the dataset is running"}};
-  properties["asleep"] = {{"type", "boolean"}, {"description", "what was made of it went to make room; who reads it has it made anew"}};
-  properties["source"] = {{"type", Json::array_t{"string", "null"}}, {"description", "of /v1/live: the address of its raster, without what may be a signature"}};
+  properties["provisional"] = {
+      {"type", "boolean"}, {"description", "coarse tiles can be read until the build is done; how far they are off is unknown"}};
+  properties["build"] = {
+      {"type", "string"},
+      {"enum", {"full", "lazy"}},
+      {"description", "lazy: blocks are made as their tiles are asked for; until all are, the dataset is running"}};
+  properties["asleep"] = {{"type", "boolean"},
+                          {"description", "what was made of it went to make room; who reads it has it made anew"}};
+  properties["source"] = {{"type", Json::array_t{"string", "null"}},
+                          {"description", "of /v1/live: the address of its raster, without what may be a signature"}};
   properties["progress"] = or_null("progress");
   properties["error"] = or_null("problem");
-  properties["links"] = {
-      {"type", "object"}, {"additionalProperties", {{"type", "string"}}}, {"description", "paths, below the prefix that a proxy told in X-Forwarded-Prefix"}};
-  properties["notes"] = {{"type", "array"}, {"items", {{"type", "string"}}},
+  properties["links"] = {{"type", "object"},
+                         {"additionalProperties", {{"type", "string"}}},
+                         {"description", "paths, below the prefix that a proxy told in X-Forwarded-Prefix"}};
+  properties["notes"] = {{"type", "array"},
+                         {"items", {{"type", "string"}}},
                          {"description", "sentences for people: voids that were filled, options of an older spelling"}};
   properties["manifest"] = {{"type", Json::array_t{"object", "null"}},
                             {"description", "once it is ready: title, attribution, imagery, levels, bounds, counts"}};
-  properties["updates"] = {{"type", "object"}, {"description", "of a dataset whose rasters can be changed: number of its version, pending changes, the last one"}};
+  properties["updates"] = {
+      {"type", "object"},
+      {"description", "of a dataset whose rasters can be changed: number of its version, pending changes, the last one"}};
   properties["version"] = text("once it is ready: names this build in addresses that never change");
   properties["faces"] = list_of("face");
   return object(properties, {"id", "name", "state", "created", "progress", "error", "links", "manifest"});
@@ -68,7 +78,8 @@ Json progress() {
   properties["done"] = number("of total");
   properties["total"] = number("samples, tiles or steps");
   properties["share"] = number("of all stages together, 0 to 1; never less than before");
-  properties["place"] = {{"type", Json::array_t{"integer", "null"}}, {"description", "in the queue, 1 for the next; null while it is built"}};
+  properties["place"] = {{"type", Json::array_t{"integer", "null"}},
+                         {"description", "in the queue, 1 for the next; null while it is built"}};
   properties["seconds_left"] = {{"type", Json::array_t{"number", "null"}},
                                 {"description", "of the stage; null while nobody can tell"}};
   return object(properties, {"stage", "done", "total", "share", "seconds_left", "place"});
@@ -99,8 +110,10 @@ Json link() {
 Json elevations() {
   Json properties;
   properties["level"] = {{"type", "integer"}, {"description", "of the meshes"}};
-  properties["stated_max_error"] = {{"type", Json::array_t{"number", "null"}}, {"description", "metres, of that level; null of provisional tiles"}};
-  properties["provisional"] = {{"type", "boolean"}, {"description", "true: the build goes on, and these heights are of coarse tiles; else not there"}};
+  properties["stated_max_error"] = {{"type", Json::array_t{"number", "null"}},
+                                    {"description", "metres, of that level; null of provisional tiles"}};
+  properties["provisional"] = {{"type", "boolean"},
+                               {"description", "true: the build goes on, and these heights are of coarse tiles; else not there"}};
   properties["points"] = {{"type", "array"},
                           {"items", {{"type", "object"}}},
                           {"description", "lon, lat, ellipsoidal_height, orthometric_height; distance along a line"}};
@@ -114,20 +127,26 @@ Json limits() {
   of_one["about"] = text("what it is");
   Json properties;
   properties["limits"] = {{"type", "object"}, {"additionalProperties", object(of_one, Json::array_t{"value", "unit", "about"})}};
-  properties["in_use"] = {{"type", "object"}, {"additionalProperties", {{"type", "integer"}}}, {"description", "of some of them, by the same names"}};
+  properties["in_use"] = {
+      {"type", "object"}, {"additionalProperties", {{"type", "integer"}}}, {"description", "of some of them, by the same names"}};
   return object(properties, Json::array_t{"limits", "in_use"});
 }
 
 Json sources_schemas(Json all) {
   Json source;
-  for (const auto& [name, about] : {std::pair{"id", "its name in addresses"}, {"name", "what it is called"}, {"added", "when it came"}, {"crs", "its CRS"},
-                                    {"vertical_datum", "what its heights count from"}, {"source", "where it was fetched from"}}) {
+  for (const auto& [name, about] : {std::pair{"id", "its name in addresses"},
+                                    {"name", "what it is called"},
+                                    {"added", "when it came"},
+                                    {"crs", "its CRS"},
+                                    {"vertical_datum", "what its heights count from"},
+                                    {"source", "where it was fetched from"}}) {
     source[name] = text(about);
   }
   source["position"] = {{"type", Json::array_t{"integer", "null"}}, {"description", "0 wins"}};
   source["bytes"] = number("of its file");
   source["extent"] = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "west, south, east, north in degrees"}};
-  source["resolution"] = {{"type", "array"}, {"items", {{"type", "number"}}}, {"description", "metres of a pixel, across and up"}};
+  source["resolution"] = {
+      {"type", "array"}, {"items", {{"type", "number"}}}, {"description", "metres of a pixel, across and up"}};
   source["options"] = {{"type", "object"}, {"description", "those that were given to this raster"}};
   all["source"] = object(source, Json::array_t{"name", "position"});
   Json change;
@@ -138,7 +157,10 @@ Json sources_schemas(Json all) {
   change["version"] = {{"type", "integer"}, {"description", "that comes or came of it"}};
   change["error"] = or_null("problem");
   all["change"] = object(change, Json::array_t{"id", "kind", "source", "state", "version", "error"});
-  all["sources"] = object({{"version", {{"type", "integer"}}}, {"block_level", {{"type", "integer"}}}, {"sources", list_of("source")}, {"changes", list_of("change")}},
+  all["sources"] = object({{"version", {{"type", "integer"}}},
+                           {"block_level", {{"type", "integer"}}},
+                           {"sources", list_of("source")},
+                           {"changes", list_of("change")}},
                           Json::array_t{"version", "sources", "changes"});
   Json version;
   version["number"] = {{"type", "integer"}};
@@ -148,7 +170,9 @@ Json sources_schemas(Json all) {
   version["created"] = text("when");
   version["href"] = text("its manifest, relative to the dataset");
   for (const char* count : {"sources", "tiles", "triangles", "bytes"}) version[count] = number("how many");
-  all["versions"] = object({{"versions", {{"type", "array"}, {"items", object(version, Json::array_t{"number", "version", "served"})}}}}, Json::array_t{"versions"});
+  all["versions"] =
+      object({{"versions", {{"type", "array"}, {"items", object(version, Json::array_t{"number", "version", "served"})}}}},
+             Json::array_t{"versions"});
   return all;
 }
 
@@ -156,10 +180,17 @@ Json schemas() {
   Json all;
   all["problem"] = problem();
   all["dataset"] = dataset();
-  all["datasets"] = object({{"datasets", list_of("dataset")}, {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "path of the next page; null: this is the last"}}}},
-                            Json::array_t{"datasets", "next"});
+  all["datasets"] = object(
+      {{"datasets", list_of("dataset")},
+       {"next", {{"type", Json::array_t{"string", "null"}}, {"description", "path of the next page; null: this is the last"}}}},
+      Json::array_t{"datasets", "next"});
   all["progress"] = progress();
-  all["description"] = object({{"title", text("one that is not empty")}, {"attribution", text("one that is not empty")}, {"imagery", text("an address with {z}, {x} and {y}")}, {"private", {{"type", "boolean"}}}, {"build", {{"type", "string"}, {"enum", {"full"}}}}}, Json::array_t{});
+  all["description"] = object({{"title", text("one that is not empty")},
+                               {"attribution", text("one that is not empty")},
+                               {"imagery", text("an address with {z}, {x} and {y}")},
+                               {"private", {{"type", "boolean"}}},
+                               {"build", {{"type", "string"}, {"enum", {"full"}}}}},
+                              Json::array_t{});
   all["face"] = face();
   all["link"] = link();
   all["elevations"] = elevations();
@@ -180,14 +211,17 @@ Json parameters() {
   Json all;
   all["id"] = in_path("id", "the dataset, as POST or the list named it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
   all["version"] = in_path("version", "the dataset's `version`", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
-  all["source"] = in_path("source", "the raster, as the list of sources has it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
+  all["source"] =
+      in_path("source", "the raster, as the list of sources has it", {{"type", "string"}, {"pattern", "^[a-z0-9-]{1,80}$"}});
   all["root"] = in_path("root", "western or eastern hemisphere", {{"type", "string"}, {"enum", Json::array_t{"W", "E"}}});
   all["z"] = in_path("z", "level", level);
   all["x"] = in_path("x", "column, from longitude -180 eastward; below a root, from its western side", whole);
   all["y"] = in_path("y", "row; which end it counts from, the operation says", whole);
   all["mesh_format"] =
       in_path("mesh_format", "kind of file", {{"type", "string"}, {"enum", Json::array_t{"glb", "ply", "obj", "stl"}}});
-  all["client"] = in_path("client", "map library", {{"type", "string"}, {"enum", Json::array_t{"cesium", "threejs", "deckgl", "maplibre", "openlayers", "leaflet", "qgis"}}});
+  all["client"] = in_path(
+      "client", "map library",
+      {{"type", "string"}, {"enum", Json::array_t{"cesium", "threejs", "deckgl", "maplibre", "openlayers", "leaflet", "qgis"}}});
   return all;
 }
 
@@ -201,10 +235,11 @@ Json openapi_components() {
   json["responses"]["problem"] = {
       {"description", "What went wrong"},
       {"content", {{"application/problem+json", {{"schema", {{"$ref", "#/components/schemas/problem"}}}}}}}};
-  json["securitySchemes"]["bearer"] = {
-      {"type", "http"},
-      {"scheme", "bearer"},
-      {"description", "A token of the operator. Roles: read (private datasets, metrics), write (posting, removing what the token posted), admin."}};
+  json["securitySchemes"]["bearer"] = {{"type", "http"},
+                                       {"scheme", "bearer"},
+                                       {"description",
+                                        "A token of the operator. Roles: read (private datasets, metrics), write (posting, "
+                                        "removing what the token posted), admin."}};
   json["headers"]["etag"] = {{"description", "a function of the content"}, {"schema", in_text}};
   json["headers"]["timing"] = {{"description", "milliseconds that making it took"}, {"schema", in_text}};
   return json;

@@ -77,7 +77,8 @@ std::optional<fs::path> inside(const std::string& folder, const std::string& pat
 }
 
 /// A file of the folder, as it is or as the build compressed it; nullopt: it cannot be read.
-std::optional<Response> file_response(WebFiles& files, const fs::path& file, bool packed, const std::string& type = "", const char* cached = "no-cache") {
+std::optional<Response> file_response(WebFiles& files, const fs::path& file, bool packed, const std::string& type = "",
+                                      const char* cached = "no-cache") {
   const auto found = files.find(packed ? fs::path(file.string() + ".br") : file);
   if (!found) return std::nullopt;
   Response response;
@@ -99,7 +100,8 @@ std::string default_web_folder(const std::string& program) {
   return (fs::exists(prefix / "web", error) ? prefix / "web" : prefix / "cordillera" / "web").string();
 }
 
-Response page(WebFiles& files, const std::string& folder, const Request& request, const std::function<std::vector<Row>()>& datasets) {
+Response page(WebFiles& files, const std::string& folder, const Request& request,
+              const std::function<std::vector<Row>()>& datasets) {
   const std::string& path = request.path;
   const bool root = path == "/" || path == "/index.html";
   const auto file = inside(folder, root ? "/index.html" : path);
@@ -112,14 +114,17 @@ Response page(WebFiles& files, const std::string& folder, const Request& request
   return file_response(files, *file, packed).value_or(unreadable());
 }
 
-std::optional<Response> file_of_folder(WebFiles& files, const std::string& folder, const std::string& path, const std::string& type, const char* cached) {
+std::optional<Response> file_of_folder(WebFiles& files, const std::string& folder, const std::string& path,
+                                       const std::string& type, const char* cached) {
   const auto file = inside(folder, path);
   return file ? file_response(files, *file, false, type, cached) : std::nullopt;
 }
 
 Response demo_page(WebFiles& files, const std::string& folder, const std::string& path) {
   const auto file = inside(folder, path);
-  if (!file) return problem_response({"not-found", "there is no page " + path.substr(0, 100), "demo/cesium.html and what it links to, where the viewer is installed", ""});
+  if (!file)
+    return problem_response({"not-found", "there is no page " + path.substr(0, 100),
+                             "demo/cesium.html and what it links to, where the viewer is installed", ""});
   auto found = file_response(files, *file, false);
   if (!found) return unreadable();
   found->set("Content-Security-Policy", access::kLibraryPage);

@@ -91,7 +91,8 @@ const std::vector<std::string>& names_of_post() {
 
 bool is_older_name(const std::string& name) {
   const std::vector<OptionSpec> options = post_options();
-  return !name.empty() && std::any_of(options.begin(), options.end(), [&](const OptionSpec& option) { return alias_spelt(option, Spelling::query) == name; });
+  return !name.empty() && std::any_of(options.begin(), options.end(),
+                                      [&](const OptionSpec& option) { return alias_spelt(option, Spelling::query) == name; });
 }
 
 }  // namespace
@@ -111,7 +112,9 @@ std::optional<proto::Problem> unknown_in_body(const Given& options, const std::s
     if (const auto meant = meant_by_habit(name)) nearest = spelt({*meant, "", "", "", nullptr}, Spelling::query);
     if (name == "url" || name == "file" || name == "raster" || name == "path") nearest = "source";
     const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
-    return proto::Problem{"option-unknown", "unknown " + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), post_names(), shown};
+    return proto::Problem{"option-unknown",
+                          "unknown " + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""),
+                          post_names(), shown};
   }
   return std::nullopt;
 }

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
+#include "server/datasets/upload.h"
 #include "server/options/options.h"
 #include "server/service/service.h"
-#include "server/datasets/upload.h"
 
 namespace cordillera::server {
 
@@ -27,7 +27,8 @@ enum class RasterIs { needed, optional };
 proto::Result<Given> other_parameters(const Request& request, Delivery& delivery);
 /// All that a POST takes, its upload=, source= and updates= among them, as problems list it.
 std::string post_names();
-/// The first of options that came in a body and that a POST does not have. kind: what it is there, "member" of JSON, "field" of a form.
+/// The first of options that came in a body and that a POST does not have. kind: what it is there, "member" of JSON, "field" of a
+/// form.
 std::optional<proto::Problem> unknown_in_body(const Given& options, const std::string& kind);
 /// A POST fetches one raster.
 proto::Problem several_sources();
@@ -39,7 +40,8 @@ std::uint64_t most_bytes(const Service& service);
 /// The raster into the upload, from the body or from the parts. Nothing where it is to be fetched.
 proto::Result<void> take_raster(Service& service, const Delivery& delivery, const Request& request, Upload& upload);
 
-/// The request, but its body ends early when the disk has no room for more of it; full then says why. It must outlive the one that comes.
+/// The request, but its body ends early when the disk has no room for more of it; full then says why. It must outlive the one
+/// that comes.
 Request watched(const Request& request, limits::Space::Claim& claim, std::string* full);
 
 /// 422: the key belongs to another request. what: that it was used with.

@@ -122,11 +122,13 @@ proto::Result<Shape> shape_of_body(const Request& request) {
   });
   if (body.size() > kMostQueryBytes) {
     return proto::Problem{"body-too-large", "the body of an elevation query is larger than this service takes",
-                          "at most " + std::to_string(kMostQueryBytes >> 10) + " KiB, " + std::to_string(kMostPlaces) + " places", ""};
+                          "at most " + std::to_string(kMostQueryBytes >> 10) + " KiB, " + std::to_string(kMostPlaces) + " places",
+                          ""};
   }
   if (!whole) return proto::Problem{"body-incomplete", "the body ended before its end", "the whole body", ""};
   const Json json = json_of(body);
-  if (!json.is_object()) return invalid_json("the body is no JSON object, or one of more than " + std::to_string(kMostNested) + " levels");
+  if (!json.is_object())
+    return invalid_json("the body is no JSON object, or one of more than " + std::to_string(kMostNested) + " levels");
   const Json inner = json.value("type", Json()) == "Feature" ? json.value("geometry", Json()) : json;
   if (!inner.is_object()) return invalid_json("the Feature has no geometry", "geometry");
   if (inner.contains("type")) return geometry(inner);

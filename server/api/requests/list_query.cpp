@@ -13,9 +13,11 @@ constexpr std::uint32_t kMostRows = 1000;  // of a page
 Complaint apply_limit(std::string_view text, ListQuery& query) { return read_whole(text, {1, kMostRows}, &query.limit); }
 
 Complaint apply_after(std::string_view text, ListQuery& query) {
-  const bool digits = !text.empty() && text.size() <= 19 && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  const bool digits =
+      !text.empty() && text.size() <= 19 && std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
   if (!digits) return "not the place of a page";
-  query.after = static_cast<std::int64_t>(std::min<std::uint64_t>(std::strtoull(std::string(text).c_str(), nullptr, 10), kBeforeAll));
+  query.after =
+      static_cast<std::int64_t>(std::min<std::uint64_t>(std::strtoull(std::string(text).c_str(), nullptr, 10), kBeforeAll));
   return std::nullopt;
 }
 
@@ -24,7 +26,8 @@ Complaint apply_state(std::string_view text, ListQuery& query) {
   for (std::size_t from = 0; from <= text.size();) {
     const std::size_t end = std::min(text.find(',', from), text.size());
     std::string name;
-    if (auto complaint = read_choice(text.substr(from, end - from), {"queued", "running", "ready", "failed"}, &name)) return complaint;
+    if (auto complaint = read_choice(text.substr(from, end - from), {"queued", "running", "ready", "failed"}, &name))
+      return complaint;
     for (const State state : {State::queued, State::running, State::ready, State::failed}) {
       if (to_string(state) == name) query.states.push_back(state);
     }
@@ -56,7 +59,8 @@ const std::vector<ListOption>& list_options() {
   static const std::vector<ListOption> kOptions = {
       {"limit", "most datasets of a page; without it 100", "1 to 1000", apply_limit},
       {"after", "where the page before ended, as its `next` says", "what a `next` says", apply_after},
-      {"state", "only those in one of these states", "queued, running, ready, failed; more than one separated by commas", apply_state},
+      {"state", "only those in one of these states", "queued, running, ready, failed; more than one separated by commas",
+       apply_state},
       {"bbox", "only those that are ready and touch this box, degrees; west above east crosses the antimeridian",
        "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
       {"q", "only those with this text in id, name or title; A to Z like a to z", "text of at most 1000 bytes", apply_text},
@@ -70,18 +74,22 @@ proto::Result<ListQuery> list_query(const Given& given) {
   for (const ListOption& option : list_options()) names.push_back(option.name);
   for (auto at = given.begin(); at != given.end(); ++at) {
     const auto& [name, value] = *at;
-    const auto option = std::find_if(list_options().begin(), list_options().end(), [&wanted = name](const ListOption& one) { return one.name == wanted; });
+    const auto option = std::find_if(list_options().begin(), list_options().end(),
+                                     [&wanted = name](const ListOption& one) { return one.name == wanted; });
     const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
     if (option == list_options().end()) {
       std::string all;
       for (const std::string& known : names) all += (all.empty() ? "" : ", ") + known;
-      return proto::Problem{"option-unknown", "unknown query parameter '" + shown + "' of a list", all + "; options of a build go with a POST", shown};
+      return proto::Problem{"option-unknown", "unknown query parameter '" + shown + "' of a list",
+                            all + "; options of a build go with a POST", shown};
     }
     if (std::any_of(given.begin(), at, [&wanted = name](const auto& earlier) { return earlier.first == wanted; })) {
       return proto::Problem{"option-repeated", name + " is given more than once", option->accepted, name};
     }
     if (const auto wrong = option->apply(value, query)) {
-      return proto::Problem{"option-invalid", name + "='" + (is_utf8(value) ? value.substr(0, 100) : "(not UTF-8)") + "': " + *wrong, option->accepted, name};
+      return proto::Problem{"option-invalid",
+                            name + "='" + (is_utf8(value) ? value.substr(0, 100) : "(not UTF-8)") + "': " + *wrong,
+                            option->accepted, name};
     }
   }
   return query;

@@ -16,10 +16,10 @@ namespace cordillera::server {
 
 struct ListQuery {
   std::uint32_t limit = 100;
-  std::int64_t after = kBeforeAll;            ///< only those with a lower number: the end of the page before
-  std::vector<State> states;                  ///< empty: all
-  std::optional<std::array<double, 4>> box;   ///< west, south, east, north, degrees; west above east crosses the antimeridian
-  std::string text;                           ///< in lower case
+  std::int64_t after = kBeforeAll;           ///< only those with a lower number: the end of the page before
+  std::vector<State> states;                 ///< empty: all
+  std::optional<std::array<double, 4>> box;  ///< west, south, east, north, degrees; west above east crosses the antimeridian
+  std::string text;                          ///< in lower case
 };
 
 struct ListOption {

@@ -24,7 +24,8 @@ constexpr std::string_view kArchive = ".pmtiles";
 Route stac_route(std::string_view rest) {
   constexpr std::string_view kItems = "collections/datasets/items/";
   Route route;
-  const bool known = rest.empty() || rest == "conformance" || rest == "collections" || rest == "collections/datasets" || rest == "collections/datasets/items";
+  const bool known = rest.empty() || rest == "conformance" || rest == "collections" || rest == "collections/datasets" ||
+                     rest == "collections/datasets/items";
   const bool item = rest.starts_with(kItems) && is_id(rest.substr(kItems.size()));
   if (!known && !item) return route;
   route.resource = Resource::stac;
@@ -35,8 +36,8 @@ Route stac_route(std::string_view rest) {
 
 /// What a dataset has and a version of it has not.
 bool is_of_now(Resource resource) {
-  return resource == Resource::events || resource == Resource::sources || resource == Resource::source || resource == Resource::versions ||
-         resource == Resource::rollback || resource == Resource::demo;
+  return resource == Resource::events || resource == Resource::sources || resource == Resource::source ||
+         resource == Resource::versions || resource == Resource::rollback || resource == Resource::demo;
 }
 
 Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
@@ -91,7 +92,8 @@ Route parse_route(std::string_view path) {
     route.id = std::string(parts[3]);
     return route;
   }
-  if (parts.size() == 4 && parts[2] == "datasets" && parts[3].ends_with(kArchive) && is_id(parts[3].substr(0, parts[3].size() - kArchive.size()))) {
+  if (parts.size() == 4 && parts[2] == "datasets" && parts[3].ends_with(kArchive) &&
+      is_id(parts[3].substr(0, parts[3].size() - kArchive.size()))) {
     route.resource = Resource::archive;
     route.id = std::string(parts[3].substr(0, parts[3].size() - kArchive.size()));
     return route;

@@ -47,7 +47,6 @@ struct Route {
 /// A path of the API that is spelt wrongly is Resource::none; everything outside /v1 is a page.
 Route parse_route(std::string_view path);
 
-
 /// For metrics and logs: one name for all addresses of a resource; a face's own.
 std::string route_name(const Route& route);
 

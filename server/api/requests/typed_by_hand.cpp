@@ -40,7 +40,8 @@ std::optional<std::string> query_value(const Json& value) {
 }
 
 Problem not_json(const std::string& what, const std::string& member = "") {
-  return {"json-invalid", what, "an object of options, such as {\"source\": \"https://example.org/dem.tif\", \"error\": 5}", member};
+  return {"json-invalid", what, "an object of options, such as {\"source\": \"https://example.org/dem.tif\", \"error\": 5}",
+          member};
 }
 
 /// The request without its body: it is in the query now.
@@ -58,7 +59,9 @@ proto::Result<Request> with_members(const Request& request, const Json& json) {
     if (member.is_null()) continue;
     if (name == "source" && member.is_array() && member.size() > 1) return several_sources();
     const auto value = query_value(member);
-    if (!value) return not_json("the member " + name.substr(0, 100) + " is neither text, a number, true or false, nor a list of these", name.substr(0, 100));
+    if (!value)
+      return not_json("the member " + name.substr(0, 100) + " is neither text, a number, true or false, nor a list of these",
+                      name.substr(0, 100));
     plain.query.emplace_back(name, *value);
   }
   return plain;
@@ -69,7 +72,8 @@ bool is_short(const Request& request) {
   const std::string length = request.header("content-length").value_or("");
   std::size_t bytes = 0;
   const auto [end, error] = std::from_chars(length.data(), length.data() + length.size(), bytes);
-  return !length.empty() && error == std::errc() && end == length.data() + length.size() && bytes <= kMostJson && request.read_body;
+  return !length.empty() && error == std::errc() && end == length.data() + length.size() && bytes <= kMostJson &&
+         request.read_body;
 }
 
 /// The bytes at the beginning of a raster, as far as they tell whether something was left out of them.
@@ -99,7 +103,8 @@ bool is_fields(std::string_view text) {
   const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
   const std::size_t equals = text.find('=');
   if (equals == 0 || equals == text.npos) return false;
-  return std::all_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(equals), in_name) && std::none_of(text.begin(), text.end(), control);
+  return std::all_of(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(equals), in_name) &&
+         std::none_of(text.begin(), text.end(), control);
 }
 
 Request with_fields(const Request& request, std::string_view text) {
@@ -108,7 +113,9 @@ Request with_fields(const Request& request, std::string_view text) {
     const std::string_view field = text.substr(0, text.find('&'));
     text.remove_prefix(std::min(text.size(), field.size() + 1));
     const std::size_t equals = std::min(field.find('='), field.size());
-    const auto decoded = [&](std::size_t from, std::size_t count) { return percent_decoded(field.substr(std::min(from, field.size()), count), AddressPart::query); };
+    const auto decoded = [&](std::size_t from, std::size_t count) {
+      return percent_decoded(field.substr(std::min(from, field.size()), count), AddressPart::query);
+    };
     if (!field.empty()) plain.query.emplace_back(decoded(0, equals), decoded(equals + 1, field.npos));
   }
   return plain;
@@ -117,7 +124,8 @@ Request with_fields(const Request& request, std::string_view text) {
 }  // namespace
 
 void forget_body_headers(Request& request) {
-  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"}) request.headers.erase(gone);
+  for (const char* gone : {"content-type", "content-length", "transfer-encoding", "content-encoding"})
+    request.headers.erase(gone);
 }
 
 Route route_meant(const Request& request) {
@@ -191,9 +199,12 @@ proto::Result<Request> with_typed_body_as_query(const Request& request) {
   });
   const std::string_view line = std::string_view(bytes).substr(0, bytes.find_last_not_of("\r\n") + 1);
   if (ended && is_fields(line)) return with_fields(request, line);
-  if (const Json json = ended && line.starts_with('{') ? Json::parse(line, nullptr, false) : Json(); json.is_object()) return with_members(request, json);
+  if (const Json json = ended && line.starts_with('{') ? Json::parse(line, nullptr, false) : Json(); json.is_object())
+    return with_members(request, json);
   Request again = request;
-  again.read_body = [bytes = std::move(bytes), ended](const Request::Sink& sink) { return (bytes.empty() || sink(bytes)) && ended; };
+  again.read_body = [bytes = std::move(bytes), ended](const Request::Sink& sink) {
+    return (bytes.empty() || sink(bytes)) && ended;
+  };
   return again;
 }
 

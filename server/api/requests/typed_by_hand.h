@@ -6,27 +6,28 @@
 #include <string>
 
 #include "proto/result.h"
-#include "server/http/message.h"
 #include "server/api/requests/routes.h"
+#include "server/http/message.h"
 
 namespace cordillera::server {
 
-/// What the request's path means: for one that writes, also with a slash at its end. A PUT of …/v1/datasets/dem.tif, which curl -T makes of
-/// …/v1/datasets/, is one on the collection.
+/// What the request's path means: for one that writes, also with a slash at its end. A PUT of …/v1/datasets/dem.tif, which curl
+/// -T makes of …/v1/datasets/, is one on the collection.
 Route route_meant(const Request& request);
 
 /// Of a request on the collection: the name that curl added to its path, or empty.
 std::string name_in_path(const Request& request);
 
-/// To a GET with a slash too many: 308, for relative links in the answer would lead elsewhere. None: there is nothing at the path without it.
-/// is_page: of paths outside of the API.
+/// To a GET with a slash too many: 308, for relative links in the answer would lead elsewhere. None: there is nothing at the path
+/// without it. is_page: of paths outside of the API.
 std::optional<Response> without_slash(const Request& request, const std::function<bool(const std::string& path)>& is_page);
 
-/// A body of type application/json, {"source": "https://…", "error": 5}: its members become parameters of the query, and the body is gone.
+/// A body of type application/json, {"source": "https://…", "error": 5}: its members become parameters of the query, and the body
+/// is gone.
 proto::Result<Request> with_json_as_query(const Request& request);
 
-/// A body of type application/x-www-form-urlencoded. What curl -d sends, source=…&error=5 or the JSON above, becomes parameters in the same way.
-/// curl --data-binary says that type of a raster, too: any other body stays, as it came.
+/// A body of type application/x-www-form-urlencoded. What curl -d sends, source=…&error=5 or the JSON above, becomes parameters
+/// in the same way. curl --data-binary says that type of a raster, too: any other body stays, as it came.
 proto::Result<Request> with_typed_body_as_query(const Request& request);
 /// The request, but its body ends early, and stripped is set, where it is a raster out of which curl -d has taken line breaks and
 /// zero bytes.

@@ -14,7 +14,7 @@ enum class Ending : std::uint8_t { length, chunks, connection };
 struct AnswerForm {
   Ending ending = Ending::length;
   bool keep_alive = true;
-  bool old = false;           ///< the request was HTTP/1.0, which must be told that the connection stays
+  bool old = false;            ///< the request was HTTP/1.0, which must be told that the connection stays
   std::string_view date = {};  ///< as HTTP has it
 };
 

@@ -14,13 +14,13 @@ using Error = boost::beast::error_code;
 using Text = boost::beast::string_view;
 
 constexpr int kMostSizeBits = 60;
-constexpr std::size_t kMostOverhead = 8192;          // of all chunks of a body beyond their data and sizes; of a line that is not whole
+constexpr std::size_t kMostOverhead = 8192;  // of all chunks of a body beyond their data and sizes; of a line that is not whole
 constexpr std::size_t kMostLine = kMostOverhead + 1;  // what slow bytes can come to: all but the last is a line that is not whole
 
 std::string_view plain(Text text) { return {text.data(), text.size()}; }
 
-/// Whether carriage returns and line feeds stand together, as they must where no data is. Looked at from `from` on; the next byte may
-/// be a line feed.
+/// Whether carriage returns and line feeds stand together, as they must where no data is. Looked at from `from` on; the next byte
+/// may be a line feed.
 bool has_plain_line_ends(std::string_view lines, std::size_t from = 0) {
   for (std::size_t i = from; i < lines.size(); ++i) {
     if (lines[i] == '\n' && (i == 0 || lines[i - 1] != '\r')) return false;
@@ -54,7 +54,9 @@ class HeadParser : public Silent {
     head_->target = plain(target);
     head_->old = version == 10;
   }
-  void on_field_impl(http::field, Text name, Text value, Error&) override { head_->fields.emplace_back(plain(name), plain(value)); }
+  void on_field_impl(http::field, Text name, Text value, Error&) override {
+    head_->fields.emplace_back(plain(name), plain(value));
+  }
 
   RawHead* head_;
 };

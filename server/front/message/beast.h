@@ -1,6 +1,6 @@
 #pragma once
-// HTTP/1.1 as Boost.Beast reads it. It takes more than we do: the gate over what it reads is in head.cpp and body_framing.cpp. The only file
-// behind this header knows Beast.
+// HTTP/1.1 as Boost.Beast reads it. It takes more than we do: the gate over what it reads is in head.cpp and body_framing.cpp.
+// The only file behind this header knows Beast.
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -29,7 +29,8 @@ class ChunkParser {
   ChunkParser();
   ~ChunkParser();
 
-  /// Appends the data to *body and returns how many of the bytes were used: all, unless the body ends among them or they break the rules.
+  /// Appends the data to *body and returns how many of the bytes were used: all, unless the body ends among them or they break
+  /// the rules.
   std::size_t take(std::string_view bytes, std::string* body);
   bool done() const;
   bool broken() const { return broken_; }

@@ -14,8 +14,8 @@ class BodyFraming {
  public:
   explicit BodyFraming(const Head& head);
 
-  /// Appends what belongs to the body to *body and returns how many of the bytes were used: all, unless the body ends among them or
-  /// they break the rules.
+  /// Appends what belongs to the body to *body and returns how many of the bytes were used: all, unless the body ends among them
+  /// or they break the rules.
   std::size_t take(std::string_view bytes, std::string* body);
   bool done() const { return chunks_ ? chunks_->done() : left_ == 0; }
   bool broken() const { return chunks_ && chunks_->broken(); }

@@ -14,7 +14,8 @@ namespace {
 using proto::Problem;
 
 Problem invalid(const std::string& what) {
-  return {"request-invalid", "the request is not valid HTTP/1.1: " + what, "a request line, headers and a body as RFC 9112 has them", ""};
+  return {"request-invalid", "the request is not valid HTTP/1.1: " + what,
+          "a request line, headers and a body as RFC 9112 has them", ""};
 }
 
 Problem unknown_method(std::string_view method) {
@@ -23,12 +24,14 @@ Problem unknown_method(std::string_view method) {
 }
 
 Problem target_too_long(const Limits& limits) {
-  return {"uri-too-long", "the address is too long", "an address of at most " + std::to_string(limits.target_bytes >> 10) + " KiB", ""};
+  return {"uri-too-long", "the address is too long",
+          "an address of at most " + std::to_string(limits.target_bytes >> 10) + " KiB", ""};
 }
 
 Problem head_too_large(const Limits& limits) {
   return {"head-too-large", "the request's headers are too large",
-          "at most " + std::to_string(limits.fields) + " headers of " + std::to_string(limits.head_bytes >> 10) + " KiB in all", ""};
+          "at most " + std::to_string(limits.fields) + " headers of " + std::to_string(limits.head_bytes >> 10) + " KiB in all",
+          ""};
 }
 
 bool is_known_method(std::string_view method) {
@@ -119,7 +122,8 @@ HeadScan::State HeadScan::look(std::string_view bytes, const Limits& limits) {
     if (!empty) ++lines_;
   }
   at_ = std::max(at_, bytes.size());
-  too_long_ = bytes.size() > limits.head_bytes || (lines_ == 0 && bytes.size() > limits.target_bytes + 100) || lines_ > limits.fields + 1;
+  too_long_ =
+      bytes.size() > limits.head_bytes || (lines_ == 0 && bytes.size() > limits.target_bytes + 100) || lines_ > limits.fields + 1;
   return too_long_ ? State::broken : State::more;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
-// The head of a request: bytes to a Request, and how its body is framed. Stricter than many: what two programs may read in two ways
-// (a length said twice, a length beside chunks, folded lines, bare line ends) lets one client put words into another's mouth behind a
-// proxy, so it is refused.
+// The head of a request: bytes to a Request, and how its body is framed. Stricter than many: what two programs may read in two
+// ways (a length said twice, a length beside chunks, folded lines, bare line ends) lets one client put words into another's mouth
+// behind a proxy, so it is refused.
 #include <cstddef>
 #include <cstdint>
 #include <optional>

@@ -1,8 +1,8 @@
-// remeasure RASTER FOLDER [SAMPLES] [THREADS]: what a folder that `cordillera build RASTER -o FOLDER` wrote really deviates from the raster,
-// measured from the bytes of its tiles by the tests' own judge. Prints JSON, a level an entry, finest first.
+// remeasure RASTER FOLDER [SAMPLES] [THREADS]: what a folder that `cordillera build RASTER -o FOLDER` wrote really deviates from
+// the raster, measured from the bytes of its tiles by the tests' own judge. Prints JSON, a level an entry, finest first.
 //
-// The samples come from the raster floor, on the lattice and with the options that the manifest names. At most SAMPLES of a level are looked
-// at (0: all), every n-th row and column of each tile: a maximum over some of them is a lower bound.
+// The samples come from the raster floor, on the lattice and with the options that the manifest names. At most SAMPLES of a level
+// are looked at (0: all), every n-th row and column of each tile: a maximum over some of them is a lower bound.
 #include <algorithm>
 #include <atomic>
 #include <cmath>
@@ -15,9 +15,9 @@
 #include <thread>
 
 #include "pipeline/encode/decode.h"
-#include "pipeline/tileset/manifest_json.h"
 #include "pipeline/faces/face.h"
 #include "pipeline/tileset/implicit_tile.h"
+#include "pipeline/tileset/manifest_json.h"
 #include "raster/source.h"
 #include "tests/whole/evaluator.h"
 
@@ -72,7 +72,8 @@ std::vector<Part> parts_of(const Truth& truth, const proto::TileAddress& tile) {
   std::vector<Part> parts;
   for (int turns = -1; turns <= 1; ++turns) {
     const std::int64_t turn = turns * truth.lattice.columns();
-    const whole::SampleWindow w{std::max(west, s.west - turn), std::max(south, s.south), std::min(west + side, s.west + s.columns - 1 - turn),
+    const whole::SampleWindow w{std::max(west, s.west - turn), std::max(south, s.south),
+                                std::min(west + side, s.west + s.columns - 1 - turn),
                                 std::min(south + side, s.south + s.rows - 1)};
     if (w.west <= w.east && w.south <= w.north) parts.push_back({w, turn});
   }
@@ -91,8 +92,8 @@ std::string drc_path(const proto::TileAddress& t) {
   return "tiles/" + std::to_string(t.z) + "/" + std::to_string(t.x) + "/" + std::to_string(t.y) + ".drc";
 }
 std::string glb_path(const proto::TileAddress& t) {
-  return "tiles/" + std::string(1, pipeline::hemisphere_of(t)) + "/" + std::to_string(t.z) + "/" + std::to_string(pipeline::implicit_x(t)) + "/" +
-         std::to_string(t.y) + ".glb";
+  return "tiles/" + std::string(1, pipeline::hemisphere_of(t)) + "/" + std::to_string(t.z) + "/" +
+         std::to_string(pipeline::implicit_x(t)) + "/" + std::to_string(t.y) + ".glb";
 }
 
 TileFigures figures_of(const fs::path& folder, const proto::TileAddress& at, const Truth& truth, std::int64_t stride) {
@@ -167,11 +168,12 @@ void print_level(int level, const std::vector<TileFigures>& tiles, std::int64_t 
     sum.glb_max_m = std::max(sum.glb_max_m, t.glb_max_m);
   }
   const double rmse = sum.samples > 0 ? std::sqrt(sum.squares_m2 / static_cast<double>(sum.samples)) : 0;
-  std::printf("{\"level\": %d, \"tiles\": %zu, \"triangles\": %zu, \"drc_bytes\": %zu, \"glb_bytes\": %zu, \"drc_max_m\": %.6f, "
-              "\"glb_max_m\": %.6f, \"rmse_m\": %.6f, \"samples\": %zu, \"unseen\": %zu, \"stride\": %zu, \"worst_vertex\": [%d, %d]}",
-              level, tiles.size(), sum.triangles, sum.drc_bytes, sum.glb_bytes, sum.drc_max_m, sum.glb_max_m, rmse,
-              static_cast<std::size_t>(sum.samples), static_cast<std::size_t>(sum.unseen), static_cast<std::size_t>(stride),
-              static_cast<int>(sum.worst_i), static_cast<int>(sum.worst_j));
+  std::printf(
+      "{\"level\": %d, \"tiles\": %zu, \"triangles\": %zu, \"drc_bytes\": %zu, \"glb_bytes\": %zu, \"drc_max_m\": %.6f, "
+      "\"glb_max_m\": %.6f, \"rmse_m\": %.6f, \"samples\": %zu, \"unseen\": %zu, \"stride\": %zu, \"worst_vertex\": [%d, %d]}",
+      level, tiles.size(), sum.triangles, sum.drc_bytes, sum.glb_bytes, sum.drc_max_m, sum.glb_max_m, rmse,
+      static_cast<std::size_t>(sum.samples), static_cast<std::size_t>(sum.unseen), static_cast<std::size_t>(stride),
+      static_cast<int>(sum.worst_i), static_cast<int>(sum.worst_j));
 }
 
 int run(const std::string& raster, const fs::path& folder, double most_samples, unsigned threads) {
@@ -197,7 +199,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    return run(argv[1], argv[2], argc > 3 ? std::atof(argv[3]) : 0, argc > 4 ? static_cast<unsigned>(std::max(1, std::atoi(argv[4]))) : 1);
+    return run(argv[1], argv[2], argc > 3 ? std::atof(argv[3]) : 0,
+               argc > 4 ? static_cast<unsigned>(std::max(1, std::atoi(argv[4]))) : 1);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "remeasure: %s\n", error.what());
     return 1;

@@ -1,6 +1,6 @@
-// drc_bench FOLDER: where the bytes of a build's .drc tiles go, level by level. FOLDER is what `cordillera build --formats drc` wrote.
-// Every tile is decoded and encoded again: as it is, at other speeds of Draco, and with positions on a coarser lattice, which shows
-// what finer positions cost. Nothing is written.
+// drc_bench FOLDER: where the bytes of a build's .drc tiles go, level by level. FOLDER is what `cordillera build --formats drc`
+// wrote. Every tile is decoded and encoded again: as it is, at other speeds of Draco, and with positions on a coarser lattice,
+// which shows what finer positions cost. Nothing is written.
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -55,18 +55,10 @@ void add(Sum& sum, const pipeline::LatticeMesh& mesh, int speed) {
 
 std::vector<Way> ways(std::int32_t side) {
   const int cell = bits_above(side);  // of u and v that lie below a cell of the level
-  return {{"as it is", 0, 0},
-          {"no heights", 0, 31},
-          {"no plan", 31, 31},
-          {"h / 4", 0, 2},
-          {"h / 16", 0, 4},
-          {"h / 64", 0, 6},
-          {"h / 256", 0, 8},
-          {"u, v / cell", cell, 0},
-          {"u, v / cell, h / 64", cell, 6},
-          {"speed 0", 0, 0, 0},
-          {"speed 3", 0, 0, 3},
-          {"speed 7", 0, 0, 7},
+  return {{"as it is", 0, 0},    {"no heights", 0, 31},    {"no plan", 31, 31},
+          {"h / 4", 0, 2},       {"h / 16", 0, 4},         {"h / 64", 0, 6},
+          {"h / 256", 0, 8},     {"u, v / cell", cell, 0}, {"u, v / cell, h / 64", cell, 6},
+          {"speed 0", 0, 0, 0},  {"speed 3", 0, 0, 3},     {"speed 7", 0, 0, 7},
           {"speed 10", 0, 0, 10}};
 }
 
@@ -103,7 +95,8 @@ int main(int argc, char** argv) {
       std::printf("%8.2f", sums[k].per_triangle());
       whole.bytes += sums[k].bytes, whole.triangles += sums[k].triangles, whole.encode_s += sums[k].encode_s;
     }
-    std::printf("  all %.3f, %.0f ns a triangle\n", whole.per_triangle(), 1e9 * whole.encode_s / static_cast<double>(whole.triangles));
+    std::printf("  all %.3f, %.0f ns a triangle\n", whole.per_triangle(),
+                1e9 * whole.encode_s / static_cast<double>(whole.triangles));
   }
   return 0;
 }

@@ -181,7 +181,8 @@ int main(int count, char** words) {
       if (r + 1 < o.repeat) continue;
       const std::vector<LevelTime>& times = simplifier.times().levels;  // of the levels above
       for (std::size_t l = 0; l < plan.levels.size(); ++l)
-        print_level(plan, l, {*result}, {blocks.data(), 1}, o, l + times.size() < plan.levels.size() ? LevelTime() : times[l + times.size() - plan.levels.size()]);
+        print_level(plan, l, {*result}, {blocks.data(), 1}, o,
+                    l + times.size() < plan.levels.size() ? LevelTime() : times[l + times.size() - plan.levels.size()]);
       continue;
     }
     const auto result = simplifier.simplify(blocks, plan);

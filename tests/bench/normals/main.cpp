@@ -23,10 +23,10 @@
 #include "pipeline/encode/json.h"
 #include "pipeline/encode/region.h"
 #include "pipeline/faces/pictures/png_image.h"
+#include "pipeline/faces/pictures/webp_image.h"
 #include "pipeline/faces/terrain.h"
 #include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "pipeline/faces/tiles_3d/normal_map.h"
-#include "pipeline/faces/pictures/webp_image.h"
 
 using namespace cordillera;
 using namespace cordillera::pipeline;

@@ -7,7 +7,8 @@
 //   --alone        every tile in a call of its own, instead of a level in one
 //   --sparse S     the finest level starts without what is nearer than S times the tolerance to what remains; builds do with 0.25
 //   --levels N     only so many, from the finest
-//   --errors       measures every level against all finest samples on the device, too; with --stages, what of it is work on the device
+//   --errors       measures every level against all finest samples on the device, too; with --stages, what of it is work on the
+//   device
 //   --strategy S   waves, or cleap or sequential
 #include <atomic>
 #include <cinttypes>
@@ -41,19 +42,32 @@ Options options_of(int argc, char** argv) {
   for (int k = 1; k < argc; ++k) {
     const std::string argument = argv[k];
     const auto value = [&] { return k + 1 < argc ? argv[++k] : ""; };
-    if (argument == "--json") options.json = true;
-    else if (argument == "--stages") options.stages = true;
-    else if (argument == "--terrain") options.terrain = value();
-    else if (argument == "--repeat") options.run.repeats = std::atoi(value());
-    else if (argument == "--errors") options.errors = true;
-    else if (argument == "--alone") options.run.alone = true;
-    else if (argument == "--levels") options.run.levels = std::atoi(value());
-    else if (argument == "--sparse") options.run.start_share = static_cast<float>(std::atof(value()));
-    else if (argument == "--strategy") options.strategy = value();
-    else if (argument == "--threads") options.threads = static_cast<unsigned>(std::atoi(value()));
-    else if (position == 0 && ++position) options.device = argument;
-    else if (position == 1 && ++position) options.across = std::atoi(argument.c_str());
-    else options.tolerance_m = static_cast<float>(std::atof(argument.c_str()));
+    if (argument == "--json")
+      options.json = true;
+    else if (argument == "--stages")
+      options.stages = true;
+    else if (argument == "--terrain")
+      options.terrain = value();
+    else if (argument == "--repeat")
+      options.run.repeats = std::atoi(value());
+    else if (argument == "--errors")
+      options.errors = true;
+    else if (argument == "--alone")
+      options.run.alone = true;
+    else if (argument == "--levels")
+      options.run.levels = std::atoi(value());
+    else if (argument == "--sparse")
+      options.run.start_share = static_cast<float>(std::atof(value()));
+    else if (argument == "--strategy")
+      options.strategy = value();
+    else if (argument == "--threads")
+      options.threads = static_cast<unsigned>(std::atoi(value()));
+    else if (position == 0 && ++position)
+      options.device = argument;
+    else if (position == 1 && ++position)
+      options.across = std::atoi(argument.c_str());
+    else
+      options.tolerance_m = static_cast<float>(std::atof(argument.c_str()));
   }
   return options;
 }
@@ -113,7 +127,8 @@ void print_stages(const std::vector<gpu::StageTime>& stages) {
 double on_device_s(const bench::LevelFigures& level) {
   double sum_s = 0;
   for (const auto* stages : {&level.stages, &level.measure_stages}) {
-    for (const gpu::StageTime& stage : *stages) sum_s += stage.name == "start" || stage.name.starts_with("pass") || stage.name == "measure" ? stage.seconds : 0;
+    for (const gpu::StageTime& stage : *stages)
+      sum_s += stage.name == "start" || stage.name.starts_with("pass") || stage.name == "measure" ? stage.seconds : 0;
   }
   return sum_s;
 }
@@ -134,10 +149,11 @@ void print_row(const Options& options, std::string_view terrain, const bench::Le
 
 void print_json(std::string_view terrain, const bench::LevelFigures& level) {
   static bool first = true;
-  std::printf("%s\n{\"terrain\":\"%s\",\"level\":%d,\"tiles\":%zu,\"vertices_in\":%zu,\"vertices\":%zu,\"simplify_seconds\":%.6f,\"hash\":\"%016" PRIx64
-              "\",\"measure_seconds\":%.6f,\"max_error_m\":%.17g,\"rmse_m\":%.17g,\"stages_ms\":{",
-              first ? "" : ",", terrain.data(), level.level, level.tiles, level.vertices_in, level.vertices, level.simplify_s, level.hash, level.measure_s,
-              level.max_error_m, level.rmse_m);
+  std::printf(
+      "%s\n{\"terrain\":\"%s\",\"level\":%d,\"tiles\":%zu,\"vertices_in\":%zu,\"vertices\":%zu,\"simplify_seconds\":%.6f,"
+      "\"hash\":\"%016" PRIx64 "\",\"measure_seconds\":%.6f,\"max_error_m\":%.17g,\"rmse_m\":%.17g,\"stages_ms\":{",
+      first ? "" : ",", terrain.data(), level.level, level.tiles, level.vertices_in, level.vertices, level.simplify_s, level.hash,
+      level.measure_s, level.max_error_m, level.rmse_m);
   for (const gpu::StageTime& stage : level.stages) {
     std::printf("%s\"%s\":%.3f", &stage == level.stages.data() ? "" : ",", stage.name.c_str(), 1e3 * stage.seconds);
   }
@@ -169,21 +185,26 @@ int main(int argc, char** argv) {
   if (options.json) {
     std::printf("[");
   } else {
-    std::printf("# %s, %d x %d tiles, tolerance %g m\n# terrain level tiles vertices-in vertices triangles prepare-s simplify-s hash\n",
-                (*simplifier)->device().c_str(), options.across, options.across, static_cast<double>(options.tolerance_m));
+    std::printf(
+        "# %s, %d x %d tiles, tolerance %g m\n# terrain level tiles vertices-in vertices triangles prepare-s simplify-s hash\n",
+        (*simplifier)->device().c_str(), options.across, options.across, static_cast<double>(options.tolerance_m));
   }
   for (int kind = 0; kind < 6; ++kind) {
     const std::string_view name = bench::kTerrainNames[kind];
     if (!options.terrain.empty() && options.terrain != name) continue;
-    const auto levels = bench::run_pyramid(static_cast<bench::Terrain>(kind), options.across, options.tolerance_m, **simplifier, options.run);
+    const auto levels =
+        bench::run_pyramid(static_cast<bench::Terrain>(kind), options.across, options.tolerance_m, **simplifier, options.run);
     double device_s = 0;
     for (const bench::LevelFigures& level : levels) {
-      if (options.json) print_json(name, level);
-      else print_row(options, name, level);
+      if (options.json)
+        print_json(name, level);
+      else
+        print_row(options, name, level);
       device_s += on_device_s(level);
     }
     if (options.stages && !options.json && device_s > 0) {
-      std::printf("# on the device: %.3f ms, %.3f Gvertex/s\n", 1e3 * device_s, 1e-9 * static_cast<double>(levels.front().vertices_in) / device_s);
+      std::printf("# on the device: %.3f ms, %.3f Gvertex/s\n", 1e3 * device_s,
+                  1e-9 * static_cast<double>(levels.front().vertices_in) / device_s);
     }
   }
   if (options.json) std::printf("]\n");

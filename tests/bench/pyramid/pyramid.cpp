@@ -16,12 +16,12 @@
 namespace cordillera::bench {
 namespace {
 
-using proto::TileAddress;
-using proto::TileMesh;
 using pipeline::Along;
 using pipeline::ChainRule;
 using pipeline::Edge;
 using pipeline::Side;
+using proto::TileAddress;
+using proto::TileMesh;
 
 constexpr int kFinest = 14;
 
@@ -61,10 +61,12 @@ struct Pyramid {
       const Edge edge = pipeline::edge_of(lattice, tile, side);
       std::vector<std::int32_t> heights;
       for (std::int64_t k = 0; k <= edge.units; ++k) {
-        heights.push_back(height(edge.column + (edge.along == Along::east ? k : 0), edge.row + (edge.along == Along::north ? k : 0)));
+        heights.push_back(
+            height(edge.column + (edge.along == Along::east ? k : 0), edge.row + (edge.along == Along::north ? k : 0)));
       }
-      const auto chain = tile.z == kFinest ? pipeline::chain_finest(edge, heights, rule(tile.z))
-                                           : pipeline::simplify_chain(edge, pipeline::border_chain(mesh, side), heights, rule(tile.z));
+      const auto chain = tile.z == kFinest
+                             ? pipeline::chain_finest(edge, heights, rule(tile.z))
+                             : pipeline::simplify_chain(edge, pipeline::border_chain(mesh, side), heights, rule(tile.z));
       const auto applied = pipeline::apply_chain(mesh, side, chain);
       if (!applied.ok()) throw std::logic_error(applied.problem().detail);
     }
@@ -73,7 +75,8 @@ struct Pyramid {
   TileMesh grid(const TileAddress& tile) const {
     std::vector<std::int32_t> heights;
     for (std::int64_t r = 0; r <= proto::kTileCells; ++r) {
-      for (std::int64_t c = 0; c <= proto::kTileCells; ++c) heights.push_back(height(lattice.west(tile) + c, lattice.south(tile) + r));
+      for (std::int64_t c = 0; c <= proto::kTileCells; ++c)
+        heights.push_back(height(lattice.west(tile) + c, lattice.south(tile) + r));
     }
     return gpu::grid_mesh(proto::kTileCells, 1, heights);
   }
@@ -135,7 +138,8 @@ void measure_level(const std::map<TileAddress, TileMesh>& meshes, const PyramidR
 
 }  // namespace
 
-std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier, const PyramidRun& run) {
+std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_m, gpu::Simplifier& simplifier,
+                                      const PyramidRun& run) {
   const Pyramid pyramid{kind, across, tolerance_m};
   const int top = kFinest - std::countr_zero(static_cast<unsigned>(across));
   std::map<TileAddress, TileMesh> below;
@@ -156,8 +160,10 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
         const TileAddress tile{z, (pyramid.corner.x >> down) + x, (pyramid.corner.y >> down) + y};
         proto::Result<TileMesh> mesh = z == kFinest ? pyramid.grid(tile) : pyramid.welded(tile, below);
         if (!mesh.ok()) {
-          // Some vertex could not leave its border. A build asks such a tile again with more of its inside left, the bench does not.
-          std::fprintf(stderr, "%s ends below level %d: %s\n", std::string(kTerrainNames[static_cast<int>(kind)]).c_str(), z, mesh.problem().detail.c_str());
+          // Some vertex could not leave its border. A build asks such a tile again with more of its inside left, the bench does
+          // not.
+          std::fprintf(stderr, "%s ends below level %d: %s\n", std::string(kTerrainNames[static_cast<int>(kind)]).c_str(), z,
+                       mesh.problem().detail.c_str());
           return figures;
         }
         pyramid.chains(*mesh, tile);
@@ -174,7 +180,8 @@ std::vector<LevelFigures> run_pyramid(Terrain kind, int across, float tolerance_
       for (std::size_t v = 0; v < mesh.vertices(); ++v) elevations.back()[v] = static_cast<float>(mesh.height[v]) / 1024.0f;
     }
     for (const auto& [tile, mesh] : input) {
-      jobs.push_back({&mesh, elevations[jobs.size()], cell, tolerance_m * cell, tolerance_m * cell * (z == kFinest ? 1.0f : 0.5f), cell});
+      jobs.push_back(
+          {&mesh, elevations[jobs.size()], cell, tolerance_m * cell, tolerance_m * cell * (z == kFinest ? 1.0f : 0.5f), cell});
       if (z == kFinest) jobs.back().start_tolerance_m = run.start_share * tolerance_m;
     }
     const double ready = seconds();

@@ -1,5 +1,6 @@
 #pragma once
-// Six kinds of terrain to measure and hash the simplifier on; integer arithmetic and + - x / only, so every machine makes the same.
+// Six kinds of terrain to measure and hash the simplifier on; integer arithmetic and + - x / only, so every machine makes the
+// same.
 #include <cstdint>
 #include <string_view>
 
@@ -21,7 +22,8 @@ inline std::uint32_t mixed(std::uint32_t x, std::uint32_t y, std::uint32_t seed)
 inline double smooth_noise(std::int64_t x, std::int64_t y, int shift, std::uint32_t seed) {
   const std::int64_t cell = std::int64_t{1} << shift;
   const auto cx = static_cast<std::uint32_t>(x >> shift), cy = static_cast<std::uint32_t>(y >> shift);
-  double fx = static_cast<double>(x & (cell - 1)) / static_cast<double>(cell), fy = static_cast<double>(y & (cell - 1)) / static_cast<double>(cell);
+  double fx = static_cast<double>(x & (cell - 1)) / static_cast<double>(cell),
+         fy = static_cast<double>(y & (cell - 1)) / static_cast<double>(cell);
   fx = fx * fx * (3 - 2 * fx);
   fy = fy * fy * (3 - 2 * fy);
   const auto value = [&](std::uint32_t i, std::uint32_t j) { return static_cast<double>(mixed(i, j, seed) >> 8) * 0x1p-23 - 1; };
@@ -48,11 +50,13 @@ inline std::int32_t terrain_height(Terrain kind, std::int64_t x, std::int64_t y)
       break;
     }
     case Terrain::rolling:
-      for (int o = 0; o < 5; ++o) h += 120 * smooth_noise(x, y, 8 - o, 31u + static_cast<std::uint32_t>(o)) / static_cast<double>(1 << o);
+      for (int o = 0; o < 5; ++o)
+        h += 120 * smooth_noise(x, y, 8 - o, 31u + static_cast<std::uint32_t>(o)) / static_cast<double>(1 << o);
       break;
     case Terrain::city:
       h = 3 * smooth_noise(x, y, 6, 41);
-      if (mixed(static_cast<std::uint32_t>(x >> 4), static_cast<std::uint32_t>(y >> 4), 42) % 3 == 0 && (x & 15) > 2 && (y & 15) > 4) {
+      if (mixed(static_cast<std::uint32_t>(x >> 4), static_cast<std::uint32_t>(y >> 4), 42) % 3 == 0 && (x & 15) > 2 &&
+          (y & 15) > 4) {
         h += 8 + mixed(static_cast<std::uint32_t>(x >> 4), static_cast<std::uint32_t>(y >> 4), 43) % 30;
       }
       break;

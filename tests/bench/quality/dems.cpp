@@ -11,7 +11,8 @@ using gpu::fit::HeightMesh;
 using gpu::fit::Quality;
 
 constexpr int kTerrains = 6;
-constexpr std::string_view kNames[] = {"alpine", "rolling", "city", "islands", "noise", "plane", "ridge", "cliff", "faint", "high", "extreme"};
+constexpr std::string_view kNames[] = {"alpine", "rolling", "city",  "islands", "noise",  "plane",
+                                       "ridge",  "cliff",   "faint", "high",    "extreme"};
 
 double metres(Terrain kind, std::uint32_t x, std::uint32_t y) {
   const std::int32_t height = terrain_height(kind, x, y);
@@ -38,7 +39,8 @@ std::vector<float> dem_heights(std::string_view name, std::uint32_t side, std::u
   heights.reserve(std::size_t{side} * side);
   for (std::uint32_t y = first; y < first + side; ++y) {
     for (std::uint32_t x = first; x < first + side; ++x) {
-      heights.push_back(static_cast<float>(kind < kTerrains ? metres(static_cast<Terrain>(kind), x, y) : height_at(name, x, y, side, first)));
+      heights.push_back(
+          static_cast<float>(kind < kTerrains ? metres(static_cast<Terrain>(kind), x, y) : height_at(name, x, y, side, first)));
     }
   }
   return heights;

@@ -18,8 +18,8 @@ namespace cordillera::bench {
 ///   high     alpine stretched to 9 km
 ///   extreme  heights of both signs near the end of what a float holds
 std::span<const std::string_view> dem_names();
-/// side * side heights in metres, row by row from sample (first, first) of the terrain in the south-west. Holes are 0. Empty if the name is
-/// not one of the above. The first 200 samples of the alpine kind are sea.
+/// side * side heights in metres, row by row from sample (first, first) of the terrain in the south-west. Holes are 0. Empty if
+/// the name is not one of the above. The first 200 samples of the alpine kind are sea.
 std::vector<float> dem_heights(std::string_view name, std::uint32_t side, std::uint32_t first = 0);
 
 /// Every second sample of every second row; of an even number of columns or rows, the last is left out.

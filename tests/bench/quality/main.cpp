@@ -9,7 +9,8 @@
 //   --threads N       of a CPU; 0: as many as the machine has. 1
 //   --grid            as a grid whose heights lie on the device beforehand, not as a mesh
 //   --repeat N        the fastest of so many calls counts. 1
-//   --between         simplifies every second sample of every second row and measures at all of them, too: what lies between the samples
+//   --between         simplifies every second sample of every second row and measures at all of them, too: what lies between the
+//   samples
 //   --keep S          only this share of the triangles; else 0.5984, 0.1 and 0.01
 #include <cinttypes>
 #include <cstdio>
@@ -97,7 +98,8 @@ std::vector<float> heights_of(const Options& options) {
 
 /// cpu_s: of the whole call, checks and the report's measuring included; it says more than a clock on a wall where others compute
 /// too.
-void print_row(const Options& options, const bench::Way& way, const SimplifiedMesh& result, double cpu_s, const gpu::VerticalError& between) {
+void print_row(const Options& options, const bench::Way& way, const SimplifiedMesh& result, double cpu_s,
+               const gpu::VerticalError& between) {
   const MeshReport& report = result.report;
   const std::uint64_t hash = bench::hash_of(result.mesh);
   if (options.hash) {

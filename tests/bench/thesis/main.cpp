@@ -42,19 +42,27 @@ Line line_of(int argc, char** argv) {
     const std::string word = argv[k];
     const auto value = [&] { return std::string(k + 1 < argc ? argv[++k] : ""); };
     const auto whole = [&] { return static_cast<std::uint32_t>(std::atoi(value().c_str())); };
-    if (word == "--input") line.input = value();
-    else if (word == "--terrain") line.terrain = value();
-    else if (word == "--device") line.device = value();
-    else if (word == "--out") line.out = value();
-    else if (word == "--side") line.columns = line.rows = whole();
-    else if (word == "--threads") line.threads = whole();
-    else if (word == "--judge") line.judge = true;
+    if (word == "--input")
+      line.input = value();
+    else if (word == "--terrain")
+      line.terrain = value();
+    else if (word == "--device")
+      line.device = value();
+    else if (word == "--out")
+      line.out = value();
+    else if (word == "--side")
+      line.columns = line.rows = whole();
+    else if (word == "--threads")
+      line.threads = whole();
+    else if (word == "--judge")
+      line.judge = true;
     else if (word == "--raw") {
       line.raw = value();
       line.columns = whole();
       line.rows = whole();
       line.cell_m = std::atof(value().c_str());
-    } else line.specs.push_back(word);
+    } else
+      line.specs.push_back(word);
   }
   return line;
 }
@@ -110,12 +118,18 @@ std::string field(const char* name, double value) {
 
 std::string told_by(const gpu::cleap::Report& report) {
   std::string text = "\"device\": \"" + report.device + "\", ";
-  for (const auto& [name, value] : std::initializer_list<std::pair<const char*, double>>{
-           {"iterations", report.iterations}, {"collapses", report.collapses}, {"passes", report.passes},
-           {"tried", report.tried()},
-           {"build_seconds", report.build_seconds}, {"select_seconds", report.select_seconds},
-           {"collapse_seconds", report.collapse_seconds}, {"rearrange_seconds", report.rearrange_seconds},
-           {"refine_seconds", report.refine_seconds}, {"copy_seconds", report.copy_seconds}, {"seconds", report.seconds()}}) {
+  for (const auto& [name, value] :
+       std::initializer_list<std::pair<const char*, double>>{{"iterations", report.iterations},
+                                                             {"collapses", report.collapses},
+                                                             {"passes", report.passes},
+                                                             {"tried", report.tried()},
+                                                             {"build_seconds", report.build_seconds},
+                                                             {"select_seconds", report.select_seconds},
+                                                             {"collapse_seconds", report.collapse_seconds},
+                                                             {"rearrange_seconds", report.rearrange_seconds},
+                                                             {"refine_seconds", report.refine_seconds},
+                                                             {"copy_seconds", report.copy_seconds},
+                                                             {"seconds", report.seconds()}}) {
     text += field(name, value);
   }
   text += "\"fates\": {";
@@ -169,8 +183,8 @@ std::string judged(const HeightMesh& input, const HeightMesh& result) {
   const Shapes shapes = shapes_of(result);
   std::string text = field("rmse_m", error.rmse) + field("max_error_m", error.max) +
                      field("uncovered", static_cast<double>(error.uncovered)) +
-                     field("turned", static_cast<double>(shapes.turned)) +
-                     field("most_triangles", shapes.most_triangles) + field("mean_least_angle_deg", shapes.mean_angle_deg);
+                     field("turned", static_cast<double>(shapes.turned)) + field("most_triangles", shapes.most_triangles) +
+                     field("mean_least_angle_deg", shapes.mean_angle_deg);
   text += "\"least_angles\": [";
   for (std::size_t k = 0; k < shapes.angles.size(); ++k) {
     if (k > 0) text += ',';

@@ -13,7 +13,7 @@ namespace cordillera::bench {
 struct Shapes {
   std::array<std::uint64_t, 12> angles{};  ///< triangles by their least angle in the plan: 0-5, 5-10, ... 55-60 degrees
   double mean_angle_deg = 0;
-  std::uint64_t turned = 0;      ///< triangles that turn the other way than most, or have no area
+  std::uint64_t turned = 0;          ///< triangles that turn the other way than most, or have no area
   std::uint32_t most_triangles = 0;  ///< at a vertex
 };
 

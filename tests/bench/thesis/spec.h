@@ -61,9 +61,12 @@ inline gpu::cleap::Options options_of(const Spec& spec) {
   options.closing = spec.number("closing", 0) != 0;
   options.time_phases = spec.number("phases", 0) != 0;
   options.each_window = spec.number("each_window", 0) != 0;
-  spec.choose<Selection>("selection", {{"sort", Selection::sort}, {"histogram", Selection::histogram},
-                                       {"unsorted", Selection::unsorted}, {"vertex-best", Selection::vertex_best},
-                                       {"super-independent", Selection::super_independent}},
+  spec.choose<Selection>("selection",
+                         {{"sort", Selection::sort},
+                          {"histogram", Selection::histogram},
+                          {"unsorted", Selection::unsorted},
+                          {"vertex-best", Selection::vertex_best},
+                          {"super-independent", Selection::super_independent}},
                          options.selection);
   spec.choose<Shuffle>("shuffle", {{"fisher-yates", Shuffle::fisher_yates}, {"keyed", Shuffle::keyed}, {"none", Shuffle::none}},
                        options.shuffle);

@@ -12,7 +12,9 @@ constexpr int kReach = 100;
 void fill_from_eight_directions(std::vector<double>& values, int columns, int rows) {
   const std::vector<double> given = values;
   const auto inside = [&](int x, int y) { return x >= 0 && y >= 0 && x < columns && y < rows; };
-  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x); };
+  const auto at = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x);
+  };
   for (int y = 0; y < rows; ++y) {
     for (int x = 0; x < columns; ++x) {
       if (!std::isnan(given[at(x, y)])) continue;
@@ -21,7 +23,8 @@ void fill_from_eight_directions(std::vector<double>& values, int columns, int ro
         const int dx = d % 3 - 1, dy = d / 3 - 1;
         int steps = 1;
         if (dx == 0 && dy == 0) continue;
-        while (steps <= kReach && inside(x + steps * dx, y + steps * dy) && std::isnan(given[at(x + steps * dx, y + steps * dy)])) ++steps;
+        while (steps <= kReach && inside(x + steps * dx, y + steps * dy) && std::isnan(given[at(x + steps * dx, y + steps * dy)]))
+          ++steps;
         if (steps > kReach || !inside(x + steps * dx, y + steps * dy)) continue;
         const double weight = 1.0 / ((dx * dx + dy * dy) * steps * steps);
         sum += weight * given[at(x + steps * dx, y + steps * dy)];

@@ -19,7 +19,9 @@ namespace {
 struct Grid {
   int columns = 0, rows = 0;
   std::vector<double> height_m;  ///< NaN: none
-  double& at(int x, int y) { return height_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)]; }
+  double& at(int x, int y) {
+    return height_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)];
+  }
   bool is_void(int x, int y) { return std::isnan(at(x, y)); }
 };
 
@@ -29,7 +31,8 @@ Grid read(const std::string& path) {
   Grid grid{dataset->GetRasterXSize(), dataset->GetRasterYSize(), {}};
   grid.height_m.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(grid.rows));
   GDALRasterBand* band = dataset->GetRasterBand(1);
-  if (band->RasterIO(GF_Read, 0, 0, grid.columns, grid.rows, grid.height_m.data(), grid.columns, grid.rows, GDT_Float64, 0, 0, nullptr) != CE_None)
+  if (band->RasterIO(GF_Read, 0, 0, grid.columns, grid.rows, grid.height_m.data(), grid.columns, grid.rows, GDT_Float64, 0, 0,
+                     nullptr) != CE_None)
     throw std::runtime_error(path + " cannot be read");
   int has = 0;
   const double nodata = band->GetNoDataValue(&has);
@@ -49,10 +52,12 @@ Grid punched(const Grid& whole, int size) {
     for (int e = 0; e < 4; ++e) {
       const double x0 = cx + (share() - 0.5) * size / 2, y0 = cy + (share() - 0.5) * size / 2;
       const double ra = size * (0.15 + 0.2 * share()), rb = size * (0.15 + 0.2 * share());
-      if (cx < size || cy < size || cx > grid.columns - size || cy > grid.rows - size) continue;  // inside, so that there is a rim
+      if (cx < size || cy < size || cx > grid.columns - size || cy > grid.rows - size)
+        continue;  // inside, so that there is a rim
       for (int y = static_cast<int>(y0 - rb); y <= y0 + rb; ++y)
         for (int x = static_cast<int>(x0 - ra); x <= x0 + ra; ++x)
-          if (x > 1 && y > 1 && x < grid.columns - 2 && y < grid.rows - 2 && std::hypot((x - x0) / ra, (y - y0) / rb) < 1) grid.at(x, y) = NAN;
+          if (x > 1 && y > 1 && x < grid.columns - 2 && y < grid.rows - 2 && std::hypot((x - x0) / ra, (y - y0) / rb) < 1)
+            grid.at(x, y) = NAN;
     }
   }
   return grid;
@@ -69,7 +74,8 @@ Grid gdal_filled(Grid grid, int smoothing) {
     if (std::isnan(h)) h = 0;
   }
   const auto move = [&](GDALRWFlag way, GDALDataset& dataset, std::vector<double>& data) {
-    if (dataset.GetRasterBand(1)->RasterIO(way, 0, 0, grid.columns, grid.rows, data.data(), grid.columns, grid.rows, GDT_Float64, 0, 0, nullptr) != CE_None)
+    if (dataset.GetRasterBand(1)->RasterIO(way, 0, 0, grid.columns, grid.rows, data.data(), grid.columns, grid.rows, GDT_Float64,
+                                           0, 0, nullptr) != CE_None)
       throw std::runtime_error("no memory");
   };
   move(GF_Write, *heights, values);
@@ -95,7 +101,8 @@ Grid spline_filled(Grid grid) {
         const Cell c = ahead.back();
         ahead.pop_back();
         if (c.x < 0 || c.y < 0 || c.x >= grid.columns || c.y >= grid.rows || !grid.is_void(c.x, c.y)) continue;
-        const std::size_t at = static_cast<std::size_t>(c.y) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(c.x);
+        const std::size_t at =
+            static_cast<std::size_t>(c.y) * static_cast<std::size_t>(grid.columns) + static_cast<std::size_t>(c.x);
         if (seen[at]) continue;
         seen[at] = true;
         cells.push_back(c);
@@ -150,7 +157,9 @@ void compare(const std::string& path, int size) {
 
 int main(int count, char** arguments) {
   GDALAllRegister();
-  std::printf("| raster | holes, pixels | pixels filled | eight directions | GDALFillNodata | GDALFillNodata, 3 × smoothed | spline | s |\n");
+  std::printf(
+      "| raster | holes, pixels | pixels filled | eight directions | GDALFillNodata | GDALFillNodata, 3 × smoothed | spline | s "
+      "|\n");
   std::printf("|---|---|---|---|---|---|---|---|\n");
   try {
     for (int k = 1; k < count; ++k)

@@ -37,7 +37,7 @@ int main(void) {
          cordillera_result_rmse(result), cordillera_result_max_error(result));
   cordillera_result_free(result);
 
-  z[7] = NAN;  /* what is no height is refused, with its place */
+  z[7] = NAN; /* what is no height is refused, with its place */
   result = cordillera_simplify(&hill, &options);
   printf("%s: %s\n", cordillera_result_problem_type(result), cordillera_result_problem(result));
   cordillera_result_free(result);

@@ -19,12 +19,11 @@ int main() {
   cordillera::Options options;
   options.device = "cpu";
   const cordillera::Simplified few = cordillera::simplify(hill, cordillera::Target::keep(0.1), options);
-  std::printf("%zu of %zu triangles, RMSE %.3f m, greatest error %.3f m\n", few.mesh.triangles.size(), hill.triangles.size(), few.rmse, few.max_error);
+  std::printf("%zu of %zu triangles, RMSE %.3f m, greatest error %.3f m\n", few.mesh.triangles.size(), hill.triangles.size(),
+              few.rmse, few.max_error);
 
   hill.z[7] = std::numeric_limits<double>::quiet_NaN();
   try {
     cordillera::simplify(hill, cordillera::Target::keep(0.1), options);
-  } catch (const cordillera::SimplifyError& error) {
-    std::printf("%s: %s\n", error.type().c_str(), error.what());
-  }
+  } catch (const cordillera::SimplifyError& error) { std::printf("%s: %s\n", error.type().c_str(), error.what()); }
 }

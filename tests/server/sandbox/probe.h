@@ -12,11 +12,11 @@ namespace cordillera::probe {
 inline constexpr const char *kOrders = "orders", *kFindings = "findings";
 
 struct Orders {
-  int landlock_abi = 0;           ///< what the kernel is made to say; 0: its own answer
-  bool gpu = false;               ///< as if the machine had a GPU
-  std::filesystem::path other;    ///< a folder of another dataset, with a file "victim"
-  std::filesystem::path grids;    ///< a folder that jobs may read, with a file "grid"
-  std::filesystem::path egm96;    ///< the grid of every job
+  int landlock_abi = 0;         ///< what the kernel is made to say; 0: its own answer
+  bool gpu = false;             ///< as if the machine had a GPU
+  std::filesystem::path other;  ///< a folder of another dataset, with a file "victim"
+  std::filesystem::path grids;  ///< a folder that jobs may read, with a file "grid"
+  std::filesystem::path egm96;  ///< the grid of every job
 };
 
 class Findings {

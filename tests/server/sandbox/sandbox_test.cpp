@@ -196,14 +196,10 @@ TEST_P(Sandboxed, TriesEverything) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kernels, Sandboxed,
-                         testing::Values(Case{"RootAbi1", User::root, 1, false},
-                                         Case{"RootAbi2", User::root, 2, false},
-                                         Case{"Root", User::root, 0, false},
-                                         Case{"PlainAbi1", User::plain, 1, false},
-                                         Case{"PlainAbi2", User::plain, 2, false},
-                                         Case{"Plain", User::plain, 0, false},
-                                         Case{"GpuRoot", User::root, 0, true},
-                                         Case{"GpuPlainAbi2", User::plain, 2, true}),
+                         testing::Values(Case{"RootAbi1", User::root, 1, false}, Case{"RootAbi2", User::root, 2, false},
+                                         Case{"Root", User::root, 0, false}, Case{"PlainAbi1", User::plain, 1, false},
+                                         Case{"PlainAbi2", User::plain, 2, false}, Case{"Plain", User::plain, 0, false},
+                                         Case{"GpuRoot", User::root, 0, true}, Case{"GpuPlainAbi2", User::plain, 2, true}),
                          [](const auto& one) { return std::string(one.param.name); });
 
 /// As where the data lie in /opt: what is beside them stays readable, and they do not become so.
@@ -214,7 +210,8 @@ TEST_F(TakenOver, ReadsNoOtherDatasetWhereTheDataLieInAFolderThatJobsMayRead) {
   fs::permissions(beside.path(), fs::perms::owner_all | fs::perms::group_all | fs::perms::others_all);
   ASSERT_EQ(beside.path().parent_path(), folder_.path().parent_path());
   setenv("CORDILLERA_GEOIDS", folder_.path().parent_path().c_str(), 1);
-  std::ofstream(at("data/job") / probe::kOrders) << "0 0 " << at("data/other").string() << ' ' << beside.path().string() << ' ' << at("share/egm96-15.pgm").string() << '\n';
+  std::ofstream(at("data/job") / probe::kOrders)
+      << "0 0 " << at("data/other").string() << ' ' << beside.path().string() << ' ' << at("share/egm96-15.pgm").string() << '\n';
   const Findings found = findings(User::plain);
   ASSERT_TRUE(found.ended);
   for (const char* name : {"read another dataset", "the folder of datasets", "write another dataset"}) {
@@ -234,10 +231,10 @@ TEST_F(TakenOver, IsWhatTheSandboxIsFor) {
   ASSERT_TRUE(found.ended);
   for (const char* name :
        {"read another dataset", "truncate(2) another dataset", "change another dataset's times by utimensat",
-        "change another dataset's mode by chmod", "empty a grid by a descriptor that reads", "change a grid's mode by its descriptor",
-        "write the EGM96 grid", "move the EGM96 grid away", "a symbolic link in the folder", "a hard link to another dataset",
-        "a symbolic link moved out of the temporary folder", "a program that runs as its owner", "/etc/passwd",
-        "delete another dataset", "the operator's secrets"}) {
+        "change another dataset's mode by chmod", "empty a grid by a descriptor that reads",
+        "change a grid's mode by its descriptor", "write the EGM96 grid", "move the EGM96 grid away",
+        "a symbolic link in the folder", "a hard link to another dataset", "a symbolic link moved out of the temporary folder",
+        "a program that runs as its owner", "/etc/passwd", "delete another dataset", "the operator's secrets"}) {
     ASSERT_TRUE(found.attacks.contains(name)) << name;
     EXPECT_THAT(found.attacks.at(name), testing::StartsWith("done")) << name;
   }

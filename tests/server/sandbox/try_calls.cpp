@@ -39,8 +39,10 @@ long in_a_thread(int number) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   // ThreadSanitizer waits for good for a thread that ended behind its back.
-  if (kSanitized && number == SYS_exit) thread.detach();
-  else thread.join();
+  if (kSanitized && number == SYS_exit)
+    thread.detach();
+  else
+    thread.join();
   errno = error;
   return result;
 }

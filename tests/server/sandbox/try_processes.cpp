@@ -128,7 +128,8 @@ void try_machine(Findings& findings) {
   findings.attack("memory taken from the machine", madvise(nullptr, 4096, MADV_HWPOISON));
   findings.attack("other namespaces", unshare(CLONE_NEWUSER));
   constexpr long kThread = CLONE_VM | CLONE_FS | CLONE_FILES | CLONE_SIGHAND | CLONE_THREAD | CLONE_SYSVSEM;
-  findings.attack("a thread in another namespace", syscall(SYS_clone, kThread | CLONE_NEWNET, nullptr, nullptr, nullptr, nullptr));
+  findings.attack("a thread in another namespace",
+                  syscall(SYS_clone, kThread | CLONE_NEWNET, nullptr, nullptr, nullptr, nullptr));
   findings.attack("the kernel's log", syscall(SYS_syslog, 10, nullptr, 0));
   findings.attack("a mount", syscall(SYS_fsopen, "tmpfs", 0));
   findings.attack("the host's name", syscall(SYS_sethostname, "", -1L));

@@ -1,7 +1,7 @@
 /* Cordillera's simplifier for programs in C, and for all that can call C. cordillera/simplify.hpp is the same for C++.
 
-   A height field goes in: a triangulated surface of which no two points lie above each other. Out comes one with fewer triangles, as
-   accurate as their count allows. The same input and options give the same bytes on every machine, with and without a GPU.
+   A height field goes in: a triangulated surface of which no two points lie above each other. Out comes one with fewer triangles,
+   as accurate as their count allows. The same input and options give the same bytes on every machine, with and without a GPU.
 
    What stands here stays: functions and fields may be added, none changes its meaning. */
 #ifndef CORDILLERA_SIMPLIFY_H
@@ -14,8 +14,8 @@
 extern "C" {
 #endif
 
-/* x and y are the plan, z is up; z may have another unit than x and y. Triangles are three indices each, all counter-clockwise or all
-   clockwise seen from above. Borders and holes may have any shape; the border stays where it is. */
+/* x and y are the plan, z is up; z may have another unit than x and y. Triangles are three indices each, all counter-clockwise or
+   all clockwise seen from above. Borders and holes may have any shape; the border stays where it is. */
 typedef struct cordillera_mesh {
   const double* x;
   const double* y;

@@ -1,5 +1,5 @@
-// Cordillera's simplifier for C++17 and later: cordillera/simplify.h with vectors and exceptions. Nothing of it is compiled into the library,
-// so any compiler and standard library will do.
+// Cordillera's simplifier for C++17 and later: cordillera/simplify.h with vectors and exceptions. Nothing of it is compiled into
+// the library, so any compiler and standard library will do.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -20,7 +20,12 @@ struct Mesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-enum class Quality { default_ = CORDILLERA_DEFAULT, fast = CORDILLERA_FAST, best = CORDILLERA_BEST, minimax = CORDILLERA_MINIMAX };
+enum class Quality {
+  default_ = CORDILLERA_DEFAULT,
+  fast = CORDILLERA_FAST,
+  best = CORDILLERA_BEST,
+  minimax = CORDILLERA_MINIMAX
+};
 
 struct Target {
   static Target keep(double share) { return {CORDILLERA_KEEP, share}; }
@@ -56,8 +61,12 @@ class SimplifyError : public std::runtime_error {
 inline Simplified simplify(const Mesh& mesh, const Target& target, const Options& options = {}) {
   if (mesh.y.size() != mesh.x.size() || mesh.z.size() != mesh.x.size())
     throw SimplifyError("mesh-broken", "x, y and z must have one length");
-  const cordillera_mesh given = {mesh.x.data(), mesh.y.data(), mesh.z.data(), mesh.x.size(),
-                                 mesh.triangles.empty() ? nullptr : mesh.triangles.data()->data(), mesh.triangles.size()};
+  const cordillera_mesh given = {mesh.x.data(),
+                                 mesh.y.data(),
+                                 mesh.z.data(),
+                                 mesh.x.size(),
+                                 mesh.triangles.empty() ? nullptr : mesh.triangles.data()->data(),
+                                 mesh.triangles.size()};
   cordillera_options words = {};
   words.size = sizeof words;
   words.target = target.kind;
@@ -65,7 +74,8 @@ inline Simplified simplify(const Mesh& mesh, const Target& target, const Options
   words.quality = static_cast<int>(options.quality);
   words.device = options.device.c_str();
   words.threads = options.threads;
-  const std::unique_ptr<cordillera_result, void (*)(cordillera_result*)> result(cordillera_simplify(&given, &words), cordillera_result_free);
+  const std::unique_ptr<cordillera_result, void (*)(cordillera_result*)> result(cordillera_simplify(&given, &words),
+                                                                                cordillera_result_free);
   if (!result) throw std::bad_alloc();
   if (const char* problem = cordillera_result_problem(result.get()))
     throw SimplifyError(cordillera_result_problem_type(result.get()), problem);
