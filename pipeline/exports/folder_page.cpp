@@ -16,14 +16,16 @@ constexpr std::string_view kPage = R"html(<!doctype html>
 <meta name="viewport" content="width=device-width, initial-scale=1, viewport-fit=cover">
 <title>@TITLE@</title>
 <link rel="icon" href="data:,">
-<link rel="stylesheet" href="https://cdn.jsdelivr.net/npm/cesium@1.145.0/Build/Cesium/Widgets/CesiumWidget/CesiumWidget.css" crossorigin="anonymous"
+<link rel="stylesheet" crossorigin="anonymous"
+      href="https://cdn.jsdelivr.net/npm/cesium@1.145.0/Build/Cesium/Widgets/CesiumWidget/CesiumWidget.css"
       integrity="sha384-8Ks1t6G4x11950+T9lShhZ+d7qPxFg7sKXBwCy2LkRyHdWx4yD09qB3IiwGexpvZ">
 <script>window.CESIUM_BASE_URL = "https://cdn.jsdelivr.net/npm/cesium@1.145.0/Build/Cesium/";</script>
 <script src="https://cdn.jsdelivr.net/npm/cesium@1.145.0/Build/Cesium/Cesium.js" crossorigin="anonymous"
         integrity="sha384-D1oR8FyBDsJWkPeydGJTh8nJg5/++9sqchzJuu+oGQPmgbwu3aJmoVj3BTowr6t6"></script>
 <style>
 html, body, #map, #map .cesium-widget, #map canvas { margin: 0; width: 100%; height: 100%; display: block; overflow: hidden; }
-#words { position: absolute; top: 12px; left: 12px; max-width: calc(100vw - 56px); padding: 8px 16px; border-radius: 12px; color: #eaf0f5; background: rgb(15 22 31 / 85%); font: 14px/1.4 system-ui, sans-serif; }
+#words { position: absolute; top: 12px; left: 12px; max-width: calc(100vw - 56px); padding: 8px 16px; border-radius: 12px; }
+#words { color: #eaf0f5; background: rgb(15 22 31 / 85%); font: 14px/1.4 system-ui, sans-serif; }
 #words p { margin: 0; opacity: .8; }
 #words p:empty { display: none; }
 </style>
@@ -33,19 +35,24 @@ html, body, #map, #map .cesium-widget, #map canvas { margin: 0; width: 100%; hei
 <div id="words"><strong>@TITLE@</strong><p id="message" role="status"></p><p>@ATTRIBUTION@</p></div>
 <script type="module">
 const say = (text) => { document.getElementById("message").textContent = text; };
-const { Cartesian3, Cesium3DTileset, CesiumWidget, CustomShader, DirectionalLight, HeadingPitchRange, ImageryLayer, Matrix4, Rectangle, TileMapServiceImageryProvider, Transforms, UniformType } = Cesium;
+const { Cartesian3, Cesium3DTileset, CesiumWidget, CustomShader, DirectionalLight, HeadingPitchRange, ImageryLayer, Matrix4,
+        Rectangle, TileMapServiceImageryProvider, Transforms, UniformType } = Cesium;
 try {
   const manifest = await (await fetch("manifest.json")).json(), [west, south, east, north, low, high] = manifest.bounds;
-  const earth = ImageryLayer.fromProviderAsync(TileMapServiceImageryProvider.fromUrl(Cesium.buildModuleUrl("Assets/Textures/NaturalEarthII")), {});
-  Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit('<a href="https://cesium.com/cesiumjs/" rel="noreferrer">CesiumJS</a>', true);
+  const pictures = Cesium.buildModuleUrl("Assets/Textures/NaturalEarthII");
+  const earth = ImageryLayer.fromProviderAsync(TileMapServiceImageryProvider.fromUrl(pictures), {});
+  const cesium = '<a href="https://cesium.com/cesiumjs/" rel="noreferrer">CesiumJS</a>';
+  Cesium.CreditDisplay.cesiumCredit = new Cesium.Credit(cesium, true);
   const { scene, camera } = new CesiumWidget("map", { baseLayer: earth, scene3DOnly: true });
   scene.screenSpaceCameraController.enableCollisionDetection = false;
   scene.globe.depthTestAgainstTerrain = false;
 
   // One light from the north-west, as on a relief map.
-  const sphere = Cesium.BoundingSphere.fromRectangle3D(Rectangle.fromDegrees(west, south, east, north), Cesium.Ellipsoid.WGS84, (low + high) / 2);
+  const outline = Rectangle.fromDegrees(west, south, east, north);
+  const sphere = Cesium.BoundingSphere.fromRectangle3D(outline, Cesium.Ellipsoid.WGS84, (low + high) / 2);
   const frame = Transforms.eastNorthUpToFixedFrame(sphere.center);
-  scene.light = new DirectionalLight({ direction: Matrix4.multiplyByPointAsVector(frame, new Cartesian3(0.56, -0.56, -0.62), new Cartesian3()), intensity: 3 });
+  const north_west = Matrix4.multiplyByPointAsVector(frame, new Cartesian3(0.56, -0.56, -0.62), new Cartesian3());
+  scene.light = new DirectionalLight({ direction: north_west, intensity: 3 });
 
   const tint = new CustomShader({
     uniforms: {
@@ -55,15 +62,20 @@ try {
     fragmentShaderText: `
       void fragmentMain(FragmentInput fsInput, inout czm_modelMaterial material) {
         vec3 place = fsInput.attributes.positionEC;
-        float rise = dot(place, normalize(czm_viewRotation3D * u_up)), across = dot(place, place) - rise * rise, radius = 6371000.0 + u_height + rise;
+        float rise = dot(place, normalize(czm_viewRotation3D * u_up)), across = dot(place, place) - rise * rise;
+        float radius = 6371000.0 + u_height + rise;
         float share = clamp((u_height + rise + across / (sqrt(radius * radius + across) + radius) - u_low) / u_range, 0.0, 1.0);
         vec3 colour = mix(vec3(0.22, 0.36, 0.20), vec3(0.60, 0.53, 0.33), smoothstep(0.0, 0.4, share));
         colour = mix(colour, vec3(0.43, 0.34, 0.28), smoothstep(0.4, 0.75, share));
         material.diffuse = mix(colour, vec3(0.95, 0.95, 0.96), smoothstep(0.8, 1.0, share));
       }` });
   const imagery = manifest.options?.imagery;  // pictures that lie on the terrain in place of colours
-  const tileset = await Cesium3DTileset.fromUrl("tileset.json", { maximumScreenSpaceError: 2, customShader: imagery ? undefined : tint });
-  if (imagery) tileset.imageryLayers.add(new ImageryLayer(new Cesium.UrlTemplateImageryProvider({ url: imagery, rectangle: Rectangle.fromDegrees(west, south, east, north) })));
+  const look = { maximumScreenSpaceError: 2, customShader: imagery ? undefined : tint };
+  const tileset = await Cesium3DTileset.fromUrl("tileset.json", look);
+  if (imagery) {
+    const tiles = new Cesium.UrlTemplateImageryProvider({ url: imagery, rectangle: outline });
+    tileset.imageryLayers.add(new ImageryLayer(tiles));
+  }
   scene.primitives.add(tileset);
   scene.preRender.addEventListener(() => {
     tint.setUniform("u_up", Cesium.Ellipsoid.WGS84.geodeticSurfaceNormal(camera.positionWC, new Cartesian3()));
@@ -77,7 +89,8 @@ try {
     stop();
   });
 } catch (error) {
-  say(location.protocol === "file:" ? "A browser shows this folder only through a web server: cordillera view FOLDER, or any other." : String(error.message || error));
+  const from_file = "A browser shows this folder only through a web server: cordillera view FOLDER, or any other.";
+  say(location.protocol === "file:" ? from_file : String(error.message || error));
 }
 </script>
 </body>

@@ -42,7 +42,8 @@ inline constexpr const char* kSoundWater = "sum IS row_sum(level, y, x, mask)";
 inline constexpr const char* kSoundNode = "sum IS row_sum(level, y, x, error, west, south, east, north, low, high)";
 
 inline constexpr const char* kCreateNodes = R"(
-CREATE TABLE nodes(level INT, y INT, x INT, error REAL, west REAL, south REAL, east REAL, north REAL, low REAL, high REAL, sum INT,
+CREATE TABLE nodes(level INT, y INT, x INT, error REAL,
+  west REAL, south REAL, east REAL, north REAL, low REAL, high REAL, sum INT,
   PRIMARY KEY(level, y, x)) WITHOUT ROWID;
 )";
 

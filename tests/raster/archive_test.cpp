@@ -68,7 +68,8 @@ TEST_F(Archive, WhatSaysWhereTheRasterLiesIsRead) {
   const std::string world = "0.01\n0\n0\n-0.01\n10.005\n44.995\n";
   const std::string prj =
       "\n"
-      R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+      R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],)"
+      R"(PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
   const std::string pam =
       "<PAMDataset><SRS>EPSG:4326</SRS><PAMRasterBand band=\"1\"><Scale>7</Scale></PAMRasterBand></PAMDataset>";
   Spec points = bare;

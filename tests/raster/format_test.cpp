@@ -70,8 +70,8 @@ TEST_F(Format, AHeaderBesideAFileOfAnotherKindIsNotItsOwn) {
 }
 
 TEST_F(Format, ACrsBesideItIsItsOwn) {
-  const char* const prj =
-      R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+  const char* const prj = R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],)"
+                          R"(PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
   Spec spec;
   spec.crs = "";
   const std::string tiff = write(spec, "bare.tif"),

@@ -164,7 +164,8 @@ TEST_F(SourceList, a_text_of_points_is_a_raster) {
 
 TEST_F(SourceList, stac_items_give_their_data_asset) {
   const std::string items = R"({"type":"FeatureCollection","features":[
-    {"type":"Feature","id":"one","assets":{"thumb":{"href":"t.png","type":"image/png"},"dem":{"href":"one.tif","type":"image/tiff; application=geotiff"}}},
+    {"type":"Feature","id":"one","assets":{"thumb":{"href":"t.png","type":"image/png"},
+     "dem":{"href":"one.tif","type":"image/tiff; application=geotiff"}}},
     {"type":"Feature","id":"two","assets":{"x":{"href":"other.tif"},"h":{"href":"s3://bucket/two.tif","roles":["data"]}}}]})";
   const auto listed = raster::list_sources(write_text(items, "items.json"));
   ASSERT_TRUE(listed.ok()) << listed.problem().line();

@@ -64,8 +64,8 @@ TEST_F(Children, FailWithTheirProblem) {
 }
 
 TEST_F(Children, AreHeardEvenWhereTheySayTooMuch) {
-  const auto outcome = run(
-      R"(printf '{"stage":"","error":{"type":"unit-unknown","detail":"' >&3; head -c 3000000 /dev/zero | tr '\0' u >&3; echo '"}}' >&3; exit 1)");
+  const auto outcome = run(R"(printf '{"stage":"","error":{"type":"unit-unknown","detail":"' >&3; )"
+                           R"(head -c 3000000 /dev/zero | tr '\0' u >&3; echo '"}}' >&3; exit 1)");
   ASSERT_FALSE(outcome);
   EXPECT_EQ(outcome.problem().type, "unit-unknown");
   EXPECT_LT(outcome.problem().detail.size(), 1000u);

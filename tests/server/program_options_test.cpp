@@ -26,9 +26,12 @@ const std::vector<std::pair<std::string, std::string>> kChosen = {{"name", "moun
                                                                   {"quality", "best"},   {"pixels", "exact"},
                                                                   {"water", "-5"}};
 constexpr const char* kEffective =
-    R"({"name":"mount.asc","band":"1","error":20,"feather":0,"keep":[],"scheme":"geodetic","crs":"EPSG:4326","vertical_datum":"EGM96","voids":"fill",)"
-    R"("strategy":"waves","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,"z_scale":2,)"
-    R"("z_offset":100,"title":"Mount","attribution":"me","imagery":"","nodata":"-32767","quality":"best","water":-5,"water_mask":"","pixels":"exact","fill_limit":300,"warnings":[]})";
+    R"({"name":"mount.asc","band":"1","error":20,"feather":0,"keep":[],"scheme":"geodetic","crs":"EPSG:4326",)"
+    R"("vertical_datum":"EGM96","voids":"fill",)"
+    R"("strategy":"waves","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,)"
+    R"("z_scale":2,)"
+    R"("z_offset":100,"title":"Mount","attribution":"me","imagery":"","nodata":"-32767",)"
+    R"("quality":"best","water":-5,"water_mask":"","pixels":"exact","fill_limit":300,"warnings":[]})";
 
 TEST_F(Program, EveryOptionWorksFromTheLineTheEnvironmentTheFileAndTheQuery) {
   std::string words, variables, query, lines;
