@@ -1,4 +1,5 @@
 #include "pipeline/build/workers.h"
+#include "proto/cores.h"
 
 #include <algorithm>
 #include <exception>
@@ -16,7 +17,7 @@ struct Workers::Loop {
 };
 
 Workers::Workers(unsigned threads) {
-  const unsigned count = threads ? threads : std::max(1u, std::thread::hardware_concurrency());
+  const unsigned count = threads ? threads : proto::usable_cores();
   try {
     for (unsigned worker = 0; worker < count; ++worker) threads_.emplace_back([this, worker] { run(worker); });
   } catch (...) {  // the system has no thread more

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <map>
 #include <mutex>
-#include <thread>
 
 #include "pipeline/build/builder.h"
 #include "pipeline/work/shard.h"
 #include "pipeline/work/work_plan.h"
+#include "proto/cores.h"
 #include "raster/storage/storage.h"
 #include "raster/voids/filled_source.h"
 
@@ -23,7 +23,7 @@ using proto::Problem;
 unsigned threads_of(const WorkOrder& order, std::size_t device) {
   const auto workers = static_cast<unsigned>(order.devices.size());
   if (workers == 1) return order.threads;
-  const unsigned all = order.threads > 0 ? order.threads : std::max(std::thread::hardware_concurrency(), 1u);
+  const unsigned all = order.threads > 0 ? order.threads : proto::usable_cores();
   return std::max(all / workers + (device < all % workers ? 1 : 0), 1u);
 }
 

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <regex>
 
+#include "proto/cores.h"
 #include "server/log/log.h"
 #include "server/memory/heap.h"
 
 namespace cordillera::server::front {
 namespace {
 
-std::size_t cores() { return std::clamp<std::size_t>(std::thread::hardware_concurrency(), 1, 64); }
+std::size_t cores() { return std::clamp<std::size_t>(proto::usable_cores(), 1, 64); }
 
 /// One of bytes that is none is a mistake that the client should see; of another unit it is to be ignored (RFC 9110, 14.2).
 bool is_range(const std::string& header) {

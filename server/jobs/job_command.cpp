@@ -10,12 +10,12 @@
 #include <new>
 #include <sstream>
 #include <system_error>
-#include <thread>
 
 #include "gpu/device/device_lost.h"
 #include "pipeline/build/build.h"
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/store/sqlite.h"
+#include "proto/cores.h"
 #include "raster/datum/vertical.h"
 #include "raster/disk/free_space.h"
 #include "raster/storage/ranged_file.h"
@@ -56,7 +56,7 @@ bool restrict_process(const proto::Job& job, const std::filesystem::path& folder
   limit(RLIMIT_NOFILE, kMostFiles);
   if (options.memory() == 0) options.set_memory(default_memory_mib(options));
   limit_memory(options);
-  const rlim_t threads = std::max(1u, options.threads() == 0 ? std::thread::hardware_concurrency() : options.threads());
+  const rlim_t threads = options.threads() == 0 ? proto::usable_cores() : options.threads();
   if (job.max_seconds() > 0) limit(RLIMIT_CPU, rlim_t{job.max_seconds()} * (threads + kThreadsBeside));
   // If the machine runs out of memory, the kernel should take the build and not the service.
   std::ofstream("/proc/self/oom_score_adj") << 500;

@@ -1,4 +1,5 @@
 #include "server/memory/heap.h"
+#include "proto/cores.h"
 
 #include <malloc.h>
 #include <sys/resource.h>
@@ -9,7 +10,6 @@
 #include <cstdlib>
 #include <fstream>
 #include <new>
-#include <thread>
 
 namespace cordillera::server {
 namespace {
@@ -50,7 +50,7 @@ void set_up_heap() {
   mallopt(M_MMAP_THRESHOLD, kMapFrom_bytes);
   mallopt(M_TRIM_THRESHOLD, kTrimFrom_bytes);
   // By default eight a core, each of which keeps what its threads freed.
-  mallopt(M_ARENA_MAX, std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 2, 8));
+  mallopt(M_ARENA_MAX, std::clamp(static_cast<int>(proto::usable_cores()), 2, 8));
   std::set_new_handler(no_memory);
   bounded = refuses_memory();
   keep_reserve();

@@ -1,4 +1,5 @@
 #include "server/memory/memory_limit.h"
+#include "proto/cores.h"
 
 #include <signal.h>
 #include <sys/mman.h>
@@ -10,7 +11,6 @@
 #include <filesystem>
 #include <fstream>
 #include <new>
-#include <thread>
 
 namespace cordillera::server {
 namespace {
@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kDefault_mib = 4096;
 
 std::uint32_t threads_of(const proto::BuildOptions& options) {
-  return options.threads() == 0 ? std::max(1u, std::thread::hardware_concurrency()) : options.threads();
+  return options.threads() == 0 ? proto::usable_cores() : options.threads();
 }
 
 /// Private memory of this process so far, as RLIMIT_DATA counts it.

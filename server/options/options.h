@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <string>
 #include <string_view>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "cordillera.pb.h"
+#include "proto/cores.h"
 #include "proto/result.h"
 #include "server/options/option_values.h"
 
@@ -31,7 +31,7 @@ struct Limits {
   std::uint32_t connections = 4096;          ///< at the same time; beyond them the longest idle one makes room
   std::uint32_t client_connections = 512;    ///< of one address
   /// Threads that read and write connections; no option, but few descriptors lower it.
-  std::uint32_t loops = std::clamp(std::thread::hardware_concurrency(), 1u, 16u);
+  std::uint32_t loops = std::clamp(proto::usable_cores(), 1u, 16u);
   std::uint32_t open_datasets = 64;       ///< at the same time; no option, but few descriptors lower it
   std::uint32_t client_streams = 64;      ///< event streams and waiting requests of one address
   std::uint32_t wait_seconds = 10;        ///< that a request may wait for a tile which is still to be made

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "proto/cores.h"
+
 namespace cordillera::gpu::fit {
 namespace {
 
@@ -20,7 +22,7 @@ void wait_while(const std::atomic<unsigned>& value, unsigned old) {
 }  // namespace
 
 Crew::Crew(unsigned threads) {
-  const unsigned wanted = threads > 0 ? threads : std::max(1u, std::thread::hardware_concurrency());
+  const unsigned wanted = threads > 0 ? threads : proto::usable_cores();
   for (unsigned k = 1; k < wanted; ++k) others_.emplace_back([this] { serve(); });
 }
 

@@ -5,16 +5,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <thread>
 #include <vector>
+
+#include "proto/cores.h"
 
 namespace cordillera::server::front {
 
 struct Limits {
-  std::uint32_t loops = std::clamp(std::thread::hardware_concurrency(), 1u, 16u);  ///< threads that read and write connections
-  std::uint32_t connections = 4096;            ///< at a time; beyond them the longest idle one makes room
-  std::uint32_t connections_per_client = 512;  ///< of one address: an office behind one, with six a browser
-  std::uint32_t uploads = 64;                  ///< requests with a body at a time; each has a thread
+  std::uint32_t loops = std::clamp(proto::usable_cores(), 1u, 16u);  ///< threads that read and write connections
+  std::uint32_t connections = 4096;                                  ///< at a time; beyond them the longest idle one makes room
+  std::uint32_t connections_per_client = 512;                        ///< of one address: an office behind one, with six a browser
+  std::uint32_t uploads = 64;                                        ///< requests with a body at a time; each has a thread
   std::uint32_t uploads_per_client = 16;
   std::uint32_t streams_per_client = 64;  ///< event streams and Prefer: wait
   std::uint64_t unsent =

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "gpu/fit/vertical_error.h"
+#include "proto/cores.h"
 #include "proto/mesh_file/mesh_file.h"
 
 namespace {
@@ -74,8 +75,7 @@ int main(int count, char** words) {
     return 1;
   }
   const TriangleMesh& points = reference->mesh;
-  const auto error =
-      gpu::vertical_error(mesh->mesh, {points.x, points.y, points.z}, std::thread::hardware_concurrency(), at_once);
+  const auto error = gpu::vertical_error(mesh->mesh, {points.x, points.y, points.z}, proto::usable_cores(), at_once);
   std::printf(
       "{\"vertices\": %zu, \"triangles\": %zu, \"rmse_m\": %.9g, \"max_error_m\": %.9g, \"uncovered\": %llu, \"flipped\": %zu, "
       "\"crowded_edges\": %zu, \"max_valence\": %u}\n",
