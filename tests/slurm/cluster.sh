@@ -4,6 +4,33 @@
 
 free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
 
+# common_conf PORT: what slurm.conf says of any cluster that lives on one host, in $cluster, with a controller at PORT.
+common_conf() {
+  cat <<EOF
+ClusterName=loopback
+SlurmctldHost=$(hostname -s)(127.0.0.1)
+SlurmctldPort=$1
+SlurmUser=$(id -un)
+SlurmdUser=$(id -un)
+AuthType=auth/munge
+StateSaveLocation=$cluster/state
+SlurmdSpoolDir=$cluster/spool/%n
+SlurmdPidFile=$cluster/%n.pid
+SlurmctldPidFile=$cluster/slurmctld.pid
+SlurmdLogFile=$cluster/%n.log
+SlurmctldLogFile=$cluster/slurmctld.log
+ProctrackType=proctrack/pgid
+TaskPlugin=task/none
+SelectType=select/cons_tres
+SelectTypeParameters=CR_CPU
+SlurmdParameters=config_overrides
+ReturnToService=2
+MpiDefault=none
+AccountingStorageType=accounting_storage/none
+JobAcctGatherType=jobacct_gather/none
+EOF
+}
+
 start_controller() {
   start slurmctld -f "$cluster/slurm.conf" -D >> "$cluster/slurmctld.out" 2>&1
   controller=$started
@@ -21,34 +48,13 @@ start_cluster() {
   start munged --force --foreground --socket="$cluster/munge.socket" --key-file="$cluster/munge.key" --pid-file="$cluster/munged.pid" \
     --log-file="$cluster/munged.log" --seed-file="$cluster/munge.seed" >> "$cluster/munged.out" 2>&1
   host=$(hostname -s)
-  cat > "$cluster/slurm.conf" <<EOF
-ClusterName=loopback
-SlurmctldHost=$host(127.0.0.1)
-SlurmctldPort=$(free_port)
-SlurmUser=$(id -un)
-SlurmdUser=$(id -un)
-AuthType=auth/munge
+  { common_conf "$(free_port)"; cat <<EOF; } > "$cluster/slurm.conf"
 AuthInfo=socket=$cluster/munge.socket,cred_expire=20
-StateSaveLocation=$cluster/state
-SlurmdSpoolDir=$cluster/spool/%n
-SlurmdPidFile=$cluster/%n.pid
-SlurmctldPidFile=$cluster/slurmctld.pid
-SlurmdLogFile=$cluster/%n.log
-SlurmctldLogFile=$cluster/slurmctld.log
-ProctrackType=proctrack/pgid
-TaskPlugin=task/none
-SelectType=select/cons_tres
-SelectTypeParameters=CR_CPU
-SlurmdParameters=config_overrides
 JobRequeue=1
-ReturnToService=2
 SlurmdTimeout=20
 SlurmctldTimeout=20
 MinJobAge=600
-MpiDefault=none
 SchedulerParameters=sched_interval=2,batch_sched_delay=1,sched_min_interval=500000
-AccountingStorageType=accounting_storage/none
-JobAcctGatherType=jobacct_gather/none
 NodeName=n1 NodeHostname=$host NodeAddr=127.0.0.1 Port=$(free_port) CPUs=1 RealMemory=4000
 NodeName=n2 NodeHostname=$host NodeAddr=127.0.0.1 Port=$(free_port) CPUs=1 RealMemory=4000
 PartitionName=all Nodes=n1,n2 Default=YES MaxTime=INFINITE State=UP

@@ -59,6 +59,8 @@ while True:
 END
 }
 
+cluster=$work  # of each run: start_cluster
+. "$here/../../slurm/cluster.sh"
 start_cluster() {  # nodes
   cluster=$work/$1
   mkdir -p "$cluster/state" "$cluster/spool" "$cluster/plan/log"
@@ -70,33 +72,12 @@ start_cluster() {  # nodes
   daemons+=($!)
   local host first
   host=$(hostname -s) first=$(free_ports $(($1 + 1)))
-  cat > "$cluster/slurm.conf" << END
-ClusterName=planet
-SlurmctldHost=$host(127.0.0.1)
-SlurmctldPort=$first
-SlurmUser=$(id -un)
-SlurmdUser=$(id -un)
-AuthType=auth/munge
+  { common_conf "$first"; cat << END; } > "$cluster/slurm.conf"
 AuthInfo=socket=$cluster/munge.socket
-StateSaveLocation=$cluster/state
-SlurmdSpoolDir=$cluster/spool/%n
-SlurmdPidFile=$cluster/spool/%n.pid
-SlurmctldPidFile=$cluster/slurmctld.pid
-SlurmdLogFile=$cluster/spool/%n.log
-SlurmctldLogFile=$cluster/slurmctld.log
-ProctrackType=proctrack/pgid
-TaskPlugin=task/none
-SelectType=select/cons_tres
-SelectTypeParameters=CR_CPU
-SlurmdParameters=config_overrides
 SlurmdTimeout=180
-ReturnToService=2
 MessageTimeout=60
 MaxArraySize=$((parts + 1))
 MaxJobCount=$((parts * 20 + 10000))
-MpiDefault=none
-AccountingStorageType=accounting_storage/none
-JobAcctGatherType=jobacct_gather/none
 ${scheduler:+SchedulerParameters=$scheduler}
 NodeName=n[1-$1] NodeHostname=$host NodeAddr=127.0.0.1 Port=[$((first + 1))-$((first + $1))] CPUs=$cores RealMemory=$((cores * 2048))
 PartitionName=all Nodes=n[1-$1] Default=YES MaxTime=INFINITE State=UP
