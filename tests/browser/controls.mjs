@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 
-import { open_dataset, open_page, tiles_loaded } from "./browser.mjs";
+import { kTerrainAlone, open_dataset, open_page, tiles_loaded } from "./browser.mjs";
 import { look_straight_down, mean_colour } from "./views.mjs";
 
 const camera_of = (page) => page.evaluate(() => {
@@ -11,8 +11,8 @@ const camera_of = (page) => page.evaluate(() => {
 });
 
 // Drawing in software takes as long as there are pixels.
-export const kSmall = { viewport: { width: 480, height: 320 } };
-export const kTiny = { viewport: { width: 240, height: 180 } };
+export const kSmall = { viewport: { width: 480, height: 320 }, ...kTerrainAlone };
+export const kTiny = { viewport: { width: 240, height: 180 }, ...kTerrainAlone };
 
 const apart = (a, b) => Math.hypot(...a.map((value, k) => value - b[k]));
 
@@ -244,7 +244,7 @@ async function try_profile_by_touch(page) {
 
 // Touch, a small screen with three times the pixels, a light scheme.
 export async function try_phone(browser, url, id, picture) {
-  const phone = { viewport: { width: 240, height: 427 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true, colorScheme: "light" };
+  const phone = { ...kTerrainAlone, viewport: { width: 240, height: 427 }, deviceScaleFactor: 3, hasTouch: true, isMobile: true, colorScheme: "light" };
   const { page, complaints } = await open_dataset(browser, url, id, phone);
   const { scrolls, pixels, paper } = await page.evaluate(() => ({
     scrolls: document.documentElement.scrollWidth > window.innerWidth,

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { parseArgs } from "node:util";
 
-import { open_dataset, with_browser } from "./browser.mjs";
+import { kTerrainAlone, open_dataset, with_browser } from "./browser.mjs";
 import { kSmall, try_bad_upload, try_draft, try_imagery, try_keys, try_link, try_link_of_controls, try_looks, try_phone, try_pointer, try_profile, try_sample, try_snippets, try_upload } from "./controls.mjs";
 import { try_live } from "./live.mjs";
 import { try_failed_uploads, try_folding, try_low_window } from "./panel.mjs";
@@ -86,7 +86,7 @@ async function look_at_terrain(browser) {
 }
 
 async function look_at_flat(browser) {
-  const { page, complaints } = await open_dataset(browser, given.url, given.flat);
+  const { page, complaints } = await open_dataset(browser, given.url, given.flat, kTerrainAlone);
   await check("relief: a flat raster has none (control)", async () => {
     await set_background(page, "#ff00ff");
     await look_straight_down(page, { share: 0.7, error_px: 0.5 });
