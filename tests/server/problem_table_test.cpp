@@ -101,7 +101,7 @@ Slugs in_sources() {
   static const std::regex kProblem(R"re((?:Problem(?: \w+)?|return|\()\s*\{\s*"([a-z]+(?:-[a-z]+)*)",)re");
   static const std::regex kRefused(R"re(refused\("([a-z]+(?:-[a-z]+)*)",)re");
   // Stages of a report and operations of a document begin as a problem does.
-  const std::string text = std::regex_replace(source_text(), std::regex(R"((stages\.push_back|=\s*operation)\(\{)"), "other ");
+  const std::string text = std::regex_replace(source_text(), std::regex(R"((stages\.push_back|=\s*operation)\(\s*\{)"), "other ");
   Slugs slugs = found_in(text, kProblem);
   slugs.merge(found_in(text, kRefused));
   return slugs;
