@@ -16,5 +16,6 @@ elif [[ $# -eq 0 ]]; then
 fi
 deploy/install.sh --web
 deploy/build.sh
-# Two more than there are processors: tests wait for a clock of the service, for a disk, or for a browser.
-exec ctest --test-dir build/release -j"$(($(nproc) + 2))" --output-on-failure "${left_out[@]}" "$@"
+# Four more than there are processors: tests wait for a clock of the service, for a disk, or for a browser. With two more, one processor in six
+# had nothing to do.
+exec ctest --test-dir build/release -j"$(($(nproc) + 4))" --output-on-failure "${left_out[@]}" "$@"
