@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <regex>
 #include <set>
+#include <utility>
 
 #include "fixture.h"
 #include "pipeline/faces/face.h"
@@ -85,19 +86,41 @@ const Slugs kOtherWords = {"accept-encoding",
                            "x-real-ip",
                            "x-request-id"};
 
-std::string source_text() {
-  std::string text;
-  for (const char* floor : {"proto", "raster", "gpu", "pipeline", "server"}) {
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(kSource / floor)) {
-      const auto suffix = entry.path().extension();
-      if (suffix == ".cpp" || suffix == ".h" || suffix == ".cu" || suffix == ".inl") text += file_text(entry.path());
+/// Lines with a word in quotation marks, and the two before each: what a slug is said in may begin there. A regular expression
+/// takes long for all.
+std::string lines_with_words(const std::string& text) {
+  static const std::regex kWord("\"[a-z]");
+  std::string kept, line, before[2];
+  for (std::istringstream lines(text); std::getline(lines, line);) {
+    line += '\n';
+    const auto quoted = line.find('"');
+    if (quoted != std::string::npos && std::regex_search(line.begin() + std::ptrdiff_t(quoted), line.end(), kWord)) {
+      kept += before[0] + before[1] + line;
+      before[0] = before[1] = line = "";
     }
+    before[0] = std::exchange(before[1], line);
   }
-  return text;
+  return kept;
+}
+
+/// Of all sources, read once.
+const std::string& source_text() {
+  static const std::string kText = [] {
+    std::string text;
+    for (const char* floor : {"proto", "raster", "gpu", "pipeline", "server"}) {
+      for (const auto& entry : std::filesystem::recursive_directory_iterator(kSource / floor)) {
+        const auto suffix = entry.path().extension();
+        if (suffix == ".cpp" || suffix == ".h" || suffix == ".cu" || suffix == ".inl")
+          text += lines_with_words(file_text(entry.path()));
+      }
+    }
+    return text;
+  }();
+  return kText;
 }
 
 /// The slug is the first thing in a Problem's braces. Rows of other tables begin a line instead.
-Slugs in_sources() {
+Slugs found_in_sources() {
   static const std::regex kProblem(R"re((?:Problem(?: \w+)?|return|\()\s*\{\s*"([a-z]+(?:-[a-z]+)*)",)re");
   static const std::regex kRefused(R"re(refused\("([a-z]+(?:-[a-z]+)*)",)re");
   // Stages of a report and operations of a document begin as a problem does.
@@ -105,6 +128,10 @@ Slugs in_sources() {
   Slugs slugs = found_in(text, kProblem);
   slugs.merge(found_in(text, kRefused));
   return slugs;
+}
+Slugs in_sources() {
+  static const Slugs kFound = found_in_sources();
+  return kFound;
 }
 
 /// Rows of the page: | status | slugs |.
