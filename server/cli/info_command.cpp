@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "pipeline/exports/unpack_tiles.h"
 #include "pipeline/store/store.h"
 #include "pipeline/tileset/manifest_json.h"
 #include "raster/mosaic/source_list.h"
@@ -49,6 +50,12 @@ bool holds_rasters(const std::string& path) {
 }  // namespace
 
 int info_command(const std::string& path, Show show, const Settings& settings) {
+  if (path_kind(path) != PathKind::folder && pipeline::exports::is_tile_archive(path)) {
+    complain({"file-unreadable", path + " is an archive of tiles for maps",
+              "cordillera view " + path + ", which shows it; or what it was made of: a raster, a .sqlite file, a folder",
+              "path"});
+    return kFailed;
+  }
   if (path_kind(path) == PathKind::raster || holds_rasters(path)) return tell_of_raster(path, show, settings);
   const auto manifest = read_manifest(path);
   if (!manifest) {

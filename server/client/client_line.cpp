@@ -81,7 +81,9 @@ void ClientWords::add_fetch(CLI::App& app) {
 void ClientWords::add_view(CLI::App& app) {
   view_ = app.add_subcommand("view",
                              "show a raster or what was built of one in the viewer, from a service that ends with the command");
-  view_->add_option("path", view_line_.paths, "a raster, a dataset.sqlite, or a folder that build wrote; or several")
+  view_
+      ->add_option("path", view_line_.paths,
+                   "a raster, a dataset.sqlite, a folder or an archive (.3tz, .pmtiles, .mbtiles) that was built; or several")
       ->expected(1, -1);
   view_->add_option("-p,--port", view_line_.port, "of this machine's loopback [any that is free]")->type_name("PORT");
   view_->add_flag_callback(

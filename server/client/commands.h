@@ -51,7 +51,7 @@ int fetch_command(const FetchLine& line);
 enum class Browser { opens, stays_shut };
 
 struct ViewLine {
-  std::vector<std::string> paths;  ///< rasters, .sqlite files, folders that build wrote
+  std::vector<std::string> paths;  ///< rasters, .sqlite files, folders that build wrote, archives
   std::string port;                ///< empty: any that is free
   Given options;                   ///< of the rasters' builds, as the command line spells them
   Browser browser = Browser::opens;

@@ -9,13 +9,13 @@
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
 #include <thread>
 
-#include "proto/letters.h"
+#include "pipeline/exports/mbtiles.h"
+#include "pipeline/exports/unpack_tiles.h"
 #include "raster/disk/private_folder.h"
 #include "raster/open/archive.h"
 #include "server/cli/path_kind.h"
@@ -52,6 +52,7 @@ proto::Problem no_folder() { return {"output-failed", "no temporary folder can b
 /// What the service is to show, and what is to be posted to it first.
 struct Subjects {
   std::vector<Mount> mounts;
+  std::vector<std::string> maps;  ///< of the mounts, those that a page for maps shows
   std::vector<std::string> rasters;
   std::vector<std::unique_ptr<raster::PrivateFolder>> unpacked;  ///< what archives hold
 };
@@ -66,32 +67,24 @@ proto::Result<std::unique_ptr<raster::PrivateFolder>> unpacked(const std::string
   return folder;
 }
 
-bool begins_with(const std::string& path, std::string_view with) {
-  std::ifstream file(path, std::ios::binary);
-  std::string head(with.size(), ' ');
-  return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == with;
+/// A .pmtiles or .mbtiles, as such a folder.
+proto::Result<std::unique_ptr<raster::PrivateFolder>> unpacked_tiles(const std::string& path) {
+  auto folder = std::make_unique<raster::PrivateFolder>();
+  if (!folder->made()) return no_folder();
+  if (const auto done = pipeline::exports::unpack_tiles(path, folder->path()); !done) return done.problem();
+  return folder;
 }
 
-/// Tiles for maps: the viewer shows meshes.
-bool is_map_archive(const std::string& path) {
-  return begins_with(path, "PMTiles") ||
-         (path_kind(path) == PathKind::store && proto::lower(fs::path(path).extension().string()) == ".mbtiles");
-}
-
-/// What to do with such an archive instead: what it was made of may lie beside it.
-proto::Problem no_meshes(const std::string& path) {
-  const fs::path beside = fs::path(path).replace_extension();
-  std::error_code error;
-  std::string accepted = "the raster, the .sqlite file or the folder that it was made of, or a .3tz";
-  for (const fs::path& made_of : {fs::path(beside.string() + ".sqlite"), fs::path(beside.string() + ".tif"), beside}) {
-    if (!fs::exists(made_of, error)) continue;
-    accepted = "cordillera view " + made_of.string() + ", if it was made of that; else " + accepted;
-    break;
-  }
-  const char* clients = begins_with(path, "PMTiles")
-                            ? "https://pmtiles.io opens it in a browser, and MapLibre GL and OpenLayers show it"
-                            : "QGIS opens it, and tile servers for MapLibre GL";
-  return {"file-unreadable", path + " holds tiles for maps, and the viewer shows meshes: " + clients, accepted, "path"};
+/// Whether a folder of tiles has what a map shows and nothing that the viewer does, which takes 3D Tiles.
+bool is_for_maps(const std::string& folder) {
+  const auto has = [&](std::string_view file) {
+    std::error_code error;
+    return fs::exists(fs::path(folder) / file, error);
+  };
+  const auto all = pipeline::faces::all_faces();
+  return has(kManifest) && !has("tileset.json") && std::any_of(all.begin(), all.end(), [&](const pipeline::faces::Face* face) {
+           return pipeline::exports::fits_mbtiles(*face) && has(face->entry);
+         });
 }
 
 /// "out/My DEM.sqlite" -> "my-dem"; of a folder, its own name.
@@ -105,13 +98,14 @@ proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     const PathKind kind = path_kind(path);
     if (kind == PathKind::missing) {
-      return proto::Problem{"file-unreadable", "there is no " + path,
-                            "a raster, a dataset's .sqlite file, a .3tz, or a folder that `cordillera build` wrote", "path"};
+      return proto::Problem{
+          "file-unreadable", "there is no " + path,
+          "a raster, a dataset's .sqlite file, a .3tz, .pmtiles or .mbtiles, or a folder that `cordillera build` wrote", "path"};
     }
-    if (is_map_archive(path)) { return no_meshes(path); }
     std::string shown = path;
-    if (kind == PathKind::raster) {
-      auto folder = unpacked(path);
+    const bool tiles = kind != PathKind::folder && pipeline::exports::is_tile_archive(path);
+    if (tiles || kind == PathKind::raster) {
+      auto folder = tiles ? unpacked_tiles(path) : unpacked(path);
       if (!folder) return folder.problem();
       if (!*folder) {
         subjects.rasters.push_back(path);
@@ -125,6 +119,7 @@ proto::Result<Subjects> subjects_of(const std::vector<std::string>& paths) {
     const auto taken = [&](const Mount& other) { return other.name == name; };
     for (int n = 2; std::any_of(subjects.mounts.begin(), subjects.mounts.end(), taken); ++n) name = id + "-" + std::to_string(n);
     subjects.mounts.push_back({name, shown});
+    if (is_for_maps(shown)) subjects.maps.push_back(name);
   }
   return subjects;
 }
@@ -162,8 +157,20 @@ class Guide {
   }
 
   void tell(const std::string& address) const {
-    std::cout << address << "/\nCtrl+C ends it" << std::endl;
-    if (line_.browser == Browser::opens) open_browser(address + "/");
+    std::vector<std::string> pages;
+    const auto& maps = subjects_.maps;
+    const auto shown = std::find_if(subjects_.mounts.begin(), subjects_.mounts.end(), [&](const Mount& mount) {
+      return std::find(maps.begin(), maps.end(), mount.name) == maps.end();
+    });
+    // The viewer would begin with the first of the list.
+    if (shown != subjects_.mounts.end() && !maps.empty())
+      pages.push_back(address + "/?dataset=" + shown->name);
+    else if (shown != subjects_.mounts.end() || !subjects_.rasters.empty())
+      pages.push_back(address + "/");
+    for (const std::string& name : maps) pages.push_back(address + "/v1/datasets/" + name + "/demo/maplibre.html");
+    for (const std::string& page : pages) std::cout << page << "\n";
+    std::cout << "Ctrl+C ends it" << std::endl;
+    if (line_.browser == Browser::opens) open_browser(pages.front());
   }
 
   const ViewLine& line_;

@@ -110,6 +110,12 @@ async function tiles_of(base, { provisional }) {
   return { url: normal_maps ? lit : plain, normal_maps };
 }
 
+// A folder or an archive of finished tiles that was built without 3D Tiles.
+function no_meshes(base) {
+  panel.show_demos(base);
+  return new Error("It has tiles for maps only. MapLibre, among the other clients here, shows them.");
+}
+
 // What stands in the place of terrain that is still to come: its outline, and a shimmer.
 let placeholder = null;
 function await_terrain(bounds) {
@@ -128,7 +134,8 @@ async function show_dataset(id, camera) {
   const manifest = await fetch_json(`${base}/manifest.json`);
   begin_look(manifest.options?.imagery);
   const { url, normal_maps } = await tiles_of(base, manifest);
-  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { enablePick: true, enableDebugWireframe: true });
+  const tileset = await Cesium.Cesium3DTileset.fromUrl(asked_by_cesium(url), { enablePick: true, enableDebugWireframe: true })
+    .catch((error) => { throw error.statusCode === 404 ? no_meshes(base) : error; });
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
   const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps });

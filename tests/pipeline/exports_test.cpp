@@ -1,5 +1,7 @@
 // Archives of tiles, read back by their specifications and compared with what the faces make.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -13,6 +15,7 @@
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/pmtiles_directory.h"
 #include "pipeline/exports/tile_places.h"
+#include "pipeline/exports/unpack_tiles.h"
 #include "pipeline/exports/zip_writer.h"
 #include "pipeline/store/content_hash.h"
 #include "pipeline/tileset/manifest_json.h"
@@ -217,6 +220,90 @@ TEST(Mbtiles, HoldsThePicturesWithRowsFromTheSouth) {
   EXPECT_EQ(archives == 0, faces::face_named("terrain-rgb") == nullptr);
 }
 
+/// The folder is as `build` writes one of that format: its tiles, TileJSON and manifest.
+void expect_tiles_of(const Face& face, const std::string& folder) {
+  for (const std::string& path : paths_of(face)) {
+    if (path == face.entry) continue;
+    EXPECT_EQ(bytes_of(folder + "/" + path), face_bytes(path)) << path;
+  }
+  const Json said = Json::parse(bytes_of(folder + "/" + std::string(face.entry)));
+  const Json own = Json::parse(face_bytes(std::string(face.entry)));
+  for (const char* name : {"tiles", "minzoom", "maxzoom", "encoding", "vector_layers"})
+    EXPECT_EQ(said.value(name, Json()), own.value(name, Json())) << name;
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(said["bounds"][k].get<double>(), own["bounds"][k].get<double>(), 1e-5);
+  const Json manifest = Json::parse(bytes_of(folder + "/manifest.json"));
+  const std::string title = manifest.value("title", "");  // an MBTiles file has one name
+  EXPECT_EQ(title.empty() ? manifest.value("name", "") : title, archived_dataset().terrain().manifest().title());
+}
+
+std::string problem_of(const std::string& archive) {
+  TemporaryFolder folder;
+  const auto done = unpack_tiles(archive, folder / ".");
+  return done.ok() ? "" : done.problem().type;
+}
+
+TEST(TileArchives, ComeBackAsTheFolderThatBuildWrites) {
+  for (const char* name : {"terrarium", "contours"}) {
+    const Face& face = *faces::face_named(name);
+    const auto& terrain = archived_dataset().terrain();
+    const std::string pmtiles = archived_dataset().place("back.pmtiles"), mbtiles = archived_dataset().place("back.mbtiles");
+    ASSERT_TRUE(write_pmtiles(terrain, face, pmtiles).ok() && write_mbtiles(terrain, face, mbtiles, Existing::replace).ok());
+    for (const std::string& archive : {pmtiles, mbtiles}) {
+      ASSERT_TRUE(is_tile_archive(archive)) << archive;
+      TemporaryFolder folder;
+      const auto done = unpack_tiles(archive, folder / ".");
+      ASSERT_TRUE(done.ok()) << name << ": " << done.problem().line();
+      expect_tiles_of(face, folder / ".");
+    }
+  }
+  EXPECT_FALSE(is_tile_archive(archived_dataset().place("a.db")));
+}
+
+/// What other programs write: no word of an encoding, no mark of MBTiles, no manifest.
+TEST(TileArchives, OfOthersAreTakenForHeightsWhereTheyCanBeNoPicture) {
+  for (const char* name : {"terrain-rgb", "relief"}) {
+    const std::string file = archived_dataset().place(std::string("others-") + name + ".mbtiles");
+    ASSERT_TRUE(write_mbtiles(archived_dataset().terrain(), *faces::face_named(name), file, Existing::replace).ok());
+    sqlite_rows(file, "DELETE FROM metadata WHERE name <> 'name'");
+    sqlite_rows(file, "PRAGMA application_id = 0");
+    ASSERT_TRUE(is_tile_archive(file));
+    TemporaryFolder folder;
+    ASSERT_TRUE(unpack_tiles(file, folder / ".").ok());
+    const Json said = Json::parse(bytes_of(folder / (std::string(name) + ".json")));
+    EXPECT_EQ(said.value("encoding", ""), name == std::string("relief") ? "" : "mapbox");
+    // The box of the tiles holds that of the data.
+    const auto& bounds = archived_dataset().terrain().manifest().bounds();
+    EXPECT_LE(said["bounds"][0], bounds[0] + 1e-6);
+    EXPECT_GE(said["bounds"][3], bounds[3] - 1e-6);
+  }
+}
+
+TEST(TileArchives, ThatCannotBeShownAreRefusedWithTheReason) {
+  const auto& terrain = archived_dataset().terrain();
+  const std::string meshes = archived_dataset().place("meshes.pmtiles"), whole = archived_dataset().place("whole.pmtiles");
+  ASSERT_TRUE(write_pmtiles(terrain, *faces::face_named("drc"), meshes).ok());
+  EXPECT_EQ(problem_of(meshes), "file-unreadable");
+  ASSERT_TRUE(write_pmtiles(terrain, *faces::face_named("terrain-rgb"), whole).ok());
+  const std::string bytes = bytes_of(whole), damaged = archived_dataset().place("damaged.pmtiles");
+  for (const std::size_t size : {std::size_t{7}, std::size_t{100}, std::size_t{200}, bytes.size() - 1}) {
+    std::ofstream(damaged, std::ios::binary) << bytes.substr(0, size);
+    EXPECT_EQ(problem_of(damaged), "archive-unreadable") << size;
+  }
+  // Whatever is wrong with header and directories, reading ends with what was found or a problem.
+  for (std::size_t at = 8; at < 400; at += 13) {
+    std::string other = bytes;
+    other[at] = static_cast<char>(other[at] ^ 0x5a);
+    std::ofstream(damaged, std::ios::binary) << other;
+    const std::string problem = problem_of(damaged);
+    EXPECT_TRUE(problem.empty() || problem == "archive-unreadable" || problem == "archive-too-large" ||
+                problem == "file-unreadable")
+        << at << problem;
+  }
+  const std::string no_tables = archived_dataset().place("empty.mbtiles");
+  sqlite_rows(no_tables, "CREATE TABLE something(other)");
+  EXPECT_EQ(problem_of(no_tables), "archive-unreadable");
+}
+
 TEST(Archive3tz, HoldsEveryPathAndAnIndexThatFindsIt) {
   const Face& face = *faces::face_named("3d-tiles");
   ASSERT_TRUE(fits_3tz(face));
@@ -261,6 +348,44 @@ TEST(ZipWriter, SeventyThousandEntriesAreReadByPython) {
   const std::string script =
       "import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); n = z.namelist(); "
       "sys.exit(len(n) != 70000 or any(z.read(f'tiles/{k}') != str(k).encode() for k in (0, 65534, 65535, 65536, 69999)))";
+  EXPECT_EQ(std::system(("python3 -c \"" + script + "\" " + file).c_str()), 0);
+}
+
+/// Holes in place of what is written in pieces of a MiB and more, which are zeros here.
+class SparseFile : public std::streambuf {
+ public:
+  explicit SparseFile(const std::string& path) : file_(::open(path.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0600)) {}
+  ~SparseFile() override { ::close(file_); }
+
+ protected:
+  std::streamsize xsputn(const char* bytes, std::streamsize count) override {
+    if (count >= 1 << 20) return ::lseek(file_, count, SEEK_CUR) < 0 ? 0 : count;
+    return ::write(file_, bytes, static_cast<std::size_t>(count));
+  }
+
+ private:
+  int file_;
+};
+
+/// Another reader finds what lies beyond the four bytes that ZIP's own places have, and checks the sum of what lies before it.
+TEST(ZipWriter, AnArchiveBeyondFourGibIsReadByPython) {
+  if (std::getenv("CORDILLERA_ALL_TESTS") == nullptr) GTEST_SKIP() << "seconds, for the sums of 4 GiB: in the long run";
+  if (std::system("python3 -c 'import zipfile' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
+  const std::string file = archived_dataset().place("large.zip");
+  {
+    SparseFile holes(file);
+    std::ostream out(&holes);
+    ZipWriter zip(out);
+    const std::string zeros(64 << 20, '\0');
+    for (int k = 0; k < 64; ++k) zip.add("zeros/" + std::to_string(k), zeros);
+    EXPECT_GT(zip.add("last", "here"), std::uint64_t{1} << 32);
+    zip.finish();
+    ASSERT_TRUE(out.good());
+  }
+  const std::string script =
+      "import sys, zipfile; z = zipfile.ZipFile(sys.argv[1]); "
+      "sys.exit(len(z.namelist()) != 65 or z.getinfo('last').header_offset <= 1 << 32 or z.read('last') != b'here' or "
+      "any(z.read('zeros/63')))";
   EXPECT_EQ(std::system(("python3 -c \"" + script + "\" " + file).c_str()), 0);
 }
 

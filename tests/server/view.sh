@@ -87,7 +87,7 @@ is 200 "$(status "${url}v1/datasets/dem/elevation?points=-71.3,44.2")" 'heights 
 is 1 "$(curl -sI "$one/tiles/10/617/763.drc" | grep -ic '^content-type')" 'types of a tile'
 shut INT
 
-# Archives of tiles: a .3tz, and a zip of a folder, wherever the folder lies in it. Tiles for maps are no meshes.
+# Archives of tiles: a .3tz, and a zip of a folder, wherever the folder lies in it.
 "$program" export dem.sqlite -o dem.3tz -q
 "$program" export dem.sqlite -o dem.pmtiles -q
 python3 -m zipfile -c folder.zip 'My DEM'
@@ -101,10 +101,36 @@ tile=$(python3 -m zipfile -l dem.3tz | sed -n 's/ .*//; /glb$/p' | tail -1)
 is 200 "$(status "${url}v1/datasets/dem/$tile")" 'a tile of the .3tz'
 python3 -c 'import sys, zipfile; sys.stdout.buffer.write(zipfile.ZipFile("dem.3tz").read(sys.argv[1]))' "$tile" | cmp -s body - || fail 'a tile of the .3tz has other bytes'
 shut INT
+
+# Archives of tiles for maps: the page of a map shows them, and an archive beside meshes has its own line. So does a folder without meshes.
+"$program" export dem.sqlite -o map.mbtiles --format contours -q
+"$program" build "$sample" -o heights --error 60 --formats terrarium -q
+view dem.pmtiles map.mbtiles heights
+is 'dem heights map' "$(curl -s "${url%%/v1/*}/v1/datasets" | python3 -c 'import json, sys; print(*sorted(d["id"] for d in json.load(sys.stdin)["datasets"]))')" 'the datasets of archives'
+is "$(sed -n 's|.*/datasets/||p' seen | tr '\n' ' ')" 'dem/demo/maplibre.html map/demo/maplibre.html heights/demo/maplibre.html ' 'the pages of maps'
+datasets=${url%/dem/*}
+is 200 "$(status "$datasets/dem/terrain-rgb.json")" 'heights of a .pmtiles'
+grep -q '"encoding": "mapbox"' body || fail "TileJSON of a .pmtiles: $(cat body)"
+"$program" export dem.sqlite -o dem.mbtiles -q
+tile=$(python3 -c '
+import sqlite3
+z, x, row, data = sqlite3.connect("dem.mbtiles").execute("SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles ORDER BY length(tile_data) DESC").fetchone()
+open("tile.png", "wb").write(data)
+print(f"{z}/{x}/{2 ** z - 1 - row}")')
+is 200 "$(status "$datasets/dem/terrain-rgb/$tile.png")" 'a tile of a .pmtiles'
+cmp -s body tile.png || fail 'a tile of a .pmtiles has other bytes than the .mbtiles'
+is 200 "$(status "$datasets/map/contours.json")" 'contours of an .mbtiles'
+shut INT
+view dem.3tz dem.pmtiles
+is "$(grep -c '^http' seen)" 2 'a line for the viewer and one for the map'
+shut INT
+"$program" info dem.pmtiles >said 2>&1 && fail 'info takes an archive for a raster'
+grep -q 'cordillera view dem.pmtiles' said || fail "info of an archive: $(cat said)"
+"$program" export dem.sqlite -o meshes.pmtiles --format drc -q
 code=0
-"$program" view --no-browser dem.pmtiles >said 2>&1 || code=$?
-is 1 "$code" 'view of tiles for maps'
-grep -q 'holds tiles for maps' said || fail "view of tiles for maps: $(cat said)"
+"$program" view --no-browser meshes.pmtiles >said 2>&1 || code=$?
+is 1 "$code" 'view of meshes in a .pmtiles'
+grep -q 'holds drc tiles' said || fail "view of meshes in a .pmtiles: $(cat said)"
 is '' "$(ls "$TMPDIR")" 'what view leaves behind'
 
 # A raster is built for the while.

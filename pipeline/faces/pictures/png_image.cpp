@@ -2,6 +2,7 @@
 
 #include <png.h>
 
+#include <algorithm>
 #include <csetjmp>
 #include <stdexcept>
 
@@ -47,6 +48,22 @@ std::string png(std::span<const std::uint8_t> pixels, std::uint32_t side, Pixel 
   png_destroy_write_struct(&file, &info);
   if (!done) throw std::runtime_error("libpng cannot write an image");
   return bytes;
+}
+
+std::vector<std::uint8_t> png_pixels(std::string_view bytes) {
+  constexpr png_uint_32 kMostSide = 4096;
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  std::vector<std::uint8_t> pixels;
+  if (png_image_begin_read_from_memory(&image, bytes.data(), bytes.size()) != 0 &&
+      std::max(image.width, image.height) <= kMostSide) {
+    image.format = PNG_FORMAT_RGB;
+    const png_color black{};
+    pixels.resize(PNG_IMAGE_SIZE(image));
+    if (png_image_finish_read(&image, &black, pixels.data(), 0, nullptr) == 0) pixels.clear();
+  }
+  png_image_free(&image);
+  return pixels;
 }
 
 }  // namespace cordillera::pipeline::faces

@@ -54,7 +54,7 @@ async function listen(hear) {
   }
 }
 
-let manifest = null;
+let manifest = null, formats = [];  // formats: what the dataset has; all of them, but for folders and archives of finished tiles
 const kProvisional = "A first look: finer tiles take its place when the build is done.";
 function show_manifest(read) {
   manifest = read;
@@ -89,6 +89,7 @@ async function start({ show, reload }) {
     say("Nothing can be seen yet.");
     await new Promise((seen) => listen((name) => { if (["tiles", "ready", "failed"].includes(name)) seen(); }));
   }
+  formats = (status.faces ?? (await fetch_json("../" + id)).faces ?? []).map(({ name }) => name);
   show_manifest(await fetch_json("manifest.json"));
   await show();
   document.body.dataset.tiles = manifest.provisional ? "provisional" : "final";

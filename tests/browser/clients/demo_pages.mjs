@@ -144,3 +144,21 @@ export async function try_folder_view({ browser, viewer }) {
   await page.close();
   return "the viewer shows it, coloured by height";
 }
+
+// The same of an archive of heights alone: the map's page colours and shades them itself, and the viewer says which page shows it.
+export async function try_archive_view({ browser, viewer, modules, pictures }) {
+  const origin = new URL(viewer).origin;
+  const opened = await open_client(browser, `${origin}/v1/datasets/dem/demo/maplibre.html`, [origin, kLibraryHost],
+    { started: () => document.body.dataset.tiles, prepare: (page) => serve_libraries(page, modules) });
+  await shown(opened);
+  const { deviation } = await picture_of(opened, `${pictures}/archive.png`);
+  assert.ok(deviation > kLeastSpread, `there is no terrain: shades deviate by ${deviation.toFixed(1)} of 255`);
+  assert.deepEqual(opened.complaints, [], "the browser complained");
+  await opened.page.close();
+  const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
+  await page.goto(`${origin}/?dataset=dem`);
+  await page.waitForFunction(() => window.cordillera?.error);
+  assert.match(await page.textContent("#message"), /tiles for maps/);
+  await page.close();
+  return `shades deviate by ${deviation.toFixed(1)} of 255`;
+}

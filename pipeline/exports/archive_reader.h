@@ -1,0 +1,32 @@
+#pragma once
+// Archives of tiles for maps, read: PMTiles, version 3, and MBTiles, by whoever made them. What fails throws Refused, or
+// StoreError where SQLite cannot read.
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "pipeline/encode/json.h"
+#include "pipeline/exports/tile_places.h"
+
+namespace cordillera::pipeline::exports {
+
+/// Finest zoom that is taken: of longer numbers an archive is damaged.
+inline constexpr int kMostArchiveZoom = 30;
+
+class ArchiveReader {
+ public:
+  using Take = std::function<void(const SquareAddress& at, std::string_view bytes)>;
+
+  virtual ~ArchiveReader() = default;
+  /// What it says of itself, with MBTiles' names: of text are "name", "format" ("png", "pbf") and "bounds"
+  /// ("west,south,east,north").
+  virtual const Json& metadata() const = 0;
+  /// Every tile, not compressed beyond its own format. Memory does not grow with the archive.
+  virtual void each_tile(const Take& take) = 0;
+};
+
+std::unique_ptr<ArchiveReader> open_pmtiles(const std::string& path);
+std::unique_ptr<ArchiveReader> open_mbtiles(const std::string& path);
+
+}  // namespace cordillera::pipeline::exports

@@ -1,0 +1,55 @@
+#include "pipeline/exports/archive_reader.h"
+#include "pipeline/exports/gzip.h"
+#include "pipeline/exports/whole_file.h"
+#include "pipeline/store/sqlite.h"
+
+namespace cordillera::pipeline::exports {
+namespace {
+
+constexpr std::size_t kMostTile = std::size_t{64} << 20;
+
+class MbtilesFile final : public ArchiveReader {
+ public:
+  explicit MbtilesFile(const std::string& path) : path_(path), database_(path, Database::Mode::shared) {
+    Statement row(database_, "SELECT name, value FROM metadata");
+    while (row.step()) metadata_[std::string(row.blob(0))] = std::string(row.blob(1));
+    // Layers of vector tiles stand in a document of their own.
+    const Json more = Json::parse(metadata_.value("json", std::string()), nullptr, false);
+    if (more.is_object() && more.contains("vector_layers")) metadata_["vector_layers"] = more["vector_layers"];
+  }
+  const Json& metadata() const override { return metadata_; }
+
+  void each_tile(const Take& take) override {
+    Statement row(database_, "SELECT zoom_level, tile_column, tile_row, tile_data FROM tiles");
+    while (row.step()) {
+      const std::int64_t zoom = row.integer(0), x = row.integer(1), up = row.integer(2);
+      if (zoom < 0 || zoom > kMostArchiveZoom || std::min(x, up) < 0 || std::max(x, up) >> zoom != 0) damaged();
+      const std::string_view bytes = row.blob(3);
+      const SquareAddress at{static_cast<int>(zoom), static_cast<std::uint32_t>(x),
+                             static_cast<std::uint32_t>((std::int64_t{1} << zoom) - 1 - up)};
+      if (!bytes.starts_with("\x1f\x8b")) {
+        take(at, bytes);
+        continue;
+      }
+      const auto plain = gunzip(bytes, kMostTile);
+      if (!plain) damaged();
+      take(at, *plain);
+    }
+  }
+
+ private:
+  [[noreturn]] void damaged() const {
+    throw Refused{
+        {"archive-unreadable", path_ + " cannot be read: it is damaged", "a complete, undamaged archive of tiles", "path"}};
+  }
+
+  std::string path_;
+  Database database_;
+  Json metadata_ = Json::object();
+};
+
+}  // namespace
+
+std::unique_ptr<ArchiveReader> open_mbtiles(const std::string& path) { return std::make_unique<MbtilesFile>(path); }
+
+}  // namespace cordillera::pipeline::exports
