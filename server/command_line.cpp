@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <sstream>
 
 #include "server/options/option_values.h"
 #include "server/options/spoken_words.h"
@@ -67,7 +68,127 @@ std::optional<proto::Problem> check_words(const CLI::App& command) {
   return std::nullopt;
 }
 
+constexpr std::size_t kScreenLines = 50, kScreenColumns = 100, kAboutColumn = 30;
+/// Groups that a screen has room for the names of alone, the first one first.
+constexpr const char* kNamesFirst[] = {"Limits", "Machine",           "Raster",           "Posts",
+                                       "Output", "Heights and voids", "Levels and errors"};
+
+/// How much of a group of options is told.
+enum class Telling { whole, shortly, names };
+
+struct HelpEntry {
+  std::string names, about;
+};
+struct HelpGroup {
+  std::string heading;
+  std::vector<HelpEntry> entries;
+  Telling telling = Telling::whole;
+};
+
+/// Words in lines that begin at the column; the first one stands behind what is there already.
+std::string wrapped(const std::string& text, std::size_t column) {
+  std::string out;
+  std::size_t at = column;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (at + word.size() + 1 > kScreenColumns && at > column) {
+      out += "\n" + std::string(column, ' ');
+      at = column;
+    } else if (at > column) {
+      out += " ";
+      ++at;
+    }
+    out += word;
+    at += word.size();
+  }
+  return out + "\n";
+}
+
+/// The first thing that is said, on one line.
+std::string shortened(const std::string& text) {
+  std::string first = text.substr(0, std::min(text.find(" ["), text.find("; ")));
+  constexpr std::size_t kRoom = kScreenColumns - kAboutColumn;
+  if (first.size() <= kRoom) return first;
+  return first.substr(0, first.rfind(' ', kRoom - 2)) + " …";
+}
+
+std::string shown(const HelpGroup& group) {
+  std::string out = group.heading + ":\n";
+  if (group.telling == Telling::names) {
+    std::string names;
+    for (const HelpEntry& entry : group.entries) names += entry.names.substr(0, entry.names.find(' ')) + " ";
+    return out + "  " + wrapped(names, 2);
+  }
+  for (const HelpEntry& entry : group.entries) {
+    out += "  " + entry.names;
+    const std::size_t width = 2 + entry.names.size();
+    out += width + 2 > kAboutColumn ? "\n" + std::string(kAboutColumn, ' ') : std::string(kAboutColumn - width, ' ');
+    out += wrapped(group.telling == Telling::whole ? entry.about : shortened(entry.about), kAboutColumn);
+  }
+  return out;
+}
+
+/// "-o,--output FILE": its other spellings are --help-all's.
+std::string spelt(const CLI::Option& option) {
+  if (option.get_positional()) return option.get_name(true);
+  std::string names = option.get_snames().empty() ? "" : "-" + option.get_snames().front();
+  if (!option.get_lnames().empty()) names += (names.empty() ? "--" : ",--") + option.get_lnames().front();
+  return option.get_type_size() == 0 || option.get_type_name().empty() ? names : names + " " + option.get_type_name();
+}
+
+std::vector<HelpGroup> help_groups(const CLI::App& command) {
+  std::vector<HelpGroup> groups;
+  const auto add = [&](const std::string& heading, HelpEntry entry) {
+    auto found = std::find_if(groups.begin(), groups.end(), [&](const HelpGroup& one) { return one.heading == heading; });
+    if (found == groups.end()) found = groups.insert(groups.end(), {heading, {}});
+    found->entries.push_back(std::move(entry));
+  };
+  for (const bool positional : {true, false}) {
+    for (const CLI::Option* option : command.get_options()) {
+      if (option->get_group().empty() || option->get_positional() != positional) continue;
+      add(positional ? "Words" : option->get_group(), {spelt(*option), option->get_description()});
+    }
+  }
+  for (const CLI::App* one : command.get_subcommands(nullptr)) {
+    if (!one->get_group().empty()) add("Commands", {one->get_name(), one->get_description()});
+  }
+  return groups;
+}
+
 }  // namespace
+
+std::string help_page(const CLI::App& command) {
+  const bool all = command.get_parent() == nullptr;
+  const std::string name = all ? command.get_name() : command.get_parent()->get_name() + " " + command.get_name();
+  std::vector<HelpGroup> groups = help_groups(command);
+  const auto page = [&] {
+    std::string usage = "Usage: " + name + (all ? " COMMAND" : "") + " [OPTIONS]";
+    std::string options;
+    bool in_full = true;
+    for (const HelpGroup& group : groups) {
+      options += shown(group);
+      in_full = in_full && group.telling == Telling::whole;
+      if (group.heading != "Words") continue;
+      for (const HelpEntry& entry : group.entries) usage += " " + entry.names;
+    }
+    std::string end = command.get_footer().empty() ? "" : wrapped(command.get_footer(), 0);
+    if (all) end += "Of one of them: cordillera help COMMAND\n";
+    if (!in_full) end += "In full: " + name + " --help-all\n";
+    return wrapped(command.get_description(), 0) + usage + "\n\n" + options + (end.empty() ? "" : "\n" + end);
+  };
+  const auto fits = [&] {
+    const std::string text = page();
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')) <= kScreenLines;
+  };
+  if (!fits()) {
+    for (HelpGroup& group : groups) group.telling = Telling::shortly;
+  }
+  for (const char* heading : kNamesFirst) {
+    if (fits()) break;
+    for (HelpGroup& group : groups) group.telling = group.heading == heading ? Telling::names : group.telling;
+  }
+  return page();
+}
 
 int wrong_usage(const proto::Problem& problem) {
   complain(problem);
@@ -87,13 +208,17 @@ CLI::App* CommandLine::know(CLI::App* command, std::function<int()> run) {
 int CommandLine::run(std::vector<std::string> line) const {
   line = understood(std::move(line));
   if (line.empty()) {
-    std::cerr << app_.help();
+    std::cerr << help_page(app_);
     return kUsage;
   }
   if (const auto unknown = check_command(app_, line.front())) return wrong_usage(*unknown);
   try {
     std::reverse(line.begin(), line.end());  // as the library wants them
     app_.parse(std::move(line));
+  } catch (const CLI::CallForHelp&) {
+    const auto parsed = app_.get_subcommands();
+    std::cout << help_page(parsed.empty() ? app_ : *parsed.back());
+    return kDone;
   } catch (const CLI::ParseError& error) { return app_.exit(error) == 0 ? kDone : kUsage; }
   const auto asked = std::find_if(all_.begin(), all_.end(), [](const auto& one) { return one.first->parsed(); });
   if (const auto wrong = check_words(*asked->first)) return wrong_usage(*wrong);

@@ -14,7 +14,7 @@ namespace cordillera::server {
 /// add_commands.cpp.
 class CommandLine {
  public:
-  explicit CommandLine(CLI::App& app) : app_(app) {}
+  explicit CommandLine(CLI::App& app) : app_(app) { app_.set_help_all_flag("--help-all", "every option, in full, and exit"); }
 
   CLI::App& app() { return app_; }
   /// What the words are read into has to live as long as run, which may keep it.
@@ -31,6 +31,10 @@ class CommandLine {
 
 /// All that there are.
 void add_commands(CommandLine& commands);
+
+/// What --help prints of a command, or of all: on one screen of 50 lines and 100 columns. What does not fit is told shortly, then
+/// by the names of options alone, the longest group first; --help-all has it in full.
+std::string help_page(const CLI::App& command);
 
 /// Says what is wrong, and gives the exit code for it.
 int wrong_usage(const proto::Problem& problem);

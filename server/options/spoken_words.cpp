@@ -36,7 +36,10 @@ std::string joined(const std::vector<std::string>& words, std::size_t first) {
 std::vector<std::string> understood(std::vector<std::string> words) {
   if (!words.empty() && words[0] == "help") {
     words.erase(words.begin());
-    words.insert(words.size() > 0 ? words.begin() + 1 : words.begin(), "--help");
+    const auto all = std::find(words.begin(), words.end(), "--all");
+    const bool in_full = all != words.end();
+    if (in_full) words.erase(all);
+    words.insert(words.size() > 0 ? words.begin() + 1 : words.begin(), in_full ? "--help-all" : "--help");
   }
   if (words.size() == 1 && (words[0] == "version" || words[0] == "-v" || words[0] == "-V")) words[0] = "--version";
   std::vector<std::string> out;

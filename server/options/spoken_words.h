@@ -6,7 +6,8 @@
 
 namespace cordillera::server {
 
-/// Without the program's name: `help` and `help build` are --help, `version` and -v are --version, and the four numbers of
+/// Without the program's name: `help` and `help build` are --help (with --all --help-all), `version` and -v are --version, and
+/// the four numbers of
 /// `--bbox 10 46 11 47` are one word.
 std::vector<std::string> understood(std::vector<std::string> words);
 

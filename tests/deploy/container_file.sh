@@ -9,7 +9,7 @@ fail() { printf 'container_file: %s\n' "$*" >&2; exit 1; }
 
 version=$(sed -n 's/^CMAKE_PROJECT_VERSION:STATIC=//p' "$build/CMakeCache.txt")
 [[ cordillera-$version-linux-x86_64.tar.gz == $(sed -n 's/^ADD \(\S*\) .*/\1/p' "$file") ]] || fail "no archive of package.sh has the name that ADD wants"
-"$build/bin/cordillera" serve --help >"$work/options"
+"$build/bin/cordillera" serve --help-all >"$work/options"
 for variable in $(sed -n 's/^ENV //p' "$file"); do
   option=$(sed 's/=.*//; s/^CORDILLERA_/--/; s/_/-/g' <<<"$variable" | tr '[:upper:]' '[:lower:]')
   grep -qE -- "(^|[ ,])$option\b" "$work/options" || fail "serve has no $option"

@@ -86,10 +86,35 @@ TEST_F(Program, HelpHasOptionsInGroups) {
     ASSERT_NE(heading, help.npos) << group;
     ASSERT_NE(line, help.npos) << option;
     EXPECT_LT(heading, line) << option;
-    EXPECT_GT(help.find("\n\n", heading + 1), line) << option << " is not under " << group;
+    std::size_t last = line;  // heading before the option
+    while (std::isupper(static_cast<unsigned char>(help[last + 1])) == 0) last = help.rfind('\n', last - 1);
+    EXPECT_EQ(last, heading) << option << " is not under " << group;
   }
   EXPECT_EQ(help.find("\nOutput:"), help.rfind("\nOutput:")) << "one heading, wherever its options come from";
   EXPECT_THAT(shell(kProgram + " help serve").output, HasSubstr("\nLimits:"));
+}
+
+TEST_F(Program, HelpIsOneScreenACommand) {
+  const std::string all = shell(kProgram + " help").output;
+  std::istringstream lines(all.substr(all.find("\nCommands:\n") + 11));
+  std::vector<std::string> commands{""};
+  for (std::string line; std::getline(lines, line) && line.starts_with("  ");) {
+    if (line[2] != ' ') commands.push_back(line.substr(2, line.find(' ', 2) - 2));
+  }
+  EXPECT_GT(commands.size(), 20u);
+  for (const std::string& command : commands) {
+    const Ended help = shell(kProgram + " help " + command);
+    EXPECT_EQ(help.code, 0) << command;
+    EXPECT_LE(std::count(help.output.begin(), help.output.end(), '\n'), 50) << command;
+    std::istringstream page(help.output);
+    for (std::string line; std::getline(page, line);) EXPECT_LE(line.size(), 102u) << command << ": " << line;
+    for (const char* word : {" --help", "Usage: cordillera "}) EXPECT_THAT(help.output, HasSubstr(word)) << command;
+  }
+  // What a screen has no room for stands elsewhere, and the page says where.
+  EXPECT_THAT(shell(kProgram + " serve --help").output, HasSubstr("cordillera serve --help-all"));
+  EXPECT_THAT(shell(kProgram + " serve --help").output, HasSubstr("--max-uploads"));
+  const std::string full = shell(kProgram + " help serve --all").output;
+  EXPECT_THAT(full, HasSubstr("greatest raster that may be posted, MiB [1 to"));
 }
 
 TEST_F(Program, AnotherBuildInThePlaceIsReplacedOnlyWhenAsked) {

@@ -16,6 +16,7 @@ using testing::HasSubstr;
 TEST(SpokenWords, HelpVersionAndFourWordsOfABox) {
   EXPECT_THAT(understood({"help"}), ElementsAre("--help"));
   EXPECT_THAT(understood({"help", "build"}), ElementsAre("build", "--help"));
+  EXPECT_THAT(understood({"help", "build", "--all"}), ElementsAre("build", "--help-all"));
   for (const char* word : {"version", "-v", "-V"}) EXPECT_THAT(understood({word}), ElementsAre("--version"));
   EXPECT_THAT(understood({"build", "version", "-v"}), ElementsAre("build", "version", "-v")) << "a raster may be called so";
   EXPECT_THAT(understood({"build", "--bbox", "-71.5", "44", "-71", "45", "dem.tif"}),
