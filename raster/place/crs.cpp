@@ -124,6 +124,28 @@ std::optional<OGRSpatialReference> crs_beside(const Dataset& dataset) {
   return std::nullopt;
 }
 
+/// Of a NetCDF file that names none and whose coordinates are in degrees north and east, as COARDS and CF have it: GEBCO's and
+/// GMT's grids. They do not say on which ellipsoid. Where longitudes and latitudes are arrays of their own, the raster is on
+/// another grid.
+std::optional<OGRSpatialReference> crs_of_degrees(const Dataset& dataset) {
+  static constexpr std::string_view kNorth = " degrees_north degree_north degree_N degrees_N degreeN degreesN ";
+  static constexpr std::string_view kEast = " degrees_east degree_east degree_E degrees_E degreeE degreesE ";
+  GDALDriver* const driver = dataset.handle->GetDriver();
+  if (driver == nullptr || !EQUAL(driver->GetDescription(), "netCDF")) return std::nullopt;
+  if (dataset.handle->GetMetadata("GEOLOCATION") != nullptr) return std::nullopt;
+  bool north = false, east = false;
+  for (CSLConstList word = dataset.handle->GetMetadata(); word != nullptr && *word != nullptr; ++word) {
+    const std::string_view entry = *word;
+    const std::size_t at = entry.find("#units=");
+    if (at == entry.npos) continue;
+    const std::string unit = " " + std::string(entry.substr(at + std::string_view("#units=").size())) + " ";
+    north = north || kNorth.find(unit) != kNorth.npos;
+    east = east || kEast.find(unit) != kEast.npos;
+  }
+  OGRSpatialReference srs;
+  return north && east && srs.importFromEPSG(4326) == OGRERR_NONE ? std::optional(srs) : std::nullopt;
+}
+
 }  // namespace
 
 std::string wkt_of(const OGRSpatialReference& srs) {
@@ -138,7 +160,8 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
   const GdalScope scope(dataset.trust);
   const OGRSpatialReference* own = dataset.handle->GetSpatialRef();
   if (own != nullptr && own->IsEmpty()) own = nullptr;
-  const auto beside = own == nullptr ? crs_beside(dataset) : std::nullopt;
+  auto beside = own == nullptr ? crs_beside(dataset) : std::nullopt;
+  if (own == nullptr && !beside && requested.empty()) beside = crs_of_degrees(dataset);
   if (beside) own = &*beside;
   if (own == nullptr && requested.empty())
     return Problem{"raster-without-crs", dataset.name + " names no coordinate reference system",

@@ -91,6 +91,26 @@ TEST_F(Band, OfNetcdfTheVariableThatIsCalledAsHeightsAre) {
   EXPECT_EQ(several.problem().detail, "two.nc holds 2 rasters, z, height, and none alone is called as heights are");
 }
 
+/// As GMT and GEBCO write them: coordinates in degrees_north and degrees_east, and no grid mapping.
+TEST_F(Band, OfNetcdfDegreesWithoutACrsAreThoseOfWgs84) {
+  std::string bytes = bytes_of(bands("netCDF", "coards.nc", {"z"}));
+  const auto spoil = [&bytes](const std::string& word) {
+    ASSERT_NE(bytes.find(word), bytes.npos) << word;
+    for (std::size_t at = 0; (at = bytes.find(word, at)) != bytes.npos;) bytes[at + word.size() - 1] = 'X';
+  };
+  for (const char* word : {"grid_mapping", "spatial_ref", "crs_wkt", "GeoTransform"}) spoil(word);
+  const auto source = must_open(write_text(bytes, "gmt.nc"));
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().crs(), "WGS 84 (EPSG:4326)");
+  EXPECT_EQ(source->description().crs_from(), "source");
+  EXPECT_NEAR(source->description().bbox(0), 10, 1e-6);
+  proto::BuildOptions other = plain_options();
+  other.set_crs("EPSG:4258");
+  EXPECT_EQ(must_open(write_text(bytes, "etrs.nc"), other)->description().crs_from(), "request");
+  spoil("degrees_north");
+  EXPECT_EQ(problem_type(write_text(bytes, "other.nc")), "raster-without-crs");
+}
+
 TEST_F(Band, AsAnOption) {
   const std::string file = bands("GTiff", "dem.tif", {"dsm", "dtm"});
   proto::BuildOptions options = plain_options();
