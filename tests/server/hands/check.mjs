@@ -1,8 +1,11 @@
 // Two clients of a server: npm's pmtiles on …/ID.pmtiles, and a reader of catalogs that follows the links from /stac, each document held against
-// what STAC 1.0.0 demands (schemas/).   node check.mjs --url URL --dataset ID --datasets COUNT
+// what STAC 1.0.0 demands (schemas/). No package has the specification's own schemas: where CORDILLERA_STAC_SPEC names a clone of
+// github.com/radiantearth/stac-spec at v1.0.0, documents are held against those, too.   node check.mjs --url URL --dataset ID --datasets COUNT
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { readFileSync, readdirSync } from "node:fs";
+import { createRequire } from "node:module";
 import { parseArgs } from "node:util";
+import Ajv from "ajv";
 import Ajv2020 from "ajv/dist/2020.js";
 import formats from "ajv-formats";
 import { PMTiles } from "pmtiles";
@@ -40,11 +43,30 @@ formats(ajv);
 ajv.addSchema(JSON.parse(readFileSync(new URL("schemas/stac.schema.json", import.meta.url), "utf8")));
 const conforms = (kind, document) => ajv.validate(`stac#/$defs/${kind}`, document);
 
+const kOfficial = { landing: "catalog-spec/json-schema/catalog.json", collection: "collection-spec/json-schema/collection.json", item: "item-spec/json-schema/item.json" };
+function official_schemas(folder) {
+  const all = new Ajv({ allErrors: true, strict: false }), require = createRequire(import.meta.url);
+  formats(all);
+  for (const name of ["iri", "iri-reference"]) all.addFormat(name, true);
+  for (const name of ["Feature", "Geometry"]) all.addSchema({ ...require(`geojson-schema/${name}.json`), $id: `https://geojson.org/schema/${name}.json` });
+  for (const part of ["catalog-spec", "collection-spec", "item-spec"]) {
+    for (const file of readdirSync(`${folder}/${part}/json-schema`)) all.addSchema(require(`${folder}/${part}/json-schema/${file}`));
+  }
+  return all;
+}
+const official = process.env.CORDILLERA_STAC_SPEC ? official_schemas(process.env.CORDILLERA_STAC_SPEC) : null;
+function expect_official(kind, document) {
+  if (!official || !(kind in kOfficial)) return;
+  const valid = official.validate(`https://schemas.stacspec.org/v1.0.0/${kOfficial[kind]}#`, document);
+  assert.ok(valid, `${kind}: ${official.errorsText(official.errors)}`);
+}
+
 async function read(kind, address) {
   const response = await fetch(address);
   assert.equal(response.status, 200, address);
   const document = await response.json();
   assert.ok(conforms(kind, document), `${address}: ${ajv.errorsText(ajv.errors)}`);
+  expect_official(kind, document);
   return document;
 }
 const linked = ({ links }, rel) => links.find((link) => link.rel === rel)?.href;
@@ -72,7 +94,8 @@ async function check_catalog() {
   for (const broken of [{ ...item, bbox: [0, 0, 1] }, { ...item, properties: {} }, { ...item, geometry: null }, { ...item, links: [] }]) {
     assert.ok(!conforms("item", broken), "a broken item passes (control)");
   }
-  return `${found.length} items`;
+  if (official) assert.throws(() => expect_official("item", { ...item, properties: {} }), "the official schemas pass a broken item (control)");
+  return `${found.length} items${official ? ", by the official schemas, too" : ""}`;
 }
 
 console.log(`ok  pmtiles: ${await check_archive()}`);
