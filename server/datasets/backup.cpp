@@ -208,7 +208,7 @@ proto::Result<BackedUp> restore(const fs::path& from, const Layout& layout) {
       if (file.is_absolute() || *file.begin() == "..") throw std::runtime_error("the list names " + name);
       fs::create_directories((work / file).parent_path());
       const auto copied = copied_file(from / file, work / file);
-      if (!copied || *copied != hash)
+      if (!copied || *copied != hash.get<std::string>())
         throw std::runtime_error(name + " is missing from the backup, or is not what was backed up");
       if (file.filename() == kStoreFile) ++done.ready;
       if (file.has_parent_path()) folders.insert(*std::next(file.begin()));
