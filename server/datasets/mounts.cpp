@@ -15,7 +15,7 @@ namespace cordillera::server {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Opened = proto::Result<std::shared_ptr<const pipeline::faces::Terrain>>;
+using OpenedTerrain = proto::Result<std::shared_ptr<const pipeline::faces::Terrain>>;
 
 constexpr auto kLook = std::chrono::seconds(5);   // a request to the storage; how late a new version may be seen
 constexpr auto kPause = std::chrono::seconds(5);  // after a failure, so that waiting for a dead storage does not take all threads
@@ -141,7 +141,7 @@ void Mounts::look_again(const std::string& name, Place& place) {
   place.terrain.reset();
 }
 
-Opened Mounts::open(const std::string& name) {
+OpenedTerrain Mounts::open(const std::string& name) {
   Place& place = *places_.at(name);
   if (place.is_folder) {
     return proto::Problem{"not-in-folder", "dataset " + name + " is a folder of finished tiles, and this is not among them",
@@ -153,7 +153,7 @@ Opened Mounts::open(const std::string& name) {
   const std::lock_guard lock(place.mutex);
   if (place.terrain) return place.terrain;
   if (place.problem && Clock::now() - place.tried < kPause) return *place.problem;
-  const auto failed = [&](const proto::Problem& why) -> Opened {
+  const auto failed = [&](const proto::Problem& why) -> OpenedTerrain {
     log_warning("dataset " + name + ": " + why.detail);
     place.problem = unreachable(name, why);
     place.tried = Clock::now();
