@@ -91,14 +91,11 @@ std::string own_path() {
 }
 
 /// What a file of a whole dataset does not take.
-struct FolderWords {
-  const std::string &formats, &normals;
-};
-std::optional<proto::Problem> check_words_of_file(const std::string& output, const FolderWords& words) {
+std::optional<proto::Problem> check_words_of_file(const std::string& output, const std::string& formats, const LookWords& look) {
   if (!output.ends_with(".sqlite")) return std::nullopt;
-  if (!words.normals.empty())
-    return proto::Problem{"usage", "--normals is for a folder: a file of a dataset gives any", "-o FOLDER", "--normals"};
-  if (!words.formats.empty())
+  if (const char* const given = look.given())
+    return proto::Problem{"usage", std::string(given) + " is for a folder: a file of a dataset gives any", "-o FOLDER", given};
+  if (!formats.empty())
     return proto::Problem{"usage", "--formats is for a folder or an archive: a file of a dataset gives any",
                           "-o FOLDER or -o FILE.pmtiles", "--formats"};
   return std::nullopt;
@@ -123,17 +120,14 @@ void add_serve(CommandLine& commands) {
 struct BuildWords {
   Reading reading;
   BuildLine line;
-  std::string formats, normals;
+  std::string formats;
 
   int run(const Settings& settings) {
     auto chosen = formats_of(formats);
     if (!chosen) return wrong_usage(chosen.problem());
     line.formats = std::move(*chosen);
     line.only_format = formats;
-    const auto light = normals_of(normals);
-    if (!light) return wrong_usage(light.problem());
-    line.normals = *light;
-    if (const auto wrong = check_words_of_file(line.output, {formats, normals})) return wrong_usage(*wrong);
+    if (const auto wrong = check_words_of_file(line.output, formats, line.look)) return wrong_usage(*wrong);
     if (!line.output.empty() || settings.dry_run) return build_command(settings, line);
     std::error_code error;
     const std::string& last = line.rasters.back();
@@ -174,7 +168,8 @@ void add_build(CommandLine& commands) {
       ->add_option("--formats", words->formats, "what the folder holds [" + face_names() + "; more than one separated by commas]")
       ->type_name("NAMES")
       ->group(kOutput);
-  build->add_option("--normals", words->normals, kNormalsHelp)->type_name("NAME")->group(kOutput);
+  for (const LookOption& option : look_options())
+    build->add_option(option.name, line.look.*option.value, option.help)->type_name(option.type)->group(kOutput);
   build->add_flag_callback(
       "-q,--quiet", [&line] { line.words = Words::none; }, "say nothing but problems");
   add_options(*build, build_options(), words->reading);
@@ -247,7 +242,8 @@ void add_export(CommandLine& commands) {
   command->add_option("-o,--output", line.output, "what to write: .pmtiles, .mbtiles, .3tz, or a mesh: .glb, .ply, .obj, .stl")
       ->type_name("FILE");
   command->add_option("--format", line.format, "which tiles an archive holds [" + face_names() + "]")->type_name("NAME");
-  command->add_option("--normals", line.normals, kNormalsHelp)->type_name("NAME");
+  for (const LookOption& option : look_options())
+    command->add_option(option.name, line.look.*option.value, option.help)->type_name(option.type);
   for (const MeshOption& option : mesh_options()) {
     const std::string name = "--" + option.name;
     const auto take = [&line, name](const CLI::results_t& values) {

@@ -74,9 +74,11 @@ namespace {
 
 // Draco keeps these numbers as text with six decimals. From -1 to 1 a tangent's last number comes back as exactly 1; texture
 // coordinates may be a ten-thousandth of a pixel off.
-void quantise_frame(draco::Encoder& encoder) {
+void quantise_tangents(draco::Encoder& encoder) {
   constexpr float kLow[4] = {-1, -1, -1, -1};
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::GENERIC, kFrameBits, 4, kLow, 2);
+}
+void quantise_texcoords(draco::Encoder& encoder) {
   constexpr float kMapSide = kNormalMapSide, kFirst[2] = {0.5F / kMapSide, 0.5F / kMapSide};
   constexpr int kBits = std::bit_width(static_cast<unsigned>(kPlacesAcross));
   constexpr float kPlace = (kMapSide - 1) / kMapSide / kPlacesAcross;
@@ -91,10 +93,8 @@ std::string draco_encode(const LitSurface& surface, const FloatGrid& grid) {
   add_attribute(out, draco::GeometryAttribute::POSITION, surface.positions);
   const bool framed = !surface.tangents.empty();
   if (!surface.normals.empty()) add_attribute(out, draco::GeometryAttribute::NORMAL, surface.normals);
-  if (framed) {
-    add_attribute(out, draco::GeometryAttribute::GENERIC, surface.tangents);
-    add_attribute(out, draco::GeometryAttribute::TEX_COORD, surface.texcoords);
-  }
+  if (framed) add_attribute(out, draco::GeometryAttribute::GENERIC, surface.tangents);
+  if (!surface.texcoords.empty()) add_attribute(out, draco::GeometryAttribute::TEX_COORD, surface.texcoords);
   add_faces(out, surface.triangles);
   draco::Encoder encoder;
   // One origin and one range for the three axes. Both are exact in float32, and so is range / (2^bits - 1) = step.
@@ -103,7 +103,8 @@ std::string draco_encode(const LitSurface& surface, const FloatGrid& grid) {
   const float range = grid.step * static_cast<float>((1 << grid.bits) - 1);
   encoder.SetAttributeExplicitQuantization(draco::GeometryAttribute::POSITION, grid.bits, 3, origin, range);
   encoder.SetAttributeQuantization(draco::GeometryAttribute::NORMAL, framed ? kFrameBits : kNormalBits);
-  if (framed) quantise_frame(encoder);
+  if (framed) quantise_tangents(encoder);
+  if (!surface.texcoords.empty()) quantise_texcoords(encoder);
   return encode(encoder, out, kDracoSpeed);
 }
 

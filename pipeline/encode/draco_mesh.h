@@ -33,7 +33,7 @@ inline constexpr int kMaxGridBits = 23;
 /// What a primitive of a .glb tile holds.
 struct LitSurface {
   std::vector<std::array<float, 3>> positions;  ///< multiples of the grid's step: they survive exactly
-  std::vector<std::array<float, 3>> normals;    ///< unit vectors, quantised; may be empty, as may be the next two
+  std::vector<std::array<float, 3>> normals;    ///< unit vectors, quantised; may be empty, as may each of the next two
   std::vector<std::array<float, 4>> tangents;   ///< unit vectors and 1 or -1, quantised
   std::vector<std::array<float, 2>>
       texcoords;  ///< pixel centres of a normal map, and shares of 1 / kPlacesAcross between the outer ones
@@ -42,12 +42,6 @@ struct LitSurface {
 
 /// What a .drc's metadata says of tile_matrix_set where the tile is not one of the dataset's own.
 inline constexpr const char* kWebMercator = "WebMercatorQuad";
-
-/// Attribute ids that a Draco buffer's attributes get, as glTF wants to know them.
-inline constexpr int kDracoPosition = 0;
-inline constexpr int kDracoNormal = 1;
-inline constexpr int kDracoTangent = 2;
-inline constexpr int kDracoTexcoord = 3;
 
 /// Steps of a texture coordinate from one side of a tile to the other: 16 a pixel of a normal map. The sides themselves are
 /// steps.
@@ -59,6 +53,7 @@ inline constexpr int kPlacesAcross = 4096;
 inline constexpr int kDracoSpeed = 5;
 
 std::string draco_encode(const LatticeMesh& mesh, int speed = kDracoSpeed);
+/// Attributes that are there have the ids 0, 1, … in the order of LitSurface: glTF wants to know them.
 std::string draco_encode(const LitSurface& surface, const FloatGrid& grid);
 
 proto::Result<LatticeMesh> draco_decode_lattice(std::string_view bytes);

@@ -29,9 +29,16 @@ enum class Normals : std::uint8_t {
 struct Shading {
   Normals normals = Normals::vertex;
   std::string_view picture{};  ///< with Normals::texture: WebP, kNormalMapSide pixels a side; not copied
+  std::string_view photo{};    ///< the colours of the ground: WebP, photo_side pixels a side; empty: kGround everywhere
+  std::uint32_t photo_side = 0;
+
+  /// Whether vertices say where in a picture they are.
+  bool has_places() const { return normals == Normals::texture || !photo.empty(); }
 };
+/// Dry grass and rock, red, green and blue, linear; lit by whatever light the viewer has, from above only.
+inline constexpr std::array<double, 3> kGround = {0.47, 0.43, 0.33};
 /// Pixels of a normal map a side: one at each vertex of the level's own lattice, so its outer rows and columns lie on the tile's
-/// sides.
+/// sides, as those of a photo do.
 inline constexpr std::uint32_t kNormalMapSide = proto::kTileCells + 1;
 
 struct EncodeInput {

@@ -35,13 +35,13 @@ LitSurface relative(const LitMesh::Surface& surface, Vec3 translation, Normals n
   LitSurface out;
   for (const Vec3& p : surface.points) out.positions.push_back(y_up(p - translation));
   out.triangles = surface.triangles;
+  for (const auto& place : surface.places) out.texcoords.push_back(texcoord(place));
   if (normals == Normals::none) return out;
   for (const Vec3& n : surface.normals) out.normals.push_back(y_up(n));
   for (const Vec3& e : surface.east) {
     const auto [x, y, z] = y_up(e);
     out.tangents.push_back({x, y, z, 1});
   }
-  for (const auto& place : surface.places) out.texcoords.push_back(texcoord(place));
   return out;
 }
 
@@ -78,15 +78,16 @@ void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& gr
   const std::size_t points = surface.positions.size();
   const std::size_t indices =
       doc.add_accessor(points < UINT16_MAX ? kUnsignedShort : kUnsignedInt, 3 * surface.triangles.size(), "SCALAR");
-  Json attributes = {{"POSITION", doc.add_accessor(kFloat, points, "VEC3")}}, coded = {{"POSITION", kDracoPosition}};
+  Json attributes = {{"POSITION", doc.add_accessor(kFloat, points, "VEC3")}}, coded = {{"POSITION", 0}};
   add_bounds(doc.accessors.back(), surface);
-  const auto add = [&](const char* name, int id, const char* type) {
+  const auto add = [&](const char* name, const char* type) {
     attributes[name] = doc.add_accessor(kFloat, points, type);
+    const std::size_t id = coded.size();
     coded[name] = id;
   };
-  if (!surface.normals.empty()) add("NORMAL", kDracoNormal, "VEC3");
-  if (!surface.tangents.empty()) add("TANGENT", kDracoTangent, "VEC4");
-  if (!surface.texcoords.empty()) add("TEXCOORD_0", kDracoTexcoord, "VEC2");
+  if (!surface.normals.empty()) add("NORMAL", "VEC3");
+  if (!surface.tangents.empty()) add("TANGENT", "VEC4");
+  if (!surface.texcoords.empty()) add("TEXCOORD_0", "VEC2");
   doc.primitives.push_back(
       {{"attributes", std::move(attributes)},
        {"indices", indices},
@@ -95,19 +96,51 @@ void add_primitive(Document& doc, const LitSurface& surface, const FloatGrid& gr
        {"extensions", {{"KHR_draco_mesh_compression", {{"bufferView", view}, {"attributes", std::move(coded)}}}}}});
 }
 
-/// The picture as the material's normals. There is no second one for clients that do not read WebP.
-void add_normal_map(Json& root, Json& extensions, std::size_t view) {
+/// A picture as a texture, and its number. There is no second one for clients that do not read WebP.
+std::size_t add_texture(Json& root, std::size_t view) {
   constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kClampToEdge = 33071;
-  extensions.push_back("EXT_texture_webp");
-  root["materials"][0]["normalTexture"] = {{"index", 0}};
-  root["textures"] = Json::array({{{"sampler", 0}, {"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}}});
+  const std::size_t number = root.contains("images") ? root["images"].size() : 0;
+  root["textures"].push_back({{"sampler", 0}, {"extensions", {{"EXT_texture_webp", {{"source", number}}}}}});
   root["samplers"] = Json::array(
       {{{"magFilter", kLinear}, {"minFilter", kLinearMipmapLinear}, {"wrapS", kClampToEdge}, {"wrapT", kClampToEdge}}});
-  root["images"] = Json::array({{{"bufferView", view}, {"mimeType", "image/webp"}}});
+  root["images"].push_back({{"bufferView", view}, {"mimeType", "image/webp"}});
+  return number;
+}
+
+/// Texture coordinates are those of a normal map: its outer pixels have their middle on the tile's sides. So have a larger
+/// photo's, but they are smaller. A client that does not know the extension is off by a third of a normal map's pixel.
+Json place_of_photo(std::uint32_t side) {
+  constexpr double kCells = kNormalMapSide - 1, kMap = kNormalMapSide;
+  const double offset = 0.5 / side * (1 - (side - 1) / kCells), scale = kMap * (side - 1) / (kCells * side);
+  return {{"offset", {offset, offset}}, {"scale", {scale, scale}}};
+}
+
+/// Extensions that a client has to know, and others.
+struct Extensions {
+  Json needed, useful;
+};
+
+void add_pictures(Json& root, Document& doc, const Shading& shading, Extensions& extensions) {
+  // A new name in an ordered object may move all others: nothing of root is held while textures are added.
+  if (!shading.photo.empty()) {
+    Json texture = {{"index", add_texture(root, doc.add_view(shading.photo))}};
+    if (shading.photo_side != kNormalMapSide) {
+      texture["extensions"] = {{"KHR_texture_transform", place_of_photo(shading.photo_side)}};
+      extensions.useful.push_back("KHR_texture_transform");
+    }
+    Json& colours = root["materials"][0]["pbrMetallicRoughness"];
+    colours.erase("baseColorFactor");
+    colours["baseColorTexture"] = std::move(texture);
+  }
+  if (shading.normals == Normals::texture) {
+    const std::size_t texture = add_texture(root, doc.add_view(shading.picture));
+    root["materials"][0]["normalTexture"] = {{"index", texture}};
+  }
+  if (shading.has_places()) extensions.needed.push_back("EXT_texture_webp");
 }
 
 std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
-  Json needed = Json::array({"KHR_draco_mesh_compression"});
+  Extensions extensions{Json::array({"KHR_draco_mesh_compression"}), Json::array()};
   Json root;
   root["asset"] = {{"version", "2.0"}, {"generator", "Cordillera"}};
   if (!input.attribution.empty()) root["asset"]["copyright"] = input.attribution;
@@ -117,12 +150,13 @@ std::string document_json(Document& doc, const EncodeInput& input, Vec3 t) {
   root["scenes"] = Json::array({{{"nodes", Json::array({0})}}});
   root["nodes"] = Json::array({{{"mesh", 0}, {"translation", Json::array({t.x, t.z, 0 - t.y})}}});
   root["meshes"] = Json::array({{{"primitives", std::move(doc.primitives)}}});
-  // Dry grass and rock; lit by whatever light the viewer has, from above only.
-  root["materials"] = Json::array(
-      {{{"pbrMetallicRoughness",
-         {{"baseColorFactor", Json::array({0.47, 0.43, 0.33, 1.0})}, {"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}}}});
-  if (input.shading.normals == Normals::texture) add_normal_map(root, needed, doc.add_view(input.shading.picture));
-  root["extensionsUsed"] = root["extensionsRequired"] = needed;
+  root["materials"] = Json::array({{{"pbrMetallicRoughness",
+                                     {{"baseColorFactor", Json::array({kGround[0], kGround[1], kGround[2], 1.0})},
+                                      {"metallicFactor", 0.0},
+                                      {"roughnessFactor", 1.0}}}}});
+  add_pictures(root, doc, input.shading, extensions);
+  root["extensionsRequired"] = root["extensionsUsed"] = extensions.needed;
+  for (Json& name : extensions.useful) root["extensionsUsed"].push_back(std::move(name));
   root["accessors"] = std::move(doc.accessors);
   root["bufferViews"] = std::move(doc.views);
   root["buffers"] = Json::array({{{"byteLength", doc.binary.size()}}});

@@ -114,10 +114,8 @@ LitMesh::Surface skirts(const EncodeInput& input, const PublishedMesh& mesh, con
     const double depth_m = std::min(input.skirts.depth_m, height_m - input.skirts.floor_m);
     out.points.push_back(rounded(ground.point(mesh.source[v], -depth_m), input.ecef_step_m));
     out.normals.insert(out.normals.end(), 2, terrain.normals[v]);
-    if (!terrain.east.empty()) {
-      out.east.insert(out.east.end(), 2, terrain.east[v]);
-      out.places.insert(out.places.end(), 2, terrain.places[v]);
-    }
+    if (!terrain.east.empty()) out.east.insert(out.east.end(), 2, terrain.east[v]);
+    if (!terrain.places.empty()) out.places.insert(out.places.end(), 2, terrain.places[v]);
     return top[v];
   };
   for (const auto& [from, to] : mesh.boundary) {
@@ -136,7 +134,6 @@ void stand_upright(const PublishedMesh& mesh, const Ground& ground, LitMesh::Sur
   for (const std::uint32_t v : mesh.source) {
     terrain.normals.push_back(ground.up(v));
     terrain.east.push_back(ground.east(v));
-    terrain.places.push_back(ground.place(v));
   }
 }
 
@@ -205,6 +202,8 @@ LitMesh lit_mesh(const EncodeInput& input) {
     stand_upright(mesh, ground, out.terrain);
   else
     lean_on_triangles(input, mesh, ground, out.terrain);
+  if (input.shading.has_places())
+    for (const std::uint32_t v : mesh.source) out.terrain.places.push_back(ground.place(v));
   if (input.skirts.depth_m > 0) out.skirts = skirts(input, mesh, ground, out.terrain);
   out.terrain.triangles = std::move(mesh.triangles);
   centre(out);

@@ -14,8 +14,9 @@ struct LitMesh {
   struct Surface {
     std::vector<proto::Vec3> points;            ///< ECEF metres, exact multiples of step_m: what a client decodes
     std::vector<proto::Vec3> normals;           ///< unit, indexed by point; with Normals::texture the ellipsoid's
-    std::vector<proto::Vec3> east;              ///< unit, indexed by point; only with Normals::texture, and so the next
-    std::vector<std::array<double, 2>> places;  ///< shares of the tile's longitudes eastward and of its latitudes northward
+    std::vector<proto::Vec3> east;              ///< unit, indexed by point; only with Normals::texture
+    std::vector<std::array<double, 2>> places;  ///< shares of the tile's longitudes eastward and of its latitudes northward;
+                                                ///< where the tile has a picture
     std::vector<Triangle> triangles;
   };
   Surface terrain;

@@ -126,7 +126,7 @@ proto::Result<void> export_static(const faces::Terrain& terrain, const std::vect
     work.write("manifest.json", manifest_json(terrain.manifest()));
     const bool has_page =
         std::any_of(chosen.begin(), chosen.end(), [](const faces::Face* face) { return face->entry == "tileset.json"; });
-    if (has_page) work.write(kFolderPage, folder_page(terrain.manifest()));
+    if (has_page) work.write(kFolderPage, folder_page(terrain));
     move_into_place(work, target);
     return {};
   } catch (const Refused& refused) { return refused.problem; } catch (const fs::filesystem_error& e) {

@@ -70,7 +70,8 @@ try {
         material.diffuse = mix(colour, vec3(0.95, 0.95, 0.96), smoothstep(0.8, 1.0, share));
       }` });
   const imagery = manifest.options?.imagery;  // pictures that lie on the terrain in place of colours
-  const look = { maximumScreenSpaceError: 2, customShader: imagery ? undefined : tint };
+  const photo = @PHOTO@;  // the tiles have colours of their own
+  const look = { maximumScreenSpaceError: 2, customShader: imagery || photo ? undefined : tint };
   const tileset = await Cesium3DTileset.fromUrl("tileset.json", look);
   if (imagery) {
     const tiles = new Cesium.UrlTemplateImageryProvider({ url: imagery, rectangle: outline });
@@ -104,8 +105,10 @@ void put(std::string& page, std::string_view word, const std::string& value) {
 
 }  // namespace
 
-std::string folder_page(const proto::Manifest& manifest) {
+std::string folder_page(const faces::Terrain& terrain) {
+  const proto::Manifest& manifest = terrain.manifest();
   std::string page(kPage);
+  put(page, "@PHOTO@", terrain.look().photo ? "true" : "false");
   put(page, "@ATTRIBUTION@", html_text(manifest.attribution()));
   put(page, "@TITLE@", html_text(manifest.title().empty() ? manifest.name() : manifest.title()));
   return page;

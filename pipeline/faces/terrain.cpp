@@ -28,9 +28,9 @@ struct Terrain::Undulation {
   std::optional<proto::Problem> problem;
 };
 
-Terrain::Terrain(std::shared_ptr<const StoreReader> store, Normals normals)
+Terrain::Terrain(std::shared_ptr<const StoreReader> store, Look look)
     : store_(std::move(store)),
-      normals_(normals),
+      look_(std::move(look)),
       meshes_(kMostMeshBytes),
       documents_(kMostDocumentBytes),
       tiles_(kMostTileBytes) {}

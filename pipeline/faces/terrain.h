@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "pipeline/encode/encode.h"
 #include "pipeline/faces/document.h"
+#include "pipeline/faces/look.h"
 #include "pipeline/faces/lru.h"
 #include "pipeline/faces/mesh_index.h"
 #include "pipeline/store/store.h"
@@ -26,14 +26,13 @@ class OutlineFill;
 /// Thread-safe. What was decoded or made lately is kept, within bounds; it goes with the object.
 class Terrain {
  public:
-  /// normals: of .glb tiles where whoever asks names none.
-  explicit Terrain(std::shared_ptr<const StoreReader> store, Normals normals = Normals::vertex);
+  explicit Terrain(std::shared_ptr<const StoreReader> store, Look look = {});
   ~Terrain();
 
   const StoreReader& store() const { return *store_; }
   const proto::Manifest& manifest() const { return store_->manifest(); }
   proto::Lattice lattice() const;
-  Normals normals() const { return normals_; }
+  const Look& look() const { return look_; }
 
   /// A tile's mesh, decoded from the .drc that clients get, ready to be asked for heights. Null where the store has no tile.
   /// Throws StoreError where its bytes are damaged.
@@ -82,7 +81,7 @@ class Terrain {
   Undulation& undulation() const;
 
   std::shared_ptr<const StoreReader> store_;
-  Normals normals_;
+  Look look_;
   mutable Lru<proto::TileAddress, std::shared_ptr<const MeshIndex>> meshes_;
   mutable Lru<std::string, Document> documents_;
   mutable Lru<std::pair<proto::TileAddress, Encoding>, Document> tiles_;

@@ -138,4 +138,23 @@ GroundSize ground_size(const Placement& placement, double c, double r) {
   return size;
 }
 
+CellSpan cell_span(const Placement& placement, int columns, int rows, const proto::Lattice& lattice) {
+  constexpr double kDelta_deg = 1e-5;
+  std::vector<double> spans_x, spans_y;
+  for (int k = 0; k < 9; ++k) {
+    double lon = columns * (1 + k % 3) / 4.0, lat = rows * (1 + k / 3) / 4.0;
+    placement.to_degrees(&lon, &lat, 1);
+    lat = std::clamp(lat, -89.9, 89.9);
+    double x[4] = {lon - kDelta_deg, lon + kDelta_deg, lon, lon}, y[4] = {lat, lat, lat - kDelta_deg, lat + kDelta_deg};
+    placement.to_pixels(x, y, 4);
+    const double cells = lattice.cell_deg() / (2 * kDelta_deg);
+    const double span_x = cells * std::hypot(x[1] - x[0], x[3] - x[2]), span_y = cells * std::hypot(y[1] - y[0], y[3] - y[2]);
+    if (std::isfinite(span_x) && std::isfinite(span_y)) spans_x.push_back(span_x), spans_y.push_back(span_y);
+  }
+  if (spans_x.empty()) return {};
+  std::sort(spans_x.begin(), spans_x.end());
+  std::sort(spans_y.begin(), spans_y.end());
+  return {spans_x[spans_x.size() / 2], spans_y[spans_y.size() / 2]};
+}
+
 }  // namespace cordillera::raster

@@ -1,5 +1,6 @@
 #pragma once
 // Where a raster lies on the earth, without looking at a pixel.
+#include "proto/lattice.h"
 #include "raster/place/area.h"
 #include "raster/place/placement.h"
 
@@ -23,5 +24,12 @@ struct GroundSize {
   double width_m = 0, height_m = 0;
 };
 GroundSize ground_size(const Placement& placement, double c, double r);
+
+/// Pixels that a cell of a lattice spans along each axis of the raster: the median over it, so that one kernel serves all. 1
+/// where that cannot be told.
+struct CellSpan {
+  double x_px = 1, y_px = 1;
+};
+CellSpan cell_span(const Placement& placement, int columns, int rows, const proto::Lattice& lattice);
 
 }  // namespace cordillera::raster

@@ -87,31 +87,14 @@ bool RasterSource::empty(const proto::Lattice& lattice, std::int64_t west, std::
                                  static_cast<int>(std::ceil(high_y + margin) - static_cast<double>(y0))});
 }
 
-/// How many source pixels a lattice cell spans along each source axis: the median over the raster, so that one kernel serves all.
 const KernelFrame& RasterSource::frame_for(const proto::Lattice& lattice) {
   if (frame_ && frame_level_ == lattice.finest_level) return *frame_;
   const Dataset& d = parts_.dataset;
   KernelFrame frame{d.columns, d.rows, parts_.placement->period_px(), parts_.point, 1, 1};
-  constexpr double kDelta_deg = 1e-5;
-  std::vector<double> ratios_x, ratios_y;
-  for (int k = 0; k < 9; ++k) {
-    double lon = d.columns * (1 + k % 3) / 4.0, lat = d.rows * (1 + k / 3) / 4.0;
-    parts_.placement->to_degrees(&lon, &lat, 1);
-    lat = std::clamp(lat, -89.9, 89.9);
-    double x[4] = {lon - kDelta_deg, lon + kDelta_deg, lon, lon}, y[4] = {lat, lat, lat - kDelta_deg, lat + kDelta_deg};
-    parts_.placement->to_pixels(x, y, 4);
-    const double cells = lattice.cell_deg() / (2 * kDelta_deg);
-    const double rx = cells * std::hypot(x[1] - x[0], x[3] - x[2]), ry = cells * std::hypot(y[1] - y[0], y[3] - y[2]);
-    if (std::isfinite(rx) && std::isfinite(ry)) ratios_x.push_back(rx), ratios_y.push_back(ry);
-  }
-  const auto median = [](std::vector<double>& v) {
-    if (v.empty()) return 1.0;
-    std::sort(v.begin(), v.end());
-    const double ratio = v[v.size() / 2];
-    return ratio > 1.001 ? std::min(ratio, 1e6) : 1.0;
-  };
-  frame.ratio_x = median(ratios_x);
-  frame.ratio_y = median(ratios_y);
+  const auto widened = [](double span_px) { return span_px > 1.001 ? std::min(span_px, 1e6) : 1.0; };
+  const CellSpan span = cell_span(*parts_.placement, d.columns, d.rows, lattice);
+  frame.ratio_x = widened(span.x_px);
+  frame.ratio_y = widened(span.y_px);
   frame_ = frame;
   frame_level_ = lattice.finest_level;
   return *frame_;

@@ -10,7 +10,9 @@
 #include "pipeline/build/build.h"
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/exports/export.h"
+#include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "raster/mosaic/source_list.h"
+#include "raster/source.h"
 #include "server/api/estimate_json.h"
 #include "server/cli/commands.h"
 #include "server/cli/export_command.h"
@@ -81,10 +83,12 @@ proto::Result<proto::Manifest> build_store(const pipeline::BuildRequest& request
   return manifest;
 }
 
-proto::Result<void> export_to(const std::string& store, const BuildLine& line, const fs::path& folder) {
+proto::Result<void> export_to(const std::string& store, const BuildLine& line, const pipeline::faces::Look& look,
+                              const fs::path& folder) {
   auto reader = pipeline::StoreReader::open(store);
   if (!reader) return reader.problem();
-  const pipeline::faces::Terrain terrain(std::move(reader).value(), line.normals);
+  const pipeline::faces::Terrain terrain(std::move(reader).value(), look);
+  if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
   return pipeline::export_static(terrain, line.formats, folder.string(), line.other);
 }
 
@@ -124,12 +128,13 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
   return done(*manifest, place.string(), line.words, times);
 }
 
-int build_folder(pipeline::BuildRequest request, const BuildLine& line) {
+int build_folder(pipeline::BuildRequest request, const BuildLine& line, const pipeline::faces::Look& look) {
   // "out/" and "out" are one folder.
   fs::path place = fs::absolute(line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();
   if (const auto usable = pipeline::check_export_folder(place.string(), line.other); !usable) return fail(usable.problem());
-  return build_beside(std::move(request), line, place, [&](const std::string& store) { return export_to(store, line, place); });
+  return build_beside(std::move(request), line, place,
+                      [&](const std::string& store) { return export_to(store, line, look, place); });
 }
 
 /// An archive or a mesh: what export writes.
@@ -137,7 +142,7 @@ int build_exported(pipeline::BuildRequest request, const BuildLine& line) {
   ExportLine told;
   told.output = line.output;
   told.format = line.only_format;
-  told.normals = line.normals == pipeline::Normals::texture ? "texture" : line.normals == pipeline::Normals::none ? "none" : "";
+  told.look = line.look;
   told.other = line.other;
   if (const auto usable = check_export(told); !usable) {
     const int code = fail(usable.problem());
@@ -162,18 +167,34 @@ int build_file(pipeline::BuildRequest request, const BuildLine& line) {
   return manifest ? done(*manifest, line.output, line.words, times) : fail(manifest.problem());
 }
 
+/// An orthophoto of another place is told before hours of work.
+proto::Result<void> check_before(const pipeline::BuildRequest& request, const pipeline::faces::Look& look) {
+  if (!look.photo) return {};
+  const auto source = pipeline::open_source(request);
+  if (!source) return source.problem();
+  const auto& b = (*source)->description().bbox();
+  if (b.size() < 4) return {};
+  return pipeline::faces::check_photo(*look.photo, {b[0], b[1], b[2] < b[0] ? b[2] + 360 : b[2], b[3]});
+}
+
 }  // namespace
 
 int build_command(const Settings& settings, const BuildLine& line) {
   for (const std::string& warning : settings.build.warnings()) std::cerr << "cordillera: warning: " << warning << "\n";
+  const auto look = look_of(line.look);
+  if (!look) {
+    const int code = fail(look.problem());
+    return look.problem().type == "usage" ? kUsage : code;
+  }
   auto asked = request_for(settings, line);
   if (!asked) return fail(asked.problem());
   pipeline::BuildRequest request = std::move(*asked);
   request.other = line.other;
   limit_memory(request.options);
+  if (const auto shown = check_before(request, *look); !shown) return fail(shown.problem());
   if (settings.dry_run) return dry_run(request, line.show);
   if (line.output.ends_with(".sqlite")) return build_file(request, line);
-  return is_export_name(line.output) ? build_exported(std::move(request), line) : build_folder(std::move(request), line);
+  return is_export_name(line.output) ? build_exported(std::move(request), line) : build_folder(std::move(request), line, *look);
 }
 
 }  // namespace cordillera::server

@@ -2,10 +2,12 @@
 // What `cordillera` does, a command a function. Each returns the exit code: 0 done, 1 failed or bad input, 2 wrong usage.
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "pipeline/faces/face.h"
+#include "pipeline/faces/look.h"
 #include "pipeline/store/store.h"
 #include "raster/pixels/value_look.h"
 #include "server/datasets/data_folder.h"
@@ -24,6 +26,15 @@ enum class Words { all, none };
 
 enum class Show { table, json, problems };
 
+/// What .glb tiles of a folder or of a .3tz look like, as the command line has it. Empty: as Look has it.
+struct LookWords {
+  std::string normals;                 ///< "texture"
+  std::string texture, size, quality;  ///< an orthophoto's file; pixels of it a tile's side, "512"; "85"
+
+  /// The option that says more than a dataset holds; null: there is none.
+  const char* given() const;
+};
+
 struct BuildLine {
   std::vector<std::string> rasters;  ///< one, or several, folders and lists of them; see raster/mosaic/source_list.h
   std::string output;                ///< a static folder; one .sqlite file, or one that export writes, if it is called so
@@ -32,16 +43,20 @@ struct BuildLine {
   Show show = Show::table;                            ///< of a dry run
   std::vector<const pipeline::faces::Face*> formats;  ///< of the folder
   std::string only_format;  ///< of an archive, which holds one: its name; empty: the one that export takes
-  pipeline::Normals normals = pipeline::Normals::vertex;  ///< of its .glb tiles
+  LookWords look;           ///< of its .glb tiles
 };
 /// "drc, 3d-tiles, …": every name that formats_of knows.
 std::string face_names();
 /// "drc,3d-tiles" as faces; empty: what a folder holds unless told otherwise.
 proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::string& names);
-inline constexpr const char* kNormalsHelp =
-    "light of 3D Tiles: normals of vertices, a normal map, or nothing [vertex, texture, none; default vertex]";
-/// --normals of a folder or of a .3tz, "texture"; empty: those of the vertices.
-proto::Result<pipeline::Normals> normals_of(const std::string& name);
+/// An option of LookWords for a command line.
+struct LookOption {
+  const char *name, *type, *help;
+  std::string LookWords::*value;
+};
+std::span<const LookOption> look_options();
+/// Opens the orthophoto. Problems: "usage", and those of open_orthophoto.
+proto::Result<pipeline::faces::Look> look_of(const LookWords& words);
 /// cordillera build. A dry run says what it found in any case.
 int build_command(const Settings& settings, const BuildLine& line);
 

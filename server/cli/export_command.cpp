@@ -9,6 +9,7 @@
 #include "pipeline/exports/mesh/mesh_output.h"
 #include "pipeline/exports/pmtiles.h"
 #include "pipeline/exports/whole_file.h"
+#include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "proto/letters.h"
 #include "raster/gdal/formats.h"
 #include "server/cli/export_command.h"
@@ -121,9 +122,10 @@ proto::Result<std::string> export_of(const ExportLine& line) {
   if (auto possible = check_export(line); !possible) return possible.problem();
   auto store = open_source(line.source);
   if (!store) return store.problem();
-  const auto normals = normals_of(line.normals);
-  if (!normals) return normals.problem();
-  const Terrain terrain(std::move(*store), *normals);
+  const auto look = look_of(line.look);
+  if (!look) return look.problem();
+  const Terrain terrain(std::move(*store), *look);
+  if (const auto shown = pipeline::faces::check_photo(terrain); !shown) return shown.problem();
   const Archive* const archive = archive_of(line.output);
   return archive != nullptr ? export_archive(*archive, line, terrain)
                             : export_mesh(*mesh_kind(ending_of(line.output)), line, terrain);
@@ -138,6 +140,7 @@ proto::Result<void> check_export(const ExportLine& line) {
     return Problem{"usage", "export needs to know where to write", std::string("-o FILE") + kEndings, "--output"};
   }
   const Archive* const archive = archive_of(line.output);
+  const char* const look = line.look.given();
   if (archive == nullptr && !mesh_kind(ending_of(line.output))) {
     return Problem{"usage", "the name " + line.output + " does not say what to write", kEndings, "--output"};
   }
@@ -146,13 +149,13 @@ proto::Result<void> check_export(const ExportLine& line) {
       return Problem{"usage", "--format is for archives: the file's name says what mesh it is", ".pmtiles, .mbtiles or .3tz",
                      "--format"};
     }
-    if (!line.normals.empty())
-      return Problem{"usage", "--normals is for 3D Tiles: a mesh has those of its vertices", ".3tz", "--normals"};
+    if (look != nullptr)
+      return Problem{"usage", std::string(look) + " is for 3D Tiles: a mesh has the normals of its vertices", ".3tz", look};
   } else if (const auto face = face_for(*archive, line.format); !face) {
     return face.problem();
-  } else if (!line.normals.empty() && !fits_3tz(**face)) {
-    return Problem{"usage", "--normals is for 3D Tiles: " + line.output + " is to hold " + std::string((*face)->name),
-                   "a name that ends with .3tz", "--normals"};
+  } else if (look != nullptr && !fits_3tz(**face)) {
+    return Problem{"usage", std::string(look) + " is for 3D Tiles: " + line.output + " is to hold " + std::string((*face)->name),
+                   "a name that ends with .3tz", look};
   }
   return check_output_file(line.output, line.other);
 }

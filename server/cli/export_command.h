@@ -10,7 +10,7 @@ struct ExportLine {
   std::string source;
   std::string output;          ///< its ending says what is written
   std::string format;          ///< of an archive: a face's name; empty: the one most programs read
-  std::string normals;         ///< of 3D Tiles; empty: those of the vertices
+  LookWords look;              ///< of 3D Tiles
   Given mesh;                  ///< options of a mesh, as given
   std::string most_triangles;  ///< of a mesh; empty: ten million
   pipeline::Existing other = pipeline::Existing::refuse;

@@ -1,15 +1,52 @@
-// Names of faces, as a command line has them.
+// Faces, and what their tiles look like, as a command line has them.
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "pipeline/faces/tiles_3d/glb_tile.h"
+#include "raster/photo/orthophoto.h"
 #include "server/cli/commands.h"
+#include "server/options/option_values.h"
 
 namespace cordillera::server {
 namespace {
 
 // What clients of the first minute need. Everything else can be asked for, and is served on request in any case.
 constexpr const char* kUsual = "drc,3d-tiles";
+
+/// Pixels of a texture from side to side: a tile's own cells, or each of them cut in 2, 4 or 8.
+constexpr std::string_view kTextureSizes[] = {"256", "512", "1024", "2048"};
+
+constexpr LookOption kLookOptions[] = {
+    {"--normals", "NAME",
+     "light of 3D Tiles: normals of vertices, a normal map, or nothing [vertex, texture, none; default vertex]",
+     &LookWords::normals},
+    {"--texture", "PHOTO", "an orthophoto, in any CRS, that is put on 3D Tiles as WebP [bands red, green and blue; alpha too]",
+     &LookWords::texture},
+    {"--texture-size", "N", "pixels of it a tile's side [256, 512, 1024, 2048; default 256: one a cell of the terrain]",
+     &LookWords::size},
+    {"--texture-quality", "N", "what WebP may lose of it [1 to 99; 100, the default: nothing]", &LookWords::quality},
+};
+
+proto::Problem wrong_look(const std::string& option, const std::string& what, const std::string& accepted) {
+  return {"usage", option + ": " + what, accepted, option};
+}
+
+/// How the orthophoto is to be put on.
+proto::Result<void> read_texture(const LookWords& words, pipeline::faces::Look& look) {
+  if (!words.size.empty()) {
+    const auto* const size = std::find(std::begin(kTextureSizes), std::end(kTextureSizes), words.size);
+    if (size == std::end(kTextureSizes))
+      return wrong_look("--texture-size", "'" + words.size + "' is no size of a tile's texture", "256, 512, 1024 or 2048");
+    look.photo_finer = static_cast<int>(size - std::begin(kTextureSizes));
+  }
+  if (words.quality.empty()) return {};
+  double quality = 0;
+  if (read_number(words.quality, {1, pipeline::faces::kLossless}, &quality) || quality != std::floor(quality))
+    return wrong_look("--texture-quality", "'" + words.quality + "' is no quality", "a whole number from 1 to 100");
+  look.photo_quality = static_cast<int>(quality);
+  return {};
+}
 
 }  // namespace
 
@@ -32,11 +69,35 @@ proto::Result<std::vector<const pipeline::faces::Face*>> formats_of(const std::s
   return chosen;
 }
 
-proto::Result<pipeline::Normals> normals_of(const std::string& name) {
-  auto normals = pipeline::faces::normals_named(name);
-  if (!normals)
-    return proto::Problem{"usage", "--normals: tiles cannot have '" + name + "'", normals.problem().accepted, "--normals"};
-  return normals;
+const char* LookWords::given() const {
+  for (const LookOption& option : kLookOptions)
+    if (!(this->*option.value).empty()) return option.name;
+  return nullptr;
+}
+
+std::span<const LookOption> look_options() { return kLookOptions; }
+
+proto::Result<pipeline::faces::Look> look_of(const LookWords& words) {
+  pipeline::faces::Look look;
+  const auto normals = pipeline::faces::normals_named(words.normals);
+  if (!normals) return wrong_look("--normals", "tiles cannot have '" + words.normals + "'", normals.problem().accepted);
+  look.normals = *normals;
+  if (words.texture.empty()) {
+    for (const LookOption& option : kLookOptions)
+      if (option.value != &LookWords::normals && !(words.*option.value).empty())
+        return wrong_look(option.name, "it is of an orthophoto, and none is named", "--texture PHOTO, too");
+    return look;
+  }
+  if (const auto read = read_texture(words, look); !read) return read.problem();
+  auto photo = raster::open_orthophoto(words.texture);
+  if (!photo) {
+    proto::Problem problem = photo.problem();
+    problem.detail = "--texture: " + problem.detail;
+    problem.parameter = "--texture";
+    return problem;
+  }
+  look.photo = std::move(*photo);
+  return look;
 }
 
 }  // namespace cordillera::server

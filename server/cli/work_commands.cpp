@@ -11,6 +11,7 @@
 
 #include "gpu/simplify.h"
 #include "pipeline/exports/export.h"
+#include "pipeline/faces/tiles_3d/photo_texture.h"
 #include "pipeline/work/publish.h"
 #include "pipeline/work/work.h"
 #include "pipeline/work/work_plan.h"
@@ -220,14 +221,16 @@ int tasks_command(const std::string& folder, Show show) {
 
 int publish_command(const PublishLine& line) {
   if (line.output.empty()) return wrong_usage("publish needs to know where to write", "-o FOLDER or -o FILE.sqlite", "--output");
-  const auto normals = normals_of(line.normals);
-  if (!normals) return wrong_usage(normals.problem().detail, normals.problem().accepted, normals.problem().parameter);
+  const auto look = look_of(line.look);
+  if (!look && look.problem().type == "usage")
+    return wrong_usage(look.problem().detail, look.problem().accepted, look.problem().parameter);
+  if (!look) return fail(look.problem());
   const bool file = line.output.ends_with(".sqlite"), remote = raster::is_remote(line.output);
   if (remote && !file)
     return wrong_usage("in object storage a dataset is one object", "a name that ends in .sqlite: /vsis3/BUCKET/NAME.sqlite",
                        "--output");
-  if (file && !line.normals.empty())
-    return wrong_usage("--normals is for a folder: a file of a dataset gives any", "-o FOLDER", "--normals");
+  if (const char* const given = line.look.given(); file && given != nullptr)
+    return wrong_usage(std::string(given) + " is for a folder: a file of a dataset gives any", "-o FOLDER", given);
   const auto plan = work::read_plan(line.folder);
   if (!plan) return fail(plan.problem());
   std::error_code error;
@@ -254,7 +257,8 @@ int publish_command(const PublishLine& line) {
     const auto exported = [&]() -> proto::Result<void> {
       auto reader = pipeline::StoreReader::open(store);
       if (!reader) return reader.problem();
-      const pipeline::faces::Terrain terrain(std::move(reader).value(), *normals);
+      const pipeline::faces::Terrain terrain(std::move(reader).value(), *look);
+      if (auto shown = pipeline::faces::check_photo(terrain); !shown) return shown;
       return pipeline::export_static(terrain, line.formats, place.string(), line.other);
     }();
     fs::remove(store, error);

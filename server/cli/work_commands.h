@@ -38,7 +38,7 @@ struct PublishLine {
   bool prune = false;  ///< shards that this plan does not name
   Words words = Words::all;
   std::vector<const pipeline::faces::Face*> formats;
-  std::string normals;  ///< of a folder's .glb tiles; empty: those of the vertices
+  LookWords look;  ///< of a folder's .glb tiles
 };
 int publish_command(const PublishLine& line);
 

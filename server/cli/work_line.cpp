@@ -47,7 +47,8 @@ void WorkWords::add_to(CLI::App& app) {
                        "folder to write, or a file called *.sqlite, also in object storage: /vsis3/BUCKET/NAME.sqlite");
   publish_->add_option("--formats", formats_, "what the folder holds [" + face_names() + "; more than one separated by commas]")
       ->type_name("NAMES");
-  publish_->add_option("--normals", publish_line_.normals, kNormalsHelp)->type_name("NAME");
+  for (const LookOption& look : look_options())
+    publish_->add_option(look.name, publish_line_.look.*look.value, look.help)->type_name(look.type);
   publish_->add_flag_callback(
       "--overwrite,--force", [this] { publish_line_.other = pipeline::Existing::replace; }, "replace what is there");
   publish_->add_flag("--prune", publish_line_.prune, "then remove results of earlier plans from the plan's folder");

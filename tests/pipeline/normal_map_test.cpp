@@ -1,6 +1,5 @@
 // The light on 3D Tiles: normal maps as a client of glTF reads them, with decoders that are not ours.
 #include <gtest/gtest.h>
-#include <webp/decode.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +9,11 @@
 #include <set>
 
 #include "pipeline/encode/decode.h"
-#include "pipeline/encode/glb.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/encode/region.h"
 #include "pipeline/faces/tiles_3d/glb_tile.h"
 #include "pipeline/faces/tiles_3d/normal_map.h"
-#include "tests/pipeline/store_synthetic.h"
+#include "tests/pipeline/gltf_tiles.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -25,114 +23,6 @@ using proto::TileAddress;
 using proto::Vec3;
 
 constexpr auto kPixels = static_cast<std::int32_t>(kNormalMapSide);
-
-/// A published dataset of tiles between two of the finest level, and whatever is above them.
-class Dataset {
- public:
-  /// coarse: heights of all levels but the finest.
-  Dataset(int finest, const std::vector<std::pair<TileAddress, TileAddress>>& parts, const Heights& fine, const Heights& coarse)
-      : lattice_{proto::Scheme::geodetic, finest} {
-    proto::Plan plan = synthetic_plan(finest);
-    for (proto::LevelPlan& level : *plan.mutable_levels()) {
-      level.set_ecef_step(smallest_ecef_step_m(static_cast<int>(level.level())));
-      level.set_chain_tolerance(20);
-      level.set_height_step(proto::kHeightStep_m);
-    }
-    auto writer = StoreWriter::open(folder_ / "a.sqlite", plan);
-    EXPECT_TRUE(writer.ok());
-    for (const auto& [first, last] : parts) {
-      for (FinishedTask& task : synthetic_tasks(lattice_, first, last, fine)) {
-        task.tiles.clear();
-        if (auto tile = synthetic_tile(lattice_, task.node, task.node.z == finest ? fine : coarse))
-          task.tiles.push_back(std::move(*tile));
-        for (EncodedTile& tile : task.tiles) tile.glb.clear();
-        EXPECT_TRUE((*writer)->commit(task).ok());
-      }
-    }
-    EXPECT_TRUE((*writer)->publish(synthetic_manifest()).ok());
-    store_ = StoreReader::open(folder_ / "a.sqlite").value();
-    terrain_ = std::make_unique<faces::Terrain>(store_);
-  }
-  Dataset(int finest, const TileAddress& first, const TileAddress& last, const Heights& heights)
-      : Dataset(finest, {{first, last}}, heights, heights) {}
-
-  const faces::Terrain& terrain() const { return *terrain_; }
-  const proto::Lattice& lattice() const { return lattice_; }
-
- private:
-  TemporaryFolder folder_;
-  proto::Lattice lattice_;
-  std::shared_ptr<const StoreReader> store_;
-  std::unique_ptr<faces::Terrain> terrain_;
-};
-
-Vec3 unit(const Vec3& v) { return (1 / std::sqrt(dot(v, v))) * v; }
-double degrees_between(const Vec3& a, const Vec3& b) { return std::acos(std::min(dot(unit(a), unit(b)), 1.0)) * 180 / M_PI; }
-Vec3 z_up(const std::array<float, 3>& p) { return {p[0], -p[2], p[1]}; }
-
-std::string bytes_of(const faces::Terrain& terrain, const std::string& path, std::string_view normals) {
-  auto found = faces::find(path);
-  EXPECT_TRUE(found) << path;
-  found->place.normals = normals;
-  const auto document = found->resource->make(terrain, found->place);
-  EXPECT_TRUE(document.ok() && *document) << path;
-  return (*document)->bytes;
-}
-std::string path_of(const TileAddress& tile) {
-  return "tiles/" + std::to_string(tile.z) + "/" + std::to_string(tile.x) + "/" + std::to_string(tile.y) + ".glb";
-}
-
-/// A tile of glTF, by the rules of glTF alone.
-class Gltf {
- public:
-  explicit Gltf(const std::string& bytes) : bytes_(bytes) {
-    const auto chunks = unpack_glb(bytes_).value();
-    json = Json::parse(chunks.first);
-    binary_ = chunks.second;
-    for (const Json& primitive : json["meshes"][0]["primitives"]) {
-      surfaces.push_back(draco_decode_lit(view(primitive["extensions"]["KHR_draco_mesh_compression"]["bufferView"])).value());
-    }
-    if (!json.contains("images")) return;
-    const std::string_view image = view(json["images"][0]["bufferView"]);
-    pixels_.reset(WebPDecodeRGB(reinterpret_cast<const std::uint8_t*>(image.data()), image.size(), &width, &height));
-  }
-
-  /// As the specification has it: sampled between pixels, v downward, green along cross(normal, tangent) * w.
-  Vec3 lit(const LitSurface& surface, std::size_t v) const {
-    const Vec3 sample = sampled(surface.texcoords[v][0], surface.texcoords[v][1]);
-    const auto& [x, y, z, w] = surface.tangents[v];
-    const Vec3 normal = z_up(surface.normals[v]), tangent = z_up({x, y, z}), bitangent = w * cross(normal, tangent);
-    return unit(sample.x * tangent + sample.y * bitangent + sample.z * normal);
-  }
-
-  Json json;
-  std::vector<LitSurface> surfaces;  ///< by primitive
-  int width = 0, height = 0;
-
- private:
-  struct Free {
-    void operator()(std::uint8_t* pixels) const { WebPFree(pixels); }
-  };
-  std::string_view view(const Json& index) const {
-    const Json& v = json["bufferViews"][index.get<std::size_t>()];
-    return binary_.substr(v["byteOffset"].get<std::size_t>(), v["byteLength"].get<std::size_t>());
-  }
-  Vec3 pixel(int row, int column) const {
-    const auto at = [&](int limit, int k) { return std::clamp(k, 0, limit - 1); };
-    const std::uint8_t* const p = pixels_.get() + 3 * (at(height, row) * width + at(width, column));
-    return {p[0] / 127.5 - 1, p[1] / 127.5 - 1, p[2] / 127.5 - 1};
-  }
-  Vec3 sampled(double u, double v) const {
-    const double x = u * width - 0.5, y = v * height - 0.5, fx = x - std::floor(x), fy = y - std::floor(y);
-    const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
-    return (1 - fy) * ((1 - fx) * pixel(row, column) + fx * pixel(row, column + 1)) +
-           fy * ((1 - fx) * pixel(row + 1, column) + fx * pixel(row + 1, column + 1));
-  }
-
-  std::string bytes_;
-  std::string_view binary_;
-  std::unique_ptr<std::uint8_t, Free> pixels_;
-};
 
 constexpr int kFine = 12;  // a tile has 5 km a side
 constexpr TileAddress kFirst{kFine, 4200, 2600}, kLast{kFine, 4203, 2603};
@@ -318,8 +208,8 @@ TEST_F(NormalsOf3dTiles, NoneAreNotThere) {
 
 TEST_F(NormalsOf3dTiles, TextureIsAPictureAndAFrame) {
   const Gltf gltf(bytes_of(terrain_, path_of(kInside), "texture"));
-  EXPECT_EQ(gltf.width, kPixels);
-  EXPECT_EQ(gltf.height, kPixels);
+  EXPECT_EQ(gltf.normal_map.width, kPixels);
+  EXPECT_EQ(gltf.normal_map.height, kPixels);
   EXPECT_EQ(gltf.json["extensionsRequired"], Json::array({"KHR_draco_mesh_compression", "EXT_texture_webp"}));
   EXPECT_EQ(gltf.json["materials"][0]["normalTexture"], Json({{"index", 0}}));
   const Gltf plain(bytes_of(terrain_, path_of(kInside), ""));

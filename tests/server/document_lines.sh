@@ -12,6 +12,7 @@ start_server "$build"
 mkdir "$work/given"
 gdal_translate -q -projwin -71.56 44.31 -71.16 44.09 "$repository/deploy/sample/white_mountains_srtm3.tif" "$work/given/dem.tif"
 gdal_translate -q -projwin -71.40 44.22 -71.36 44.19 "$work/given/dem.tif" "$work/given/patch.tif"
+gdal_translate -q -ot Byte -scale -b 1 -b 1 -b 1 "$work/given/dem.tif" "$work/given/photo.tif"
 gdal_translate -q -of EHdr "$work/given/dem.tif" "$work/given/dem.bil"
 id=$(post "$work/given/dem.tif")
 curl -fsS -o "$work/given/tile.drc" "$url/v1/datasets/$id/tiles/10/617/763.drc"

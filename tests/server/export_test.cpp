@@ -18,6 +18,15 @@ class Export : public Program {
     ASSERT_EQ(built.code, 0) << built.output;
   }
   std::string place(const std::string& name) const { return (folder_.path() / name).string(); }
+  /// One colour over ten degrees from this longitude on.
+  std::string write_photo(const std::string& name, const std::string& west) const {
+    const auto file = [&](const char* ending) { return std::ofstream(place(name + ending), std::ios::binary); };
+    file(".hdr") << "nrows 8\nncols 8\nnbands 3\nnbits 8\nlayout bip\nxdim 1.25\nydim 1.25\nulymap 50\nulxmap " << west << "\n";
+    file(".prj") << R"(GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",SPHEROID["WGS_1984",6378137.0,298.257223563]],)"
+                 << R"(PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]])";
+    file(".bil") << std::string(192, 'x');
+    return place(name + ".bil");
+  }
   Ended exported(const std::string& arguments) { return shell(kProgram + " export " + place("cone.sqlite") + " " + arguments); }
 };
 
@@ -112,6 +121,32 @@ TEST_F(Export, NormalMapsOf3dTiles) {
   EXPECT_THAT(file_text(place("published/tiles/E/0/0/0.glb")), HasSubstr("EXT_texture_webp"));
   EXPECT_EQ(shell(publish + place("p.sqlite")).code, 2);
   EXPECT_EQ(shell(build("-o " + place("b.sqlite") + " -q --max-level 8 --normals none")).code, 2);
+}
+
+TEST_F(Export, AnOrthophotoOn3dTiles) {
+  const std::string photo = write_photo("photo", "5"), away = write_photo("away", "40");
+  const std::string lossy =
+      exported("-o " + place("shown.3tz") + " --texture " + photo + " --texture-size 512 --texture-quality 60").output;
+  EXPECT_THAT(file_text(place("shown.3tz")), AllOf(HasSubstr("baseColorTexture"), HasSubstr("KHR_texture_transform"))) << lossy;
+  for (const auto& [words, said] : {std::pair{"--texture " + away, "shows no part of the terrain"},
+                                    {"--texture " + raster_, "red, green and blue"},
+                                    {"--texture " + place("none.tif"), "none.tif does not exist"},
+                                    {"--texture-size 512", "--texture-size: it is of an orthophoto"},
+                                    {"--texture " + photo + " --texture-size 300", "512, 1024 or 2048"},
+                                    {"--texture " + photo + " --texture-quality 0", "a whole number from 1 to 100"}}) {
+    const Ended refused = exported("-o " + place("a.3tz") + " " + words);
+    EXPECT_NE(refused.code, 0) << words;
+    EXPECT_THAT(refused.output, HasSubstr(said)) << words;
+  }
+  EXPECT_THAT(exported("-o " + place("a.pmtiles") + " --texture " + photo).output, HasSubstr("--texture is for 3D Tiles"));
+
+  const Ended built = shell(build("-o " + place("painted") + " -q --max-level 8 --texture " + photo));
+  ASSERT_EQ(built.code, 0) << built.output;
+  EXPECT_THAT(file_text(place("painted/tiles/E/0/0/0.glb")), HasSubstr("baseColorTexture"));
+  EXPECT_THAT(file_text(place("painted/index.html")), HasSubstr("const photo = true;")) << "no colours by height over it";
+  const Ended elsewhere = shell(build("-o " + place("b") + " -q --max-level 8 --texture " + away));
+  EXPECT_THAT(elsewhere.output, HasSubstr("shows no part of the terrain")) << "before the build";
+  EXPECT_EQ(shell(build("-o " + place("b.sqlite") + " -q --max-level 8 --texture " + photo)).code, 2);
 }
 
 TEST_F(Export, TheServerGivesWhatNormalsAsksFor) {

@@ -6,6 +6,7 @@
 
 #include "pipeline/faces/pictures/webp_image.h"
 #include "pipeline/faces/tiles_3d/normal_map.h"
+#include "pipeline/faces/tiles_3d/photo_texture.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -16,22 +17,31 @@ proto::Problem refused(std::string_view text) {
   return {"option-invalid", "normals=" + shown + " names no normals that tiles can have", std::string(kNormals), "normals"};
 }
 
-std::optional<Blob> made(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
-  if (normals == Normals::none) return terrain.store().glb(tile, {normals});
-  if (!terrain.store().record(tile)) return std::nullopt;  // a picture of nothing takes as long as any other
-  const std::string picture = webp(normal_map(terrain, tile), kNormalMapSide);
-  return terrain.store().glb(tile, {normals, picture});
+proto::Result<std::optional<Blob>> made(const Terrain& terrain, const proto::TileAddress& tile, Normals normals) {
+  if (!terrain.store().record(tile)) return std::optional<Blob>();  // a picture of nothing takes as long as any other
+  Shading shading{normals};
+  std::string map;
+  if (normals == Normals::texture) map = webp(normal_map(terrain, tile), kNormalMapSide);
+  shading.picture = map;
+  const auto photo = terrain.look().photo ? photo_texture(terrain, tile) : std::optional<std::string>();
+  if (!photo.ok()) return photo.problem();
+  if (*photo) shading.photo = **photo;
+  shading.photo_side = static_cast<std::uint32_t>(terrain.look().photo_side());
+  return terrain.store().glb(tile, shading);
 }
 
 std::string name_of(const proto::TileAddress& tile, Normals normals) {
-  std::string name = normals == Normals::texture ? "textured.glb" : "bare.glb";
+  std::string name = normals == Normals::texture ? "textured.glb" : normals == Normals::none ? "bare.glb" : "lit.glb";
   for (const std::int32_t number : {tile.z, tile.x, tile.y}) name.append("/").append(std::to_string(number));
   return name;
 }
 
+/// Whether the store's own tile is what is asked for.
+bool is_stored(const Terrain& terrain, Normals normals) { return normals == Normals::vertex && !terrain.look().photo; }
+
 /// What a tile is to have; a tileset that names none leaves it to the terrain.
 proto::Result<Normals> of_tile(const Terrain& terrain, std::string_view text) {
-  return text.empty() ? proto::Result<Normals>(terrain.normals()) : normals_named(text);
+  return text.empty() ? proto::Result<Normals>(terrain.look().normals) : normals_named(text);
 }
 
 }  // namespace
@@ -53,18 +63,19 @@ proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const pr
                                                 std::string_view normals) {
   const auto named = of_tile(terrain, normals);
   if (!named) return named.problem();
-  if (*named == Normals::vertex) return terrain.tile(tile, Encoding::glb);
+  if (is_stored(terrain, *named)) return terrain.tile(tile, Encoding::glb);
   return terrain.kept(name_of(tile, *named), [&]() -> proto::Result<std::optional<Document>> {
     auto blob = made(terrain, tile, *named);
-    if (!blob) return std::optional<Document>();
-    return std::optional(Document{std::move(blob->bytes), std::move(blob->etag)});
+    if (!blob.ok()) return blob.problem();
+    if (!*blob) return std::optional<Document>();
+    return std::optional(Document{std::move((*blob)->bytes), std::move((*blob)->etag)});
   });
 }
 
 std::optional<std::string> glb_tag(const Terrain& terrain, const proto::TileAddress& tile, std::string_view normals) {
   const auto named = of_tile(terrain, normals);
   if (!named) return std::nullopt;
-  if (*named == Normals::vertex) return terrain.tile_tag(tile, Encoding::glb);
+  if (is_stored(terrain, *named)) return terrain.tile_tag(tile, Encoding::glb);
   const auto document = glb_tile(terrain, tile, normals);
   return document.ok() && *document ? std::optional((*document)->etag) : std::nullopt;
 }

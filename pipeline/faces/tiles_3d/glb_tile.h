@@ -18,8 +18,8 @@ proto::Result<Normals> normals_named(std::string_view text);
 /// The end of a link to tiles with these normals: "?normals=texture"; nothing for the default.
 proto::Result<std::string_view> normals_query(std::string_view text);
 
-/// A tile with these normals; empty: the terrain's own. Those other than a vertex's are made, and kept with the terrain's
-/// documents.
+/// A tile with these normals and the terrain's photo; empty: the terrain's own normals. What is not in the store is made, and
+/// kept with the terrain's documents.
 proto::Result<std::optional<Document>> glb_tile(const Terrain& terrain, const proto::TileAddress& tile, std::string_view normals);
 /// Its tag; nothing where the normals are none that there are.
 std::optional<std::string> glb_tag(const Terrain& terrain, const proto::TileAddress& tile, std::string_view normals);
