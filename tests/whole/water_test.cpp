@@ -1,4 +1,6 @@
 // Water masks, from the raster to the byte that a client reads.
+#include <cpl_vsi.h>
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -7,6 +9,7 @@
 #include "pipeline/build/build.h"
 #include "pipeline/encode/json.h"
 #include "pipeline/faces/face.h"
+#include "pipeline/faces/web_mercator.h"
 #include "pipeline/store/water_mask.h"
 #include "tests/pipeline/quantized_mesh_decoder.h"
 #include "tests/whole/dem.h"
@@ -27,6 +30,16 @@ bool sea(int c, int r) { return c < 300 + 60 * std::sin(r / 40.0); }
 double ground(int c, int r) {
   if (sea(c, r)) return 0;
   return std::hypot(c - 550, r - 300) < 40 ? 321 : 5 + 0.3 * c + 20 * std::sin(c / 9.0) * std::cos(r / 11.0);
+}
+
+std::array<int, 4> png_pixel(const std::string& png, int column, int row) {
+  const char* const file = "/vsimem/picture.png";
+  VSIFCloseL(VSIFileFromMemBuffer(file, reinterpret_cast<GByte*>(const_cast<char*>(png.data())), png.size(), FALSE));
+  const char* const drivers[] = {"PNG", nullptr};
+  std::array<int, 4> out{};
+  const GDALDatasetUniquePtr picture(GDALDataset::Open(file, GDAL_OF_RASTER, drivers));
+  EXPECT_EQ(picture->RasterIO(GF_Read, column, row, 1, 1, out.data(), 1, 1, GDT_Int32, 4, nullptr, 0, 0, 0, nullptr), CE_None);
+  return out;
 }
 
 class Water : public ::testing::Test {
@@ -51,8 +64,9 @@ class Water : public ::testing::Test {
     terrain_ =
         std::make_unique<pipeline::faces::Terrain>(std::shared_ptr(pipeline::StoreReader::open(request.store_path).value()));
   }
-  std::optional<std::string> fetch(const std::string& path) {
-    const auto found = pipeline::faces::find(path);
+  std::optional<std::string> fetch(const std::string& path, const std::string& ramp = "") {
+    auto found = pipeline::faces::find(path);
+    found->place.ramp = ramp;
     auto made = found->resource->make(*terrain_, found->place).value();
     return made ? std::optional(std::string(made->bytes)) : std::nullopt;
   }
@@ -100,6 +114,32 @@ TEST_F(Water, IsWhereTheRasterIsExactlySoHigh) {
   build(options);
   EXPECT_EQ(Json::parse(*fetch("layer.json"))["extensions"], Json::array({"octvertexnormals", "watermask"}));
   expect_sea_exactly();
+}
+
+TEST_F(Water, IsBlueInPicturesOfTheAtlas) {
+  proto::BuildOptions options;
+  options.set_water(321);
+  build(options);
+  // The zoom 9 pixel over a cell of the raster.
+  proto::Lattice lattice;
+  lattice.finest_level = kLevel;
+  const auto colour = [&](const std::string& face, int c, int r) {
+    const double x = pipeline::faces::longitude_pixel(9, lattice.longitude_deg(kShore.west + c) + lattice.cell_deg() / 2),
+                 y = pipeline::faces::latitude_pixel(9, lattice.latitude_deg(kShore.north - r) - lattice.cell_deg() / 2);
+    const auto png = fetch(face.substr(0, face.find('?')) + "/9/" + std::to_string(static_cast<int>(x / 256)) + "/" +
+                               std::to_string(static_cast<int>(y / 256)) + ".png",
+                           face.find('?') == face.npos ? "" : face.substr(face.find('=') + 1));
+    return png_pixel(png.value(), static_cast<int>(x) % 256, static_cast<int>(y) % 256);
+  };
+  const auto blue = [](const std::array<int, 4>& rgba) { return rgba[2] - rgba[0]; };
+  for (const char* face : {"relief", "color-relief", "color-relief?ramp=atlas"}) {
+    EXPECT_GT(blue(colour(face, 550, 300)), 40) << face << ": the lake";
+    EXPECT_GT(blue(colour(face, 560, 325)), 40) << face << ": the lake";
+    EXPECT_GT(blue(colour(face, 100, 300)), 40) << face << ": the sea, by its height";
+    EXPECT_LT(blue(colour(face, 550, 250)), 0) << face << ": the shore";
+  }
+  EXPECT_EQ(colour("relief", 550, 300), colour("relief", 545, 310)) << "no shades on water";
+  EXPECT_LT(blue(colour("color-relief?ramp=land", 550, 300)), 40) << "colours that were asked for stay";
 }
 
 TEST_F(Water, IsWhereAMaskInAnotherProjectionSaysSo) {

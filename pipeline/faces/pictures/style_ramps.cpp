@@ -85,8 +85,10 @@ proto::Result<StyleColours> over(proto::Result<Ramp> ramp, double low, double hi
   return StyleColours{std::move(*ramp), low, high};
 }
 
+bool is_atlas(std::string_view text) { return text.empty() || text == "atlas"; }
+
 proto::Result<Ramp> height_ramp(const Heights& heights, std::string_view text) {
-  if (text.empty() || text == "atlas") return atlas(heights);
+  if (is_atlas(text)) return atlas(heights);
   if (text == "land") return stretched(kLand, heights.low_m, heights.high_m);
   if (text == "viridis") return stretched(kViridis, heights.low_m, heights.high_m);
   if (text == "grey") return stretched(kGrey, heights.low_m, heights.high_m);
@@ -110,7 +112,9 @@ proto::Result<Ramp> aspect_ramp(std::string_view text) {
 proto::Result<StyleColours> height_colours(const Terrain& terrain, std::string_view text) {
   const auto heights = heights_of(terrain);
   if (!heights) return heights.problem();
-  return over(height_ramp(*heights, text), heights->low_m, heights->high_m);
+  auto colours = over(height_ramp(*heights, text), heights->low_m, heights->high_m);
+  if (colours) colours->sea = is_atlas(text);
+  return colours;
 }
 
 proto::Result<StyleColours> slope_colours(const Terrain&, std::string_view text) { return over(slope_ramp(text), 0, 90); }

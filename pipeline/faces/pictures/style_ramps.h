@@ -9,7 +9,8 @@ namespace cordillera::pipeline::faces {
 
 /// What ?ramp= accepts, for the API's description and for refusals.
 inline constexpr std::string_view kHeightRamps =
-    "atlas (blue below the sea's level; the default), land (no blue), viridis, grey; or stops in metres above the geoid, "
+    "atlas (blue below the sea's level and where water masks say; the default), land (no blue), viridis, grey; or stops in "
+    "metres above the geoid, "
     "VALUE:RRGGBB,VALUE:RRGGBB,…";
 inline constexpr std::string_view kSlopeRamps =
     "steep (the default), grey (0 to 90 degrees); or stops in degrees, VALUE:RRGGBB,VALUE:RRGGBB,…";
@@ -19,6 +20,7 @@ inline constexpr std::string_view kAspectRamps =
 struct StyleColours {
   Ramp ramp;
   double low = 0, high = 0;  ///< what a legend need show: the data's own heights in metres above the geoid, or degrees
+  bool sea = false;          ///< blue below 0 m: water that lies higher is as blue
 };
 
 /// For heights of a dataset: named ramps are stretched over what the manifest's bounds say of them. A problem where the text is

@@ -8,6 +8,7 @@
 #include "pipeline/faces/pictures/png_image.h"
 #include "pipeline/faces/pictures/raster_tiles.h"
 #include "pipeline/faces/pictures/style_ramps.h"
+#include "pipeline/faces/pictures/water_pixels.h"
 #include "pipeline/faces/tilejson.h"
 
 namespace cordillera::pipeline::faces {
@@ -28,6 +29,7 @@ struct Sample {
   double height_m = 0;
   Gradient rise;
   double exaggeration = 1;  ///< of the relief's shades
+  double water = 0;         ///< share of the pixel
 };
 using Paint = Pixel4 (*)(const Sample& sample, const Ramp& ramp);
 
@@ -59,11 +61,23 @@ Rgb lit(const Rgb& colour, double shade) {
   return out;
 }
 
+/// Water is as the sea of its depth; a lake above it, as the sea at its shore.
+Rgb ground_colour(const Sample& sample, const Ramp& ramp) {
+  Rgb out = colour_at(ramp, sample.height_m);
+  if (sample.water <= 0) return out;
+  const Rgb blue = colour_at(ramp, std::min(sample.height_m, 0.0));
+  for (std::size_t k = 0; k < out.size(); ++k)
+    out[k] = static_cast<std::uint8_t>(std::nearbyint(out[k] + sample.water * (blue[k] - out[k])));
+  return out;
+}
+
+/// What waves and a radar make of water is no relief.
 Pixel4 paint_relief(const Sample& sample, const Ramp& ramp) {
   const Gradient rise{sample.rise.east * sample.exaggeration, sample.rise.north * sample.exaggeration};
-  return {lit(colour_at(ramp, sample.height_m), multidirectional_shade(rise))};
+  const double shade = multidirectional_shade(rise);
+  return {lit(ground_colour(sample, ramp), shade + sample.water * (1 - shade))};
 }
-Pixel4 paint_height(const Sample& sample, const Ramp& ramp) { return {colour_at(ramp, sample.height_m)}; }
+Pixel4 paint_height(const Sample& sample, const Ramp& ramp) { return {ground_colour(sample, ramp)}; }
 double steepness(const Gradient& rise) { return std::sqrt(rise.east * rise.east + rise.north * rise.north); }
 Pixel4 paint_slope(const Sample& sample, const Ramp& ramp) {
   return {colour_at(ramp, std::atan(steepness(sample.rise)) * kDegrees)};
@@ -90,13 +104,15 @@ std::vector<std::uint8_t> painted(const Style& style, const Terrain& terrain, co
   const auto colours = style.colours(terrain, place.ramp);
   std::vector<std::uint8_t> out(std::size_t{4} * kTilePixels * kTilePixels, 0);
   if (!colours) return out;  // whoever asks for the tile was told before
+  const std::vector<float> water = colours->sea ? water_pixels(terrain, place, grid.level) : std::vector<float>();
   auto pixel = out.begin();
   for (std::int32_t row = 0; row < kTilePixels; ++row) {
     const PixelSize size = pixel_size(place, row);
     for (std::int32_t column = 0; column < kTilePixels; ++column, pixel += 4) {
       const double height_m = grid.at(row, column);
       if (std::isnan(height_m)) continue;
-      const Pixel4 paint = style.paint({height_m, gradient(grid, row, column, size), exaggeration(place.z)}, colours->ramp);
+      const double wet = water.empty() ? 0 : water[static_cast<std::size_t>(row * kTilePixels + column)];
+      const Pixel4 paint = style.paint({height_m, gradient(grid, row, column, size), exaggeration(place.z), wet}, colours->ramp);
       std::copy(paint.rgb.begin(), paint.rgb.end(), pixel);
       pixel[3] = paint.alpha;
     }
