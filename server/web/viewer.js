@@ -113,7 +113,7 @@ async function tiles_of(base, { provisional }) {
 // A folder or an archive of finished tiles that was built without 3D Tiles.
 function no_meshes(base) {
   panel.show_demos(base);
-  return new Error("It has tiles for maps only. MapLibre, among the other clients here, shows them.");
+  return new Error("It has no 3D Tiles, which this page shows. MapLibre, among the other clients here, shows heights, pictures and contours.");
 }
 
 // What stands in the place of terrain that is still to come: its outline, and a shimmer.

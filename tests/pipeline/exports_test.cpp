@@ -280,7 +280,7 @@ TEST(TileArchives, OfOthersAreTakenForHeightsWhereTheyCanBeNoPicture) {
 
 TEST(TileArchives, ThatCannotBeShownAreRefusedWithTheReason) {
   const auto& terrain = archived_dataset().terrain();
-  const std::string meshes = archived_dataset().place("meshes.pmtiles"), whole = archived_dataset().place("whole.pmtiles");
+  const std::string meshes = archived_dataset().place("meshes.pmtiles"), whole = archived_dataset().place("sound.pmtiles");
   ASSERT_TRUE(write_pmtiles(terrain, *faces::face_named("drc"), meshes).ok());
   EXPECT_EQ(problem_of(meshes), "file-unreadable");
   ASSERT_TRUE(write_pmtiles(terrain, *faces::face_named("terrain-rgb"), whole).ok());

@@ -158,7 +158,7 @@ export async function try_archive_view({ browser, viewer, modules, pictures }) {
   const page = await browser.newPage({ viewport: { width: 320, height: 240 } });
   await page.goto(`${origin}/?dataset=dem`);
   await page.waitForFunction(() => window.cordillera?.error);
-  assert.match(await page.textContent("#message"), /tiles for maps/);
+  assert.match(await page.textContent("#message"), /no 3D Tiles/);
   await page.close();
   return `shades deviate by ${deviation.toFixed(1)} of 255`;
 }
