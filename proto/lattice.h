@@ -14,10 +14,8 @@ namespace cordillera::proto {
 inline constexpr int kTileCells = 256;
 inline constexpr int kMaxLevel = 21;  ///< finest level allowed (cells of 4 cm): window columns, wrapped once, fit 32 bits
 
-/// How tiles divide the earth. Geodetic: EPSG:4326, two roots at level 0, x = 0 is the western hemisphere.
-enum class Scheme : std::uint8_t { geodetic };
-
-/// A tile. x counts from longitude -180 eastward, y from the SOUTH (TMS); 0 <= x < 2 << z, 0 <= y < 1 << z.
+/// A tile of EPSG:4326, which has two roots at level 0; x = 0 is the western hemisphere. x counts from longitude -180 eastward, y
+/// from the SOUTH (TMS); 0 <= x < 2 << z, 0 <= y < 1 << z.
 struct TileAddress {
   int z = 0;
   std::int32_t x = 0;
@@ -32,7 +30,6 @@ struct TileAddress {
 
 /// The lattice of finest level Z: (columns()) x (rows() + 1) vertices; columns wrap at the antimeridian.
 struct Lattice {
-  Scheme scheme = Scheme::geodetic;
   int finest_level = 0;
 
   std::int64_t columns() const { return std::int64_t{2 * kTileCells} << finest_level; }

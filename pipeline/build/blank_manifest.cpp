@@ -19,7 +19,6 @@ proto::BuildOptions effective(const BuildRequest& request, const proto::Plan& pl
                               const Machine& machine) {
   proto::BuildOptions options = request.options;
   if (plan.promise()) options.set_error(plan.levels(0).target());
-  options.set_scheme(plan.scheme());
   options.set_vertical_datum(source.vertical_datum());
   if (options.voids().empty()) options.set_voids("fill");
   if (options.voids() == "fill") options.set_fill_limit(raster::fill_limit_cells(options));

@@ -14,7 +14,7 @@ namespace {
 constexpr int kLevelsBelowBlock = std::countr_zero(static_cast<std::uint64_t>(kExactSide - 1) / proto::kTileCells);
 
 std::int64_t samples_at(const raster::Source& source, int level) {
-  const raster::Source::Window w = source.window({proto::Scheme::geodetic, level});
+  const raster::Source::Window w = source.window({level});
   return w.west > w.east || w.south > w.north ? 0 : (w.east - w.west + 1) * (w.north - w.south + 1);
 }
 

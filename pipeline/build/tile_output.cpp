@@ -139,7 +139,7 @@ proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRe
   if (level == nullptr) return damaged("the plan has no level " + std::to_string(record.level()));
   auto decoded = draco_decode_lattice(drc);
   if (!decoded) return decoded.problem();
-  const proto::Lattice lattice{proto::Scheme::geodetic, static_cast<int>(plan.finest_level())};
+  const proto::Lattice lattice{static_cast<int>(plan.finest_level())};
   BuiltTile built;
   built.tile = address_of(record);
   if (proto::TileAddress{decoded->z, decoded->x, decoded->y} != built.tile || decoded->side != lattice.tile_units(built.tile.z))

@@ -21,7 +21,7 @@ std::string words(const std::array<std::int32_t, 3>& p) {
 
 /// What must hold before anything else may be asked of the mesh.
 std::optional<std::string> misplaced(const DecodedDrc& mesh, const TileBytes& bytes) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, bytes.finest_level};
+  const proto::Lattice lattice{bytes.finest_level};
   if (proto::TileAddress{mesh.z, mesh.x, mesh.y} != bytes.tile) return "its .drc is of " + name_of({mesh.z, mesh.x, mesh.y});
   if (mesh.side != lattice.tile_units(bytes.tile.z)) return "its side has " + std::to_string(mesh.side) + " units";
   const double steps = mesh.height_step / proto::kHeightStep_m;
@@ -133,7 +133,7 @@ class GlbPoints {
 /// Where the .drc's vertices are in the .glb; empty after a finding.
 std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const TileBytes& bytes, const std::string& where,
                           Findings& findings) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, bytes.finest_level};
+  const proto::Lattice lattice{bytes.finest_level};
   const std::int64_t west = lattice.west(bytes.tile), south = lattice.south(bytes.tile);
   const GlbPoints points(glb, bytes.ecef_step_m);
   std::vector<Vec3> out;
@@ -152,7 +152,7 @@ std::vector<Vec3> matched(const DecodedDrc& drc, const DecodedGlb& glb, const Ti
 
 /// Triangles of the .drc with two corners at a pole, which are lines in space.
 std::size_t lines_at_pole(const DecodedDrc& mesh, const TileBytes& bytes) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, bytes.finest_level};
+  const proto::Lattice lattice{bytes.finest_level};
   const std::int64_t south = lattice.south(bytes.tile);
   const auto at_pole = [&](std::uint32_t v) {
     return south + mesh.points[v][1] == 0 || south + mesh.points[v][1] == lattice.rows();

@@ -38,7 +38,7 @@ bool covers(const Corners& c, double u, double v) {
 }
 
 proto::Lattice lattice_of(const LatticeMesh& mesh) {
-  return {proto::Scheme::geodetic, mesh.z + std::countr_zero(static_cast<std::uint32_t>(mesh.side / proto::kTileCells))};
+  return {mesh.z + std::countr_zero(static_cast<std::uint32_t>(mesh.side / proto::kTileCells))};
 }
 
 }  // namespace

@@ -79,7 +79,7 @@ void draw(const std::array<Corner, 3>& corner, const Facet& facet, const Canvas&
 
 std::vector<Vec3> positions(const LatticeMesh& mesh) {
   const int finer = std::countr_zero(static_cast<std::uint32_t>(mesh.side / proto::kTileCells));
-  const proto::Lattice lattice{proto::Scheme::geodetic, mesh.z + finer};
+  const proto::Lattice lattice{mesh.z + finer};
   const proto::TileAddress tile{mesh.z, mesh.x, mesh.y};
   std::vector<Vec3> at;
   at.reserve(mesh.points.size());

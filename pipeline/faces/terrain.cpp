@@ -36,7 +36,7 @@ Terrain::Terrain(std::shared_ptr<const StoreReader> store, Look look)
       tiles_(kMostTileBytes) {}
 Terrain::~Terrain() = default;
 
-proto::Lattice Terrain::lattice() const { return {proto::Scheme::geodetic, static_cast<int>(manifest().max_level())}; }
+proto::Lattice Terrain::lattice() const { return {static_cast<int>(manifest().max_level())}; }
 
 std::shared_ptr<const MeshIndex> Terrain::mesh(const proto::TileAddress& tile) const {
   if (const auto kept = meshes_.find(tile)) return *kept;

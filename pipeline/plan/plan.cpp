@@ -48,7 +48,7 @@ int level_of_pixels(const proto::Source& source) {
   const double pixel_m = share * std::sqrt(source.pixel_height_m() * source.pixel_width_m());
   const double latitude = (source.bbox(1) + source.bbox(3)) / 2;
   for (int z = 0; z < proto::kMaxLevel; ++z) {
-    const proto::Lattice lattice{proto::Scheme::geodetic, z};
+    const proto::Lattice lattice{z};
     const double row = (latitude + 90) / 180 * static_cast<double>(lattice.rows());
     // A source of exactly one lattice spacing must not fall to the next level by the last bit of its pixel size.
     if (proto::cell_height_m(lattice, std::llround(row)) <= pixel_m * (1 + 1e-6)) return z;
@@ -57,7 +57,7 @@ int level_of_pixels(const proto::Source& source) {
 }
 
 bool has_cells_within_pixels(const proto::Source& source, int level) {
-  return raster::spacing(source, {proto::Scheme::geodetic, level}) <= raster::kMostSpacing;
+  return raster::spacing(source, {level}) <= raster::kMostSpacing;
 }
 
 /// voids= a height. Beside ground that is a wall as high as the ground: to meet pixels on both sides of it, samples would leap
@@ -99,9 +99,6 @@ proto::Result<void> check_options(const proto::BuildOptions& options) {
                             "keep"};
     }
     before = share;
-  }
-  if (!options.scheme().empty() && options.scheme() != "geodetic") {
-    return proto::Problem{"option-invalid", "scheme \"" + options.scheme() + "\" is not known", "geodetic", "scheme"};
   }
   if (auto problem = gpu::check_strategy(named_strategy(options), options.device())) return *problem;
   const std::string& quality = options.quality();
@@ -181,7 +178,7 @@ double reach_m(const proto::Plan& plan, int level) {
 
 }  // namespace
 
-proto::Lattice lattice_of(const proto::Plan& plan) { return {proto::Scheme::geodetic, static_cast<int>(plan.finest_level())}; }
+proto::Lattice lattice_of(const proto::Plan& plan) { return {static_cast<int>(plan.finest_level())}; }
 
 std::string named_strategy(const proto::BuildOptions& options) {
   return is_automatic(options) ? gpu::kStrategies.front() : options.strategy();

@@ -10,7 +10,7 @@
 namespace cordillera::raster {
 
 /// Lattice whose windows tell where a member of a mosaic lies: windows of coarser lattices follow from it.
-inline constexpr proto::Lattice kMemberLattice{proto::Scheme::geodetic, proto::kMaxLevel};
+inline constexpr proto::Lattice kMemberLattice{proto::kMaxLevel};
 
 /// One raster of a mosaic. options: those of the build with the raster's own put over them; trust as for open_source.
 struct MosaicMember {

@@ -15,7 +15,7 @@ namespace cordillera::server {
 namespace {
 
 constexpr std::size_t kMostWarnings = 20;
-constexpr proto::Lattice kMeeting{proto::Scheme::geodetic, 12};  // where overlapping rasters are compared: 38 m
+constexpr proto::Lattice kMeeting{12};  // where overlapping rasters are compared: 38 m
 // Rasters that are examined at once. What takes time is waiting for a storage, not a processor: a second for each of ten thousand
 // objects is hours.
 constexpr unsigned kExaminers = 16;

@@ -16,7 +16,7 @@ const std::vector<std::pair<const char*, Names>>& groups() {
       {"Output", {"title", "attribution", "imagery", "dry-run"}},
       {"Raster", {"name", "band", "crs", "feather"}},
       {"Heights and voids", {"vertical-datum", "nodata", "voids", "fill-limit", "water", "water-mask", "z-scale", "z-offset"}},
-      {"Levels and errors", {"error", "keep", "pixels", "bbox", "min-level", "max-level", "scheme", "strategy", "quality"}},
+      {"Levels and errors", {"error", "keep", "pixels", "bbox", "min-level", "max-level", "strategy", "quality"}},
       {"Machine", {"device", "threads", "memory"}},
       {"Posts", {"private", "provisional", "build"}},
       {"Who may write, and logs",

@@ -196,10 +196,6 @@ std::vector<OptionSpec> make_build_options() {
        apply_error},
       {"keep", "SHARES", "shares of the finest grid's triangles, finest level first; the last ratio is repeated",
        "numbers above 0 up to 1, falling, separated by commas: 0.5,0.25,0.1", apply_keep},
-      {"scheme", "SCHEME", "how tiles divide the earth", "geodetic",
-       [](std::string_view text, Settings& settings) {
-         return read_choice(text, {"geodetic"}, settings.build.mutable_scheme());
-       }},
       {"crs", "CRS", "coordinate system of a raster that names none", "anything PROJ understands, such as EPSG:32632 or WKT",
        apply_text<&BuildOptions::mutable_crs>},
       {"vertical-datum", "DATUM", "what the raster's heights are above, if it does not say so itself",

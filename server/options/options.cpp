@@ -52,8 +52,10 @@ proto::Problem unknown_option(const std::string& name, const std::vector<OptionS
   }
   const char* kind = spelling == Spelling::query ? "query parameter" : "option";
   const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
-  return {"option-unknown",
-          std::string("unknown ") + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""), all, shown};
+  const std::string hint = name == "scheme" ? ": it had one value, and is left out now"
+                           : nearest        ? "; did you mean " + *nearest + "?"
+                                            : "";
+  return {"option-unknown", std::string("unknown ") + kind + " '" + shown + "'" + hint, all, shown};
 }
 
 /// Earlier versions took nodata=hole and nodata=fill for what voids= says now.

@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (source) {
       // What is said of it goes into a manifest, and must come out again.
       if (!proto::Source().ParseFromString((*source)->description().SerializeAsString())) __builtin_trap();
-      const proto::Lattice lattice{proto::Scheme::geodetic, 5};
+      const proto::Lattice lattice{5};
       const auto w = (*source)->window(lattice);
       const auto columns = std::min<std::int64_t>(w.east - w.west + 1, 40),
                  rows = std::min<std::int64_t>(w.north - w.south + 1, 40);

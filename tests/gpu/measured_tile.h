@@ -15,7 +15,7 @@ namespace cordillera::gpu {
 using proto::TileMesh;
 
 inline constexpr std::int32_t kSide = 256;
-inline const proto::Lattice kLattice{proto::Scheme::geodetic, 14};
+inline const proto::Lattice kLattice{14};
 inline constexpr proto::TileAddress kTile{14, 17000, 12000};
 
 using Height = double (*)(int x, int y);

@@ -13,7 +13,7 @@ namespace {
 using proto::TileAddress;
 using proto::TileMesh;
 
-constexpr proto::Lattice kLattice{proto::Scheme::geodetic, 14};
+constexpr proto::Lattice kLattice{14};
 constexpr double kStep_m = 1.0 / 256;
 
 /// Tiles over one raster, simplified, some vertices moved up or down.

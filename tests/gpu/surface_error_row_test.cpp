@@ -35,7 +35,7 @@ Row row_of(std::size_t count, std::mt19937& random) {
 TEST(SurfaceErrorRow, ErrorsAreThoseOfEachSample) {
   std::mt19937 random(3);
   const Row row = row_of(300, random);
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   const std::int64_t south = lattice.rows() * 3 / 4;
   const auto corner = [&](std::int64_t x, std::int64_t y, double h) {
     return proto::ecef(proto::row_frame(lattice, south + y), proto::column_frame(lattice, lattice.columns() / 2 + x), h);

@@ -17,7 +17,7 @@ using proto::Lattice;
 
 constexpr ChainRule kExact{0.0, 0, 0};
 
-Lattice lattice_of(int finest) { return {proto::Scheme::geodetic, finest}; }
+Lattice lattice_of(int finest) { return {finest}; }
 
 Edge edge(const Lattice& lattice, std::int64_t units, Along along = Along::east) {
   return {&lattice, lattice.columns() / 3, lattice.rows() * 3 / 4, along, units};

@@ -75,7 +75,7 @@ struct Sampled {
 };
 
 Sampled compare(int finest, proto::TileAddress tile, int rough) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, finest};
+  const proto::Lattice lattice{finest};
   const auto side = static_cast<std::int32_t>(lattice.tile_units(tile.z));
   std::mt19937 random(static_cast<unsigned>(rough + tile.z));
   const auto terrain = [&](double u, double v) {
@@ -116,7 +116,7 @@ TEST(ComposedError, BoundsWhatSamplingFinds) {
 }
 
 TEST(ComposedError, AGlanceAgreesWithTheWhole) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   const TileMesh fine = surface(16, 1024, [](double u, double v) { return 300 * u + 50 * v * v; });
   const TileMesh rough = surface(8, 1024, [](double u, double v) { return 280 * u + 60 * v; });
   const proto::TileAddress tile{10, 700, 650};
@@ -133,13 +133,13 @@ TEST(ComposedError, AGlanceAgreesWithTheWhole) {
 }
 
 TEST(ComposedError, TheSameSurfaceIsNoDistanceAway) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   const TileMesh mesh = surface(16, 1024, [](double u, double v) { return 300 * u + 50 * v * v; });
   EXPECT_LT(greatest_m(lattice, {10, 700, 650}, mesh, mesh), 0.05);
 }
 
 TEST(ComposedError, OneVertexOff) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   const TileMesh flat = surface(16, 1024, [](double, double) { return 100; });
   TileMesh spike = flat;
   spike.height[17 * 8 + 8] += 30 * 1024;
@@ -149,7 +149,7 @@ TEST(ComposedError, OneVertexOff) {
 }
 
 TEST(ComposedError, PolesAreNoExceptionAndTheGlobeHasABound) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 4};
+  const proto::Lattice lattice{4};
   const auto hills = [](double u, double v) { return 1200 * std::sin(7 * u) * v * (1 - v); };
   for (const int z : {0, 1, 3}) {
     const auto side = static_cast<std::int32_t>(lattice.tile_units(z));
@@ -162,7 +162,7 @@ TEST(ComposedError, PolesAreNoExceptionAndTheGlobeHasABound) {
 }
 
 TEST(ComposedError, VoidsAreNotCompared) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   TileMesh one = surface(16, 1024, [](double, double) { return 100; });
   TileMesh other = one;
   other.height[17 * 8 + 8] += 30 * 1024;
@@ -198,7 +198,7 @@ Loose patch_of(const std::array<gpu::MeshPoint, 3>& corners, double error_m) {
 constexpr double kStep_m = 0x1p-12;
 
 TEST(Rims, ALooseSampleThatAParentCoversCountsAndGoesIn) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   const TileMesh finer = western_half();
   TileMesh parent = surface(8, kSide, [](double, double) { return 100; });
   Loose loose;
@@ -219,7 +219,7 @@ TEST(Rims, ALooseSampleThatAParentCoversCountsAndGoesIn) {
 }
 
 TEST(Rims, ALooseSampleThatAParentLeavesOutDoesNotCount) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   Loose loose;
   loose.samples = {{700, 300, 150 * 1024}};
   std::vector<std::uint32_t> over;
@@ -228,7 +228,7 @@ TEST(Rims, ALooseSampleThatAParentLeavesOutDoesNotCount) {
 }
 
 TEST(Rims, APatchIsComposedWithByItsOwnError) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   const Loose loose = patch_of({{{600, 100, 130 * 1024}, {900, 100, 130 * 1024}, {600, 400, 130 * 1024}}}, 2);
   const TileMesh parent = surface(8, kSide, [](double, double) { return 100; });
   std::vector<std::uint32_t> over;
@@ -291,7 +291,7 @@ TEST(Rims, WhatAMeshLeavesOutIsAllThere) {
 }
 
 TEST(Rims, UncoveredSamplesAreThoseThatNoTriangleTouches) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 12};
+  const proto::Lattice lattice{12};
   const proto::TileAddress tile{12, 2000, 1500};
   const TileMesh mesh = ragged(16, 256, 5);
   // A window that ends inside the tile, with holes of its own.

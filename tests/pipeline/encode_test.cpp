@@ -27,7 +27,7 @@ using testing::hills;
 using testing::hills_with_voids;
 using testing::synthetic_mesh;
 
-const Lattice kLattice{proto::Scheme::geodetic, 9};
+const Lattice kLattice{9};
 
 struct Tile {
   TileMesh mesh;
@@ -109,7 +109,7 @@ TEST(EncodeDrc, FormulaGivesTheLatticesPlaces) {
 }
 
 TEST(EncodeDrc, HoldsTheLargestTileThereIs) {
-  const Lattice deepest{proto::Scheme::geodetic, proto::kMaxLevel};
+  const Lattice deepest{proto::kMaxLevel};
   const auto tile = make_tile({0, 1, 0}, hills(), 16, deepest);
   std::int32_t greatest = 0;
   for (const auto& p : tile->drc.points) greatest = std::max({greatest, p[0], p[1]});
@@ -206,7 +206,7 @@ TEST(EncodeGlb, PointsAreTheRoundedEllipsoidPoints) {
 
 TEST(EncodeGlb, ExactAtTheFinestStepThatATileAllows) {
   for (int z = 0; z <= 18; z += 3) {
-    const Lattice lattice{proto::Scheme::geodetic, 18};
+    const Lattice lattice{18};
     const TileAddress address{z, proto::tiles_across(z) * 5 / 8, proto::tiles_up(z) * 3 / 4};
     const auto tile = make_tile(address, hills(), 32, lattice);
     const double step = tile->input.ecef_step_m;

@@ -8,7 +8,7 @@
 
 namespace cordillera::pipeline::testing {
 
-inline const proto::Lattice kExportLattice{proto::Scheme::geodetic, 7};
+inline const proto::Lattice kExportLattice{7};
 inline const proto::TileAddress kFirstTile{7, 126, 80}, kLastTile{7, 131, 85};
 
 class ExportDataset {

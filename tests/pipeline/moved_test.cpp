@@ -52,7 +52,7 @@ class Moved : public testing::Test {
     }
   }
 
-  proto::Lattice lattice_{proto::Scheme::geodetic, 8};
+  proto::Lattice lattice_{8};
   proto::Samples samples_;
   LevelContext context_;
   PreparedTile prepared_;

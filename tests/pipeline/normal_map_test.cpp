@@ -26,7 +26,7 @@ constexpr auto kPixels = static_cast<std::int32_t>(kNormalMapSide);
 
 constexpr int kFine = 12;  // a tile has 5 km a side
 constexpr TileAddress kFirst{kFine, 4200, 2600}, kLast{kFine, 4203, 2603};
-const proto::Lattice kFineLattice{proto::Scheme::geodetic, kFine};
+const proto::Lattice kFineLattice{kFine};
 constexpr TileAddress kInside{kFine, 4201, 2601};
 
 /// Metres a lattice unit eastward and northward; level where it would leave the earth, far from the tile.

@@ -18,7 +18,7 @@ namespace {
 using proto::TileMesh;
 
 constexpr proto::TileAddress kPlace{12, 2000, 1500};
-const proto::Lattice kGround{proto::Scheme::geodetic, 12};
+const proto::Lattice kGround{12};
 
 /// A grid whose vertices are void with one in `often`.
 TileMesh holed(std::int32_t cells, std::int32_t side, unsigned seed, unsigned often) {

@@ -34,7 +34,7 @@ bool touches(const proto::Plan& plan, const TileAddress& tile) {
 TEST(TouchedTiles, AreThoseWhoseClosedRectangleMeetsTheWindow) {
   std::mt19937 random(3);
   constexpr int kFinest = 4;
-  const proto::Lattice lattice{proto::Scheme::geodetic, kFinest};
+  const proto::Lattice lattice{kFinest};
   for (int round = 0; round < 60; ++round) {
     // Some end on a tile's side, some go on beyond the antimeridian, one goes around.
     const std::int64_t grain = round % 3 == 0 ? 256 : 1;
@@ -60,7 +60,7 @@ TEST(TouchedTiles, AreThoseWhoseClosedRectangleMeetsTheWindow) {
 
 TEST(TouchedTiles, OfANodeAreNotLookedForInTheWholeLevel) {
   // The whole earth at level 20: its finest level has 2^41 tiles, which nobody could list.
-  const proto::Lattice lattice{proto::Scheme::geodetic, 20};
+  const proto::Lattice lattice{20};
   const proto::Plan plan = plan_with(20, {0, 0, lattice.columns(), lattice.rows()});
   EXPECT_EQ(touched_tiles(plan, 20, {16, 70000, 30000}).size(), 256U);
 }

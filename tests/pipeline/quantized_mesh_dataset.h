@@ -12,7 +12,7 @@
 namespace cordillera::pipeline::testing {
 
 inline constexpr int kFinest = 7;
-inline const proto::Lattice kLattice{proto::Scheme::geodetic, kFinest};
+inline const proto::Lattice kLattice{kFinest};
 
 /// Level 7 on both sides of Greenwich, lakes without data in it; levels 0 and 1 are not published.
 struct SurfaceDataset {

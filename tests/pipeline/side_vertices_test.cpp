@@ -22,7 +22,7 @@ std::int32_t height_at(std::int64_t along) {
 
 /// Two triangles over a tile, whose corners are samples.
 BuiltTile bare(const proto::TileAddress& at, const proto::Samples& samples) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, kLevel};
+  const proto::Lattice lattice{kLevel};
   BuiltTile built;
   built.tile = at;
   built.mesh.side = kSide;
@@ -66,7 +66,7 @@ class SideVertices : public testing::Test {
     return most;
   }
 
-  const proto::Lattice lattice_{proto::Scheme::geodetic, kLevel};
+  const proto::Lattice lattice_{kLevel};
   proto::Samples samples_;
   proto::LevelPlan level_;
   LevelContext context_;

@@ -14,7 +14,7 @@ namespace {
 
 using namespace testing;
 
-const proto::Lattice kLattice{proto::Scheme::geodetic, 9};
+const proto::Lattice kLattice{9};
 constexpr proto::TileAddress kTile{7, 200, 75};  // 156 km high
 constexpr double kBeyond_m = 500, kRounding_m = 8 * 0.125;
 

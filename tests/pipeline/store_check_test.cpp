@@ -28,7 +28,7 @@ std::string findings_of(const std::string& path) {
 class CheckedStore : public ::testing::Test {
  protected:
   void SetUp() override {
-    const proto::Lattice lattice{proto::Scheme::geodetic, kCheckedFinest};
+    const proto::Lattice lattice{kCheckedFinest};
     auto store = StoreWriter::open(path_, synthetic_plan(kCheckedFinest));
     ASSERT_TRUE(store.ok());
     for (const FinishedTask& task : synthetic_tasks(lattice, {kCheckedFinest, 15, 9}, {kCheckedFinest, 16, 10}, hills()))
@@ -112,7 +112,7 @@ TEST_F(CheckedStore, SaysInItsManifestWhatSuchAStoreHas) {
 class KeptStore : public ::testing::Test {
  protected:
   void SetUp() override {
-    const proto::Lattice lattice{proto::Scheme::geodetic, kCheckedFinest};
+    const proto::Lattice lattice{kCheckedFinest};
     const auto tasks = synthetic_tasks(lattice, {kCheckedFinest, 15, 9}, {kCheckedFinest, 16, 10}, hills());
     proto::WorkPlan work;
     work.set_format(1);

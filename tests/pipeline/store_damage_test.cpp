@@ -26,7 +26,7 @@ constexpr const char* kThere = "level = 4 AND y = 10 AND x = 17";
 class DamagedStore : public ::testing::Test {
  protected:
   void SetUp() override {
-    const proto::Lattice lattice{proto::Scheme::geodetic, kFinest};
+    const proto::Lattice lattice{kFinest};
     auto store = StoreWriter::open(path_, synthetic_plan(kFinest));
     ASSERT_TRUE(store.ok());
     std::vector<StoreWriter::Water> water;
@@ -232,7 +232,7 @@ TEST(LargeStore, IsCountedDownToTheLevelThatIsTooLarge) {
   constexpr int kDeep = 8;
   const TemporaryFolder folder;
   const std::string path = folder / "a.sqlite";
-  const proto::Lattice lattice{proto::Scheme::geodetic, kDeep};
+  const proto::Lattice lattice{kDeep};
   {
     auto store = StoreWriter::open(path, synthetic_plan(kDeep));
     ASSERT_TRUE(store.ok());
@@ -262,7 +262,7 @@ TEST(LargeStore, IsCountedDownToTheLevelThatIsTooLarge) {
 TEST(UnfinishedStore, OfAnEarlierVersionGetsItsSums) {
   const TemporaryFolder folder;
   const std::string path = folder / "a.sqlite";
-  const proto::Lattice lattice{proto::Scheme::geodetic, 2};
+  const proto::Lattice lattice{2};
   const auto work = synthetic_tasks(lattice, {2, 3, 1}, {2, 4, 2}, hills());
   {
     auto store = StoreWriter::open(path, synthetic_plan(2));

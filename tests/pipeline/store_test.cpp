@@ -19,7 +19,7 @@ using proto::Lattice;
 using proto::TileAddress;
 using namespace testing;
 
-const Lattice kLattice{proto::Scheme::geodetic, 6};
+const Lattice kLattice{6};
 
 std::vector<FinishedTask> tasks() { return synthetic_tasks(kLattice, {6, 62, 40}, {6, 67, 43}, hills_with_voids()); }
 

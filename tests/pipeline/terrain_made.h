@@ -19,7 +19,7 @@ class Made {
  public:
   Made(const std::vector<std::pair<proto::TileAddress, proto::TileAddress>>& blocks, const Heights& heights, int coarsest = 0,
        const proto::Manifest& manifest = synthetic_manifest()) {
-    const proto::Lattice lattice{proto::Scheme::geodetic, 7};
+    const proto::Lattice lattice{7};
     auto writer = StoreWriter::open(folder_ / "a.db", synthetic_plan(7, coarsest));
     EXPECT_TRUE(writer.ok());
     for (const auto& [first, last] : blocks) {

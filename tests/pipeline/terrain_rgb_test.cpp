@@ -22,7 +22,7 @@ namespace {
 using namespace pipeline::testing;
 using proto::TileAddress;
 
-const proto::Lattice kLattice{proto::Scheme::geodetic, 7};
+const proto::Lattice kLattice{7};
 
 /// The shipped sample as a build makes it, and its lattice samples.
 struct Sample : BuiltSample {

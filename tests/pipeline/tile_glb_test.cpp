@@ -19,7 +19,7 @@ using proto::TileAddress;
 using namespace testing;
 
 constexpr int kFinest = 5;
-const proto::Lattice kLattice{proto::Scheme::geodetic, kFinest};
+const proto::Lattice kLattice{kFinest};
 
 proto::Plan plan_with_steps() {
   proto::Plan plan = synthetic_plan(kFinest);

@@ -93,7 +93,7 @@ class Composed : public testing::Test {
     EXPECT_EQ(again->finer->max_error_m, tile.finer->max_error_m);
   }
 
-  proto::Lattice lattice_{proto::Scheme::geodetic, kFinest};
+  proto::Lattice lattice_{kFinest};
   proto::Samples samples_;
   std::map<int, proto::LevelPlan> levels_;
 };

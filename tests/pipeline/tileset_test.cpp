@@ -27,7 +27,7 @@ using proto::TileAddress;
 using namespace testing;
 constexpr double kPi = std::numbers::pi;
 
-const Lattice kLattice{proto::Scheme::geodetic, 7};
+const Lattice kLattice{7};
 
 /// Level 7 on both sides of Greenwich; level 4 has lost its content in the west, level 0 in both halves.
 class Dataset {

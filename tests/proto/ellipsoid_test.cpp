@@ -15,7 +15,7 @@ namespace {
 constexpr double kPolarRadius_m = 6356752.314245179;  // EPSG:7030
 constexpr double kRounding_m = 2e-5;                  // sines and cosines have steps of 2^-40, at the earth's radius
 
-Lattice lattice(int finest_level) { return {Scheme::geodetic, finest_level}; }
+Lattice lattice(int finest_level) { return {finest_level}; }
 RowFrame row(const Lattice& l, std::int64_t j) { return row_frames(l, j, 1).front(); }
 ColumnFrame column(const Lattice& l, std::int64_t i) { return column_frames(l, i, 1).front(); }
 

@@ -8,7 +8,7 @@
 namespace cordillera::proto {
 namespace {
 
-Lattice lattice(int finest_level) { return {Scheme::geodetic, finest_level}; }
+Lattice lattice(int finest_level) { return {finest_level}; }
 
 /// Tiles of all levels, the corners of the address range first.
 std::vector<TileAddress> some_tiles(int levels) {

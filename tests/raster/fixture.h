@@ -64,7 +64,7 @@ std::unique_ptr<raster::Source> must_open(const std::string& path, const proto::
 std::string problem_type(const std::string& path, const proto::BuildOptions& options = plain_options(),
                          raster::Trust trust = raster::Trust::operator_file, const std::string& name = "");
 
-inline proto::Lattice lattice(int level) { return {proto::Scheme::geodetic, level}; }
+inline proto::Lattice lattice(int level) { return {level}; }
 /// A geotransform whose pixels are the cells of a level, first pixel's corner at vertex (west, north).
 std::array<double, 6> cells_of(int level, std::int64_t west, std::int64_t north);
 

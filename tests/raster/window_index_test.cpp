@@ -39,7 +39,7 @@ std::vector<Source::Window> scattered(const proto::Lattice& lattice, int count) 
 
 TEST(WindowIndex, finds_what_trying_each_finds) {
   for (const int level : {0, 5, 12}) {
-    const proto::Lattice lattice{proto::Scheme::geodetic, level};
+    const proto::Lattice lattice{level};
     const auto windows = scattered(lattice, 400);
     const raster::WindowIndex index(windows, lattice);
     for (Source::Window asked : scattered(lattice, 150)) {
@@ -52,7 +52,7 @@ TEST(WindowIndex, finds_what_trying_each_finds) {
 }
 
 TEST(WindowIndex, of_the_pole_and_of_the_antimeridian) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, 4};
+  const proto::Lattice lattice{4};
   const std::int64_t columns = lattice.columns(), rows = lattice.rows();
   const raster::WindowIndex index({{0, rows, columns, rows}, {columns - 3, 10, columns, 12}, {40, 10, 50, 12}}, lattice);
   EXPECT_EQ(index.touching({7, rows, 7, rows}), std::vector<std::uint32_t>{0});

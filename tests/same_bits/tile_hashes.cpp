@@ -78,7 +78,7 @@ void print(bench::Terrain kind, const pipeline::BuiltTile& tile) {
 }
 
 void run(bench::Terrain kind, gpu::Simplifier& simplifier) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, kFinest};
+  const proto::Lattice lattice{kFinest};
   const proto::Plan plan = plan_at(lattice);
   const proto::Samples samples = samples_of(kind, plan);
   Tiles finest;

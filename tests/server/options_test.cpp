@@ -25,9 +25,9 @@ TEST(Options, EveryNameOfTheIssueIsThereOnce) {
   std::set<std::string> names;
   for (const OptionSpec& option : build_options()) EXPECT_TRUE(names.insert(option.name).second) << option.name;
   for (const char* name :
-       {"error",   "keep", "scheme",    "crs",       "vertical-datum", "nodata",     "strategy", "device",      "threads",
-        "memory",  "bbox", "min-level", "max-level", "z-scale",        "z-offset",   "title",    "attribution", "imagery",
-        "dry-run", "name", "quality",   "pixels",    "voids",          "fill-limit", "water",    "water-mask",  "band"}) {
+       {"error", "keep",      "crs",       "vertical-datum", "nodata",     "strategy", "device",      "threads", "memory",
+        "bbox",  "min-level", "max-level", "z-scale",        "z-offset",   "title",    "attribution", "imagery", "dry-run",
+        "name",  "quality",   "pixels",    "voids",          "fill-limit", "water",    "water-mask",  "band"}) {
     EXPECT_EQ(names.count(name), 1u) << name;
   }
   for (const OptionSpec& option : all_options()) {
@@ -55,22 +55,17 @@ TEST(Options, OneOptionHasFourSpellings) {
 }
 
 TEST(Options, EveryValueArrivesInItsField) {
-  const auto settings = query({{"error", "2.5"},          {"scheme", "Geodetic"},
-                               {"crs", "EPSG:32632"},     {"vertical_datum", "egm2008"},
-                               {"nodata", "-9999"},       {"strategy", "waves"},
-                               {"device", "CUDA:1"},      {"threads", "4"},
-                               {"memory", "512"},         {"bbox", "170,-20,-170,20"},
-                               {"min_level", "3"},        {"max_level", "12"},
-                               {"z_scale", "-0.1"},       {"z_offset", "-7.5"},
-                               {"title", "Höhe"},         {"attribution", "me"},
-                               {"voids", "FILL"},         {"fill_limit", "300"},
-                               {"quality", "Best"},       {"water", "-0.5"},
-                               {"water_mask", "sea.tif"}, {"dry_run", ""},
-                               {"band", "elevation"},     {"name", "a.tif"}});
+  const auto settings = query({{"error", "2.5"},      {"crs", "EPSG:32632"},     {"vertical_datum", "egm2008"},
+                               {"nodata", "-9999"},   {"strategy", "waves"},     {"device", "CUDA:1"},
+                               {"threads", "4"},      {"memory", "512"},         {"bbox", "170,-20,-170,20"},
+                               {"min_level", "3"},    {"max_level", "12"},       {"z_scale", "-0.1"},
+                               {"z_offset", "-7.5"},  {"title", "Höhe"},         {"attribution", "me"},
+                               {"voids", "FILL"},     {"fill_limit", "300"},     {"quality", "Best"},
+                               {"water", "-0.5"},     {"water_mask", "sea.tif"}, {"dry_run", ""},
+                               {"band", "elevation"}, {"name", "a.tif"}});
   ASSERT_TRUE(settings) << settings.problem().line();
   const proto::BuildOptions& build = settings->build;
   EXPECT_EQ(build.error(), 2.5);
-  EXPECT_EQ(build.scheme(), "geodetic");
   EXPECT_EQ(build.crs(), "EPSG:32632");
   EXPECT_EQ(build.vertical_datum(), "EGM2008");
   EXPECT_EQ(build.nodata(), "-9999");
@@ -97,7 +92,6 @@ TEST(Options, EveryValueArrivesInItsField) {
 const Given kOneOfEach = {{"name", "a.tif"},
                           {"band", "2"},
                           {"error", "2.5"},
-                          {"scheme", "geodetic"},
                           {"crs", "EPSG:32632"},
                           {"vertical-datum", "EGM2008"},
                           {"nodata", "-9999"},
@@ -259,7 +253,6 @@ TEST(Options, BadValuesAreNamedWithWhatIsAccepted) {
                                                                 {"keep", "1.5"},
                                                                 {"keep", "0"},
                                                                 {"keep", "a"},
-                                                                {"scheme", "mercator"},
                                                                 {"vertical_datum", ""},
                                                                 {"error", "1000001"},
                                                                 {"error", "0.0099"},
@@ -322,6 +315,9 @@ TEST(Options, AnUnknownNameSuggestsItsNeighbour) {
   const auto far = query({{"frobnicate", "1"}});
   ASSERT_FALSE(far);
   EXPECT_THAT(far.problem().detail, Not(HasSubstr("did you mean")));
+  const auto gone = query({{"scheme", "geodetic"}});
+  ASSERT_FALSE(gone);
+  EXPECT_THAT(gone.problem().detail, HasSubstr("it had one value, and is left out now"));
   EXPECT_THAT(far.problem().accepted, HasSubstr("max_level"));
   const auto serve_only = query({{"listen", "0.0.0.0:1"}});
   EXPECT_FALSE(serve_only) << "a request must not set what only the operator may";

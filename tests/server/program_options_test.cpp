@@ -13,20 +13,30 @@ namespace {
 using testing::HasSubstr;
 
 /// Options of a whole build, and what the manifest then says of all.
-const std::vector<std::pair<std::string, std::string>> kChosen = {{"name", "mount.asc"}, {"band", "1"},
-                                                                  {"error", "20"},       {"scheme", "geodetic"},
-                                                                  {"crs", "EPSG:4326"},  {"vertical-datum", "EGM96"},
-                                                                  {"nodata", "-32767"},  {"voids", "fill"},
-                                                                  {"fill-limit", "300"}, {"strategy", "waves"},
-                                                                  {"device", "cpu"},     {"threads", "1"},
-                                                                  {"memory", "512"},     {"bbox", "10.1,46.1,10.4,46.4"},
-                                                                  {"min-level", "2"},    {"max-level", "9"},
-                                                                  {"z-scale", "2"},      {"z-offset", "100"},
-                                                                  {"title", "Mount"},    {"attribution", "me"},
-                                                                  {"quality", "best"},   {"pixels", "exact"},
+const std::vector<std::pair<std::string, std::string>> kChosen = {{"name", "mount.asc"},
+                                                                  {"band", "1"},
+                                                                  {"error", "20"},
+                                                                  {"crs", "EPSG:4326"},
+                                                                  {"vertical-datum", "EGM96"},
+                                                                  {"nodata", "-32767"},
+                                                                  {"voids", "fill"},
+                                                                  {"fill-limit", "300"},
+                                                                  {"strategy", "waves"},
+                                                                  {"device", "cpu"},
+                                                                  {"threads", "1"},
+                                                                  {"memory", "512"},
+                                                                  {"bbox", "10.1,46.1,10.4,46.4"},
+                                                                  {"min-level", "2"},
+                                                                  {"max-level", "9"},
+                                                                  {"z-scale", "2"},
+                                                                  {"z-offset", "100"},
+                                                                  {"title", "Mount"},
+                                                                  {"attribution", "me"},
+                                                                  {"quality", "best"},
+                                                                  {"pixels", "exact"},
                                                                   {"water", "-5"}};
 constexpr const char* kEffective =
-    R"({"name":"mount.asc","band":"1","error":20,"feather":0,"keep":[],"scheme":"geodetic","crs":"EPSG:4326",)"
+    R"({"name":"mount.asc","band":"1","error":20,"feather":0,"keep":[],"crs":"EPSG:4326",)"
     R"("vertical_datum":"EGM96","voids":"fill",)"
     R"("strategy":"waves","device":"cpu","threads":1,"memory":512,"bbox":[10.1,46.1,10.4,46.4],"min_level":2,"max_level":9,)"
     R"("z_scale":2,)"
@@ -77,7 +87,8 @@ TEST_F(Program, TheManifestSaysWhatWasAssumed) {
   EXPECT_EQ(options["voids"], "fill");
   EXPECT_EQ(options["fill_limit"], 512);
   EXPECT_EQ(options["strategy"], "exact");
-  EXPECT_EQ(options["scheme"], "geodetic");
+  EXPECT_EQ(manifest["scheme"], "geodetic");
+  EXPECT_FALSE(options.contains("scheme"));
   EXPECT_EQ(options["device"], "cpu");
   EXPECT_GT(options["threads"], 0);
   EXPECT_EQ(options["min_level"], 0);

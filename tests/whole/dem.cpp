@@ -20,7 +20,7 @@ void must(bool done, const std::string& what) {
 }
 
 Dem lattice_dem(const Corner& corner, double shift_cells, int columns, int rows) {
-  const proto::Lattice lattice{proto::Scheme::geodetic, corner.level};
+  const proto::Lattice lattice{corner.level};
   const double cell = lattice.cell_deg();
   Dem dem;
   dem.columns = columns;

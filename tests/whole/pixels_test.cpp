@@ -20,7 +20,7 @@ constexpr Corner kCorner{kLevel, 2000 * 256 + 37, 1100 * 256 + 91};
 
 /// What the judge finds at pixel centres: every second vertex of a lattice of half the pixels' size.
 Measured at_centres(const Built& built, const HeightOf& ground) {
-  const proto::Lattice half{proto::Scheme::geodetic, kLevel + 1};
+  const proto::Lattice half{kLevel + 1};
   const std::int64_t west = 2 * kCorner.west + 1, north = 2 * kCorner.north - 1;
   const TrueHeight truth = [&](std::int64_t i, std::int64_t j) -> std::optional<double> {
     const std::int64_t c = (i - west) / 2, r = (north - j) / 2;

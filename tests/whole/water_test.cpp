@@ -144,7 +144,7 @@ TEST_F(Water, IsBlueInPicturesOfTheAtlas) {
 
 TEST_F(Water, IsWhereAMaskInAnotherProjectionSaysSo) {
   // A mask of 60 m on the map, a pixel of the elevation model being 150 m.
-  const proto::Lattice lattice{proto::Scheme::geodetic, kLevel};
+  const proto::Lattice lattice{kLevel};
   const double west_deg = lattice.longitude_deg(kShore.west), north_deg = lattice.latitude_deg(kShore.north),
                cell_deg = lattice.cell_deg();
   constexpr double kRadius = 6378137, kPixel_m = 60;
@@ -221,7 +221,7 @@ TEST_F(Water, InWebMercatorIsTheSameWater) {
   build(options);
   EXPECT_EQ(Json::parse(*fetch("web-mercator/layer.json"))["extensions"], Json::array({"octvertexnormals", "watermask"}));
   // A tile of zoom 10 in the data: pixel by pixel by latitude, which is what positions in the format are linear in.
-  const double middle_deg = proto::Lattice{proto::Scheme::geodetic, kLevel}.latitude_deg(kShore.north - kRows / 2);
+  const double middle_deg = proto::Lattice{kLevel}.latitude_deg(kShore.north - kRows / 2);
   const double map = (1 + std::asinh(std::tan(middle_deg * 3.14159265358979323846 / 180)) / 3.14159265358979323846) / 2 * 1024;
   const auto y = static_cast<int>(map);
   const auto parallel = [](int row) {

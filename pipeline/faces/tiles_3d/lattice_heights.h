@@ -25,9 +25,7 @@ struct LatticeWindow {
 };
 
 /// What a window's places are counted in.
-inline proto::Lattice half_lattice(const Terrain& terrain) {
-  return {proto::Scheme::geodetic, terrain.lattice().finest_level + 1};
-}
+inline proto::Lattice half_lattice(const Terrain& terrain) { return {terrain.lattice().finest_level + 1}; }
 
 /// Fills in heights and frames. A place has the same bits whichever window it is in.
 void draw_lattice(const Terrain& terrain, int level, LatticeWindow& window);

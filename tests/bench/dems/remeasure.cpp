@@ -54,7 +54,7 @@ struct Truth {
 
 Truth truth_of(const std::string& raster, const proto::Manifest& manifest) {
   const auto source = must(raster::open_source(raster, manifest.name(), raster::Trust::operator_file, manifest.options()));
-  Truth truth{{proto::Scheme::geodetic, static_cast<int>(manifest.max_level())}, {}};
+  Truth truth{{static_cast<int>(manifest.max_level())}, {}};
   const raster::Source::Window w = source->window(truth.lattice);
   truth.samples = must(source->sample(truth.lattice, w.west, w.south, static_cast<std::int32_t>(w.east - w.west + 1),
                                       static_cast<std::int32_t>(w.north - w.south + 1)));

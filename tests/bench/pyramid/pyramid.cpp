@@ -31,7 +31,7 @@ struct Pyramid {
   Terrain kind;
   int across;
   float tolerance_m;
-  proto::Lattice lattice{proto::Scheme::geodetic, kFinest};
+  proto::Lattice lattice{kFinest};
   TileAddress corner{kFinest, 16384 + 640, 12288};  ///< divisible by every `across` in use
 
   std::int32_t height(std::int64_t column, std::int64_t row) const {
