@@ -29,6 +29,26 @@ function(cordillera_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12 UNITY_BUILD_UNIQUE_ID CORDILLERA_FILE)
 endfunction()
 
+# cordillera_kernels(target source...): CUDA sources, where CUDA is built. Half of the time of each is CUB's headers, once for the host and once for
+# every kind of GPU: those of a target are compiled as one, as CMake does from 3.31 on.
+function(cordillera_kernels target)
+  if(NOT CORDILLERA_HAS_CUDA)
+    return()
+  endif()
+  set(kernels ${ARGN})
+  if(NOT CORDILLERA_CCACHE)
+    file(RELATIVE_PATH folder ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+    list(TRANSFORM kernels PREPEND "#include \"${folder}/" OUTPUT_VARIABLE lines)
+    list(TRANSFORM lines APPEND "\"\n")
+    string(JOIN "" lines ${lines})
+    set(kernels ${CMAKE_CURRENT_BINARY_DIR}/kernels.cu)
+    file(CONFIGURE OUTPUT ${kernels} CONTENT "${lines}" @ONLY)
+  endif()
+  target_sources(${target} PRIVATE ${kernels})
+  target_compile_definitions(${target} PRIVATE CORDILLERA_HAS_CUDA=1)
+  set_target_properties(${target} PROPERTIES CUDA_RUNTIME_LIBRARY Static CUDA_SEPARABLE_COMPILATION OFF)
+endfunction()
+
 # cordillera_precompile(target header...): headers that nearly every file of a target reads are parsed once. A fifth of the time of a first
 # build. Not beside ccache, which is better at a second one, and leaves every file to name what it uses.
 function(cordillera_precompile target)

@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "gpu/cleap/tile_simplifier.h"
 #include "gpu/collapse/waves.h"
 #include "gpu/device/device_choice.h"
 #include "gpu/simplify.h"
@@ -15,6 +14,12 @@ int cuda_devices() { return 0; }
 void one_after_the_other(std::size_t count, const std::function<void(std::size_t)>& work) {
   for (std::size_t i = 0; i < count; ++i) work(i);
 }
+
+namespace {
+MakeSimplifier g_make_published = nullptr;
+}
+
+void offer_published(MakeSimplifier make) { g_make_published = make; }
 
 std::optional<proto::Problem> check_strategy(const std::string& strategy, const std::string& device) {
   if (std::find(kStrategies.begin(), kStrategies.end(), strategy) == kStrategies.end()) {
@@ -34,7 +39,10 @@ proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& de
   if (strategy == kExact)
     return proto::Problem{"option-invalid", "strategy exact simplifies blocks, not tiles", "waves, cleap, sequential",
                           "strategy"};
-  if (strategy != kStrategies.front()) return cleap::make_tile_simplifier(device, std::move(parallel), strategy);
+  if (strategy != kStrategies.front()) {
+    if (g_make_published != nullptr) return g_make_published(device, std::move(parallel), strategy);
+    return proto::Problem{"option-invalid", "strategy " + strategy + " is not in this program", "waves", "strategy"};
+  }
   return on_device(
       device, [&] { return make_host_waves(parallel); }, [&](int number) { return make_cuda_waves(number, parallel); });
 }

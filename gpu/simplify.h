@@ -67,12 +67,19 @@ proto::TileMesh grid_mesh(std::int32_t cells, std::int32_t step, std::span<const
 inline constexpr const char* kExact = "exact";  ///< of blocks, not of tiles: see gpu/exact
 inline constexpr std::array<const char*, 4> kStrategies{"waves", kExact, "cleap", "sequential"};
 
+using MakeSimplifier = proto::Result<std::unique_ptr<Simplifier>> (*)(const std::string& device, ParallelFor parallel,
+                                                                      const std::string& strategy);
+
+/// "cleap" and "sequential" are a library of their own, which not every program has: one that has it says here, once and before
+/// its first simplifier, who makes them. cleap::offer_strategies() does.
+void offer_published(MakeSimplifier make);
+
 /// A strategy that is not there ("option-invalid"), or a device that is nothing for it ("options-conflict").
 std::optional<proto::Problem> check_strategy(const std::string& strategy, const std::string& device);
 
 /// "auto", "cpu", "cuda", "cuda:N". auto takes the first CUDA device that works, else the CPU. One Simplifier a thread.
 /// parallel: for what remains on the host, tile by tile; called from the thread that calls simplify(). strategy: see
-/// check_strategy(); `sequential` works on the CPU alone.
+/// check_strategy(); `sequential` works on the CPU alone. "option-invalid" for one that this program has not.
 proto::Result<std::unique_ptr<Simplifier>> make_simplifier(const std::string& device, ParallelFor parallel = one_after_the_other,
                                                            const std::string& strategy = kStrategies.front());
 

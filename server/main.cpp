@@ -1,6 +1,7 @@
 // The program. Its commands: add_commands.cpp.
 #include <locale>
 
+#include "gpu/cleap/tile_simplifier.h"
 #include "raster/disk/share_folder.h"
 #include "server/command_line.h"
 
@@ -22,6 +23,7 @@ int main(int count, char** words) {
   using cordillera::server::CommandLine;
   fill_tables_of_letters();
   cordillera::raster::fit_private_libraries();
+  cordillera::gpu::cleap::offer_strategies();
   CLI::App app{"Cordillera: terrain level-of-detail tiles from digital elevation models", "cordillera"};
   app.set_version_flag("--version", std::string("cordillera ") + CORDILLERA_VERSION);
   app.require_subcommand(1);

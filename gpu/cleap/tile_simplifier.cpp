@@ -121,4 +121,6 @@ proto::Result<std::unique_ptr<Simplifier>> make_tile_simplifier(const std::strin
       std::make_unique<TileSimplifier>(std::move(*engine), std::move(parallel), options_of(strategy)));
 }
 
+void offer_strategies() { offer_published(make_tile_simplifier); }
+
 }  // namespace cordillera::gpu::cleap

@@ -11,4 +11,7 @@ namespace cordillera::gpu::cleap {
 proto::Result<std::unique_ptr<Simplifier>> make_tile_simplifier(const std::string& device, ParallelFor parallel,
                                                                 const std::string& strategy);
 
+/// From here on gpu::make_simplifier makes both.
+void offer_strategies();
+
 }  // namespace cordillera::gpu::cleap

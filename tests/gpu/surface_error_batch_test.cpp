@@ -1,5 +1,5 @@
 // The errors of many tiles on a device against surface_error(), tile by tile: every number, to the last bit.
-#include "gpu/measure/batch/surface_error_batch.h"
+#include "tests/bench/batch_meter/surface_error_batch.h"
 
 #include <gtest/gtest.h>
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "gpu/cleap/tile_simplifier.h"
 #include "gpu/simplify.h"
 #include "tests/bench/pyramid/pyramid.h"
 #include "tests/pipeline/mesh_laws.h"
@@ -45,9 +46,12 @@ Tile tile(bench::Terrain kind, int hole = 0) {
   return tile;
 }
 
-std::unique_ptr<Simplifier> simplifier(const std::string& strategy) {
-  return std::move(make_simplifier("cpu", one_after_the_other, strategy)).value();
+proto::Result<std::unique_ptr<Simplifier>> made(const std::string& device, const std::string& strategy) {
+  cleap::offer_strategies();
+  return make_simplifier(device, one_after_the_other, strategy);
 }
+
+std::unique_ptr<Simplifier> simplifier(const std::string& strategy) { return std::move(made("cpu", strategy)).value(); }
 
 class TileStrategy : public testing::TestWithParam<const char*> {};
 
@@ -135,7 +139,7 @@ TEST(TileStrategyBits, AreThoseThatWereRecorded) {
 }
 
 TEST(TileStrategyBits, AreTheSameOnCuda) {
-  const auto cuda = make_simplifier("cuda", one_after_the_other, "cleap");
+  const auto cuda = made("cuda", "cleap");
   if (!cuda.ok()) GTEST_SKIP() << "no CUDA device: " << cuda.problem().detail;
   for (int kind = 0; kind < 6; ++kind) {
     const auto terrain = static_cast<bench::Terrain>(kind);
@@ -144,14 +148,26 @@ TEST(TileStrategyBits, AreTheSameOnCuda) {
 }
 
 TEST(TileStrategyBits, UnknownStrategiesAndWrongDevicesAreNamed) {
-  const auto magic = make_simplifier("cpu", one_after_the_other, "magic");
+  const auto magic = made("cpu", "magic");
   ASSERT_FALSE(magic.ok());
   EXPECT_EQ(magic.problem().type, "option-invalid");
   EXPECT_EQ(magic.problem().accepted, "waves, exact, cleap, sequential");
-  const auto alone = make_simplifier("cuda:0", one_after_the_other, "sequential");
+  const auto alone = made("cuda:0", "sequential");
   ASSERT_FALSE(alone.ok());
   EXPECT_EQ(alone.problem().type, "options-conflict");
-  EXPECT_EQ((*make_simplifier("auto", one_after_the_other, "sequential"))->device(), "cpu");
+  EXPECT_EQ((*made("auto", "sequential"))->device(), "cpu");
+}
+
+// The library of tiles does without them: a program that links nothing else can be asked for them all the same.
+TEST(TileStrategyBits, AProgramWithoutThemSaysSo) {
+  offer_published(nullptr);
+  for (const char* strategy : {"cleap", "sequential"}) {
+    const auto none = make_simplifier("cpu", one_after_the_other, strategy);
+    ASSERT_FALSE(none.ok());
+    EXPECT_EQ(none.problem().type, "option-invalid");
+    EXPECT_EQ(none.problem().detail, std::string("strategy ") + strategy + " is not in this program");
+  }
+  EXPECT_TRUE(make_simplifier("cpu").ok());
 }
 
 }  // namespace

@@ -15,6 +15,8 @@ BELOW = {
     "pipeline": ["proto", "raster", "gpu"],
     "server": ["proto", "raster", "gpu", "pipeline"],
 }
+# Products beside the way of a tile, each a library of its own; and who may include them beside themselves.
+APART = {"gpu/fit": ("gpu/cleap", "server"), "gpu/cleap": ("server",)}
 SOURCES = (".h", ".hpp", ".inl", ".c", ".cc", ".cpp", ".cu", ".cuh")
 
 # protoc writes these into the build folder. They need protobuf, which proto's plain headers and gpu do without.
@@ -100,6 +102,9 @@ def wrong_floor(root, path, header):
         return f"{header}: includes only go down, and {other} is not below {floor}"
     if not os.path.isfile(os.path.join(root, header)):
         return f"{header}: no such file; paths start at the repository's root"
+    for product, users in APART.items():
+        if header.startswith(product + "/") and not path.startswith(tuple(user + os.sep for user in (product, *users))):
+            return f"{header}: {product} is a product of its own, and the way of a tile does without it"
     return None
 
 

@@ -12,6 +12,8 @@ GOOD = {
     "raster/source.h": '#include "cordillera.pb.h"\n#include "proto/mesh.h"\n',
     "raster/dataset.cpp": '#include <gdal_priv.h>\n#include <cpl_string.h>\n#include "raster/source.h"\n',
     "gpu/collapse/waves.h": '#include "proto/mesh.h"\n',
+    "gpu/fit/plan.h": '#include "gpu/collapse/waves.h"\n',
+    "gpu/cleap/cleap.h": '#include "gpu/fit/plan.h"\n',
     "gpu/waves.cu": '#include <cuda_runtime.h>\n#include <cub/cub.cuh>\n#include "gpu/collapse/waves.h"\n',
     "pipeline/build/build.h": '#include "gpu/collapse/waves.h"\n#include "raster/source.h"\n',
     "pipeline/encode/draco_encode.cpp": '#include <draco/compression/encode.h>\n',
@@ -51,6 +53,13 @@ class Includes(unittest.TestCase):
         found, seen = self.findings()
         self.assertEqual(found, [])
         self.assertEqual(seen, sum(text.count("#include") for path, text in GOOD.items() if "node_modules" not in path and path[:5] != "tests"))
+
+    def test_second_products_stay_apart(self):
+        for path in ("gpu/collapse/waves.h", "pipeline/build/build.h"):
+            for header in ("gpu/fit/plan.h", "gpu/cleap/cleap.h"):
+                self.found(path, f'#include "{header}"', "is a product of its own")
+        self.found("gpu/fit/plan.h", '#include "gpu/cleap/cleap.h"', "gpu/cleap is a product of its own")
+        self.assertEqual(self.findings({"server/client/connection.cpp": '#include "gpu/cleap/cleap.h"\n#include "gpu/fit/plan.h"'})[0], [])
 
     def test_nothing_to_look_at(self):
         with tempfile.TemporaryDirectory() as root:

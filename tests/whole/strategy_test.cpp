@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "gpu/cleap/tile_simplifier.h"
 #include "pipeline/build/build.h"
 #include "tests/whole/bytes.h"
 #include "tests/whole/judge.h"
@@ -25,6 +26,7 @@ Dem with_holes() {
 }
 
 proto::BuildOptions with_strategy(const std::string& strategy, double error_m) {
+  gpu::cleap::offer_strategies();
   proto::BuildOptions options = with_error(error_m);
   options.set_strategy(strategy);
   return options;
@@ -56,6 +58,7 @@ INSTANTIATE_TEST_SUITE_P(Names, Strategy, testing::Values("cleap", "sequential")
 class StrategyBytes : public testing::Test {
  protected:
   StrategyBytes() {
+    gpu::cleap::offer_strategies();
     write(with_holes(), folder_.path("dem.tif"));
     request_.raster_path = folder_.path("dem.tif");
     request_.raster_name = "dem.tif";

@@ -20,6 +20,7 @@
 #include <mutex>
 #include <thread>
 
+#include "gpu/cleap/tile_simplifier.h"
 #include "tests/bench/pyramid/pyramid.h"
 
 using namespace cordillera;
@@ -167,6 +168,7 @@ int main(int argc, char** argv) {
   Options options = options_of(argc, argv);
   Crew crew(options.threads);
   const auto on_crew = [&](std::size_t count, const auto& work) { crew.each(count, work); };
+  gpu::cleap::offer_strategies();
   auto simplifier = gpu::make_simplifier(options.device, on_crew, options.strategy);
   if (!simplifier.ok()) {
     std::fprintf(stderr, "%s\n", simplifier.problem().line().c_str());

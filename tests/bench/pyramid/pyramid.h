@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "gpu/measure/batch/surface_error_batch.h"
 #include "gpu/simplify.h"
+#include "tests/bench/batch_meter/surface_error_batch.h"
 #include "tests/bench/pyramid/terrain.h"
 
 namespace cordillera::bench {

@@ -4,7 +4,7 @@
 // show.
 #include <cstdint>
 
-#include "gpu/measure/batch/surface_error_arrays.h"
+#include "tests/bench/batch_meter/surface_error_arrays.h"
 
 namespace cordillera::gpu {
 

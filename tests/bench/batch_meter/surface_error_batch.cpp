@@ -1,7 +1,7 @@
-#include "gpu/measure/batch/surface_error_batch.inl"
+#include "tests/bench/batch_meter/surface_error_batch.inl"
 #include "gpu/device/device_choice.h"
 #include "gpu/device/host_steps.h"
-#include "gpu/measure/batch/surface_error_cuda.h"
+#include "tests/bench/batch_meter/surface_error_cuda.h"
 
 namespace cordillera::gpu {
 namespace {

@@ -2,7 +2,7 @@
 // The tiles of a batch and their samples in the memory of a device, as the steps of measuring see them.
 #include <cstdint>
 
-#include "gpu/measure/batch/surface_error_records.h"
+#include "tests/bench/batch_meter/surface_error_records.h"
 
 namespace cordillera::gpu {
 

@@ -4,11 +4,11 @@
 #include <chrono>
 #include <optional>
 
-#include "gpu/measure/batch/surface_error_batch.h"
-#include "gpu/measure/batch/surface_error_rows.h"
-#include "gpu/measure/batch/surface_error_steps.h"
 #include "gpu/measure/sample_frames.h"
 #include "gpu/measure/surface_meter.h"
+#include "tests/bench/batch_meter/surface_error_batch.h"
+#include "tests/bench/batch_meter/surface_error_rows.h"
+#include "tests/bench/batch_meter/surface_error_steps.h"
 
 namespace cordillera::gpu {
 

@@ -1,8 +1,8 @@
 // True errors of tiles on CUDA: the steps of surface_error_steps.h and surface_error_rows.h.
 #include "gpu/device/cuda_device.cuh"
 #include "gpu/device/cuda_steps.cuh"
-#include "gpu/measure/batch/surface_error_batch.inl"
-#include "gpu/measure/batch/surface_error_cuda.h"
+#include "tests/bench/batch_meter/surface_error_batch.inl"
+#include "tests/bench/batch_meter/surface_error_cuda.h"
 
 namespace cordillera::gpu {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-#include "gpu/measure/batch/surface_error_batch.h"
+#include "tests/bench/batch_meter/surface_error_batch.h"
 
 namespace cordillera::gpu {
 
