@@ -63,7 +63,7 @@ std::vector<std::pair<std::string, std::string>> metrics() {
   return all;
 }
 
-proto::Result<Simplified> simplify(const fit::HeightMesh& mesh, const Target& target, const Options& options) {
+proto::Result<Simplified> simplify(const fit::HeightMesh& mesh, const CollapseTarget& target, const Options& options) {
   if (auto problem = check_options(options)) return *problem;
   if (auto problem = check_mesh(mesh)) return *problem;
   auto engine = make_engine(options.device, options.threads);

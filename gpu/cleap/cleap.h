@@ -34,7 +34,7 @@ enum class Rearrange { scan, pointers };        ///< see rearrange.h
 enum class Delaunay { none, at_end, between };  ///< flips: never, before the output, after every pass
 
 /// Down to where: one of them.
-struct Target {
+struct CollapseTarget {
   std::uint64_t collapses = 0;
   std::uint64_t triangles = 0;  ///< with no collapses: go on until there are no more
 };
@@ -108,7 +108,7 @@ std::vector<std::pair<std::string, std::string>> metrics();
 /// cannot be reached, the report says how far it got. Refuses what fit::simplify() refuses in a mesh ("mesh-broken",
 /// "mesh-not-finite", "mesh-not-height-field", "mesh-not-manifold"), more than 2^29 triangles ("mesh-broken"), a device, and an
 /// option out of range ("option-invalid").
-proto::Result<Simplified> simplify(const fit::HeightMesh& mesh, const Target& target, const Options& options = {});
+proto::Result<Simplified> simplify(const fit::HeightMesh& mesh, const CollapseTarget& target, const Options& options = {});
 
 /// Taubin's smoothing (section 2.1.1) as an operation of its own: steps times a step of lambda towards the neighbours' mean and
 /// one of mu away from it. The border stays. Triangles are not kept from turning over.

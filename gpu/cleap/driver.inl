@@ -15,7 +15,7 @@ class Driver : public Engine {
  public:
   explicit Driver(std::unique_ptr<Device> device) : device_(std::move(device)), mesh_(*device_), pool_(*device_) {}
 
-  Outcome simplify(const fit::HeightMesh& from, const Target& target, const Options& options) override {
+  Outcome simplify(const fit::HeightMesh& from, const CollapseTarget& target, const Options& options) override {
     device_->use();
     device_->forget_stamps();
     Outcome outcome;
@@ -49,7 +49,7 @@ class Driver : public Engine {
 
   /// False: an edge has more than two triangles.
   template <class Metric>
-  bool simplify(const fit::HeightMesh& from, const Target& target, const Options& options, Simplified& result,
+  bool simplify(const fit::HeightMesh& from, const CollapseTarget& target, const Options& options, Simplified& result,
                 TileTags* tile = nullptr) {
     Report& report = result.report;
     report.device = device_->name();

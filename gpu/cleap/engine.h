@@ -25,7 +25,7 @@ class Engine {
  public:
   virtual ~Engine() = default;
   /// A mesh and options that were checked.
-  virtual Outcome simplify(const fit::HeightMesh& mesh, const Target& target, const Options& options) = 0;
+  virtual Outcome simplify(const fit::HeightMesh& mesh, const CollapseTarget& target, const Options& options) = 0;
   /// Triangles turn counter-clockwise. The metric is the tiles' own (half_edge.h), and so is what may happen on the border; it
   /// goes on until options.most_cost, or what is left of the passes, stops it.
   virtual Outcome simplify_tile(const fit::HeightMesh& mesh, TileTags& tile, const Options& options) = 0;

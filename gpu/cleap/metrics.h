@@ -35,7 +35,7 @@ struct QuadricAtBest {
   CORDILLERA_HD static Position place(const Arrays& mesh, const Edge& edge) {
     const Position mid = mid_point(mesh, edge), &p = mesh.vertex[edge.n[0]], &q = mesh.vertex[edge.n[1]];
     const double dx = p.x - q.x, dy = p.y - q.y, dz = p.z - q.z;
-    const Quadric both = sum(mesh.quadric[edge.n[0]], mesh.quadric[edge.n[1]]);
+    const PlaneQuadric both = sum(mesh.quadric[edge.n[0]], mesh.quadric[edge.n[1]]);
     return least_near(both, mesh.origin, mid, dx * dx + dy * dy + dz * dz);
   }
   CORDILLERA_HD static double cost(const Arrays& mesh, const Edge& edge) {

@@ -28,7 +28,7 @@ CORDILLERA_HD inline Plane plane_of(const Arrays& mesh, std::int32_t triangle) {
   return plane;
 }
 
-CORDILLERA_HD inline void add_plane(Quadric& q, const Plane& p) {
+CORDILLERA_HD inline void add_plane(PlaneQuadric& q, const Plane& p) {
   q.xx += p.a * p.a;
   q.xy += p.a * p.b;
   q.xz += p.a * p.c;
@@ -41,13 +41,13 @@ CORDILLERA_HD inline void add_plane(Quadric& q, const Plane& p) {
   q.ww += p.d * p.d;
 }
 
-CORDILLERA_HD inline Quadric sum(const Quadric& p, const Quadric& q) {
+CORDILLERA_HD inline PlaneQuadric sum(const PlaneQuadric& p, const PlaneQuadric& q) {
   return {p.xx + q.xx, p.xy + q.xy, p.xz + q.xz, p.xw + q.xw, p.yy + q.yy,
           p.yz + q.yz, p.yw + q.yw, p.zz + q.zz, p.zw + q.zw, p.ww + q.ww};
 }
 
 /// Equation 3.4; rounding may bring it below 0, where it stays 0.
-CORDILLERA_HD inline double value(const Quadric& q, const Position& origin, const Position& at) {
+CORDILLERA_HD inline double value(const PlaneQuadric& q, const Position& origin, const Position& at) {
   const double x = at.x - origin.x, y = at.y - origin.y, z = at.z - origin.z;
   const double v = x * (q.xx * x + 2 * (q.xy * y + q.xz * z + q.xw)) + y * (q.yy * y + 2 * (q.yz * z + q.yw)) +
                    z * (q.zz * z + 2 * q.zw) + q.ww;
@@ -56,7 +56,7 @@ CORDILLERA_HD inline double value(const Quadric& q, const Position& origin, cons
 
 /// Where it is least (equation 3.10), solved about `near`; near itself where that is ill-conditioned or farther off than the
 /// square of a distance says: a flat place has its least value everywhere.
-CORDILLERA_HD inline Position least_near(const Quadric& q, const Position& origin, const Position& near, double distance2) {
+CORDILLERA_HD inline Position least_near(const PlaneQuadric& q, const Position& origin, const Position& near, double distance2) {
   const double x = near.x - origin.x, y = near.y - origin.y, z = near.z - origin.z;
   const double gx = q.xx * x + q.xy * y + q.xz * z + q.xw, gy = q.xy * x + q.yy * y + q.yz * z + q.yw;
   const double gz = q.xz * x + q.yz * y + q.zz * z + q.zw;
@@ -82,7 +82,7 @@ CORDILLERA_HD inline bool is_void(const Arrays& mesh, std::int32_t triangle) {
 struct SumPlanes {
   Arrays mesh;
   CORDILLERA_HD void operator()(std::size_t v) const {
-    Quadric sum;
+    PlaneQuadric sum;
     all_triangles_at(mesh, static_cast<std::int32_t>(v), [&](std::int32_t triangle) {
       if (!is_void(mesh, triangle)) add_plane(sum, plane_of(mesh, triangle));
       return true;

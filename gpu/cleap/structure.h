@@ -23,7 +23,7 @@ struct Edge {
 };
 
 /// The sum of squared distances to planes (equation 3.3), about the mesh's origin: upper right of a symmetric matrix.
-struct Quadric {
+struct PlaneQuadric {
   double xx = 0, xy = 0, xz = 0, xw = 0, yy = 0, yz = 0, yw = 0, zz = 0, zw = 0, ww = 0;
 };
 
@@ -41,15 +41,15 @@ inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// Borrowed; where the steps run.
 struct Arrays {
   std::uint32_t vertices = 0, triangles = 0, edges = 0;
-  std::uint32_t row_places = 8;    ///< of triangles, in a row of the table
-  Position origin;                 ///< quadrics are about it, for the sake of their digits
-  Position* vertex = nullptr;      ///< indexed by vertex
-  std::int32_t* corner = nullptr;  ///< the triangles array; 0, 0, 0: the triangle is gone
-  Edge* edge = nullptr;            ///< indexed by edge
-  std::int32_t* table = nullptr;   ///< rows of Figure 4.3: count, continues, triangles
-  std::uint8_t* border = nullptr;  ///< indexed by vertex, 1: on the border (Algorithm 8)
-  std::uint32_t* flag = nullptr;   ///< the flags array, indexed by triangle
-  Quadric* quadric = nullptr;      ///< indexed by vertex; of metrics that want them
+  std::uint32_t row_places = 8;     ///< of triangles, in a row of the table
+  Position origin;                  ///< quadrics are about it, for the sake of their digits
+  Position* vertex = nullptr;       ///< indexed by vertex
+  std::int32_t* corner = nullptr;   ///< the triangles array; 0, 0, 0: the triangle is gone
+  Edge* edge = nullptr;             ///< indexed by edge
+  std::int32_t* table = nullptr;    ///< rows of Figure 4.3: count, continues, triangles
+  std::uint8_t* border = nullptr;   ///< indexed by vertex, 1: on the border (Algorithm 8)
+  std::uint32_t* flag = nullptr;    ///< the flags array, indexed by triangle
+  PlaneQuadric* quadric = nullptr;  ///< indexed by vertex; of metrics that want them
   /// Ours: the three edges of a triangle. Only for repairs that go no farther than the candidate's vicinity; null otherwise.
   std::int32_t* edge_of = nullptr;
   /// Of a tile (half_edge.h), indexed by vertex; null: any other mesh.

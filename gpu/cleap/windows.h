@@ -11,7 +11,7 @@ namespace cordillera::gpu::cleap {
 
 /// What is left to do, in collapses or in triangles.
 struct Goal {
-  Target target;
+  CollapseTarget target;
   std::uint64_t triangles = 0;  ///< that there are
   std::uint64_t collapses = 0;  ///< done
 

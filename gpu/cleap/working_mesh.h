@@ -209,7 +209,7 @@ class WorkingMesh {
   Array<Edge> edge_;
   Array<std::uint8_t> border_, wants_;
   Array<std::uint32_t> flag_, count_, before_, number_;
-  Array<Quadric> quadric_;
+  Array<PlaneQuadric> quadric_;
   Array<Tag> tag_;
 };
 

@@ -25,7 +25,7 @@ static_assert(HalfWindows::kCapacity % 4 == 0);
 
 /// A block of threads.
 template <int kThreads>
-struct BlockTeam {
+struct WindowTeam {
   template <class F>
   __device__ void each(int n, const F& f) {
     for (int i = static_cast<int>(threadIdx.x); i < n; i += kThreads) f(i);
@@ -94,7 +94,7 @@ __global__ void __launch_bounds__(Windows::kThreads, Windows::kAtOnce)
     simplify_windows_kernel(MeshView mesh, WindowCut cut, const BatchTile* tiles, std::uint32_t fewest, unsigned char* scratch,
                             std::size_t scratch_bytes) {
   extern __shared__ __align__(16) unsigned char shared[];
-  BlockTeam<Windows::kThreads> team;
+  WindowTeam<Windows::kThreads> team;
   for (std::uint32_t k = blockIdx.x; k < cut.count; k += gridDim.x) {
     const QuadNode& node = cut.nodes[k];
     if (!node.is_window() || node.count < fewest || node.count > Windows::kCapacity) continue;

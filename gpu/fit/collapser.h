@@ -79,7 +79,7 @@ void Collapser<Device, Samples>::start(bool has_planes) {
 template <class Device, class Samples>
 Count Collapser<Device, Samples>::estimated() {
   const std::size_t all = work_.ids();
-  const MeshView mesh = work_.mesh();
+  const FitMesh mesh = work_.mesh();
   const WaveView wave = work_.wave();
   const Vertices stale = device_.list({all}, IsStaleUnder{wave, {kCostClasses}}, work_.room(stale_, all));
   device_.each_of(stale, EvaluateByQuadric<Samples>{mesh, wave, samples_, choice_, rules_.limit});
@@ -151,7 +151,7 @@ Vertices Collapser<Device, Samples>::cut_short(Vertices winners, std::uint64_t e
 
 template <class Device, class Samples>
 void Collapser<Device, Samples>::apply(Vertices winners) {
-  const MeshView mesh = work_.mesh();
+  const FitMesh mesh = work_.mesh();
   const WaveView wave = work_.wave();
   device_.each_of(winners, Collapse{mesh, wave});
   const std::size_t all = work_.ids();

@@ -17,7 +17,7 @@ struct CutResult {
 };
 
 struct KeyOfChange {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   const std::uint32_t* list;
   std::uint64_t* keys;

@@ -14,7 +14,7 @@ struct BlockSchedule {
 };
 
 struct DropInBlock {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   BlockSchedule schedule;
   const std::uint32_t* start;  ///< indexed by block, one more at the end
@@ -96,7 +96,7 @@ struct DropInBlock {
 
 /// Those that had to wait for a neighbour outside their block.
 struct Unlock {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   CORDILLERA_HD void operator()(std::size_t i) const {
     const auto v = static_cast<std::uint32_t>(i);

@@ -44,7 +44,7 @@ class Dropper {
 /// Blocks cannot ask each other what is cheap: all go by a share of the first costs.
 template <class Device>
 void Dropper<Device>::in_blocks(std::uint64_t least) {
-  const MeshView mesh = work_.mesh();
+  const FitMesh mesh = work_.mesh();
   const WaveView wave = work_.wave();
   const std::size_t all = work_.ids(), blocks = work_.blocks();
   const double most_share = static_cast<double>(work_.triangles() - least) / 2 / static_cast<double>(all);
@@ -63,7 +63,7 @@ void Dropper<Device>::in_blocks(std::uint64_t least) {
 template <class Device>
 void Dropper<Device>::wave(Progress* progress) {
   ++wave_number_;
-  const MeshView mesh = work_.mesh();
+  const FitMesh mesh = work_.mesh();
   const WaveView wave = work_.wave();
   const std::size_t all = work_.ids();
   std::uint32_t *const listed = work_.room(listed_, all), *const least = work_.room(least_, all);

@@ -8,7 +8,7 @@
 namespace cordillera::gpu::fit {
 namespace {
 
-struct Range {
+struct MinMax {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void add(double value) {
     low = std::min(low, value);
@@ -17,8 +17,8 @@ struct Range {
   double size() const { return high - low; }
 };
 
-Range range_of(const std::vector<double>& values) {
-  Range range;
+MinMax range_of(const std::vector<double>& values) {
+  MinMax range;
   for (const double value : values) range.add(value);
   return range;
 }
@@ -41,7 +41,7 @@ struct Lattice {
 };
 
 /// The vertices as nodes of a regular lattice of which they fill at least a quarter; no columns if they are none.
-Lattice find_lattice(const HeightMesh& mesh, const Range& x, const Range& y) {
+Lattice find_lattice(const HeightMesh& mesh, const MinMax& x, const MinMax& y) {
   const double step_x = pitch_of(mesh, mesh.x, x.size()), step_y = pitch_of(mesh, mesh.y, y.size());
   const double columns = std::round(x.size() / step_x) + 1, rows = std::round(y.size() / step_y) + 1;
   if (columns * rows > 4.0 * static_cast<double>(mesh.vertices()) || columns > 1e7 || rows > 1e7) return {};
@@ -123,7 +123,7 @@ void plan_lattice(const HeightMesh& mesh, const Lattice& lattice, Plan& plan, bo
 }
 
 /// The longer side gets 2^26 units; bins are about one vertex large.
-void plan_scattered(const HeightMesh& mesh, const Range& x, const Range& y, Plan& plan, bool clockwise) {
+void plan_scattered(const HeightMesh& mesh, const MinMax& x, const MinMax& y, Plan& plan, bool clockwise) {
   constexpr double kUnits = 1 << 26;
   const double unit = std::max(x.size(), y.size()) / kUnits;
   plan.scale.unit_x = plan.scale.unit_y = unit;
@@ -159,7 +159,7 @@ void PlanScale::set_heights(double low, double high) {
 }
 
 Plan make_plan(const HeightMesh& mesh, bool clockwise) {
-  const Range x = range_of(mesh.x), y = range_of(mesh.y), z = range_of(mesh.z);
+  const MinMax x = range_of(mesh.x), y = range_of(mesh.y), z = range_of(mesh.z);
   Plan plan;
   plan.scale.set_heights(z.low, z.high);
   plan.scale.x0 = x.low;

@@ -46,7 +46,7 @@ struct PowerTriangle : FitTriangle {
 
 template <class Samples>
 struct RelocateByPower {
-  MeshView mesh;
+  FitMesh mesh;
   Samples samples;
   float inverse_scale = 1;  ///< of errors: about one over the greatest, lest powers overflow or vanish
   int power = 8;            ///< even

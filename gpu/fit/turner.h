@@ -13,7 +13,7 @@ class Turner {
   template <class Samples>
   void pass(const Samples& samples, int rounds, ErrorLimit limit) {
     const std::size_t all = work_.ids();
-    const MeshView mesh = work_.mesh();
+    const FitMesh mesh = work_.mesh();
     const WaveView wave = work_.wave();
     std::uint32_t *const list = work_.room(list_, all), *const winners = work_.room(winners_, all);
     device_.each(all, MakeAllStale{mesh, wave});

@@ -74,11 +74,11 @@ class PointGrid {
 };
 
 /// One triangle, turned counter-clockwise.
-struct Facet {
+struct JudgedTriangle {
   std::array<Point2, 3> at;
   std::array<double, 3> z{}, side{};  // side k is opposite of corner k
 
-  Facet(const proto::TriangleMesh& mesh, const std::array<std::uint32_t, 3>& corners) {
+  JudgedTriangle(const proto::TriangleMesh& mesh, const std::array<std::uint32_t, 3>& corners) {
     for (std::size_t k = 0; k < 3; ++k) {
       at[k] = {mesh.x[corners[k]], mesh.y[corners[k]]};
       z[k] = mesh.z[corners[k]];
@@ -143,7 +143,7 @@ class RowMeter {
 
   void measure(std::int64_t first, std::int64_t last) const {
     for (const auto& corners : surface_.triangles) {
-      const Facet facet(surface_, corners);
+      const JudgedTriangle facet(surface_, corners);
       const double south = std::min({facet.at[0].y, facet.at[1].y, facet.at[2].y}) - grid_.slack();
       const double north = std::max({facet.at[0].y, facet.at[1].y, facet.at[2].y}) + grid_.slack();
       const std::int64_t from = std::max(first, grid_.row_of(south)), to = std::min(last, grid_.row_of(north));
@@ -152,7 +152,7 @@ class RowMeter {
   }
 
  private:
-  void measure(const Facet& facet, std::int64_t row) const {
+  void measure(const JudgedTriangle& facet, std::int64_t row) const {
     const double slack = 2 * grid_.slack();  // the cells' own bounds are rounded
     const auto [west, east] = facet.stretch(grid_.south_of(row) - slack, grid_.south_of(row + 1) + slack);
     if (west > east) return;
@@ -160,7 +160,7 @@ class RowMeter {
       measure(facet, p);
     }
   }
-  void measure(const Facet& facet, std::uint32_t p) const {
+  void measure(const JudgedTriangle& facet, std::uint32_t p) const {
     const std::array<double, 3> areas = facet.areas({points_.x[p], points_.y[p]});
     const double outside = facet.outside(areas);
     if (!(outside <= grid_.slack()) || outside > found_.outside[p]) return;

@@ -65,7 +65,7 @@ class WorkMesh {
     return progress_.data();
   }
 
-  const MeshView& mesh() const { return mesh_; }
+  const FitMesh& mesh() const { return mesh_; }
   const WaveView& wave() const { return wave_; }
   std::size_t ids() const { return ids_; }  ///< vertices are numbered 0..ids-1; some are gone
   std::uint64_t triangles() const { return triangles_; }
@@ -102,7 +102,7 @@ class WorkMesh {
   std::size_t crowded() const { return ids_ * 9 / 20; }
 
   Device& device_;
-  MeshView mesh_, spare_mesh_;
+  FitMesh mesh_, spare_mesh_;
   WaveView wave_, spare_wave_;
   std::size_t blocks_ = 0, ids_ = 0, samples_ = 0, capacity_ = 0, spare_capacity_ = 0, packed_ = 0;
   std::uint64_t triangles_ = 0, removed_ = 0;

@@ -17,7 +17,7 @@
 namespace cordillera::gpu {
 
 /// What a triangle (or a whole tile) spans.
-struct Extent {
+struct TriangleExtent {
   double dlon_rad = 0, dlat_rad = 0;
   double low_m = 0, high_m = 0;                  ///< corners' heights
   double edge2_m2 = 0;                           ///< square of the longest edge
@@ -39,7 +39,7 @@ CORDILLERA_HD inline double least(double a, double b) { return a < b ? a : b; }
 CORDILLERA_HD inline double most(double a, double b) { return a > b ? a : b; }
 }  // namespace detail
 
-CORDILLERA_HD inline Reach reach_of(const Extent& e) {
+CORDILLERA_HD inline Reach reach_of(const TriangleExtent& e) {
   using namespace detail;
   constexpr double kFrame_rad = 0x1p-39;          // roundings of the row and column frames
   constexpr double kMeridianSlope_m = 65000;      // > |dM/dlat|, M the meridian's radius of curvature

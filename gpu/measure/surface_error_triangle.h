@@ -56,7 +56,7 @@ namespace detail {
 CORDILLERA_HD inline double distance2(const proto::Vec3& a, const proto::Vec3& b) { return proto::dot(a - b, a - b); }
 
 /// Distances from the axis and the greatest |sin(latitude)| between two rows, s the southern one.
-CORDILLERA_HD inline void set_rows(Extent& e, const TileFacts& tile, const proto::RowFrame& s, const proto::RowFrame& n) {
+CORDILLERA_HD inline void set_rows(TriangleExtent& e, const TileFacts& tile, const proto::RowFrame& s, const proto::RowFrame& n) {
   const double up = most(e.high_m, 0), down = least(e.low_m, 0);
   const bool straddles = s.sin_lat < 0 && n.sin_lat > 0;
   const double rs = s.radius_m + down * s.cos_lat, rn = n.radius_m + down * n.cos_lat;
@@ -72,7 +72,7 @@ CORDILLERA_HD inline void set_rows(Extent& e, const TileFacts& tile, const proto
 /// Radians to whole units, not less, at most a little more than the tile.
 CORDILLERA_HD inline double units(double rad, const TileFacts& tile) { return least(rad / tile.unit_rad, 2.0 * tile.side + 2); }
 
-CORDILLERA_HD inline void widen(MeasuredTriangle& t, const TileFacts& tile, const Extent& extent) {
+CORDILLERA_HD inline void widen(MeasuredTriangle& t, const TileFacts& tile, const TriangleExtent& extent) {
   const Reach reach = reach_of(extent);
   const double u = units(reach.lon_rad, tile), v = units(reach.lat_rad, tile), beyond = units(reach.beyond_lon_rad, tile);
   t.plan.columns.first -= static_cast<std::int64_t>(beyond);
@@ -109,7 +109,7 @@ CORDILLERA_HD inline double place_error_m(const MeasuredTriangle& t) {
 /// The largest square of units whose triangles surely show no sample outside their plan, whatever their place in the tile.
 CORDILLERA_HD inline std::int32_t small_units(const TileFacts& tile, const proto::RowFrame& south, const proto::RowFrame& north,
                                               double low_m, double high_m) {
-  Extent e;
+  TriangleExtent e;
   e.low_m = low_m;
   e.high_m = high_m;
   e.step_m = tile.step_m;
@@ -146,7 +146,7 @@ CORDILLERA_HD inline MeasuredTriangle measured_triangle(const TileFacts& tile, c
   MeasuredTriangle t;
   std::int32_t west = c[0].x, east = c[0].x, south = c[0].y, north = c[0].y;
   const proto::RowFrame *south_row = &c[0].row, *north_row = &c[0].row;
-  Extent extent;
+  TriangleExtent extent;
   extent.step_m = tile.step_m;
   extent.low_m = least(c[0].height_m, least(c[1].height_m, c[2].height_m));
   extent.high_m = most(c[0].height_m, most(c[1].height_m, c[2].height_m));

@@ -12,7 +12,7 @@ bool positive(const Polygon& p, std::uint32_t a, std::uint32_t b, std::uint32_t 
 }
 
 // What is still to be filled: the part of the polygon between two of its vertices, on the inner side of the line that joins them.
-struct Part {
+struct PolygonPart {
   std::uint32_t from = 0, to = 0;
 };
 
@@ -28,7 +28,7 @@ class Search {
 
  private:
   // The apex with most room comes first: valences stay even.
-  std::uint32_t apexes(Part part, std::array<std::uint32_t, kRowWidth>& order) const {
+  std::uint32_t apexes(PolygonPart part, std::array<std::uint32_t, kRowWidth>& order) const {
     std::uint32_t count = 0;
     for (std::uint32_t k = part.from + 1; k < part.to; ++k)
       if (positive(p_, part.from, k, part.to)) order[count++] = k;
@@ -58,7 +58,7 @@ class Search {
   bool fill(std::uint32_t waiting) {
     if (waiting == 0) return true;
     if (++steps_ > kMostSteps) return false;
-    const Part part = open_[waiting - 1];
+    const PolygonPart part = open_[waiting - 1];
     if (part.to == part.from + 1) {
       const bool rest = fill(waiting - 1);
       open_[waiting - 1] = part;
@@ -81,7 +81,7 @@ class Search {
 
   Polygon p_;
   Diagonals& found_;
-  std::array<Part, 2 * kRowWidth> open_{};
+  std::array<PolygonPart, 2 * kRowWidth> open_{};
   int steps_ = 0;
 };
 

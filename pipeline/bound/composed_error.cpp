@@ -22,7 +22,7 @@ constexpr std::uint32_t kNone = UINT32_MAX;
 constexpr double kRoundingSteps = 2;  // a corner moves by less than a step, and a slope may double it
 
 // A flat triangle, its plane, and heights that it cannot leave (gpu/measure/surface_error_plane.h has the reason).
-struct Plane {
+struct FlatTriangle {
   std::array<Vec3, 3> corner;
   Vec3 normal;  // not of unit length
   gpu::HeightRange range;
@@ -35,7 +35,7 @@ struct Over {
   double along_edges = 0;  // of a steep triangle, instead of the slope: the greatest rise per metre of an edge
 };
 
-Plane plane_of(const Spot& a, const Spot& b, const Spot& c) {
+FlatTriangle plane_of(const Spot& a, const Spot& b, const Spot& c) {
   const Vec3 ab = b.at - a.at, ac = c.at - a.at, bc = c.at - b.at;
   const double edge2_m2 = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
   const auto [low_m, high_m] = std::minmax({a.height_m, b.height_m, c.height_m});
@@ -43,11 +43,11 @@ Plane plane_of(const Spot& a, const Spot& b, const Spot& c) {
 }
 
 // On a pole row two corners are one point: such a triangle shows nothing.
-bool has_area(const Plane& plane) { return dot(plane.normal, plane.normal) > 1e-6; }
+bool has_area(const FlatTriangle& plane) { return dot(plane.normal, plane.normal) > 1e-6; }
 
 // A steep triangle is a needle: no terrain rises so much. Its plane tells little, for the tilt of a needle is one of roundings;
 // but across its length it reaches from its longest edge to the others, and these are no steeper than the terrain.
-Over over_steep(const Plane& plane, const Place& place) {
+Over over_steep(const FlatTriangle& plane, const SurfacePoint& place) {
   std::array<Vec3, 3> flat;  // seen from the place, along the ground
   for (int k = 0; k < 3; ++k) {
     const Vec3 from = plane.corner[k] - place.at;
@@ -78,7 +78,7 @@ Over over_steep(const Plane& plane, const Place& place) {
   return over;
 }
 
-Over over(const Plane& plane, const Place& place) {
+Over over(const FlatTriangle& plane, const SurfacePoint& place) {
   constexpr double kSteepest = 4;
   const double rise = dot(plane.normal, place.up);
   if (rise <= 0 || rise * rise * (1 + kSteepest * kSteepest) < dot(plane.normal, plane.normal)) return over_steep(plane, place);
@@ -101,12 +101,12 @@ struct Apart {
   PlanPoint at;       // the corner of the common ground where they are farthest apart
 };
 
-Apart apart(const Plane& a, const Plane& b, const Common& ground, const Earth& on) {
+Apart apart(const FlatTriangle& a, const FlatTriangle& b, const Common& ground, const Earth& on) {
   PlanPoint at = ground.corner[0];
   double most = 0, steepest2 = 0, turning = 0, bent = 0, diameter2 = 0;
   std::array<Vec3, 9> corner;
   for (int k = 0; k < ground.count; ++k) {
-    const Place place = on.place(ground.corner[k]);
+    const SurfacePoint place = on.place(ground.corner[k]);
     const Over first = over(a, place), second = over(b, place);
     const double here = std::max(first.high_m - second.low_m, second.high_m - first.low_m);
     if (here > most) at = ground.corner[k];
@@ -204,7 +204,7 @@ class ComposedMeter::Ground {
  private:
   // What the welded triangles tell of another triangle.
   struct Seen {
-    Plane plane;                 // of the triangle asked for
+    FlatTriangle plane;          // of the triangle asked for
     bool shown_already = false;  // it is one of the welded: all samples there are measured against it
     double error_m = 0;
     PlanPoint worst;
@@ -305,7 +305,7 @@ class ComposedMeter::Ground {
     error.offer(p);
   }
 
-  void offer_farthest(const std::array<gpu::MeshPoint, 3>& c, const Plane& plane, const std::vector<std::uint32_t>& near,
+  void offer_farthest(const std::array<gpu::MeshPoint, 3>& c, const FlatTriangle& plane, const std::vector<std::uint32_t>& near,
                       gpu::TriangleError& error) const {
     double farthest_m = -1;
     gpu::MeshPoint farthest;
@@ -330,10 +330,10 @@ class ComposedMeter::Ground {
   double least_m_, rounding_m_;
   TriangleIndex index_;
   LooseSamples loose_;
-  std::vector<Spot> at_;       // indexed by welded vertex
-  std::vector<char> on_rim_;   // likewise: beside an unpublished triangle, of a patch, or kOverVoid
-  bool has_rims_ = false;      // any of them
-  std::vector<Plane> planes_;  // indexed by welded triangle
+  std::vector<Spot> at_;              // indexed by welded vertex
+  std::vector<char> on_rim_;          // likewise: beside an unpublished triangle, of a patch, or kOverVoid
+  bool has_rims_ = false;             // any of them
+  std::vector<FlatTriangle> planes_;  // indexed by welded triangle
 };
 
 ComposedMeter::ComposedMeter(const proto::Lattice& lattice, const proto::TileAddress& tile, const TileMesh& mesh,

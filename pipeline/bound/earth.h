@@ -12,7 +12,7 @@
 namespace cordillera::pipeline {
 
 /// A place on the ellipsoid and which way is up there.
-struct Place {
+struct SurfacePoint {
   proto::Vec3 at, up;
   double tan_lat = 0;
 };
@@ -59,7 +59,7 @@ class Earth {
         columns_(lattice, proto::column_frame) {}
 
   // Between lattice vertices by the addition theorems from the vertex to the south-west: no library function of the fraction.
-  Place place(PlanPoint p) const {
+  SurfacePoint place(PlanPoint p) const {
     const double column = std::floor(p.x), row = std::floor(p.y);
     const proto::ColumnFrame c = columns_.at(west_ + static_cast<std::int64_t>(column));
     const proto::RowFrame r = rows_.at(south_ + static_cast<std::int64_t>(row));

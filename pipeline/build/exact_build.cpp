@@ -32,7 +32,7 @@ struct EncodedLevel {
 class BlockBuild {
  public:
   BlockBuild(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place, const proto::Samples& samples,
-             const BlockTeam& team)
+             const BlockReaders& team)
       : plan_(plan),
         node_(node),
         lattice_(lattice_of(plan)),
@@ -161,7 +161,7 @@ class BlockBuild {
   const proto::TileAddress node_;
   const proto::Lattice lattice_;
   const proto::Samples& samples_;
-  const BlockTeam team_;
+  const BlockReaders team_;
   const BlockPlace place_;
   const BlockCurve curve_;
   const gpu::SampleFrames frames_;
@@ -270,8 +270,8 @@ proto::Result<void> ExactSimplifiers::simplify_above(const Above& above, const g
 }
 
 proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
-                                              const proto::Samples& samples, ExactSimplifiers& simplifiers, const BlockTeam& team,
-                                              const std::function<void(double)>& share) {
+                                              const proto::Samples& samples, ExactSimplifiers& simplifiers,
+                                              const BlockReaders& team, const std::function<void(double)>& share) {
   return BlockBuild(plan, node, place, samples, team).run(simplifiers, share);
 }
 

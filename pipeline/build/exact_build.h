@@ -65,7 +65,7 @@ class ExactSimplifiers {
 
 /// The source's pixels in a tile of the finest level, read by one of the workers.
 using ReadPixels = std::function<std::vector<raster::PixelPoint>(const proto::TileAddress& tile, unsigned worker)>;
-struct BlockTeam {
+struct BlockReaders {
   Workers& workers;
   const ReadPixels& pixels;
 };
@@ -73,8 +73,8 @@ struct BlockTeam {
 /// All tiles of a node's block, from samples that hold it (see BlockPlace::empty_samples), and its mesh where levels are merged
 /// above. share: as in Builder::block, from where the samples are there to 1.
 proto::Result<FinishedTask> build_exact_block(const proto::Plan& plan, const proto::TileAddress& node, const BlockPlace& place,
-                                              const proto::Samples& samples, ExactSimplifiers& simplifiers, const BlockTeam& team,
-                                              const std::function<void(double)>& share);
+                                              const proto::Samples& samples, ExactSimplifiers& simplifiers,
+                                              const BlockReaders& team, const std::function<void(double)>& share);
 
 /// All tiles above the blocks, see merged_at_once. kept: indexed as node_at; null where a block has no data.
 proto::Result<FinishedTask> build_exact_above(const proto::Plan& plan, const std::vector<const KeptBlock*>& kept,

@@ -128,7 +128,7 @@ class PlacedPixels {
       for (const std::uint32_t k : cells_.row(row, west, east)) {
         const raster::PixelPoint& pixel = pixels_[k];
         if (!facet.holds(pixel.x, pixel.y)) continue;
-        const Place place = earth_.place({pixel.x, pixel.y});
+        const SurfacePoint place = earth_.place({pixel.x, pixel.y});
         const double surface_m =
             (facet.plane.offset - proto::dot(facet.plane.normal, place.at)) / proto::dot(facet.plane.normal, place.up);
         if (!f(k, std::abs(facet.range.clamp(surface_m) - pixel.height_m))) return;

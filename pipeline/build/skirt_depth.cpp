@@ -12,7 +12,7 @@ constexpr double kSteps = 8;
 // A coarser neighbour's chain runs on beyond this tile, down into valleys that it does not hold.
 constexpr double kReliefBeyond_m = 500;
 
-struct Extent {
+struct MinMax {
   std::int32_t low = INT32_MAX, high = INT32_MIN;
   void add(std::int32_t value) {
     low = std::min(low, value);
@@ -25,7 +25,7 @@ struct Extent {
 /// the data is small, by the earth's curvature below them. Targets of coarse levels allow for far more. apart: errors that two
 /// neighbours may be apart.
 double floor_m(const LevelContext& context, const BuiltTile& built, const PublishedMesh& published, double apart) {
-  Extent x, y, height;
+  MinMax x, y, height;
   for (const std::uint32_t v : published.source) {
     x.add(built.mesh.x[v]);
     y.add(built.mesh.y[v]);

@@ -31,12 +31,12 @@ struct SideEdge {
   proto::Vec3 from_point, to_point;  ///< as the .glb has them
 };
 
-enum Side { kWest, kEast, kSouth, kNorth };
+enum TileSide { kWest, kEast, kSouth, kNorth };
 
 struct CheckedTile {
   proto::TileAddress tile;
   DecodedDrc drc;
-  std::array<std::vector<SideEdge>, 4> sides;  ///< indexed by Side, sorted
+  std::array<std::vector<SideEdge>, 4> sides;  ///< indexed by TileSide, sorted
 };
 
 std::string name_of(const proto::TileAddress& tile);

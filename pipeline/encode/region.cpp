@@ -26,14 +26,14 @@ double up(double value, double step) { return (std::ceil(value / step) + 1) * st
 
 double length(Vec3 v) { return std::sqrt(dot(v, v)); }
 
-struct Extent {
+struct RegionBounds {
   double west = 1e9, south = 1e9, east = -1e9, north = -1e9, low = 1e9, high = -1e9;
 };
 
 double middle_longitude(const proto::TileAddress& tile) { return -kPi + kPi * (tile.x + 0.5) / std::ldexp(1, tile.z); }
 
 // Longitudes are taken from the middle of the tile, so that its western and eastern side never swap at the antimeridian.
-void include_points(Extent& e, const LitMesh::Surface& surface, const std::vector<Geodetic>& at, double middle) {
+void include_points(RegionBounds& e, const LitMesh::Surface& surface, const std::vector<Geodetic>& at, double middle) {
   const double c = std::cos(middle), s = std::sin(middle);
   for (std::size_t v = 0; v < at.size(); ++v) {
     const Vec3& p = surface.points[v];
@@ -51,7 +51,7 @@ void include_points(Extent& e, const LitMesh::Surface& surface, const std::vecto
 
 double steepness(double latitude) { return 1 + std::tan(std::min(std::abs(latitude), 1.57)); }
 
-void include_latitude(Extent& e, double latitude, double bulge) {
+void include_latitude(RegionBounds& e, double latitude, double bulge) {
   if (latitude > 0) e.north = std::max(e.north, latitude + bulge);
   if (latitude < 0) e.south = std::min(e.south, latitude - bulge);
 }
@@ -59,7 +59,7 @@ void include_latitude(Extent& e, double latitude, double bulge) {
 // A chord between two points of one parallel bulges poleward, by L^2 tan(lat) / (8 R^2). Long ones are sampled in pieces of 20
 // km, the bulge within a piece added by that formula, doubled. Inside a triangle latitude has no maximum of its own: {latitude >=
 // c} is a cone.
-void include_long_edge(Extent& e, Vec3 a, Vec3 b) {
+void include_long_edge(RegionBounds& e, Vec3 a, Vec3 b) {
   const double edge = length(b - a);
   const int pieces = std::clamp(static_cast<int>(edge / kShort_m) + 1, 1, 256);
   const double part = edge / pieces / proto::kSemiMajor_m;
@@ -99,7 +99,7 @@ double lowest_in_large(Vec3 a, Vec3 b, Vec3 c) {
 // For small triangles: the second derivative of the height along a line is at most 1/R, and for q = sum l_i p_i inside a triangle
 // of longest side L the spread sum l_i |p_i - q|^2 is at most L^2 / 3. So q lies at most L^2 / (6 R) below its corners' mean;
 // latitude likewise.
-void include_triangles(Extent& e, const LitMesh::Surface& surface, const std::vector<Geodetic>& at) {
+void include_triangles(RegionBounds& e, const LitMesh::Surface& surface, const std::vector<Geodetic>& at) {
   const double steepest = steepness(std::max(std::abs(e.south), std::abs(e.north)));
   for (const Triangle& t : surface.triangles) {
     const Vec3 a = surface.points[t[0]], b = surface.points[t[1]], c = surface.points[t[2]];
@@ -137,7 +137,7 @@ Geodetic geodetic(Vec3 p) {
 
 std::array<double, 6> region_of(const LitMesh& mesh, const proto::TileAddress& tile) {
   const double middle = middle_longitude(tile);
-  Extent e;
+  RegionBounds e;
   for (const LitMesh::Surface* surface : {&mesh.terrain, &mesh.skirts}) {
     std::vector<Geodetic> at;
     for (const Vec3& p : surface->points) at.push_back(geodetic(p));

@@ -36,14 +36,14 @@ Range rows_between(const std::vector<double>& v, double north, double south) {
 
 /// Twice the area left of a triangle's side; a place on the side belongs to both of its triangles, and gets the height of the
 /// first.
-struct Side {
+struct EdgeFunction {
   double u = 0, v = 0, du = 0, dv = 0;
   bool left(double pu, double pv) const { return du * (pv - v) - dv * (pu - u) >= 0; }
 };
 
 using Corner = std::array<std::int32_t, 3>;
 
-Side side(const Corner& a, const Corner& b) {
+EdgeFunction side(const Corner& a, const Corner& b) {
   const double u = a[0], v = a[1];
   return {u, v, b[0] - u, b[1] - v};
 }
@@ -65,12 +65,12 @@ void draw(const std::array<Corner, 3>& corner, const Facet& facet, const Canvas&
   const Range columns = columns_between(to.at.u, west, east);
   if (columns.first == columns.end) return;
   const Range rows = rows_between(to.at.v, north, south);
-  const std::array<Side, 3> sides = {side(corner[0], corner[1]), side(corner[1], corner[2]), side(corner[2], corner[0])};
+  const std::array<EdgeFunction, 3> sides = {side(corner[0], corner[1]), side(corner[1], corner[2]), side(corner[2], corner[0])};
   for (std::size_t r = rows.first; r < rows.end; ++r) {
     const gpu::PlaneRow along(facet.plane, to.at.rows[r]);
     for (std::size_t c = columns.first; c < columns.end; ++c) {
       double& pixel = to.out[r * to.stride + c];
-      const auto inside = [&](const Side& s) { return s.left(to.at.u[c], to.at.v[r]); };
+      const auto inside = [&](const EdgeFunction& s) { return s.left(to.at.u[c], to.at.v[r]); };
       if (!std::isnan(pixel) || !std::all_of(sides.begin(), sides.end(), inside)) continue;
       pixel = facet.range.clamp(along.height_m(to.at.columns[c].sin_lon, to.at.columns[c].cos_lon));
     }

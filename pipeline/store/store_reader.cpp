@@ -57,8 +57,8 @@ struct StoreAddress {
 };
 
 /// Every row that these give has the answer to `sound` in its first column.
-struct Connection {
-  explicit Connection(const StoreAddress& place)
+struct StoreConnection {
+  explicit StoreConnection(const StoreAddress& place)
       : opened(place.open_small()),
         summed(has_sums(database)),
         drc(database, blob_of("drc")),
@@ -123,7 +123,7 @@ class SqliteReader final : public StoreReader {
   // A few connections, one thread each: tiles are small and mostly in the page cache, so nobody waits long.
   // (Stands first: a deduced return type must be known before it is used.)
   template <class Use>
-  static auto counted(Connection& c, const Use& use) {
+  static auto counted(StoreConnection& c, const Use& use) {
     auto out = use(c);
     c.cache_bytes = c.database.cache_bytes();
     return out;
@@ -132,10 +132,10 @@ class SqliteReader final : public StoreReader {
   auto with_connection(const Use& use) const {
     const std::size_t first = turn_.fetch_add(1, std::memory_order_relaxed);
     for (std::size_t k = 0; k < kConnections; ++k) {
-      Connection& c = *connections_[(first + k) % kConnections];
+      StoreConnection& c = *connections_[(first + k) % kConnections];
       if (const std::unique_lock lock(c.mutex, std::try_to_lock); lock) return counted(c, use);
     }
-    Connection& c = *connections_[first % kConnections];
+    StoreConnection& c = *connections_[first % kConnections];
     const std::lock_guard lock(c.mutex);
     return counted(c, use);
   }
@@ -144,14 +144,14 @@ class SqliteReader final : public StoreReader {
   /// plan: none where it cannot be read; then no .glb can be made.
   SqliteReader(StoreAddress place, proto::Manifest manifest, std::optional<proto::Plan> plan)
       : place_(std::move(place)), manifest_(std::move(manifest)), plan_(std::move(plan)) {
-    for (auto& c : connections_) c = std::make_unique<Connection>(place_);
+    for (auto& c : connections_) c = std::make_unique<StoreConnection>(place_);
   }
 
   const proto::Manifest& manifest() const override { return manifest_; }
 
   std::optional<Blob> tile(const TileAddress& tile, Encoding encoding) const override {
     const auto found =
-        with_connection([&](Connection& c) { return read(c, encoding == Encoding::drc ? c.drc : c.glb, tile, encoding); });
+        with_connection([&](StoreConnection& c) { return read(c, encoding == Encoding::drc ? c.drc : c.glb, tile, encoding); });
     if (!found || !found->blob.etag.empty()) return found ? std::optional(found->blob) : std::nullopt;
     return made(tile, {});  // the connection is free meanwhile
   }
@@ -159,7 +159,7 @@ class SqliteReader final : public StoreReader {
   std::optional<Blob> glb(const TileAddress& tile, const Shading& shading) const override { return made(tile, shading); }
 
   std::optional<std::string> tag(const TileAddress& tile, Encoding encoding) const override {
-    const auto found = with_connection([&](Connection& c) -> std::optional<std::string> {
+    const auto found = with_connection([&](StoreConnection& c) -> std::optional<std::string> {
       if (!c.tags.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
       require_sound(c.tags, tile);
       return hex(c.tags.blob(encoding == Encoding::drc ? 1 : 2));
@@ -176,7 +176,7 @@ class SqliteReader final : public StoreReader {
   }
 
   std::string water(const TileAddress& tile) const override {
-    return with_connection([&](Connection& c) {
+    return with_connection([&](StoreConnection& c) {
       if (!c.water || !c.water->bind(tile.z, tile.y, tile.x).step()) return std::string();
       require_sound(*c.water, tile);
       return std::string(c.water->blob(1));
@@ -191,7 +191,7 @@ class SqliteReader final : public StoreReader {
 
   std::vector<proto::TileRecord> records(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1,
                                          std::int32_t y1) const override {
-    return with_connection([&](Connection& c) {
+    return with_connection([&](StoreConnection& c) {
       std::vector<proto::TileRecord> out;
       for_each_row(c.records, {level, x0, y0, x1, y1}, [&] {
         require_sound(c.records,
@@ -203,7 +203,7 @@ class SqliteReader final : public StoreReader {
   }
 
   std::vector<TileExtent> extents(int level, std::int32_t x0, std::int32_t y0, std::int32_t x1, std::int32_t y1) const override {
-    return with_connection([&](Connection& c) {
+    return with_connection([&](StoreConnection& c) {
       std::vector<TileExtent> out;
       for_each_row(c.nodes, {level, x0, y0, x1, y1}, [&] {
         TileExtent& e = out.emplace_back();
@@ -222,7 +222,7 @@ class SqliteReader final : public StoreReader {
     Blob blob;  ///< its etag is empty where the encoding is not stored
     proto::TileRecord record;
   };
-  static std::optional<Found> read(const Connection& c, Statement& get, const TileAddress& tile, Encoding encoding) {
+  static std::optional<Found> read(const StoreConnection& c, Statement& get, const TileAddress& tile, Encoding encoding) {
     if (!get.bind(tile.z, tile.y, tile.x).step()) return std::nullopt;
     require_sound(get, tile);
     const std::string_view bytes = get.blob(1), hash = get.blob(2);
@@ -235,7 +235,7 @@ class SqliteReader final : public StoreReader {
   }
 
   std::optional<Blob> made(const TileAddress& tile, const Shading& shading) const {
-    const auto found = with_connection([&](Connection& c) { return read(c, c.drc, tile, Encoding::drc); });
+    const auto found = with_connection([&](StoreConnection& c) { return read(c, c.drc, tile, Encoding::drc); });
     if (!found) return std::nullopt;
     if (!plan_) throw StoreError("the plan is not as it was written");
     auto glb = tile_glb(*plan_, found->record, found->blob.bytes, shading);
@@ -247,7 +247,7 @@ class SqliteReader final : public StoreReader {
   StoreAddress place_;  ///< outlives the connections
   proto::Manifest manifest_;
   std::optional<proto::Plan> plan_;
-  std::array<std::unique_ptr<Connection>, kConnections> connections_;
+  std::array<std::unique_ptr<StoreConnection>, kConnections> connections_;
   mutable std::atomic<std::size_t> turn_{0};
 };
 

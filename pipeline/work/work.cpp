@@ -113,13 +113,13 @@ class TaskList {
   std::atomic<std::size_t> next_{0};
 };
 
-proto::Result<Outcome> do_task(Worker& worker, const proto::WorkPlan& plan, const proto::WorkTask& task,
-                               const std::string& folder) {
-  if (read_shard(folder, task).ok()) return Outcome::was_done;
+proto::Result<TaskOutcome> do_task(Worker& worker, const proto::WorkPlan& plan, const proto::WorkTask& task,
+                                   const std::string& folder) {
+  if (read_shard(folder, task).ok()) return TaskOutcome::was_done;
   const auto finished = worker.work(task);
   if (!finished.ok()) return of_storage(plan, task, finished.problem());
   if (const auto written = write_shard(folder, task, *finished); !written.ok()) return written.problem();
-  return Outcome::done;
+  return TaskOutcome::done;
 }
 
 /// A worker a device. The first problem, by the devices' order, or an exception ends the list for all.

@@ -23,9 +23,9 @@ std::vector<std::size_t> part_of(const proto::WorkStage& stage, std::size_t part
 /// Cost of a task relative to others: finest samples to read, or what a merge costs in those.
 double cost_of(const proto::WorkTask& task);
 
-enum class Outcome { done, was_done };
+enum class TaskOutcome { done, was_done };
 /// Called after every task, by one worker at a time.
-using TaskEnded = std::function<void(const proto::WorkTask&, Outcome)>;
+using TaskEnded = std::function<void(const proto::WorkTask&, TaskOutcome)>;
 
 /// Does the tasks, with one device in order, and writes their shards. One whose shard is there, whole and undamaged, is not done
 /// again. Problems: "source-changed" (a raster or its geoid is not as planned), "shard-missing" (a stage below is not finished),

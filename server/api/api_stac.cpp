@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint32_t kMostItems = 100;  // of a page: an item is some kilobytes
 
 /// The service's own folder: public_folder is that of the request's path.
-Place place_of(const Request& request) {
+ServiceRoot place_of(const Request& request) {
   Request at_root = request;
   at_root.path = "/";
   std::string folder = public_folder(at_root);
@@ -44,7 +44,7 @@ proto::Result<ListQuery> query_of(const Request& request) {
   return query;
 }
 
-Json item_of(Service& service, const Place& place, const Dataset& dataset, const proto::Manifest& manifest) {
+Json item_of(Service& service, const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest) {
   Offered offered{{}, !is_folder(service, dataset.id)};
   for (const Part& part : parts_of(service, dataset.id)) offered.faces.push_back(part.face);
   return item(place, dataset, manifest, offered);
@@ -53,7 +53,7 @@ Json item_of(Service& service, const Place& place, const Dataset& dataset, const
 Response items(Service& service, const Request& request) {
   const auto query = query_of(request);
   if (!query) return problem_response(query.problem());
-  const Place place = place_of(request);
+  const ServiceRoot place = place_of(request);
   const Page page = page_of(service, request, *query);
   std::vector<Json> features;
   for (const Row& row : page.rows) {

@@ -79,14 +79,14 @@ proto::Result<std::vector<std::size_t>> tasks_of(const WorkLine& line, const pro
   return work::part_of(stage, part, parts);
 }
 
-class Counter {
+class TaskCounter {
  public:
-  Counter(std::size_t all, Words words) : all_(all), words_(words) {}
-  void ended(const proto::WorkTask& task, work::Outcome outcome) {
+  TaskCounter(std::size_t all, Words words) : all_(all), words_(words) {}
+  void ended(const proto::WorkTask& task, work::TaskOutcome outcome) {
     ++done_;
     if (words_ == Words::none) return;
     std::cerr << done_ << "/" << all_ << " " << task.level() << "/" << task.x() << "/" << task.y()
-              << (outcome == work::Outcome::done ? "" : " was there") << "\n";
+              << (outcome == work::TaskOutcome::done ? "" : " was there") << "\n";
   }
 
  private:
@@ -123,9 +123,9 @@ proto::Result<void> do_stage(const proto::WorkPlan& plan, int number, const Work
       return Problem{"option-invalid", "--threads='" + line.threads + "': " + *wrong, "0 to 1024", "--threads"};
     }
   }
-  Counter counter(tasks->size(), line.words);
+  TaskCounter counter(tasks->size(), line.words);
   return work::do_tasks(
-      plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::Outcome outcome) { counter.ended(task, outcome); },
+      plan, stage, *tasks, order, [&](const proto::WorkTask& task, work::TaskOutcome outcome) { counter.ended(task, outcome); },
       g_stop);
 }
 

@@ -21,7 +21,7 @@ using proto::Problem;
 
 /// What is to be fetched, and what is done where an address has nothing.
 enum class Absent { problem, counted, next };
-struct Wanted {
+struct FetchList {
   std::vector<std::string> addresses;
   Absent absent = Absent::problem;
 };
@@ -34,7 +34,7 @@ struct Counts {
 /// Addresses into files, by several connections.
 class Fetch {
  public:
-  Fetch(const Place& place, const FetchLine& line, Wanted wanted) : place_(place), line_(line), wanted_(std::move(wanted)) {}
+  Fetch(const Place& place, const FetchLine& line, FetchList wanted) : place_(place), line_(line), wanted_(std::move(wanted)) {}
 
   /// file: of the only address; empty: each has the path of its address, below the folder.
   proto::Result<void> into(const fs::path& folder, const std::string& file, std::size_t connections) {
@@ -118,7 +118,7 @@ class Fetch {
 
   const Place& place_;
   const FetchLine& line_;
-  const Wanted wanted_;
+  const FetchList wanted_;
   Counts counts_;
   std::atomic<std::size_t> next_{0};
   std::mutex mutex_;
@@ -132,8 +132,8 @@ proto::Result<Answer> get(const Place& place, const FetchLine& line, const std::
   return answer.whole(200) ? proto::Result<Answer>(answer) : talk.problem_of(answer);
 }
 
-proto::Result<Wanted> wanted_by(const FetchLine& line, const Place& place) {
-  Wanted wanted;
+proto::Result<FetchList> wanted_by(const FetchLine& line, const Place& place) {
+  FetchList wanted;
   for (const std::string& what : line.what) {
     auto address = address_named(what);
     if (!address) return address.problem();
@@ -150,7 +150,7 @@ proto::Result<Wanted> wanted_by(const FetchLine& line, const Place& place) {
   auto addresses = line.middle ? addresses_from_the_middle(manifest, line.format)
                                : addresses_of(manifest, {line.bbox, line.level, line.format});
   if (!addresses) return addresses.problem();
-  return Wanted{std::move(*addresses), line.middle ? Absent::next : Absent::counted};
+  return FetchList{std::move(*addresses), line.middle ? Absent::next : Absent::counted};
 }
 
 std::optional<Problem> check(const FetchLine& line, std::size_t* connections) {

@@ -14,11 +14,11 @@ using proto::Problem;
 constexpr std::size_t kMost = 2'000'000;     // addresses of one command
 constexpr std::size_t kMostOfMiddle = 2000;  // tries
 
-struct Format {
+struct TileFormat {
   const char* name;
   const char* folder;
 };
-constexpr Format kFormats[] = {{"drc", "tiles/"}, {"glb", "tiles/"}, {"terrain", "terrain/"}};
+constexpr TileFormat kFormats[] = {{"drc", "tiles/"}, {"glb", "tiles/"}, {"terrain", "terrain/"}};
 
 /// Degrees; east is beyond 180 where it lies across the antimeridian.
 struct Box {
@@ -34,20 +34,20 @@ struct Levels {
 };
 
 /// What of a manifest says where tiles are.
-struct Extent {
+struct DatasetExtent {
   Box box;
   Levels levels;
 };
 
-proto::Result<Extent> extent_of(const Json& manifest) {
+proto::Result<DatasetExtent> extent_of(const Json& manifest) {
   const Json bounds = manifest.value("bounds", Json::array());
   const bool sound = bounds.is_array() && bounds.size() >= 4 && manifest.contains("max_level") &&
                      manifest["max_level"].is_number_unsigned() &&
                      std::all_of(bounds.begin(), bounds.end(), [](const Json& number) { return number.is_number(); });
   if (!sound)
     return Problem{"answer-unknown", "the manifest does not say where the dataset is", "a service of this version", "--server"};
-  return Extent{unwrapped(bounds.get<std::vector<double>>()),
-                {manifest.value("min_level", 0u), manifest["max_level"].get<std::uint32_t>()}};
+  return DatasetExtent{unwrapped(bounds.get<std::vector<double>>()),
+                       {manifest.value("min_level", 0u), manifest["max_level"].get<std::uint32_t>()}};
 }
 
 proto::Result<Levels> read_levels(const std::string& text, const Levels& all) {
@@ -72,7 +72,7 @@ proto::Result<Box> read_box(const std::string& text, const Box& all) {
   return unwrapped({settings->build.bbox().begin(), settings->build.bbox().end()});
 }
 
-std::string address(const Format& format, std::uint32_t level, long column, long row) {
+std::string address(const TileFormat& format, std::uint32_t level, long column, long row) {
   return format.folder + std::to_string(level) + "/" + std::to_string(column) + "/" + std::to_string(row) + "." + format.name;
 }
 
@@ -83,12 +83,12 @@ std::pair<long, long> between(double from, double to) {
 }
 
 /// Columns and rows of a level in both boxes. A box and the data may be a whole turn apart.
-struct Range {
+struct ColumnsAndRows {
   std::set<long> columns;
   std::pair<long, long> rows = {0, -1};
 };
-Range range_of(const Box& data, const Box& box, std::uint32_t level) {
-  Range range;
+ColumnsAndRows range_of(const Box& data, const Box& box, std::uint32_t level) {
+  ColumnsAndRows range;
   const double tiles = std::ldexp(1.0, static_cast<int>(level));
   const long around = 2l << level, top = 1l << level;
   const double south = std::max(data.south, box.south), north = std::min(data.north, box.north);
@@ -104,14 +104,14 @@ Range range_of(const Box& data, const Box& box, std::uint32_t level) {
   return range;
 }
 
-proto::Result<Format> read_format(const std::string& name) {
-  for (const Format& format : kFormats) {
+proto::Result<TileFormat> read_format(const std::string& name) {
+  for (const TileFormat& format : kFormats) {
     if (name == format.name) return format;
   }
   return Problem{"option-invalid", "--format='" + name + "': no such kind of tile", "drc, glb or terrain", "--format"};
 }
 
-bool is_tile(const std::string& what, const Format& format) {
+bool is_tile(const std::string& what, const TileFormat& format) {
   const std::string suffix = std::string(".") + format.name;
   if (!what.ends_with(suffix)) return false;
   const std::string numbers = what.substr(0, what.size() - suffix.size());
@@ -122,7 +122,7 @@ bool is_tile(const std::string& what, const Format& format) {
 
 proto::Result<std::string> address_named(const std::string& what) {
   if (what == "manifest" || what == "tileset") return what + ".json";
-  for (const Format& format : kFormats) {
+  for (const TileFormat& format : kFormats) {
     if (is_tile(what, format)) return format.folder + what;
   }
   // It also becomes a path on this machine.
@@ -147,7 +147,7 @@ proto::Result<std::vector<std::string>> addresses_of(const Json& manifest, const
   if (!levels) return levels.problem();
   std::vector<std::string> addresses;
   for (std::uint32_t level = levels->least; level <= levels->finest; ++level) {
-    const Range range = range_of(extent->box, *box, level);
+    const ColumnsAndRows range = range_of(extent->box, *box, level);
     const auto rows = static_cast<std::size_t>(range.rows.second - range.rows.first + 1);
     if (addresses.size() + range.columns.size() * rows > kMost)
       return Problem{"usage", "these would be more than " + std::to_string(kMost) + " tiles",

@@ -176,13 +176,13 @@ proto::Result<Print> fetch_object(const std::string& address, Sink& sink) {
   return Print();
 }
 
-struct Order {
+struct FetchOrder {
   const std::string& address;
   const fs::path& file;
   Wanted wanted;
 };
 
-proto::Result<Print> fetch_into(const ServeSettings& settings, limits::Space& space, const Order& order,
+proto::Result<Print> fetch_into(const ServeSettings& settings, limits::Space& space, const FetchOrder& order,
                                 const std::atomic<bool>& stop) {
   const auto& [address, file, wanted] = order;
   if (const auto allowed = check_address(settings, address); !allowed) return allowed.problem();  // it may have been taken back

@@ -119,7 +119,7 @@ std::optional<Child> spawn(const Program& program, const std::string& folder, in
 }
 
 /// What the child said, line by line.
-struct Report {
+struct ChildReport {
   const ProgressSink& sink;
   std::optional<proto::Problem> problem;
   std::optional<proto::Estimate> estimate;
@@ -188,7 +188,7 @@ class Watch {
   bool late() const { return late_; }
 
   /// Reads until the child closes its end; asks it, then forces it, to end when it is to stop, and ends it when its time is over.
-  void listen_to(Report& report) {
+  void listen_to(ChildReport& report) {
     std::optional<Clock::time_point> asked;
     while (true) {
       if (stop_ && !asked) {
@@ -281,7 +281,7 @@ proto::Result<std::optional<proto::Estimate>> run(const Program& program, const 
   if (asks >= 0) close(asks);
   if (!child) return cannot_start(failed);
   log_debug("job " + folder.filename().string() + " runs as process " + std::to_string(child->pid));
-  Report report{progress, {}, {}, {}};
+  ChildReport report{progress, {}, {}, {}};
   Watch watch(*child, folder, stop);
   try {
     if (progress.raster != nullptr) answers.begin(*progress.raster, stop);

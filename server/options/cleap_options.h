@@ -11,7 +11,7 @@
 namespace cordillera::server {
 
 struct CleapRequest {
-  gpu::cleap::Target target;
+  gpu::cleap::CollapseTarget target;
   double keep = 0;  ///< instead: a share of the input's triangles
   gpu::cleap::Options options;
   std::uint32_t smooth = 0;  ///< steps of Taubin's smoothing afterwards

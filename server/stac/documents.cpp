@@ -27,8 +27,8 @@ Json link(const char* rel, const std::string& href, const char* type, const char
   return json;
 }
 
-std::string home(const Place& place) { return place.root + "/stac"; }
-std::string home_of_collection(const Place& place) { return home(place) + "/collections/datasets"; }
+std::string home(const ServiceRoot& place) { return place.root + "/stac"; }
+std::string home_of_collection(const ServiceRoot& place) { return home(place) + "/collections/datasets"; }
 
 /// West, south, east, north with longitudes in [-180, 180]; west above east crosses the antimeridian.
 std::array<double, 4> box_of(const proto::Manifest& manifest) {
@@ -77,7 +77,7 @@ Json assets_of(const std::string& path, const Offered& offered) {
 
 }  // namespace
 
-Json landing_page(const Place& place) {
+Json landing_page(const ServiceRoot& place) {
   Json json = {{"type", "Catalog"}, {"stac_version", kVersion}, {"id", "cordillera"}, {"title", "Cordillera"}};
   json["description"] = "Terrain for the web: each dataset is an elevation model as level-of-detail tiles in several formats";
   json["conformsTo"] = classes();
@@ -94,7 +94,7 @@ Json landing_page(const Place& place) {
 
 Json conformance() { return {{"conformsTo", classes()}}; }
 
-Json collection(const Place& place) {
+Json collection(const ServiceRoot& place) {
   Json json = {{"type", "Collection"}, {"stac_version", kVersion}, {"id", "datasets"}, {"title", "Datasets"}};
   json["description"] = "The datasets of this service that are ready and that you may read";
   json["license"] = "various";  // each dataset has the terms of its source
@@ -107,12 +107,12 @@ Json collection(const Place& place) {
   return json;
 }
 
-Json collections(const Place& place) {
+Json collections(const ServiceRoot& place) {
   return {{"collections", Json::array({collection(place)})},
           {"links", Json::array({link("self", home(place) + "/collections", kJson), link("root", home(place), kJson)})}};
 }
 
-Json item(const Place& place, const Dataset& dataset, const proto::Manifest& manifest, const Offered& offered) {
+Json item(const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest, const Offered& offered) {
   const std::string path = place.root + "/v1/datasets/" + dataset.id, here = home_of_collection(place);
   const auto box = box_of(manifest);
   Json json = {{"type", "Feature"}, {"stac_version", kVersion}, {"id", dataset.id}, {"collection", "datasets"}};
@@ -134,7 +134,7 @@ Json item(const Place& place, const Dataset& dataset, const proto::Manifest& man
   return json;
 }
 
-Json item_list(const Place& place, const std::vector<Json>& items, const std::string& next) {
+Json item_list(const ServiceRoot& place, const std::vector<Json>& items, const std::string& next) {
   const std::string here = home_of_collection(place);
   Json json = {{"type", "FeatureCollection"}, {"features", items}, {"numberReturned", items.size()}};
   json["links"] =

@@ -13,7 +13,7 @@ namespace cordillera::server::stac {
 
 /// Where a client sees the service: "https://example.org/terrain", or empty where it named no host; then links begin with a
 /// slash.
-struct Place {
+struct ServiceRoot {
   std::string root;
 };
 
@@ -23,13 +23,13 @@ struct Offered {
   bool archive = true;  ///< as one file, made when it is asked for
 };
 
-Json landing_page(const Place& place);
+Json landing_page(const ServiceRoot& place);
 Json conformance();
-Json collection(const Place& place);
-Json collections(const Place& place);
+Json collection(const ServiceRoot& place);
+Json collections(const ServiceRoot& place);
 /// Of a dataset that is ready.
-Json item(const Place& place, const Dataset& dataset, const proto::Manifest& manifest, const Offered& offered);
+Json item(const ServiceRoot& place, const Dataset& dataset, const proto::Manifest& manifest, const Offered& offered);
 /// A page; next: the query of the one behind it, or empty.
-Json item_list(const Place& place, const std::vector<Json>& items, const std::string& next);
+Json item_list(const ServiceRoot& place, const std::vector<Json>& items, const std::string& next);
 
 }  // namespace cordillera::server::stac

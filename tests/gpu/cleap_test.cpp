@@ -60,7 +60,7 @@ std::string broken_law(const HeightMesh& in, const HeightMesh& out) {
   return "";
 }
 
-Simplified simplified(const HeightMesh& mesh, const Target& target, Options options) {
+Simplified simplified(const HeightMesh& mesh, const CollapseTarget& target, Options options) {
   options.device = "cpu";
   auto made = simplify(mesh, target, options);
   EXPECT_TRUE(made.ok()) << (made.ok() ? "" : made.problem().line());

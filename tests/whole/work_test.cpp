@@ -65,7 +65,8 @@ class Work : public testing::Test {
     const proto::WorkStage& stage = plan.stages(number);
     return work::do_tasks(
         plan, stage, work::part_of(stage, part, parts), {shards_, devices_, 2},
-        [this](const proto::WorkTask&, work::Outcome outcome) { ++(outcome == work::Outcome::done ? done_ : found_); }, never_);
+        [this](const proto::WorkTask&, work::TaskOutcome outcome) { ++(outcome == work::TaskOutcome::done ? done_ : found_); },
+        never_);
   }
   void all_stages(const proto::WorkPlan& plan) {
     for (int s = 0; s < plan.stages_size(); ++s) {

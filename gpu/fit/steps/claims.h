@@ -11,7 +11,7 @@ struct Claimed {
   int count = 0;
 };
 
-CORDILLERA_HD inline std::uint64_t claim_key(const MeshView& mesh, const WaveView& wave, std::uint32_t u, std::uint32_t round) {
+CORDILLERA_HD inline std::uint64_t claim_key(const FitMesh& mesh, const WaveView& wave, std::uint32_t u, std::uint32_t round) {
   return (std::uint64_t{0xffffu - round} << 48) | bid_key(mesh, wave, u);
 }
 
@@ -42,7 +42,7 @@ struct DecideClaim {
 };
 
 struct MakeAllStale {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   CORDILLERA_HD void operator()(std::size_t v) const {
     wave.mark[v] = mesh.vertex[v].gone() ? std::uint8_t{0} : std::uint8_t{kStale};
@@ -57,17 +57,17 @@ struct IsMarked {
   CORDILLERA_HD bool operator()(std::uint32_t v) const { return (wave.mark[v] & mark) != 0; }
 };
 
-CORDILLERA_HD inline std::uint32_t place_in_row(const MeshView& mesh, std::uint32_t v, std::uint32_t neighbour) {
+CORDILLERA_HD inline std::uint32_t place_in_row(const FitMesh& mesh, std::uint32_t v, std::uint32_t neighbour) {
   std::uint32_t i = 0;
   while (mesh.row(v)[i] != neighbour) ++i;
   return i;
 }
-CORDILLERA_HD inline void drop_from_row(const MeshView& mesh, std::uint32_t v, std::uint32_t neighbour) {
+CORDILLERA_HD inline void drop_from_row(const FitMesh& mesh, std::uint32_t v, std::uint32_t neighbour) {
   std::uint32_t* const row = mesh.row(v);
   for (std::uint32_t i = place_in_row(mesh, v, neighbour); i + 1 < mesh.vertex[v].valence; ++i) row[i] = row[i + 1];
   --mesh.vertex[v].valence;
 }
-CORDILLERA_HD inline void put_into_row(const MeshView& mesh, std::uint32_t v, std::uint32_t after, std::uint32_t neighbour) {
+CORDILLERA_HD inline void put_into_row(const FitMesh& mesh, std::uint32_t v, std::uint32_t after, std::uint32_t neighbour) {
   std::uint32_t* const row = mesh.row(v);
   const std::uint32_t at = place_in_row(mesh, v, after) + 1;
   for (std::uint32_t i = mesh.vertex[v].valence; i > at; --i) row[i] = row[i - 1];

@@ -6,7 +6,7 @@
 namespace cordillera::gpu::fit {
 
 struct StartVertex {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   bool has_planes = false;
   CORDILLERA_HD void operator()(std::size_t i) const {
@@ -26,7 +26,7 @@ struct TakeAsEstimate {
 
 /// The edge becomes its end of lower number; whoever sees it is touched.
 struct Collapse {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
 
   CORDILLERA_HD void operator()(std::uint32_t u) const {
@@ -78,7 +78,7 @@ struct IsTouched {
 /// A touched vertex names those of its row that are gone by what they became; an edge's two ends stand side by side. Its intent
 /// stays, unless it was for one that is gone.
 struct MendRow {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
 
   CORDILLERA_HD void operator()(std::uint32_t v) const {
@@ -115,7 +115,7 @@ CORDILLERA_HD inline void make_stale(const WaveView& wave, std::uint32_t v) {
   set_shared(wave.mark + v, std::uint8_t{kStale});
   if (get_shared(wave.cost + v) == kNever) set_shared(wave.cost + v, -kNever);  // had no way out; may have one now
 }
-CORDILLERA_HD inline void make_edges_stale(const MeshView& mesh, const WaveView& wave, std::uint32_t v) {
+CORDILLERA_HD inline void make_edges_stale(const FitMesh& mesh, const WaveView& wave, std::uint32_t v) {
   const std::uint32_t* const row = mesh.row(v);
   for (std::uint32_t k = 0; k < mesh.vertex[v].valence; ++k) {
     if (row[k] < v) make_stale(wave, row[k]);
@@ -125,7 +125,7 @@ CORDILLERA_HD inline void make_edges_stale(const MeshView& mesh, const WaveView&
 
 /// New planes of a touched vertex; the edges that see them are stale.
 struct RenewPlanes {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   CORDILLERA_HD void operator()(std::uint32_t v) const {
     wave.planes[v] = planes_of(mesh, v);
@@ -136,7 +136,7 @@ struct RenewPlanes {
 /// Where planes are carried, only those of winners change. Their last step moved the vertex, not the planes. Owners of edges to
 /// it look anew if it was their cheapest, or has become that.
 struct FollowVertex {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
 
   CORDILLERA_HD void operator()(std::uint32_t v) const {
@@ -156,7 +156,7 @@ struct FollowVertex {
     const float cost = get_shared(wave.cost + owner);
     if ((get_shared(wave.mark + owner) & kStale) || cost >= kNever || mesh.row(owner)[wave.intent[owner].slot] == v) return true;
     if ((mesh.vertex[owner].flags | mesh.vertex[v].flags) & (kOpen | kFixed)) return true;
-    return EdgeQuadric(mesh, wave.planes, owner, v).best(Place::anywhere).cost < cost;
+    return EdgeQuadric(mesh, wave.planes, owner, v).best(Leeway::anywhere).cost < cost;
   }
 };
 

@@ -19,7 +19,7 @@ CORDILLERA_HD inline bool takes_in(const Vertex& to, const Vertex& gone) {
 
 /// The neighbour that an inner vertex would become: where its planes are left by the least.
 struct EvaluateDrop {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
 
   CORDILLERA_HD void operator()(std::uint32_t u) const {
@@ -77,7 +77,7 @@ struct EvaluateDrop {
 
 /// Its own planes are all that a vertex needs to know: one look around for both.
 struct StartDrops {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   CORDILLERA_HD void operator()(std::size_t v) const {
     StartVertex{mesh, wave}(v);
@@ -93,7 +93,7 @@ CORDILLERA_HD inline bool drops_before(const WaveView& wave, std::uint32_t u, st
 
 /// A candidate that is the least among the candidates around it. All under the threshold are evaluated: the cost says who is one.
 struct IsLeast {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   Count most_class;
   CORDILLERA_HD bool operator()(std::uint32_t u) const {
@@ -108,7 +108,7 @@ struct IsLeast {
 
 /// Costs last longer than what they were allowed by: that is asked again.
 struct MarkPossible {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   CORDILLERA_HD void operator()(std::uint32_t u) const {
     const Vertex& at = mesh.vertex[u];
@@ -125,7 +125,7 @@ struct MarkPossible {
 
 /// A neighbour takes in one vertex a wave: its valence was looked at for one.
 struct IsFirstSuitor {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   std::uint32_t begin = 0, end = ~std::uint32_t{0};  ///< nobody outside may go
   CORDILLERA_HD bool operator()(std::uint32_t u) const {
@@ -164,7 +164,7 @@ struct CommitDrops {
 
 /// The neighbour takes over the planes; those around are touched.
 struct Drop {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   std::uint32_t wave_number;
 
@@ -192,7 +192,7 @@ struct WasTouched {
 /// The row of one that is touched, of the rows of those that are gone: these nobody changes any more. It looks anew for a
 /// neighbour only if the one that it would have become is gone, or its planes are others.
 struct CloseRing {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
 
   CORDILLERA_HD void operator()(std::uint32_t v) const {

@@ -54,7 +54,7 @@ CORDILLERA_HD inline Planes together(const Planes& a, const Planes& b) {
           a.yy + b.yy + spread * dy * dy};
 }
 
-CORDILLERA_HD inline Planes planes_of(const MeshView& mesh, std::uint32_t v) {
+CORDILLERA_HD inline Planes planes_of(const FitMesh& mesh, std::uint32_t v) {
   const Vertex at = mesh.vertex[v];
   Planes planes;
   each_triangle(mesh, v, [&](const Vertex& a, const Vertex& b) {
@@ -67,7 +67,7 @@ CORDILLERA_HD inline Planes planes_of(const MeshView& mesh, std::uint32_t v) {
 }
 
 /// Where the vertex that is left may lie.
-enum class Place : std::uint8_t { nowhere, anywhere, along_x, along_y, at_u, at_v };
+enum class Leeway : std::uint8_t { nowhere, anywhere, along_x, along_y, at_u, at_v };
 
 /// The cost of what cannot be done.
 inline constexpr float kNever = 3e38f;
@@ -82,7 +82,7 @@ struct Candidate {
 /// The quadric of the edge from u to v; plan in cells relative to u, heights relative to u.
 class EdgeQuadric {
  public:
-  CORDILLERA_HD EdgeQuadric(const MeshView& mesh, const Planes* planes, std::uint32_t u, std::uint32_t v)
+  CORDILLERA_HD EdgeQuadric(const FitMesh& mesh, const Planes* planes, std::uint32_t u, std::uint32_t v)
       : mesh_(mesh), u_(mesh.vertex[u]), v_(mesh.vertex[v]), at_u_(planes[u]), at_v_(planes[v]) {
     dx_ = static_cast<float>(v_.x - u_.x) * mesh.cells_per_unit;
     dy_ = static_cast<float>(v_.y - u_.y) * mesh.cells_per_unit;
@@ -96,9 +96,9 @@ class EdgeQuadric {
     float x, y, cost;
   };
   /// Where the place rule lets the vertex lie, at the least cost; kept near the edge's middle where the planes do not say.
-  CORDILLERA_HD Optimum best(Place place) const {
-    if (place == Place::at_u) return priced(0, 0);
-    if (place == Place::at_v) return priced(dx_, dy_);
+  CORDILLERA_HD Optimum best(Leeway place) const {
+    if (place == Leeway::at_u) return priced(0, 0);
+    if (place == Leeway::at_v) return priced(dx_, dy_);
     const float slope_x = at_u_.x - at_v_.x, slope_y = at_u_.y - at_v_.y, gap = at_u_.h - at_v_.height(-dx_, -dy_) - dz_;
     float xx = harmonic_ * slope_x * slope_x + at_u_.xx + at_v_.xx, yy = harmonic_ * slope_y * slope_y + at_u_.yy + at_v_.yy;
     const float xy = harmonic_ * slope_x * slope_y + at_u_.xy + at_v_.xy, damping = kDamping * (xx + yy) + 1e-12f;
@@ -106,8 +106,8 @@ class EdgeQuadric {
     const float ry = at_v_.xy * dx_ + at_v_.yy * dy_ - harmonic_ * gap * slope_y - at_u_.hy - at_v_.hy + 0.5f * damping * dy_;
     xx += damping;
     yy += damping;
-    if (place == Place::along_x) return priced(between(rx / xx, dx_), 0);
-    if (place == Place::along_y) return priced(0, between(ry / yy, dy_));
+    if (place == Leeway::along_x) return priced(between(rx / xx, dx_), 0);
+    if (place == Leeway::along_y) return priced(0, between(ry / yy, dy_));
     const float inverse = 1 / (xx * yy - xy * xy);
     const float x = (yy * rx - xy * ry) * inverse, y = (xx * ry - xy * rx) * inverse;
     const float off_x = x - 0.5f * dx_, off_y = y - 0.5f * dy_;
@@ -144,7 +144,7 @@ class EdgeQuadric {
     return value < low ? low : value > high ? high : value;
   }
 
-  const MeshView& mesh_;
+  const FitMesh& mesh_;
   const Vertex &u_, &v_;
   const Planes &at_u_, &at_v_;
   float dx_, dy_, dz_, square_, harmonic_;

@@ -9,7 +9,7 @@ enum class EdgeChoice : std::uint8_t { all, border };
 CORDILLERA_HD inline bool may_lose_neighbour(const Vertex& v) { return v.valence > (v.open() ? 2 : 3); }
 
 /// Do the valences allow the edge from u to the i-th of its row to collapse?
-CORDILLERA_HD inline bool valences_allow(const MeshView& mesh, std::uint32_t u, std::uint32_t i) {
+CORDILLERA_HD inline bool valences_allow(const FitMesh& mesh, std::uint32_t u, std::uint32_t i) {
   const std::uint32_t* const row = mesh.row(u);
   const Vertex &at_u = mesh.vertex[u], &at_v = mesh.vertex[row[i]];
   const bool first = at_u.open() && i == 0, last = at_u.open() && i + 1 == at_u.valence;
@@ -23,25 +23,25 @@ CORDILLERA_HD inline bool valences_allow(const MeshView& mesh, std::uint32_t u, 
 
 /// Of the edge from u to the i-th of its row, valences apart. A border vertex goes only along a border that runs straight through
 /// it.
-CORDILLERA_HD inline Place place_of_edge(const MeshView& mesh, std::uint32_t u, std::uint32_t i, EdgeChoice choice) {
+CORDILLERA_HD inline Leeway place_of_edge(const FitMesh& mesh, std::uint32_t u, std::uint32_t i, EdgeChoice choice) {
   const std::uint32_t v = mesh.row(u)[i];
   const Vertex &at_u = mesh.vertex[u], &at_v = mesh.vertex[v];
-  if (((at_u.flags | at_v.flags) & (kOpen | kFixed)) == 0) return choice == EdgeChoice::all ? Place::anywhere : Place::nowhere;
+  if (((at_u.flags | at_v.flags) & (kOpen | kFixed)) == 0) return choice == EdgeChoice::all ? Leeway::anywhere : Leeway::nowhere;
   const bool border = at_u.open() && (i == 0 || i + 1 == at_u.valence);
   if (!border) {
-    if (choice == EdgeChoice::border || (at_u.open() && at_v.open()) || (at_u.fixed() && at_v.fixed())) return Place::nowhere;
-    return at_u.open() || at_u.fixed() ? Place::at_u : Place::at_v;
+    if (choice == EdgeChoice::border || (at_u.open() && at_v.open()) || (at_u.fixed() && at_v.fixed())) return Leeway::nowhere;
+    return at_u.open() || at_u.fixed() ? Leeway::at_u : Leeway::at_v;
   }
   const bool u_goes = is_straight(mesh, u), v_goes = is_straight(mesh, v);
-  if (!u_goes && !v_goes) return Place::nowhere;
-  if (!v_goes) return Place::at_v;
-  if (!u_goes) return Place::at_u;
-  return at_u.y == at_v.y ? Place::along_x : at_u.x == at_v.x ? Place::along_y : Place::at_u;
+  if (!u_goes && !v_goes) return Leeway::nowhere;
+  if (!v_goes) return Leeway::at_v;
+  if (!u_goes) return Leeway::at_u;
+  return at_u.y == at_v.y ? Leeway::along_x : at_u.x == at_v.x ? Leeway::along_y : Leeway::at_u;
 }
 
 /// The link of an edge: visit(a, b) for every triangle of u or v that the collapse leaves, until it returns false.
 template <class Visit>
-CORDILLERA_HD bool each_link_edge(const MeshView& mesh, std::uint32_t u, std::uint32_t v, const Visit& visit) {
+CORDILLERA_HD bool each_link_edge(const FitMesh& mesh, std::uint32_t u, std::uint32_t v, const Visit& visit) {
   for (int end = 0; end < 2; ++end) {
     const std::uint32_t from = end ? v : u, other = end ? u : v;
     const std::uint32_t* const row = mesh.row(from);
@@ -61,13 +61,13 @@ CORDILLERA_HD bool each_link_edge(const MeshView& mesh, std::uint32_t u, std::ui
 }
 
 /// A straight-line triangulation whose triangles stay positive gets no doubled edge: nothing else need be asked.
-CORDILLERA_HD inline bool link_sees(const MeshView& mesh, std::uint32_t u, std::uint32_t v, Point p) {
+CORDILLERA_HD inline bool link_sees(const FitMesh& mesh, std::uint32_t u, std::uint32_t v, Point p) {
   return each_link_edge(mesh, u, v, [&](const Vertex& a, const Vertex& b) { return turn(p, a.at(), b.at()) > 0; });
 }
 
 /// Would every sample around the edge stay within the limit?
 template <class Samples>
-CORDILLERA_HD bool link_within(const MeshView& mesh, const Samples& samples, std::uint32_t u, std::uint32_t v,
+CORDILLERA_HD bool link_within(const FitMesh& mesh, const Samples& samples, std::uint32_t u, std::uint32_t v,
                                const Candidate& candidate, ErrorLimit limit) {
   const Vertex at{candidate.at.x, candidate.at.y, candidate.z, 0, 0, 0};
   return each_link_edge(mesh, u, v,
@@ -75,7 +75,7 @@ CORDILLERA_HD bool link_within(const MeshView& mesh, const Samples& samples, std
 }
 
 /// The ring around the collapsed edge from u to the i-th of its row, from border to border if there is one; returns its length.
-CORDILLERA_HD inline std::uint32_t merged_ring(const MeshView& mesh, std::uint32_t u, std::uint32_t i, std::uint32_t* ring) {
+CORDILLERA_HD inline std::uint32_t merged_ring(const FitMesh& mesh, std::uint32_t u, std::uint32_t i, std::uint32_t* ring) {
   std::uint32_t v = mesh.row(u)[i], count = 0;
   const bool both_open = mesh.vertex[u].open() && mesh.vertex[v].open();
   if (both_open ? i != 0 : mesh.vertex[u].open()) {  // v is the open one; of two open ones, the one before u on the border

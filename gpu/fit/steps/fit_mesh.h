@@ -37,7 +37,7 @@ struct Vertex {
 
 /// Row v holds the neighbours of v counter-clockwise, an open one from border to border; triangle i of v is (v, row[i], row[i +
 /// 1]).
-struct MeshView {
+struct FitMesh {
   Vertex* vertex = nullptr;
   std::uint32_t* rows = nullptr;
   int row_shift = 4;  ///< a row has 1 << row_shift places
@@ -55,7 +55,7 @@ CORDILLERA_HD inline std::int64_t turn(Point a, Point b, Point c) {
 
 /// The triangles of v: visit(a, b) with their other corners, counter-clockwise, until it returns false.
 template <class Visit>
-CORDILLERA_HD bool each_triangle(const MeshView& mesh, std::uint32_t v, const Visit& visit) {
+CORDILLERA_HD bool each_triangle(const FitMesh& mesh, std::uint32_t v, const Visit& visit) {
   const std::uint32_t* const row = mesh.row(v);
   const std::uint32_t valence = mesh.vertex[v].valence;
   const Vertex first = mesh.vertex[row[0]];
@@ -69,7 +69,7 @@ CORDILLERA_HD bool each_triangle(const MeshView& mesh, std::uint32_t v, const Vi
 }
 
 /// Does the border run straight through v?
-CORDILLERA_HD inline bool is_straight(const MeshView& mesh, std::uint32_t v) {
+CORDILLERA_HD inline bool is_straight(const FitMesh& mesh, std::uint32_t v) {
   const Vertex& at = mesh.vertex[v];
   if (at.fixed()) return false;
   const Vertex& from = mesh.vertex[mesh.row(v)[0]];

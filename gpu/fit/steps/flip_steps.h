@@ -8,13 +8,13 @@ namespace cordillera::gpu::fit {
 struct Quad {
   std::uint32_t u, v, left, right;
 };
-CORDILLERA_HD inline Quad quad_of(const MeshView& mesh, std::uint32_t u, std::uint32_t slot) {
+CORDILLERA_HD inline Quad quad_of(const FitMesh& mesh, std::uint32_t u, std::uint32_t slot) {
   const Vertex& at = mesh.vertex[u];
   const std::uint32_t* const row = mesh.row(u);
   return {u, row[slot], row[mesh.next(at, slot)], row[slot == 0 ? at.valence - 1u : slot - 1]};
 }
 
-CORDILLERA_HD inline bool valences_allow_flip(const MeshView& mesh, const Quad& quad) {
+CORDILLERA_HD inline bool valences_allow_flip(const FitMesh& mesh, const Quad& quad) {
   return mesh.vertex[quad.left].valence < kMostNeighbours && mesh.vertex[quad.right].valence < kMostNeighbours &&
          may_lose_neighbour(mesh.vertex[quad.u]) && may_lose_neighbour(mesh.vertex[quad.v]);
 }
@@ -22,7 +22,7 @@ CORDILLERA_HD inline bool valences_allow_flip(const MeshView& mesh, const Quad& 
 /// The best turn of a vertex' edges; as a cost, the gain counts below zero.
 template <class Samples>
 struct EvaluateFlips {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   Samples samples;
   ErrorLimit limit;
@@ -88,7 +88,7 @@ struct EvaluateFlips {
 };
 
 struct Flip {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
 
   CORDILLERA_HD Claimed claimed(std::uint32_t u) const {
@@ -107,7 +107,7 @@ struct Flip {
 
 /// Far corners may have filled up since the gain was found.
 struct WantsFlip {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   CORDILLERA_HD bool operator()(std::uint32_t v) const {
     return wave.cost[v] < 0 && !(wave.mark[v] & kStale) && valences_allow_flip(mesh, quad_of(mesh, v, wave.intent[v].slot));

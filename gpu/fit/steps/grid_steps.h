@@ -51,7 +51,7 @@ struct StartTile {
 
 /// Node i, row-major, as a vertex and as a sample. Cells are parted from south-west to north-east.
 struct TakeNode {
-  MeshView mesh;
+  FitMesh mesh;
   TileOrder order;
   const float* from;
   double middle, scale;  ///< of heights

@@ -36,7 +36,7 @@ struct WorstTriangle {
 /// The worst sample of a vertex' own triangles; as a cost, its error counts below zero.
 template <class Samples>
 struct FindWorst {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   Samples samples;
 
@@ -71,7 +71,7 @@ struct FindWorst {
 
 /// A vertex put into a triangle, or into one of its edges.
 struct Insert {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   const std::uint32_t* list;
   const std::uint32_t* ids;  ///< numbers that are free

@@ -30,13 +30,13 @@ struct Bid {
 };
 inline constexpr std::uint64_t kNoBid = ~std::uint64_t{0};
 
-CORDILLERA_HD inline std::uint64_t bid_key(const MeshView& mesh, const WaveView& wave, std::uint32_t u) {
+CORDILLERA_HD inline std::uint64_t bid_key(const FitMesh& mesh, const WaveView& wave, std::uint32_t u) {
   const std::uint32_t edge = (u << mesh.row_shift) + wave.intent[u].slot;
   return (std::uint64_t{ordered(wave.cost[u]) >> 16} << 32) | mixed(edge);
 }
 
 struct MakeBid {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   const std::uint32_t* list;
   Bid* bids;
@@ -48,7 +48,7 @@ struct MakeBid {
 
 /// Locks of one round. Round numbers grow; what an earlier round left loses against all of a later one.
 struct Lock {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   Bid* bids;
   std::uint32_t round;  ///< < 2^16
@@ -122,7 +122,7 @@ struct ForgetWinner {
 
 /// Along the border: such an edge takes one triangle, not two.
 struct IsAlongBorder {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   CORDILLERA_HD bool operator()(std::uint32_t u) const {
     return mesh.vertex[u].open() && mesh.vertex[mesh.row(u)[wave.intent[u].slot]].open();

@@ -21,7 +21,7 @@ struct WidestFan {
 
 /// The ring of a vertex from its wedges, put end to end; whatever order they come in, the row is the same.
 struct ChainFan {
-  MeshView mesh;
+  FitMesh mesh;
   const std::uint32_t* end;  ///< indexed by vertex, of its wedges
   Wedge* wedges;
   RingFacts* facts;
@@ -63,7 +63,7 @@ struct ChainFan {
 /// is.
 template <class Samples>
 struct LeanInwards {
-  MeshView mesh;
+  FitMesh mesh;
   Samples samples;
   std::uint8_t* lean;  ///< indexed by sample, zeroed
 
@@ -92,7 +92,7 @@ struct LeanInwards {
 
 /// Triangles of v whose lowest vertex it is: visit(i, a, b).
 template <class Visit>
-CORDILLERA_HD void each_own_triangle(const MeshView& mesh, std::uint32_t v, const Visit& visit) {
+CORDILLERA_HD void each_own_triangle(const FitMesh& mesh, std::uint32_t v, const Visit& visit) {
   const Vertex& at = mesh.vertex[v];
   const std::uint32_t* const row = mesh.row(v);
   for (std::uint32_t i = 0; i < at.triangles(); ++i) {
@@ -104,7 +104,7 @@ CORDILLERA_HD void each_own_triangle(const MeshView& mesh, std::uint32_t v, cons
 /// Vertices of the input that lie in or on a triangle of which they are no corner, and triangles that rounding has turned.
 template <class Samples>
 struct FindOverlap {
-  MeshView mesh;
+  FitMesh mesh;
   Samples samples;
   std::uint32_t* found;  ///< zeroed; ~ of the lowest sample where it is so
 
@@ -122,7 +122,7 @@ struct FindOverlap {
 };
 
 struct CountOwnTriangles {
-  MeshView mesh;
+  FitMesh mesh;
   const std::uint32_t* list;
   std::uint32_t* count;
   CORDILLERA_HD void operator()(std::size_t i) const {
@@ -134,7 +134,7 @@ struct CountOwnTriangles {
 
 /// Survivors and their triangles, numbered anew.
 struct PackVertex {
-  MeshView mesh;
+  FitMesh mesh;
   const std::uint32_t* list;
   const std::uint32_t* number;  ///< indexed by vertex
   const std::uint32_t* first;   ///< indexed by survivor: its first triangle
@@ -159,7 +159,7 @@ struct NumberSurvivor {
 };
 
 struct EmptyVertex {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   std::uint32_t first;
   CORDILLERA_HD void operator()(std::size_t i) const {
@@ -174,7 +174,7 @@ struct EmptyVertex {
 
 /// Survivors side by side, in their order.
 struct MoveSurvivor {
-  MeshView from, to;
+  FitMesh from, to;
   const std::uint32_t* list;
   const std::uint32_t* number;
   CORDILLERA_HD void operator()(std::size_t i) const {
@@ -218,7 +218,7 @@ struct ErrorTriangle {
 
 template <class Samples>
 struct MeasureErrors {
-  MeshView mesh;
+  FitMesh mesh;
   Samples samples;
   float* error;  ///< indexed by sample
 

@@ -8,7 +8,7 @@ namespace cordillera::gpu::fit {
 /// A vertex' cheapest edge by the quadric.
 template <class Samples>
 struct EvaluateByQuadric {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   Samples samples;
   EdgeChoice choice = EdgeChoice::all;
@@ -46,8 +46,8 @@ struct EvaluateByQuadric {
     const std::uint32_t valence = mesh.vertex[u].valence;
     for (std::uint32_t slot = 0; slot < valence; ++slot) {
       if (row[slot] < u) continue;
-      const Place place = place_of_edge(mesh, u, slot, choice);
-      if (place == Place::nowhere) continue;
+      const Leeway place = place_of_edge(mesh, u, slot, choice);
+      if (place == Leeway::nowhere) continue;
       const auto optimum = EdgeQuadric(mesh, wave.planes, u, row[slot]).best(place);
       const Edge edge{slot, optimum.x, optimum.y, optimum.cost};
       if (edge.cost < cheapest.cost && edge.comes_after(after)) cheapest = edge;
@@ -69,11 +69,11 @@ struct EvaluateByQuadric {
     return link_sees(mesh, u, v, candidate.at) && (!limit.set() || link_within(mesh, samples, u, v, candidate, limit));
   }
 
-  CORDILLERA_HD Candidate fallback(const EdgeQuadric& quadric, std::uint32_t u, std::uint32_t v, Place place) const {
+  CORDILLERA_HD Candidate fallback(const EdgeQuadric& quadric, std::uint32_t u, std::uint32_t v, Leeway place) const {
     Candidate best;
-    if (place == Place::at_u || place == Place::at_v) return best;
+    if (place == Leeway::at_u || place == Leeway::at_v) return best;
     const Point places[3] = {mesh.vertex[u].at(), mesh.vertex[v].at(), quadric.middle()};
-    for (int k = 0; k < (place == Place::anywhere ? 3 : 2); ++k) {
+    for (int k = 0; k < (place == Leeway::anywhere ? 3 : 2); ++k) {
       const Candidate candidate = quadric.at(places[k]);
       if (candidate.cost < best.cost && possible(u, v, candidate)) best = candidate;
     }

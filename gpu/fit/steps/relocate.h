@@ -17,7 +17,7 @@ CORDILLERA_HD inline float square_root(float value) {
 struct Freedom {
   bool x = true, y = true;
 };
-CORDILLERA_HD inline Freedom freedom_of(const MeshView& mesh, std::uint32_t v) {
+CORDILLERA_HD inline Freedom freedom_of(const FitMesh& mesh, std::uint32_t v) {
   const Vertex& at = mesh.vertex[v];
   if (!at.open()) return {};
   if (!is_straight(mesh, v)) return {false, false};
@@ -25,7 +25,7 @@ CORDILLERA_HD inline Freedom freedom_of(const MeshView& mesh, std::uint32_t v) {
   return {from.y == at.y, from.x == at.x};
 }
 
-CORDILLERA_HD inline float mean_edge_cells(const MeshView& mesh, std::uint32_t v) {
+CORDILLERA_HD inline float mean_edge_cells(const FitMesh& mesh, std::uint32_t v) {
   const Vertex& at = mesh.vertex[v];
   float sum = 0;
   for (std::uint32_t i = 0; i < at.valence; ++i) {
@@ -64,13 +64,13 @@ struct ErrorLimit {
 
 /// Would every sample of the star stay within the limit, with v so?
 template <class Samples>
-CORDILLERA_HD bool star_within(const MeshView& mesh, const Samples& samples, std::uint32_t v, Vertex moved, ErrorLimit limit) {
+CORDILLERA_HD bool star_within(const FitMesh& mesh, const Samples& samples, std::uint32_t v, Vertex moved, ErrorLimit limit) {
   return each_triangle(mesh, v,
                        [&](const Vertex& a, const Vertex& b) { return worst_error(samples, moved, a, b) <= limit.most; });
 }
 
 /// A border vertex stays between its two neighbours on the border.
-CORDILLERA_HD inline bool leaves_border(const MeshView& mesh, std::uint32_t v, Point p) {
+CORDILLERA_HD inline bool leaves_border(const FitMesh& mesh, std::uint32_t v, Point p) {
   const Vertex& at = mesh.vertex[v];
   if (!at.open()) return false;
   const Vertex &from = mesh.vertex[mesh.row(v)[0]], &to = mesh.vertex[mesh.row(v)[at.valence - 1]];
@@ -83,7 +83,7 @@ CORDILLERA_HD inline bool leaves_border(const MeshView& mesh, std::uint32_t v, P
 /// Moves vertices; several at a time, if no two are neighbours.
 template <class Samples>
 struct Relocate {
-  MeshView mesh;
+  FitMesh mesh;
   Samples samples;
   int tries = 2;
   ErrorLimit limit;

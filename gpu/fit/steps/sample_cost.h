@@ -28,7 +28,7 @@ struct ChangedTriangle : FitTriangle {
 
 template <class Samples>
 struct EvaluateBySamples {
-  MeshView mesh;
+  FitMesh mesh;
   WaveView wave;
   Samples samples;
   const float* error;  ///< indexed by sample
@@ -42,8 +42,8 @@ struct EvaluateBySamples {
     Choice best;
     for (std::uint32_t slot = lanes.part(); slot < at.valence; slot += lanes.parts()) {
       if (row[slot] < u) continue;
-      const Place place = place_of_edge(mesh, u, slot, choice);
-      if (place == Place::nowhere || !valences_allow(mesh, u, slot)) continue;
+      const Leeway place = place_of_edge(mesh, u, slot, choice);
+      if (place == Leeway::nowhere || !valences_allow(mesh, u, slot)) continue;
       best.take({cheapest(lanes, u, row[slot], place), slot});
     }
     lanes.each_part(best, [&](const Choice& other) { best.take(other); });
@@ -66,12 +66,12 @@ struct EvaluateBySamples {
 
   /// At the optimum of the quadric; where that turns a triangle, at the best of the ends and the middle.
   template <class Lanes>
-  CORDILLERA_HD Candidate cheapest(const Lanes& lanes, std::uint32_t u, std::uint32_t v, Place place) const {
+  CORDILLERA_HD Candidate cheapest(const Lanes& lanes, std::uint32_t u, std::uint32_t v, Leeway place) const {
     const EdgeQuadric quadric(mesh, wave.planes, u, v);
     Candidate best = priced(lanes, u, v, quadric.rounded(quadric.best(place)));
-    if (best.cost < kNever || place == Place::at_u || place == Place::at_v) return best;
+    if (best.cost < kNever || place == Leeway::at_u || place == Leeway::at_v) return best;
     const Point places[3] = {mesh.vertex[u].at(), mesh.vertex[v].at(), quadric.middle()};
-    for (int k = 0; k < (place == Place::anywhere ? 3 : 2); ++k) {
+    for (int k = 0; k < (place == Leeway::anywhere ? 3 : 2); ++k) {
       const Candidate candidate = priced(lanes, u, v, quadric.at(places[k]));
       if (candidate.cost < best.cost) best = candidate;
     }
@@ -121,7 +121,7 @@ struct EvaluateBySamples {
 /// What the samples of new stars have now.
 template <class Samples>
 struct RenewErrors {
-  MeshView mesh;
+  FitMesh mesh;
   Samples samples;
   float* error;
 

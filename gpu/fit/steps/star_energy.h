@@ -76,7 +76,7 @@ CORDILLERA_HD void add_spike_guard(const Samples& samples, Point p, float base, 
 struct Slope {
   float x, y;
 };
-CORDILLERA_HD inline Slope slope_of(const MeshView& mesh, Point p, float base, const Vertex& a, const Vertex& b,
+CORDILLERA_HD inline Slope slope_of(const FitMesh& mesh, Point p, float base, const Vertex& a, const Vertex& b,
                                     float& twice_area) {
   const float ax = static_cast<float>(a.x - p.x) * mesh.cells_per_unit, ay = static_cast<float>(a.y - p.y) * mesh.cells_per_unit;
   const float bx = static_cast<float>(b.x - p.x) * mesh.cells_per_unit, by = static_cast<float>(b.y - p.y) * mesh.cells_per_unit;
@@ -87,13 +87,13 @@ CORDILLERA_HD inline Slope slope_of(const MeshView& mesh, Point p, float base, c
 }
 
 /// Do all triangles of v stay positive with v at p?
-CORDILLERA_HD inline bool star_stays_positive(const MeshView& mesh, std::uint32_t v, Point p) {
+CORDILLERA_HD inline bool star_stays_positive(const FitMesh& mesh, std::uint32_t v, Point p) {
   return each_triangle(mesh, v, [p](const Vertex& a, const Vertex& b) { return turn(p, a.at(), b.at()) > 0; });
 }
 
 /// The star of v with v at p, which must keep it positive; heights relative to that of v.
 template <class Lanes, class Samples>
-CORDILLERA_HD HeightFit fit_star(const Lanes& lanes, const MeshView& mesh, const Samples& samples, std::uint32_t v, Point p) {
+CORDILLERA_HD HeightFit fit_star(const Lanes& lanes, const FitMesh& mesh, const Samples& samples, std::uint32_t v, Point p) {
   const Vertex at = mesh.vertex[v];
   const std::uint32_t* const row = mesh.row(v);
   HeightFit fit;
@@ -107,7 +107,7 @@ CORDILLERA_HD HeightFit fit_star(const Lanes& lanes, const MeshView& mesh, const
 
 /// The same where v is, with the equations of a step.
 template <class Lanes, class Samples>
-CORDILLERA_HD HeightFit fit_star(const Lanes& lanes, const MeshView& mesh, const Samples& samples, std::uint32_t v,
+CORDILLERA_HD HeightFit fit_star(const Lanes& lanes, const FitMesh& mesh, const Samples& samples, std::uint32_t v,
                                  StepEquations& step) {
   const Vertex at = mesh.vertex[v];
   const std::uint32_t* const row = mesh.row(v);

@@ -22,7 +22,7 @@ struct MakeWait {
 
 /// A vertex waits for neighbours that come before it. The order differs from sweep to sweep.
 struct IsNext {
-  MeshView mesh;
+  FitMesh mesh;
   const std::uint8_t* waiting;
   std::uint32_t sweep;
 

@@ -19,10 +19,10 @@ namespace {
 using proto::Vec3;
 
 /// A vertex of the dataset, wherever it is asked from.
-struct Corner {
+struct SourceVertex {
   std::int64_t column = 0, row = 0;
   std::int32_t height = 0;
-  friend auto operator<=>(const Corner&, const Corner&) = default;
+  friend auto operator<=>(const SourceVertex&, const SourceVertex&) = default;
 };
 
 class Cutter {
@@ -88,7 +88,7 @@ class Cutter {
   std::uint32_t vertex(std::uint32_t v) {
     if (numbers_[v] != kNone) return numbers_[v];
     const auto& p = mesh_->points[v];
-    const Corner& c = corners_[v];
+    const SourceVertex& c = corners_[v];
     const bool side = p[0] == 0 || p[0] == mesh_->side || p[1] == 0 || p[1] == mesh_->side;
     const auto make = [&] {
       return add_vertex({static_cast<double>(c.column - west_), static_cast<double>(c.row), c.height, (*normals_)[v]});
@@ -102,7 +102,7 @@ class Cutter {
   /// The same bits from either end of the edge and from either tile.
   std::uint32_t cut(std::uint32_t a, std::uint32_t b, double row) {
     if (corners_[b] < corners_[a]) std::swap(a, b);
-    const Corner &from = corners_[a], &to = corners_[b];
+    const SourceVertex &from = corners_[a], &to = corners_[b];
     const auto [found, fresh] = cuts_.try_emplace({from, to, row});
     if (!fresh) return found->second;
     const auto [share, column, height_m] = crossing(from, to, row);
@@ -119,8 +119,8 @@ class Cutter {
   };
   /// from is the western end. Where the edge, which is straight in space, crosses the parallel: what is cut off lies on the very
   /// triangle.
-  Crossing crossing(const Corner& from, const Corner& to, double row) const {
-    const auto position = [&](const Corner& c) {
+  Crossing crossing(const SourceVertex& from, const SourceVertex& to, double row) const {
+    const auto position = [&](const SourceVertex& c) {
       return proto::ecef(proto::row_frame(lattice_, c.row), proto::column_frame(lattice_, c.column),
                          c.height * proto::kHeightStep_m);
     };
@@ -174,12 +174,12 @@ class Cutter {
   const MercatorNormals wanted_;
   std::int64_t west_ = 0;
   MercatorMesh out_;
-  std::map<Corner, std::uint32_t> sides_;
-  std::map<std::tuple<Corner, Corner, double>, std::uint32_t> cuts_;
+  std::map<SourceVertex, std::uint32_t> sides_;
+  std::map<std::tuple<SourceVertex, SourceVertex, double>, std::uint32_t> cuts_;
   // Of the tile that is being added, indexed by its vertices.
   const LatticeMesh* mesh_ = nullptr;
   const std::vector<Vec3>* normals_ = nullptr;
-  std::vector<Corner> corners_;
+  std::vector<SourceVertex> corners_;
   std::vector<std::uint32_t> numbers_;
 };
 

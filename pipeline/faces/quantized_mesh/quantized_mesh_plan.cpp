@@ -29,9 +29,9 @@ class Planner {
 
   /// Where a mesh vertex goes: onto a side only where the side's line has data there.
   Point place(const std::array<std::int32_t, 3>& p) const {
-    for (const Side side : kSides) {
+    for (const MeshSide side : kSides) {
       const auto [across, along] = across_and_along(side, p);
-      const bool far = side == Side::east || side == Side::north;
+      const bool far = side == MeshSide::east || side == MeshSide::north;
       if (across != (far ? side_ : 0)) continue;
       const SideLine& line = plan_.lines[static_cast<std::size_t>(side)];
       const std::int32_t at = quanta(along, side_);
@@ -70,8 +70,9 @@ class Planner {
   }
 
   void add_sides() {
-    for (const Side side : kSides) {
-      const bool upright = side == Side::west || side == Side::east, far = side == Side::east || side == Side::north;
+    for (const MeshSide side : kSides) {
+      const bool upright = side == MeshSide::west || side == MeshSide::east,
+                 far = side == MeshSide::east || side == MeshSide::north;
       for (const SidePoint& p : plan_.lines[static_cast<std::size_t>(side)]) {
         const std::int32_t across = far ? kMostQuanta : 0, units = far ? side_ : 0;
         const Point at = upright ? Point{across, p.at} : Point{p.at, across};
@@ -164,7 +165,7 @@ class Planner {
 QuantizedPlan quantized_plan(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile,
                              const MeshIndex* mesh) {
   QuantizedPlan plan;
-  for (const Side side : kSides) plan.lines[static_cast<std::size_t>(side)] = side_line(grid, level, tile, side);
+  for (const MeshSide side : kSides) plan.lines[static_cast<std::size_t>(side)] = side_line(grid, level, tile, side);
   Planner(level, grid.side(tile.z), mesh, &plan).fill();
   return plan;
 }

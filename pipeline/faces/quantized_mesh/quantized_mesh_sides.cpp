@@ -14,13 +14,13 @@ struct Piece {
   friend auto operator<=>(const Piece&, const Piece&) = default;
 };
 
-bool vertical(Side side) { return side == Side::west || side == Side::east; }
+bool vertical(MeshSide side) { return side == MeshSide::west || side == MeshSide::east; }
 
-std::vector<Piece> pieces_of(const MeshIndex* index, Side side) {
+std::vector<Piece> pieces_of(const MeshIndex* index, MeshSide side) {
   std::vector<Piece> out;
   if (index == nullptr) return out;
   const LatticeMesh& mesh = index->mesh();
-  const std::int32_t line = side == Side::east || side == Side::north ? mesh.side : 0;
+  const std::int32_t line = side == MeshSide::east || side == MeshSide::north ? mesh.side : 0;
   for (const Triangle& t : mesh.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
       const auto &p = mesh.points[t[k]], &q = mesh.points[t[(k + 1) % 3]];
@@ -36,15 +36,15 @@ std::vector<Piece> pieces_of(const MeshIndex* index, Side side) {
   return out;
 }
 
-std::vector<Piece> common_pieces(const MeshGrid& grid, const proto::TileAddress& tile, Side side) {
+std::vector<Piece> common_pieces(const MeshGrid& grid, const proto::TileAddress& tile, MeshSide side) {
   proto::TileAddress other = tile;
   const std::int32_t across = grid.across(tile.z);
-  other.x = (tile.x + (side == Side::east ? 1 : side == Side::west ? -1 : 0) + across) % across;
-  other.y += side == Side::north ? 1 : side == Side::south ? -1 : 0;
+  other.x = (tile.x + (side == MeshSide::east ? 1 : side == MeshSide::west ? -1 : 0) + across) % across;
+  other.y += side == MeshSide::north ? 1 : side == MeshSide::south ? -1 : 0;
   const auto own = grid.mesh(tile);
   std::vector<Piece> mine = pieces_of(own.get(), side);
   if (mine.empty() || other.y < 0 || other.y >= grid.up(tile.z)) return mine;
-  constexpr std::array<Side, 4> kOpposite = {Side::east, Side::north, Side::west, Side::south};
+  constexpr std::array<MeshSide, 4> kOpposite = {MeshSide::east, MeshSide::north, MeshSide::west, MeshSide::south};
   const auto neighbour = grid.mesh(other);
   const std::vector<Piece> theirs = pieces_of(neighbour.get(), kOpposite[static_cast<std::size_t>(side)]);
   std::vector<Piece> both;
@@ -99,11 +99,11 @@ class Line {
 
 }  // namespace
 
-std::array<std::int32_t, 2> across_and_along(Side side, const std::array<std::int32_t, 3>& point) {
+std::array<std::int32_t, 2> across_and_along(MeshSide side, const std::array<std::int32_t, 3>& point) {
   return vertical(side) ? std::array{point[0], point[1]} : std::array{point[1], point[0]};
 }
 
-SideLine side_line(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile, Side side) {
+SideLine side_line(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile, MeshSide side) {
   const std::int32_t units = grid.side(tile.z);
   Line line(units);
   const std::vector<Piece> pieces = common_pieces(grid, tile, side);

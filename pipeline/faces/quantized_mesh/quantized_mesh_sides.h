@@ -8,8 +8,8 @@
 
 namespace cordillera::pipeline::faces {
 
-enum class Side : std::uint8_t { west, south, east, north };
-inline constexpr std::array<Side, 4> kSides = {Side::west, Side::south, Side::east, Side::north};
+enum class MeshSide : std::uint8_t { west, south, east, north };
+inline constexpr std::array<MeshSide, 4> kSides = {MeshSide::west, MeshSide::south, MeshSide::east, MeshSide::north};
 
 /// Along a side, from the south or the west.
 struct SidePoint {
@@ -22,11 +22,11 @@ struct SidePoint {
 using SideLine = std::vector<SidePoint>;
 
 /// Units that a mesh has across the side (0 or its length) and along it.
-std::array<std::int32_t, 2> across_and_along(Side side, const std::array<std::int32_t, 3>& point);
+std::array<std::int32_t, 2> across_and_along(MeshSide side, const std::array<std::int32_t, 3>& point);
 
 /// The piece between two vertices is data where both tiles have a triangle on it: what only one of them has ends there, at a
 /// wall. Beside the data the line has the vertices of the sea's grid. mesh: null where the tile has none. Poles have nobody
 /// beyond them: there a tile's own edges count for both.
-SideLine side_line(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile, Side side);
+SideLine side_line(const MeshGrid& grid, const QuantizedLevel& level, const proto::TileAddress& tile, MeshSide side);
 
 }  // namespace cordillera::pipeline::faces

@@ -66,7 +66,7 @@ class SurfaceMaker {
 
   const SideLine* side_of(const PlaneTriangulation::Point& a, const PlaneTriangulation::Point& b, std::int32_t* at) const {
     const bool upright = a.x == b.x;
-    const Side side = upright ? (a.x == 0 ? Side::west : Side::east) : (a.y == 0 ? Side::south : Side::north);
+    const MeshSide side = upright ? (a.x == 0 ? MeshSide::west : MeshSide::east) : (a.y == 0 ? MeshSide::south : MeshSide::north);
     *at = upright ? std::min(a.y, b.y) : std::min(a.x, b.x);
     return &plan_.lines[static_cast<std::size_t>(side)];
   }
@@ -96,8 +96,8 @@ class SurfaceMaker {
 
   /// Where data and sea are above each other, first what the piece before ends with: the list is then one line without jumps
   /// back.
-  std::vector<std::uint32_t> side_vertices(Side side) const {
-    const bool far = side == Side::east || side == Side::north;
+  std::vector<std::uint32_t> side_vertices(MeshSide side) const {
+    const bool far = side == MeshSide::east || side == MeshSide::north;
     const SideLine& line = plan_.lines[static_cast<std::size_t>(side)];
     struct Entry {
       std::int32_t at = 0;

@@ -162,7 +162,7 @@ Done run(const HeightMesh& mesh, const Line& line, const Spec& spec) {
   gpu::cleap::Options options = options_of(spec);
   options.device = line.device;
   options.threads = line.threads;
-  gpu::cleap::Target target;
+  gpu::cleap::CollapseTarget target;
   target.collapses = static_cast<std::uint64_t>(spec.number("collapses", 0));
   target.triangles = static_cast<std::uint64_t>(spec.number("triangles", 0));
   auto made = gpu::cleap::simplify(mesh, target, options);
