@@ -5,15 +5,40 @@
 #include <cerrno>
 
 namespace cordillera::raster {
+namespace {
 
-bool write_all(int descriptor, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t count = ::write(descriptor, bytes.data(), bytes.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(count));
+/// some(done): moves some of the bytes that are left, as read and write do.
+template <class Some>
+bool all(std::size_t count, const Some& some) {
+  for (std::size_t done = 0; done < count;) {
+    const ssize_t now = some(done);
+    if (now < 0 && errno == EINTR) continue;
+    if (now <= 0) return false;
+    done += static_cast<std::size_t>(now);
   }
   return true;
+}
+
+}  // namespace
+
+bool write_all(int descriptor, std::string_view bytes) {
+  return all(bytes.size(), [&](std::size_t done) { return ::write(descriptor, bytes.data() + done, bytes.size() - done); });
+}
+
+bool write_all_at(int descriptor, std::string_view bytes, std::uint64_t first) {
+  return all(bytes.size(), [&](std::size_t done) {
+    return ::pwrite(descriptor, bytes.data() + done, bytes.size() - done, static_cast<off_t>(first + done));
+  });
+}
+
+bool read_all(int descriptor, std::span<char> bytes) {
+  return all(bytes.size(), [&](std::size_t done) { return ::read(descriptor, bytes.data() + done, bytes.size() - done); });
+}
+
+bool read_all_at(int descriptor, std::span<char> bytes, std::uint64_t first) {
+  return all(bytes.size(), [&](std::size_t done) {
+    return ::pread(descriptor, bytes.data() + done, bytes.size() - done, static_cast<off_t>(first + done));
+  });
 }
 
 }  // namespace cordillera::raster

@@ -1,9 +1,18 @@
 #pragma once
+// Bytes of a file, a pipe or a socket, however many calls they take. False: some are missing. Then errno says why, but for the
+// end of what is read, which is no error.
+#include <cstdint>
+#include <span>
 #include <string_view>
 
 namespace cordillera::raster {
 
-/// Every byte, however many calls that takes. False: some are missing, and errno says why.
 bool write_all(int descriptor, std::string_view bytes);
+/// From that byte of a file on. Its own place stays.
+bool write_all_at(int descriptor, std::string_view bytes, std::uint64_t first);
+
+/// bytes: is filled.
+bool read_all(int descriptor, std::span<char> bytes);
+bool read_all_at(int descriptor, std::span<char> bytes, std::uint64_t first);
 
 }  // namespace cordillera::raster

@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "raster/disk/write_all.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/storage/ranged_file.h"
 
@@ -45,15 +46,7 @@ class Descriptor {
     if (fd_ >= 0) close(fd_);
   }
   bool good() const { return fd_ >= 0; }
-  bool put(const std::string& bytes) const {
-    for (std::size_t sent = 0; sent < bytes.size();) {
-      const ssize_t count = write(fd_, bytes.data() + sent, bytes.size() - sent);
-      if (count < 0 && errno == EINTR) continue;
-      if (count <= 0) return false;
-      sent += static_cast<std::size_t>(count);
-    }
-    return true;
-  }
+  bool put(const std::string& bytes) const { return write_all(fd_, bytes); }
   bool sync() const { return fsync(fd_) == 0; }
 
  private:

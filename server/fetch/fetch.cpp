@@ -9,6 +9,7 @@
 #include <cstring>
 #include <optional>
 
+#include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/upload.h"
 #include "server/fetch/addresses.h"
@@ -51,15 +52,8 @@ class Sink {
     if (claim_) full_ = claim_->next(count);
     if (!full_.empty()) return fail({"storage-full", full_, "trying again when there is room", ""});
     head_.append(bytes, std::min(count, kHead - std::min(kHead, head_.size())));
-    while (count > 0) {
-      const ssize_t written = write(descriptor_, bytes, count);
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0)
-        return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
-      bytes += written;
-      count -= static_cast<std::size_t>(written);
-    }
-    return true;
+    if (raster::write_all(descriptor_, {bytes, count})) return true;
+    return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
   }
   bool synced() const { return descriptor_ >= 0 && fsync(descriptor_) == 0; }
   std::uint64_t size() const { return size_; }

@@ -23,17 +23,6 @@ using Number = std::uint64_t;
 constexpr char kThere = 'y';
 constexpr int kLookEvery_ms = 200;  // at whether it is to end, and whether something is to be noted
 
-/// False: the other end is closed.
-bool get_from_service(int descriptor, void* out, std::size_t count) {
-  for (std::size_t done = 0; done < count;) {
-    const ssize_t now = read(descriptor, static_cast<char*>(out) + done, count - done);
-    if (now < 0 && errno == EINTR) continue;
-    if (now <= 0) return false;
-    done += static_cast<std::size_t>(now);
-  }
-  return true;
-}
-
 /// What a job says, by whoever may have taken it over: it may stop in the middle, or say anything.
 class Asks {
  public:
@@ -85,7 +74,7 @@ void ask_for(std::span<const raster::ByteRange> ranges) {
   char answer = 0;
   const bool came =
       raster::write_all(kAskDescriptor, {reinterpret_cast<const char*>(words.data()), words.size() * sizeof(Number)}) &&
-      get_from_service(kAskDescriptor, &answer, 1) && answer == kThere;
+      raster::read_all(kAskDescriptor, {&answer, 1}) && answer == kThere;
   if (!came) _exit(1);
 }
 

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <thread>
 
+#include "raster/disk/write_all.h"
 #include "server/fetch/addresses.h"
 
 namespace cordillera::server::updates {
@@ -29,19 +30,6 @@ constexpr std::chrono::milliseconds kBetweenTries{200};
 std::uint64_t blocks_of(std::uint64_t bytes) { return (bytes + kRangeBlock_bytes - 1) / kRangeBlock_bytes; }
 
 Problem no_room(const std::string& why) { return {"storage-full", why, "trying again when there is room", ""}; }
-
-/// At a place, wholly.
-bool write_at(int descriptor, const char* bytes, std::size_t count, std::uint64_t at) {
-  while (count > 0) {
-    const ssize_t written = pwrite(descriptor, bytes, count, static_cast<off_t>(at));
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    bytes += written;
-    at += static_cast<std::uint64_t>(written);
-    count -= static_cast<std::size_t>(written);
-  }
-  return true;
-}
 
 /// A plain file of this size, by no other name; -1: there is none. The job may have put something else there.
 int open_plain(const fs::path& path, std::uint64_t bytes) {
@@ -107,7 +95,7 @@ proto::Result<void> begin_ranged(const fs::path& file, std::uint64_t begun_bytes
   for (std::uint64_t block = 0; block < blocks_of(begun_bytes); ++block)
     map[block / 8] = static_cast<char>(map[block / 8] | 1 << (block % 8));
   const int descriptor = open(map_of(file).c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, 0640);
-  const bool good = sized && descriptor >= 0 && write_at(descriptor, map.data(), map.size(), 0) && fsync(descriptor) == 0;
+  const bool good = sized && descriptor >= 0 && raster::write_all_at(descriptor, map, 0) && fsync(descriptor) == 0;
   const std::string why = strerror(errno);
   if (descriptor >= 0) close(descriptor);
   if (good) return {};
@@ -131,7 +119,7 @@ proto::Result<std::unique_ptr<RangedSource>> RangedSource::open(const ServeSetti
   source->map_file_ = open_plain(map_of(source->place_.file), map_bytes);
   if (source->file_ < 0 || source->map_file_ < 0) return source->changed();
   source->map_.resize(map_bytes);
-  if (pread(source->map_file_, source->map_.data(), map_bytes, 0) != static_cast<ssize_t>(map_bytes)) return source->changed();
+  if (!raster::read_all_at(source->map_file_, source->map_, 0)) return source->changed();
   for (std::uint64_t block = 0; block < blocks_of(bytes); ++block) source->here_ += source->is_here(block) ? 1 : 0;
   return source;
 }
@@ -266,7 +254,7 @@ proto::Result<void> RangedSource::keep(const Run& run, const std::string& bytes)
   if (lost_) return no_room("the raster cannot be written to disk");
   if (claim_) full_ = claim_->next(bytes.size());
   if (!full_.empty()) return no_room(full_);
-  if (!write_at(file_, bytes.data(), bytes.size(), run.first * kRangeBlock_bytes))
+  if (!raster::write_all_at(file_, bytes, run.first * kRangeBlock_bytes))
     return no_room("the raster cannot be written to disk: " + std::string(strerror(errno)));
   mark(run);
   return {};
@@ -282,7 +270,7 @@ void RangedSource::mark(const Run& run) {
 void RangedSource::note() {
   // What a disk lost once it may call written the next time: then the map stays as it is.
   if (noted_ || lost_ || (lost_ = fdatasync(file_) != 0)) return;
-  noted_ = write_at(map_file_, map_.data(), map_.size(), 0);
+  noted_ = raster::write_all_at(map_file_, map_, 0);
 }
 
 }  // namespace cordillera::server::updates

@@ -6,9 +6,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 
 #include "pipeline/exports/pmtiles.h"
+#include "raster/disk/write_all.h"
 #include "server/http/digest.h"
 #include "server/http/message.h"
 #include "server/limits/admission.h"
@@ -76,12 +76,7 @@ std::string ArchiveFile::block(std::uint64_t number) const {
   const std::uint64_t first = number * kBlock_bytes;
   if (first >= size_) throw ArchiveDamaged("an archive ends early");
   std::string bytes(static_cast<std::size_t>(std::min<std::uint64_t>(kBlock_bytes, size_ - first)), '\0');
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t got = pread(descriptor_, bytes.data() + at, bytes.size() - at, static_cast<off_t>(first + at));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) throw ArchiveDamaged("an archive cannot be read");
-    at += static_cast<std::size_t>(got);
-  }
+  if (!raster::read_all_at(descriptor_, bytes, first)) throw ArchiveDamaged("an archive cannot be read");
   return bytes;
 }
 
