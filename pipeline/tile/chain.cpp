@@ -335,15 +335,6 @@ Chain chain_finest(const Edge& edge, const EdgeHeights& heights, const ChainRule
   return reduce(edge, std::move(all), heights, {place_all(edge, heights.edge), witnesses(edge, heights), 0}, rule);
 }
 
-Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeHeights& heights, const ChainRule& rule) {
-  Chain both = a;
-  for (std::size_t k = 1; k < b.position.size(); ++k) {
-    both.position.push_back(b.position[k] + a.position.back());
-    both.height.push_back(b.height[k]);
-  }
-  return simplify_chain(edge, both, heights, rule);
-}
-
 Chain simplify_chain(const Edge& edge, const Chain& candidates, const EdgeHeights& heights, const ChainRule& rule) {
   if (heights.edge.empty()) return reduce(edge, candidates, heights, {place_vertices(edge, candidates), {}, 0}, rule);
   return reduce(edge, candidates, heights,

@@ -80,12 +80,8 @@ struct EdgeHeights {
 /// From every sample of the edge: heights.first is 0, and there are units + 1.
 Chain chain_finest(const Edge& edge, const EdgeHeights& heights, const ChainRule& rule);
 
-/// From the chains of the western/southern half (a) and the eastern/northern half (b) of the edge. heights: all finest samples of
-/// the edge, against which the significance is measured; empty: measured against the vertices of a and b. a and b must agree on
-/// the vertex they share.
-Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeHeights& heights, const ChainRule& rule);
-
-/// The same from one chain over the whole edge (two child edges already end to end, as a welded mesh has them).
+/// From the chains of both halves of the edge, end to end, as a welded mesh has them. heights: all finest samples of the edge,
+/// against which the significance is measured; empty: measured against the vertices of the candidates.
 Chain simplify_chain(const Edge& edge, const Chain& candidates, const EdgeHeights& heights, const ChainRule& rule);
 
 /// The chain of an edge without any data; gap 0: its two ends.

@@ -35,7 +35,6 @@ class Pixels {
 
   /// No pixel of the window can be anything but void, by the file's block table alone.
   bool certainly_void(const PixelWindow& window) const;
-  const Validity& validity() const { return validity_; }
 
  private:
   proto::Result<void> read_inside(const PixelWindow& part, const PixelWindow& window, std::int64_t shift,

@@ -11,9 +11,6 @@
 
 namespace cordillera::raster {
 
-/// Places on the lattice are multiples of this, in cells: a centre on a vertex or an edge, but for rounding, is on it.
-inline constexpr double kPlaceStep_cells = 0x1p-20;
-
 class PixelPlaces {
  public:
   /// For `columns` pixels of a row, from `first` on. Both references must outlive it.

@@ -44,6 +44,16 @@ std::string thinned(const std::string& picture, const ChainRule& rule) {
   return picture_of(chain_finest(edge(lattice, static_cast<std::int64_t>(heights.size()) - 1), heights, rule));
 }
 
+/// Of the western/southern half (a) and the eastern/northern half (b) of an edge.
+Chain chain_parent(const Edge& edge, const Chain& a, const Chain& b, const EdgeHeights& heights, const ChainRule& rule) {
+  Chain both = a;
+  for (std::size_t k = 1; k < b.position.size(); ++k) {
+    both.position.push_back(b.position[k] + a.position.back());
+    both.height.push_back(b.height[k]);
+  }
+  return simplify_chain(edge, both, heights, rule);
+}
+
 TEST(Chain, WhatOneWouldDraw) {
   const ChainRule metre{0.5, 0, 0};
   EXPECT_EQ(thinned("33333333333333333", metre), "3---------------3");
