@@ -24,6 +24,8 @@ using proto::Problem;
 
 constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
 
+Problem cancelled() { return {"cancelled", "the build was cancelled", "", ""}; }
+
 /// Takes what comes, within what the operator lets a raster have.
 class Sink {
  public:
@@ -42,7 +44,7 @@ class Sink {
   /// False: no more; problem() says why.
   bool put(const char* bytes, std::size_t count) {
     size_ += count;
-    if (stop_) return fail({"cancelled", "the build was cancelled", "", ""});
+    if (stop_) return fail(cancelled());
     if (size_ > std::uint64_t{settings_.limits.body_mib} << 20) {
       return fail({"body-too-large", "the raster is larger than this service takes",
                    "at most " + std::to_string(settings_.limits.body_mib) + " MiB", "source"});
@@ -55,6 +57,7 @@ class Sink {
     if (raster::write_all(descriptor_, {bytes, count})) return true;
     return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
   }
+  bool stopped() const { return stop_; }
   bool synced() const { return descriptor_ >= 0 && fsync(descriptor_) == 0; }
   std::uint64_t size() const { return size_; }
   const std::string& head() const { return head_; }  ///< its first bytes
@@ -102,6 +105,7 @@ struct Begun {
 Begun ask_for_beginning(const std::string& address, Sink& sink) {
   Begun begun;
   Terms terms;
+  terms.stopped = [&sink] { return sink.stopped(); };
   terms.range = "bytes=0-" + std::to_string(kRangeBlock_bytes - 1);
   terms.wanted = [&](const Got& head) {
     return (begun.part = can_be_ranged(head)) || (head.status == 200 && head.range.empty());
@@ -113,6 +117,13 @@ Begun ask_for_beginning(const std::string& address, Sink& sink) {
       },
       terms);
   return begun;
+}
+
+Got get_whole(const std::string& address, Sink& sink) {
+  Terms terms;
+  terms.stopped = [&sink] { return sink.stopped(); };
+  return http_get(
+      address, [&](std::string_view piece) { return sink.put(piece.data(), piece.size()); }, terms);
 }
 
 /// Of a raster whose beginning came; nullopt: it is to be fetched as a whole.
@@ -133,9 +144,10 @@ proto::Result<Print> fetch_http(const ServeSettings& settings, std::string addre
     if (wanted == Wanted::beginning)
       begun = ask_for_beginning(address, sink);
     else
-      begun.got = http_get(address, [&](std::string_view piece) { return sink.put(piece.data(), piece.size()); });
+      begun.got = get_whole(address, sink);
     const Got& got = begun.got;
     if (sink.problem()) return *sink.problem();
+    if (sink.stopped()) return cancelled();
     const bool no_part = got.status == 206 || got.status == 416 || (got.status == 200 && !got.range.empty());
     if (wanted == Wanted::beginning && no_part) {
       const auto print = begun.part ? beginning_of(got, sink) : std::nullopt;

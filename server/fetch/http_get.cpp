@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "server/fetch/addresses.h"
+#include "server/fetch/apart.h"
 
 namespace cordillera::server::updates {
 namespace {
@@ -54,6 +55,30 @@ Got failed(const std::string& what, const Error& error) {
 }
 
 constexpr auto kBetweenLooks = std::chrono::milliseconds(50);  // at whether it is to stop
+
+bool is_late(const Terms& terms) { return terms.until && std::chrono::steady_clock::now() >= *terms.until; }
+
+struct LookedUp {
+  Places places;
+  Error error;
+};
+
+/// The system's look-up takes as long as its servers do, up to minutes.
+LookedUp look_up(const Origin& origin, const Terms& terms) {
+  const auto find = [origin] {
+    asio::io_context context;
+    LookedUp found;
+    found.places = tcp::resolver(context).resolve(origin.host, origin.port, tcp::resolver::numeric_service, found.error);
+    return found;
+  };
+  Error is_a_name;
+  asio::ip::make_address(origin.host, is_a_name);
+  if (!is_a_name) return find();
+  const auto end = std::chrono::steady_clock::now() + terms.patience;
+  auto found = apart<LookedUp>(
+      find, [&] { return (terms.stopped && terms.stopped()) || is_late(terms) || std::chrono::steady_clock::now() >= end; });
+  return found ? std::move(*found) : LookedUp{{}, beast::error::timeout};
+}
 
 }  // namespace
 
@@ -127,6 +152,7 @@ class Exchange : public HttpWire {
   template <typename Begin>
   Error step(const Terms& terms, const Begin& begin) {
     using Clock = std::chrono::steady_clock;
+    if (is_late(terms)) return beast::error::timeout;  // however often a byte comes
     Error error;
     Clock::duration patience = terms.patience;
     if (terms.until) patience = std::clamp<Clock::duration>(*terms.until - Clock::now(), std::chrono::milliseconds(1), patience);
@@ -141,8 +167,7 @@ class Exchange : public HttpWire {
   }
 
   std::optional<Got> join(const Origin& origin, const Terms& terms) {
-    Error unknown;
-    const Places places = tcp::resolver(context_).resolve(origin.host, origin.port, tcp::resolver::numeric_service, unknown);
+    const auto [places, unknown] = look_up(origin, terms);
     if (unknown) return failed("its host is not known", unknown);
     if (const Error error = step(terms, [&](auto done) { beast::get_lowest_layer(stream()).async_connect(places, done); }))
       return failed("no connection could be made", error);

@@ -19,6 +19,7 @@ class BuildTurns {
     std::string id;      ///< of the dataset
     std::string client;  ///< who asked for it
     int attempt = 0;     ///< how often the disk has been in the way before
+    int of_source = 0;   ///< and how often where the raster comes from
   };
   /// At the end of its client's. False: the dataset waits already, and stays where it is.
   bool add(Entry entry);

@@ -86,21 +86,18 @@ bool JobQueue::has_raster(const Dataset& dataset) const {
 std::optional<JobQueue::Next> JobQueue::fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn) {
   const bool changed = why.type == "source-replaced";
   const int most = changed ? kTriesOfSource : why.type == "source-unreachable" ? kTriesToReach : 0;
-  if (dataset.address.empty() || turn.attempt >= most) return std::nullopt;
+  if (dataset.address.empty() || turn.of_source >= most) return std::nullopt;
   if (changed) {
     const std::lock_guard lock(mutex_);
     anew_.insert(dataset.id);
     // Servers behind one name that do not agree on a tag, or on parts, have the file all the same.
-    if (turn.attempt + 1 == most) as_whole_.insert(dataset.id);
+    if (turn.of_source + 1 == most) as_whole_.insert(dataset.id);
   }
   registry_.set_state(dataset.id, State::queued, why);
   hub_.touch(dataset.id);
   log_warning("dataset " + dataset.id + ": " + why.line() + "; tried again");
-  const Turn again{dataset.id, turn.client, turn.attempt + 1};
-  if (changed)
-    later(kBeforeAnew, again);
-  else
-    retry_later(again);
+  const Turn again{dataset.id, turn.client, turn.attempt, turn.of_source + 1};
+  later(changed ? std::chrono::milliseconds(kBeforeAnew) : wait_before(again.of_source), again);
   return Next::done;
 }
 
@@ -127,7 +124,7 @@ std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, cons
   }
   hub_.touch(id);
   log_warning("dataset " + id + ": " + fetched.problem().line() + "; tried again later");
-  retry_later({id, turn.client, turn.attempt + 1});
+  retry_later({id, turn.client, turn.attempt + 1, turn.of_source});
   return Next::done;
 }
 

@@ -26,8 +26,6 @@ constexpr auto kFirstWait = std::chrono::seconds(2), kLongestWait = std::chrono:
 constexpr int kTriesWithTables = 12;   // half an hour; an installation without them stays so
 constexpr int kTriesWithOneStore = 3;  // then what was built so far is thrown away: it may be what is wrong
 
-std::chrono::seconds wait_before(int attempt) { return std::min(kLongestWait, kFirstWait * (1 << std::min(attempt, 10))); }
-
 /// Of all rasters that a job may read.
 std::uint64_t bytes_of_rasters(const std::filesystem::path& folder, const proto::Job& job) {
   std::error_code error;
@@ -48,6 +46,10 @@ proto::Problem cannot_write(const std::filesystem::path& folder) {
 }
 
 }  // namespace
+
+std::chrono::seconds JobQueue::wait_before(int attempt) {
+  return std::min(kLongestWait, kFirstWait * (1 << std::min(attempt, 10)));
+}
 
 std::uint32_t build_seconds(const Limits& limits, std::uint64_t raster_bytes) {
   const std::uint64_t mib = (raster_bytes >> 20) + 1;
@@ -167,7 +169,7 @@ void JobQueue::serve_next() {
       if (run(*turn) == Next::again) enqueue({turn->id, turn->client, 0});
     } catch (const std::exception& error) {  // the registry's, or want of memory
       log_warning("dataset " + turn->id + ": " + error.what() + "; its build is tried again");
-      retry_later({turn->id, turn->client, turn->attempt + 1});
+      retry_later({turn->id, turn->client, turn->attempt + 1, turn->of_source});
     }
   });
 }
@@ -281,7 +283,7 @@ void JobQueue::show_provisional(const std::string& id) {
 }
 
 JobQueue::Next JobQueue::run(const Turn& turn) {
-  const auto& [id, client, attempt] = turn;
+  const auto& [id, client, attempt, of_source] = turn;
   end_look(id);
   const auto flag = begin(id, Work::build);
   // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
@@ -314,7 +316,7 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     hub_.touch(id);
     log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again in " +
                 std::to_string(wait_before(attempt + 1).count()) + " s");
-    retry_later({id, client, attempt + 1});
+    retry_later({id, client, attempt + 1, of_source});
   }
   return Next::done;
 }

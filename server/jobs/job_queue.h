@@ -118,6 +118,7 @@ class JobQueue {
   void enqueue(Turn turn);
   void serve_next();
   void retry_later(const Turn& turn);
+  static std::chrono::seconds wait_before(int attempt);
   Next run(const Turn& turn);
   void tell_fetching(const std::string& id);
   std::optional<Next> have_raster(const Dataset& dataset, const Turn& turn, const std::atomic<bool>& stop);

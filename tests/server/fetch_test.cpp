@@ -3,7 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <future>
+#include <stdexcept>
+#include <thread>
+
 #include "server/fetch/addresses.h"
+#include "server/fetch/apart.h"
+#include "server/fetch/http_get.h"
 #include "tests/server/fixture.h"
 #include "tests/server/raster_host.h"
 
@@ -169,6 +175,53 @@ TEST_F(Fetched, WhoCancelsNeedsNoMore) {
   host.has("/dems/a.tif", "the raster");
   stop_ = true;
   EXPECT_EQ(fetch(host, "/dems/a.tif"), "cancelled");
+}
+
+TEST_F(Fetched, WhoCancelsDoesNotWaitForAHostThatSendsNothing) {
+  RasterHost host;
+  host.hangs("/dems/a.tif");
+  ServeSettings settings;
+  settings.source_allow = {host.address() + "/dems/"};
+  limits::Space space([] { return std::nullopt; }, 5);
+  const Fetch fetch = fetcher(settings, space);
+  for (const auto& into : {fetch.whole, fetch.beginning}) {
+    stop_ = false;
+    const auto before = host.asked().size();
+    std::thread ends([&] {
+      while (host.asked().size() == before) std::this_thread::yield();
+      stop_ = true;
+    });
+    const auto fetched = into(host.address() + "/dems/a.tif", folder_.path() / "raster", stop_);
+    ends.join();
+    ASSERT_FALSE(fetched);
+    EXPECT_EQ(fetched.problem().type, "cancelled");
+  }
+}
+
+TEST_F(Fetched, AnAnswerHasAnEndHoweverOftenAByteComes) {
+  RasterHost host;
+  host.drips("/dems/a.tif");
+  Terms terms;
+  terms.until = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+  std::size_t came = 0;
+  const Got got = http_get(
+      host.address() + "/dems/a.tif", [&](std::string_view piece) { return came += piece.size(), true; }, terms);
+  EXPECT_NE(got.trouble, "");
+  EXPECT_GT(came, 0u);
+}
+
+TEST(Apart, WhatNobodyWantsAnyMoreIsLeftBehind) {
+  EXPECT_EQ(apart<int>([] { return 7; }, [] { return false; }), 7);
+  EXPECT_THROW(apart<int>([]() -> int { throw std::runtime_error("none"); }, [] { return false; }), std::runtime_error);
+  std::promise<void> end, ended;
+  const auto work = [wait = std::make_shared<std::future<void>>(end.get_future()), &ended] {
+    wait->wait();
+    ended.set_value_at_thread_exit();
+    return 7;
+  };
+  EXPECT_EQ(apart<int>(work, [] { return true; }), std::nullopt) << "it is under way still";
+  end.set_value();
+  ended.get_future().wait();
 }
 
 TEST_F(Fetched, ACertificateHasToBeTrustedAndOfThisName) {

@@ -110,6 +110,9 @@ class RasterHost {
   }
   /// Says that there are more bytes than it sends.
   void breaks_off(const std::string& target, const std::string& bytes) { put(target, {200, bytes, Ends::early}); }
+  /// Says that there are bytes, and sends none; or one after the other, without an end.
+  void hangs(const std::string& target) { put(target, {200, "", Ends::never}); }
+  void drips(const std::string& target) { put(target, {200, "x", Ends::never}); }
   /// Bytes of bodies that it was asked for, in parts or not.
   std::uint64_t sent() const {
     const std::lock_guard lock(mutex_);
@@ -122,7 +125,7 @@ class RasterHost {
   }
 
  private:
-  enum class Ends { well, early };
+  enum class Ends { well, early, never };
   struct Said {
     int status;
     std::string text;
@@ -168,9 +171,19 @@ class RasterHost {
       return say_part(said, {first, std::min(last + 1, said.text.size())}, answer);
     count(said.text.size());
     if (said.ends == Ends::well) return answer.set_content(said.text, "image/tiff");
+    if (said.ends == Ends::never) return go_on(said.text, answer);
     answer.set_content_provider(2 * said.text.size(), "image/tiff",
                                 [text = said.text](std::size_t from, std::size_t, httplib::DataSink& sink) {
                                   return from == 0 && sink.write(text.data(), text.size());
+                                });
+  }
+
+  void go_on(const std::string& text, httplib::Response& answer) {
+    answer.set_content_provider(std::size_t{1} << 40, "image/tiff",
+                                [this, text](std::size_t, std::size_t, httplib::DataSink& sink) {
+                                  while (text.empty() && !ending_ && sink.is_writable())
+                                    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+                                  return !ending_ && !text.empty() && sink.write(text.data(), text.size());
                                 });
   }
 
