@@ -12,18 +12,12 @@ using gpu::fit::Quality;
 
 constexpr double kMostTriangles = 4294967295.0, kGreatestError = 1e9;
 
-proto::Problem invalid(const std::string& name, const std::string& value, const std::string& complaint,
-                       const std::string& accepted) {
-  const std::string shown = is_utf8(value) ? value.substr(0, 200) : "(not UTF-8)";
-  return {"option-invalid", name + "='" + shown + "': " + complaint, accepted, name};
-}
-
 proto::Result<MeshTarget> share(const std::string& text) {
   double value = 0;
   if (const Complaint complaint = read_number(text, {0, 1}, &value)) {
-    return invalid("--keep", text, *complaint, "a number above 0 up to 1");
+    return wrong_value("--keep", text, *complaint, "a number above 0 up to 1");
   }
-  if (!(value > 0)) return invalid("--keep", text, "nothing would be left", "a number above 0 up to 1");
+  if (!(value > 0)) return wrong_value("--keep", text, "nothing would be left", "a number above 0 up to 1");
   return MeshTarget::keep(value);
 }
 
@@ -31,16 +25,16 @@ proto::Result<MeshTarget> count(const std::string& text) {
   double value = 0;
   const std::string accepted = "a whole number from 1 on";
   if (const Complaint complaint = read_number(text, {1, kMostTriangles}, &value)) {
-    return invalid("--triangles", text, *complaint, accepted);
+    return wrong_value("--triangles", text, *complaint, accepted);
   }
-  if (value != std::floor(value)) return invalid("--triangles", text, "not a whole number", accepted);
+  if (value != std::floor(value)) return wrong_value("--triangles", text, "not a whole number", accepted);
   return MeshTarget::triangles(static_cast<std::uint64_t>(value));
 }
 
 proto::Result<MeshTarget> bound(const std::string& text) {
   double value = 0;
   if (const Complaint complaint = read_number(text, {0, kGreatestError}, &value)) {
-    return invalid("--error", text, *complaint, "metres, 0 or more");
+    return wrong_value("--error", text, *complaint, "metres, 0 or more");
   }
   return MeshTarget::error_m(value);
 }
@@ -85,9 +79,9 @@ proto::Result<CleapRequest> published_request(const SimplifyLine& line, const st
     double value = 0;
     const std::string whole = "a whole number from 1 on";
     if (const Complaint complaint = read_number(line.collapses, {1, kMostTriangles}, &value)) {
-      return invalid("--collapses", line.collapses, *complaint, whole);
+      return wrong_value("--collapses", line.collapses, *complaint, whole);
     }
-    if (value != std::floor(value)) return invalid("--collapses", line.collapses, "not a whole number", whole);
+    if (value != std::floor(value)) return wrong_value("--collapses", line.collapses, "not a whole number", whole);
     request->target.collapses = static_cast<std::uint64_t>(value);
     return request;
   }
@@ -103,7 +97,7 @@ proto::Result<CleapRequest> published_request(const SimplifyLine& line, const st
 proto::Result<Quality> quality_of(const std::string& text) {
   std::string choice;
   if (const Complaint complaint = read_choice(text, {"fast", "default", "best", "minimax"}, &choice)) {
-    return invalid("--quality", text, *complaint, "fast, default, best or minimax");
+    return wrong_value("--quality", text, *complaint, "fast, default, best or minimax");
   }
   if (choice == "fast") return Quality::fast;
   if (choice == "best") return Quality::best;
@@ -120,7 +114,7 @@ proto::Result<SimplifyRequest> simplify_request(const SimplifyLine& line) {
   }
   std::string strategy;
   if (const Complaint complaint = read_choice(line.strategy, {"waves", "cleap", "sequential"}, &strategy)) {
-    return invalid("--strategy", line.strategy, *complaint, "waves, cleap or sequential");
+    return wrong_value("--strategy", line.strategy, *complaint, "waves, cleap or sequential");
   }
   request.strategy = strategy;
   if (strategy == "waves") {
@@ -136,11 +130,11 @@ proto::Result<SimplifyRequest> simplify_request(const SimplifyLine& line) {
     request.cleap = *published;
   }
   if (const Complaint complaint = read_device(line.device, &request.options.device)) {
-    return invalid("--device", line.device, *complaint, "auto, cpu, cuda or cuda:N");
+    return wrong_value("--device", line.device, *complaint, "auto, cpu, cuda or cuda:N");
   }
   std::uint32_t threads = 0;
   if (const Complaint complaint = read_whole(line.threads, {0, 1024}, &threads)) {
-    return invalid("--threads", line.threads, *complaint, "0 to 1024");
+    return wrong_value("--threads", line.threads, *complaint, "0 to 1024");
   }
   request.threads = request.options.threads = threads;
   if (request.cleap) {

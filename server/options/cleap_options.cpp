@@ -132,15 +132,9 @@ const std::vector<CleapOption>& cleap_options() {
 
 proto::Result<CleapRequest> cleap_request(const std::string& strategy, const std::map<std::string, std::string>& given) {
   CleapRequest request;
-  for (const CleapOption& option : cleap_options()) {
-    const auto found = given.find(option.name);
-    if (found == given.end()) continue;
-    const Complaint complaint = option.apply(found->second, request);
-    if (!complaint) continue;
-    const std::string text = is_utf8(found->second) ? found->second.substr(0, 200) : "(not UTF-8)";
-    return proto::Problem{"option-invalid", "--" + option.name + "='" + text + "': " + *complaint, option.accepted,
-                          "--" + option.name};
-  }
+  Given words;
+  for (const auto& [name, value] : given) words.emplace_back("--" + name, value);
+  if (auto problem = read_options(cleap_options(), words, {.dashes = "--"}, request)) return *problem;
   if (strategy != "sequential") return request;
   for (const char* name : {"window", "lock", "come-back"}) {
     if (!given.contains(name)) continue;

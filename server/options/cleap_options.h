@@ -6,7 +6,7 @@
 
 #include "gpu/cleap/cleap.h"
 #include "proto/result.h"
-#include "server/options/option_values.h"
+#include "server/options/table_reader.h"
 
 namespace cordillera::server {
 
@@ -17,12 +17,7 @@ struct CleapRequest {
   std::uint32_t smooth = 0;  ///< steps of Taubin's smoothing afterwards
 };
 
-struct CleapOption {
-  std::string name;   ///< without --
-  std::string value;  ///< what stands for the value in help
-  std::string help, accepted;
-  Complaint (*apply)(std::string_view text, CleapRequest& request);
-};
+using CleapOption = OptionOf<CleapRequest>;
 const std::vector<CleapOption>& cleap_options();
 
 /// given: by name, of the table.

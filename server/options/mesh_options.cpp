@@ -1,7 +1,7 @@
 #include "server/options/mesh_options.h"
 
 #include <algorithm>
-#include <set>
+#include <array>
 
 #include "pipeline/faces/face.h"
 
@@ -34,13 +34,9 @@ Complaint apply_level(std::string_view text, MeshRequest& request) {
   return std::nullopt;
 }
 
-/// As the builds' own option reads it.
 Complaint apply_bbox(std::string_view text, MeshRequest& request) {
-  const auto& table = build_options();
-  const auto option = std::find_if(table.begin(), table.end(), [](const OptionSpec& spec) { return spec.name == "bbox"; });
-  Settings settings;
-  if (auto complaint = option->apply(text, settings)) return complaint;
-  const auto& box = settings.build.bbox();
+  std::array<double, 4> box{};
+  if (auto complaint = read_box(text, &box)) return complaint;
   request.box = {box[0], box[1], box[2], box[3]};
   return std::nullopt;
 }
@@ -72,25 +68,7 @@ const std::vector<MeshOption>& mesh_options() {
 proto::Result<MeshRequest> mesh_request(const Given& given, Spelling spelling) {
   const std::string dashes = spelling == Spelling::command_line ? "--" : "";
   MeshRequest request;
-  std::set<std::string> seen;
-  for (const auto& [name, value] : given) {
-    const auto& table = mesh_options();
-    const auto option = std::find_if(table.begin(), table.end(), [&, &wanted = name](const MeshOption& candidate) {
-      return dashes + candidate.name == wanted;
-    });
-    const std::string shown_name = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
-    if (option == table.end()) {
-      return proto::Problem{"option-unknown", "unknown query parameter '" + shown_name + "'", "tile, level, bbox, frame",
-                            shown_name};
-    }
-    if (!seen.insert(name).second) {
-      return proto::Problem{"option-repeated", name + " is given twice", "each parameter once", name};
-    }
-    if (const Complaint complaint = option->apply(value, request)) {
-      const std::string shown_value = is_utf8(value) ? value.substr(0, 200) : "(not UTF-8)";
-      return proto::Problem{"option-invalid", name + "='" + shown_value + "': " + *complaint, option->accepted, name};
-    }
-  }
+  if (auto problem = read_options(mesh_options(), given, {.dashes = dashes}, request)) return *problem;
   if (request.tile && (request.level || request.box)) {
     return proto::Problem{"options-conflict", dashes + "tile names a place of its own", "tile, or level and bbox",
                           dashes + "tile"};

@@ -5,16 +5,11 @@
 
 #include "pipeline/exports/mesh/mesh_request.h"
 #include "server/options/options.h"
+#include "server/options/table_reader.h"
 
 namespace cordillera::server {
 
-struct MeshOption {
-  std::string name;   ///< in a query; with -- before it on the command line
-  std::string value;  ///< what stands for the value in help
-  std::string help;
-  std::string accepted;
-  Complaint (*apply)(std::string_view text, pipeline::exports::MeshRequest& request);
-};
+using MeshOption = OptionOf<pipeline::exports::MeshRequest>;
 const std::vector<MeshOption>& mesh_options();
 
 /// Triangles of one answer over HTTP: some 20 MB as .glb. The command line has a limit of its own, which its user may raise.

@@ -1,5 +1,6 @@
 // The entries of the option table that a build or a POST has. Help and accepted values are written once, here.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -102,28 +103,8 @@ Complaint apply_water(std::string_view text, Settings& settings) {
 }
 
 Complaint apply_bbox(std::string_view text, Settings& settings) {
-  std::vector<double> box;
-  if (auto complaint = read_numbers(text, {-360, 360}, &box)) return complaint;
-  if (box.size() != 4) return std::to_string(box.size()) + " numbers instead of 4";
-  // What other programs take, named in the order that is wanted here: latitude first, or gdal_translate's upper left corner
-  // first.
-  const auto in_order = [](double west, double south, double east, double north) {
-    return "; in the order west,south,east,north it may be " + shown(west) + "," + shown(south) + "," + shown(east) + "," +
-           shown(north);
-  };
-  if (std::abs(box[1]) > 90 || std::abs(box[3]) > 90) {
-    const bool turned = std::abs(box[0]) <= 90 && std::abs(box[2]) <= 90 && box[0] < box[2];
-    return "a latitude is beyond a pole" + (turned ? in_order(box[1], box[0], box[3], box[2]) : "");
-  }
-  if (box[1] > box[3]) {
-    // Both corners may be turned. A box over the antimeridian is left as it is: it is the narrower of the two that the longitudes
-    // can mean.
-    const bool turned = box[0] > box[2] && box[0] - box[2] < 180;
-    return "south is not below north" + in_order(turned ? box[2] : box[0], box[3], turned ? box[0] : box[2], box[1]);
-  }
-  if (box[1] == box[3]) return "south equals north";
-  if (std::abs(box[0]) > 180 || std::abs(box[2]) > 180) return "a longitude is outside -180 to 180";
-  if (box[0] == box[2]) return "west equals east";
+  std::array<double, 4> box{};
+  if (auto complaint = read_box(text, &box)) return complaint;
   settings.build.mutable_bbox()->Assign(box.begin(), box.end());
   return std::nullopt;
 }

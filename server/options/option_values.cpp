@@ -77,6 +77,33 @@ Complaint read_numbers(std::string_view text, NumberRange range, std::vector<dou
   return std::nullopt;
 }
 
+Complaint read_box(std::string_view text, std::array<double, 4>* out) {
+  std::vector<double> box;
+  if (auto complaint = read_numbers(text, {-360, 360}, &box)) return complaint;
+  if (box.size() != 4) return std::to_string(box.size()) + " numbers instead of 4";
+  // What other programs take, named in the order that is wanted here: latitude first, or gdal_translate's upper left corner
+  // first.
+  const auto in_order = [](double west, double south, double east, double north) {
+    return "; in the order west,south,east,north it may be " + shown(west) + "," + shown(south) + "," + shown(east) + "," +
+           shown(north);
+  };
+  if (std::abs(box[1]) > 90 || std::abs(box[3]) > 90) {
+    const bool turned = std::abs(box[0]) <= 90 && std::abs(box[2]) <= 90 && box[0] < box[2];
+    return "a latitude is beyond a pole" + (turned ? in_order(box[1], box[0], box[3], box[2]) : "");
+  }
+  if (box[1] > box[3]) {
+    // Both corners may be turned. A box over the antimeridian is left as it is: it is the narrower of the two that the longitudes
+    // can mean.
+    const bool turned = box[0] > box[2] && box[0] - box[2] < 180;
+    return "south is not below north" + in_order(turned ? box[2] : box[0], box[3], turned ? box[0] : box[2], box[1]);
+  }
+  if (box[1] == box[3]) return "south equals north";
+  if (std::abs(box[0]) > 180 || std::abs(box[2]) > 180) return "a longitude is outside -180 to 180";
+  if (box[0] == box[2]) return "west equals east";
+  *out = {box[0], box[1], box[2], box[3]};
+  return std::nullopt;
+}
+
 Complaint read_choice(std::string_view text, const std::vector<std::string>& choices, std::string* out) {
   for (const std::string& choice : choices) {
     if (proto::lower(choice) == proto::lower(proto::trimmed(text))) {
@@ -150,6 +177,13 @@ std::optional<std::string> nearest_name(std::string_view name, const std::vector
     }
   }
   return best;
+}
+
+std::string quotable(const std::string& text, std::size_t most) { return is_utf8(text) ? text.substr(0, most) : "(not UTF-8)"; }
+
+proto::Problem wrong_value(const std::string& name, const std::string& value, const std::string& complaint,
+                           const std::string& accepted) {
+  return {"option-invalid", name + "='" + quotable(value, 200) + "': " + complaint, accepted, name};
 }
 
 }  // namespace cordillera::server

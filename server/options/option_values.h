@@ -1,10 +1,14 @@
 #pragma once
 // Text to value, for every place that options come from. A complaint says what is wrong with the text; nullopt: nothing is.
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "proto/result.h"
 
 namespace cordillera::server {
 
@@ -30,6 +34,9 @@ Complaint read_whole(std::string_view text, WholeRange range, std::uint32_t* out
 /// Numbers between commas; every one within the range.
 Complaint read_numbers(std::string_view text, NumberRange range, std::vector<double>* out);
 
+/// "west,south,east,north" in degrees. A complaint about another order names this one.
+Complaint read_box(std::string_view text, std::array<double, 4>* out);
+
 /// One of the choices, whatever the case; out gets the choice as it is spelt there.
 Complaint read_choice(std::string_view text, const std::vector<std::string>& choices, std::string* out);
 
@@ -51,6 +58,13 @@ Complaint read_device(std::string_view text, std::string* out);
 
 /// True if text is well-formed UTF-8 (no surrogates, no overlong forms).
 bool is_utf8(std::string_view text);
+
+/// What somebody sent, as an answer may repeat it: not much of it, and only text.
+std::string quotable(const std::string& text, std::size_t most = 100);
+
+/// "option-invalid" of a value that a complaint was made about.
+proto::Problem wrong_value(const std::string& name, const std::string& value, const std::string& complaint,
+                           const std::string& accepted);
 
 /// The candidate nearest to name by edit distance, if it is near enough to be what was meant.
 std::optional<std::string> nearest_name(std::string_view name, const std::vector<std::string>& candidates);

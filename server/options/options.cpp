@@ -51,7 +51,7 @@ proto::Problem unknown_option(const std::string& name, const std::vector<OptionS
     if (std::find(names.begin(), names.end(), word) != names.end()) nearest = word;
   }
   const char* kind = spelling == Spelling::query ? "query parameter" : "option";
-  const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
+  const std::string shown = quotable(name);
   const std::string hint = name == "scheme" ? ": it had one value, and is left out now"
                            : nearest        ? "; did you mean " + *nearest + "?"
                                             : "";
@@ -117,8 +117,7 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
                             "one of them", name};
     }
     if (const Complaint complaint = option->apply(value, settings)) {
-      const std::string shown = is_utf8(value) ? value.substr(0, 200) : "(not UTF-8)";
-      return proto::Problem{"option-invalid", name + "='" + shown + "': " + *complaint, option->accepted, name};
+      return wrong_value(name, value, *complaint, option->accepted);
     }
   }
   if (auto together = check_together(settings, spelling); !together) return together.problem();

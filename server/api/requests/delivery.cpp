@@ -111,7 +111,7 @@ std::optional<proto::Problem> unknown_in_body(const Given& options, const std::s
     auto nearest = nearest_name(name, names);
     if (const auto meant = meant_by_habit(name)) nearest = spelt({*meant, "", "", "", nullptr}, Spelling::query);
     if (name == "url" || name == "file" || name == "raster" || name == "path") nearest = "source";
-    const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
+    const std::string shown = quotable(name);
     return proto::Problem{"option-unknown",
                           "unknown " + kind + " '" + shown + "'" + (nearest ? "; did you mean " + *nearest + "?" : ""),
                           post_names(), shown};

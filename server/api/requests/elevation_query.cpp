@@ -152,7 +152,7 @@ struct AskedWords {
 proto::Result<AskedWords> words_of(const Request& request) {
   AskedWords words;
   for (const auto& [name, value] : request.query) {
-    const std::string spelt = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
+    const std::string spelt = quotable(name);
     std::optional<std::string>* word = words.named(name);
     if (word == nullptr) {
       return proto::Problem{"option-unknown", "unknown query parameter '" + spelt + "'", "points, line, samples, level", spelt};

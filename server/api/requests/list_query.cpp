@@ -36,14 +36,10 @@ Complaint apply_state(std::string_view text, ListQuery& query) {
   return std::nullopt;
 }
 
-/// As the builds' own option reads it.
 Complaint apply_bbox(std::string_view text, ListQuery& query) {
-  const auto& table = build_options();
-  const auto option = std::find_if(table.begin(), table.end(), [](const OptionSpec& spec) { return spec.name == "bbox"; });
-  Settings settings;
-  if (auto complaint = option->apply(text, settings)) return complaint;
-  const auto& box = settings.build.bbox();
-  query.box = {box[0], box[1], box[2], box[3]};
+  std::array<double, 4> box{};
+  if (auto complaint = read_box(text, &box)) return complaint;
+  query.box = box;
   return std::nullopt;
 }
 
@@ -57,41 +53,21 @@ Complaint apply_text(std::string_view text, ListQuery& query) {
 
 const std::vector<ListOption>& list_options() {
   static const std::vector<ListOption> kOptions = {
-      {"limit", "most datasets of a page; without it 100", "1 to 1000", apply_limit},
-      {"after", "where the page before ended, as its `next` says", "what a `next` says", apply_after},
-      {"state", "only those in one of these states", "queued, running, ready, failed; more than one separated by commas",
+      {"limit", "", "most datasets of a page; without it 100", "1 to 1000", apply_limit},
+      {"after", "", "where the page before ended, as its `next` says", "what a `next` says", apply_after},
+      {"state", "", "only those in one of these states", "queued, running, ready, failed; more than one separated by commas",
        apply_state},
-      {"bbox", "only those that are ready and touch this box, degrees; west above east crosses the antimeridian",
+      {"bbox", "", "only those that are ready and touch this box, degrees; west above east crosses the antimeridian",
        "west,south,east,north in degrees, longitudes -180 to 180, latitudes -90 to 90", apply_bbox},
-      {"q", "only those with this text in id, name or title; A to Z like a to z", "text of at most 1000 bytes", apply_text},
+      {"q", "", "only those with this text in id, name or title; A to Z like a to z", "text of at most 1000 bytes", apply_text},
   };
   return kOptions;
 }
 
 proto::Result<ListQuery> list_query(const Given& given) {
   ListQuery query;
-  std::vector<std::string> names;
-  for (const ListOption& option : list_options()) names.push_back(option.name);
-  for (auto at = given.begin(); at != given.end(); ++at) {
-    const auto& [name, value] = *at;
-    const auto option = std::find_if(list_options().begin(), list_options().end(),
-                                     [&wanted = name](const ListOption& one) { return one.name == wanted; });
-    const std::string shown = is_utf8(name) ? name.substr(0, 100) : "(not UTF-8)";
-    if (option == list_options().end()) {
-      std::string all;
-      for (const std::string& known : names) all += (all.empty() ? "" : ", ") + known;
-      return proto::Problem{"option-unknown", "unknown query parameter '" + shown + "' of a list",
-                            all + "; options of a build go with a POST", shown};
-    }
-    if (std::any_of(given.begin(), at, [&wanted = name](const auto& earlier) { return earlier.first == wanted; })) {
-      return proto::Problem{"option-repeated", name + " is given more than once", option->accepted, name};
-    }
-    if (const auto wrong = option->apply(value, query)) {
-      return proto::Problem{"option-invalid",
-                            name + "='" + (is_utf8(value) ? value.substr(0, 100) : "(not UTF-8)") + "': " + *wrong,
-                            option->accepted, name};
-    }
-  }
+  const TableWords words{.of = " of a list", .elsewhere = "; options of a build go with a POST"};
+  if (auto problem = read_options(list_options(), given, words, query)) return *problem;
   return query;
 }
 

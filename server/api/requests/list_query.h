@@ -9,8 +9,7 @@
 
 #include "proto/result.h"
 #include "server/datasets/registry.h"
-#include "server/options/option_values.h"
-#include "server/options/options.h"
+#include "server/options/table_reader.h"
 
 namespace cordillera::server {
 
@@ -22,10 +21,7 @@ struct ListQuery {
   std::string text;                          ///< in lower case
 };
 
-struct ListOption {
-  std::string name, help, accepted;
-  Complaint (*apply)(std::string_view text, ListQuery& query);
-};
+using ListOption = OptionOf<ListQuery>;
 const std::vector<ListOption>& list_options();
 /// Problems: "option-unknown", "option-repeated", "option-invalid".
 proto::Result<ListQuery> list_query(const Given& given);
