@@ -1,6 +1,6 @@
 #pragma once
 // SQLite, as much of it as the store needs: a connection, statements that are prepared once, transactions that roll back by
-// themselves. The only door to sqlite3.h. Failures are StoreError exceptions inside the store and become Problems at its faces.
+// themselves. Failures are StoreError exceptions inside the store and become Problems at its faces.
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
