@@ -85,15 +85,16 @@ struct HelpGroup {
   Telling telling = Telling::whole;
 };
 
-/// Words in lines that begin at the column; the first one stands behind what is there already.
-std::string wrapped(const std::string& text, std::size_t column) {
+/// Words in lines that begin at the column, the further ones so much behind it; the first one stands behind what is there
+/// already.
+std::string wrapped(const std::string& text, std::size_t column, std::size_t more = 0) {
   std::string out;
   std::size_t at = column;
   std::istringstream words(text);
   for (std::string word; words >> word;) {
     if (at + word.size() + 1 > kScreenColumns && at > column) {
-      out += "\n" + std::string(column, ' ');
-      at = column;
+      at = column + more;
+      out += "\n" + std::string(at, ' ');
     } else if (at > column) {
       out += " ";
       ++at;
@@ -109,16 +110,16 @@ std::string shortened(const std::string& text) {
   std::string first = text.substr(0, std::min(text.find(" ["), text.find("; ")));
   constexpr std::size_t kRoom = kScreenColumns - kAboutColumn;
   if (first.size() <= kRoom) return first;
-  return first.substr(0, first.rfind(' ', kRoom - 2)) + " …";
+  return first.substr(0, first.rfind(' ', kRoom - 5)) + " …";
 }
 
 std::string shown(const HelpGroup& group) {
-  std::string out = group.heading + ":\n";
   if (group.telling == Telling::names) {
-    std::string names;
-    for (const HelpEntry& entry : group.entries) names += entry.names.substr(0, entry.names.find(' ')) + " ";
-    return out + "  " + wrapped(names, 2);
+    std::string names = group.heading + ":";
+    for (const HelpEntry& entry : group.entries) names += " " + entry.names.substr(0, entry.names.find(' '));
+    return wrapped(names, 0, 2);
   }
+  std::string out = group.heading + ":\n";
   for (const HelpEntry& entry : group.entries) {
     out += "  " + entry.names;
     const std::size_t width = 2 + entry.names.size();
@@ -146,6 +147,9 @@ std::vector<HelpGroup> help_groups(const CLI::App& command) {
   for (const bool positional : {true, false}) {
     for (const CLI::Option* option : command.get_options()) {
       if (option->get_group().empty() || option->get_positional() != positional) continue;
+      // They are told of at the end of the page, and by the list of commands.
+      const bool help = option == command.get_help_ptr() || option == command.get_help_all_ptr();
+      if (help && command.get_parent() != nullptr) continue;
       add(positional ? "Words" : option->get_group(), {spelt(*option), option->get_description()});
     }
   }
