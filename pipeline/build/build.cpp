@@ -149,7 +149,12 @@ proto::Result<void> build_blocks(const Site& site) {
   const auto make = [&](const proto::TileAddress& node) -> proto::Result<FinishedTask> {
     if (site.stop) return kCancelled;
     const auto tell = done.of(samples_of(site.plan, node));
-    auto task = site.builder.block(node, tell);
+    FinestSink finest;
+    if (BlockFollower* const follower = site.follower) {
+      finest.waits = [=] { return follower->waits_for_finest(node); };
+      finest.take = [=](const std::vector<EncodedTile>& tiles) { follower->take_finest(node, tiles); };
+    }
+    auto task = site.builder.block(node, tell, finest);
     if (task.ok()) tell(1);
     return task;
   };
@@ -255,7 +260,7 @@ proto::Result<std::unique_ptr<raster::Source>> open_source(const BuildRequest& r
   if (!request.decimation)
     return raster::open_filled_source(request.raster_path, request.raster_name, request.trust, request.options);
   auto source =
-      raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, *request.decimation);
+      raster::open_decimated(request.raster_path, request.raster_name, request.trust, request.options, request.decimation);
   return source.ok() ? raster::fill_enclosed_voids(std::move(*source), limit_cells) : std::move(source);
 }
 

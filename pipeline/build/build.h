@@ -29,6 +29,10 @@ class BlockFollower {
   virtual bool shows(const proto::TileAddress& block) = 0;
   /// Whether something of this block can be looked at before it is made. After begin().
   virtual bool has_tiles(const proto::TileAddress&) { return true; }
+  /// Whether somebody waits for tiles of the block's finest level. After begin(); called by any thread, as the next.
+  virtual bool waits_for_finest(const proto::TileAddress&) { return false; }
+  /// These are done, and the block is not. Of a block that is made again they come again.
+  virtual void take_finest(const proto::TileAddress&, const std::vector<EncodedTile>&) {}
   /// A block is done, and on disk.
   virtual void take(FinishedTask&& block) = 0;
   /// All blocks are done, or the build has ended. When it returns, shown is called no more. May be called again.

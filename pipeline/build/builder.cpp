@@ -182,7 +182,8 @@ proto::Result<void> Builder::read_into(const raster::Source::Window& window, pro
   return {};
 }
 
-proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node, const std::function<void(double)>& share) {
+proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
+                                                 const FinestSink& finest) {
   FinishedTask task;
   task.node = node;
   const BlockPlace place = alone_ ? place_alone(plan_, node) : place_of_block(plan_, node);
@@ -207,7 +208,7 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) {
     return pixels_of(lattice_, tile, *sources_[worker]);
   };
-  auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels},
+  auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels, finest ? &finest : nullptr},
                                  [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
   return built;
@@ -299,8 +300,9 @@ void Builder::encode(const LevelContext& context, std::vector<BuiltTile>& tiles,
   }
 }
 
-proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const std::function<void(double)>& share) {
-  if (plan_.exact()) return exact_block(node, share);
+proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const std::function<void(double)>& share,
+                                           const FinestSink& sink) {
+  if (plan_.exact()) return exact_block(node, share, sink);
   FinishedTask task;
   task.node = node;
   const proto::Result<proto::Samples> samples = read(node);
@@ -334,6 +336,7 @@ proto::Result<FinishedTask> Builder::block(const proto::TileAddress& node, const
         one_more);
     if (stop_) return kCancelled;
     encode(context, built, task);
+    if (finest && sink && !stop_) sink.take(task.tiles);
     below.clear();
     for (BuiltTile& tile : built) below.emplace(tile.tile, std::move(tile));
     // Each level above costs about a third of the one below.

@@ -50,7 +50,8 @@ class Builder {
 
   /// Tiles of all levels below and including the block, from the finest up. share: how much of it is done, 0 to 1; called by any
   /// thread.
-  proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share);
+  proto::Result<FinishedTask> block(const proto::TileAddress& node, const std::function<void(double)>& share,
+                                    const FinestSink& finest = {});
   /// The mesh that a finished task left for its parent; nullopt where it has none.
   using ChildMesh = std::function<std::optional<std::string>(const proto::TileAddress& child)>;
   /// One parent above the blocks; where these are merged at once, all levels above them. It asks for those of nodes_below().
@@ -69,7 +70,8 @@ class Builder {
  private:
   proto::Result<FinishedTask> merge_at_once(const ChildMesh& mesh_of);
   proto::Result<void> open_simplifiers();  ///< of tiles: for all of waves, and for what is merged above exact blocks
-  proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share);
+  proto::Result<FinishedTask> exact_block(const proto::TileAddress& node, const std::function<void(double)>& share,
+                                          const FinestSink& finest);
   /// Reads what of the window its samples hold; those lie within the window or are void already.
   proto::Result<void> read_into(const raster::Source::Window& window, proto::Samples& samples);
   void simplify_on_cpu(const LevelContext& context, const Prepare& prepare, std::vector<std::optional<BuiltTile>>& tiles,

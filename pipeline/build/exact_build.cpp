@@ -100,10 +100,11 @@ class BlockBuild {
     std::vector<BuiltTile> tiles = tiles_of_block(plan_, place_, z, mesh, handed_up ? TileParts::whole : TileParts::published);
     std::vector<double> above(tiles.size());
     std::vector<std::optional<EncodedTile>> made(tiles.size());
-    const bool meets = z == lattice_.finest_level && context.promise && pixels_within_m(plan_) > 0;
+    const bool finest = z == lattice_.finest_level, meets = finest && context.promise && pixels_within_m(plan_) > 0;
+    const auto haste = finest && team_.finest && team_.finest->waits() ? Workers::Haste::somebody_waits : Workers::Haste::none;
     const auto finish = [&](std::size_t k, unsigned worker) {
       FinishedFinest finished;
-      if (z == lattice_.finest_level) {
+      if (finest) {
         finished = finish_finest(plan_, context, tiles[k], team_.pixels(tiles[k].tile, worker), Measure::always);
       } else {
         finished.above_m = measure_exact(context, tiles[k]);
@@ -115,9 +116,9 @@ class BlockBuild {
       return std::move(finished.on_sides);
     };
     if (meets)
-      finish_with_sides(context, tiles, team_.workers, finish);
+      finish_with_sides(context, tiles, team_.workers, finish, haste);
     else
-      team_.workers.each(tiles.size(), finish);
+      team_.workers.each(tiles.size(), finish, haste);
     if (!handed_up) tiles.clear();
     EncodedLevel level;
     if (handed_up) level.whole = std::move(tiles);
@@ -125,6 +126,9 @@ class BlockBuild {
     for (std::optional<EncodedTile>& tile : made) {
       if (tile) level.tiles.push_back(std::move(*tile));
     }
+    // A level above its target may be made again.
+    const bool final = level.above_m == 0 || !plan_.promise();
+    if (finest && final && team_.finest) team_.finest->take(level.tiles);
     return level;
   }
 

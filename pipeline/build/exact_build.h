@@ -63,11 +63,19 @@ class ExactSimplifiers {
   std::string lost_;
 };
 
+/// Who wants the tiles of a block's finest level as soon as these are done; nobody, if empty.
+struct FinestSink {
+  std::function<bool()> waits;  ///< whether anybody does at the moment
+  std::function<void(const std::vector<EncodedTile>& tiles)> take;
+  explicit operator bool() const { return take != nullptr; }
+};
+
 /// The source's pixels in a tile of the finest level, read by one of the workers.
 using ReadPixels = std::function<std::vector<raster::PixelPoint>(const proto::TileAddress& tile, unsigned worker)>;
 struct BlockReaders {
   Workers& workers;
   const ReadPixels& pixels;
+  const FinestSink* finest = nullptr;  ///< null: nobody wants it before the block
 };
 
 /// All tiles of a node's block, from samples that hold it (see BlockPlace::empty_samples), and its mesh where levels are merged

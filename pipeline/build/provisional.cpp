@@ -1,7 +1,6 @@
 #include "pipeline/build/provisional.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "pipeline/plan/plan.h"
@@ -10,8 +9,6 @@
 
 namespace cordillera::pipeline {
 namespace {
-
-constexpr int kLevelsBelowBlock = std::countr_zero(static_cast<std::uint64_t>(kExactSide - 1) / proto::kTileCells);
 
 std::int64_t samples_at(const raster::Source& source, int level) {
   const raster::Source::Window w = source.window({level});
@@ -63,10 +60,13 @@ proto::Result<std::optional<BuildRequest>> provisional_request(const BuildReques
   return std::optional(std::move(small));
 }
 
-proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, const raster::Source& source) {
-  const auto range = level_range(source.description(), request.options);
-  if (!range.ok()) return range.problem();
-  return samples_at(source, std::max(range->first - kLevelsBelowBlock, range->second));
+proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, raster::Source& source) {
+  BuildRequest planned = request;
+  // Blocks do not depend on it, and choosing one reads the raster here and there.
+  if (!planned.options.has_error()) planned.options.set_error(1);
+  const auto plan = plan_of(planned, source);
+  if (!plan.ok()) return plan.problem();
+  return samples_at(source, static_cast<int>(plan->block_level()));
 }
 
 std::optional<double> stated_error_m(const proto::Manifest& manifest, int level) {

@@ -19,9 +19,9 @@ proto::Result<std::optional<BuildRequest>> provisional_request(const BuildReques
 proto::Result<std::optional<int>> provisional_level(const BuildRequest& request, const raster::Source& source,
                                                     std::int64_t most_samples);
 
-/// How many samples the raster has at the coarsest level of an exact build's blocks: with so many, tiles of blocks can take their
-/// places one by one.
-proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, const raster::Source& source);
+/// How many samples the raster has at the level of the build's blocks: with so many, tiles of blocks can take their places one by
+/// one. Reads no pixel.
+proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, raster::Source& source);
 
 /// How many times the work of its provisional tiles a build must be.
 inline constexpr std::int64_t kWorthwhile = 8;

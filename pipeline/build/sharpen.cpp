@@ -22,19 +22,26 @@ proto::Result<std::string> on_lattice(const std::string& drc, std::int64_t side)
 
 constexpr std::size_t kTilesAtOnce = 1024;  // in a transaction
 
+/// Whether its tiles are on the plan's lattice: a step before this one has put them there.
+bool is_on_lattice(const proto::Manifest& shown, const proto::Plan& plan) {
+  return shown.has_done_blocks() && shown.done_blocks().level() == plan.block_level() && shown.max_level() == plan.finest_level();
+}
+
 /// Tiles that no done block covers.
 proto::Result<void> copy_beside(const StoreReader& store, const proto::Plan& plan, const std::set<proto::TileAddress>& done,
                                 StoreWriter& to) {
   FinishedTask task;
   const int finest = static_cast<int>(store.manifest().max_level()), block_level = static_cast<int>(plan.block_level());
+  const bool as_it_is = is_on_lattice(store.manifest(), plan);
   for (int z = static_cast<int>(store.manifest().min_level()); z <= finest; ++z) {
     task.node = {z, 0, 0};
     for (proto::TileRecord& record : store.records_of(z)) {
       const proto::TileAddress tile = address_of(record);
       if (z >= block_level && done.contains(tile.at_level(block_level))) continue;
-      const auto blob = store.tile(tile, Encoding::drc);
+      auto blob = store.tile(tile, Encoding::drc);
       if (!blob) continue;
-      auto drc = on_lattice(blob->bytes, lattice_of(plan).tile_units(z));
+      auto drc =
+          as_it_is ? proto::Result<std::string>(std::move(blob->bytes)) : on_lattice(blob->bytes, lattice_of(plan).tile_units(z));
       if (!drc.ok()) return drc.problem();
       task.tiles.push_back({std::move(record), std::move(*drc), {}});
       if (task.tiles.size() < kTilesAtOnce) continue;
@@ -83,6 +90,17 @@ proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan&
     manifest.mutable_done_blocks()->add_y(static_cast<std::uint32_t>(node.y));
   }
   const auto published = (*writer)->publish(std::move(manifest));
+  return published.ok() ? proto::Result<void>() : published.problem();
+}
+
+proto::Result<void> put_finest(const std::string& shown, const proto::Plan& plan, FinishedTask finest, const std::string& store) {
+  auto manifest = StoreReader::manifest_of(shown);
+  if (!manifest.ok()) return manifest.problem();
+  auto writer = StoreWriter::open(store, plan);
+  if (!writer.ok()) return writer.problem();
+  if (auto committed = (*writer)->commit(finest); !committed.ok()) return committed;
+  manifest->clear_done_blocks();
+  const auto published = (*writer)->publish(std::move(*manifest));
   return published.ok() ? proto::Result<void>() : published.problem();
 }
 

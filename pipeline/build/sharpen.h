@@ -22,4 +22,8 @@ std::set<proto::TileAddress> blocks_in(const proto::Manifest& provisional);
 proto::Result<void> put_done_blocks(const std::string& store, const proto::Plan& plan, const std::vector<FinishedTask>& done,
                                     const std::string& next);
 
+/// Writes final tiles of the block's finest level into a store of their own, for who waits for them while the rest of the block
+/// is made. shown: the store of the provisional dataset.
+proto::Result<void> put_finest(const std::string& shown, const proto::Plan& plan, FinishedTask finest, const std::string& store);
+
 }  // namespace cordillera::pipeline

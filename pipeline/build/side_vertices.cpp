@@ -144,13 +144,16 @@ std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<B
   return {changed.begin(), changed.end()};
 }
 
-void finish_with_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, Workers& workers, const FinishTile& finish) {
+void finish_with_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, Workers& workers, const FinishTile& finish,
+                       Workers::Haste haste) {
   std::vector<std::vector<MeshPoint>> on_sides(tiles.size());
-  workers.each(tiles.size(), [&](std::size_t k, unsigned worker) { on_sides[k] = finish(k, worker); });
+  workers.each(
+      tiles.size(), [&](std::size_t k, unsigned worker) { on_sides[k] = finish(k, worker); }, haste);
   for (int round = 0; round < kMostSideRounds; ++round) {
     const std::vector<std::size_t> changed = put_on_sides(context, tiles, on_sides);
     if (changed.empty()) return;
-    workers.each(changed.size(), [&](std::size_t k, unsigned worker) { on_sides[changed[k]] = finish(changed[k], worker); });
+    workers.each(
+        changed.size(), [&](std::size_t k, unsigned worker) { on_sides[changed[k]] = finish(changed[k], worker); }, haste);
   }
 }
 

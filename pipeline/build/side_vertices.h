@@ -23,6 +23,7 @@ std::vector<std::size_t> put_on_sides(const LevelContext& context, std::vector<B
 using FinishTile = std::function<std::vector<gpu::MeshPoint>(std::size_t tile, unsigned worker)>;
 
 /// Finishes all tiles of the finest level, then those again whose sides got vertices.
-void finish_with_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, Workers& workers, const FinishTile& finish);
+void finish_with_sides(const LevelContext& context, std::vector<BuiltTile>& tiles, Workers& workers, const FinishTile& finish,
+                       Workers::Haste haste = Workers::Haste::none);
 
 }  // namespace cordillera::pipeline

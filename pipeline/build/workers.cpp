@@ -9,6 +9,7 @@ namespace cordillera::pipeline {
 struct Workers::Loop {
   const std::function<void(std::size_t, unsigned)>& work;
   std::size_t count;
+  Haste haste;
   std::size_t next = 0, running = 0;
   std::exception_ptr first = nullptr;
   std::condition_variable ended = {};
@@ -37,9 +38,9 @@ void Workers::end() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void Workers::each(std::size_t count, const std::function<void(std::size_t, unsigned)>& work) {
+void Workers::each(std::size_t count, const std::function<void(std::size_t, unsigned)>& work, Haste haste) {
   if (count == 0) return;
-  Loop loop{work, count};
+  Loop loop{work, count, haste};
   std::unique_lock lock(mutex_);
   loops_.push_back(&loop);
   changed_.notify_all();
@@ -52,16 +53,19 @@ void Workers::run(unsigned worker) {
   std::unique_lock lock(mutex_);
   while (true) {
     Loop* loop = nullptr;
-    changed_.wait(lock, [&] { return (loop = shortest()) != nullptr || ending_; });
+    changed_.wait(lock, [&] { return (loop = next()) != nullptr || ending_; });
     if (loop == nullptr) return;
     do_one(*loop, worker, lock);
   }
 }
 
-Workers::Loop* Workers::shortest() {
+Workers::Loop* Workers::next() {
+  const auto before = [](const Loop& a, const Loop& b) {
+    return a.haste != b.haste ? a.haste == Haste::somebody_waits : a.left() < b.left();
+  };
   Loop* found = nullptr;
   for (Loop* loop : loops_) {
-    if (loop->left() > 0 && (found == nullptr || loop->left() < found->left())) found = loop;
+    if (loop->left() > 0 && (found == nullptr || before(*loop, *found))) found = loop;
   }
   return found;
 }

@@ -2,6 +2,7 @@
 // The threads of a build: loops over independent pieces of work, several of them side by side.
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -18,14 +19,15 @@ class Workers {
   /// Calls work(item, worker) for every item in 0..count-1, worker in 0..threads()-1 (two calls of one worker never overlap, in
   /// whatever loops). Returns when all are done. The first exception is thrown again here, after the others have ended. Many may
   /// call at once, but not from within work. The loop with the fewest items left goes first: what it holds in memory is free the
-  /// sooner.
-  void each(std::size_t count, const std::function<void(std::size_t item, unsigned worker)>& work);
+  /// sooner; before it one that somebody waits for.
+  enum class Haste : std::uint8_t { none, somebody_waits };
+  void each(std::size_t count, const std::function<void(std::size_t item, unsigned worker)>& work, Haste haste = Haste::none);
 
  private:
   struct Loop;
   void end();
   void run(unsigned worker);
-  Loop* shortest();  ///< with items left; null: none
+  Loop* next();  ///< with items left; null: none
   void do_one(Loop& loop, unsigned worker, std::unique_lock<std::mutex>& lock);
 
   std::mutex mutex_;  // of all that follows, and of loops

@@ -13,8 +13,11 @@
 
 namespace cordillera::raster {
 
+struct Decimation;
+
 struct Dataset {
   std::shared_ptr<const PrivateFolder> folder;  ///< of an unpacked raster: its files, until the handle is closed
+  std::shared_ptr<const Decimation> pixels;     ///< that it shows in place of a file's; until the handle is closed, too
   GDALDatasetUniquePtr handle;
   GDALRasterBand* band = nullptr;
   GDALRasterBand* mask = nullptr;  ///< mask or alpha band; null when validity is told by values alone

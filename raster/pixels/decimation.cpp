@@ -135,15 +135,21 @@ proto::Result<Decimation> decimated(const Dataset& dataset, int period, std::int
   return out;
 }
 
-proto::Result<void> put_decimation(Dataset& dataset, const Decimation& pixels) {
+proto::Result<void> put_decimation(Dataset& dataset, const std::shared_ptr<const Decimation>& shared) {
+  const Decimation& pixels = *shared;
   const GdalScope scope(dataset.trust);
   const proto::Problem failed{"internal", "a thinned copy of " + dataset.name + " cannot be made", "", ""};
   GDALDriver* memory = GetGDALDriverManager()->GetDriverByName("MEM");
   if (memory == nullptr) return failed;
   const GDALDataType type = dataset.band->GetRasterDataType();
-  GDALDatasetUniquePtr thin(memory->Create("", pixels.columns, pixels.rows, 1, type, nullptr));
+  GDALDatasetUniquePtr thin(memory->Create("", pixels.columns, pixels.rows, 0, type, nullptr));
   double place[6];
   if (!thin || dataset.handle->GetGeoTransform(place) != CE_None) return failed;
+  char pointer[32] = {};
+  CPLPrintPointer(pointer, const_cast<std::uint8_t*>(pixels.values.data()), sizeof pointer - 1);
+  CPLStringList where;
+  where.SetNameValue("DATAPOINTER", pointer);
+  if (thin->AddBand(type, where.List()) != CE_None) return failed;
   const double across = 1.0 * pixels.covered_columns / pixels.columns, down = 1.0 * dataset.rows / pixels.rows;
   for (const int k : {1, 4}) place[k] *= across;
   for (const int k : {2, 5}) place[k] *= down;
@@ -155,7 +161,6 @@ proto::Result<void> put_decimation(Dataset& dataset, const Decimation& pixels) {
   to.SetScale(from.GetScale());
   to.SetOffset(from.GetOffset());
   copy_nodata(from, to);
-  if (write_band(to, pixels, pixels.values, type) != CE_None) return failed;
   GDALRasterBand* mask = nullptr;
   if (!pixels.mask.empty()) {
     if (thin->CreateMaskBand(GMF_PER_DATASET) != CE_None || (mask = to.GetMaskBand()) == nullptr ||
@@ -163,6 +168,7 @@ proto::Result<void> put_decimation(Dataset& dataset, const Decimation& pixels) {
       return failed;
   }
   dataset.handle = std::move(thin);
+  dataset.pixels = shared;
   dataset.band = dataset.handle->GetRasterBand(1);
   dataset.mask = mask;
   dataset.columns = pixels.columns;

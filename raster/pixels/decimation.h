@@ -27,11 +27,13 @@ struct Decimation {
 /// raster without overviews of which too much would have to be decoded for so few pixels.
 proto::Result<Decimation> decimated(const Dataset& dataset, int period, std::int64_t most_pixels);
 
-/// The dataset with these pixels in place of its own.
-proto::Result<void> put_decimation(Dataset& dataset, const Decimation& pixels);
+/// The dataset with these pixels in place of its own, and not with a copy: each thread of a build opens one, and of a large
+/// raster they are hundreds of megabytes.
+proto::Result<void> put_decimation(Dataset& dataset, const std::shared_ptr<const Decimation>& pixels);
 
 /// As open_source, of the raster that the pixels were taken from.
 proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust,
-                                                      const proto::BuildOptions& options, const Decimation& pixels);
+                                                      const proto::BuildOptions& options,
+                                                      const std::shared_ptr<const Decimation>& pixels);
 
 }  // namespace cordillera::raster

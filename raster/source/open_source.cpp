@@ -155,14 +155,15 @@ bool all_blocks_missing(const Dataset& d) {
 
 /// pixels: in place of the raster's own; null: those.
 proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, const std::string& name, Trust trust,
-                                                    const proto::BuildOptions& options, const Decimation* pixels) {
+                                                    const proto::BuildOptions& options,
+                                                    const std::shared_ptr<const Decimation>& pixels) {
   auto checked = check_options(options);
   if (!checked) return checked.problem();
   auto dataset = open_dataset(path, name, trust, options.band());
   if (!dataset) return dataset.problem();
   const GdalScope scope(trust);
   if (pixels != nullptr) {
-    if (auto thinned = put_decimation(*dataset, *pixels); !thinned.ok()) return thinned.problem();
+    if (auto thinned = put_decimation(*dataset, pixels); !thinned.ok()) return thinned.problem();
   }
   SourceParts parts;
   parts.options = *checked;
@@ -205,7 +206,8 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
 namespace {
 
 proto::Result<std::unique_ptr<Source>> open_with(const std::string& path, const std::string& name, Trust trust,
-                                                 const proto::BuildOptions& options, const Decimation* pixels) {
+                                                 const proto::BuildOptions& options,
+                                                 const std::shared_ptr<const Decimation>& pixels) {
   const GdalScope scope(trust);
   auto opened = open_checked(path, name, trust, options, pixels);
   // Not the raster's fault, and what was opened all the same may lie elsewhere: a rougher transformation stands in for one not
@@ -234,8 +236,9 @@ proto::Result<std::unique_ptr<Source>> open_filled_source(const std::string& pat
 }
 
 proto::Result<std::unique_ptr<Source>> open_decimated(const std::string& path, const std::string& name, Trust trust,
-                                                      const proto::BuildOptions& options, const Decimation& pixels) {
-  return open_with(path, name, trust, options, &pixels);
+                                                      const proto::BuildOptions& options,
+                                                      const std::shared_ptr<const Decimation>& pixels) {
+  return open_with(path, name, trust, options, pixels);
 }
 
 }  // namespace cordillera::raster

@@ -107,6 +107,7 @@ struct Awaited {
   std::vector<proto::TileAddress> tiles;  ///< that are looked at for as long
   /// Of what is shown of the dataset: whether it still lacks something of that. shown: null where nothing is shown yet.
   std::function<bool(const Dataset& dataset, const proto::Manifest* shown)> lacks;
+  std::optional<proto::TileAddress> alone{};  ///< the answer is made of this tile and of no other
 };
 /// An answer that is still to come: when all is there the API is asked anew, and when the time is over it is not_made_yet().
 /// None: the request is not to wait, has waited, or too many do.
@@ -123,7 +124,10 @@ Live live_dataset(Service& service, const Request& request, const Route& route);
 /// can be read, or will never be, or was waited for.
 std::optional<Response> wait_until_read(Service& service, const Request& request, const Dataset& dataset, const Route& route);
 /// What who asks for a tile waits for; none of a document.
-std::optional<Awaited> awaited_tile(const Route& route);
+std::optional<Awaited> awaited_tile(const Request& request, const Route& route);
+/// What has this tile of the finest level in its final form although its block is not done; null: nothing.
+std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Service& service, const std::string& id,
+                                                               const proto::Manifest& shown, const proto::TileAddress& tile);
 
 /// 503, and when to ask again.
 Response not_made_yet(const Dataset& dataset);

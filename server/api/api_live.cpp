@@ -167,8 +167,9 @@ std::optional<Response> wait_until_read(Service& service, const Request& request
   if (service.library().provisional(dataset.id)) return std::nullopt;
   const auto wait = may_wait(service, request);
   if (!wait) return problem_response(wait.problem());
-  auto awaited =
-      awaited_tile(route).value_or(Awaited{{}, [](const Dataset&, const proto::Manifest* shown) { return shown == nullptr; }});
+  auto awaited = awaited_tile(request, route).value_or(Awaited{{}, [](const Dataset&, const proto::Manifest* shown) {
+                                                                 return shown == nullptr;
+                                                               }});
   auto later = wait_for(service, request, dataset, *wait, std::move(awaited));
   return later ? std::move(*later) : not_made_yet(dataset);
 }

@@ -188,10 +188,14 @@ bool lacks(const Dataset& dataset, const proto::Manifest* shown, const Route& ro
   return offered && is_to_come(dataset, shown, tile);
 }
 
-/// Whether what stands there has the bytes that it has for good: of a done block what is made of the tile alone. Textures of
-/// normals are made of finer tiles, too.
+/// Whether the answer is made of the tile alone. Textures of normals are made of finer tiles, too.
+bool is_of_tile_alone(const Request& request, const Route& route) {
+  return route.found.resource->tag != nullptr && asked(request, "normals") != "texture";
+}
+
+/// Whether what stands there has the bytes that it has for good: of a done block what is made of the tile alone.
 bool is_final(const proto::Manifest& shown, const Request& request, const Route& route, const proto::TileAddress& tile) {
-  return route.found.resource->tag != nullptr && asked(request, "normals") != "texture" && is_in_done_block(shown, tile);
+  return is_of_tile_alone(request, route) && is_in_done_block(shown, tile);
 }
 
 /// What a dataset, finished or not, has for a route.
@@ -227,7 +231,7 @@ class Unfinished {
       : service_(service), dataset_(dataset), request_(request), route_(route), wait_(wait) {
     if (!route.version.empty() || (dataset.state != State::queued && dataset.state != State::running)) return;
     tile_ = tile_of(route);
-    awaited_ = awaited_tile(route);
+    awaited_ = awaited_tile(request, route);
   }
 
   Response answer(const Opened& opened) const {
@@ -245,6 +249,9 @@ class Unfinished {
   Response of_what_is_shown(const std::shared_ptr<const pipeline::faces::Terrain>& terrain) const {
     const proto::Manifest& shown = terrain->manifest();
     const bool to_come = tile_ && lacks(dataset_, &shown, route_, *tile_);
+    const auto ahead =
+        to_come && awaited_ && awaited_->alone ? ahead_of_block(service_, dataset_.id, shown, *awaited_->alone) : nullptr;
+    if (ahead) return of_terrain(ahead, request_, route_);
     if (to_come)
       service_.queue().look(dataset_, {*tile_}, shown,
                             wait_.preferred ? JobQueue::Who::waits : JobQueue::Who::passes);  // a tile that is not there yet, too
@@ -312,12 +319,14 @@ Opened open_readable(Service& service, const Dataset& dataset, const Route& rout
   return open_published(service, now ? *now : dataset, route);
 }
 
-std::optional<Awaited> awaited_tile(const Route& route) {
+std::optional<Awaited> awaited_tile(const Request& request, const Route& route) {
   const auto tile = tile_of(route);
   if (!tile || route.found.resource->path.ends_with(kSubtree)) return std::nullopt;
-  return Awaited{{*tile}, [route, tile = *tile](const Dataset& dataset, const proto::Manifest* shown) {
-                   return lacks(dataset, shown, route, tile);
-                 }};
+  Awaited awaited{{*tile}, [route, tile = *tile](const Dataset& dataset, const proto::Manifest* shown) {
+                    return lacks(dataset, shown, route, tile);
+                  }};
+  if (is_of_tile_alone(request, route)) awaited.alone = tile;
+  return awaited;
 }
 
 Response published(Service& service, const Dataset& dataset, const Request& request, const Route& route) {

@@ -36,6 +36,7 @@ class TileWait {
     if (!dataset || dataset->state == State::ready || dataset->state == State::failed) return false;
     const auto terrain = service_.library().provisional(id_);
     if (!awaited_.lacks(*dataset, terrain ? &terrain->manifest() : nullptr)) return false;
+    if (terrain && awaited_.alone && ahead_of_block(service_, id_, terrain->manifest(), *awaited_.alone)) return false;
     if (!terrain || !looks) return true;
     looked_ = Clock::now();
     std::vector<proto::TileAddress> to_come;
@@ -102,6 +103,14 @@ Response not_made_yet(const Dataset& dataset) {
   return problem_response({"tile-not-ready",
                            "dataset " + dataset.id + " is being built, and has not come to this yet: it is made next",
                            "asking again, or Prefer: wait=SECONDS within the limit max_wait", ""});
+}
+
+std::shared_ptr<const pipeline::faces::Terrain> ahead_of_block(Service& service, const std::string& id,
+                                                               const proto::Manifest& shown, const proto::TileAddress& tile) {
+  const int level = static_cast<int>(shown.done_blocks().level());
+  if (!shown.has_done_blocks() || tile.z <= level) return nullptr;
+  auto terrain = service.library().finest(id, tile.at_level(level));
+  return terrain && terrain->store().record(tile) ? terrain : nullptr;
 }
 
 bool is_to_come(const Dataset& dataset, const proto::Manifest* shown, const proto::TileAddress& tile) {

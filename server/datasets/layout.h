@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <string>
 
+#include "proto/lattice.h"
+
 namespace cordillera::server {
 
 /// In a dataset's folder: what its job is told, and what the job makes.
@@ -11,9 +13,15 @@ inline constexpr const char* kStoreFile = "dataset.sqlite";
 /// Provisional tiles, a store like the other: whole or not there. Beside it, while it is made, one with another name.
 inline constexpr const char* kProvisionalStore = "provisional.sqlite";
 inline constexpr const char* kNextProvisional = "provisional-next.sqlite";
+/// Final tiles of the finest level of a block that is not done yet, a store, too.
+inline std::string finest_store(const proto::TileAddress& block) {
+  return std::string(kProvisionalStore) + "-finest-" + std::to_string(block.z) + "-" + std::to_string(block.x) + "-" +
+         std::to_string(block.y);
+}
 
 /// Of a raster that is fetched piece by piece: which of its pieces are there. Without it the raster is not there.
 inline std::filesystem::path map_of(const std::filesystem::path& raster) { return raster.string() + ".blocks"; }
+inline bool is_finest_store(const std::string& name) { return name.starts_with(std::string(kProvisionalStore) + "-finest-"); }
 
 struct Layout {
   std::filesystem::path root;
@@ -35,6 +43,9 @@ struct Layout {
   std::filesystem::path provisional(const std::string& id) const {
     return dataset(id) / kProvisionalStore;
   }  ///< until the other is published
+  std::filesystem::path finest(const std::string& id, const proto::TileAddress& block) const {
+    return dataset(id) / finest_store(block);
+  }
 };
 
 }  // namespace cordillera::server

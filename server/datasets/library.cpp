@@ -21,7 +21,8 @@ std::shared_ptr<const Summary> summary_of(const proto::Manifest& manifest) {
   return summary;
 }
 
-std::string provisional_key(const std::string& id) { return id + "/provisional"; }
+/// Of what is shown before a build is done. No id has a slash.
+std::string unfinished_key(const std::string& id, const std::string& store) { return id + "/" + store; }
 
 }  // namespace
 
@@ -79,9 +80,17 @@ proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> Library::open(con
 }
 
 std::shared_ptr<const pipeline::faces::Terrain> Library::provisional(const std::string& id) {
+  return unfinished(id, layout_.provisional(id));
+}
+
+std::shared_ptr<const pipeline::faces::Terrain> Library::finest(const std::string& id, const proto::TileAddress& block) {
+  return unfinished(id, layout_.finest(id, block));
+}
+
+std::shared_ptr<const pipeline::faces::Terrain> Library::unfinished(const std::string& id, const std::filesystem::path& file) {
   std::error_code error;
-  if (!std::filesystem::exists(layout_.provisional(id), error)) return nullptr;
-  auto terrain = open_file(provisional_key(id), layout_.provisional(id), id);
+  if (!std::filesystem::exists(file, error)) return nullptr;
+  auto terrain = open_file(unfinished_key(id, file.filename().string()), file, id);
   return terrain ? *terrain : nullptr;
 }
 
@@ -136,8 +145,9 @@ void Library::forget(const std::string& id) {
   ++forgotten_;
   summaries_.erase(id);
   damaged_.erase(id);
-  open_.remove_if(
-      [&, provisional = provisional_key(id)](const auto& entry) { return entry.first == id || entry.first == provisional; });
+  open_.remove_if([&, unfinished = unfinished_key(id, "")](const auto& entry) {
+    return entry.first == id || entry.first.starts_with(unfinished);
+  });
 }
 
 }  // namespace cordillera::server

@@ -48,6 +48,8 @@ class Library {
   proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open(const std::string& id);
   /// The provisional tiles of a dataset that is being built; null: there are none, not yet or no more.
   std::shared_ptr<const pipeline::faces::Terrain> provisional(const std::string& id);
+  /// The final tiles of the finest level of a block that is not done; null: there are none, not yet or no more.
+  std::shared_ptr<const pipeline::faces::Terrain> finest(const std::string& id, const proto::TileAddress& block);
   /// Remembered: a list of thousands must not open thousands of files.
   proto::Result<std::shared_ptr<const Summary>> summary(const std::string& id);
   /// Whether a dataset has not been deleted: one that is deleted loses its files while others read it, and is not damaged. Before
@@ -70,6 +72,7 @@ class Library {
   proto::Problem unreadable(const std::string& id, const proto::Problem& why);
   using Open = std::list<std::pair<std::string, std::shared_ptr<const pipeline::faces::Terrain>>>;
   std::shared_ptr<const pipeline::faces::Terrain> find(const std::string& key);
+  std::shared_ptr<const pipeline::faces::Terrain> unfinished(const std::string& id, const std::filesystem::path& file);
   proto::Result<std::shared_ptr<const pipeline::faces::Terrain>> open_file(const std::string& key,
                                                                            const std::filesystem::path& file,
                                                                            const std::string& id);

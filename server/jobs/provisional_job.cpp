@@ -15,13 +15,16 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Samples of the finest provisional level, a step each: what is on the screen within a second on two cores, and what is worth
-/// looking at a few seconds later. A third step where it takes more to meet the blocks of the build, up to kMostSamples.
-constexpr std::int64_t kFirst = 40'000, kSecond = 600'000, kMostSamples = 4'200'000;
+/// looking at a few seconds later. Further steps, each worth waiting for, where it takes more to meet the blocks of the build, up
+/// to kMostSamples: of a raster of 16 gigapixels, whose build takes a hundred times as long.
+constexpr std::int64_t kFirst = 40'000, kSecond = 600'000, kGrowth = 8, kMostSamples = std::int64_t{1} << 26;
 
-std::vector<std::int64_t> steps_of(const pipeline::BuildRequest& request, const raster::Source& source) {
+std::vector<std::int64_t> steps_of(const pipeline::BuildRequest& request, raster::Source& source) {
   std::vector<std::int64_t> steps{kFirst, kSecond};
   const auto blocks = pipeline::samples_of_block_level(request, source);
-  if (blocks.ok() && *blocks > kSecond && *blocks <= kMostSamples) steps.push_back(*blocks);
+  if (!blocks.ok() || *blocks <= kSecond || *blocks > kMostSamples) return steps;
+  for (std::int64_t step = kSecond * kGrowth; step < *blocks; step *= kGrowth) steps.push_back(step);
+  steps.push_back(*blocks);
   return steps;
 }
 

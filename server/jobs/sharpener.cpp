@@ -21,6 +21,7 @@ constexpr auto kLeastPause = std::chrono::milliseconds(1500);
 constexpr int kShareOfBuild = 4;  // of the time so far, or more, unless somebody looks at a block that is done
 constexpr int kTimesStep = 10;    // of the processor time that the last one took
 constexpr auto kLeastLazyPause = std::chrono::milliseconds(500);
+constexpr const char* kBeingWritten = "-next";
 constexpr std::uintmax_t kTimesStore = 3;  // room for the next step, and as much again for the build
 
 /// Of this thread: beside a build on all threads a step takes longer than it costs.
@@ -42,9 +43,18 @@ bool is_under(const proto::TileAddress& tile, const proto::TileAddress& node) {
   return tile.z >= node.z && tile.at_level(node.z) == node;
 }
 
+/// What a process before this one left.
+void remove_finest_stores(const fs::path& folder) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (is_finest_store(entry.path().filename().string())) fs::remove_all(entry.path(), error);
+  }
+}
+
 }  // namespace
 
 void Sharpener::begin(const proto::Plan& plan, std::function<void()> shown) {
+  if (!thread_.joinable()) remove_finest_stores(folder_);
   const auto stands = pipeline::StoreReader::manifest_of((folder_ / kProvisionalStore).string());
   if (thread_.joinable() || !stands.ok() || !pipeline::can_show_blocks(plan, *stands)) return;
   plan_ = plan;
@@ -67,6 +77,34 @@ std::vector<proto::TileAddress> Sharpener::looked_at() { return read_looked_at(f
 bool Sharpener::shows(const proto::TileAddress& block) {
   const std::lock_guard lock(mutex_);
   return shown_blocks_.contains(block);
+}
+
+bool Sharpener::waits_for_finest(const proto::TileAddress& block) {
+  const auto looked = looked_at();
+  return can_show_ && std::any_of(looked.begin(), looked.end(), [&](const proto::TileAddress& tile) {
+           return tile.z == static_cast<int>(plan_.finest_level()) && is_under(tile, block);
+         });
+}
+
+void Sharpener::take_finest(const proto::TileAddress& block, const std::vector<pipeline::EncodedTile>& tiles) {
+  if (tiles.empty() || !waits_for_finest(block)) return;
+  const fs::path file = folder_ / finest_store(block), next = file.string() + kBeingWritten;
+  std::string why;
+  try {
+    pipeline::remove_store(next.string());
+    const auto put = pipeline::put_finest((folder_ / kProvisionalStore).string(), plan_, {block, tiles, {}, {}}, next.string());
+    if (put.ok()) fs::rename(next, file);
+    if (put.ok()) return shown_();
+    why = put.problem().line();
+  } catch (const std::exception& error) {  // want of memory, a disk that fails
+    why = error.what();
+  }
+  std::fprintf(stderr, "tiles are not shown before their block is done: %s\n", why.c_str());
+  pipeline::remove_store(next.string());
+}
+
+void Sharpener::forget_finest(const std::set<proto::TileAddress>& blocks) const {
+  for (const proto::TileAddress& block : blocks) pipeline::remove_store((folder_ / finest_store(block)).string());
 }
 
 void Sharpener::take(pipeline::FinishedTask&& block) {
@@ -99,6 +137,7 @@ Sharpener::Clock::time_point Sharpener::due_at() const {
 }
 
 void Sharpener::run() {
+  std::set<proto::TileAddress> before;  // shown by the last step: who had opened the one before it has found them meanwhile
   std::unique_lock lock(mutex_);
   for (;;) {
     // A lazy build's last blocks may be its last ones for long.
@@ -116,6 +155,9 @@ void Sharpener::run() {
     lock.unlock();
     const Took took = make_step(blocks);
     if (took) shown_();
+    forget_finest(before);
+    before.clear();
+    for (const pipeline::FinishedTask& block : blocks) before.insert(block.node);
     lock.lock();
     if (!took) {
       ending_ = true;

@@ -16,7 +16,8 @@ namespace cordillera::server {
 /// Puts blocks that are done into the provisional store of a job's folder, from time to time: a new file beside it takes its name
 /// when it is whole, as every step of provisional tiles does. A thread of its own does it, for a tenth of the build's time at
 /// most; of a lazy build, which has nothing else to do, as soon as it can. Without a provisional store, where blocks cannot stand
-/// in it, and without room on the disk nothing happens. What goes wrong is logged, and no problem of the build.
+/// in it, and without room on the disk nothing happens. What goes wrong is logged, and no problem of the build. Tiles of a
+/// block's finest level for which somebody waits stand in a store of their own until the block has been shown for a step.
 class Sharpener final : public pipeline::BlockFollower {
  public:
   enum class Blocks { all, looked_at };
@@ -28,6 +29,8 @@ class Sharpener final : public pipeline::BlockFollower {
   bool lazy() const override { return blocks_ == Blocks::looked_at && can_show_; }
   bool shows(const proto::TileAddress& block) override;
   bool has_tiles(const proto::TileAddress& block) override { return with_tiles_.empty() || with_tiles_.contains(block); }
+  bool waits_for_finest(const proto::TileAddress& block) override;
+  void take_finest(const proto::TileAddress& block, const std::vector<pipeline::EncodedTile>& tiles) override;
   void take(pipeline::FinishedTask&& block) override;
   void end() override;
 
@@ -37,6 +40,7 @@ class Sharpener final : public pipeline::BlockFollower {
   void run();
   Clock::time_point due_at() const;
   Took make_step(const std::vector<pipeline::FinishedTask>& blocks) const;
+  void forget_finest(const std::set<proto::TileAddress>& blocks) const;
 
   const std::filesystem::path folder_;
   const Blocks blocks_;

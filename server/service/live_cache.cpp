@@ -170,9 +170,10 @@ void LiveCache::forget_files(const Dataset& dataset) const {
   pipeline::remove_store(parts_.layout.store(dataset.id).string());
   pipeline::remove_store(parts_.layout.provisional(dataset.id).string());
   std::error_code ignored;
-  if (dataset.address.empty()) return;
   for (const auto& entry : fs::directory_iterator(parts_.layout.dataset(dataset.id), ignored)) {
-    if (!is_record(entry.path().filename())) fs::remove_all(entry.path(), ignored);
+    const fs::path name = entry.path().filename();
+    const bool goes = dataset.address.empty() ? is_finest_store(name.string()) : !is_record(name);
+    if (goes) fs::remove_all(entry.path(), ignored);
   }
 }
 

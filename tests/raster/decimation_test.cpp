@@ -29,7 +29,7 @@ std::unique_ptr<raster::Source> thin(const std::string& path, std::int64_t most,
   EXPECT_TRUE(taken.ok() && *taken != nullptr) << (taken.ok() ? "" : taken.problem().line());
   if (!taken.ok() || *taken == nullptr) return nullptr;
   if (pixels != nullptr) *pixels = **taken;
-  auto opened = raster::open_decimated(path, "", raster::Trust::operator_file, plain_options(), **taken);
+  auto opened = raster::open_decimated(path, "", raster::Trust::operator_file, plain_options(), *taken);
   EXPECT_TRUE(opened.ok()) << (opened.ok() ? "" : opened.problem().line());
   return opened.ok() ? std::move(*opened) : nullptr;
 }

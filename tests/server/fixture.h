@@ -88,11 +88,13 @@ inline pipeline::EncodedTile test_tile(std::uint32_t level, std::uint32_t x, std
   return tile;
 }
 
-/// Levels 0 and 1, a tile each, in the western hemisphere. Of provisional tiles level 0 alone, with other bytes.
-inline void make_store(const std::string& path, const std::string& id, bool provisional = false) {
+/// Levels 0 and 1, a tile each, in the western hemisphere. Of provisional tiles level 0 alone, with other bytes; block_level: of
+/// a build that shows its blocks one by one, none as yet.
+inline void make_store(const std::string& path, const std::string& id, bool provisional = false,
+                       std::optional<std::uint32_t> block_level = {}) {
   proto::Plan plan;
   plan.set_scheme("geodetic");
-  plan.set_finest_level(provisional ? 0 : 1);
+  plan.set_finest_level(provisional && !block_level ? 0 : 1);
   for (const std::uint32_t level : {1u, 0u}) {
     if (level <= plan.finest_level()) plan.add_levels()->set_level(level);
   }
@@ -110,6 +112,7 @@ inline void make_store(const std::string& path, const std::string& id, bool prov
   manifest.set_scheme("geodetic");
   manifest.set_max_level(plan.finest_level());
   manifest.set_provisional(provisional);
+  if (block_level) manifest.mutable_done_blocks()->set_level(*block_level);
   for (const double value : {-90.0, 0.0, -10.0, 45.0, 0.0, 100.0}) manifest.add_bounds(value);
   if (auto done = (*writer)->publish(manifest); !done) throw std::runtime_error(done.problem().line());
 }

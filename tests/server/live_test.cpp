@@ -219,6 +219,36 @@ TEST_F(LiveWait, AFineTileOfALazyDatasetIsWaitedFor) {
   EXPECT_TRUE(counts("made", 1)) << test_.service().metrics().text();
 }
 
+TEST_F(LiveWait, AFinestTileIsAnsweredBeforeItsBlockIsDone) {
+  const std::string id = posted({{"build", "lazy"}}), glb = "/tiles/1/1/1.glb";
+  const Layout& layout = test_.service().layout();
+  std::filesystem::remove(layout.provisional(id));
+  make_store(layout.provisional(id).string(), id, true, 0);
+  test_.service().library().forget(id);
+  Response answer = test_.get(at(id, kFine));
+  ASSERT_TRUE(answer.later);
+  EXPECT_FALSE(answer.later(Patience::more).has_value());
+  make_store(layout.finest(id, {0, 0, 0}).string(), id);
+  test_.service().library().forget(id);  // as when its job tells of it
+  answer = TestService::settled(std::move(answer));
+  EXPECT_EQ(answer.body, "drc of 1");
+  EXPECT_EQ(answer.header("Cordillera-Provisional"), "");
+  EXPECT_EQ(answer.header("Cache-Control"), "public, no-cache");
+  EXPECT_TRUE(counts("made", 1));
+  EXPECT_EQ(test_.get(at(id, glb), prefer("wait=0")).body, "glb of 1") << "who does not want to wait gets it, too";
+  EXPECT_EQ(test_.get(at(id, kFine), {{"if-none-match", answer.header("ETag")}}).status, 304);
+  EXPECT_EQ(test_.get(at(id, "/tiles/0/0/0.drc"), prefer("wait=0")).body, "provisional drc of 0") << "the block is not done";
+  EXPECT_EQ(test_.get(at(id, "/tiles/1/2/0.drc"), prefer("wait=0")).status, 404) << "beside the data";
+  Request textured;
+  textured.path = at(id, glb);
+  textured.query = {{"normals", "texture"}};
+  textured.headers = prefer("wait=0");
+  EXPECT_EQ(slug_of(test_.api().handle(textured)), "tile-not-ready") << "made of other tiles, too";
+  tell_job(id, "go");
+  ASSERT_TRUE(reaches(id, "ready"));
+  EXPECT_EQ(test_.get(at(id, kFine)).header("ETag"), answer.header("ETag"));
+}
+
 TEST_F(LiveWait, WhenTheTimeIsOverItIsToldWhenToComeAgain) {
   const std::string id = posted({{"build", "lazy"}});
   Response answer = TestService::settled(test_.get(at(id, kFine), prefer("wait=1")));

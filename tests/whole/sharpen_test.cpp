@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <mutex>
 #include <set>
 #include <tuple>
 
@@ -36,7 +38,14 @@ struct Blocks : pipeline::BlockFollower {
     if (!block.tiles.empty()) done.push_back(std::move(block));
   }
   void end() override { ended = true; }
+  bool waits_for_finest(const TileAddress&) override { return true; }
+  void take_finest(const TileAddress& block, const std::vector<pipeline::EncodedTile>& tiles) override {
+    const std::lock_guard lock(mutex);
+    EXPECT_TRUE(finest.emplace(block, tiles).second && !shows(block)) << "before the block, and once";
+  }
   proto::Plan plan;
+  std::mutex mutex;
+  std::map<TileAddress, std::vector<pipeline::EncodedTile>> finest;
   std::vector<pipeline::FinishedTask> done;
   std::vector<TileAddress> looked;
   bool ended = false;
@@ -153,6 +162,32 @@ TEST_F(Sharpen, done_blocks_have_their_final_tiles_and_the_rest_stays) {
   expect_all_children_or_none(*final, *now);
 }
 
+/// Who waits for a tile of the finest level need not wait for the rest of its block.
+TEST_F(Sharpen, the_finest_level_of_a_block_comes_before_the_block) {
+  const auto final = opened("final");
+  std::size_t tiles = 0;
+  for (const pipeline::FinishedTask& block : blocks_.done) {
+    std::set<TileAddress> expected, came;
+    for (const pipeline::EncodedTile& tile : block.tiles) {
+      if (tile.record.level() == 13) expected.insert(pipeline::address_of(tile.record));
+    }
+    for (const pipeline::EncodedTile& tile : blocks_.finest[block.node]) came.insert(pipeline::address_of(tile.record));
+    EXPECT_EQ(came, expected);
+    tiles += came.size();
+  }
+  EXPECT_GT(tiles, 20u);
+  const TileAddress node = blocks_.done.front().node;
+  const auto put = pipeline::put_finest(folder_.path("provisional"), blocks_.plan, {node, blocks_.finest[node], {}, {}},
+                                        folder_.path("finest"));
+  ASSERT_TRUE(put.ok()) << put.problem().line();
+  const auto finest = opened("finest");
+  for (const TileAddress& tile : tiles_of(*finest, 13)) {
+    for (const Encoding encoding : {Encoding::drc, Encoding::glb})
+      EXPECT_EQ(finest->tile(tile, encoding)->bytes, final->tile(tile, encoding)->bytes);
+  }
+  EXPECT_EQ(tiles_of(*finest, 13).size(), blocks_.finest[node].size());
+}
+
 /// What a level does not show yet, a coarser one does: nowhere a hole, and heights of done blocks are those of the final tiles.
 TEST_F(Sharpen, heights_come_from_the_finest_level_that_is_there) {
   put({blocks_.done.begin(), blocks_.done.begin() + 3}, "provisional", "now");
@@ -183,6 +218,32 @@ TEST_F(Sharpen, heights_come_from_the_finest_level_that_is_there) {
   window.north = static_cast<std::int64_t>(pipeline::faces::latitude_pixel(14, (b[1] + b[3]) / 2)) - 32;
   ASSERT_TRUE(pipeline::faces::draw_heights(now, window).ok());
   for (const double height_m : window.height_m) ASSERT_FALSE(std::isnan(height_m)) << "pictures have no holes either";
+}
+
+/// Beyond 16,384 samples a side blocks are larger, and lie a level farther up.
+TEST(Provisional, tiles_with_as_many_samples_as_are_said_meet_the_blocks) {
+  const Folder folder;
+  write(points_of(kCorner, 230, 130, rough(8)), folder.path("dem.tif"));
+  pipeline::BuildRequest request;
+  request.raster_path = folder.path("dem.tif");
+  request.raster_name = "dem.tif";
+  request.options = with_error(60);
+  request.options.set_strategy("exact");
+  std::set<int> levels_below;
+  for (const std::uint32_t finest : {17u, 18u, 20u, 21u}) {
+    request.options.set_max_level(finest);
+    const auto source = pipeline::open_source(request);
+    ASSERT_TRUE(source.ok());
+    const auto plan = pipeline::plan_of(request, **source);
+    ASSERT_TRUE(plan.ok() && pipeline::has_levels_above(*plan)) << finest;
+    const auto samples = pipeline::samples_of_block_level(request, **source);
+    ASSERT_TRUE(samples.ok());
+    const auto level = pipeline::provisional_level(request, **source, *samples);
+    ASSERT_TRUE(level.ok() && *level) << finest;
+    EXPECT_EQ(**level, static_cast<int>(plan->block_level())) << finest;
+    levels_below.insert(static_cast<int>(finest - plan->block_level()));
+  }
+  EXPECT_EQ(levels_below, (std::set<int>{3, 4}));
 }
 
 /// What is looked at is made first, whatever its place in the list.

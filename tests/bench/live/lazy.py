@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """From a look at a block to its final tiles, of a dataset with build=lazy.
 
-    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5] [--wait 10]
+    tests/bench/live/lazy.py BUILD RASTER [--looks 4] [--options error=5] [--wait 10] [--finest]
 
 The raster is posted to a server of its own. Its provisional tiles stand when the manifest names finished blocks, none as yet. Then, at places spread over
 the data, one after the other: a tile of the blocks' level is asked for, and the seconds count until the manifest names its block. --wait: one request that
-prefers to wait for the final tile, and the seconds until its answer. At the end build=full makes the rest. Prints a line for each.
+prefers to wait for the final tile, and the seconds until its answer; --finest: for a tile of the finest level, and their median at the end. Then build=full
+makes the rest. Prints a line for each.
 """
 import argparse
 import os
@@ -26,10 +27,9 @@ def until(found):
     return result
 
 
-def block_at(manifest, share_x, share_y):
-    """Level, column and row of the block at a place inside the bounds."""
+def tile_at(manifest, level, share_x, share_y):
+    """Level, column and row of the tile at a place inside the bounds."""
     west, south, east, north = manifest["bounds"][:4]
-    level = manifest["done_blocks"]["level"]
     tiles_a_degree = 2 ** level / 180
     return level, int((west + (east - west) * share_x + 180) * tiles_a_degree), int((south + (north - south) * share_y + 90) * tiles_a_degree)
 
@@ -46,6 +46,7 @@ def main():
     parser.add_argument("--looks", type=int, default=4)
     parser.add_argument("--options", default="")
     parser.add_argument("--wait", type=int, default=0, help="seconds; the service has a limit, max_wait")
+    parser.add_argument("--finest", action="store_true")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         server = Server(os.path.join(given.build, "bin", "cordillera"), folder)
@@ -58,14 +59,16 @@ def main():
         print("first tiles after %.1f s" % (time.monotonic() - sent))
         known = until(lambda: (found := manifest()) and found.get("done_blocks") and found)
         print("levels known after %.1f s" % (time.monotonic() - sent))
+        level, waited = known["max_level"] if given.finest else known["done_blocks"]["level"], []
         for k in range(given.looks):
-            block = block_at(known, (0.5 + k * SPREAD) % 1, (0.5 + k * SPREAD * SPREAD) % 1)
+            block = tile_at(known, level, (0.5 + k * SPREAD) % 1, (0.5 + k * SPREAD * SPREAD) % 1)
             looked = time.monotonic()
             if given.wait:
                 server.connection.request("GET", dataset + "/tiles/%d/%d/%d.glb" % block, headers={"Prefer": "wait=%d" % given.wait})
                 answer = server.connection.getresponse()
                 answer.read()
-                print("block %d/%d/%d: %d after %.2f s" % (*block, answer.status, time.monotonic() - looked))
+                waited.append(time.monotonic() - looked)
+                print("tile %d/%d/%d: %d after %.2f s" % (*block, answer.status, waited[-1]), flush=True)
                 continue
             status, _ = server.get(dataset + "/tiles/%d/%d/%d.glb" % block)
             if status != 200 or is_done(manifest(), block):
@@ -73,6 +76,8 @@ def main():
                 continue
             until(lambda: is_done(manifest(), block))
             print("block %d/%d/%d: final tiles after %.1f s" % (*block, time.monotonic() - looked))
+        if waited:
+            print("median %.2f s, most %.2f s" % (sorted(waited)[len(waited) // 2], max(waited)))
         begun = time.monotonic()
         server.connection.request("PATCH", dataset + "?build=full")
         server.connection.getresponse().read()
