@@ -144,9 +144,11 @@ std::string rest_of_query(const Given& query) {
   return text;
 }
 
-/// Documents name their tiles by paths beside their own, and some clients count these from where they were led to.
-bool is_document(const Route& route) {
-  return route.resource == Resource::manifest ||
+/// Documents name their tiles by paths beside their own, and some clients count these from where they were led to. What goes on
+/// for long, or is made for long, has one address.
+bool is_led_to(const Route& route) {
+  return route.resource == Resource::manifest || route.resource == Resource::events || route.resource == Resource::mesh ||
+         route.resource == Resource::archive ||
          (route.resource == Resource::face && route.found.resource->grid == pipeline::faces::Grid::none);
 }
 
@@ -156,7 +158,7 @@ Response led_to(const std::string& location) {
   response.set("Location", location);
   response.set("Cache-Control", "no-store");
   response.set("Content-Type", "text/plain; charset=utf-8");
-  response.body = "The document is at " + location + "\n";
+  response.body = "It is at " + location + "\n";
   return response;
 }
 
@@ -181,11 +183,11 @@ Live live_dataset(Service& service, const Request& request, const Route& route) 
   if (!dataset) return {{}, {}, problem_response(dataset.problem())};
   Live live;
   live.request = request;
-  live.request.path = "/v1/datasets/" + (*dataset)->id + (route.path.empty() ? "" : "/" + route.path);
+  const std::string below = route.path.empty() || route.path.starts_with('.') ? route.path : "/" + route.path;
+  live.request.path = "/v1/datasets/" + (*dataset)->id + below;
   live.request.query = asked->rest;
   live.route = parse_route(live.request.path);
-  if (is_document(live.route))
-    live.answer = led_to(public_path(request, (*dataset)->id) + "/" + route.path + rest_of_query(asked->rest));
+  if (is_led_to(live.route)) live.answer = led_to(public_path(request, (*dataset)->id) + below + rest_of_query(asked->rest));
   if (!route.path.empty()) return live;
   const bool comes = !request.waited && service.live().read(**dataset, sender(request));
   const Row now = service.registry().find((*dataset)->id);  // it may have been woken

@@ -369,18 +369,18 @@ void add_live(Json& paths) {
   good["202"] = answer("The same before anything can be read", "application/json", "dataset");
   item(paths, "/v1/live")["get"] = operation(
       {"live", "live", "The dataset of an address, made where there is none yet; Content-Location names it", good, options});
-  std::vector<std::string> names = {"manifest.json", "elevation"};
+  std::vector<std::string> names = {"/manifest.json", "/elevation", "/events", "/mesh.{mesh_format}", ".pmtiles"};
   for (const Face* face : pipeline::faces::all_faces()) {
-    for (const auto& resource : face->resources) names.emplace_back(resource.path);
+    for (const auto& resource : face->resources) names.push_back("/" + std::string(resource.path));
   }
   for (const std::string& name : names) {
-    Json get = paths["/v1/datasets/{id}/" + name]["get"];
+    Json get = paths["/v1/datasets/{id}" + name]["get"];
     get["operationId"] = get["operationId"].get<std::string>() + "_of_address";
     get["tags"] = Json::array({"live"});
     get["parameters"].push_back(address);
-    if (name.find('{') == name.npos && name != "elevation")
-      get["responses"]["307"] = {{"description", "The document of the dataset"}};
-    item(paths, "/v1/live/" + name)["get"] = std::move(get);
+    if ((name.find('{') == name.npos && name != "/elevation") || name.starts_with("/mesh."))
+      get["responses"]["307"] = {{"description", "The same of the dataset"}};
+    item(paths, "/v1/live" + name)["get"] = std::move(get);
   }
 }
 

@@ -56,11 +56,15 @@ Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
   return Resource::face;
 }
 
-/// Below /v1/live: what a client reads of a dataset.
+/// Behind /v1/live: what a client reads of a dataset.
 Route live_route(std::string_view rest) {
   Route route;
-  const Resource what = rest.empty() ? Resource::dataset : below_dataset(std::string(rest), &route.found);
-  if (!rest.empty() && what != Resource::face && what != Resource::manifest && what != Resource::elevation) return {};
+  const Resource what = rest.empty()       ? Resource::dataset
+                        : rest == kArchive ? Resource::archive
+                                           : below_dataset(std::string(rest), &route.found);
+  constexpr Resource kRead[] = {Resource::dataset,   Resource::archive, Resource::face, Resource::manifest,
+                                Resource::elevation, Resource::events,  Resource::mesh};
+  if (std::find(std::begin(kRead), std::end(kRead), what) == std::end(kRead)) return {};
   route.resource = Resource::live;
   route.path = std::string(rest);
   return route;
@@ -86,6 +90,7 @@ Route parse_route(std::string_view path) {
     route.resource = Resource::page;
     return route;
   }
+  if (path == "/v1/live.pmtiles") return live_route(kArchive);
   if (path == "/v1/live" || path.starts_with("/v1/live/")) return live_route(path.substr(std::min<std::size_t>(9, path.size())));
   if (parts.size() == 4 && parts[2] == "uploads" && is_id(parts[3])) {
     route.resource = Resource::upload;

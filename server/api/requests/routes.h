@@ -40,7 +40,7 @@ struct Route {
   Resource resource = Resource::none;
   std::string id;
   std::string version;           ///< of …/{id}/versions/{version}/…; empty without one
-  std::string path;              ///< what follows …/{id}/ or the version; of stac, what follows /stac/, of live /v1/live/
+  std::string path;              ///< what follows …/{id}/ or the version; of stac, what follows /stac/, of live /v1/live
   pipeline::faces::Found found;  ///< of a face
 };
 
