@@ -94,7 +94,7 @@ double empty_error_m(const proto::Manifest& manifest) {
   return error;
 }
 
-std::string tileset_json(const StoreReader& store, std::string_view query) {
+std::string tileset_json(const StoreReader& store, std::string_view query, std::string_view photo) {
   const proto::Manifest& manifest = store.manifest();
   const std::vector<TileExtent> roots = store.extents(0, 0, 0, 1, 0);
   Json root;
@@ -111,6 +111,7 @@ std::string tileset_json(const StoreReader& store, std::string_view query) {
 
   Json out;
   out["asset"] = tileset_asset(manifest);
+  if (!photo.empty()) out["asset"]["extras"]["texture"] = photo;
   out["schema"] = schema();
   out["geometricError"] = empty_error_m(manifest);
   out["root"] = std::move(root);

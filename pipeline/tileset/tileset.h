@@ -15,8 +15,9 @@ namespace cordillera::pipeline {
 inline constexpr int kSubtreeLevels = 5;
 
 /// tileset.json. All URIs are relative to it: tiles/W/{level}/{x}/{y}.glb, subtrees/W/{level}/{x}/{y}.subtree, and E.
-/// query: the end of the tiles' URIs, "?normals=texture", or empty.
-std::string tileset_json(const StoreReader& store, std::string_view query = {});
+/// query: the end of the tiles' URIs, "?normals=texture", or empty. photo: what the orthophoto on the tiles is called, or empty;
+/// it stands in the asset's extras as "texture".
+std::string tileset_json(const StoreReader& store, std::string_view query = {}, std::string_view photo = {});
 
 /// The error of showing nothing where the data is: what content-less tiles and the outer root say, so that viewers look below
 /// them.

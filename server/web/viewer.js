@@ -58,9 +58,10 @@ async function apply_look(on = page) {
 }
 
 // The look that a dataset has at first: pictures that it names, else its relief.
-function begin_look(imagery) {
+// texture: a photo that is on the tiles themselves.
+function begin_look(imagery, texture) {
   begin_with("imagery", imagery || "");
-  begin_with("look", imagery ? "imagery" : "relief");
+  begin_with("look", imagery ? "imagery" : texture ? "plain" : "relief");
   panel.show_values();
 }
 
@@ -139,6 +140,7 @@ async function show_dataset(id, camera) {
   if (turn !== showing) return tileset.destroy();
   page.scene.primitives.add(tileset);
   const looks = new Looks(page.scene, tileset, manifest, { base, normal_maps });
+  begin_look(manifest.options?.imagery, tileset.asset?.extras?.texture);
   begin_detail(looks);
   apply_look({ looks });
   apply_controls({ tileset, looks });

@@ -162,6 +162,10 @@ TEST_F(PhotoTexture, TagsAndProblemsAreThoseOfTheTile) {
   EXPECT_FALSE(none->resource->make(damaged, none->place).value());
 }
 
+TEST_F(PhotoTexture, IsNamedByTheTileset) {
+  EXPECT_EQ(Json::parse(bytes_of(terrain({}), "tileset.json", ""))["asset"]["extras"]["texture"], "plane.tif");
+}
+
 TEST_F(PhotoTexture, HasToShowSomeOfTheTerrain) {
   const Plane photo;
   EXPECT_TRUE(faces::check_photo(photo, {kWest_deg - 1, kSouth_deg - 1, kWest_deg + 0.1, kSouth_deg + 0.1}).ok());

@@ -7,6 +7,7 @@
 #include "pipeline/tileset/implicit_tile.h"
 #include "pipeline/tileset/subtree.h"
 #include "pipeline/tileset/tileset.h"
+#include "raster/photo/orthophoto.h"
 
 namespace cordillera::pipeline::faces {
 namespace {
@@ -14,7 +15,8 @@ namespace {
 proto::Result<std::optional<Document>> tileset(const Terrain& terrain, const Place& place) {
   const auto query = normals_query(place.normals);
   if (!query) return query.problem();
-  return std::optional(document(tileset_json(terrain.store(), *query)));
+  const auto& photo = terrain.look().photo;
+  return std::optional(document(tileset_json(terrain.store(), *query, photo ? photo->name() : std::string())));
 }
 
 proto::Result<std::optional<Document>> subtree_of(const Terrain& terrain, const Place& place) {
