@@ -40,7 +40,7 @@ TEST(evaluator, full_grid_has_no_error) {
     return static_cast<std::int32_t>(1024 * 50 * std::sin(0.3 * static_cast<double>(i) + 0.2 * static_cast<double>(j)));
   };
   const Measured m =
-      measure(surface_of(grid(tile, 256, hills)), {{}, 12}, tile, [&](auto i, auto j) { return hills(i, j) / 1024.0; });
+      measure(surface_of(grid(tile, 256, hills)), proto::Lattice{12}, tile, [&](auto i, auto j) { return hills(i, j) / 1024.0; });
   EXPECT_LT(m.max_m, 1e-4);
   EXPECT_EQ(m.samples, 257u * 257u);
   EXPECT_EQ(m.uncovered, 0u);
@@ -48,7 +48,7 @@ TEST(evaluator, full_grid_has_no_error) {
 
 TEST(evaluator, sea_sags) {
   const proto::TileAddress tile{6, 64, 31};
-  const Measured m = measure(surface_of(grid(tile, 4, sea)), {{}, 6}, tile, [](auto, auto) { return 0.0; });
+  const Measured m = measure(surface_of(grid(tile, 4, sea)), proto::Lattice{6}, tile, [](auto, auto) { return 0.0; });
   const double half = 0.5 * std::sqrt(2.0) * 64 * 180.0 / (256 * 64) * std::numbers::pi / 180 * 6371000;
   EXPECT_NEAR(m.max_m, half * half / (2 * 6371000), 0.02 * m.max_m);
   EXPECT_GT(m.rmse_m, 0.4 * m.max_m);
@@ -60,23 +60,23 @@ TEST(evaluator, finds_one_wrong_sample_and_one_missing_triangle) {
   DecodedTile t = grid(tile, 16, sea);
   const std::int64_t i = 3000 * 256 + 77, j = 3000 * 256 + 130;
   const auto spike = [&](std::int64_t a, std::int64_t b) { return std::optional<double>(a == i && b == j ? 12.5 : 0.0); };
-  const Measured m = measure(surface_of(t), {{}, 12}, tile, spike);
+  const Measured m = measure(surface_of(t), proto::Lattice{12}, tile, spike);
   EXPECT_NEAR(m.max_m, 12.5, 0.05);
   EXPECT_EQ(m.worst_i, i);
   EXPECT_EQ(m.worst_j, j);
   t.triangles.erase(t.triangles.begin() + 100);
   // The inner samples of a triangle of 16 by 16, and those of the edges whose chords bend out of it.
-  const auto uncovered = measure(surface_of(t), {{}, 12}, tile, spike).uncovered;
+  const auto uncovered = measure(surface_of(t), proto::Lattice{12}, tile, spike).uncovered;
   EXPECT_GE(uncovered, 15u * 14u / 2);
   EXPECT_LE(uncovered, 15u * 14u / 2 + 2 * 15u);
   const auto none = [&](std::int64_t a, std::int64_t) { return a < i ? std::nullopt : std::optional<double>(0.0); };
-  EXPECT_EQ(measure(surface_of(grid(tile, 16, sea)), {{}, 12}, tile, none).samples, (257u - 77u) * 257u);
+  EXPECT_EQ(measure(surface_of(grid(tile, 16, sea)), proto::Lattice{12}, tile, none).samples, (257u - 77u) * 257u);
 }
 
 /// Law 3 in small: what gpu states is no less than what a ray caster finds, and not much more.
 void expect_stated(int z, proto::TileAddress tile, std::int32_t cells, double rough_m) {
   SCOPED_TRACE(testing::Message() << "z " << z << " x " << tile.x << " y " << tile.y << " cells " << cells);
-  const proto::Lattice lattice{{}, z};
+  const proto::Lattice lattice{z};
   const auto rough = [&](std::int64_t i, std::int64_t j) {
     if (j == 0 || j == lattice.rows()) i = 0;
     std::minstd_rand random(static_cast<unsigned>(((i % lattice.columns()) * 7919 + j * 104729) % 2000000000 + 1));
@@ -121,7 +121,7 @@ TEST(evaluator, agrees_with_what_is_stated) {
 /// Steep triangles whose chords leave the straight lattice lines by more than a sample, over a terrain that follows those lines:
 /// near the edges a sample is shown by another triangle than the one that holds it in plan.
 TEST(evaluator, chords_show_samples_beyond_the_edge) {
-  const proto::Lattice lattice{{}, 10};
+  const proto::Lattice lattice{10};
   const proto::TileAddress tile{8, 300, 213};
   const std::int32_t cell = 512, side = 2 * cell;
   const std::int32_t metres[9] = {0, 15000, 0, 15000, 0, 15000, 0, 15000, 15000};
