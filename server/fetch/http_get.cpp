@@ -167,8 +167,9 @@ class Exchange : public HttpWire {
   }
 
   std::optional<Got> join(const Origin& origin, const Terms& terms) {
-    const auto [places, unknown] = look_up(origin, terms);
+    const auto [found, unknown] = look_up(origin, terms);
     if (unknown) return failed("its host is not known", unknown);
+    const auto& places = found;  // no lambda of clang 14 takes a structured binding
     if (const Error error = step(terms, [&](auto done) { beast::get_lowest_layer(stream()).async_connect(places, done); }))
       return failed("no connection could be made", error);
     return std::nullopt;

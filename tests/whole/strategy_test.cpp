@@ -26,13 +26,15 @@ Dem with_holes() {
 }
 
 proto::BuildOptions with_strategy(const std::string& strategy, double error_m) {
-  gpu::cleap::offer_strategies();
   proto::BuildOptions options = with_error(error_m);
   options.set_strategy(strategy);
   return options;
 }
 
-class Strategy : public testing::TestWithParam<const char*> {};
+class Strategy : public testing::TestWithParam<const char*> {
+ protected:
+  Strategy() { gpu::cleap::offer_strategies(); }
+};
 
 TEST_P(Strategy, obeys_every_law_and_keeps_its_promise) {
   const Built built = build_dem(with_holes(), with_strategy(GetParam(), 10));
