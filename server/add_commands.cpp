@@ -223,7 +223,7 @@ void add_simplify(CommandLine& commands) {
   option("--strategy", line.strategy, "STRATEGY", "how [waves; cleap, sequential: the published algorithm]");
   option("--collapses", line.collapses, "N", "cleap, sequential: collapse so many edges [1 or more]");
   option("--device", line.device, "DEVICE", "what computes [auto, cpu, cuda, cuda:N]");
-  option("--threads", line.threads, "N", "threads that measure the result; 0: as many as the machine has [0 to 1024]");
+  option("--threads", line.threads, "N", "threads that measure the result; 0: one for each usable core [0 to 1024]");
   for (const CleapOption& known : cleap_options()) {
     const auto take = [&line, name = known.name](const std::string& value) { line.cleap[name] = value; };
     const std::string help = "cleap, sequential: " + known.help + " [" + known.accepted + "]";

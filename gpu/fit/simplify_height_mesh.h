@@ -55,7 +55,7 @@ enum class Quality {
 struct MeshOptions {
   Quality quality = Quality::default_;
   std::string device = "auto";  ///< "auto", "cpu", "cuda", "cuda:N"; auto takes the first CUDA device that works, else the CPU
-  unsigned threads = 1;         ///< of a CPU; 0: as many as the machine has. The result does not depend on them
+  unsigned threads = 1;         ///< of a CPU; 0: one for each usable core. The result does not depend on them
   static constexpr int kOfQuality = -1;
   int sweeps = kOfQuality;     ///< how often every vertex is fitted to the samples, if not as often as the quality says
   int exchanges = kOfQuality;  ///< how many, if not what the quality says; ignored for a target in metres

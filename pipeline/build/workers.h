@@ -12,7 +12,7 @@ namespace cordillera::pipeline {
 
 class Workers {
  public:
-  explicit Workers(unsigned threads);  ///< 0: as many as the machine has
+  explicit Workers(unsigned threads);  ///< 0: one for each usable core
   ~Workers();                          ///< no loop is under way
   unsigned threads() const { return static_cast<unsigned>(threads_.size()); }
 

@@ -14,7 +14,7 @@ namespace cordillera::pipeline::work {
 struct WorkOrder {
   std::string folder;                ///< of the plan; shards go below it
   std::vector<std::string> devices;  ///< auto, cpu, cuda, cuda:N; each is one worker's, who takes the dearest task that is left
-  unsigned threads = 0;              ///< of all workers together; 0: as many as the machine has
+  unsigned threads = 0;              ///< of all workers together; 0: one for each usable core
 };
 
 /// Tasks `part` of `parts` of a stage: neighbours in the stage's order, with about equal cost. part 0 … parts - 1; may be empty.

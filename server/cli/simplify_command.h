@@ -29,7 +29,7 @@ struct SimplifyRequest {
   gpu::fit::MeshTarget target;
   gpu::fit::MeshOptions options;
   std::optional<CleapRequest> cleap;  ///< instead of both, if the strategy says so
-  unsigned threads = 0;               ///< 0: as many as the machine has
+  unsigned threads = 0;               ///< 0: one for each usable core
 };
 
 /// What is wrong with a line is the first thing that is.

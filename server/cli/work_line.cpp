@@ -37,7 +37,7 @@ void WorkWords::add_to(CLI::App& app) {
          "of an array");
   option("--device", work_line_.device, "DEVICE",
          "what computes [auto, cpu, cuda, cuda:N, cuda:all: every GPU here, a worker each]");
-  option("--threads", work_line_.threads, "N", "threads; 0: as many as the machine has [0 to 1024]");
+  option("--threads", work_line_.threads, "N", "threads; 0: one for each usable core [0 to 1024]");
   work_->add_flag_callback(
       "-q,--quiet", [this] { work_line_.words = Words::none; }, "say nothing but problems");
 

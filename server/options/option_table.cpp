@@ -221,7 +221,7 @@ std::vector<OptionSpec> make_build_options() {
        }},
       {"device", "DEVICE", "what computes", "auto, cpu, cuda or cuda:N",
        [](std::string_view text, Settings& settings) { return read_device(text, settings.build.mutable_device()); }},
-      {"threads", "N", "threads of a build; 0: as many as the machine has", "0 to 1024",
+      {"threads", "N", "threads of a build; 0: one for each usable core", "0 to 1024",
        apply_whole<&BuildOptions::set_threads, 1024>},
       {"memory", "MIB",
        "memory a build may use on top of the program, MiB; takes a thread for each 96 MiB at most; 0: the default",

@@ -10,7 +10,7 @@ namespace cordillera::gpu::fit {
 
 class Crew {
  public:
-  /// The calling thread is one of them; 0: as many as the machine has.
+  /// The calling thread is one of them; 0: one for each usable core.
   explicit Crew(unsigned threads);
   ~Crew();
   Crew(const Crew&) = delete;

@@ -36,7 +36,7 @@ def arguments():
     parser.add_argument("--dem", action="append", default=[], metavar="FILE", help="one more elevation model")
     parser.add_argument("--only", action="append", default=[], metavar="NAME", help="only files of this name; * stands for anything")
     parser.add_argument("--smallest", type=int, metavar="N", help="only the N smallest files")
-    parser.add_argument("--threads", type=int, default=0, metavar="N", help="of the builds; 0: as many as the machine has")
+    parser.add_argument("--threads", type=int, default=0, metavar="N", help="of the builds; 0: one for each usable core")
     parser.add_argument("--samples", type=float, default=2e6, metavar="N", help="measured a level and file, at most; 0: all")
     parser.add_argument("--json", metavar="FILE", help="the figures as JSON")
     parser.add_argument("--write", action="store_true", help="put the tables into README.md and levels.md")

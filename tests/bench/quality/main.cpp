@@ -6,7 +6,7 @@
 //   --first N         sample of that terrain in the south-western corner; 0
 //   --raw F C R CELL  instead: float32 heights from file F, C columns and R rows from the south-west, CELL metres apart
 //   --quality Q       only fast, fit (fast and three sweeps), default, best or minimax
-//   --threads N       of a CPU; 0: as many as the machine has. 1
+//   --threads N       of a CPU; 0: one for each usable core. 1
 //   --grid            as a grid whose heights lie on the device beforehand, not as a mesh
 //   --repeat N        the fastest of so many calls counts. 1
 //   --between         simplifies every second sample of every second row and measures at all of them, too: what lies between the

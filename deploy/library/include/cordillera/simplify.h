@@ -46,7 +46,7 @@ typedef struct cordillera_options {
   int quality;        /* enum cordillera_quality */
   double value;       /* of the target */
   const char* device; /* "auto", "cpu", "cuda" or "cuda:N"; NULL: auto */
-  unsigned threads;   /* of a CPU; 0: as many as the machine has. The result does not depend on them */
+  unsigned threads;   /* of a CPU; 0: one for each usable core. The result does not depend on them */
 } cordillera_options;
 
 typedef struct cordillera_result cordillera_result;

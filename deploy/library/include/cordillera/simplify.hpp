@@ -38,7 +38,7 @@ struct Target {
 struct Options {
   Quality quality = Quality::default_;
   std::string device = "auto";  ///< "auto", "cpu", "cuda" or "cuda:N"
-  unsigned threads = 0;         ///< of a CPU; 0: as many as the machine has
+  unsigned threads = 0;         ///< of a CPU; 0: one for each usable core
 };
 
 struct Simplified {
