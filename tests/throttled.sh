@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Tests on a quarter of the processor:  tests/throttled.sh BUILD [ctest arguments]
-# What waits for a time and not for what is meant fails here. By default the tests with waits: browsers, crashes, soak, the client, floods of the front.
+# What waits for a time and not for what is meant fails here. By default the tests with waits: browsers, attacks, crashes, soak, live builds, the client, floods of the front.
 # SHARE=8 gives them an eighth of all processors. Needs root and the cpu controller of control groups (v1 or v2); without, it says so and exits with 77.
 set -euo pipefail
 build=${1:?throttled.sh BUILD [ctest arguments]}
 shift
-[[ $# -gt 0 ]] || set -- -R '^(browser|crash|soak|examples|storage)\.|^(Client|Front|FrontLimits|Operator|Program|Updates|Versions|Want)\.'
+[[ $# -gt 0 ]] || set -- -R '^(attack|browser|crash|examples|soak|storage)\.|^(Live[A-Za-z]*|Operator|Updates)\.|^(access|client|program|sent_post|server|unsent|want)_test$'
 period_us=100000
 quota_us=$((period_us * $(nproc) / ${SHARE:-4}))
 name=cordillera-throttled-$$
