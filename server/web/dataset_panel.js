@@ -60,7 +60,7 @@ function heights_text(source) {
 // Where users compare: the raster's own pixels. Stores of earlier versions do not know it.
 function pixels_text(source) {
   const error = source.error_at_pixels;
-  return error && `at most ${metres(error.max)} off the raster’s pixels, 99 % within ${metres(error.p99)}`;
+  return error && `at most ${metres(error.max)} off the raster’s pixels, 99 % within ${metres(error.p99)}, RMSE ${metres(error.rmse)}`;
 }
 
 // Names of files have no spaces to break a line at: behind a _ or a - it may end.

@@ -340,6 +340,27 @@ TEST(QuantizedMesh, LayerListsWhatThereIs) {
   EXPECT_FALSE(fetch("terrain/8/255/165.terrain"));
 }
 
+/// The fields without which QGIS's provider (src/core/tiledscene/qgsquantizedmeshdataprovider.cpp, read at 0c85fff) opens no
+/// layer, of the types that it takes.
+TEST(QuantizedMesh, LayerHasWhatQgisReads) {
+  for (const char* document : {"layer.json", "web-mercator/layer.json"}) {
+    SCOPED_TRACE(document);
+    const Json layer = Json::parse(fetch(document)->bytes);
+    EXPECT_EQ(layer.at("format"), "quantized-mesh-1.0");
+    EXPECT_TRUE(layer.at("projection") == "EPSG:4326" || layer.at("projection") == "EPSG:3857");
+    EXPECT_TRUE(layer.at("scheme").is_string());
+    EXPECT_TRUE(layer.at("version").is_string());
+    EXPECT_EQ(layer.at("bounds").size(), 4u);
+    EXPECT_TRUE(layer.at("minzoom").is_number_unsigned() && layer.at("maxzoom").is_number_unsigned());
+    ASSERT_FALSE(layer.at("tiles").empty());
+    for (const char* part : {"{z}", "{x}", "{y}"})
+      EXPECT_NE(layer["tiles"][0].get<std::string>().find(part), std::string::npos) << part;
+    for (const Json& level : layer.at("available"))
+      for (const Json& range : level)
+        for (const char* side : {"startX", "startY", "endX", "endY"}) EXPECT_TRUE(range.at(side).is_number_integer()) << side;
+  }
+}
+
 TEST(QuantizedMesh, LayerOfWebMercatorListsWhatThereIs) {
   const Json layer = Json::parse(fetch("web-mercator/layer.json")->bytes);
   EXPECT_EQ(layer["projection"], "EPSG:3857");
