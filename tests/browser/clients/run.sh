@@ -45,7 +45,7 @@ done
 hold "$sample" --error 1 --pixels lattice  # meeting every pixel would take five times as long
 
 # A folder of tiles, below a plain web server; and in a viewer of its own, beside an archive of tiles for maps (dem).
-first_line() { until [[ -s $1 ]]; do kill -0 "$started"; sleep 0.1; done; head -1 "$1"; }
+first_line() { until [[ -s $1 ]]; do kill -0 "$started" || return 1; sleep 0.1; done; head -1 "$1"; }
 "$build/bin/cordillera" build "$sample" -o "$work/folder" -q
 start python3 -u -m http.server 0 --bind 127.0.0.1 --directory "$work/folder" >"$work/plain" 2>/dev/null
 plain=$(first_line "$work/plain" | sed 's/.*(\(http.*\)\/).*/\1/')
