@@ -208,7 +208,7 @@ proto::Result<FinishedTask> Builder::exact_block(const proto::TileAddress& node,
   const ReadPixels pixels = [this](const proto::TileAddress& tile, unsigned worker) {
     return pixels_of(lattice_, tile, *sources_[worker]);
   };
-  auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels, finest ? &finest : nullptr},
+  auto built = build_exact_block(plan_, node, place, samples, exact_, {workers_, pixels, finest},
                                  [&](double part) { share(kReadShare + (1 - kReadShare) * part); });
   if (stop_) return kCancelled;
   return built;

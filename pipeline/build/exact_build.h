@@ -75,7 +75,7 @@ using ReadPixels = std::function<std::vector<raster::PixelPoint>(const proto::Ti
 struct BlockReaders {
   Workers& workers;
   const ReadPixels& pixels;
-  const FinestSink* finest = nullptr;  ///< null: nobody wants it before the block
+  const FinestSink& finest;
 };
 
 /// All tiles of a node's block, from samples that hold it (see BlockPlace::empty_samples), and its mesh where levels are merged

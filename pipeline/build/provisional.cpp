@@ -62,7 +62,11 @@ proto::Result<std::optional<BuildRequest>> provisional_request(const BuildReques
 
 proto::Result<std::int64_t> samples_of_block_level(const BuildRequest& request, raster::Source& source) {
   BuildRequest planned = request;
-  // Blocks do not depend on it, and choosing one reads the raster here and there.
+  if (planned.options.keep_size() > 0) {  // shares are of waves, whose blocks do not depend on them
+    planned.options.clear_keep();
+    planned.options.set_strategy("waves");
+  }
+  // Nor on an error, and choosing one reads the raster here and there.
   if (!planned.options.has_error()) planned.options.set_error(1);
   const auto plan = plan_of(planned, source);
   if (!plan.ok()) return plan.problem();

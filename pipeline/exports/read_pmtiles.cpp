@@ -6,6 +6,7 @@
 #include <fstream>
 #include <vector>
 
+#include "pipeline/exports/archive_metadata.h"
 #include "pipeline/exports/archive_reader.h"
 #include "pipeline/exports/gzip.h"
 #include "pipeline/exports/hilbert.h"
@@ -31,9 +32,7 @@ class PmtilesFile final : public ArchiveReader {
   void each_tile(const Take& take) override { walk(plain(read(number(8), number(16)), inner()), kMostDepth, take); }
 
  private:
-  [[noreturn]] void refuse(const std::string& why) const {
-    throw Refused{{"archive-unreadable", path_ + " cannot be read: " + why, "a complete, undamaged archive of tiles", "path"}};
-  }
+  [[noreturn]] void refuse(const std::string& why) const { throw Refused{unreadable(path_, why)}; }
 
   std::string read(std::uint64_t offset, std::uint64_t count) {
     if (offset > size_ || count > size_ - offset) refuse("it is cut short");
@@ -69,9 +68,8 @@ class PmtilesFile final : public ArchiveReader {
     static constexpr std::array kFormats{"", "pbf", "png", "jpg", "webp", "avif"};
     const std::uint8_t type = byte(99);
     if (type > 0 && type < kFormats.size()) metadata_["format"] = kFormats[type];
-    std::string bounds;
-    for (const std::size_t at : {102, 106, 110, 114}) bounds.append(bounds.empty() ? "" : ",").append(Json(degrees(at)).dump());
-    if (number(102) != 0 || number(110) != 0) metadata_["bounds"] = bounds;
+    if (number(102) != 0 || number(110) != 0)
+      metadata_["bounds"] = with_commas({degrees(102), degrees(106), degrees(110), degrees(114)});
   }
 
   std::vector<PmtilesEntry> entries(const std::string& text) const {
@@ -102,6 +100,7 @@ class PmtilesFile final : public ArchiveReader {
   }
 
   void walk(const std::string& directory, int depth, const Take& take) {
+    const std::uint64_t beyond = hilbert_id({kMostArchiveZoom + 1, 0, 0});
     for (const PmtilesEntry& entry : entries(directory)) {
       if (entry.run == 0) {
         if (depth == 0) refuse("its directories are too deep");
@@ -110,7 +109,7 @@ class PmtilesFile final : public ArchiveReader {
       }
       const std::string bytes = plain(read(sum(number(56), entry.offset), entry.length), byte(98));
       for (std::uint64_t k = 0; k < entry.run; ++k) {
-        if (entry.id + k > hilbert_id({kMostArchiveZoom, 0, 0})) refuse("a directory is damaged");
+        if (entry.id + k >= beyond) refuse("a directory is damaged");
         take(hilbert_address(entry.id + k), bytes);
       }
     }

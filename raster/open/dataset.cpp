@@ -202,6 +202,12 @@ proto::Result<void> open_sized(Dataset& dataset, const AtHand& raster, const std
 
 }  // namespace
 
+proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope) {
+  return {"raster-unreadable",
+          dataset.name + " is damaged: its pixels cannot be read (" + scope.message(dataset.path, dataset.name) + ")",
+          "a complete, undamaged file", ""};
+}
+
 proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band) {
   Dataset dataset;
   dataset.trust = trust;

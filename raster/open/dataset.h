@@ -14,6 +14,7 @@
 namespace cordillera::raster {
 
 struct Decimation;
+class GdalScope;
 
 struct Dataset {
   std::shared_ptr<const PrivateFolder> folder;  ///< of an unpacked raster: its files, until the handle is closed
@@ -40,6 +41,9 @@ struct Dataset {
 /// of its band, or the name of one of several rasters in the file; empty: the only one, or the only one that is called as heights
 /// are.
 proto::Result<Dataset> open_dataset(const std::string& path, const std::string& name, Trust trust, const std::string& band);
+
+/// "raster-unreadable": GDAL could not read pixels while the scope stood.
+proto::Problem unreadable_pixels(const Dataset& dataset, const GdalScope& scope);
 
 /// Of a file that holds several rasters, one: opens it in place of the file. Then of its bands one, with its mask.
 proto::Result<void> choose_raster(Dataset& dataset, const std::string& asked);

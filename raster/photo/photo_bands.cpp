@@ -137,14 +137,15 @@ proto::Result<void> PhotoBands::read_pixels(const Dataset& dataset, int overview
                                             std::vector<std::uint8_t>& rgba) const {
   const std::size_t pixels = static_cast<std::size_t>(part.columns) * static_cast<std::size_t>(part.rows);
   rgba.assign(4 * pixels, 255);
+  const GdalScope scope(dataset.trust);
   for (int which = 0; which < 4; ++which) {
     GDALRasterBand* const from = band(dataset, which == 3 && alpha_ == 0 ? kMask : which, overview);
     if (from == nullptr) continue;
     if (from->RasterIO(GF_Read, part.x, part.y, part.columns, part.rows, rgba.data() + which, part.columns, part.rows, GDT_Byte,
-                       4, 4 * static_cast<GSpacing>(part.columns), nullptr) == CE_None)
+                       4, 4 * static_cast<GSpacing>(part.columns), nullptr) == CE_None &&
+        !scope.failed())
       continue;
-    return Problem{"raster-unreadable", dataset.name + " is damaged: its pixels cannot be read", "a complete, undamaged file",
-                   ""};
+    return unreadable_pixels(dataset, scope);
   }
   if (!nodata_) return {};
   for (std::size_t k = 0; k < pixels; ++k) {

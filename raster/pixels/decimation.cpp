@@ -64,10 +64,7 @@ proto::Result<void> read_rows(const Dataset& dataset, GDALRasterBand& band, int 
   for (int row = 0; row < size.rows; ++row, out += line_bytes) {
     const int y = line_at(row, size.rows, band.GetYSize());
     if (band.RasterIO(GF_Read, 0, y, width, 1, out, size.columns, 1, type, 0, 0, nullptr) == CE_None && !scope.failed()) continue;
-    return proto::Problem{
-        "raster-unreadable",
-        dataset.name + " is damaged: its pixels cannot be read (" + scope.message(dataset.path, dataset.name) + ")",
-        "a complete, undamaged file", ""};
+    return unreadable_pixels(dataset, scope);
   }
   return {};
 }

@@ -92,11 +92,7 @@ proto::Result<void> Pixels::read_stored(const PixelWindow& part, double* out, st
     error = dataset_.mask->RasterIO(GF_Read, x, y, part.columns, part.rows, mask_.data(), part.columns, part.rows, GDT_Byte, 1,
                                     part.columns, nullptr);
   }
-  if (error != CE_None || scope.failed())
-    return proto::Problem{
-        "raster-unreadable",
-        dataset_.name + " is damaged: its pixels cannot be read (" + scope.message(dataset_.path, dataset_.name) + ")",
-        "a complete, undamaged file", ""};
+  if (error != CE_None || scope.failed()) return unreadable_pixels(dataset_, scope);
   for (int r = 0; r < part.rows; ++r) {
     const std::uint8_t* mask = dataset_.mask == nullptr ? nullptr : mask_.data() + static_cast<std::size_t>(r) * part.columns;
     to_metres(out + static_cast<std::size_t>(r) * stride, mask, static_cast<std::size_t>(part.columns));

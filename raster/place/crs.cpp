@@ -130,8 +130,7 @@ std::optional<OGRSpatialReference> crs_beside(const Dataset& dataset) {
 std::optional<OGRSpatialReference> crs_of_degrees(const Dataset& dataset) {
   static constexpr std::string_view kNorth = " degrees_north degree_north degree_N degrees_N degreeN degreesN ";
   static constexpr std::string_view kEast = " degrees_east degree_east degree_E degrees_E degreeE degreesE ";
-  GDALDriver* const driver = dataset.handle->GetDriver();
-  if (driver == nullptr || !EQUAL(driver->GetDescription(), "netCDF")) return std::nullopt;
+  if (dataset.driver != "netCDF") return std::nullopt;
   if (dataset.handle->GetMetadata("GEOLOCATION") != nullptr) return std::nullopt;
   bool north = false, east = false;
   for (CSLConstList word = dataset.handle->GetMetadata(); word != nullptr && *word != nullptr; ++word) {

@@ -162,9 +162,6 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   auto dataset = open_dataset(path, name, trust, options.band());
   if (!dataset) return dataset.problem();
   const GdalScope scope(trust);
-  if (pixels != nullptr) {
-    if (auto thinned = put_decimation(*dataset, pixels); !thinned.ok()) return thinned.problem();
-  }
   SourceParts parts;
   parts.options = *checked;
   parts.dataset = std::move(*dataset);
@@ -173,6 +170,10 @@ proto::Result<std::unique_ptr<Source>> open_checked(const std::string& path, con
   if (auto placed = check_placed(parts.dataset); !placed.ok()) return placed.problem();
   auto crs = resolve_crs(parts.dataset, options.crs());
   if (!crs) return crs.problem();
+  // Not before: what a file says of its coordinates may stand where only its own driver finds it.
+  if (pixels != nullptr) {
+    if (auto thinned = put_decimation(parts.dataset, pixels); !thinned.ok()) return thinned.problem();
+  }
   auto unit = unit_of(parts.dataset, *crs, options.has_z_scale());
   if (!unit) return unit.problem();
   auto rule = height_rule(parts.dataset, *crs, *unit, parts.options);

@@ -12,6 +12,8 @@
 #include <mutex>
 #include <vector>
 
+#include "raster/disk/write_all.h"
+
 namespace cordillera::raster {
 namespace {
 
@@ -65,14 +67,7 @@ void have_come(std::span<const ByteRange> ranges) {
 
 /// Within the file.
 bool read_there(void* out, std::uint64_t first, std::size_t count) {
-  for (std::size_t done = 0; done < count;) {
-    const ssize_t now =
-        pread(g_ranged->descriptor, static_cast<char*>(out) + done, count - done, static_cast<off_t>(first + done));
-    if (now < 0 && errno == EINTR) continue;
-    if (now <= 0) return false;
-    done += static_cast<std::size_t>(now);
-  }
-  return true;
+  return read_all_at(g_ranged->descriptor, {static_cast<char*>(out), count}, first);
 }
 
 /// A place in the file, for one who opened it.

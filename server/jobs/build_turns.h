@@ -19,7 +19,8 @@ class BuildTurns {
     std::string id;      ///< of the dataset
     std::string client;  ///< who asked for it
     int attempt = 0;     ///< how often the disk has been in the way before
-    int of_source = 0;   ///< and how often where the raster comes from
+    int unreached = 0;   ///< how often the raster's address could not be reached
+    int replaced = 0;    ///< how often it had another raster
   };
   /// At the end of its client's. False: the dataset waits already, and stays where it is.
   bool add(Entry entry);

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Beside the first; what was built stays meanwhile. Of a source that cannot be reached: some ten minutes.
+// Beside the first; what was built stays meanwhile. Of a source that cannot be reached: a quarter of an hour.
 constexpr int kTriesOfSource = 2, kTriesToReach = 8;
 constexpr auto kBeforeAnew = std::chrono::milliseconds(200);
 constexpr const char* kNext = "next-";  // before the name of a raster that is not whole, or whose time has not come
@@ -85,19 +85,20 @@ bool JobQueue::has_raster(const Dataset& dataset) const {
 /// while or with what stands there now. nullopt: no more, or it failed of something else.
 std::optional<JobQueue::Next> JobQueue::fetch_again(const Dataset& dataset, const proto::Problem& why, const Turn& turn) {
   const bool changed = why.type == "source-replaced";
-  const int most = changed ? kTriesOfSource : why.type == "source-unreachable" ? kTriesToReach : 0;
-  if (dataset.address.empty() || turn.of_source >= most) return std::nullopt;
+  if (dataset.address.empty() || !(changed || why.type == "source-unreachable")) return std::nullopt;
+  Turn again = turn;
+  int& tries = changed ? again.replaced : again.unreached;
+  if (++tries > (changed ? kTriesOfSource : kTriesToReach)) return std::nullopt;
   if (changed) {
     const std::lock_guard lock(mutex_);
     anew_.insert(dataset.id);
     // Servers behind one name that do not agree on a tag, or on parts, have the file all the same.
-    if (turn.of_source + 1 == most) as_whole_.insert(dataset.id);
+    if (tries == kTriesOfSource) as_whole_.insert(dataset.id);
   }
   registry_.set_state(dataset.id, State::queued, why);
   hub_.touch(dataset.id);
   log_warning("dataset " + dataset.id + ": " + why.line() + "; tried again");
-  const Turn again{dataset.id, turn.client, turn.attempt, turn.of_source + 1};
-  later(changed ? std::chrono::milliseconds(kBeforeAnew) : wait_before(again.of_source), again);
+  later(changed ? std::chrono::milliseconds(kBeforeAnew) : wait_before(again.unreached), again);
   return Next::done;
 }
 
@@ -124,7 +125,7 @@ std::optional<JobQueue::Next> JobQueue::have_raster(const Dataset& dataset, cons
   }
   hub_.touch(id);
   log_warning("dataset " + id + ": " + fetched.problem().line() + "; tried again later");
-  retry_later({id, turn.client, turn.attempt + 1, turn.of_source});
+  retry_later(turn);
   return Next::done;
 }
 
@@ -140,10 +141,14 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
   bool as_whole = !is_lazy(dataset);
   {
     const std::lock_guard lock(mutex_);
-    as_whole = as_whole_.erase(dataset.id) > 0 || as_whole;
+    as_whole = as_whole_.contains(dataset.id) || as_whole;
   }
   const auto print = (as_whole ? fetch_.whole : fetch_.beginning)(dataset.address, next, stop);
   if (!print) return print.problem();
+  {
+    const std::lock_guard lock(mutex_);
+    as_whole_.erase(dataset.id);
+  }
   const Json note = {{"etag", print->etag}, {"modified", print->modified}, {"bytes", print->bytes}, {"ranged", print->ranged}};
   // In an order in which a service that is killed finds a build that is done, or one that is to be done, or a raster that is to
   // be fetched.

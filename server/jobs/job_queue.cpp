@@ -169,12 +169,15 @@ void JobQueue::serve_next() {
       if (run(*turn) == Next::again) enqueue({turn->id, turn->client, 0});
     } catch (const std::exception& error) {  // the registry's, or want of memory
       log_warning("dataset " + turn->id + ": " + error.what() + "; its build is tried again");
-      retry_later({turn->id, turn->client, turn->attempt + 1, turn->of_source});
+      retry_later(*turn);
     }
   });
 }
 
-void JobQueue::retry_later(const Turn& turn) { later(wait_before(turn.attempt), turn); }
+void JobQueue::retry_later(Turn turn) {
+  ++turn.attempt;
+  later(wait_before(turn.attempt), turn);
+}
 
 void JobQueue::later(std::chrono::milliseconds wait, const Turn& turn) {
   try {
@@ -283,7 +286,8 @@ void JobQueue::show_provisional(const std::string& id) {
 }
 
 JobQueue::Next JobQueue::run(const Turn& turn) {
-  const auto& [id, client, attempt, of_source] = turn;
+  const std::string& id = turn.id;
+  const int attempt = turn.attempt;
   end_look(id);
   const auto flag = begin(id, Work::build);
   // Another change of the same dataset is being done, and that thread may be about to end: look again soon.
@@ -316,7 +320,7 @@ JobQueue::Next JobQueue::run(const Turn& turn) {
     hub_.touch(id);
     log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again in " +
                 std::to_string(wait_before(attempt + 1).count()) + " s");
-    retry_later({id, client, attempt + 1, of_source});
+    retry_later(turn);
   }
   return Next::done;
 }

@@ -117,7 +117,7 @@ class JobQueue {
   enum class Next { done, again };  ///< again: the dataset has more to do, at the end of the queue
   void enqueue(Turn turn);
   void serve_next();
-  void retry_later(const Turn& turn);
+  void retry_later(Turn turn);  ///< one attempt more
   static std::chrono::seconds wait_before(int attempt);
   Next run(const Turn& turn);
   void tell_fetching(const std::string& id);

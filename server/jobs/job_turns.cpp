@@ -26,7 +26,7 @@ JobQueue::Next JobQueue::take_change(const Dataset& dataset, const Turn& turn, c
     if (!served) registry_.set_state(id, State::queued, outcome.problem());
     hub_.touch(id);
     log_warning("dataset " + id + ": " + outcome.problem().line() + "; tried again later");
-    retry_later({id, turn.client, turn.attempt + 1, turn.of_source});
+    retry_later(turn);
     return Next::done;
   }
   if (!served && !outcome) {  // nothing can come of the changes behind it

@@ -80,10 +80,11 @@ bool Sharpener::shows(const proto::TileAddress& block) {
 }
 
 bool Sharpener::waits_for_finest(const proto::TileAddress& block) {
+  if (!can_show_) return false;
   const auto looked = looked_at();
-  return can_show_ && std::any_of(looked.begin(), looked.end(), [&](const proto::TileAddress& tile) {
-           return tile.z == static_cast<int>(plan_.finest_level()) && is_under(tile, block);
-         });
+  return std::any_of(looked.begin(), looked.end(), [&](const proto::TileAddress& tile) {
+    return tile.z == static_cast<int>(plan_.finest_level()) && is_under(tile, block);
+  });
 }
 
 void Sharpener::take_finest(const proto::TileAddress& block, const std::vector<pipeline::EncodedTile>& tiles) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "raster/open/dataset.h"
+#include "raster/pixels/decimation.h"
 #include "sent.h"
 
 namespace cordillera::raster_test {
@@ -104,6 +105,11 @@ TEST_F(Band, OfNetcdfDegreesWithoutACrsAreThoseOfWgs84) {
   EXPECT_EQ(source->description().crs(), "WGS 84 (EPSG:4326)");
   EXPECT_EQ(source->description().crs_from(), "source");
   EXPECT_NEAR(source->description().bbox(0), 10, 1e-6);
+  const auto few = source->decimate(100);
+  ASSERT_TRUE(few.ok() && *few);
+  const auto thin = raster::open_decimated(path("gmt.nc"), "", raster::Trust::operator_file, plain_options(), *few);
+  ASSERT_TRUE(thin.ok()) << thin.problem().line();
+  EXPECT_EQ((*thin)->description().crs(), "WGS 84 (EPSG:4326)");
   proto::BuildOptions other = plain_options();
   other.set_crs("EPSG:4258");
   EXPECT_EQ(must_open(write_text(bytes, "etrs.nc"), other)->description().crs_from(), "request");

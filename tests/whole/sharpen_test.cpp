@@ -244,6 +244,18 @@ TEST(Provisional, tiles_with_as_many_samples_as_are_said_meet_the_blocks) {
     levels_below.insert(static_cast<int>(finest - plan->block_level()));
   }
   EXPECT_EQ(levels_below, (std::set<int>{3, 4}));
+  request.options.clear_error();
+  request.options.set_strategy("");
+  request.options.add_keep(0.3);
+  const auto source = pipeline::open_source(request);
+  ASSERT_TRUE(source.ok());
+  const auto plan = pipeline::plan_of(request, **source);
+  ASSERT_TRUE(plan.ok()) << plan.problem().line();
+  const auto samples = pipeline::samples_of_block_level(request, **source);
+  ASSERT_TRUE(samples.ok()) << samples.problem().line();
+  const auto level = pipeline::provisional_level(request, **source, *samples);
+  ASSERT_TRUE(level.ok() && *level);
+  EXPECT_EQ(**level, static_cast<int>(plan->block_level())) << "of shares, too";
 }
 
 /// What is looked at is made first, whatever its place in the list.

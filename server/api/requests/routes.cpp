@@ -18,7 +18,7 @@ std::vector<std::string_view> split(std::string_view path) {
   }
 }
 
-constexpr std::string_view kArchive = ".pmtiles";
+constexpr std::string_view kArchive = ".pmtiles", kLive = "/v1/live";
 
 /// Below /stac: nothing, conformance, collections, collections/datasets, …/items and …/items/{id}.
 Route stac_route(std::string_view rest) {
@@ -56,12 +56,15 @@ Resource below_dataset(const std::string& path, pipeline::faces::Found* face) {
   return Resource::face;
 }
 
-/// Behind /v1/live: what a client reads of a dataset.
+/// Behind /v1/live: what a client reads of a dataset. rest: "", ".pmtiles", or "/" and what is below.
 Route live_route(std::string_view rest) {
   Route route;
-  const Resource what = rest.empty()       ? Resource::dataset
-                        : rest == kArchive ? Resource::archive
-                                           : below_dataset(std::string(rest), &route.found);
+  const bool below = rest.starts_with('/');
+  if (below) rest.remove_prefix(1);
+  const Resource what = rest.empty()                 ? Resource::dataset
+                        : !below && rest == kArchive ? Resource::archive
+                        : below                      ? below_dataset(std::string(rest), &route.found)
+                                                     : Resource::none;
   constexpr Resource kRead[] = {Resource::dataset,   Resource::archive, Resource::face, Resource::manifest,
                                 Resource::elevation, Resource::events,  Resource::mesh};
   if (std::find(std::begin(kRead), std::end(kRead), what) == std::end(kRead)) return {};
@@ -90,8 +93,7 @@ Route parse_route(std::string_view path) {
     route.resource = Resource::page;
     return route;
   }
-  if (path == "/v1/live.pmtiles") return live_route(kArchive);
-  if (path == "/v1/live" || path.starts_with("/v1/live/")) return live_route(path.substr(std::min<std::size_t>(9, path.size())));
+  if (path.starts_with(kLive)) return live_route(path.substr(kLive.size()));
   if (parts.size() == 4 && parts[2] == "uploads" && is_id(parts[3])) {
     route.resource = Resource::upload;
     route.id = std::string(parts[3]);
