@@ -46,7 +46,9 @@ unsigned quota_cores(const std::filesystem::path& groups, const std::filesystem:
 }
 
 unsigned usable_cores() {
-  const unsigned cores = std::max(1u, cores_to_run_on()), quota = quota_cores("/sys/fs/cgroup", "/proc/self/cgroup");
+  // Read once: options ask for every request, and a job that is confined later could not read it any more.
+  static const unsigned quota = quota_cores("/sys/fs/cgroup", "/proc/self/cgroup");
+  const unsigned cores = std::max(1u, cores_to_run_on());
   return quota ? std::min(cores, quota) : cores;
 }
 

@@ -84,12 +84,11 @@ struct SimplifiedMesh {
 
 /// Same input and options, same result, on every device. The input is only read. Some 450 bytes of memory a vertex are taken;
 /// inputs up to 2^28 vertices. Refused, with the first offending element named (the lowest index): arrays of unequal length
-/// ("mesh-broken"), NaN or infinity
-/// ("mesh-not-finite"), an index that is no vertex ("mesh-broken"), a triangle that is a line or turns the other way than the
-/// first, a vertex under another part of the surface ("mesh-not-height-field"), an edge of three triangles or a vertex of two
-/// fans
-/// ("mesh-not-manifold"), a target out of range ("bad-target"), a device that is unknown or cannot be used ("unknown-device",
-/// "device-unavailable"). A GPU that fails in mid-work is replaced by the CPU; `report.device` tells.
+/// ("mesh-broken"), NaN or infinity ("mesh-not-finite"), an index that is no vertex ("mesh-broken"), a triangle that is a line or
+/// turns the other way than the first, a vertex under another part of the surface ("mesh-not-height-field"), an edge of three
+/// triangles or a vertex of two fans ("mesh-not-manifold"), a target out of range ("bad-target"), a device that is unknown or
+/// cannot be used ("unknown-device", "device-unavailable"). A GPU that fails in mid-work is replaced by the CPU; `report.device`
+/// tells.
 proto::Result<SimplifiedMesh> simplify(const HeightMesh& mesh, const MeshTarget& target, const MeshOptions& options = {});
 
 }  // namespace cordillera::gpu::fit

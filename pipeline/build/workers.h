@@ -16,11 +16,11 @@ class Workers {
   ~Workers();                          ///< no loop is under way
   unsigned threads() const { return static_cast<unsigned>(threads_.size()); }
 
+  enum class Haste : std::uint8_t { none, somebody_waits };
   /// Calls work(item, worker) for every item in 0..count-1, worker in 0..threads()-1 (two calls of one worker never overlap, in
   /// whatever loops). Returns when all are done. The first exception is thrown again here, after the others have ended. Many may
   /// call at once, but not from within work. The loop with the fewest items left goes first: what it holds in memory is free the
   /// sooner; before it one that somebody waits for.
-  enum class Haste : std::uint8_t { none, somebody_waits };
   void each(std::size_t count, const std::function<void(std::size_t item, unsigned worker)>& work, Haste haste = Haste::none);
 
  private:

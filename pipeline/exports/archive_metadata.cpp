@@ -38,6 +38,12 @@ Extent extent_of(const proto::Manifest& manifest) {
   return extent;
 }
 
+std::string with_commas(std::initializer_list<double> values) {
+  std::string text;
+  for (const double value : values) text.append(text.empty() ? "" : ",").append(Json(value).dump());
+  return text;
+}
+
 int zoom_to_look_from(const Extent& extent, int least, int most) {
   const double degrees = std::max({extent.east - extent.west, extent.north - extent.south, 1e-6});
   return std::clamp(static_cast<int>(std::floor(std::log2(2 * 360 / degrees))), least, most);

@@ -1,5 +1,6 @@
 #pragma once
 // What archives of tiles say of themselves.
+#include <initializer_list>
 #include <string>
 
 #include "pipeline/encode/json.h"
@@ -12,6 +13,9 @@ struct Extent {
   double west = -180, south = -90, east = 180, north = 90;
 };
 Extent extent_of(const proto::Manifest& manifest);
+
+/// "-180,-90,180,90": how archives write boxes and places.
+std::string with_commas(std::initializer_list<double> values);
 
 /// The zoom at which the data is about two tiles of a square pyramid wide or high: where a client that trusts the archive begins.
 int zoom_to_look_from(const Extent& extent, int least, int most);

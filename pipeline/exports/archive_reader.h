@@ -8,11 +8,17 @@
 
 #include "pipeline/encode/json.h"
 #include "pipeline/exports/tile_places.h"
+#include "proto/result.h"
 
 namespace cordillera::pipeline::exports {
 
 /// Finest zoom that is taken: of longer numbers an archive is damaged.
 inline constexpr int kMostArchiveZoom = 30;
+
+/// "archive-unreadable", with why.
+inline proto::Problem unreadable(const std::string& path, const std::string& why) {
+  return {"archive-unreadable", path + " cannot be read: " + why, "a complete, undamaged archive of tiles", "path"};
+}
 
 class ArchiveReader {
  public:

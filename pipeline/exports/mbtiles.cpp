@@ -48,12 +48,6 @@ Zooms write_tiles(const faces::Terrain& terrain, const faces::Face& face, Databa
   return zooms;
 }
 
-std::string numbers(std::initializer_list<double> values) {
-  std::string text;
-  for (const double value : values) text.append(text.empty() ? "" : ",").append(Json(value).dump());
-  return text;
-}
-
 void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zooms zooms, Database& database) {
   const proto::Manifest& manifest = terrain.manifest();
   const faces::Resource& tiles = *tiles_of(face);
@@ -64,9 +58,9 @@ void write_metadata(const faces::Terrain& terrain, const faces::Face& face, Zoom
   };
   say("name", title_of(manifest));
   say("format", format_name(tiles));
-  say("bounds", numbers({extent.west, extent.south, extent.east, extent.north}));
+  say("bounds", with_commas({extent.west, extent.south, extent.east, extent.north}));
   const int least = std::min(zooms.least, zooms.most);
-  std::string middle = numbers({(extent.west + extent.east) / 2, (extent.south + extent.north) / 2});
+  std::string middle = with_commas({(extent.west + extent.east) / 2, (extent.south + extent.north) / 2});
   say("center", middle.append(",").append(std::to_string(zoom_to_look_from(extent, least, zooms.most))));
   say("minzoom", std::to_string(least));
   say("maxzoom", std::to_string(zooms.most));

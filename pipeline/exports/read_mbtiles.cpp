@@ -38,10 +38,7 @@ class MbtilesFile final : public ArchiveReader {
   }
 
  private:
-  [[noreturn]] void damaged() const {
-    throw Refused{
-        {"archive-unreadable", path_ + " cannot be read: it is damaged", "a complete, undamaged archive of tiles", "path"}};
-  }
+  [[noreturn]] void damaged() const { throw Refused{unreadable(path_, "it is damaged")}; }
 
   std::string path_;
   Database database_;

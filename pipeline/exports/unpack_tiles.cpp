@@ -4,7 +4,6 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <numbers>
 #include <optional>
 #include <sstream>
 #include <unordered_set>
@@ -14,6 +13,7 @@
 #include "pipeline/exports/mbtiles.h"
 #include "pipeline/exports/whole_file.h"
 #include "pipeline/faces/pictures/png_image.h"
+#include "pipeline/faces/web_mercator.h"
 #include "pipeline/store/sqlite.h"
 #include "pipeline/tileset/html_text.h"
 #include "pipeline/tileset/manifest_json.h"
@@ -87,6 +87,12 @@ bool looks_like_heights(const std::string& bytes) {
   return ground * 2 * 3 > rgb.size();
 }
 
+void write_file(const fs::path& path, std::string_view bytes) {
+  std::ofstream out = opened(path);
+  append(out, bytes);
+  out.close();
+}
+
 /// The tiles of one format below a folder.
 class Tiles {
  public:
@@ -98,9 +104,7 @@ class Tiles {
                      "the .sqlite file that it was made of, or a part of it: cordillera export --bbox", "path"}};
     const fs::path file = folder_ / faces::path_of(tiles_, place_at(tiles_.grid, at));
     if (known_.insert(file.parent_path().string()).second) fs::create_directories(file.parent_path());
-    std::ofstream out = opened(file);
-    append(out, bytes);
-    out.close();
+    write_file(file, bytes);
     least_ = std::min(least_, at.zoom);
     if (at.zoom > most_) box_ = {at.x, at.y, at.x, at.y};
     most_ = std::max(most_, at.zoom);
@@ -116,9 +120,7 @@ class Tiles {
   /// Of the finest tiles.
   Extent extent() const {
     const double side = std::ldexp(1.0, most_);
-    const auto latitude = [&](double row) {
-      return std::atan(std::sinh(std::numbers::pi * (1 - 2 * row / side))) * 180 / std::numbers::pi;
-    };
+    const auto latitude = [&](double row) { return faces::pixel_latitude_deg(most_, faces::kTilePixels * row); };
     return {box_.west / side * 360 - 180, latitude(box_.south + 1.0), (box_.east + 1.0) / side * 360 - 180, latitude(box_.north)};
   }
 
@@ -175,12 +177,6 @@ Json tilejson_of(const Face& face, const Json& metadata, const Tiles& tiles, con
   return json;
 }
 
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream out = opened(path);
-  append(out, text);
-  out.close();
-}
-
 void unpack(const std::string& path, const fs::path& folder) {
   const auto archive = first_bytes(path, 7) == "PMTiles" ? open_pmtiles(path) : open_mbtiles(path);
   const Json& metadata = archive->metadata();
@@ -195,9 +191,9 @@ void unpack(const std::string& path, const fs::path& folder) {
     fs::rename(folder / kPictures, folder / kHeights);
   }
   const Extent extent = extent_said(metadata, tiles);
-  write_text(folder / std::string(face->entry),
+  write_file(folder / std::string(face->entry),
              tilejson_of(*face, metadata, tiles, extent).dump(1, ' ', false, Json::error_handler_t::replace));
-  write_text(folder / "manifest.json", manifest_json(manifest_of(metadata, extent, path)));
+  write_file(folder / "manifest.json", manifest_json(manifest_of(metadata, extent, path)));
 }
 
 }  // namespace
@@ -217,8 +213,7 @@ proto::Result<void> unpack_tiles(const std::string& path, const std::string& fol
     unpack(path, folder);
     return {};
   } catch (const Refused& refused) { return refused.problem; } catch (const StoreError& e) {
-    return proto::Problem{"archive-unreadable", path + " cannot be read: " + e.what(), "a complete, undamaged archive of tiles",
-                          "path"};
+    return unreadable(path, e.what());
   } catch (const std::ios_base::failure&) {
     return proto::Problem{"storage-full", "there is no room in the temporary folder for " + what,
                           "a TMPDIR on a disk with free space", ""};

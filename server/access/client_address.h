@@ -19,8 +19,7 @@ bool is_loopback(std::string_view host);
 /// HOST of HOST:PORT, without the brackets of an IPv6 address.
 std::string host_of(std::string_view authority);
 /// An IPv4 or IPv6 address, read by inet_pton and written as inet_ntop has it, so that two spellings are one address; IPv4 within
-/// IPv6
-/// (::ffff:127.0.0.1) as IPv4. Nothing: the text is no address.
+/// IPv6 (::ffff:127.0.0.1) as IPv4. Nothing: the text is no address.
 std::optional<std::string> plain_address(std::string_view text);
 
 }  // namespace cordillera::server::access

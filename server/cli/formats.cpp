@@ -1,6 +1,6 @@
 // Faces, and what their tiles look like, as a command line has them.
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
 #include <sstream>
 
 #include "pipeline/faces/tiles_3d/glb_tile.h"
@@ -41,8 +41,8 @@ proto::Result<void> read_texture(const LookWords& words, pipeline::faces::Look& 
     look.photo_finer = static_cast<int>(size - std::begin(kTextureSizes));
   }
   if (words.quality.empty()) return {};
-  double quality = 0;
-  if (read_number(words.quality, {1, pipeline::faces::kLossless}, &quality) || quality != std::floor(quality))
+  std::uint32_t quality = 0;
+  if (read_whole(words.quality, {1, pipeline::faces::kLossless}, &quality))
     return wrong_look("--texture-quality", "'" + words.quality + "' is no quality", "a whole number from 1 to 100");
   look.photo_quality = static_cast<int>(quality);
   return {};

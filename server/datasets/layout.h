@@ -14,14 +14,14 @@ inline constexpr const char* kStoreFile = "dataset.sqlite";
 inline constexpr const char* kProvisionalStore = "provisional.sqlite";
 inline constexpr const char* kNextProvisional = "provisional-next.sqlite";
 /// Final tiles of the finest level of a block that is not done yet, a store, too.
+inline constexpr const char* kFinestStore = "provisional.sqlite-finest-";
 inline std::string finest_store(const proto::TileAddress& block) {
-  return std::string(kProvisionalStore) + "-finest-" + std::to_string(block.z) + "-" + std::to_string(block.x) + "-" +
-         std::to_string(block.y);
+  return kFinestStore + std::to_string(block.z) + "-" + std::to_string(block.x) + "-" + std::to_string(block.y);
 }
+inline bool is_finest_store(const std::string& name) { return name.starts_with(kFinestStore); }
 
 /// Of a raster that is fetched piece by piece: which of its pieces are there. Without it the raster is not there.
 inline std::filesystem::path map_of(const std::filesystem::path& raster) { return raster.string() + ".blocks"; }
-inline bool is_finest_store(const std::string& name) { return name.starts_with(std::string(kProvisionalStore) + "-finest-"); }
 
 struct Layout {
   std::filesystem::path root;

@@ -24,8 +24,6 @@ using proto::Problem;
 
 constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
 
-Problem cancelled() { return {"cancelled", "the build was cancelled", "", ""}; }
-
 /// Takes what comes, within what the operator lets a raster have.
 class Sink {
  public:

@@ -235,7 +235,7 @@ proto::Result<void> RangedSource::fetch(const Run& run, const std::function<bool
   for (int attempt = 0; attempt < kTries; ++attempt) {
     for (auto rest = kBetweenTries * attempt; rest.count() > 0 && !stopped(); rest -= std::chrono::milliseconds(50))
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    if (stopped()) return Problem{"cancelled", "the build was cancelled", "", ""};
+    if (stopped()) return cancelled();
     const bool known = !at_.empty() && at_ != place_.address;
     if (at_.empty()) at_ = place_.address;
     answer = ask(run, terms);
@@ -245,7 +245,7 @@ proto::Result<void> RangedSource::fetch(const Run& run, const std::function<bool
     if (answer.is == Answer::Is::refused && !known) break;
     if (Clock::now() > *terms.until) break;
   }
-  if (stopped()) return Problem{"cancelled", "the build was cancelled", "", ""};
+  if (stopped()) return cancelled();
   if (answer.problem) return *answer.problem;
   return unreachable(place_.address, answer.why);
 }

@@ -18,6 +18,7 @@
 #include "proto/cores.h"
 #include "raster/datum/vertical.h"
 #include "raster/disk/free_space.h"
+#include "raster/disk/write_all.h"
 #include "raster/storage/ranged_file.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/fetch/range_asks.h"
@@ -74,16 +75,7 @@ bool restrict_process(const proto::Job& job, const std::filesystem::path& folder
 }
 
 /// False when the parent is dead: the pipe has no reader.
-bool report(const proto::Progress& progress) {
-  const std::string line = to_json_line(progress) + "\n";
-  std::size_t sent = 0;
-  while (sent < line.size()) {
-    const ssize_t count = write(kReportDescriptor, line.data() + sent, line.size() - sent);
-    if (count <= 0 && errno != EINTR) return false;
-    if (count > 0) sent += static_cast<std::size_t>(count);
-  }
-  return true;
-}
+bool report(const proto::Progress& progress) { return raster::write_all(kReportDescriptor, to_json_line(progress) + "\n"); }
 
 proto::Progress failure(const proto::Problem& problem) {
   proto::Progress progress;

@@ -1,6 +1,7 @@
 #include "pipeline/faces/pictures/water_pixels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -28,15 +29,17 @@ std::vector<float> water_pixels(const Terrain& terrain, const Place& place, int 
     const auto row = static_cast<std::size_t>(kWaterSide - 1 - y % kWaterSide);
     return mask->second.empty() ? 0.0F : static_cast<float>(mask->second[row * kWaterSide + x % kWaterSide]) / kWater;
   };
+  std::array<std::int64_t, kTilePixels> x{};
+  for (std::int32_t column = 0; column < kTilePixels; ++column) {
+    const double longitude_deg = pixel_longitude_deg(place.z, double{kTilePixels} * place.x + column + 0.5);
+    x[static_cast<std::size_t>(column)] = cell_at(longitude_deg + 180, level, proto::tiles_across(level));
+  }
   std::vector<float> out;
   out.reserve(std::size_t{kTilePixels} * kTilePixels);
   for (std::int32_t row = 0; row < kTilePixels; ++row) {
     const double latitude_deg = pixel_latitude_deg(place.z, double{kTilePixels} * place.y + row + 0.5);
     const std::int64_t y = cell_at(latitude_deg + 90, level, proto::tiles_up(level));
-    for (std::int32_t column = 0; column < kTilePixels; ++column) {
-      const double longitude_deg = pixel_longitude_deg(place.z, double{kTilePixels} * place.x + column + 0.5);
-      out.push_back(share(cell_at(longitude_deg + 180, level, proto::tiles_across(level)), y));
-    }
+    for (const std::int64_t at : x) out.push_back(share(at, y));
   }
   return out;
 }
