@@ -1,5 +1,5 @@
 // Addresses of everything a server has, and what their queries and bodies may ask for. "path?query", as a request line has them;
-// what is none is taken for the body of an elevation query.
+// what is none is taken for the body of an elevation query. And each for where a host leads whom it was asked for a raster.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -7,6 +7,7 @@
 
 #include "server/api/requests/elevation_query.h"
 #include "server/api/requests/routes.h"
+#include "server/fetch/addresses.h"
 #include "server/front/message/target.h"
 #include "server/http/problems.h"
 #include "server/options/mesh_options.h"
@@ -32,10 +33,27 @@ void ask_elevation(const Request& request) {
   }
 }
 
+/// Where it may be followed, it is within the prefix, and leads to itself.
+void follow(std::string_view text) {
+  static const ServeSettings settings = [] {
+    ServeSettings made;
+    made.source_allow = {"http://host/tiles/"};
+    return made;
+  }();
+  const auto next = updates::led_to(settings, "http://host/tiles/a/b.tif", std::string(text));
+  answered(next);
+  if (!next) return;
+  const std::string path = next->substr(0, next->find_first_of("?#"));
+  if (!path.starts_with("http://host/tiles/") || (path + "/").find("/../") != path.npos) __builtin_trap();
+  const auto again = updates::led_to(settings, *next, *next);
+  if (!again || *again != *next) __builtin_trap();
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
+  follow(text);
   const auto target = front::read_target(text);
   Request request;
   if (!target) {

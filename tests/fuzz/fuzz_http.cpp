@@ -1,5 +1,6 @@
 // The bytes of a connection: head, target and body framing, in one piece and byte by byte; both ways must come to the same. Then
-// what is made of headers, and the body as it was before it was compressed.
+// what is made of headers, and the body as it was before it was compressed. The same bytes as what a host that rasters are
+// fetched from says of a part.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -7,10 +8,12 @@
 
 #include "server/access/client_address.h"
 #include "server/api/public_address.h"
+#include "server/fetch/ranged_source.h"
 #include "server/front/content_coding.h"
 #include "server/front/message/body_framing.h"
 #include "server/front/message/head.h"
 #include "server/front/message/target.h"
+#include "server/http/byte_range.h"
 #include "server/http/request_id.h"
 
 using namespace cordillera::server;
@@ -63,6 +66,30 @@ void decompress(const Request& request, const std::string& body) {
   if (whole && size > kEnough) __builtin_trap();
 }
 
+/// A part is within what it is of, also where numbers are as large as they can be, and is read again as it is written.
+void read_part(std::string_view text) {
+  updates::Got head;
+  head.status = 206;
+  head.etag = "\"one\"";
+  head.range = text;
+  const auto part = updates::read_content_range(head.range);
+  if (updates::can_be_ranged(head) && (!part || part->first != 0 || part->count > updates::kRangeBlock_bytes)) __builtin_trap();
+  if (!part) return;
+  const auto& [first, count, total] = *part;
+  if (count == 0 || first >= total || count > total - first) __builtin_trap();
+  const auto again = updates::read_content_range(content_range({first, count}, total));
+  if (!again || again->first != first || again->count != count || again->total != total) __builtin_trap();
+}
+
+/// And what a client asks for is within what there is.
+void want_part(const Request& request) {
+  for (const std::uint64_t size : {std::uint64_t{0}, std::uint64_t{1000}, ~std::uint64_t{0}}) {
+    const Wanted wanted = wanted_part(request, size, "\"one\"");
+    const auto& [first, count] = wanted.part;
+    if (wanted.what == Wanted::What::part && (count == 0 || first >= size || count > size - first)) __builtin_trap();
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -70,7 +97,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (const auto target = read_target(bytes)) {
     if (target->path.find('\0') != std::string::npos) __builtin_trap();
   }
-  const Limits limits;
+  read_part(bytes);
+  const front::Limits limits;
   HeadScan whole, slow;
   const auto state = whole.look(bytes, limits);
   auto slowly = HeadScan::State::more;
@@ -88,6 +116,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   // A line of chunks that comes slowly is looked at when it is whole: it may be refused later, and never sooner.
   if (many.broken && !one.broken) __builtin_trap();
   read_headers(head->request);
+  read_part(head->request.header("content-range").value_or(""));
+  want_part(head->request);
   decompress(head->request, one.bytes);
   return 0;
 }
