@@ -102,7 +102,7 @@ TEST_F(LiveAddress, AnAddressIsADataset) {
   EXPECT_NEAR(top(cone), 2000, 60);
   EXPECT_TRUE(eventually([&] { return status(id)["state"] == "ready"; })) << server_.log();
   EXPECT_THAT(body("/v1/live/events" + cone, "-L"), HasSubstr("event: ready"));
-  EXPECT_THAT(body("/v1/live.pmtiles" + cone + "&format=hillshade", "-L"), testing::StartsWith("PMTiles"));
+  EXPECT_THAT(body("/v1/live.pmtiles" + cone + "&format=hillshade", "-L --retry 100"), testing::StartsWith("PMTiles"));
   EXPECT_EQ(body("/v1/live/mesh.stl" + cone + "&level=0", "-L"), body("/v1/datasets/" + id + "/mesh.stl?level=0"));
   EXPECT_THAT(status(id)["source"].dump(), HasSubstr("/dems/cone.asc"));
   EXPECT_EQ(asked("/dems/cone.asc"), 1) << "it was fetched once for all of these";

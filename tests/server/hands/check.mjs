@@ -13,14 +13,25 @@ import { PMTiles } from "pmtiles";
 const { values: given } = parseArgs({ options: Object.fromEntries(["url", "dataset", "datasets"].map((name) => [name, { type: "string" }])) });
 const base = `${given.url}/v1/datasets/${given.dataset}`;
 
+// An archive is made when it is first asked for. Where that takes long, the answer says when to ask again.
+async function answer_of(address) {
+  for (;;) {
+    const response = await fetch(address);
+    if (response.status !== 503 || !response.headers.has("retry-after")) return response;
+    await response.arrayBuffer();
+    await new Promise((then) => setTimeout(then, 1000 * response.headers.get("retry-after")));
+  }
+}
+
 async function bytes_of(address) {
-  const response = await fetch(address);
+  const response = await answer_of(address);
   assert.equal(response.status, 200, address);
   return Buffer.from(await response.arrayBuffer());
 }
 
 // The client reads by ranges alone; what it finds are the bytes of the tiles' own addresses.
 async function check_archive() {
+  await bytes_of(`${base}.pmtiles`);
   const archive = new PMTiles(`${base}.pmtiles`);
   const { minZoom, maxZoom, numAddressedTiles } = await archive.getHeader();
   const { name, encoding, manifest } = await archive.getMetadata();

@@ -131,7 +131,7 @@ is "bytes */$size" "$(header Content-Range -r "$size-" "$mesh")" 'the size'
 is 200 "$(status -H 'Range: bytes=0-1,4-5' "$mesh")" 'two ranges: the whole'
 
 # The archive: whole, by ranges, its length in a HEAD, and not of a format without tiles.
-curl -sf -o "$work/all.pmtiles" "$sets/$one.pmtiles"
+curl -sf --retry 100 -o "$work/all.pmtiles" "$sets/$one.pmtiles"
 like '^PMTiles' "$(head -c 7 "$work/all.pmtiles")" 'the archive'
 is "$(stat -c %s "$work/all.pmtiles")" "$(header Content-Length -I "$sets/$one.pmtiles")" 'its length'
 curl -sf -r 50- "$sets/$one.pmtiles" | cmp -s - <(tail -c +51 "$work/all.pmtiles") || fail 'the end of the archive'
