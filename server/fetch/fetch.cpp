@@ -23,15 +23,33 @@ namespace fs = std::filesystem;
 using proto::Problem;
 
 constexpr std::uint64_t kPiece = std::uint64_t{16} << 20;  // of object storage
+using Clock = std::chrono::steady_clock;
+
+struct FetchBounds {
+  const ServeSettings& settings;
+  Clock::duration grace;  ///< before a host has to keep up
+};
+
+enum class Wanted { whole, beginning };
+
+struct FetchOrder {
+  const std::string& address;
+  const fs::path& file;
+  Wanted wanted;
+};
 
 /// Takes what comes, within what the operator lets a raster have.
 class Sink {
  public:
-  Sink(const ServeSettings& settings, limits::Space& space, const fs::path& file, const std::atomic<bool>& stop)
-      : settings_(settings),
+  /// address: for who is told that it is too slow.
+  Sink(const FetchBounds& bounds, limits::Space& space, const std::string& address, const fs::path& file,
+       const std::atomic<bool>& stop)
+      : settings_(bounds.settings),
+        grace_(bounds.grace),
+        address_(address),
         claim_(space.claim(0, &full_)),
         stop_(stop),
-        end_(std::chrono::steady_clock::now() + std::chrono::seconds(settings.limits.build_seconds)),
+        end_(Clock::now() + std::chrono::seconds(settings_.limits.build_seconds)),
         descriptor_(open(file.c_str(), O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0640)) {}
   ~Sink() {
     if (descriptor_ >= 0) close(descriptor_);
@@ -41,19 +59,9 @@ class Sink {
 
   /// False: no more; problem() says why.
   bool put(const char* bytes, std::size_t count) {
-    size_ += count;
-    if (stop_) return fail(cancelled());
-    if (size_ > std::uint64_t{settings_.limits.body_mib} << 20) {
-      return fail({"body-too-large", "the raster is larger than this service takes",
-                   "at most " + std::to_string(settings_.limits.body_mib) + " MiB", "source"});
-    }
-    if (std::chrono::steady_clock::now() > end_)
-      return fail({"build-time-limit", "fetching took longer than a build may", "a nearer or a smaller raster", "source"});
-    if (claim_) full_ = claim_->next(count);
-    if (!full_.empty()) return fail({"storage-full", full_, "trying again when there is room", ""});
-    head_.append(bytes, std::min(count, kHead - std::min(kHead, head_.size())));
-    if (raster::write_all(descriptor_, {bytes, count})) return true;
-    return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
+    const bool taken = take(bytes, count);
+    taken_ = Clock::now();
+    return taken;
   }
   bool stopped() const { return stop_; }
   bool synced() const { return descriptor_ >= 0 && fsync(descriptor_) == 0; }
@@ -62,6 +70,8 @@ class Sink {
   /// What came goes.
   bool begin_anew() {
     size_ = 0;
+    waited_ = {};
+    taken_.reset();
     head_.clear();
     if (ftruncate(descriptor_, 0) == 0 && lseek(descriptor_, 0, SEEK_SET) == 0) return true;
     return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
@@ -69,17 +79,46 @@ class Sink {
   const std::optional<Problem>& problem() const { return problem_; }
 
  private:
+  /// What comes more slowly would hold the place of other builds. Only time spent waiting for the host counts, from its first
+  /// bytes on.
+  bool is_too_slow() const {
+    return waited_ > grace_ &&
+           static_cast<double>(size_) < std::chrono::duration<double>(waited_).count() * settings_.limits.min_rate;
+  }
+  bool take(const char* bytes, std::size_t count) {
+    const auto now = Clock::now();
+    if (taken_) waited_ += now - *taken_;
+    size_ += count;
+    if (stop_) return fail(cancelled());
+    if (size_ > std::uint64_t{settings_.limits.body_mib} << 20) {
+      return fail({"body-too-large", "the raster is larger than this service takes",
+                   "at most " + std::to_string(settings_.limits.body_mib) + " MiB", "source"});
+    }
+    if (now > end_)
+      return fail({"build-time-limit", "fetching took longer than a build may", "a nearer or a smaller raster", "source"});
+    if (is_too_slow())
+      return fail(unreachable(address_, "it sends less than " + std::to_string(settings_.limits.min_rate) + " bytes a second"));
+    if (claim_) full_ = claim_->next(count);
+    if (!full_.empty()) return fail({"storage-full", full_, "trying again when there is room", ""});
+    head_.append(bytes, std::min(count, kHead - std::min(kHead, head_.size())));
+    if (raster::write_all(descriptor_, {bytes, count})) return true;
+    return fail({"storage-full", "the raster cannot be written to disk: " + std::string(strerror(errno)), "", ""});
+  }
   bool fail(Problem problem) {
     problem_ = std::move(problem);
     return false;
   }
   static constexpr std::size_t kHead = 16;
   const ServeSettings& settings_;
+  const Clock::duration grace_;
+  const std::string& address_;
+  Clock::duration waited_{};
+  std::optional<Clock::time_point> taken_;  ///< when the last bytes were
   std::string head_;
   std::string full_;  ///< why there is no room; before claim_, which may fill it
   const std::unique_ptr<limits::Space::Claim> claim_;
   const std::atomic<bool>& stop_;
-  const std::chrono::steady_clock::time_point end_;
+  const Clock::time_point end_;
   int descriptor_;
   std::uint64_t size_ = 0;
   std::optional<Problem> problem_;
@@ -90,8 +129,6 @@ Print print_of(const Got& got) {
   constexpr std::size_t kLongest = 1024;
   return {got.etag.size() <= kLongest ? got.etag : "", got.modified.size() <= kLongest ? got.modified : "", got.length};
 }
-
-enum class Wanted { whole, beginning };
 
 /// What a request for the beginning came to.
 struct Begun {
@@ -180,21 +217,16 @@ proto::Result<Print> fetch_object(const std::string& address, Sink& sink) {
   return Print();
 }
 
-struct FetchOrder {
-  const std::string& address;
-  const fs::path& file;
-  Wanted wanted;
-};
-
-proto::Result<Print> fetch_into(const ServeSettings& settings, limits::Space& space, const FetchOrder& order,
+proto::Result<Print> fetch_into(const FetchBounds& bounds, limits::Space& space, const FetchOrder& order,
                                 const std::atomic<bool>& stop) {
   const auto& [address, file, wanted] = order;
+  const ServeSettings& settings = bounds.settings;
   if (const auto allowed = check_address(settings, address); !allowed) return allowed.problem();  // it may have been taken back
   const fs::path part = file.string() + ".part";
   std::error_code error;
   Print print;
   {
-    Sink sink(settings, space, part, stop);
+    Sink sink(bounds, space, address, part, stop);
     auto fetched = address.starts_with("s3://") ? fetch_object(address, sink) : fetch_http(settings, address, sink, wanted);
     if (fetched && sink.size() == 0) fetched = unreachable(address, "it is empty");
     if (fetched && !sink.synced())
@@ -223,10 +255,10 @@ Still compared(const Print& now, const Print& before) {
 
 }  // namespace
 
-Fetch fetcher(const ServeSettings& settings, limits::Space& space) {
-  const auto into = [settings, &space](Wanted wanted) -> Fetch::Into {
-    return [settings, &space, wanted](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) {
-      return fetch_into(settings, space, {address, file, wanted}, stop);
+Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::milliseconds grace) {
+  const auto into = [settings, &space, grace](Wanted wanted) -> Fetch::Into {
+    return [settings, &space, grace, wanted](const std::string& address, const fs::path& file, const std::atomic<bool>& stop) {
+      return fetch_into({settings, grace}, space, {address, file, wanted}, stop);
     };
   };
   const auto rest = [settings, &space](RangedSource::Place place) {

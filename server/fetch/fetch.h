@@ -1,6 +1,7 @@
 #pragma once
 // Rasters that a request names by their address: fetched by the service, for the process that builds has no network.
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -24,7 +25,8 @@ struct Fetch {
   Into beginning;  ///< the same; of a TIFF whose host sends parts the beginning alone, with a map beside it (Print::ranged)
   std::function<proto::Result<std::unique_ptr<RangedSource>>(RangedSource::Place)> rest;  ///< of such a one, as it is asked for
 };
-Fetch fetcher(const ServeSettings& settings, limits::Space& space);
+/// grace: how long a host may be waited for before its bytes have to come as fast as a client's (min-rate).
+Fetch fetcher(const ServeSettings& settings, limits::Space& space, std::chrono::milliseconds grace = std::chrono::seconds(10));
 
 /// gone: it is not to be had any more, or the operator does not allow it any more. unknown: no answer that says so; and of s3://,
 /// which is not asked.

@@ -169,7 +169,8 @@ std::vector<OptionSpec> make_limits() {
       {"max-client-unsent", "MIB", "the same of one address", "1 to 1048576",
        apply_limit<&Limits::client_unsent_mib, 1, 1u << 20>, &Limits::client_unsent_mib, "MiB"},
       {"min-rate", "BYTES",
-       "bytes a second that a client must send or read on average, once it has kept the server waiting for 10 s",
+       "bytes a second that a client must send or read on average, once it has kept the server waiting for 10 s, and a host "
+       "that a raster is fetched from likewise",
        "1 to 1000000000", apply_limit<&Limits::min_rate, 1, 1000000000>, &Limits::min_rate, "bytes per second"},
       {"answer-timeout", "SECONDS",
        "how long a client may keep the server waiting while it reads an answer: a large one has to be read faster than min-rate",

@@ -200,6 +200,26 @@ TEST_F(Fetched, WhoCancelsDoesNotWaitForAHostThatSendsNothing) {
   }
 }
 
+/// Else it would hold the place of other builds as long as it likes.
+TEST_F(Fetched, AHostThatDripsIsLeft) {
+  RasterHost host;
+  host.drips("/dems/a.tif");
+  host.has("/dems/small.tif", "the raster");
+  ServeSettings settings;
+  settings.source_allow = {host.address() + "/dems/"};
+  settings.limits.min_rate = 1'000'000'000;  // byte by byte nobody is so fast
+  settings.limits.build_seconds = 20;        // else it would come to no end here
+  limits::Space space([] { return std::nullopt; }, 5);
+  const Fetch fetch = fetcher(settings, space, std::chrono::milliseconds(100));
+  for (const auto& into : {fetch.whole, fetch.beginning}) {
+    const auto fetched = into(host.address() + "/dems/a.tif", folder_.path() / "raster", stop_);
+    ASSERT_FALSE(fetched);
+    EXPECT_EQ(fetched.problem().type, "source-unreachable");
+    EXPECT_NE(fetched.problem().detail.find("less than 1000000000 bytes a second"), std::string::npos);
+    EXPECT_TRUE(into(host.address() + "/dems/small.tif", folder_.path() / "raster", stop_)) << "it need not wait at all";
+  }
+}
+
 TEST_F(Fetched, AnAnswerHasAnEndHoweverOftenAByteComes) {
   RasterHost host;
   host.drips("/dems/a.tif");
