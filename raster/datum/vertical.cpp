@@ -77,6 +77,16 @@ proto::Result<VerticalDatum> of_known(const KnownDatum& known, const std::string
   return VerticalDatum{known.name, from, "", std::move(*geoid)};
 }
 
+Problem unknown_datum(const std::string& name) {
+  std::string similar;
+  for (const std::string& one : similar_height_systems(name))
+    similar += (similar.empty() ? "; is it one of these: " : ", ") + one;
+  return {"geoid-not-found",
+          "vertical_datum=" + proto::shown_text(name) +
+              " is neither a height system known here nor a grid file that may be read" + similar,
+          kAcceptedDatums, "vertical_datum"};
+}
+
 proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust, const Area& area) {
   const std::string& name = asked.requested;
   if (const std::string path = grid_file(name, trust); !path.empty()) {
@@ -85,11 +95,7 @@ proto::Result<VerticalDatum> of_request(const VerticalAsked& asked, Trust trust,
     return VerticalDatum{fs::path(name).filename().string(), "request", "", std::move(*geoid)};
   }
   const auto crs = find_vertical_crs(name);
-  if (!crs)
-    return Problem{
-        "geoid-not-found",
-        "vertical_datum=" + proto::shown_text(name) + " is neither a height system known here nor a grid file that may be read",
-        kAcceptedDatums, "vertical_datum"};
+  if (!crs) return unknown_datum(name);
   if (const KnownDatum* datum = known(is_mean_sea_level(*crs) ? kDefaultDatum : crs->name))
     return of_known(*datum, "request", area, trust);
   auto way = open_vertical_crs(*crs, asked.base_wkt, area, trust);

@@ -41,8 +41,39 @@ std::optional<VerticalCrs> described(PJ_CONTEXT* context, const PJ* crs) {
   return VerticalCrs{proto::shown_text(proj_get_name(crs)), wkt};  // a raster may say what it likes
 }
 
+/// Letters and digits alone, small: "NAVD 88" and "navd88" are one name.
+std::string letters_of(const std::string& name) {
+  std::string letters;
+  for (const char c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) letters += proto::lower(c);
+  return letters;
+}
+
+struct NamedSystem {
+  std::string name, code;
+};
+
+/// EPSG's height systems that are in use.
+std::vector<NamedSystem> height_systems(PJ_CONTEXT* context) {
+  PROJ_CRS_LIST_PARAMETERS* const wanted = proj_get_crs_list_parameters_create();
+  const PJ_TYPE type = PJ_TYPE_VERTICAL_CRS;
+  wanted->types = &type;
+  wanted->typesCount = 1;
+  int count = 0;
+  PROJ_CRS_INFO** const list = proj_get_crs_info_list_from_database(context, "EPSG", wanted, &count);
+  proj_get_crs_list_parameters_destroy(wanted);
+  std::vector<NamedSystem> systems;
+  for (int k = 0; k < count; ++k) {
+    if (list[k]->deprecated == 0) systems.push_back({list[k]->name, list[k]->code});
+  }
+  proj_crs_info_list_destroy(list);
+  return systems;
+}
+
 /// EPSG:5703, or 5703 alone: authority and code.
 std::optional<std::pair<std::string, std::string>> code_of(const std::string& text) {
+  if (const std::size_t colon = text.find(':'), plus = text.find('+'); plus != std::string::npos && colon < plus)
+    return code_of(text.substr(0, colon + 1) + text.substr(plus + 1));
   const std::size_t colon = text.find(':');
   const auto all = [](std::string_view part, auto is) {
     return !part.empty() && std::all_of(part.begin(), part.end(), [&](unsigned char c) { return is(c) != 0; });
@@ -230,7 +261,32 @@ std::optional<VerticalCrs> find_vertical_crs(const std::string& text) {
       if (proto::lower(proj_get_name(crs.get())) == wanted) return described(context.get(), crs.get());
     }
   }
-  return count == 1 ? described(context.get(), Object(proj_list_get(context.get(), found.get(), 0)).get()) : std::nullopt;
+  if (count == 1) return described(context.get(), Object(proj_list_get(context.get(), found.get(), 0)).get());
+  const std::string letters = letters_of(text);
+  for (const NamedSystem& system : height_systems(context.get())) {
+    const std::string own = letters_of(system.name);
+    if (letters.empty() || (own != letters && own != letters + "height")) continue;
+    const Object crs(proj_create_from_database(context.get(), "EPSG", system.code.c_str(), PJ_CATEGORY_CRS, 0, nullptr));
+    return described(context.get(), crs.get());
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> similar_height_systems(const std::string& text) {
+  constexpr std::size_t kMost = 4, kFewestLetters = 3;
+  const std::string letters = letters_of(text);
+  if (letters.size() < kFewestLetters) return {};
+  const ProjContext context = make_proj_context();
+  std::vector<NamedSystem> similar;
+  for (NamedSystem& system : height_systems(context.get())) {
+    if (letters_of(system.name).find(letters) != std::string::npos) similar.push_back(std::move(system));
+  }
+  std::sort(similar.begin(), similar.end(), [](const NamedSystem& a, const NamedSystem& b) {
+    return std::pair(a.code.size(), a.code) > std::pair(b.code.size(), b.code);
+  });
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < std::min(similar.size(), kMost); ++k) names.push_back(similar[k].name);
+  return names;
 }
 
 std::optional<VerticalCrs> vertical_part(const std::string& compound_wkt) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "proto/result.h"
 #include "raster/datum/geoid.h"
@@ -22,8 +23,12 @@ struct VerticalCrs {
 bool is_mean_sea_level(const VerticalCrs& crs);
 
 /// The system that a text names: a code such as EPSG:5703 or 5703, or a name such as NAVD88 or "DHHN2016 height", without regard
-/// to case. Nullopt when PROJ knows none of that name, or several and none better than the others. Never a file.
+/// to case, blanks and signs. Of a compound code, such as EPSG:25832+7837, the second. Nullopt when PROJ knows none of that name,
+/// or several and none better than the others. Never a file.
 std::optional<VerticalCrs> find_vertical_crs(const std::string& text);
+
+/// Of EPSG's height systems at most four whose names hold the letters of a text, the newest code first: what it may mean.
+std::vector<std::string> similar_height_systems(const std::string& text);
 
 /// The vertical part of a compound CRS, given as WKT. Nullopt when it has none.
 std::optional<VerticalCrs> vertical_part(const std::string& compound_wkt);

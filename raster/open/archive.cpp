@@ -60,8 +60,9 @@ class Bound {
 };
 
 Problem damaged(const std::string& name, const std::string& why) {
-  return {"archive-unreadable", name + " cannot be unpacked" + (why.empty() ? "" : ": " + why),
-          "a complete, undamaged archive without a password", ""};
+  const bool about_sources = why.find("cpl_") != why.npos;  // of GDAL's sources, and what it calls in them
+  return {"archive-unreadable", name + " cannot be unpacked" + (why.empty() || about_sources ? "" : ": " + why),
+          "a complete, undamaged archive without a password, deflated as usual", ""};
 }
 
 /// A piece, or a file of a zip, beside this path.

@@ -84,11 +84,58 @@ Problem no_room(const std::string& name) {
 
 std::string key_of(const std::string& path, const std::string& name) { return path + "\n" + name + "\n" + state_of(path); }
 
+/// Editors and spreadsheets write it before a text; drivers take it for a part of the first word.
+constexpr std::string_view kMark = "\xef\xbb\xbf";
+
+bool begins_with_mark(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string head(kMark.size(), '\0');
+  return file.read(head.data(), static_cast<std::streamsize>(head.size())) && head == kMark;
+}
+
+std::optional<Problem> copy_without_mark(const std::string& path, const std::string& to, const std::string& name) {
+  std::error_code error;
+  if (auto full = raster::no_room(to, fs::file_size(path, error), "a copy of " + name)) return full;
+  std::ifstream from(path, std::ios::binary);
+  from.seekg(static_cast<std::streamoff>(kMark.size()));
+  std::ofstream copy(to, std::ios::binary);
+  copy << from.rdbuf();
+  return copy.flush() ? std::nullopt : std::optional(no_room(name));
+}
+
+/// Text names no CRS; Esri's programs write it beside it. Beside a posted file that came alone lies somebody else's.
+void copy_crs_beside(const AtHand& text, const std::string& to, Trust trust) {
+  for (const char* extension : {".prj", ".PRJ"}) {
+    if (trust == Trust::posted_file && !text.folder) break;
+    if (std::ifstream prj(fs::path(text.path).replace_extension(extension)); prj)
+      std::ofstream(fs::path(to).replace_extension(".prj")) << prj.rdbuf();
+  }
+}
+
+proto::Result<AtHand> make_unmarked(const std::string& path, const std::string& name, Trust trust) {
+  const auto folder = std::make_shared<const PrivateFolder>();
+  if (!folder->made()) return no_room(name);
+  AtHand unmarked{folder->place(name), name, name, folder};
+  if (auto full = copy_without_mark(path, unmarked.path, name)) return *full;
+  copy_crs_beside({path, name, name, nullptr}, unmarked.path, trust);
+  return unmarked;
+}
+
 proto::Result<AtHand> make_unpacked(const std::string& path, const std::string& name) {
   const auto folder = std::make_shared<const PrivateFolder>();
   if (!folder->made()) return no_room(name);
   const auto member = unpack(path, name, *folder);
   if (!member) return member.problem();
+  if (is_archive(member->path))
+    return Problem{"raster-format-unsupported", name + " holds an archive, " + proto::shown_text(member->name),
+                   "a .zip or .gz with one raster in it", ""};
+  if (begins_with_mark(member->path)) {
+    const std::string marked = member->path + ".marked";
+    std::error_code error;
+    fs::rename(member->path, marked, error);
+    if (auto full = copy_without_mark(marked, member->path, name)) return *full;
+    fs::remove(marked, error);
+  }
   return AtHand{member->path, name == member->name ? name : name + "/" + proto::shown_text(member->name), member->name, folder};
 }
 
@@ -107,12 +154,7 @@ proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {
                           : 0;
   if (auto full = raster::no_room(grid.path, bytes, "a grid of the points of " + points.name)) return *full;
   GDALDriver* const tiff = GetGDALDriverManager()->GetDriverByName("GTiff");
-  // Points name no CRS; Esri's programs write it beside them. Beside a posted file lies somebody else's.
-  for (const char* extension : {".prj", ".PRJ"}) {
-    if (trust == Trust::posted_file && !points.folder) break;
-    if (std::ifstream prj(fs::path(points.path).replace_extension(extension)); prj)
-      std::ofstream(fs::path(grid.path).replace_extension(".prj")) << prj.rdbuf();
-  }
+  copy_crs_beside(points, grid.path, trust);
   const bool copied = from && tiff != nullptr &&
                       GDALDatasetUniquePtr(tiff->CreateCopy(grid.path.c_str(), from.get(), FALSE, const_cast<char**>(create),
                                                             nullptr, nullptr)) != nullptr;
@@ -124,9 +166,13 @@ proto::Result<AtHand> make_grid(const AtHand& points, Trust trust) {
 
 }  // namespace
 
-proto::Result<AtHand> at_hand(const std::string& path, const std::string& name) {
+proto::Result<AtHand> at_hand(const std::string& path, const std::string& name, Trust trust) {
   const std::string file = fs::path(name.empty() ? path : name).filename().string();
-  if (is_remote(path) || !is_archive(path)) return AtHand{path, file, file, nullptr};
+  const bool packed = !is_remote(path) && is_archive(path);
+  if (!packed && !is_remote(path) && begins_with_mark(path))
+    return unpacked_copies().get(key_of(path, file) + (trust == Trust::posted_file ? "\nalone" : ""),
+                                 [&] { return make_unmarked(path, file, trust); });
+  if (!packed) return AtHand{path, file, file, nullptr};
   return unpacked_copies().get(key_of(path, file), [&] { return make_unpacked(path, file); });
 }
 

@@ -17,9 +17,10 @@ struct AtHand {
   std::shared_ptr<const PrivateFolder> folder;  ///< that path lies in, with its side files; null: the file is where it was
 };
 
-/// Unpacked where it is an archive. Of a file that has not changed the same copy for all that ask, kept as long as one of them
-/// has it and a little longer: a build opens its raster several times. Thread-safe.
-proto::Result<AtHand> at_hand(const std::string& path, const std::string& name);
+/// Unpacked where it is an archive, and without the byte order mark that a text begins with. Of a file that has not changed the
+/// same copy for all that ask, kept as long as one of them has it and a little longer: a build opens its raster several times.
+/// Thread-safe.
+proto::Result<AtHand> at_hand(const std::string& path, const std::string& name, Trust trust);
 
 /// The points of a text as a GeoTIFF: GDAL reads all of them whenever it opens them. Shared and kept as above. key: the user's
 /// file.

@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <functional>
 #include <optional>
 
 #include "proto/letters.h"
@@ -48,13 +49,15 @@ std::string listed(const std::vector<std::string>& names) {
 
 /// The one that was asked for, else the only one that is called as heights are.
 proto::Result<Subdataset> chosen(const std::vector<Subdataset>& parts, const std::string& name, const std::string& asked) {
-  std::vector<const Subdataset*> heights;
+  std::vector<const Subdataset*> heights, alike;
   std::vector<std::string> names;
   for (const Subdataset& part : parts) {
     if (!asked.empty() && part.name == asked) return part;
+    if (!asked.empty() && proto::same_letters(part.name, asked)) alike.push_back(&part);
     if (names_heights(part.name)) heights.push_back(&part);
     names.push_back(part.name);
   }
+  if (alike.size() == 1) return *alike.front();
   if (asked.empty() && heights.size() == 1) return *heights.front();
   const std::string holds = name + " holds " + std::to_string(parts.size()) + " rasters, " + listed(names);
   return Problem{
@@ -76,13 +79,29 @@ std::optional<int> whole_number(const std::string& text) {
   return number;
 }
 
+/// The only band whose name is as wanted; 0: there is none, or more than one.
+int only_band(GDALDataset& dataset, const std::function<bool(const std::string&)>& wanted) {
+  int found = 0;
+  for (int k = 1; k <= dataset.GetRasterCount(); ++k) {
+    if (!wanted(name_of(*dataset.GetRasterBand(k)))) continue;
+    if (found != 0) return 0;
+    found = k;
+  }
+  return found;
+}
+
 /// 0: there is no such band.
 int number_of(GDALDataset& dataset, const std::string& asked) {
   const int bands = dataset.GetRasterCount();
   if (const auto number = whole_number(asked)) return *number >= 1 && *number <= bands ? *number : 0;
   for (int k = 1; k <= bands; ++k)
     if (name_of(*dataset.GetRasterBand(k)) == asked) return k;
-  return 0;
+  return only_band(dataset, [&](const std::string& name) { return proto::same_letters(name, asked); });
+}
+
+/// The one that is called as heights are, where a file has several. "Band1" says nothing of a band.
+int named_as_heights(GDALDataset& dataset) {
+  return only_band(dataset, [](const std::string& name) { return names_heights(name) && proto::lower(name) != "band1"; });
 }
 
 Problem no_such_band(const Dataset& dataset, const std::string& asked) {
@@ -125,9 +144,10 @@ proto::Result<void> choose_band(Dataset& dataset, const std::string& asked) {
   GDALDataset& handle = *dataset.handle;
   const int bands = handle.GetRasterCount();
   const bool alpha = bands == 2 && handle.GetRasterBand(2)->GetColorInterpretation() == GCI_AlphaBand;
-  int number = bands == 1 || alpha ? 1 : 0;
-  if (!asked.empty() && asked != dataset.part) number = number_of(handle, asked);
-  if (number == 0) return no_such_band(dataset, asked == dataset.part ? "" : asked);
+  int number = bands == 1 || alpha ? 1 : named_as_heights(handle);
+  const bool part = proto::same_letters(asked, dataset.part);
+  if (!asked.empty() && !part) number = number_of(handle, asked);
+  if (number == 0) return no_such_band(dataset, part ? "" : asked);
   dataset.band = handle.GetRasterBand(number);
   const int flags = dataset.band->GetMaskFlags();
   if (alpha || (flags & (GMF_ALL_VALID | GMF_NODATA)) == 0)

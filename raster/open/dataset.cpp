@@ -9,6 +9,7 @@
 #include <optional>
 #include <sstream>
 
+#include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
 #include "raster/open/at_hand.h"
@@ -89,6 +90,32 @@ proto::Result<void> check_length(const Dataset& dataset) {
                  "a complete file", ""};
 }
 
+/// Of NetCDF GDAL takes the last dimension of a variable for columns, whatever it is: longitudes down the rows would put the
+/// raster elsewhere on the earth, and without a word.
+proto::Result<void> check_axes(const Dataset& dataset) {
+  std::error_code error;
+  if (dataset.driver != "netCDF" || !fs::is_regular_file(dataset.path, error)) return {};
+  const char* const variable = dataset.handle->GetRasterBand(1)->GetMetadataItem("NETCDF_VARNAME");
+  const char* const only[] = {"netCDF", nullptr};
+  const GDALDatasetUniquePtr whole(
+      GDALDataset::Open(dataset.path.c_str(), GDAL_OF_MULTIDIM_RASTER | GDAL_OF_READONLY, only, nullptr, nullptr));
+  const auto root = whole && variable != nullptr ? whole->GetRootGroup() : nullptr;
+  const auto array = root ? root->OpenMDArray(variable) : nullptr;
+  if (!array || array->GetDimensionCount() < 2) return {};
+  const auto& dimensions = array->GetDimensions();
+  const std::size_t last = dimensions.size() - 1;
+  if (dimensions[last]->GetType() != GDAL_DIM_TYPE_HORIZONTAL_Y || dimensions[last - 1]->GetType() != GDAL_DIM_TYPE_HORIZONTAL_X)
+    return {};
+  std::string order;
+  for (std::size_t k = 0; k < dimensions.size(); ++k)
+    order += std::to_string(k + 1 == last ? last : k == last ? last - 1 : k) + (k == last ? "" : ",");
+  return Problem{"raster-not-georeferenced",
+                 "in " + dataset.name + " the rows of " + proto::shown_text(variable) + " are meridians: it is turned",
+                 "rows of equal latitude: gdalmdimtranslate in.nc out.nc -array name=" + proto::shown_text(variable) +
+                     ",transpose=[" + order + "] turns it",
+                 ""};
+}
+
 /// Of a stranger's header: whether it names the file of its heights by itself. Then it can name any.
 proto::Result<void> check_header(const AtHand& raster, Trust trust) {
   if (trust != Trust::posted_file || extension_of(raster.file) != ".ers") return {};
@@ -108,8 +135,17 @@ bool has_size_of_hgt(const std::string& path) {
   return !error && (bytes == 2 * 1201 * 1201 || bytes == 2 * 3601 * 3601 || bytes == 2 * 1801 * 3601);
 }
 
+/// The line that sends a raster of this kind with what it needs.
+std::string form_of(const std::string& extension) {
+  const std::string other = extension == ".ers" ? "" : extension == ".sdat" ? ".sgrd" : ".hdr";
+  return "curl -F file=@dem" + extension + " -F file=@dem" + other;
+}
+
 Problem not_opened(const AtHand& raster, const std::string& message) {
   const std::string& name = raster.name;
+  if (is_side_extension(extension_of(raster.file)))
+    return {"raster-format-unsupported", name + " goes with a raster, and is none itself",
+            "the raster that it belongs to: dem.bil, .flt or .bip of a dem.hdr, dem.sdat of a dem.sgrd", ""};
   if (is_hgt(raster.file))
     return {"hgt-name",
             name +
@@ -125,7 +161,7 @@ Problem not_opened(const AtHand& raster, const std::string& message) {
     return {
         "raster-format-unsupported",
         name + " cannot be opened without its header and data (" + format->reads + ")" + (message.empty() ? "" : ": " + message),
-        "all files of the raster in one .zip, or in one form: curl -F file=@dem.bil -F file=@dem.hdr", ""};
+        "all files of the raster in one .zip, or in one form: " + form_of(extension_of(raster.file)), ""};
   if (const std::string kind = signature(raster.path); !kind.empty())
     return {
         "raster-unreadable",
@@ -160,7 +196,8 @@ proto::Result<void> open_at_hand(Dataset& dataset, const AtHand& raster, const s
     return Problem{"raster-truncated", dataset.name + " is incomplete: " + scope.message(dataset.path, dataset.name),
                    "a complete file", ""};
   if (auto whole = check_length(dataset); !whole.ok()) return whole;
-  return choose_raster(dataset, band);
+  if (auto chosen = choose_raster(dataset, band); !chosen.ok()) return chosen;
+  return check_axes(dataset);
 }
 
 void note_size(Dataset& dataset) {
@@ -213,7 +250,7 @@ proto::Result<Dataset> open_dataset(const std::string& path, const std::string& 
   dataset.trust = trust;
   const std::string called = fs::path(name.empty() ? path : name).filename().string();
   if (auto sniffed = sniff(path, called, trust); !sniffed.ok()) return sniffed.problem();
-  const auto raster = at_hand(path, called);
+  const auto raster = at_hand(path, called, trust);
   if (!raster) return raster.problem();
   if (raster->folder) {
     if (auto sniffed = sniff(raster->path, raster->name, trust); !sniffed.ok()) return sniffed.problem();

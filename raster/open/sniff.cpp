@@ -14,12 +14,28 @@ struct FileKind {
   std::string what;      ///< in a sentence; empty: it may be a raster, or an archive of one
   bool picture = false;  ///< GDAL reads it
   bool points = false;   ///< or lines: of which a raster can be made
+  bool packed = false;   ///< in a way that is not unpacked here
 };
+
+constexpr std::pair<std::string_view, const char*> kPackings[] = {{{"\xfd"
+                                                                    "7zXZ\0",
+                                                                    6},
+                                                                   "xz"},
+                                                                  {"7z\xbc\xaf\x27\x1c", "7-Zip"},
+                                                                  {"Rar!\x1a", "RAR"},
+                                                                  {"\x28\xb5\x2f\xfd", "Zstandard"}};
+constexpr std::size_t kTarMark = 257;
 
 /// What the first bytes say the file is.
 FileKind kind_of(const std::string& head) {
   if (begins(head, "version https://git-lfs"))
     return {"is the text of a Git LFS pointer, not the file it points at (run git lfs pull)"};
+  if (head.compare(0, 2, "--") == 0 && head.find("Content-Disposition: form-data") != head.npos)
+    return {"is a form, and its Content-Type did not say so (clients set it by themselves)"};
+  if (begins(head, "BZh") && head.compare(4, 6, "1AY&SY") == 0) return {.what = "is packed with bzip2", .packed = true};
+  for (const auto& [mark, way] : kPackings)
+    if (begins(head, mark)) return {.what = std::string("is packed with ") + way, .packed = true};
+  if (head.size() > kTarMark && head.compare(kTarMark, 5, "ustar") == 0) return {.what = "is a tar archive", .packed = true};
   if (begins(head, "\x89PNG")) return {"is a PNG picture", true};
   if (begins(head, "\xff\xd8\xff")) return {"is a JPEG picture", true};
   if (begins(head, "%PDF")) return {"is a PDF document"};
@@ -37,7 +53,7 @@ FileKind kind_of(const std::string& head) {
 
 std::string head_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::string head(256, '\0');
+  std::string head(512, '\0');
   file.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(file.gcount()));
   return head;
@@ -73,6 +89,9 @@ proto::Result<void> sniff(const std::string& path, const std::string& name, Trus
   if (kind.points)
     return proto::Problem{"raster-format-unsupported", name + " " + kind.what,
                           "a raster of heights, such as a GeoTIFF; gdal_grid makes one of points with heights", ""};
+  if (kind.packed)
+    return proto::Problem{"raster-format-unsupported", name + " " + kind.what,
+                          "the raster that it holds, as it is or in a .zip or .gz", ""};
   if (!kind.what.empty())
     return proto::Problem{"raster-format-unsupported", name + " " + kind.what, accepted_formats(kind.picture ? name : ""), ""};
   if (trust == Trust::posted_file && head.find("<VRTDataset") != std::string::npos)

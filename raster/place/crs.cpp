@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "proto/letters.h"
 #include "proto/utf8.h"
 #include "raster/gdal/formats.h"
 #include "raster/gdal/gdal_scope.h"
@@ -80,7 +81,8 @@ proto::Result<void> take_missing_vertical(const Dataset& dataset, const Crs& ask
 
 proto::Result<OGRSpatialReference> parse(const std::string& requested) {
   OGRSpatialReference srs;
-  if (srs.SetFromUserInput(requested.c_str(), kSealed) != OGRERR_NONE)
+  const bool code = !requested.empty() && requested.find_first_not_of("0123456789") == requested.npos;
+  if (srs.SetFromUserInput(((code ? "EPSG:" : "") + requested).c_str(), kSealed) != OGRERR_NONE)
     return Problem{"crs-unknown", "crs=" + proto::shown_text(requested) + " is no coordinate reference system that PROJ knows",
                    kAcceptedCrs, "crs"};
   return srs;
@@ -124,25 +126,42 @@ std::optional<OGRSpatialReference> crs_beside(const Dataset& dataset) {
   return std::nullopt;
 }
 
+/// Whether a NetCDF variable of coordinates is called as these are: "lon", or "x" with a long_name of "Longitude".
+bool is_called(CSLConstList metadata, const std::string& variable, const std::string& what) {
+  const char* const long_name = CSLFetchNameValue(metadata, (variable + "#long_name").c_str());
+  const std::string called = proto::lower(long_name != nullptr ? long_name : variable);
+  return called == what.substr(0, 3) || called.find(what) != called.npos;
+}
+
 /// Of a NetCDF file that names none and whose coordinates are in degrees north and east, as COARDS and CF have it: GEBCO's and
-/// GMT's grids. They do not say on which ellipsoid. Where longitudes and latitudes are arrays of their own, the raster is on
-/// another grid.
+/// GMT's grids. ETOPO1's are in "degrees", and called longitude and latitude. They do not say on which ellipsoid. Where
+/// longitudes and latitudes are arrays of their own, the raster is on another grid.
 std::optional<OGRSpatialReference> crs_of_degrees(const Dataset& dataset) {
   static constexpr std::string_view kNorth = " degrees_north degree_north degree_N degrees_N degreeN degreesN ";
   static constexpr std::string_view kEast = " degrees_east degree_east degree_E degrees_E degreeE degreesE ";
+  static constexpr std::string_view kDegrees = " degrees degree deg ";
   if (dataset.driver != "netCDF") return std::nullopt;
   if (dataset.handle->GetMetadata("GEOLOCATION") != nullptr) return std::nullopt;
   bool north = false, east = false;
-  for (CSLConstList word = dataset.handle->GetMetadata(); word != nullptr && *word != nullptr; ++word) {
+  const CSLConstList metadata = dataset.handle->GetMetadata();
+  for (CSLConstList word = metadata; word != nullptr && *word != nullptr; ++word) {
     const std::string_view entry = *word;
     const std::size_t at = entry.find("#units=");
     if (at == entry.npos) continue;
     const std::string unit = " " + std::string(entry.substr(at + std::string_view("#units=").size())) + " ";
-    north = north || kNorth.find(unit) != kNorth.npos;
-    east = east || kEast.find(unit) != kEast.npos;
+    const bool degrees = kDegrees.find(unit) != kDegrees.npos;
+    const std::string variable(entry.substr(0, at));
+    north = north || kNorth.find(unit) != kNorth.npos || (degrees && is_called(metadata, variable, "latitude"));
+    east = east || kEast.find(unit) != kEast.npos || (degrees && is_called(metadata, variable, "longitude"));
   }
   OGRSpatialReference srs;
   return north && east && srs.importFromEPSG(4326) == OGRERR_NONE ? std::optional(srs) : std::nullopt;
+}
+
+/// CF's word for a variable of depths.
+bool counts_downwards(const Dataset& dataset) {
+  const char* const positive = dataset.band->GetMetadataItem("positive");
+  return positive != nullptr && proto::same_letters(positive, "down");
 }
 
 }  // namespace
@@ -191,6 +210,7 @@ proto::Result<Crs> resolve_crs(const Dataset& dataset, const std::string& reques
           "no crs= for this raster, or a raster whose own CRS is corrected", "crs"};
     if (auto agreed = take_missing_vertical(dataset, asked, crs); !agreed.ok()) return agreed.problem();
   }
+  crs.depth = crs.depth || (crs.declared_datum.empty() && counts_downwards(dataset));
   srs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   crs.horizontal = srs;
   crs.horizontal_wkt = wkt_of(srs);

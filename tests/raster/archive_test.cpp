@@ -159,7 +159,22 @@ TEST_F(Archive, OneRasterAndNoOther) {
   EXPECT_EQ(refused(zipped({{"a\nb.tif", tiff_}, {"c\r.tif", tiff_}}), "lines.zip").detail,
             "lines.zip holds 2 rasters: a b.tif, c .tif");
   EXPECT_EQ(refused(zipped({{"a.pdf", "%PDF"}, {"b.txt", "x"}}), "none.zip").type, "archive-rasters");
-  EXPECT_EQ(refused(zipped({{"inner.zip", "PK\x03\x04nothing"}}), "nested.zip").type, "raster-format-unsupported");
+  const proto::Problem nested = refused(zipped({{"inner.zip", "PK\x03\x04nothing"}}), "nested.zip");
+  EXPECT_EQ(nested.type, "raster-format-unsupported");
+  EXPECT_EQ(nested.detail, "nested.zip holds an archive, inner.zip");
+  using namespace std::string_literals;
+  for (const auto& [bytes, kind] : {std::pair{"\xfd"
+                                              "7zXZ\0\0\4"s,
+                                              "packed with xz"s},
+                                    {"BZh91AY&SY"s, "packed with bzip2"},
+                                    {"7z\xbc\xaf\x27\x1c\0\4"s, "packed with 7-Zip"},
+                                    {"Rar!\x1a\7\1\0"s, "packed with RAR"},
+                                    {"\x28\xb5\x2f\xfd\4"s, "packed with Zstandard"},
+                                    {std::string(257, 'a') + "ustar", "a tar archive"}}) {
+    const proto::Problem packed = refused(write_text(bytes, "dem.tif"), "dem.tif");
+    EXPECT_EQ(packed.detail, "dem.tif is " + kind);
+    EXPECT_EQ(packed.accepted, "the raster that it holds, as it is or in a .zip or .gz");
+  }
   EXPECT_EQ(refused(write_text("PK\x03\x04 and no list", "cut.zip"), "cut.zip").type, "archive-unreadable");
 }
 
@@ -168,6 +183,11 @@ TEST_F(Archive, DamageIsNamed) {
   std::string bytes = bytes_of(zip);
   for (std::size_t k = 100; k < 140; ++k) bytes[k] = static_cast<char>(bytes[k] ^ 0x55);
   EXPECT_EQ(refused(write_text(bytes, "bad.zip"), "bad.zip").type, "archive-unreadable");
+  bytes = bytes_of(zip);
+  for (const std::size_t at : {std::size_t{8}, bytes.rfind("PK\1\2") + 10}) bytes[at] = 12;  // bzip2
+  const proto::Problem other = refused(write_text(bytes, "other.zip"), "other.zip");
+  EXPECT_EQ(other.detail, "other.zip cannot be unpacked") << "words of GDAL's sources";
+  EXPECT_EQ(other.accepted, "a complete, undamaged archive without a password, deflated as usual");
   const std::string gz = path("dem.tif.gz");
   gzip_file(gz, path("good.tif"));
   const auto source = must_open(gz, plain_options(), Trust::posted_file, "dem.tif.gz");

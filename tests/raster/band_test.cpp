@@ -1,6 +1,7 @@
 // Which band of a file, and which of several rasters in one, holds the heights.
 #include <gdal_priv.h>
 
+#include <cstdint>
 #include <filesystem>
 
 #include "raster/open/dataset.h"
@@ -68,6 +69,7 @@ TEST_F(Band, ByNumberOrName) {
                                     {"4", "raster-bands"},
                                     {"0", "raster-bands"},
                                     {"-1", "raster-bands"},
+                                    {"DTM", "102"},
                                     {"DTM ", "raster-bands"}})
     EXPECT_EQ(height(file, band), value) << band;
   const auto several = raster::open_dataset(file, "", Trust::posted_file, "");
@@ -77,12 +79,19 @@ TEST_F(Band, ByNumberOrName) {
   EXPECT_EQ(several.problem().parameter, "band");
 }
 
+TEST_F(Band, OfSeveralTheOnlyOneThatIsCalledAsHeightsAre) {
+  EXPECT_EQ(height(bands("GTiff", "gee.tif", {"slope", "elevation", "aspect"}), ""), "102");
+  EXPECT_EQ(height(path("gee.tif"), "slope"), "101");
+  EXPECT_EQ(height(bands("GTiff", "colours.tif", {"band1", "band2", "band3"}), ""), "raster-bands");
+}
+
 TEST_F(Band, OfNetcdfTheVariableThatIsCalledAsHeightsAre) {
   const std::string gebco = without_numbers(bands("netCDF", "gebco.nc", {"tid", "elevation"}), {"tid", "elevation"});
   EXPECT_EQ(height(gebco, ""), "102");
   EXPECT_EQ(height(gebco, "", Trust::operator_file), "102");
   EXPECT_EQ(height(gebco, "tid"), "101");
   EXPECT_EQ(height(gebco, "elevation"), "102");
+  EXPECT_EQ(height(gebco, "Elevation"), "102");
   EXPECT_EQ(height(gebco, "depth"), "raster-bands");
   const std::string two = without_numbers(bands("netCDF", "two.nc", {"z", "height"}), {"z", "height"});
   EXPECT_EQ(height(two, ""), "raster-bands");
@@ -115,6 +124,91 @@ TEST_F(Band, OfNetcdfDegreesWithoutACrsAreThoseOfWgs84) {
   EXPECT_EQ(must_open(write_text(bytes, "etrs.nc"), other)->description().crs_from(), "request");
   spoil("degrees_north");
   EXPECT_EQ(problem_type(write_text(bytes, "other.nc")), "raster-without-crs");
+}
+
+/// A NetCDF file of the old kind, of 8 x 6 pixels of 101 m and more at 10 E, 45 N.
+struct OldNetcdf {
+  bool turned = false;  ///< longitudes down the rows
+  std::string longitude_unit = "degrees_east", latitude_unit = "degrees_north", longitude_name = "", latitude_name = "",
+              positive = "";
+  std::string x = "lon", y = "lat";
+  std::string bytes() const {
+    const auto number = [](std::uint32_t value) {
+      return std::string{static_cast<char>(value >> 24), static_cast<char>(value >> 16), static_cast<char>(value >> 8),
+                         static_cast<char>(value)};
+    };
+    const auto text = [&](const std::string& word) {
+      return number(static_cast<std::uint32_t>(word.size())) + word + std::string(-word.size() % 4, '\0');
+    };
+    const auto attributes = [&](const std::vector<std::pair<std::string, std::string>>& all) {
+      std::string list;
+      std::uint32_t count = 0;
+      for (const auto& [name, value] : all)
+        if (!value.empty()) list += text(name) + number(2) + text(value), ++count;
+      return (count == 0 ? number(0) : number(12)) + number(count) + list;
+    };
+    const auto big = [](auto value) {
+      std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+      return std::string(bytes.rbegin(), bytes.rend());
+    };
+    std::string xs, ys, zs;
+    for (int c = 0; c < 8; ++c) xs += big(10.005 + 0.01 * c);
+    for (int r = 0; r < 6; ++r) ys += big(44.995 - 0.01 * r);
+    for (int k = 0; k < 48; ++k) zs += big(turned ? 101.0F + static_cast<float>(k / 6) : 101.0F + static_cast<float>(k % 8));
+    const auto head = [&](std::uint32_t at) {
+      const auto end = [&](int type, const std::string& values) {
+        at += static_cast<std::uint32_t>(values.size());
+        return number(static_cast<std::uint32_t>(type)) + number(static_cast<std::uint32_t>(values.size())) +
+               number(at - static_cast<std::uint32_t>(values.size()));
+      };
+      std::string all = "CDF\1" + number(0) + number(10) + number(2) + text(x) + number(8) + text(y) + number(6) +
+                        attributes({}) + number(11) + number(3);
+      all +=
+          text(x) + number(1) + number(0) + attributes({{"units", longitude_unit}, {"long_name", longitude_name}}) + end(6, xs);
+      all += text(y) + number(1) + number(1) + attributes({{"units", latitude_unit}, {"long_name", latitude_name}}) + end(6, ys);
+      all += text("z") + number(2) + number(turned ? 0 : 1) + number(turned ? 1 : 0) +
+             attributes({{"units", "m"}, {"positive", positive}}) + end(5, zs);
+      return all;
+    };
+    return head(static_cast<std::uint32_t>(head(0).size())) + xs + ys + zs;
+  }
+};
+
+/// ETOPO1's: x and y in "degrees", called Longitude and Latitude.
+TEST_F(Band, OfNetcdfDegreesThatAreCalledLongitudeAndLatitude) {
+  OldNetcdf etopo{
+      .longitude_unit = "degrees", .latitude_unit = "degrees", .longitude_name = "Longitude", .latitude_name = "Latitude"};
+  etopo.x = "x", etopo.y = "y";
+  const auto source = must_open(write_text(etopo.bytes(), "etopo.grd"));
+  ASSERT_TRUE(source);
+  EXPECT_EQ(source->description().crs(), "WGS 84 (EPSG:4326)");
+  EXPECT_NEAR(source->description().bbox(0), 10, 1e-6);
+  EXPECT_NEAR(source->description().bbox(3), 45, 1e-6);
+  etopo.longitude_name = "x", etopo.latitude_name = "y";
+  EXPECT_NE(problem_type(write_text(etopo.bytes(), "plain.grd")), "") << "degrees of what";
+}
+
+/// GDAL would take them for a raster at 45 E, 10 N.
+TEST_F(Band, OfNetcdfMeridiansForRowsAreRefused) {
+  ASSERT_TRUE(must_open(write_text(OldNetcdf().bytes(), "rows.nc")));
+  for (const Trust trust : {Trust::operator_file, Trust::posted_file}) {
+    const auto turned = open(write_text(OldNetcdf{.turned = true}.bytes(), "turned.nc"), plain_options(), trust, "turned.nc");
+    ASSERT_FALSE(turned.ok());
+    EXPECT_EQ(turned.problem().type, "raster-not-georeferenced");
+    EXPECT_EQ(turned.problem().detail, "in turned.nc the rows of z are meridians: it is turned");
+    EXPECT_EQ(turned.problem().accepted,
+              "rows of equal latitude: gdalmdimtranslate in.nc out.nc -array name=z,transpose=[1,0] turns it");
+  }
+}
+
+TEST_F(Band, OfNetcdfAVariableThatCountsDownwardsHoldsDepths) {
+  const proto::Lattice l = lattice(8);
+  for (const auto& [positive, height] : {std::pair{"", 104.0}, {"up", 104.0}, {"down", -104.0}, {"Down", -104.0}}) {
+    const auto source = must_open(write_text(OldNetcdf{.positive = positive}.bytes(), std::string("sea") + positive + ".nc"));
+    ASSERT_TRUE(source);
+    const auto w = source->window(l);
+    EXPECT_NEAR(height_m(*source, l, (w.west + w.east) / 2, (w.south + w.north) / 2), height, 4) << positive;
+  }
 }
 
 TEST_F(Band, AsAnOption) {

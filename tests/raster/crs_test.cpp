@@ -259,7 +259,9 @@ TEST_F(Crs, RequestsAndRefusals) {
   const auto source = must_open(file, options);
   ASSERT_TRUE(source);
   EXPECT_EQ(source->description().crs_from(), "request");
-  for (const char* unknown : {"EPSG:999999", "nonsense", "/etc/passwd", "https://example.com/a.prj"}) {
+  options.set_crs("4326");
+  EXPECT_EQ(must_open(file, options)->description().crs(), source->description().crs());
+  for (const char* unknown : {"EPSG:999999", "999999", "nonsense", "/etc/passwd", "https://example.com/a.prj"}) {
     options.set_crs(unknown);
     auto refused = open(file, options);
     ASSERT_FALSE(refused.ok());

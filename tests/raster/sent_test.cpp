@@ -2,6 +2,8 @@
 // line.
 #include <filesystem>
 
+#include <gmock/gmock.h>
+
 #include "sent.h"
 
 namespace cordillera::raster_test {
@@ -58,8 +60,37 @@ TEST_F(Sent, WhatNeedsItsSideFilesSaysSo) {
     const auto posted = open(file, plain_options(), Trust::posted_file, row.file);
     ASSERT_FALSE(posted.ok());
     EXPECT_EQ(posted.problem().type, "raster-format-unsupported");
-    EXPECT_EQ(posted.problem().accepted,
-              "all files of the raster in one .zip, or in one form: curl -F file=@dem.bil -F file=@dem.hdr");
+    EXPECT_EQ(posted.problem().accepted, std::string("all files of the raster in one .zip, or in one form: curl -F file=@") +
+                                             row.file + " -F file=@" + row.beside.front());
+  }
+  for (const char* side : {"dem.hdr", "DEM.SGRD"})
+    EXPECT_THAT(open(write_text("ncols 3", side)).problem().line(),
+                ::testing::HasSubstr("goes with a raster, and is none itself"));
+}
+
+/// As editors and spreadsheets write text: with a byte order mark, alone and in a zip, and the CRS beside it.
+TEST_F(Sent, AByteOrderMarkIsNoPartOfATextsFirstWord) {
+  const auto tiff = must_open(write(hills(), "good.tif"));
+  ASSERT_TRUE(tiff);
+  for (const SentRow& row : sent_rows()) {
+    const bool points = std::string(row.driver) == "XYZ";
+    if (!points && std::string(row.driver) != "AAIGrid") continue;
+    SCOPED_TRACE(row.name);
+    auto files = made(row);
+    const std::string name = "marked" + std::filesystem::path(row.file).extension().string();
+    files.front() = {name, write_text("\xef\xbb\xbf" + bytes_of(files.front().second), name)};
+    if (!points) files.back() = {"marked.prj", write_text(bytes_of(files.back().second), "marked.prj")};
+    proto::BuildOptions options = plain_options();
+    if (points) options.set_crs("EPSG:4326"), options.set_nodata("-9999");
+    const auto here = must_open(files.front().second, options);
+    ASSERT_TRUE(here);
+    expect_same_heights(*tiff, *here);
+    zip_files(path("marked.zip"), files);
+    const auto unpacked = must_open(path("marked.zip"), options, Trust::posted_file, "marked.zip");
+    ASSERT_TRUE(unpacked);
+    expect_same_heights(*tiff, *unpacked);
+    std::filesystem::remove(path("marked.zip"));
+    if (!points) { EXPECT_EQ(problem_type(files.front().second, options, Trust::posted_file, name), "raster-without-crs"); }
   }
 }
 

@@ -208,8 +208,8 @@ TEST_F(HeightSystem, InFeetIsTakenToMetresOnce) {
 TEST_F(HeightSystem, IsNamedByTheRequestInManyWays) {
   install_grid();
   const std::string dem = write(colorado("EPSG:6318"));
-  for (const char* name :
-       {"NAVD88", "navd88 height", "EPSG:5703", "epsg:5703", "5703", "EPSG:6349"}) {  // the last is a compound CRS
+  for (const char* name : {"NAVD88", "navd88 height", "NAVD 88", "navd_88", "EPSG:5703", "epsg:5703", "5703", "EPSG:6349",
+                           "EPSG:6318+5703"}) {  // the last two are compound
     SCOPED_TRACE(name);
     proto::BuildOptions options;
     options.set_vertical_datum(name);
@@ -341,6 +341,18 @@ TEST_F(Vertical, PostedFilesNameOnlyGridsOfTheOperator) {
   setenv("CORDILLERA_GEOIDS", fs::path(grid).parent_path().c_str(), 1);
   EXPECT_EQ(problem_type(dem, options, raster::Trust::posted_file), "");
   unsetenv("CORDILLERA_GEOIDS");
+}
+
+TEST_F(Vertical, ANameThatIsKnownInPartIsAnsweredWithWhatItMayMean) {
+  const auto said = [&](const char* name) {
+    proto::BuildOptions options;
+    options.set_vertical_datum(name);
+    return open(write({}), options, raster::Trust::posted_file, "dem.tif").problem().detail;
+  };
+  EXPECT_THAT(said("IGN69"), ::testing::EndsWith("; is it one of these: NGF-IGN69 height"));
+  EXPECT_THAT(said("CGVD2013"), ::testing::HasSubstr("CGVD2013(CGG2013) height"));
+  EXPECT_THAT(said("nonsense"), ::testing::EndsWith("a grid file that may be read"));
+  EXPECT_THAT(said("m"), ::testing::EndsWith("a grid file that may be read")) << "too little to go by";
 }
 
 TEST_F(Vertical, MissingAndWrongGrids) {
