@@ -58,8 +58,11 @@ Response preflight(Resource resource, Foreign pages) {
 }
 
 Response method_not_allowed(const Request& request, Resource resource) {
-  auto response = problem_response(
-      {"method-not-allowed", request.method.substr(0, 20) + " is not possible here", allowed_methods(resource), ""});
+  // A raster sent to where nothing takes one: who does not know the address is told it.
+  const bool sent =
+      (request.method == "POST" || request.method == "PUT") && (resource == Resource::page || resource == Resource::index);
+  auto response = problem_response({"method-not-allowed", request.method.substr(0, 20) + " is not possible here",
+                                    allowed_methods(resource) + (sent ? "; rasters go to POST /v1/datasets" : ""), ""});
   response.set("Allow", allowed_methods(resource));
   return response;
 }
@@ -295,7 +298,8 @@ Response Api::dispatch(const Request& request, const Route& route) {
   }
   if (route.resource == Resource::none) {
     return problem_response({"not-found", "there is nothing at " + request.path.substr(0, 200),
-                             "/v1/live, /v1/datasets, /v1/datasets/{id} and, below it, events, sources, versions, manifest.json, "
+                             "/v1/live, /v1/datasets, /v1/datasets/{id}, /v1/datasets/{id}.pmtiles and, below the dataset, "
+                             "events, sources, versions, manifest.json, "
                              "elevation, demo/{client}.html, mesh.glb (.ply, .obj, .stl)" +
                                  face_paths(),
                              ""});

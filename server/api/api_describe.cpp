@@ -68,8 +68,10 @@ Response describe_dataset(Service& service, const Request& request, const Datase
   }
   if (auto refused = updates::refuse(request, dataset)) return problem_response(*refused);
   const bool bodiless = !request.header("transfer-encoding") && request.header("content-length").value_or("0") == "0";
-  const bool fields =
-      request.header("content-type").value_or("").starts_with("application/x-www-form-urlencoded");  // curl -d title=Hills
+  const std::string type = request.header("content-type").value_or("");
+  if (!bodiless && type.starts_with("multipart/"))
+    return problem_response({"body-form", "the body is a form of several parts", kDescribable, ""});
+  const bool fields = type.starts_with("application/x-www-form-urlencoded");  // curl -d title=Hills
   auto plain = bodiless ? proto::Result<Request>(request)
                : fields ? with_typed_body_as_query(request)
                         : with_json_as_query(request);

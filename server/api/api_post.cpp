@@ -343,7 +343,11 @@ Response post_form(Service& service, const Request& request, FormReader form) {
   if (!place) return problem_response(place.problem());
   Upload upload(service.layout(), "");
   FormFiles files{upload, MoreRasters(upload.folder())};
-  if (const auto received = receive_files(service, request, form, files); !received) return problem_response(received.problem());
+  if (const auto received = receive_files(service, request, form, files); !received) {
+    const bool empty = received.problem().type == "body-empty" && !form.file_names().empty();
+    return problem_response(empty ? proto::Problem{"body-empty", "the file of the form is empty", "curl -F file=@dem.tif", "file"}
+                                  : received.problem());
+  }
   auto behind = files.more.finish();
   if (!behind) return problem_response(behind.problem());
   if (auto unknown = unknown_in_body(form.fields(), "field")) return problem_response(*unknown);

@@ -57,8 +57,18 @@ std::string disposition(const std::string& head) {
 std::optional<FormReader> FormReader::of(const std::string& content_type) {
   if (!proto::lower(content_type).starts_with("multipart/form-data")) return std::nullopt;
   const auto boundary = parameter(content_type, "boundary");
-  if (!boundary || boundary->empty() || boundary->size() > kLongestBoundary) return std::nullopt;
-  return FormReader(*boundary);
+  if (boundary && boundary->size() > kLongestBoundary) return std::nullopt;
+  return FormReader(boundary.value_or(""));
+}
+
+bool FormReader::take_delimiter() {
+  const std::size_t end = rest_.find("\r\n", 2);
+  const bool can_be = rest_.size() < 4 || rest_.compare(2, 2, "--") == 0;
+  if (!can_be || (end == rest_.npos ? rest_.size() : end) > 4 + kLongestBoundary || end == 4)
+    return fail("its Content-Type has no boundary, and it does not begin with one; clients set that header by themselves");
+  if (end == rest_.npos) return false;
+  delimiter_ = rest_.substr(0, end);
+  return true;
 }
 
 bool FormReader::fail(const std::string& why) {
@@ -70,6 +80,7 @@ bool FormReader::fail(const std::string& why) {
 bool FormReader::feed(std::string_view piece, const Sink& file) {
   if (state_ == State::epilogue) return true;
   rest_ += piece;
+  if (delimiter_.empty() && !take_delimiter()) return !problem_;
   while (going_ && !problem_ && step(file)) {}
   return going_ && !problem_;
 }

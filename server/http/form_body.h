@@ -13,7 +13,8 @@ namespace cordillera::server {
 
 class FormReader {
  public:
-  /// Of the Content-Type of a request; none: another type, or one without a boundary.
+  /// Of the Content-Type of a request; none: another type, or a boundary longer than one may be. A type without a boundary, as
+  /// scripts set it by hand, leaves it to the first line of the body.
   static std::optional<FormReader> of(const std::string& content_type);
 
   static constexpr std::size_t kMostFiles = 256;
@@ -32,7 +33,10 @@ class FormReader {
 
  private:
   enum class State { preamble, boundary, head, field, file, epilogue };
-  explicit FormReader(const std::string& boundary) : delimiter_("\r\n--" + boundary), rest_("\r\n") {}
+  /// boundary: empty where the body is to say it.
+  explicit FormReader(const std::string& boundary) : delimiter_(boundary.empty() ? "" : "\r\n--" + boundary), rest_("\r\n") {}
+  /// The delimiter from the first line; false: it has not come, or is none.
+  bool take_delimiter();
   /// One step over what has come; false: more is needed, or it is over.
   bool step(const Sink& file);
   bool content(const Sink& file);

@@ -58,8 +58,8 @@ Complaint apply_voids(std::string_view text, Settings& settings) {
     return std::nullopt;
   }
   double height_m = 0;
-  if (auto complaint = read_number(text, {-kGreatest, proto::kMaxHeight_m}, &height_m))
-    return *complaint + ", and neither fill nor hole";
+  if (read_number(text, {-kGreatest, kGreatest}, &height_m)) return "not a number, and neither fill nor hole";
+  if (height_m > proto::kMaxHeight_m) return "higher than any height may be";
   if (height_m < raster::kLeastVoidHeight_m) {
     return "pits deeper than any land; nodata=" + std::string(text) + " says that this value means no data";
   }

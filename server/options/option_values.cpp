@@ -34,6 +34,16 @@ std::size_t edits_between(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+/// A list as other programs write it: "7 46 8 47" and "[7, 46, 8, 47]" are 7,46,8,47.
+std::string with_commas(std::string_view text) {
+  if (text.size() > 2 && text.front() == '[' && text.back() == ']') text = proto::trimmed(text.substr(1, text.size() - 2));
+  std::string list(text);
+  if (list.find(',') == list.npos)
+    for (std::size_t at = 0; (at = list.find_first_of(" \t", at)) != list.npos;)
+      list.replace(at, std::min(list.find_first_not_of(" \t", at), list.size()) - at, ",");
+  return list;
+}
+
 }  // namespace
 
 std::string shown(double value) {
@@ -79,7 +89,7 @@ Complaint read_numbers(std::string_view text, NumberRange range, std::vector<dou
 
 Complaint read_box(std::string_view text, std::array<double, 4>* out) {
   std::vector<double> box;
-  if (auto complaint = read_numbers(text, {-360, 360}, &box)) return complaint;
+  if (auto complaint = read_numbers(with_commas(proto::trimmed(text)), {-360, 360}, &box)) return complaint;
   if (box.size() != 4) return std::to_string(box.size()) + " numbers instead of 4";
   // What other programs take, named in the order that is wanted here: latitude first, or gdal_translate's upper left corner
   // first.

@@ -60,18 +60,24 @@ std::optional<std::string> meant_by_habit(std::string word) {
     std::string_view option, words;  ///< between blanks
   };
   static constexpr Habit kHabits[] = {
-      {"crs", " epsg srs srid proj projection a-srs s-srs t-srs "},
+      {"crs", " epsg srs srid proj projection a-srs s-srs t-srs source-srs input-srs "},
       {"z-scale", " unit units z-factor zfactor exaggeration vertical-exaggeration "},
-      {"max-level", " zoom maxzoom max-zoom maxlevel resolution tr "},
-      {"min-level", " minzoom min-zoom minlevel "},
+      {"max-level", " zoom maxzoom max-zoom maxlevel max resolution tr tile-depth tiledepth start-zoom zoom-level "},
+      {"min-level", " minzoom min-zoom minlevel min end-zoom "},
       {"error", " tolerance max-error maxerror accuracy geometric-error "},
       {"keep", " ratio reduce decimate "},
-      {"bbox", " bounds extent te projwin clip aoi "},
-      {"nodata", " nodata-value no-data srcnodata src-nodata dstnodata a-nodata "},
+      {"bbox", " bounds extent te projwin clip aoi region box window "},
+      {"nodata", " nodata-value no-data nodatavalue srcnodata src-nodata dstnodata a-nodata "},
       {"voids", " fill fill-voids fill-nodata fillnodata holes "},
-      {"vertical-datum", " datum vdatum geoid vertical-crs "},
+      {"vertical-datum", " datum vdatum geoid vertical-crs vertical height-datum vertical-srs "},
       {"attribution", " copyright credit license "},
-      {"threads", " cores cpus processes workers "},
+      {"threads", " cores cpus processes workers jobs "},
+      {"listen", " bind address addr "},
+      {"data", " data-dir datadir data-folder root store "},
+      {"log-level", " verbose verbosity loglevel "},
+      {"output", " out output-dir dest destination outdir "},
+      {"formats", " output-format "},
+      {"normals", " vertex-normals calculatenormals normal "},
   };
   word.erase(0, word.find_first_not_of('-'));
   word = proto::lower(word);

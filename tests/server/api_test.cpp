@@ -264,7 +264,8 @@ TEST(Api, BadRequestsLeaveNothing) {
   EXPECT_EQ(slug_of(test.post("")), "body-empty");
   EXPECT_EQ(slug_of(test.post("GOOD", {{"eror", "1"}})), "option-unknown");
   EXPECT_EQ(body_of(test.post("GOOD", {{"error", "x"}}))["parameter"], "error");
-  EXPECT_EQ(test.post("GOOD", {}, {{"content-type", "multipart/form-data"}}).status, 415) << "without a boundary";
+  EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-type", "multipart/form-data"}})), "form-invalid") << "without a boundary";
+  EXPECT_EQ(test.post("GOOD", {}, {{"content-type", "multipart/mixed; boundary=x"}}).status, 415);
   EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-type", "multipart/form-data; boundary=x"}})), "body-incomplete");
   EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-length", "9"}})), "body-incomplete");
   EXPECT_EQ(slug_of(test.post("GOOD", {}, {{"content-length", "-9"}})), "request-invalid");

@@ -194,6 +194,8 @@ TEST(Options, AHeightThatIsNoLandIsNoHeightForVoids) {
   EXPECT_THAT(refused.problem().detail, HasSubstr("pits deeper than any land"));
   EXPECT_THAT(refused.problem().detail, HasSubstr("nodata=-9999"));
   EXPECT_TRUE(query({{"voids", "-500"}}));
+  EXPECT_EQ(query({{"voids", "20000"}}).problem().detail, "voids='20000': higher than any height may be");
+  EXPECT_EQ(query({{"voids", "keep"}}).problem().detail, "voids='keep': not a number, and neither fill nor hole");
 }
 
 TEST(Options, OneRasterOfSeveralHasAHeightForItsVoidsAndNoOtherSay) {

@@ -211,9 +211,9 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
             "https://a/{z}/{y}/{x}.jpg?k=1");
   EXPECT_NE(body_of(done)["version"], version);
   EXPECT_EQ(ask("GET", path + "/versions/" + version + "/manifest.json").status, 404) << "what a version names never changes";
-  const auto sent = [&](const std::string& body) {
+  const auto sent = [&](const std::string& body, const char* type = "application/x-www-form-urlencoded") {
     Headers headers = of(alice());
-    headers["content-type"] = "application/x-www-form-urlencoded";
+    headers["content-type"] = type;
     headers["content-length"] = std::to_string(body.size());
     Request request;
     request.method = "PATCH";
@@ -225,6 +225,9 @@ TEST_F(Owners, DescribeTheirDatasetsAnewWithoutABuild) {
   EXPECT_EQ(body_of(sent("title=White+Hills&attribution=A%26B"))["manifest"]["title"], "White Hills");
   EXPECT_EQ(body_of(sent("{\"title\": \"Hills\"}"))["manifest"]["title"], "Hills");
   EXPECT_EQ(slug_of(sent("Hills")), "json-invalid");
+  const Response form = sent("--b\r\n", "multipart/form-data; boundary=b");
+  EXPECT_EQ(slug_of(form), "body-form");
+  EXPECT_THAT(std::string(body_of(form)["accepted"]), HasSubstr("as curl -d sends them"));
   EXPECT_EQ(patch(of(admin()), {{"private", "1"}}).status, 200);
   EXPECT_EQ(ask("GET", path).status, 404);
   EXPECT_EQ(ask("GET", path, of(bob())).status, 200);

@@ -45,11 +45,13 @@ TEST(SpokenWords, OptionsInMessagesAreSpeltAsTyped) {
 TEST(SpokenWords, OptionsOfOtherProgramsAreKnown) {
   for (const char* word : {"epsg", "--t_srs", "-a_srs", "SRS"}) EXPECT_EQ(meant_by_habit(word), "crs") << word;
   EXPECT_EQ(meant_by_habit("--units"), "z-scale");
+  EXPECT_EQ(meant_by_habit("--bind"), "listen");
+  EXPECT_EQ(meant_by_habit("--output-dir"), "output");
   EXPECT_EQ(meant_by_habit("min_zoom"), "min-level");
   for (const char* word : {"", "--", "eror", "z", "crs"}) EXPECT_EQ(meant_by_habit(word), std::nullopt) << word;
   const auto names = build_options();
   for (const char* word : {"epsg", "units", "zoom", "min-zoom", "tolerance", "ratio", "extent", "srcnodata", "fill", "geoid",
-                           "copyright", "cores"}) {
+                           "copyright", "cores", "nodataValue", "tileDepth", "max", "min"}) {
     EXPECT_TRUE(std::any_of(names.begin(), names.end(), [&](const OptionSpec& option) {
       return option.name == meant_by_habit(word);
     })) << word;
@@ -76,7 +78,10 @@ TEST(SpokenWords, ABoxInAnotherOrderIsToldTheRightOne) {
   EXPECT_THAT(said("179,-16,-179,-18"), HasSubstr("may be 179,-18,-179,-16")) << "over the antimeridian";
   EXPECT_THAT(said("44,-120,45,-119"), HasSubstr("may be -120,44,-119,45"));
   EXPECT_THAT(said("100,100,110,110"), testing::Not(HasSubstr("may be")));
-  EXPECT_EQ(said("10,46,11,47"), "");
+  for (const char* box : {"10,46,11,47", "10 46 11 47", " 10\t46  11 47 ", "[10, 46, 11, 47]", "10, 46, 11, 47"})
+    EXPECT_EQ(said(box), "") << box;
+  EXPECT_THAT(said("10 46 11"), HasSubstr("3 numbers instead of 4"));
+  EXPECT_THAT(said("[]"), HasSubstr("not a number"));
 }
 
 TEST_F(Program, WhatPeopleTypeFromHabitIsUnderstood) {

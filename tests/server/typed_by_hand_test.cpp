@@ -29,8 +29,8 @@ struct Read {
   std::vector<std::pair<std::string, std::string>> fields;
   std::string name;
 };
-Read read(const std::string& form, std::size_t size) {
-  auto reader = FormReader::of(kForm);
+Read read(const std::string& form, std::size_t size, const std::string& type = kForm) {
+  auto reader = FormReader::of(type);
   Read read;
   bool going = true;
   for (std::size_t at = 0; at < form.size() && going; at += size) {
@@ -83,9 +83,28 @@ TEST(Form, ThatCannotBeReadIsToldWhy) {
   EXPECT_THAT(read(part("name=a", std::string(70000, 'x')), 999).problem, HasSubstr("64 KiB"));
   EXPECT_THAT(read("--b o\r\nA: " + std::string(9000, 'x'), 999).problem, HasSubstr("8 KiB"));
   EXPECT_FALSE(read(file("a"), 9).whole) << "the last boundary is missing";
-  EXPECT_FALSE(FormReader::of("multipart/form-data"));
   EXPECT_FALSE(FormReader::of("multipart/mixed; boundary=a"));
   EXPECT_FALSE(FormReader::of("multipart/form-data; boundary=" + std::string(71, 'x')));
+}
+
+/// requests.post(…, files=…, headers={"Content-Type": "multipart/form-data"}): the header that the library would have set.
+TEST(Form, WithoutABoundaryInItsTypeSaysItInItsFirstLine) {
+  const std::string form = part("name=error", "5") + file("GOOD") + kEnd;
+  for (const char* type : {"multipart/form-data", "multipart/form-data; charset=utf-8", "multipart/form-data; boundary="}) {
+    for (std::size_t size = 1; size <= form.size(); ++size) {
+      const Read got = read(form, size, type);
+      ASSERT_TRUE(got.whole) << size << got.problem;
+      ASSERT_EQ(got.file, "GOOD") << size;
+      ASSERT_THAT(got.fields, ElementsAre(Pair("error", "5"))) << size;
+    }
+  }
+  const std::string longest = "--" + std::string(71, 'x');
+  for (const std::string& none :
+       {std::string("GOOD"), std::string("--"), std::string("--\r\n"), longest, longest + "\r\n", "\r\n" + form}) {
+    const Read got = read(none + std::string(100, 'y'), 3, "multipart/form-data");
+    EXPECT_FALSE(got.whole);
+    EXPECT_THAT(got.problem, HasSubstr("clients set that header by themselves")) << none;
+  }
 }
 
 TEST(TypedByHand, AFormBecomesADataset) {
@@ -193,6 +212,7 @@ TEST(TypedByHand, ABadFormLeavesNothing) {
   EXPECT_EQ(slug(file("GOOD") + file("GOOD")), "body-incomplete");
   EXPECT_EQ(slug(file("GOOD")), "body-incomplete");
   EXPECT_EQ(slug(file("") + kEnd), "body-empty");
+  EXPECT_EQ(body_of(test.post(file("") + kEnd, {}, {{"content-type", kForm}}))["detail"], "the file of the form is empty");
   EXPECT_EQ(slug(file("GOOD") + part("name=eror", "5") + kEnd), "option-unknown");
   EXPECT_EQ(slug(part("name=error", "5") + part("name=error", "6") + file("GOOD") + kEnd), "option-repeated");
   EXPECT_EQ(slug(file("GOOD") + part("name=upload", "abc") + kEnd), "options-conflict");
@@ -221,6 +241,11 @@ TEST(TypedByHand, APutOnTheCollectionIsAPost) {
   EXPECT_EQ(put(test, "/v1/datasets/" + std::string(body_of(plain)["id"]), "GOOD").status, 405) << "a dataset is not replaced";
   EXPECT_EQ(put(test, "/v1/datasets/a/b.tif", "GOOD").status, 404);
   EXPECT_EQ(put(test, "/v1/datasetsx.tif", "GOOD").status, 404);
+  for (const char* path : {"/", "/v1", "/upload", "/datasets"}) {
+    const Response told = put(test, path, "GOOD");
+    EXPECT_EQ(told.status, 405) << path;
+    EXPECT_THAT(std::string(body_of(told)["accepted"]), testing::EndsWith("; rasters go to POST /v1/datasets")) << path;
+  }
 }
 
 TEST(TypedByHand, ASlashTooManyIsNoMistake) {
