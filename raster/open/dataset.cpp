@@ -111,8 +111,8 @@ proto::Result<void> check_axes(const Dataset& dataset) {
     order += std::to_string(k + 1 == last ? last : k == last ? last - 1 : k) + (k == last ? "" : ",");
   return Problem{"raster-not-georeferenced",
                  "in " + dataset.name + " the rows of " + proto::shown_text(variable) + " are meridians: it is turned",
-                 "rows of equal latitude: gdalmdimtranslate in.nc out.nc -array name=" + proto::shown_text(variable) +
-                     ",transpose=[" + order + "] turns it",
+                 "rows of equal latitude: `gdalmdimtranslate in.nc out.nc -array name=" + proto::shown_text(variable) +
+                     ",transpose=[" + order + "]` turns it",
                  ""};
 }
 

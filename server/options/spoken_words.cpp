@@ -101,8 +101,10 @@ std::string as_typed(const std::string& sentence) {
   constexpr std::string_view kBefore =
       " (\"'";  // what a word begins behind: not an address, a path or an option that is spelt as typed already
   std::string out;
+  bool quoted = false;  // between `: a line of another program
   for (std::size_t at = 0; at < sentence.size();) {
-    const bool begins = at == 0 || kBefore.find(sentence[at - 1]) != kBefore.npos;
+    if (sentence[at] == '`') quoted = !quoted;
+    const bool begins = !quoted && (at == 0 || kBefore.find(sentence[at - 1]) != kBefore.npos);
     const std::size_t end = begins ? std::min(sentence.find_first_not_of(kLetters, at), sentence.size()) : at;
     const std::string word = sentence.substr(at, end - at);
     const bool set = end < sentence.size() && sentence[end] == '=';

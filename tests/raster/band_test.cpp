@@ -197,7 +197,7 @@ TEST_F(Band, OfNetcdfMeridiansForRowsAreRefused) {
     EXPECT_EQ(turned.problem().type, "raster-not-georeferenced");
     EXPECT_EQ(turned.problem().detail, "in turned.nc the rows of z are meridians: it is turned");
     EXPECT_EQ(turned.problem().accepted,
-              "rows of equal latitude: gdalmdimtranslate in.nc out.nc -array name=z,transpose=[1,0] turns it");
+              "rows of equal latitude: `gdalmdimtranslate in.nc out.nc -array name=z,transpose=[1,0]` turns it");
   }
 }
 
