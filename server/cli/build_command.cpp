@@ -11,6 +11,7 @@
 #include "pipeline/estimate/estimate.h"
 #include "pipeline/exports/export.h"
 #include "pipeline/faces/tiles_3d/photo_texture.h"
+#include "raster/gdal/formats.h"
 #include "raster/mosaic/source_list.h"
 #include "raster/source.h"
 #include "server/api/estimate_json.h"
@@ -128,7 +129,19 @@ int build_beside(pipeline::BuildRequest request, const BuildLine& line, const fs
   return done(*manifest, place.string(), line.words, times);
 }
 
+/// dem.tif, out.zip: who says so means a file, unless such a folder is there or a slash says that it is one.
+bool means_another_file(const std::string& output) {
+  const std::string extension = raster::extension_of(output);
+  return !fs::is_directory(output) && (extension == ".zip" || raster::is_raster_extension(extension));
+}
+
 int build_folder(pipeline::BuildRequest request, const BuildLine& line, const pipeline::faces::Look& look) {
+  if (means_another_file(line.output)) {
+    fail({"usage", "build writes no such file as " + line.output,
+          "-o FOLDER (" + line.output + "/ is one), -o FILE.sqlite, or a name that export writes, such as -o FILE.pmtiles",
+          "--output"});
+    return kUsage;
+  }
   // "out/" and "out" are one folder.
   fs::path place = fs::absolute(line.output).lexically_normal();
   if (!place.has_filename()) place = place.parent_path();

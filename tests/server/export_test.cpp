@@ -78,6 +78,17 @@ TEST_F(Export, OfARasterIsWhatBuildMakesOfSuchAName) {
     EXPECT_NE(entry.path().extension(), ".building") << entry.path();
 }
 
+TEST_F(Export, AFileThatBuildDoesNotWriteIsNoFoldersName) {
+  for (const char* name : {"out.zip", "OUT.TIF"}) {
+    const Ended refused = shell(build("-o " + place(name) + " -q"));
+    EXPECT_EQ(refused.code, 2) << name;
+    EXPECT_THAT(refused.output, HasSubstr("build writes no such file as " + place(name)));
+    EXPECT_FALSE(std::filesystem::exists(place(name)));
+  }
+  EXPECT_EQ(shell(build("-o " + place("out.tif/") + " -q --max-level 6")).code, 0);
+  EXPECT_EQ(shell(build("-o " + place("out.tif") + " -q --max-level 6 --overwrite")).code, 0) << "it is a folder by now";
+}
+
 TEST_F(Export, APartOfADatasetAsAMesh) {
   ASSERT_EQ(exported("-o " + place("box.ply") + " --level 8 --bbox 10.1,46.1,10.3,46.4 --frame geodetic").code, 0);
   const auto box = proto::read_mesh_file(place("box.ply"));
