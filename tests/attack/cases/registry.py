@@ -70,6 +70,43 @@ def empty_registry(attack):
     return said + "; adopted, %d ready" % ready(attack.start(folder="empty"))
 
 
+@case("3 another program's registry beside a dataset", expect="refused, 1 store")
+def foreign_registry(attack):
+    server = attack.start(folder="foreign")
+    post(server)
+    registry = killed(server)
+    without_log(registry)
+    os.remove(registry)
+    with sqlite3.connect(registry) as database:
+        database.execute("CREATE TABLE songs (title TEXT)")
+    database.close()
+    try:
+        attack.start(folder="foreign")
+        said = "started"
+    except AssertionError as error:
+        said = "refused" if "no table of datasets" in str(error) else "refused otherwise: %s" % error
+    return said + ", %d store" % stores(server)
+
+
+@case("3 a folder that is no dataset, without a row", expect="set aside, told; removed by vacuum --orphans alone")
+def set_aside(attack):
+    server = attack.start(folder="aside")
+    killed(server)
+    strange, aside = (os.path.join(server.data, place, "nobody") for place in ("datasets", "orphans"))
+    os.makedirs(strange)
+    with open(os.path.join(strange, "letter.txt"), "w", encoding="utf-8") as file:
+        file.write("dear all")
+    server = attack.start(folder="aside")
+    with open(server.log.name, errors="replace") as log:
+        told = "told" if "nobody" in log.read() else "not told"
+    killed(server)
+    said = "set aside, " + told if os.path.exists(os.path.join(aside, "letter.txt")) else "lost"
+    subprocess.run([attack.program, "vacuum", server.data], check=True, capture_output=True)
+    kept = os.path.exists(aside)
+    subprocess.run([attack.program, "vacuum", "--orphans", server.data], check=True, capture_output=True)
+    return said + ("; removed by vacuum --orphans alone" if kept and not os.path.exists(aside) else "; kept" if kept else "; removed too early")
+
+
 @case("3 a registry without its log", expect="3 of 3")
 def lost_log(attack):
     server = attack.start(folder="log")

@@ -3,6 +3,7 @@ import json
 import os
 import random
 import sqlite3
+import subprocess
 
 from attack import case
 from client import cone
@@ -79,3 +80,23 @@ def neighbour(attack):
     ready, metrics = json.loads(again.ask("GET", "/readyz")[2]), again.ask("GET", "/metrics")[2].decode()
     told = [line.split()[1] for line in metrics.splitlines() if line.startswith("cordillera_datasets_damaged ")]
     return "%d %s, %s in readyz, %s in metrics" % (status, json.loads(body)["type"].rsplit(":")[-1], ready.get("damaged_datasets"), told[0])
+
+
+@case("8 cordillera check finds a plan that was changed", expect="sound, then not: meta")
+def changed_plan(attack):
+    server, dataset, store, _ = published(attack)
+    server.stop()
+
+    def check():
+        said = subprocess.run([attack.program, "check", server.data], capture_output=True, text=True, check=False)
+        return said.returncode, said.stdout + said.stderr
+
+    before, _ = check()
+    with sqlite3.connect(store) as database:
+        value = bytearray(database.execute("SELECT value FROM meta WHERE key = 'plan'").fetchone()[0])
+        value[len(value) // 2] ^= 1
+        database.execute("UPDATE meta SET value = ? WHERE key = 'plan'", (bytes(value),))
+    database.close()
+    after, said = check()
+    named = "meta" if dataset in said and ("meta" in said or "plan" in said) else said[-200:]
+    return "%s, then %s: %s" % ("sound" if before == 0 else "not", "sound" if after == 0 else "not", named)
