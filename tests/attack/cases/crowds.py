@@ -29,7 +29,7 @@ def p99(asking, paths):
 
 
 def beside(server, asks, paths):
-    """The percentile while eight clients ask for these all the time, and how many answers they get a second."""
+    """The percentile while eight clients ask for these all the time."""
     asking, before, said = many.Asking(server.port, server.process.pid), many.CROWD_PATHS, io.StringIO()
     many.CROWD_PATHS = asks
     try:
