@@ -14,9 +14,9 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr double kLeastError_m = 0.01;  // heights are steps of a millimetre
+constexpr double kLeastError_m = 0.01;  // heights are steps of a millimetre, and an exact block takes four of them
 // error= when nothing is asked: a quarter of the finest cell, or what shows the relief if that is less; no less than a flat sea,
-// cut into triangles of a decent size, is off for the earth's curvature.
+// cut into triangles of a decent size, is off for the earth's curvature, and what may be asked for.
 constexpr double kDefaultErrorCells = 1.0 / 4, kDefaultErrorRelief = 1.0 / 50;
 constexpr double kLeastDefaultCells = 1.0 / 64, kLeastDefault_m = 100;
 constexpr double kChainShare = 0.8;  // of the target: border chains, as dense as the inside, leave triangles beside them the rest
@@ -230,7 +230,8 @@ double default_error_m(const proto::Plan& plan, int level, const std::vector<pro
   const double cell_m = std::ldexp(proto::cell_height_m(lattice_of(plan), (plan.window(1) + plan.window(3)) / 2), coarser);
   const double sag_m = 2 * cell_m * cell_m / (8 * proto::kSemiMajor_m);  // of a cell's diagonal at the equator
   const double least_m = std::max(std::min(kLeastDefaultCells * cell_m, kLeastDefault_m), sag_m / (1 - kPixelShare));
-  return std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(places), least_m));
+  const double error_m = std::min(kDefaultErrorCells * cell_m, std::max(kDefaultErrorRelief * relief_m(places), least_m));
+  return std::max(error_m, kLeastError_m);
 }
 
 /// pixels= by name, "exact" or empty. What was asked for by name and cannot be is a problem.

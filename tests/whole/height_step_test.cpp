@@ -50,6 +50,17 @@ TEST(height_step, of_heights_that_quality_moves) {
   EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
 }
 
+// A fiftieth of no relief, and a 64th of a cell of 15 cm, are less than four steps of a millimetre, which an exact block takes.
+TEST(height_step, of_still_ground_in_the_finest_pixels_is_within_the_least_error) {
+  const auto height = [](int, int) { return 2495.0; };
+  proto::BuildOptions options = plain_options();
+  options.set_strategy("auto");
+  const Built built = build_dem(points_of({19, 300000 * kTile, 200000 * kTile}, 60, 50, height), options);
+  EXPECT_EQ(built.manifest.options().strategy(), "exact");
+  EXPECT_EQ(built.manifest.levels(0).target(), 0.01);
+  EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
+}
+
 TEST(height_step, of_a_share_follows_the_tolerance_that_gives_it) {
   proto::BuildOptions options = plain_options();
   for (const double share : {0.5, 0.1}) options.add_keep(share);
