@@ -223,11 +223,12 @@ HeightsSeen heights_seen(const BuildRequest& request) {
   if (!source.ok() || (*source)->description().bbox_size() != 4) return seen;
   if (const auto levels = level_range((*source)->description(), options); levels.ok()) seen.own_level = levels->first;
   const auto& bbox = (*source)->description().bbox();
+  const double width_deg = bbox[2] - bbox[0] + (bbox[0] > bbox[2] ? 360 : 0);  // over the antimeridian
   for (int row = 0; row < kAcross; ++row) {  // a row at a time: what is read at once stays small
     std::array<double, kAcross> longitude_deg{}, latitude_deg{}, height{};
     latitude_deg.fill(bbox[1] + (bbox[3] - bbox[1]) * (row + 0.5) / kAcross);
     for (std::size_t k = 0; k < kAcross; ++k)
-      longitude_deg[k] = bbox[0] + (bbox[2] - bbox[0]) * (static_cast<double>(k) + 0.5) / kAcross;
+      longitude_deg[k] = std::remainder(bbox[0] + width_deg * (static_cast<double>(k) + 0.5) / kAcross, 360);
     if (!(*source)->nearest(longitude_deg, latitude_deg, height.data()).ok()) return {};
     for (const double scaled : height) {
       if (std::isnan(scaled)) continue;

@@ -168,6 +168,20 @@ TEST_F(DryRun, OfALevelWhoseCellsAreWiderThanTheDataNamesTheLevel) {
                                                          ::testing::HasSubstr("as fine as the raster is 7")));
 }
 
+// The box of such a raster has its west above its east: heights were looked for on the other side of the earth.
+TEST_F(DryRun, OfALevelWhoseCellsAreWiderThanDataOverTheAntimeridianNamesTheLevel) {
+  Spec spec;
+  spec.columns = spec.rows = 20;
+  spec.geotransform = {179.95, 0.005, 0, 44, 0, -0.005};
+  request_.raster_path = write(spec);
+  request_.raster_name = "dem.tif";
+  request_.options = raster_test::plain_options();
+  request_.options.set_max_level(0);
+  const auto refused = pipeline::estimate(request_);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_THAT(refused.problem().line(), ::testing::HasSubstr("cells of level 0 are so wide"));
+}
+
 TEST_F(DryRun, OfRastersFarApartFindsThem) {
   const auto member = [&](double west, const std::string& name) {
     Spec spec;
