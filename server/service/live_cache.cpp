@@ -259,9 +259,11 @@ void LiveCache::ask_addresses(const std::stop_token& stop) {
     try {
       const Row row = parts_.registry.find(id);
       const auto print = row ? fetched_print(parts_.layout.dataset(id)) : std::nullopt;
-      const updates::Still still = !row    ? updates::Still::unknown
-                                   : print ? parts_.ask(row->address, *print)
-                                           : updates::Still::changed;
+      // Of one that is still fetched for the first time there is nothing to compare with, and its fetch is under way.
+      const bool is_coming = row && !print && (row->state == State::queued || row->state == State::running);
+      const updates::Still still = !row || is_coming ? updates::Still::unknown
+                                   : print           ? parts_.ask(row->address, *print)
+                                                     : updates::Still::changed;
       constexpr const char* kOutcomes[] = {"same", "changed", "gone", "unknown"};
       if (row) parts_.metrics.live_asked.add(1, {kOutcomes[static_cast<std::size_t>(still)]});
       if (still == updates::Still::changed || still == updates::Still::gone) {
