@@ -16,17 +16,37 @@ if(CORDILLERA_SANITIZE)
   target_link_options(cordillera_flags INTERFACE -fsanitize=${CORDILLERA_SANITIZE})
 endif()
 
-# cordillera_unity(target ALONE source...): twelve sources are compiled as one, so that their headers are parsed once for all of them. Not beside
-# ccache either. ALONE are sources whose anonymous namespace has a name that another source's has too.
+# cordillera_unity(target [BATCH count] [SPREAD source...] [ALONE source...]): sources of a target are compiled twelve, or count, as one, so that their
+# headers are parsed once for all of them. Not beside ccache either. SPREAD are sources of one kind, whose anonymous namespaces hold the same names: there
+# is one of them in a batch at most. ALONE are compiled each for itself.
 function(cordillera_unity target)
   if(CORDILLERA_CCACHE OR CORDILLERA_FUZZ)
     return()
   endif()
-  cmake_parse_arguments(U "" "" "ALONE" ${ARGN})
-  if(U_ALONE)
-    set_source_files_properties(${U_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  cmake_parse_arguments(U "" "BATCH" "SPREAD;ALONE" ${ARGN})
+  if(NOT U_BATCH)
+    set(U_BATCH 12)
   endif()
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12 UNITY_BUILD_UNIQUE_ID CORDILLERA_FILE)
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources INCLUDE REGEX "\\.cpp$")
+  foreach(source IN LISTS U_SPREAD U_ALONE)
+    list(REMOVE_ITEM sources ${source})
+  endforeach()
+  if(U_ALONE)
+    set_source_files_properties(${U_ALONE} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)  # in other targets of the folder, too
+  endif()
+  foreach(kind sources U_SPREAD)
+    set(at 0)
+    foreach(source IN LISTS ${kind})
+      set(batch ${at})
+      if(kind STREQUAL "sources")
+        math(EXPR batch "${at} / ${U_BATCH}")
+      endif()
+      set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${batch})
+      math(EXPR at "${at} + 1")
+    endforeach()
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP UNITY_BUILD_UNIQUE_ID CORDILLERA_FILE)
 endfunction()
 
 # cordillera_kernels(target source...): CUDA sources, where CUDA is built. Half of the time of each is CUB's headers, once for the host and once for
@@ -85,15 +105,18 @@ function(cordillera_precompile_test target optimisation)
   target_precompile_headers(${target} REUSE_FROM ${precompiled})
 endfunction()
 
-# A test program: cordillera_test(name SOURCES ... [ALONE source...] LIBS ... [TIMEOUT seconds] [APART]). ALONE as for cordillera_unity: thirteen
+# A test program: cordillera_test(name SOURCES ... [ALONE source...] [BATCH count] LIBS ... [TIMEOUT seconds] [APART]). ALONE and BATCH as for cordillera_unity: thirteen
 # sources of the server's tests take 25 seconds as one, and 110 apart. A program is one test of ctest: one a case would load a hundred libraries, and
 # make the datasets that cases share, a thousand times. APART: those whose cases take long are tests of their own, and so run side by side. The limit
 # is of one test, on a machine that is slow and busy; what a case waits for has its own patience of four minutes, so that it says what did not come.
 # COST: what may take longest begins first, here and in the folders of scripts, so that a run does not end with one long test.
 function(cordillera_test name)
-  cmake_parse_arguments(T "APART" "TIMEOUT" "SOURCES;ALONE;LIBS" ${ARGN})
+  cmake_parse_arguments(T "APART" "TIMEOUT;BATCH" "SOURCES;ALONE;LIBS" ${ARGN})
   if(NOT T_TIMEOUT)
     set(T_TIMEOUT 300)
+  endif()
+  if(NOT T_BATCH)
+    set(T_BATCH 12)
   endif()
   if(NOT CORDILLERA_TESTS OR CORDILLERA_GPU_ONLY)
     return()
@@ -107,7 +130,7 @@ function(cordillera_test name)
   endif()
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:${optimisation}>)
   cordillera_precompile_test(${name} ${optimisation} ${T_LIBS})
-  cordillera_unity(${name} ALONE ${T_ALONE})
+  cordillera_unity(${name} BATCH ${T_BATCH} ALONE ${T_ALONE})
   target_link_libraries(${name} PRIVATE cordillera_flags ${T_LIBS} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE CORDILLERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   if(CORDILLERA_SANITIZE OR NOT T_APART)

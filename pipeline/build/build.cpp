@@ -34,15 +34,6 @@
 namespace cordillera::pipeline {
 namespace {
 
-double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
-  const raster::Source::Window w = node_window(plan, node);
-  return w.west > w.east || w.south > w.north
-             ? 0
-             : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
-}
-
-const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
-
 /// What of a stage is done, told by tasks side by side. A task's share never falls.
 class Done {
  public:

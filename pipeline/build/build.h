@@ -57,6 +57,9 @@ struct BuildRequest {
 /// Called from one thread at a time, at most a few times a second.
 using ProgressCallback = std::function<void(const proto::Progress&)>;
 
+/// What a build says that was told to stop.
+inline const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
+
 /// Builds and publishes. Same request, same bytes, whatever threads, device, order or restarts. stop: set to leave early
 /// (type "cancelled"). A lazy follower's build ends when nobody has looked at another block for a while (type "paused"), or after
 /// its turn (the same, parameter "turn"). Everything committed so far is kept for the next call.

@@ -27,8 +27,6 @@ constexpr double kReadShare = 0.2,
                  kFinestShare = 0.75;    // of a block's time, until its samples are read and its finest level is built
 constexpr std::size_t kBatchTiles = 64;  // on a GPU; 0.4 GB of host memory while they are prepared
 
-const proto::Problem kCancelled{"cancelled", "the build was cancelled", "", ""};
-
 /// What a quality is to gpu::thin.
 int height_rounds(const proto::BuildOptions& options) {
   return options.quality() == "fast" ? -1 : options.quality() == "best" ? 2 : 0;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "pipeline/build/build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/tile/tile_mesh.h"
 
@@ -58,7 +59,7 @@ proto::Result<void> Pilot::read() {
     for (std::size_t at = k * all.size() / wanted; at < (k + 1) * all.size() / wanted; ++at) {
       auto read = builder.read(all[at]);
       if (!read.ok()) return read.problem();
-      if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
+      if (stop) return kCancelled;
       if (std::all_of(read->height.begin(), read->height.end(), [](std::int32_t h) { return h == proto::kNoHeight; })) continue;
       roots.push_back(all[at]);
       samples.push_back(std::move(*read));
@@ -133,7 +134,7 @@ proto::Result<void> run_pilot(Builder& builder, proto::Plan& plan, const std::at
       derive_level(plan, level);
       double triangles = 0;
       best = pilot.simplify(z, below, triangles);
-      if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
+      if (stop) return kCancelled;
       if (std::abs(triangles / wanted - 1) < kCloseEnough) break;
       // Rims and chains need what they need: a share below that is not to be had.
       if (triangles > wanted && guess >= greatest_target_m(plan, z)) break;

@@ -8,7 +8,7 @@ namespace cordillera::pipeline {
 namespace {
 
 constexpr int kLevelsApart = 2;  // of neighbours that a viewer shows side by side
-constexpr double kSteps = 8;
+constexpr double kRoundingSteps = 8;
 // A coarser neighbour's chain runs on beyond this tile, down into valleys that it does not hold.
 constexpr double kReliefBeyond_m = 500;
 
@@ -46,7 +46,7 @@ Skirts skirts_of(const LevelContext& context, const BuiltTile& built, const Publ
   // Both levels' border chains may be off, in opposite directions. Finer ones are off by less, coarser ones, if there are any, by
   // more.
   const double apart = 2 + std::clamp(built.tile.z - coarsest_level, 0, kLevelsApart);
-  const double rounding_m = kSteps * context.level->ecef_step();
+  const double rounding_m = kRoundingSteps * context.level->ecef_step();
   return {apart * context.level->chain_tolerance() + rounding_m, floor_m(context, built, published, apart) - rounding_m};
 }
 

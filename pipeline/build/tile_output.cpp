@@ -105,7 +105,7 @@ EncodeInput encode_input(const LevelContext& context, const BuiltTile& built, co
   return input;
 }
 
-proto::Problem damaged(const std::string& why) {
+proto::Problem no_glb(const std::string& why) {
   return {"tile-damaged", "no .glb can be made of the tile: " + why, "a tile of a sound store", ""};
 }
 
@@ -136,26 +136,26 @@ std::optional<EncodedTile> encode_tile(const LevelContext& context, const BuiltT
 proto::Result<std::string> tile_glb(const proto::Plan& plan, const proto::TileRecord& record, std::string_view drc,
                                     const Shading& shading) {
   const proto::LevelPlan* const level = level_of(plan, record.level());
-  if (level == nullptr) return damaged("the plan has no level " + std::to_string(record.level()));
+  if (level == nullptr) return no_glb("the plan has no level " + std::to_string(record.level()));
   auto decoded = draco_decode_lattice(drc);
   if (!decoded) return decoded.problem();
   const proto::Lattice lattice{static_cast<int>(plan.finest_level())};
   BuiltTile built;
   built.tile = address_of(record);
   if (proto::TileAddress{decoded->z, decoded->x, decoded->y} != built.tile || decoded->side != lattice.tile_units(built.tile.z))
-    return damaged("its .drc is another tile's");
+    return no_glb("its .drc is another tile's");
   built.mesh = tile_mesh_of(in_mesh_steps(std::move(*decoded)));
   built.max_error_m = record.max_error();
   LevelContext context;
   context.lattice = &lattice;
   context.level = level;
   const PublishedMesh published = published_mesh(built.mesh);
-  if (published.empty()) return damaged("its .drc has no triangle");
+  if (published.empty()) return no_glb("its .drc has no triangle");
   try {
     EncodeInput input = encode_input(context, built, published, plan.options());
     input.shading = shading;
     return encode_glb(input);
-  } catch (const std::invalid_argument& failed) { return damaged(failed.what()); }
+  } catch (const std::invalid_argument& failed) { return no_glb(failed.what()); }
 }
 
 FinishedFinest finish_finest(const proto::Plan& plan, const LevelContext& context, BuiltTile& built,

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 
+#include "pipeline/build/build.h"
 #include "pipeline/plan/plan.h"
 #include "pipeline/store/water_mask.h"
 
@@ -172,7 +173,7 @@ proto::Result<void> build_water(const proto::Plan& plan, Workers& workers, const
   }
   WaterBuilder builder(plan, workers, store, std::move(sources));
   for (const TileAddress& node : touched_tiles(plan, static_cast<int>(plan.block_level()))) {
-    if (stop) return Problem{"cancelled", "the build was cancelled", "", ""};
+    if (stop) return kCancelled;
     if (auto done = builder.block(node); !done.ok()) return done.problem();
   }
   return builder.above_blocks();

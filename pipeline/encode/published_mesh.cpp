@@ -6,7 +6,7 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr std::uint32_t kNone = UINT32_MAX;
+constexpr std::uint32_t kNoVertex = UINT32_MAX;
 
 // A half-edge is named by the corner it starts at: corner 3 t + c of triangle t, running to corner next(3 t + c).
 std::uint32_t next(std::uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
@@ -21,7 +21,7 @@ std::vector<Triangle> visible_triangles(const proto::TileMesh& mesh) {
   return visible;
 }
 
-// Indexed by corner: the half-edge that runs the other way, kNone on the boundary.
+// Indexed by corner: the half-edge that runs the other way, kNoVertex on the boundary.
 std::vector<std::uint32_t> twins(const std::vector<Triangle>& triangles) {
   struct Edge {
     std::uint64_t ends;
@@ -35,7 +35,7 @@ std::vector<std::uint32_t> twins(const std::vector<Triangle>& triangles) {
   }
   std::sort(edges.begin(), edges.end(),
             [](const Edge& p, const Edge& q) { return p.ends != q.ends ? p.ends < q.ends : p.corner < q.corner; });
-  std::vector<std::uint32_t> twin(corners, kNone);
+  std::vector<std::uint32_t> twin(corners, kNoVertex);
   for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
     if (edges[i].ends != edges[i + 1].ends) continue;
     twin[edges[i].corner] = edges[i + 1].corner;
@@ -70,24 +70,24 @@ PublishedMesh published_mesh(const proto::TileMesh& mesh) {
   const std::vector<std::uint32_t> twin = twins(visible);
   Fans fans(twin.size());
   for (std::uint32_t c = 0; c < twin.size(); ++c) {
-    if (twin[c] == kNone || twin[c] < c) continue;
+    if (twin[c] == kNoVertex || twin[c] < c) continue;
     fans.join(c, next(twin[c]));
     fans.join(next(c), twin[c]);
   }
 
   PublishedMesh out;
   out.triangles.resize(visible.size());
-  std::vector<std::uint32_t> vertex(twin.size(), kNone);  // indexed by a fan's least corner
+  std::vector<std::uint32_t> vertex(twin.size(), kNoVertex);  // indexed by a fan's least corner
   for (std::uint32_t c = 0; c < twin.size(); ++c) {
     std::uint32_t& v = vertex[fans.find(c)];
-    if (v == kNone) {
+    if (v == kNoVertex) {
       v = static_cast<std::uint32_t>(out.source.size());
       out.source.push_back(visible[c / 3][c % 3]);
     }
     out.triangles[c / 3][c % 3] = v;
   }
   for (std::uint32_t c = 0; c < twin.size(); ++c) {
-    if (twin[c] == kNone) out.boundary.push_back({out.triangles[c / 3][c % 3], out.triangles[c / 3][next(c) % 3]});
+    if (twin[c] == kNoVertex) out.boundary.push_back({out.triangles[c / 3][c % 3], out.triangles[c / 3][next(c) % 3]});
   }
   return out;
 }

@@ -19,13 +19,6 @@ constexpr double kUpperLevels = 1.4;   // time of all levels, in times of the fi
 
 static_assert(kPlaces + 4 * kParents <= kEstimateTiles);
 
-double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
-  const raster::Source::Window w = node_window(plan, node);
-  return w.west > w.east || w.south > w.north
-             ? 0
-             : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
-}
-
 /// Of all threads: what the build will need, whoever else uses the machine now.
 double cpu_seconds() {
   timespec now{};

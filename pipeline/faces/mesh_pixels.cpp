@@ -49,17 +49,17 @@ EdgeFunction side(const Corner& a, const Corner& b) {
 }
 
 /// Its plane over the ellipsoid, held to what no point of the flat triangle can leave.
-struct Facet {
+struct Slab {
   gpu::Plane plane;
   gpu::HeightRange range;
 
-  Facet(const std::array<Vec3, 3>& at, double low_m, double high_m) : plane(gpu::plane_of(at[0], at[1], at[2])) {
+  Slab(const std::array<Vec3, 3>& at, double low_m, double high_m) : plane(gpu::plane_of(at[0], at[1], at[2])) {
     const Vec3 ab = at[1] - at[0], ac = at[2] - at[0], bc = at[2] - at[1];
     range = gpu::height_range(low_m, high_m, std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)}), 0);
   }
 };
 
-void draw(const std::array<Corner, 3>& corner, const Facet& facet, const Canvas& to) {
+void draw(const std::array<Corner, 3>& corner, const Slab& facet, const Canvas& to) {
   const auto [west, east] = std::minmax({corner[0][0], corner[1][0], corner[2][0]});
   const auto [south, north] = std::minmax({corner[0][1], corner[1][1], corner[2][1]});
   const Range columns = columns_between(to.at.u, west, east);
@@ -123,7 +123,7 @@ void draw_mesh(const LatticeMesh& mesh, const PixelPlaces& pixels, double* out, 
   for (const Triangle& t : mesh.triangles) {
     const std::array<Corner, 3> corner = {mesh.points[t[0]], mesh.points[t[1]], mesh.points[t[2]]};
     const auto [low, high] = std::minmax({corner[0][2], corner[1][2], corner[2][2]});
-    draw(corner, Facet({at[t[0]], at[t[1]], at[t[2]]}, low * mesh.height_step, high * mesh.height_step), to);
+    draw(corner, Slab({at[t[0]], at[t[1]], at[t[2]]}, low * mesh.height_step, high * mesh.height_step), to);
   }
 }
 

@@ -390,4 +390,11 @@ raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAdd
   return result;
 }
 
+double samples_of(const proto::Plan& plan, const proto::TileAddress& node) {
+  const raster::Source::Window w = node_window(plan, node);
+  return w.west > w.east || w.south > w.north
+             ? 0
+             : static_cast<double>(w.east - w.west + 1) * static_cast<double>(w.north - w.south + 1);
+}
+
 }  // namespace cordillera::pipeline

@@ -56,5 +56,7 @@ std::vector<proto::TileAddress> touched_tiles(const proto::Plan& plan, int level
 /// The lattice vertices of node's closed rectangle, and `around` units more on every side, inside the plan's window: what a block
 /// reads. west may exceed the circle.
 raster::Source::Window node_window(const proto::Plan& plan, const proto::TileAddress& node, std::int64_t around = 0);
+/// How many of them there are without those around; 0: the node has no part of the window.
+double samples_of(const proto::Plan& plan, const proto::TileAddress& node);
 
 }  // namespace cordillera::pipeline

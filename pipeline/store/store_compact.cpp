@@ -21,7 +21,7 @@ bool has_waste(const std::string& path) {
 }
 
 void sync(const std::string& path, int flags) {
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | flags);
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | flags);
   const bool synced = descriptor >= 0 && fsync(descriptor) == 0;
   const std::string why = std::strerror(errno);
   if (descriptor >= 0) close(descriptor);

@@ -20,14 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-proto::Problem write_problem(const std::string& path, const std::string& why) {
-  return {"store-write", "the store " + path + " cannot be written: " + why,
-          "a writable file on a disk with free space, used by one job at a time", ""};
-}
-
 /// By reference where the file system can (Btrfs, XFS), which takes no room, else byte by byte.
 proto::Result<void> copy_file(const std::string& from, const std::string& to) {
-  const int in = open(from.c_str(), O_RDONLY | O_CLOEXEC), out = open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+  const int in = ::open(from.c_str(), O_RDONLY | O_CLOEXEC),
+            out = ::open(to.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   bool copied = in >= 0 && out >= 0 && ioctl(out, FICLONE, in) == 0;
   std::error_code error;
   const auto size = fs::file_size(from, error);
@@ -49,7 +45,7 @@ proto::Result<void> copy_file(const std::string& from, const std::string& to) {
 }
 
 void sync(const std::string& path) {
-  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   const bool synced = descriptor >= 0 && fsync(descriptor) == 0;
   const std::string why = std::strerror(errno);
   if (descriptor >= 0) close(descriptor);
@@ -125,6 +121,11 @@ void put_notes(const std::string& path, const std::vector<Note>& notes) {
 
 }  // namespace
 
+proto::Problem store_write_problem(const std::string& path, const std::string& why) {
+  return {"store-write", "the store " + path + " cannot be written: " + why,
+          "a writable file on a disk with free space, used by one job at a time", ""};
+}
+
 std::optional<std::string> sound_note_in(const std::string& store_path, const std::string& key) {
   std::error_code error;
   if (!fs::exists(store_path, error)) {
@@ -168,7 +169,7 @@ proto::Result<void> revise_store(const std::string& from, const std::string& to,
     return {};
   } catch (const std::exception& failed) {
     remove_store(copy);
-    return write_problem(to, failed.what());
+    return store_write_problem(to, failed.what());
   }
 }
 
@@ -180,7 +181,7 @@ proto::Result<void> begin_store(const std::string& path, const proto::Plan& plan
   try {
     put_notes(path, notes);
     return {};
-  } catch (const StoreError& failed) { return write_problem(path, failed.what()); }
+  } catch (const StoreError& failed) { return store_write_problem(path, failed.what()); }
 }
 
 }  // namespace cordillera::pipeline

@@ -23,6 +23,9 @@ std::optional<std::string> note_in(const std::string& store_path, const std::str
 /// note is not as it was written.
 std::optional<std::string> sound_note_in(const std::string& store_path, const std::string& key);
 
+/// What is said of a store that cannot be written.
+proto::Problem store_write_problem(const std::string& path, const std::string& why);
+
 struct Note {
   std::string key, text;
 };

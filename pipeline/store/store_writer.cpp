@@ -18,11 +18,6 @@ namespace {
 using proto::Problem;
 using proto::TileAddress;
 
-Problem write_problem(const std::string& path, const std::string& why) {
-  return {"store-write", "the store " + path + " cannot be written: " + why,
-          "a writable file on a disk with free space, used by one job at a time", ""};
-}
-
 /// What a task leaves in the store, about.
 std::uint64_t bytes_of(const FinishedTask& task) {
   constexpr std::uint64_t kRow = 1024;  // a record, its sum and its places in the trees
@@ -100,8 +95,8 @@ class SqliteWriter final : public StoreWriter {
 
   proto::Result<void> commit(const FinishedTask& task) override {
     const std::lock_guard lock(mutex_);
-    if (published_) return write_problem(path_, "it is published");
-    if (!work_) return write_problem(path_, "it cannot be read");
+    if (published_) return store_write_problem(path_, "it is published");
+    if (!work_) return store_write_problem(path_, "it cannot be read");
     // Nothing is lost with one of these but a look at its place. A sparse raster has thousands, and each sync takes as long as
     // that of a block.
     if (task.tiles.empty() && !task.mesh && task.consumed.empty() && without_data_.size() < kMostWithoutData) {
@@ -124,12 +119,13 @@ class SqliteWriter final : public StoreWriter {
       without_data_.clear();
       for (const TileAddress& child : task.consumed) files_.drop(child);
       return {};
-    } catch (const StoreError& e) { return write_problem(path_, e.what()); }
+    } catch (const StoreError& e) { return store_write_problem(path_, e.what()); }
   }
 
   FinishedTask block(const TileAddress& node) const override {
     const std::lock_guard lock(mutex_);
-    FinishedTask task{.node = node};
+    FinishedTask task;
+    task.node = node;
     if (published_ || !database_) return task;
     Statement tiles(
         *database_,
@@ -178,13 +174,13 @@ class SqliteWriter final : public StoreWriter {
       for (const auto& [tile, packed] : masks) put.bind(tile.z, tile.y, tile.x, packed).run();
       transaction.commit();
       return {};
-    } catch (const StoreError& e) { return write_problem(path_, e.what()); }
+    } catch (const StoreError& e) { return store_write_problem(path_, e.what()); }
   }
 
   proto::Result<proto::Manifest> publish(proto::Manifest manifest) override {
     const std::lock_guard lock(mutex_);
     if (published_) return *published_;
-    if (!work_) return write_problem(path_, "it cannot be read");
+    if (!work_) return store_write_problem(path_, "it cannot be read");
     try {
       // What takes the place of the meshes moves there.
       if (auto full = no_room_for(static_cast<std::uint64_t>(database_->integer("SELECT total(length(bytes)) FROM meshes"))))
@@ -199,7 +195,7 @@ class SqliteWriter final : public StoreWriter {
       return Problem{"no-data", path_ + " cannot be published: " + e.what(), "a raster with data", ""};
     } catch (const StoreError& e) {
       resume();
-      return write_problem(path_, e.what());
+      return store_write_problem(path_, e.what());
     }
   }
 
@@ -338,10 +334,10 @@ proto::Result<std::unique_ptr<StoreWriter>> StoreWriter::open(const std::string&
                              (damaged ? " holds a damaged build" : " holds a build of another raster or with other options"));
       writer = std::make_unique<SqliteWriter>(path, plan);
       remove_store(path);
-      if (writer->start() != SqliteWriter::Found::ours) return write_problem(path, "the old file could not be removed");
+      if (writer->start() != SqliteWriter::Found::ours) return store_write_problem(path, "the old file could not be removed");
     }
     return std::unique_ptr<StoreWriter>(std::move(writer));
-  } catch (const StoreError& e) { return write_problem(path, e.what()); }
+  } catch (const StoreError& e) { return store_write_problem(path, e.what()); }
 }
 
 }  // namespace cordillera::pipeline

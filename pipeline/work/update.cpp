@@ -78,7 +78,7 @@ proto::Result<void> do_stage(const Site& site, const std::vector<const proto::Wo
   for (const proto::WorkTask* task : tasks) nodes.push_back(address_of(*task));
   BlockOrder order(nodes, is_block(0) ? site.follower : nullptr);
   const auto make = [&](std::size_t) -> proto::Result<FinishedTask> {
-    if (site.stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
+    if (site.stop) return kCancelled;
     const std::size_t k = order.next();
     const proto::TileAddress& node = nodes[k];
     if (is_block(k)) return site.builder.block(node, [](double) {});

@@ -176,17 +176,17 @@ proto::Result<std::vector<std::string>> addresses_from_the_middle(const Json& ma
   const Box& data = extent->box;
   const auto [west, east] = between((data.west + 180) / 180 * tiles, (data.east + 180) / 180 * tiles);
   const auto [south, north] = between((data.south + 90) / 180 * tiles, (data.north + 90) / 180 * tiles);
-  struct Place {
+  struct Numbers {
     long distance, column, row;
   };
-  std::vector<Place> places;
+  std::vector<Numbers> places;
   const long x = (west + east) / 2, y = (south + north) / 2, reach = static_cast<long>(std::sqrt(kMostOfMiddle));
   for (long column = std::max(west, x - reach); column <= std::min(east, x + reach); ++column) {
     for (long row = std::max(south, y - reach); row <= std::min(north, y + reach); ++row)
       places.push_back({(column - x) * (column - x) + (row - y) * (row - y), column, row});
   }
   std::stable_sort(places.begin(), places.end(),
-                   [](const Place& one, const Place& other) { return one.distance < other.distance; });
+                   [](const Numbers& one, const Numbers& other) { return one.distance < other.distance; });
   std::vector<std::string> addresses;
   for (std::size_t k = 0; k < std::min(places.size(), kMostOfMiddle); ++k)
     addresses.push_back(address(*format, level, places[k].column % (2l << level), places[k].row));

@@ -21,7 +21,7 @@ std::string underscored(std::string name) {
   return name;
 }
 
-using Row = std::vector<OptionSpec>::const_iterator;
+using Found = std::vector<OptionSpec>::const_iterator;
 
 /// The combinations that no single option can refuse.
 proto::Result<void> check_together(const Settings& settings, Spelling spelling) {
@@ -59,10 +59,10 @@ proto::Problem unknown_option(const std::string& name, const std::vector<OptionS
 }
 
 /// Earlier versions took nodata=hole and nodata=fill for what voids= says now.
-std::optional<Row> meant_for_voids(const OptionSpec& option, const std::string& value, const std::vector<OptionSpec>& table) {
+std::optional<Found> meant_for_voids(const OptionSpec& option, const std::string& value, const std::vector<OptionSpec>& table) {
   std::string word;
   if (option.name != "nodata" || read_choice(value, {"hole", "fill"}, &word)) return std::nullopt;
-  const Row voids =
+  const Found voids =
       std::find_if(table.begin(), table.end(), [](const OptionSpec& candidate) { return candidate.name == "voids"; });
   return voids == table.end() ? std::nullopt : std::optional(voids);
 }
@@ -101,7 +101,7 @@ proto::Result<Settings> with_layer(Settings settings, const std::vector<OptionSp
   for (const auto& [name, value] : given) {
     // Over HTTP the command line's spelling is understood, too.
     const std::string said = spelling == Spelling::query ? underscored(name) : name;
-    Row option = std::find_if(table.begin(), table.end(), [&, &wanted = said](const OptionSpec& candidate) {
+    Found option = std::find_if(table.begin(), table.end(), [&, &wanted = said](const OptionSpec& candidate) {
       return spelt(candidate, spelling) == wanted || (!wanted.empty() && alias_spelt(candidate, spelling) == wanted);
     });
     if (option == table.end()) return unknown_option(name, table, spelling);

@@ -53,25 +53,25 @@ constexpr double kShoreWidth_m = 0.01;
 /// The deepest blue is never nearer to the shore.
 constexpr double kLeastDepth_m = 20;
 
-struct Heights {
+struct HeightSpan {
   double low_m = 0, high_m = 0;
 };
 
 /// Of a dataset, above the geoid, in whole metres: the manifest knows them above the ellipsoid, and the geoid's height changes
 /// little within most datasets.
-proto::Result<Heights> heights_of(const Terrain& terrain) {
+proto::Result<HeightSpan> heights_of(const Terrain& terrain) {
   const auto& bounds = terrain.manifest().bounds();
-  if (bounds.size() < 6) return Heights{0, 1};
+  if (bounds.size() < 6) return HeightSpan{0, 1};
   const double east = bounds[2] < bounds[0] ? bounds[2] + 360 : bounds[2];
   double middle = (bounds[0] + east) / 2;
   if (middle > 180) middle -= 360;
   const auto undulation_m = terrain.undulation_m(middle, (bounds[1] + bounds[3]) / 2);
   if (!undulation_m) return undulation_m.problem();
   const double low = std::floor(bounds[4] - *undulation_m);
-  return Heights{low, std::max(std::ceil(bounds[5] - *undulation_m), low + 1)};
+  return HeightSpan{low, std::max(std::ceil(bounds[5] - *undulation_m), low + 1)};
 }
 
-Ramp atlas(const Heights& heights) {
+Ramp atlas(const HeightSpan& heights) {
   Ramp ramp = stretched(kSea, std::min(heights.low_m, -kLeastDepth_m), kShore_m);
   const double from = std::max(heights.low_m, kShore_m + kShoreWidth_m);
   if (from > kShore_m + kShoreWidth_m) ramp.push_back({kShore_m + kShoreWidth_m, kLand.front().rgb});
@@ -87,7 +87,7 @@ proto::Result<StyleColours> over(proto::Result<Ramp> ramp, double low, double hi
 
 bool is_atlas(std::string_view text) { return text.empty() || text == "atlas"; }
 
-proto::Result<Ramp> height_ramp(const Heights& heights, std::string_view text) {
+proto::Result<Ramp> height_ramp(const HeightSpan& heights, std::string_view text) {
   if (is_atlas(text)) return atlas(heights);
   if (text == "land") return stretched(kLand, heights.low_m, heights.high_m);
   if (text == "viridis") return stretched(kViridis, heights.low_m, heights.high_m);

@@ -18,7 +18,7 @@ constexpr const char* kBodyText =
     R"({"points": [[lon, lat], ...]}, {"line": [[lon, lat], ...]}, or a GeoJSON Point, MultiPoint or LineString; )"
     "level and samples go with the query";
 
-std::string shown(std::string_view text) { return std::string(1, '\'').append(text.substr(0, 60)).append(1, '\''); }
+std::string as_given(std::string_view text) { return std::string(1, '\'').append(text.substr(0, 60)).append(1, '\''); }
 
 template <class T>
 std::optional<T> number(std::string_view text) {
@@ -36,7 +36,7 @@ proto::Problem invalid_json(const std::string& what, const std::string& paramete
 }
 
 std::string no_place(const std::string& parameter, std::size_t before, std::string_view text) {
-  return parameter + ": place " + std::to_string(before + 1) + ", " + shown(text) + ", is no place";
+  return parameter + ": place " + std::to_string(before + 1) + ", " + as_given(text) + ", is no place";
 }
 
 proto::Problem too_many(const std::string& parameter) {
@@ -98,7 +98,7 @@ proto::Result<Shape> geometry(const Json& json) {
   const Json coordinates = json.value("coordinates", Json());
   if (type == "Point") return shape_of(Json::array({coordinates}), "coordinates", false);
   if (type == "MultiPoint" || type == "LineString") return shape_of(coordinates, "coordinates", type == "LineString");
-  return invalid_json("the GeoJSON type " + shown(type) + " has no elevations", "type");
+  return invalid_json("the GeoJSON type " + as_given(type) + " has no elevations", "type");
 }
 
 /// Discarded if it is no JSON, or nests deeper than kMostNested.
@@ -188,13 +188,13 @@ proto::Result<ElevationQuery> elevation_query(const Request& request, int least_
   if (words->level) {
     query.level = number<int>(*words->level);
     if (!query.level || *query.level < least_level || *query.level > most_level) {
-      return proto::Problem{"option-invalid", "level=" + shown(*words->level) + " is no level of this dataset",
+      return proto::Problem{"option-invalid", "level=" + as_given(*words->level) + " is no level of this dataset",
                             std::to_string(least_level) + " to " + std::to_string(most_level), "level"};
     }
   }
   const auto samples = words->samples ? number<std::size_t>(*words->samples) : std::optional<std::size_t>(0);
   if (!samples || (words->samples && (*samples < 2 || *samples > kMostPlaces))) {
-    return proto::Problem{"option-invalid", "samples=" + shown(*words->samples) + " is no number of samples",
+    return proto::Problem{"option-invalid", "samples=" + as_given(*words->samples) + " is no number of samples",
                           "2 to " + std::to_string(kMostPlaces), "samples"};
   }
   auto shape = shape_of(request, *words);
