@@ -313,7 +313,9 @@ bool has_its_border(const LevelContext& context, PreparedTile& prepared, const p
     prepared.caution *= kMoreCaution;
   } else {
     release_inside(prepared.input);
-    prepared.caution = std::exp2(kCarefulAttempts - attempt - 1);
+    // Of less than a height's step, where a share of nearly all ends, no doubling makes anything sparser.
+    const double of_a_step = std::min(context.level->target() / proto::kHeightStep_m, 1.0);
+    prepared.caution = of_a_step * std::exp2(kCarefulAttempts - attempt - 1);
     prepared.rim_share *= 2;
   }
   return false;

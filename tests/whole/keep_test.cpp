@@ -34,6 +34,17 @@ TEST(keep, gives_the_shares_asked_for) {
   }
 }
 
+// Targets went on falling from level to level, until no vertex of a border could be removed any more, and the build failed.
+TEST(keep, of_everything_is_nearly_that_on_even_ground) {
+  const Dem plane{16, 16, {8, 1.5 / 111320, 0, 45, 0, -1.5 / 111320}, [](int c, int r) { return 500 + 0.3 * c + 0.2 * r; }};
+  proto::BuildOptions options = plain_options();
+  options.add_keep(1);
+  options.set_min_level(10);
+  const Built built = build_dem(plane, options);
+  EXPECT_THAT(judge(built, kAllSamples), IsEmpty());
+  EXPECT_GT(static_cast<double>(built.triangles(built.lattice.finest_level)), 0.9 * grid_triangles(built));
+}
+
 TEST(keep, works_with_holes) {
   const HeightOf ground = rough(51), gaps = rough(52);
   proto::BuildOptions options = plain_options();
