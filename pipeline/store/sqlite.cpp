@@ -14,7 +14,7 @@
 namespace cordillera::pipeline {
 namespace {
 
-constexpr int kPatience_ms = 10000;  // for whoever holds a file that is shared
+constexpr int kPatience_ms = 10000;  // for whoever holds a file that is shared or kept
 
 // A file name as SQLite's URIs want it: %, ? and # would mean something else.
 std::string uri(const std::string& path) {
@@ -77,12 +77,12 @@ void remove_database(const std::string& path) {
 }
 
 Database::Database(const std::string& path, Mode mode) {
-  const bool writes = mode == Mode::create || mode == Mode::scratch;
+  const bool writes = mode == Mode::create || mode == Mode::kept || mode == Mode::scratch;
   const int flags =
       SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_URI | (writes ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY);
   const std::string name = mode == Mode::scratch ? ":memory:" : uri(path) + (mode == Mode::published ? "?immutable=1" : "");
   open(name, flags);
-  if (mode == Mode::shared) sqlite3_busy_timeout(handle_, kPatience_ms);
+  if (mode == Mode::shared || mode == Mode::kept) sqlite3_busy_timeout(handle_, kPatience_ms);
 }
 
 Database::Database(const SqliteObject& object) {
@@ -119,6 +119,16 @@ void Database::execute(const std::string& sql) {
   if (sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK) fail();
 }
 
+bool Database::knows(const std::string& sql) {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v2(handle_, sql.c_str(), -1, &statement, nullptr);
+  sqlite3_finalize(statement);
+  if (code != SQLITE_OK && code != SQLITE_ERROR) fail();  // of a damaged file nobody knows what it holds
+  return code == SQLITE_OK;
+}
+
+std::int64_t Database::last_row() const { return sqlite3_last_insert_rowid(handle_); }
+
 std::int64_t Database::integer(const std::string& sql) {
   Statement statement(*this, sql);
   return statement.step() ? statement.integer(0) : 0;
@@ -147,14 +157,23 @@ bool Statement::step() {
   switch (sqlite3_step(handle_)) {
     case SQLITE_ROW: return true;
     case SQLITE_DONE: return false;
-    default: {
-      const bool starved = wants_memory(database_.handle());
-      const std::string why = sqlite3_errmsg(database_.handle());
-      rewind();
-      if (starved) throw std::bad_alloc();
-      throw StoreError(why);
-    }
+    default: fail_step();
   }
+}
+
+bool Statement::run_unless_taken() {
+  const int code = sqlite3_step(handle_);
+  if (code != SQLITE_DONE && code != SQLITE_CONSTRAINT) fail_step();
+  rewind();
+  return code == SQLITE_DONE;
+}
+
+void Statement::fail_step() {
+  const bool starved = wants_memory(database_.handle());
+  const std::string why = sqlite3_errmsg(database_.handle());
+  rewind();
+  if (starved) throw std::bad_alloc();
+  throw StoreError(why);
 }
 
 void Statement::rewind() { sqlite3_reset(handle_); }
@@ -168,6 +187,13 @@ void Statement::put(int place, double value) {
 void Statement::put(int place, std::string_view blob) {
   const char* data = blob.empty() ? "" : blob.data();  // a null pointer would bind NULL
   if (sqlite3_bind_blob64(handle_, place, data, blob.size(), SQLITE_STATIC) != SQLITE_OK) database_.fail();
+}
+
+void Statement::put(int place, Text text) {
+  const int code = text.value ? sqlite3_bind_text64(handle_, place, text.value->empty() ? "" : text.value->data(),
+                                                    text.value->size(), SQLITE_STATIC, SQLITE_UTF8)
+                              : sqlite3_bind_null(handle_, place);
+  if (code != SQLITE_OK) database_.fail();
 }
 
 std::int64_t Statement::integer(int column) const { return sqlite3_column_int64(handle_, column); }

@@ -1,8 +1,9 @@
 #pragma once
-// SQLite, as much of it as the store needs: a connection, statements that are prepared once, transactions that roll back by
-// themselves. Failures are StoreError exceptions inside the store and become Problems at its faces.
+// SQLite, as much of it as stores and the registry need: a connection, statements that are prepared once, transactions that roll
+// back by themselves. Failures are StoreError exceptions inside and become Problems, or exceptions of their own, at the faces.
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -23,12 +24,18 @@ class StoreError : public std::runtime_error {
 /// Removes the database and what SQLite keeps beside it; says nothing where one cannot be removed.
 void remove_database(const std::string& path);
 
-/// A connection. Its SQL knows row_sum(…): eight bytes of the content hash of its arguments, their types and lengths.
+/// A value that is text and no blob; nothing: NULL. What it views must outlive the last step.
+struct Text {
+  std::optional<std::string_view> value;
+};
+
+/// A connection, of one thread at a time. Its SQL knows row_sum(…): eight bytes of the content hash of its arguments, their types
+/// and lengths.
 class Database {
  public:
-  /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. scratch: in memory,
-  /// no path.
-  enum class Mode { create, published, shared, scratch };
+  /// published: read-only, nobody may write the file while it is open. shared: read-only, others may write. kept: made where
+  /// there is none, written, others may read and write; who holds it meanwhile is waited for. scratch: in memory, no path.
+  enum class Mode { create, published, shared, kept, scratch };
   Database(const std::string& path, Mode mode);
   /// A database in this one's file, published.
   explicit Database(const SqliteObject& object);
@@ -37,7 +44,9 @@ class Database {
   Database& operator=(const Database&) = delete;
 
   void execute(const std::string& sql);
+  bool knows(const std::string& sql);            ///< whether it is a statement on tables and columns that there are
   std::int64_t integer(const std::string& sql);  ///< first column of the first row; 0 when there is none
+  std::int64_t last_row() const;                 ///< number of the row that was put in last
   /// Everything as it stands now, into a new file, whoever else reads or writes meanwhile.
   void copy_to(const std::string& path);
   /// Memory of the pages that it has read and keeps.
@@ -70,17 +79,21 @@ class Statement {
     step();
     rewind();
   }
+  bool run_unless_taken();  ///< false: another row has what must be unique
   std::int64_t integer(int column) const;
   double real(int column) const;
   std::string_view blob(int column) const;  ///< until the next step
+  std::string text(int column) const { return std::string(blob(column)); }
 
  private:
   void rewind();
+  [[noreturn]] void fail_step();
   void put(int place, std::int64_t value);
   void put(int place, std::int32_t value) { put(place, std::int64_t{value}); }
   void put(int place, std::uint32_t value) { put(place, std::int64_t{value}); }
   void put(int place, double value);
   void put(int place, std::string_view blob);
+  void put(int place, Text text);
   void put(int place, const std::string& blob) { put(place, std::string_view(blob)); }
 
   Database& database_;

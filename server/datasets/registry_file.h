@@ -2,9 +2,8 @@
 // The registry's SQLite file: each call reads or writes it.
 #include <mutex>
 
+#include "pipeline/store/sqlite.h"
 #include "server/datasets/registry.h"
-
-struct sqlite3;
 
 namespace cordillera::server {
 
@@ -15,7 +14,6 @@ class RegistryFile : public Registry {
   static std::unique_ptr<RegistryFile> read_only(const std::string& path);
   /// Why a file is no registry, of whatever version; empty: it is one.
   static std::string why_not_ours(const std::string& path);
-  ~RegistryFile() override;
 
   bool add(const Dataset& dataset) override { return insert(dataset) != 0; }
   /// The number that the row got; 0: what must be unique is taken.
@@ -30,12 +28,12 @@ class RegistryFile : public Registry {
   void compact() override;
 
  private:
-  explicit RegistryFile(sqlite3* db) : db_(db) {}
+  RegistryFile(const std::string& path, pipeline::Database::Mode mode) : database_(path, mode) {}
   Row find_where(const std::string& column, const std::string& value) const;
   void checkpoint();
 
   mutable std::mutex mutex_;
-  sqlite3* db_;
+  mutable pipeline::Database database_;
 };
 
 }  // namespace cordillera::server
