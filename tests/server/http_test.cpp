@@ -139,7 +139,7 @@ TEST_F(Http, IdempotencyKeys) {
 
 TEST_F(Http, RefusalsAreProblems) {
   EXPECT_THAT(curl("-D - --data-binary GOOD $U/v1/datasets?eror=1"), HasSubstr("application/problem+json"));
-  EXPECT_THAT(curl("-F file=@/dev/null $U/v1/datasets"), HasSubstr("--data-binary"));
+  EXPECT_THAT(curl("-F file=@/dev/null $U/v1/datasets"), HasSubstr("the file of the form is empty"));
   EXPECT_THAT(curl("-X POST $U/v1/datasets"), HasSubstr("body-empty"));
   EXPECT_THAT(curl("-X PATCH -d x $U/v1/datasets"), HasSubstr("method-not-allowed"));
   EXPECT_THAT(curl("-X BREW $U/v1/datasets"), HasSubstr("method-unknown"));
