@@ -91,7 +91,7 @@ void Connection::begin(Head head) {
   asked_ = Clock::now();
   request_ = std::move(head.request);
   request_.client = peer_;
-  client_ = access::client_address(request_, shared_.limits.trusted_proxies);
+  request_.client = client_ = access::client_address(request_, shared_.limits.trusted_proxies);
   keep_ = head.keep_alive && !shared_.stopping;
   old_ = head.old;
   by_front_ = false;

@@ -26,7 +26,7 @@ struct Request {
   /// Hands the body to the sink in pieces, until its end or until the sink says false. True if the body came to its end.
   using Sink = std::function<bool(std::string_view piece)>;
   std::function<bool(const Sink& sink)> read_body;
-  std::string client;    ///< address of the other end of the connection
+  std::string client;    ///< whose request it is: the other end of the connection, or whom a trusted proxy names
   std::string id;        ///< names the request in answers and logs; the API gives it
   access::Identity who;  ///< likewise
   bool waited = false;   ///< for what it asks for: it is answered with what there is

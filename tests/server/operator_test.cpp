@@ -79,6 +79,20 @@ TEST_F(Operator, LogsAreJsonAndNameRequestAndJob) {
   EXPECT_THAT(stages, testing::IsSupersetOf({std::string("open"), std::string("build"), std::string("publish")}));
 }
 
+TEST_F(Operator, SeesWhomATrustedProxyNames) {
+  const auto log = [&] {
+    const std::string answer = shell("curl -q -s -m 500 -H 'X-Forwarded-For: 192.0.2.1' " + server_.base() + "/v1/x").output;
+    EXPECT_THAT(answer, HasSubstr("not-found"));
+    server_.end(SIGTERM);
+    return server_.log();
+  };
+  server_.start(folder_.path(), {"--trusted-proxies", "127.0.0.1"});
+  EXPECT_THAT(log(), HasSubstr("client=192.0.2.1"));
+  server_.start(folder_.path());
+  EXPECT_THAT(log(), testing::AllOf(HasSubstr("client=127.0.0.1"), testing::Not(HasSubstr("192.0.2.1"))))
+      << "anybody can write that line";
+}
+
 TEST_F(Operator, TokensAreMadeAndUsed) {
   std::string writer, reader;
   const std::string file = (folder_.path() / "tokens").string();
