@@ -1,8 +1,5 @@
 #include "pipeline/store/mesh_files.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -10,6 +7,7 @@
 
 #include "pipeline/store/sqlite.h"
 #include "raster/disk/new_file.h"
+#include "raster/disk/write_all.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -20,12 +18,7 @@ namespace fs = std::filesystem;
 
 /// A name is on the disk only with its folder.
 void sync_folder(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
-  const int why = errno;
-  if (descriptor >= 0) ::close(descriptor);
-  errno = why;
-  if (!synced) fail(path);
+  if (!raster::sync_path(path)) fail(path);
 }
 
 }  // namespace

@@ -1,12 +1,10 @@
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 
 #include "pipeline/store/sqlite.h"
 #include "pipeline/store/store.h"
+#include "raster/disk/write_all.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -20,12 +18,8 @@ bool has_waste(const std::string& path) {
              "SELECT EXISTS(SELECT 1 FROM blobs WHERE hash NOT IN (SELECT drc FROM tiles UNION ALL SELECT glb FROM tiles))") != 0;
 }
 
-void sync(const std::string& path, int flags) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | flags);
-  const bool synced = descriptor >= 0 && fsync(descriptor) == 0;
-  const std::string why = std::strerror(errno);
-  if (descriptor >= 0) close(descriptor);
-  if (!synced) throw StoreError(why);
+void sync(const std::string& path) {
+  if (!raster::sync_path(path)) throw StoreError(std::strerror(errno));
 }
 
 }  // namespace
@@ -44,9 +38,9 @@ proto::Result<std::uint64_t> compact_store(const std::string& path) {
           "tiles); VACUUM");
     }
     const auto before = fs::file_size(path), after = fs::file_size(copy);
-    sync(copy, 0);
+    sync(copy);
     fs::rename(copy, path);
-    sync(fs::absolute(path).parent_path().string(), O_DIRECTORY);
+    sync(fs::absolute(path).parent_path().string());
     return before > after ? before - after : 0;
   } catch (const std::exception& e) {
     fs::remove(copy, error);

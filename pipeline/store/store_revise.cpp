@@ -14,6 +14,7 @@
 #include "pipeline/store/store_schema.h"
 #include "pipeline/store/store_sums.h"
 #include "raster/disk/free_space.h"
+#include "raster/disk/write_all.h"
 
 namespace cordillera::pipeline {
 namespace {
@@ -42,14 +43,6 @@ proto::Result<void> copy_file(const std::string& from, const std::string& to) {
   if (!fs::copy_file(from, to, fs::copy_options::overwrite_existing, error) || error)
     throw StoreError(error ? error.message() : why);
   return {};
-}
-
-void sync(const std::string& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && fsync(descriptor) == 0;
-  const std::string why = std::strerror(errno);
-  if (descriptor >= 0) close(descriptor);
-  if (!synced) throw StoreError(why);
 }
 
 /// Takes the tiles of a task away. What a block made lies below its node, what a merge made is the node.
@@ -164,7 +157,7 @@ proto::Result<void> revise_store(const std::string& from, const std::string& to,
       database.execute("PRAGMA journal_mode=MEMORY; PRAGMA synchronous=OFF");
       revise(database, plan, revision);
     }
-    sync(copy);
+    if (!raster::sync_path(copy)) throw StoreError(std::strerror(errno));
     fs::rename(copy, to);
     return {};
   } catch (const std::exception& failed) {

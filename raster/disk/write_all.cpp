@@ -1,5 +1,6 @@
 #include "raster/disk/write_all.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -39,6 +40,16 @@ bool read_all_at(int descriptor, std::span<char> bytes, std::uint64_t first) {
   return all(bytes.size(), [&](std::size_t done) {
     return ::pread(descriptor, bytes.data() + done, bytes.size() - done, static_cast<off_t>(first + done));
   });
+}
+
+bool sync_path(const std::string& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool synced = ::fsync(descriptor) == 0;
+  const int why = errno;
+  ::close(descriptor);
+  errno = why;
+  return synced;
 }
 
 }  // namespace cordillera::raster

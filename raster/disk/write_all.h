@@ -3,6 +3,7 @@
 // end of what is read, which is no error.
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace cordillera::raster {
@@ -14,5 +15,8 @@ bool write_all_at(int descriptor, std::string_view bytes, std::uint64_t first);
 /// bytes: is filled.
 bool read_all(int descriptor, std::span<char> bytes);
 bool read_all_at(int descriptor, std::span<char> bytes, std::uint64_t first);
+
+/// Brings a file's bytes, or a folder's names, to the disk.
+bool sync_path(const std::string& path);
 
 }  // namespace cordillera::raster

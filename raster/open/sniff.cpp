@@ -17,13 +17,9 @@ struct FileKind {
   bool packed = false;   ///< in a way that is not unpacked here
 };
 
-constexpr std::pair<std::string_view, const char*> kPackings[] = {{{"\xfd"
-                                                                    "7zXZ\0",
-                                                                    6},
-                                                                   "xz"},
-                                                                  {"7z\xbc\xaf\x27\x1c", "7-Zip"},
-                                                                  {"Rar!\x1a", "RAR"},
-                                                                  {"\x28\xb5\x2f\xfd", "Zstandard"}};
+constexpr std::string_view kXz("\3757zXZ\0", 6);
+constexpr std::pair<std::string_view, const char*> kPackings[] = {
+    {kXz, "xz"}, {"7z\xbc\xaf\x27\x1c", "7-Zip"}, {"Rar!\x1a", "RAR"}, {"\x28\xb5\x2f\xfd", "Zstandard"}};
 constexpr std::size_t kTarMark = 257;
 
 /// What the first bytes say the file is.

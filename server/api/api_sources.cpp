@@ -4,6 +4,7 @@
 
 #include "pipeline/store/sqlite.h"
 #include "pipeline/work/update.h"
+#include "raster/disk/write_all.h"
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
 #include "server/api/change_request.h"
@@ -169,7 +170,7 @@ proto::Result<void> bring(const Upload& upload, const fs::path& place) {
   std::error_code error;
   fs::create_directories(place.parent_path(), error);
   if (!error) fs::rename(upload.folder() / upload.raster(), place, error);
-  if (!error && sync_folder(place.parent_path())) return {};
+  if (!error && raster::sync_path(place.parent_path())) return {};
   return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
 }
 

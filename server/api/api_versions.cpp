@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "pipeline/store/sqlite.h"
+#include "raster/disk/write_all.h"
 #include "server/api/api.h"
 #include "server/api/api_updates.h"
 #include "server/api/change_request.h"
@@ -168,7 +169,7 @@ proto::Result<void> begin_dataset(Dataset& dataset, const Delivery& delivery, Up
     const proto::DatasetSource& behind = *change.add_more() = source_behind(dataset, raster);
     if (!error) fs::rename(upload.folder() / raster.file, upload.folder() / behind.spec().path(), error);
   }
-  if (error || !sync_folder(upload.folder() / kSources))
+  if (error || !raster::sync_path(upload.folder() / kSources))
     return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
   return begin(upload.folder(), std::move(change));
 }

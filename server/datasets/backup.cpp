@@ -1,9 +1,7 @@
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <fstream>
 #include <set>
 
+#include "raster/disk/write_all.h"
 #include "server/datasets/adoption.h"
 #include "server/datasets/data_folder.h"
 #include "server/datasets/ledger.h"
@@ -35,10 +33,8 @@ std::optional<std::string> copied_file(const fs::path& from, const fs::path& to)
     out.write(piece.data(), in.gcount());
   }
   out.close();
-  const int descriptor = ::open(to.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && fsync(descriptor) == 0;
-  if (descriptor >= 0) ::close(descriptor);
-  if (!out || !synced) throw fs::filesystem_error("cannot write", to, std::error_code(errno, std::generic_category()));
+  if (!out || !raster::sync_path(to.string()))
+    throw fs::filesystem_error("cannot write", to, std::error_code(errno, std::generic_category()));
   if (!in.eof()) return std::nullopt;
   return digest.finish();
 }
@@ -118,15 +114,15 @@ void write_list(const fs::path& folder, const Json& files) {
              .dump(2)
       << "\n";
   out.close();
-  if (!out || !sync_folder(folder))
+  if (!out || !raster::sync_path(folder))
     throw fs::filesystem_error("cannot write", folder / kList, std::error_code(errno, std::generic_category()));
 }
 
 void sync_tree(const fs::path& folder) {
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_directory()) sync_folder(entry.path());
+    if (entry.is_directory()) raster::sync_path(entry.path());
   }
-  sync_folder(folder);
+  raster::sync_path(folder);
 }
 
 BackedUp copy_into(const Layout& layout, const fs::path& work) {
@@ -166,7 +162,7 @@ proto::Result<BackedUp> in_place(const fs::path& to, const std::function<BackedU
     fs::create_directories(work);
     const BackedUp done = make(work);
     fs::rename(work, place);
-    sync_folder(place.parent_path());
+    raster::sync_path(place.parent_path());
     return done;
   } catch (const std::exception& failed) {
     fs::remove_all(work, error);

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "pipeline/store/store.h"
+#include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/ledger.h"
 #include "server/datasets/upload.h"
@@ -71,7 +72,7 @@ bool mark_deleted(const fs::path& folder) {
   if (!fs::exists(folder, error)) return true;
   fs::rename(folder / kRecordFile, folder / kDeletedFile, error);  // needs no room: a full disk can be cleaned up
   if (error && !std::ofstream(folder / kDeletedFile)) return false;
-  return sync_folder(folder);
+  return raster::sync_path(folder);
 }
 
 void unmark_deleted(const fs::path& folder) {

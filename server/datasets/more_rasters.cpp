@@ -12,6 +12,7 @@
 
 #include "pipeline/exports/zip_writer.h"
 #include "raster/disk/free_space.h"
+#include "raster/disk/write_all.h"
 #include "raster/gdal/formats.h"
 
 namespace cordillera::server {
@@ -87,10 +88,7 @@ proto::Result<MoreRaster> packed(const fs::path& folder, const std::vector<const
     zip.finish();
     if (!out.flush()) return unwritten();
   }
-  const int descriptor = ::open(place.c_str(), O_RDONLY | O_CLOEXEC);
-  const bool synced = descriptor >= 0 && fsync(descriptor) == 0;
-  if (descriptor >= 0) ::close(descriptor);
-  if (!synced) return unwritten();
+  if (!raster::sync_path(place.string())) return unwritten();
   std::error_code error;
   for (const MoreRaster* file : files) fs::remove(folder / file->file, error);
   fs::rename(place, folder / files.front()->file, error);

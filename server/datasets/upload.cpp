@@ -1,13 +1,12 @@
 #include "server/datasets/upload.h"
 
-#include <fcntl.h>
 #include <string.h>
-#include <unistd.h>
 
 #include <random>
 
 #include "proto/letters.h"
 #include "raster/disk/new_file.h"
+#include "raster/disk/write_all.h"
 #include "server/http/digest.h"
 
 namespace cordillera::server {
@@ -88,26 +87,16 @@ proto::Result<void> Upload::rename(const std::string& suffix) {
 
 proto::Result<void> Upload::keep(const fs::path& place) {
   std::error_code error;
-  const bool named = sync_folder(folder_);
+  const bool named = raster::sync_path(folder_);
   if (named) fs::rename(folder_, place, error);
   if (!named || error) {
     const std::string why = error ? error.message() : strerror(errno);
     return proto::Problem{"storage-full", "the raster cannot be put into its place: " + why, "", ""};
   }
   folder_ = place;  // goes away again unless the last step succeeds too
-  if (!sync_folder(place.parent_path())) return cannot_write();
+  if (!raster::sync_path(place.parent_path())) return cannot_write();
   folder_.clear();
   return {};
-}
-
-bool sync_folder(const fs::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) return false;
-  const bool synced = fsync(descriptor) == 0;
-  const int why = errno;
-  ::close(descriptor);
-  errno = why;
-  return synced;
 }
 
 std::string random_word(std::size_t length) {

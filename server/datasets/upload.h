@@ -41,8 +41,6 @@ class Upload {
   std::string hash_;
 };
 
-/// Waits until the names in a folder are on disk.
-bool sync_folder(const std::filesystem::path& folder);
 /// Lower-case letters and digits that nobody can guess.
 std::string random_word(std::size_t length);
 /// ".tif" of "My dem.TIF"; empty if the name has no plain suffix.

@@ -170,8 +170,6 @@ proto::Result<std::string> led_to(const ServeSettings& settings, const std::stri
   return next;
 }
 
-Problem cancelled() { return {"cancelled", "the build was cancelled", "", ""}; }
-
 Problem unreachable(const std::string& address, const std::string& why) {
   return {"source-unreachable", without_query(address) + " cannot be fetched: " + why, "an address that answers with the raster",
           "source"};

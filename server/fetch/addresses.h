@@ -30,7 +30,4 @@ proto::Result<std::string> led_to(const ServeSettings& settings, const std::stri
 /// "source-unreachable", with why.
 proto::Problem unreachable(const std::string& address, const std::string& why);
 
-/// "cancelled": its dataset is being deleted, or the service ends.
-proto::Problem cancelled();
-
 }  // namespace cordillera::server::updates

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <optional>
 
+#include "pipeline/build/build.h"
 #include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/upload.h"
@@ -89,7 +90,7 @@ class Sink {
     const auto now = Clock::now();
     if (taken_) waited_ += now - *taken_;
     size_ += count;
-    if (stop_) return fail(cancelled());
+    if (stop_) return fail(pipeline::kCancelled);
     if (size_ > std::uint64_t{settings_.limits.body_mib} << 20) {
       return fail({"body-too-large", "the raster is larger than this service takes",
                    "at most " + std::to_string(settings_.limits.body_mib) + " MiB", "source"});
@@ -182,7 +183,7 @@ proto::Result<Print> fetch_http(const ServeSettings& settings, std::string addre
       begun.got = get_whole(address, sink);
     const Got& got = begun.got;
     if (sink.problem()) return *sink.problem();
-    if (sink.stopped()) return cancelled();
+    if (sink.stopped()) return pipeline::kCancelled;
     const bool no_part = got.status == 206 || got.status == 416 || (got.status == 200 && !got.range.empty());
     if (wanted == Wanted::beginning && no_part) {
       const auto print = begun.part ? beginning_of(got, sink) : std::nullopt;
@@ -242,7 +243,7 @@ proto::Result<Print> fetch_into(const FetchBounds& bounds, limits::Space& space,
   }
   if (print.ranged) fs::rename(map_of(part), map_of(file), error);
   if (!error) fs::rename(part, file, error);
-  if (!error && sync_folder(file.parent_path())) return print;
+  if (!error && raster::sync_path(file.parent_path())) return print;
   return Problem{"storage-full", "the raster cannot be put into its place: " + error.message(), "", ""};
 }
 

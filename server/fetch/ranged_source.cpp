@@ -10,6 +10,7 @@
 #include <cstring>
 #include <thread>
 
+#include "pipeline/build/build.h"
 #include "raster/disk/write_all.h"
 #include "server/fetch/addresses.h"
 
@@ -235,7 +236,7 @@ proto::Result<void> RangedSource::fetch(const Run& run, const std::function<bool
   for (int attempt = 0; attempt < kTries; ++attempt) {
     for (auto rest = kBetweenTries * attempt; rest.count() > 0 && !stopped(); rest -= std::chrono::milliseconds(50))
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    if (stopped()) return cancelled();
+    if (stopped()) return pipeline::kCancelled;
     const bool known = !at_.empty() && at_ != place_.address;
     if (at_.empty()) at_ = place_.address;
     answer = ask(run, terms);
@@ -245,7 +246,7 @@ proto::Result<void> RangedSource::fetch(const Run& run, const std::function<bool
     if (answer.is == Answer::Is::refused && !known) break;
     if (Clock::now() > *terms.until) break;
   }
-  if (stopped()) return cancelled();
+  if (stopped()) return pipeline::kCancelled;
   if (answer.problem) return *answer.problem;
   return unreachable(place_.address, answer.why);
 }

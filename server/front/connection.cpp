@@ -91,7 +91,7 @@ void Connection::begin(Head head) {
   asked_ = Clock::now();
   request_ = std::move(head.request);
   request_.client = peer_;
-  request_.client = client_ = access::client_address(request_, shared_.limits.trusted_proxies);
+  request_.client = access::client_address(request_, shared_.limits.trusted_proxies);
   keep_ = head.keep_alive && !shared_.stopping;
   old_ = head.old;
   by_front_ = false;
@@ -103,8 +103,8 @@ void Connection::begin(Head head) {
   request_.read_body = [](const Request::Sink&) { return true; };
   if (auto kept = kept_answer(shared_, request_)) return respond(std::move(*kept));
   if (shared_.api.is_quick(request_)) return respond(answer_of(shared_, request_));
-  if (shared_.api.makes_much(request_) && shared_.unsent.full(client_)) return respond_with(too_much_unsent());
-  const auto taken = shared_.makers.run(client_, [self = shared_from_this()] { self->make_answer(); });
+  if (shared_.api.makes_much(request_) && shared_.unsent.full(request_.client)) return respond_with(too_much_unsent());
+  const auto taken = shared_.makers.run(request_.client, [self = shared_from_this()] { self->make_answer(); });
   if (taken != Workers::Taken::yes) respond_with({"service-busy", "the service has too much to do", "trying again later", ""});
 }
 
@@ -112,7 +112,7 @@ void Connection::begin(Head head) {
 void Connection::refuse_head(const proto::Problem& problem) {
   asked_ = Clock::now();
   request_ = {};
-  client_ = peer_;
+  request_.client = peer_;
   keep_ = false;
   linger_ = true;
   state_ = State::handling;

@@ -33,7 +33,7 @@ void Connection::begin_with_body(Head head) {
     }
     return pipe->whole();
   });
-  const auto taken = shared_.takers.run(client_, [self] { self->make_answer(); });
+  const auto taken = shared_.takers.run(request_.client, [self] { self->make_answer(); });
   if (taken == Workers::Taken::yes) return;
   if (taken == Workers::Taken::full)
     return respond_with({"service-busy", "the service receives too many bodies", "trying again later", ""});

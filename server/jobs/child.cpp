@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "pipeline/build/build.h"
 #include "proto/paths.h"
 #include "server/fetch/range_asks.h"
 #include "server/http/json.h"
@@ -297,7 +298,7 @@ proto::Result<std::optional<proto::Estimate>> run(const Program& program, const 
   std::filesystem::remove_all(folder / kTemporaryFolder, ignored);
   if (answers.problem() && !stop) return *answers.problem();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return report.estimate;
-  if (stop) return proto::Problem{"cancelled", "the build was cancelled", "", ""};
+  if (stop) return pipeline::kCancelled;
   if (report.problem) return *report.problem;
   return crashed(status, watch.late());
 }

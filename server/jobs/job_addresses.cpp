@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "pipeline/store/mesh_files.h"
+#include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/dataset_folder.h"
 #include "server/datasets/upload.h"
@@ -163,7 +164,7 @@ proto::Result<void> JobQueue::fetch_raster(const Dataset& dataset, const std::at
     return cannot("what was fetched for " + dataset.id + " cannot be written down");
   if (print->ranged) fs::rename(map_of(next), map_of(file), error);
   if (!error) fs::rename(next, file, error);
-  if (error || !sync_folder(folder))
+  if (error || !raster::sync_path(folder))
     return cannot("the raster of " + dataset.id + " cannot be put into its place: " + error.message());
   looked_at_.forget(dataset.id);
   published_(dataset.id);

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "raster/disk/write_all.h"
 #include "raster/storage/storage.h"
 #include "server/datasets/upload.h"
 #include "server/http/json.h"
@@ -29,7 +30,7 @@ std::string about(const proto::SourceChange& change) {
 
 /// `from` takes the place of `to`, on disk for good.
 proto::Result<void> moved(const fs::path& from, const fs::path& to) {
-  if (::rename(from.c_str(), to.c_str()) != 0 || !sync_folder(to.parent_path()))
+  if (::rename(from.c_str(), to.c_str()) != 0 || !raster::sync_path(to.parent_path()))
     return cannot(to.filename().string() + " cannot be put into its place");
   return {};
 }
@@ -73,7 +74,7 @@ proto::Result<void> publish(const Layout& layout, const std::string& id, std::si
     fs::create_directory(kept.parent_path(), ignored);
     // Two names of one file until the rename: it costs no room.
     if (link(store.c_str(), kept.c_str()) != 0 && errno != EEXIST) return cannot("the version before cannot be kept");
-    if (!sync_folder(kept.parent_path())) return cannot("the version before cannot be kept");
+    if (!raster::sync_path(kept.parent_path())) return cannot("the version before cannot be kept");
   }
   return moved(folder / kNextStore, store);
 }

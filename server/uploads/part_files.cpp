@@ -56,7 +56,7 @@ proto::Result<PartFile> PartFiles::create(PartFile wanted) {
   wanted.id = random_word(24);
   wanted.offset = 0;
   const fs::path folder = folder_ / wanted.id;
-  if (fs::create_directory(folder, error) && write_file(folder / "part", "") && write_down(wanted) && sync_folder(folder_))
+  if (fs::create_directory(folder, error) && write_file(folder / "part", "") && write_down(wanted) && raster::sync_path(folder_))
     return wanted;
   const std::string why = error ? error.message() : strerror(errno);
   fs::remove_all(folder, error);
@@ -84,7 +84,8 @@ bool PartFiles::write_down(const PartFile& file) const {
   const fs::path folder = folder_ / file.id, fresh = folder / "upload.json.new";
   const Json json = {
       {"length", file.length}, {"offset", file.offset}, {"name", file.name}, {"owner", file.owner}, {"sender", file.sender}};
-  return write_file(fresh, json.dump()) && ::rename(fresh.c_str(), (folder / kDescription).c_str()) == 0 && sync_folder(folder);
+  return write_file(fresh, json.dump()) && ::rename(fresh.c_str(), (folder / kDescription).c_str()) == 0 &&
+         raster::sync_path(folder);
 }
 
 std::optional<PartFile> PartFiles::find(const std::string& id) const {
