@@ -153,33 +153,34 @@ TEST_F(DryRun, NotesWhatTheBuildNotesOfValues) {
   EXPECT_EQ(built->notes(0), told[0]);
 }
 
-TEST_F(DryRun, OfALevelWhoseCellsAreWiderThanTheDataNamesTheLevel) {
-  Spec spec;
-  spec.columns = spec.rows = 20;
-  request_.raster_path = write(spec);
-  request_.raster_name = "dem.tif";
-  request_.options = raster_test::plain_options();
-  request_.options.set_max_level(0);
-  const auto refused = pipeline::estimate(request_);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.problem().type, "option-invalid");
-  EXPECT_EQ(refused.problem().parameter, "max_level");
-  EXPECT_THAT(refused.problem().line(), ::testing::AllOf(::testing::HasSubstr("cells of level 0 are so wide"),
-                                                         ::testing::HasSubstr("as fine as the raster is 7")));
+/// A raster of 20 x 20 pixels whose finest level is to be 0, of cells wider than all of it.
+class DryRunOfWideCells : public DryRun {
+ protected:
+  proto::Problem refused(Spec spec = {}) {
+    spec.columns = spec.rows = 20;
+    request_.raster_path = write(spec);
+    request_.raster_name = "dem.tif";
+    request_.options = raster_test::plain_options();
+    request_.options.set_max_level(0);
+    const auto estimate = pipeline::estimate(request_);
+    EXPECT_FALSE(estimate.ok());
+    return estimate.ok() ? proto::Problem() : estimate.problem();
+  }
+};
+
+TEST_F(DryRunOfWideCells, NamesTheLevel) {
+  const proto::Problem problem = refused();
+  EXPECT_EQ(problem.type, "option-invalid");
+  EXPECT_EQ(problem.parameter, "max_level");
+  EXPECT_THAT(problem.line(), ::testing::AllOf(::testing::HasSubstr("cells of level 0 are so wide"),
+                                               ::testing::HasSubstr("as fine as the raster is 7")));
 }
 
 // The box of such a raster has its west above its east: heights were looked for on the other side of the earth.
-TEST_F(DryRun, OfALevelWhoseCellsAreWiderThanDataOverTheAntimeridianNamesTheLevel) {
+TEST_F(DryRunOfWideCells, NamesTheLevelOverTheAntimeridian) {
   Spec spec;
-  spec.columns = spec.rows = 20;
   spec.geotransform = {179.95, 0.005, 0, 44, 0, -0.005};
-  request_.raster_path = write(spec);
-  request_.raster_name = "dem.tif";
-  request_.options = raster_test::plain_options();
-  request_.options.set_max_level(0);
-  const auto refused = pipeline::estimate(request_);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_THAT(refused.problem().line(), ::testing::HasSubstr("cells of level 0 are so wide"));
+  EXPECT_THAT(refused(spec).line(), ::testing::HasSubstr("cells of level 0 are so wide"));
 }
 
 TEST_F(DryRun, OfRastersFarApartFindsThem) {

@@ -251,7 +251,7 @@ TEST(TypedByHand, APutOnTheCollectionIsAPost) {
 TEST(TypedByHand, ASlashTooManyIsNoMistake) {
   TestService test;
   const std::string id = body_of(test.post("GOOD", {}, {{"prefer", "wait=100"}}))["id"];
-  for (const std::string path :
+  for (const std::string& path :
        {std::string("/v1"), std::string("/v1/datasets"), std::string("/v1/limits"), "/v1/datasets/" + id}) {
     const Response moved = test.get(path + "/");
     EXPECT_EQ(moved.status, 308) << path;
