@@ -5,12 +5,21 @@ import re
 import socket
 import sys
 import tempfile
+import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "crash"))
 from client import Server  # noqa: E402
 
 PATIENCE_S = 60  # for an answer; longer than the slowest machine needs, so the time never decides
 CASES = []
+
+
+def eventually(condition, pause_s=0.02):
+    """Whether it comes to hold."""
+    end = time.monotonic() + PATIENCE_S
+    while not (holds := condition()) and time.monotonic() < end:
+        time.sleep(pause_s)
+    return holds
 
 
 @dataclasses.dataclass

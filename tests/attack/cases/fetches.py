@@ -6,7 +6,7 @@ import threading
 import time
 import urllib.parse
 
-from attack import PATIENCE_S, case
+from attack import PATIENCE_S, case, eventually
 from client import cone
 from cases.slow_readers import MIB, resident
 from cases.texts import tiff
@@ -184,9 +184,7 @@ def headless(attack):
 def cone_behind(service, server, name):
     """Posts a cone once the host was asked for this so often that it is held up; what became of both."""
     slow = made_of(service, "%s/dems/%s.tif" % (server.address, name))
-    end = time.monotonic() + PATIENCE_S
-    while server.held == 0 and time.monotonic() < end:
-        time.sleep(0.02)
+    eventually(lambda: server.held > 0)
     status, _, answer = service.ask("POST", "/v1/datasets?name=a.asc&crs=EPSG:4326&vertical_datum=ellipsoid&error=50", cone())
     assert status == 202, answer
     return "cone %s, %s" % (service.wait(json.loads(answer)["id"]), came_of(service, slow))
@@ -209,11 +207,8 @@ def deleted(attack):
     with host() as server:
         service = start(attack, server)
         dataset = made_of(service, server.address + "/dems/dripping.tif")
-        end = time.monotonic() + PATIENCE_S
-        while server.held == 0 and time.monotonic() < end:
-            time.sleep(0.02)
+        eventually(lambda: server.held > 0)
         status = service.ask("DELETE", "/v1/datasets/" + dataset)[0]
         there = service.wait(dataset)
-        while server.held > 0 and time.monotonic() < end:
-            time.sleep(0.02)
-        return "%d, %s, %s" % (status, there or "gone", "the host is left" if server.held == 0 else "the host still sends")
+        left = eventually(lambda: server.held == 0)
+        return "%d, %s, %s" % (status, there or "gone", "the host is left" if left else "the host still sends")

@@ -6,9 +6,8 @@ import os
 import sqlite3
 import sys
 import threading
-import time
 
-from attack import PATIENCE_S, case
+from attack import PATIENCE_S, case, eventually
 from cases.slow_readers import MIB, given_back, resident
 from client import noise
 
@@ -66,9 +65,7 @@ def kept(attack):
         reader.start()
     for reader in readers:
         reader.join()
-    end = time.monotonic() + PATIENCE_S
-    while resident(server) > start + BOUND + BESIDE and time.monotonic() < end:
-        time.sleep(0.1)
+    eventually(lambda: resident(server) <= start + BOUND + BESIDE, 0.1)
     held = resident(server)
     for dataset in datasets:
         assert server.ask("DELETE", "/v1/datasets/" + dataset)[0] == 204
@@ -112,7 +109,5 @@ def compressed(attack):
     # Freed memory stays as it is until the heap gives it back, which it does where there is much of it.
     read_all(server, [dataset], tiles_of(server, dataset, "drc", "glb"))
     assert server.ask("DELETE", "/v1/datasets/" + dataset)[0] == 204
-    end = time.monotonic() + PATIENCE_S
-    while (left := in_memory(server, marks)) > 0 and time.monotonic() < end:
-        time.sleep(0.5)
-    return "%d of 3 in memory, then %d of 3" % (before, left)
+    eventually(lambda: in_memory(server, marks) == 0, 0.5)
+    return "%d of 3 in memory, then %d of 3" % (before, in_memory(server, marks))

@@ -6,9 +6,8 @@ import re
 import resource
 import signal
 import socket
-import time
 
-from attack import PATIENCE_S, case, connect, received, request, statuses
+from attack import PATIENCE_S, case, connect, eventually, received, request, statuses
 from client import cone, noise
 
 
@@ -116,10 +115,7 @@ def waiting(attack):
         return json.loads(server.ask("GET", "/v1/limits")[2])["in_use"]["waiting_clients"]
 
     def until(condition):
-        end = time.monotonic() + PATIENCE_S
-        while not condition():
-            assert time.monotonic() < end, "still %d wait" % in_use()
-            time.sleep(0.05)
+        assert eventually(condition, 0.05), "still %d wait" % in_use()
 
     with post(0, noise(301)) as client:  # the builds of all others wait behind this one, which stands still
         assert statuses(client.recv(65536)) == "202"
